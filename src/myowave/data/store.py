@@ -1,0 +1,148 @@
+"""Tables on disk: Parquet with the metadata in the schema. The only module that imports pyarrow.
+
+A table of trials is long: one row a sample, columns `trial, time_s, emg_<muscle>..., angle_rad`. A table of scales has a
+`scale` column before them (0, -1, ..., -J). What is not a column (dataset, dt, test trials, conditions, constants,
+provenance) travels as JSON in the schema metadata, so a file is complete by itself.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from myowave.data.trials import Trials
+
+METADATA_KEY = b"myowave"
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """Write a file in one step: yields a temporary path beside `path` that takes its place if the block succeeds.
+
+    A reader, or a run that is killed half-way, never sees half a file.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        yield temporary
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_table(frame: pd.DataFrame, path: str | Path, metadata: Mapping[str, Any] | None = None) -> None:
+    """Write a table to Parquet, atomically; `metadata` (JSON-able) goes into the schema."""
+    table = pa.Table.from_pandas(frame, preserve_index=False)
+    table = table.replace_schema_metadata({METADATA_KEY: json.dumps(metadata or {}).encode()})
+    with replacing(path) as temporary:
+        pq.write_table(table, temporary)
+
+
+def read_table(path: str | Path) -> tuple[pd.DataFrame, dict[str, Any]]:
+    """Read a Parquet table and the metadata that `write_table` put in it (empty for a foreign file)."""
+    try:
+        table = pq.ParquetFile(path).read()
+    except pa.ArrowInvalid as error:
+        raise ValueError(f"{path}: this is not a Parquet file ({error}). Write it again, or remove it.") from error
+    metadata = (table.schema.metadata or {}).get(METADATA_KEY, b"{}")
+    return table.to_pandas(), json.loads(metadata)
+
+
+def write_json(content: Mapping[str, Any], path: str | Path) -> None:
+    """Write a JSON file, atomically."""
+    with replacing(path) as temporary:
+        temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+
+
+def write_trials(trials: Trials, path: str | Path) -> None:
+    """Write trials so that `read_trials` gives back exactly the same."""
+    write_table(_to_frame(trials), path, _to_metadata(trials))
+
+
+def read_trials(path: str | Path) -> Trials:
+    """Read trials written by `write_trials`."""
+    frame, metadata = read_table(path)
+    _require(metadata, "trials", path)
+    return _from_frame(frame, metadata)
+
+
+def write_scales(scales: Mapping[int, Trials], path: str | Path) -> None:
+    """Write the projections of one dataset.
+
+    Args:
+        scales: {number of coarsenings: trials at that scale}; level 2 is written as scale -2.
+    """
+    frames = []
+    for level, trials in scales.items():
+        frame = _to_frame(trials)
+        frame.insert(0, "scale", np.full(len(frame), -level, dtype=np.int64))
+        frames.append(frame)
+    finest = scales[min(scales)]
+    write_table(pd.concat(frames), path, _to_metadata(finest) | {"kind": "scales"})
+
+
+def read_scales(path: str | Path) -> dict[int, Trials]:
+    """Read what `write_scales` wrote: {number of coarsenings: trials at that scale}."""
+    frame, metadata = read_table(path)
+    _require(metadata, "scales", path)
+    return {-int(scale): _from_frame(rows, metadata) for scale, rows in frame.groupby("scale", sort=False)}
+
+
+def _to_frame(trials: Trials) -> pd.DataFrame:
+    """Long table of the recorded samples, padding left out."""
+    valid = trials.valid
+    columns = {"trial": np.repeat(np.array(trials.names, dtype=object), trials.lengths)}
+    columns["time_s"] = np.broadcast_to(trials.time, valid.shape)[valid]
+    columns |= {name: trials.emg[..., c][valid] for c, name in enumerate(trials.channels)}
+    columns["angle_rad"] = trials.angle[valid]
+    return pd.DataFrame(columns)
+
+
+def _to_metadata(trials: Trials) -> dict[str, Any]:
+    return {
+        "kind": "trials",
+        "dataset": trials.dataset,
+        "dt_s": trials.dt,
+        "trials": list(trials.names),
+        "channels": list(trials.channels),
+        "test": list(trials.test),
+        "conditions": {name: dict(values) for name, values in trials.conditions.items()},
+        "constants": dict(trials.constants),
+        "provenance": dict(trials.provenance),
+    }
+
+
+def _from_frame(frame: pd.DataFrame, metadata: Mapping[str, Any]) -> Trials:
+    channels = metadata["channels"]
+    rows = {name: group for name, group in frame.groupby("trial", sort=False)}
+    return Trials.from_sequences(
+        dataset=metadata["dataset"],
+        dt=metadata["dt_s"],
+        names=metadata["trials"],
+        channels=channels,
+        emg=[rows[name][channels].to_numpy() for name in metadata["trials"]],
+        angle=[rows[name]["angle_rad"].to_numpy() for name in metadata["trials"]],
+        test=metadata["test"],
+        conditions=metadata["conditions"],
+        constants=metadata["constants"],
+        provenance=metadata["provenance"],
+    )
+
+
+def _require(metadata: Mapping[str, Any], kind: str, path: str | Path) -> None:
+    found = metadata.get("kind")
+    if found != kind:
+        raise ValueError(
+            f"{path}: this Parquet file holds {found or 'no myowave table'}, expected {kind}. Recordings of your own "
+            "are named under data.datasets in config.yaml and imported, not read directly."
+        )

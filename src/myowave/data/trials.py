@@ -1,0 +1,180 @@
+"""Trials: what the whole project calls data, whether it was simulated or measured.
+
+Shapes: T trials, N samples of the longest trial, C EMG channels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+EMG_PREFIX = "emg_"
+
+
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """EMG and joint angle of several trials, sampled at one rate.
+
+    Trials may differ in length. The arrays are as long as the longest; a shorter one is padded by holding its
+    last value, and `valid` tells measured samples from padding.
+
+    Args:
+        dataset: name of the dataset, used in messages.
+        dt: time between samples [s].
+        names: label of each trial, length T.
+        channels: column name of each EMG channel (`emg_biceps`, ...), length C.
+        emg: EMG as a fraction of maximum voluntary contraction [-], (T, N, C).
+        angle: elbow angle [rad], (T, N); 0 hangs straight down, positive in flexion.
+        lengths: samples really recorded in each trial, length T.
+        test: names of the trials that are kept for testing; the others train.
+        conditions: known physical parameters that differ between trials, {trial: {parameter: value in SI units}}.
+        constants: known physical parameters of the subject, {parameter: value in SI units}.
+        provenance: where the numbers come from; JSON-able, read by people only.
+    """
+
+    dataset: str
+    dt: float
+    names: tuple[str, ...]
+    channels: tuple[str, ...]
+    emg: NDArray[np.float64]
+    angle: NDArray[np.float64]
+    lengths: tuple[int, ...]
+    test: tuple[str, ...] = ()
+    conditions: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    constants: Mapping[str, float] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("emg", "angle"):
+            object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=np.float64))
+        for name in ("names", "channels", "test", "lengths"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        self._check_shapes()
+        self._check_labels()
+        self._check_values()
+
+    @classmethod
+    def from_sequences(
+        cls, *, emg: Sequence[ArrayLike], angle: Sequence[ArrayLike], **fields: Any
+    ) -> Trials:
+        """Stack trials of different lengths, padding the shorter ones by holding their last value.
+
+        Args:
+            emg: one (N_i, C) array a trial [-].
+            angle: one (N_i,) array a trial [rad].
+            **fields: the other fields of `Trials`, without `lengths`.
+        """
+        emg = [np.asarray(values, dtype=np.float64) for values in emg]
+        angle = [np.asarray(values, dtype=np.float64) for values in angle]
+        lengths = tuple(len(values) for values in angle)
+        if not lengths or min(lengths) == 0 or [len(values) for values in emg] != list(lengths):
+            raise ValueError(
+                f"dataset {fields.get('dataset')!r}: {len(emg)} EMG and {len(angle)} angle sequences with lengths "
+                f"{[len(values) for values in emg]} and {list(lengths)}; each trial needs one of both, equally long."
+            )
+        longest = max(lengths)
+        return cls(
+            emg=np.stack([np.pad(e, ((0, longest - len(e)), (0, 0)), mode="edge") for e in emg]),
+            angle=np.stack([np.pad(q, (0, longest - len(q)), mode="edge") for q in angle]),
+            lengths=lengths,
+            **fields,
+        )
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """True where a sample was recorded, False where it pads a shorter trial, (T, N)."""
+        return np.arange(self.angle.shape[1]) < np.asarray(self.lengths)[:, None]
+
+    @property
+    def train(self) -> tuple[str, ...]:
+        """Names of the trials that are not kept for testing."""
+        return tuple(name for name in self.names if name not in self.test)
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Time of each sample since the first [s], (N,)."""
+        return np.arange(self.angle.shape[1]) * self.dt
+
+    def index(self, names: Iterable[str]) -> list[int]:
+        """Positions of trials on the trial axis, in the order asked for."""
+        positions = {name: i for i, name in enumerate(self.names)}
+        names = list(names)
+        unknown = [name for name in names if name not in positions]
+        if unknown:
+            raise ValueError(f"dataset {self.dataset!r}: no trial named {unknown}; the trials are {list(self.names)}.")
+        return [positions[name] for name in names]
+
+    def select(self, names: Iterable[str]) -> Trials:
+        """The named trials, in the order asked for, cut to the longest of them."""
+        names = tuple(names)
+        index = self.index(names)
+        if not names:
+            raise ValueError(f"dataset {self.dataset!r}: no trial is selected; choose from {list(self.names)}.")
+        lengths = tuple(self.lengths[i] for i in index)
+        return Trials(
+            dataset=self.dataset,
+            dt=self.dt,
+            names=names,
+            channels=self.channels,
+            emg=self.emg[index, : max(lengths)],
+            angle=self.angle[index, : max(lengths)],
+            lengths=lengths,
+            test=tuple(name for name in self.test if name in names),
+            conditions={name: values for name, values in self.conditions.items() if name in names},
+            constants=self.constants,
+            provenance=self.provenance,
+        )
+
+    def condition(self, parameter: str, default: float) -> NDArray[np.float64]:
+        """Value of a known parameter in each trial, (T,): its condition, else the constant, else `default`."""
+        constant = self.constants.get(parameter, default)
+        return np.array([self.conditions.get(name, {}).get(parameter, constant) for name in self.names])
+
+    def _check_shapes(self) -> None:
+        trials, channels = len(self.names), len(self.channels)
+        samples = max(self.lengths, default=0)
+        expected = {"emg": (trials, samples, channels), "angle": (trials, samples)}
+        for name, shape in expected.items():
+            if getattr(self, name).shape != shape or len(self.lengths) != trials or min(shape) < 1:
+                raise ValueError(
+                    f"dataset {self.dataset!r}: {name} has shape {getattr(self, name).shape}, expected {shape} for "
+                    f"{trials} trials with lengths {self.lengths} and {channels} channels (at least one of each)."
+                )
+        if min(self.lengths) < 1:
+            raise ValueError(f"dataset {self.dataset!r}: lengths {self.lengths}; every trial needs a sample.")
+
+    def _check_labels(self) -> None:
+        for what, labels in (("trial", self.names), ("channel", self.channels), ("test trial", self.test)):
+            repeated = sorted({label for label in labels if labels.count(label) > 1})
+            if repeated:
+                raise ValueError(f"dataset {self.dataset!r}: {what} {repeated} is named more than once; rename one.")
+        foreign = [name for name in self.channels if not name.startswith(EMG_PREFIX)]
+        if foreign:
+            raise ValueError(
+                f"dataset {self.dataset!r}: channels {foreign} do not begin with {EMG_PREFIX!r}; call them emg_<muscle>."
+            )
+        for where, named in (("test", self.test), ("conditions", tuple(self.conditions))):
+            unknown = [name for name in named if name not in self.names]
+            if unknown:
+                raise ValueError(
+                    f"dataset {self.dataset!r}, {where}: no trial named {unknown}; the trials are {list(self.names)}."
+                )
+
+    def _check_values(self) -> None:
+        if not (np.isfinite(self.dt) and self.dt > 0):
+            raise ValueError(f"dataset {self.dataset!r}: dt is {self.dt}; expected a positive number of seconds.")
+        for name, length, emg, angle in zip(self.names, self.lengths, self.emg, self.angle, strict=True):
+            if not (np.isfinite(emg).all() and np.isfinite(angle).all()):
+                raise ValueError(
+                    f"dataset {self.dataset!r}, trial {name!r}: EMG or angle is not finite; a simulation that diverged "
+                    "or a gap in a recording must be removed before it becomes a trial."
+                )
+            if (emg[length:] != emg[length - 1]).any() or (angle[length:] != angle[length - 1]).any():
+                raise ValueError(
+                    f"dataset {self.dataset!r}, trial {name!r}: samples after the {length} recorded ones do not hold "
+                    "the last value; build the trials with Trials.from_sequences."
+                )
