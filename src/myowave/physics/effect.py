@@ -1,0 +1,159 @@
+"""What a physical effect is: one equation that the base model lacks, at the stage where it acts.
+
+An effect's `function` takes *quantities* as ordinary arguments, by the names below, and its own *parameters* as
+keyword-only arguments. It returns what its stage names. With all parameters at 0 it must change nothing.
+
+    stage         function returns                              quantities it may ask for
+    constants     {constant: new value}                         every constant (f0, l0, ..., mass, length, load)
+    excitation    u, muscles on the last axis (..., M)          excitation
+    activation    a (..., M)                                    excitation, activation [, state]
+    path          (length [m], moment arm [m]) (..., M)         q, length_mt, moment_arm, constants of the muscles
+    muscle        force in units of f0 (..., M)                 force, hill, activation, fibre_length, fibre_velocity,
+                                                                constants of the muscles [, state]
+    inertia       extra moment of inertia [kg m^2] (...)        q, mass, length, load
+    joint         extra torque [N m] (...)                      q, qdot, activation (..., M), torque, side, constants
+    observation   measured angle [rad] (..., N)                 q, qdot, dt
+
+At the stages `activation` and `muscle` an effect may have a state of its own, one number a muscle: then `rate` gives
+its time derivative from the same quantities and `initial` its value at rest from the first activation.
+"""
+
+import functools
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from torch import Tensor
+
+from myowave.physics.joint import JOINT_CONSTANTS
+from myowave.physics.muscle import MUSCLE_CONSTANTS
+
+_MUSCLE = frozenset(MUSCLE_CONSTANTS) | {"side"}
+_JOINT = frozenset(JOINT_CONSTANTS)
+
+QUANTITIES: dict[str, frozenset[str]] = {
+    "constants": frozenset(MUSCLE_CONSTANTS) | _JOINT,
+    "excitation": frozenset({"excitation"}),
+    "activation": frozenset({"excitation", "activation"}),
+    "path": frozenset({"q", "length_mt", "moment_arm"}) | _MUSCLE,
+    "muscle": frozenset({"force", "hill", "activation", "fibre_length", "fibre_velocity"}) | _MUSCLE,
+    "inertia": frozenset({"q"}) | _JOINT,
+    "joint": frozenset({"q", "qdot", "activation", "torque"}) | _JOINT | _MUSCLE,
+    "observation": frozenset({"q", "qdot", "dt"}),
+}
+STAGES = tuple(QUANTITIES)
+STATEFUL_STAGES = ("activation", "muscle")
+MUSCLE_STAGES = ("excitation", "activation", "path", "muscle")  # quantities there have muscles on the last axis
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number an effect brings, 0 where the effect is absent.
+
+    Args:
+        unit: SI unit.
+        low, high: physical bounds.
+        typical: a strength of practical interest, of either sign; scales steps and studies.
+        meaning: one phrase for people.
+        per_muscle: one value for each muscle instead of one for all.
+    """
+
+    unit: str
+    low: float
+    high: float
+    typical: float
+    meaning: str
+    per_muscle: bool = False
+
+    def __post_init__(self) -> None:
+        if not (self.low <= 0.0 <= self.high and self.low < self.high):
+            raise ValueError(f"bounds [{self.low}, {self.high}] must hold 0, which means no effect")
+        if not (self.low <= self.typical <= self.high and self.typical != 0.0):
+            raise ValueError(f"typical value {self.typical} must be within [{self.low}, {self.high}] and not 0")
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A physical effect that a model may have or lack; see the module's table for `acts_on` and `function`.
+
+    Raises:
+        ValueError: if the functions ask for quantities the stage does not have, or for other parameters than declared.
+    """
+
+    name: str
+    acts_on: str
+    equation: str
+    function: Callable[..., object]
+    parameters: Mapping[str, Parameter] = field(hash=False)
+    source: str
+    rate: Callable[..., Tensor] | None = None
+    initial: Callable[..., Tensor] | None = None
+
+    def __post_init__(self) -> None:
+        where = f"effect {self.name!r}"
+        if not self.name.isidentifier():
+            raise ValueError(f"{where}: the name must be a Python identifier, such as joint_damping")
+        if self.acts_on not in QUANTITIES:
+            raise ValueError(f"{where}: acts_on is {self.acts_on!r}; expected one of {', '.join(STAGES)}")
+        if not self.parameters:
+            raise ValueError(f"{where}: declares no parameters; an effect needs at least one, 0 where it is absent")
+        if self.rate is not None and self.acts_on not in STATEFUL_STAGES:
+            raise ValueError(f"{where}: only effects on {' or '.join(STATEFUL_STAGES)} may have a rate")
+        if self.initial is not None and self.rate is None:
+            raise ValueError(f"{where}: has an initial state but no rate")
+        self._check_signature("function", self.function, needs_all=self.rate is None)
+        if self.acts_on == "constants" and self.asks & set(MUSCLE_CONSTANTS) and self.asks & set(JOINT_CONSTANTS):
+            raise ValueError(f"{where}: asks for constants of muscles and of the joint; write two effects")
+        if self.rate is not None:
+            self._check_signature("rate", self.rate, needs_all=False)
+            named = _parameters_of(self.function) | _parameters_of(self.rate)
+            if missing := set(self.parameters) - named:
+                raise ValueError(f"{where}: declares {sorted(missing)}, which neither function nor rate takes")
+
+    @property
+    def stateful(self) -> bool:
+        """Whether the effect has a state of its own, one number a muscle."""
+        return self.rate is not None
+
+    @property
+    def asks(self) -> frozenset[str]:
+        """The quantities that the effect's functions ask for."""
+        return _quantities_of(self.function) | (_quantities_of(self.rate) if self.rate else frozenset())
+
+    def _check_signature(self, label: str, function: Callable[..., object], *, needs_all: bool) -> None:
+        where = f"effect {self.name!r}: {label}({', '.join(inspect.signature(function).parameters)})"
+        known = QUANTITIES[self.acts_on] | ({"state"} if self.stateful else set())
+        if strange := _quantities_of(function) - known:
+            raise ValueError(
+                f"{where} asks for {sorted(strange)}, which the stage {self.acts_on!r} does not have; "
+                f"it has {', '.join(sorted(known))}. Parameters of the effect go after a bare `*`."
+            )
+        taken, declared = _parameters_of(function), set(self.parameters)
+        if taken - declared or (needs_all and declared - taken):
+            raise ValueError(
+                f"{where} takes the parameters {sorted(taken)}, but the effect declares {sorted(declared)}; "
+                "make the keyword-only arguments and `parameters` the same."
+            )
+
+
+def call(function: Callable[..., object], quantities: Mapping[str, object], parameters: Mapping[str, Tensor]) -> object:
+    """Call an effect's function with the quantities and parameters its signature names."""
+    asked = _quantities_of(function)
+    taken = _parameters_of(function)
+    return function(**{n: quantities[n] for n in asked}, **{n: parameters[n] for n in taken})
+
+
+@functools.cache
+def _names_of(function: Callable[..., object]) -> tuple[frozenset[str], frozenset[str]]:
+    """Names of the quantities and of the parameters that a function's signature asks for."""
+    items = inspect.signature(function).parameters.values()
+    parameters = frozenset(p.name for p in items if p.kind is p.KEYWORD_ONLY)
+    return frozenset(p.name for p in items) - parameters, parameters
+
+
+def _quantities_of(function: Callable[..., object]) -> frozenset[str]:
+    return _names_of(function)[0]
+
+
+def _parameters_of(function: Callable[..., object]) -> frozenset[str]:
+    return _names_of(function)[1]

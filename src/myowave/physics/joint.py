@@ -1,0 +1,33 @@
+"""The forearm as a rigid body on a hinge: inertia and gravity (Eqs. 54-56)."""
+
+import torch
+from torch import Tensor
+
+STANDARD_GRAVITY = 9.80665  # m/s^2
+
+# Physical constants of the joint: name -> (unit, meaning).
+JOINT_CONSTANTS = {
+    "mass": ("kg", "forearm mass, at the wrist"),
+    "length": ("m", "forearm length"),
+    "load": ("kg", "known mass held in the hand"),
+}
+
+
+def inertia(*, mass: Tensor, length: Tensor, load: Tensor) -> Tensor:
+    """Moment of inertia about the elbow [kg m^2], I = (m + load) l^2.
+
+    Source: Taneja et al. 2023, Eq. 55.
+    """
+    # ASSUME: the mass of the forearm is a point at the wrist, and so is what the hand holds.
+    return (mass + load) * length**2
+
+
+def gravity_torque(q: Tensor, *, mass: Tensor, length: Tensor, load: Tensor) -> Tensor:
+    """Torque of gravity about the elbow [N m], E(q) = -(m + load) g l sin(q); negative where it extends the elbow.
+
+    Args:
+        q: elbow angle [rad], any shape; 0 hangs straight down, positive in flexion.
+
+    Source: Taneja et al. 2023, Eq. 56.
+    """
+    return -(mass + load) * STANDARD_GRAVITY * length * torch.sin(q)

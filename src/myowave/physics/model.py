@@ -1,0 +1,276 @@
+"""A model of the elbow: muscles + joint + effects, and the equation of motion they add up to (Eqs. 5, 54).
+
+    I(q) qddot = sum of muscle torques + gravity + torques of effects
+
+Shapes: ... batch (hypotheses, starts, perturbations), T trials, N samples, D points within a sample step, M muscles.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import torch
+from torch import Tensor
+
+from myowave.physics import joint as joint_physics
+from myowave.physics import muscle as muscle_physics
+from myowave.physics.curves import Curves
+from myowave.physics.effect import MUSCLE_STAGES, Effect, Parameter, call
+from myowave.physics.joint import JOINT_CONSTANTS
+from myowave.physics.muscle import MUSCLE_CONSTANTS, Muscle
+
+Params = Mapping[str, Tensor | float]
+
+
+@dataclass(frozen=True)
+class Model:
+    """What moves the elbow. Its `name` is the model coordinate of the workflow, such as `base+joint_damping`."""
+
+    muscles: tuple[Muscle, ...]
+    joint: Mapping[str, float] = field(hash=False)
+    curves: Curves = Curves()
+    effects: tuple[Effect, ...] = ()
+
+    @property
+    def name(self) -> str:
+        return "+".join(("base", *(effect.name for effect in self.effects)))
+
+    @cached_property
+    def defaults(self) -> dict[str, float]:
+        """Every parameter of the model with its nominal value; those of effects are 0."""
+        muscles = {f"{c}_{m.name}": float(m.constants[c]) for m in self.muscles for c in MUSCLE_CONSTANTS}
+        return muscles | {c: float(self.joint[c]) for c in JOINT_CONSTANTS} | dict.fromkeys(self.effect_parameters, 0.0)
+
+    @cached_property
+    def effect_parameters(self) -> dict[str, Parameter]:
+        """Parameters that the effects bring, by full name: `joint_damping.c`, or `emg_gain.g_Bi` for one a muscle."""
+        return {name: p for effect in self.effects for name, p in self.parameters_of(effect).items()}
+
+    def parameters_of(self, effect: Effect) -> dict[str, Parameter]:
+        """Full names of an effect's parameters in this model."""
+        return {
+            full: parameter
+            for short, parameter in effect.parameters.items()
+            for full in self._full_names(effect, short, parameter)
+        }
+
+    def _full_names(self, effect: Effect, short: str, parameter: Parameter) -> list[str]:
+        stem = f"{effect.name}.{short}"
+        return [f"{stem}_{m.name}" for m in self.muscles] if parameter.per_muscle else [stem]
+
+    @cached_property
+    def stateful(self) -> tuple[Effect, ...]:
+        """Effects with states of their own, those of activation first."""
+        return tuple(e for stage in ("activation", "muscle") for e in self.on(stage) if e.stateful)
+
+    @property
+    def state_size(self) -> int:
+        """Numbers in a state vector: q, qdot, and one for each stateful effect and muscle."""
+        return 2 + len(self.stateful) * len(self.muscles)
+
+    def on(self, stage: str) -> tuple[Effect, ...]:
+        """The effects that act on a stage, in the order they were added."""
+        return tuple(effect for effect in self.effects if effect.acts_on == stage)
+
+    def with_effects(self, effects: Iterable[Effect]) -> "Model":
+        """The same muscles and joint with these effects added."""
+        return replace(self, effects=(*self.effects, *effects))
+
+
+def parse_model(name: str, base: Model, catalogue: Mapping[str, Effect]) -> Model:
+    """The model that a coordinate such as `base+joint_damping+gravity_tilt` names.
+
+    Raises:
+        ValueError: for a name that does not start with `base`, an effect not in the catalogue, or one named twice.
+    """
+    first, *names = name.split("+")
+    if first != "base":
+        raise ValueError(f"model {name!r}: found {first!r} first; a model is written base, or base+effect+effect")
+    if unknown := [n for n in names if n not in catalogue]:
+        raise ValueError(f"model {name!r}: no effect {', '.join(unknown)}; the catalogue has {', '.join(catalogue)}")
+    if len(set(names)) != len(names):
+        raise ValueError(f"model {name!r}: names an effect twice; name each once")
+    return base.with_effects(catalogue[n] for n in names)
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A model with values for all its parameters, stacked for arithmetic. Make it with `bind`.
+
+    `muscle` values are (..., T, M), `joint` values (..., T), each with `axes` axes of length 1 put in after T.
+    """
+
+    model: Model
+    muscle: Mapping[str, Tensor]
+    joint: Mapping[str, Tensor]
+    effect: tuple[Mapping[str, Tensor], ...]
+    axes: int = 0
+
+    def along(self, axes: int) -> "Bound":
+        """The same values, broadcastable to quantities with `axes` more axes (time, points) after the trials."""
+        assert self.axes == 0
+        effect = tuple(
+            {n: _insert(v, axes, muscles=on_muscles(e, n)) for n, v in p.items()}
+            for e, p in zip(self.model.effects, self.effect, strict=True)
+        )
+        return replace(
+            self,
+            muscle={n: _insert(v, axes, muscles=True) for n, v in self.muscle.items()},
+            joint={n: _insert(v, axes, muscles=False) for n, v in self.joint.items()},
+            effect=effect,
+            axes=axes,
+        )
+
+    def values(self, effect: Effect) -> Mapping[str, Tensor]:
+        """The values of an effect's parameters, by their short names."""
+        return self.effect[self.model.effects.index(effect)]
+
+
+def bind(model: Model, params: Params, like: Tensor) -> Bound:
+    """Give values to a model's parameters; those not in `params` take their defaults.
+
+    Args:
+        params: name -> value, each a number or a tensor broadcastable to (..., T).
+        like: a tensor whose dtype and device the values take.
+
+    Raises:
+        ValueError: for a name the model does not have.
+    """
+    if unknown := sorted(set(params) - set(model.defaults)):
+        raise ValueError(
+            f"model {model.name}: no parameter {', '.join(unknown)}; it has {', '.join(sorted(model.defaults))}"
+        )
+    full = {n: _value(params.get(n, default), like) for n, default in model.defaults.items()}
+    muscle = {c: _stack([full[f"{c}_{m.name}"] for m in model.muscles]) for c in MUSCLE_CONSTANTS}
+    muscle["side"] = torch.tensor([m.side for m in model.muscles], dtype=like.dtype, device=like.device)
+    joint = {c: full[c] for c in JOINT_CONSTANTS}
+    effect = []
+    for e in model.effects:
+        values = {}
+        for short, parameter in e.parameters.items():
+            stacked = _stack([full[n] for n in model._full_names(e, short, parameter)])
+            values[short] = stacked if on_muscles(e, short) else stacked.squeeze(-1)
+        effect.append(values)
+        if e.acts_on == "constants":
+            changed = call(e.function, {**muscle, **joint}, values)
+            muscle.update({n: v for n, v in changed.items() if n in muscle})
+            joint.update({n: v for n, v in changed.items() if n in joint})
+    return Bound(model, muscle, joint, tuple(effect))
+
+
+def _value(value: Tensor | float, like: Tensor) -> Tensor:
+    return torch.atleast_1d(torch.as_tensor(value, dtype=like.dtype, device=like.device))
+
+
+def _stack(values: Sequence[Tensor]) -> Tensor:
+    return torch.stack(torch.broadcast_tensors(*values), dim=-1)
+
+
+def _insert(value: Tensor, axes: int, *, muscles: bool) -> Tensor:
+    """Put `axes` axes of length 1 behind the trials; a bare (M,) vector broadcasts as it is."""
+    shape = value.shape
+    if not muscles:
+        return value.reshape(*shape, *(1,) * axes)
+    return value if len(shape) < 2 else value.reshape(*shape[:-1], *(1,) * axes, shape[-1])
+
+
+def on_muscles(effect: Effect, parameter: str) -> bool:
+    """Whether a parameter's values have an axis for muscles: (..., M) or (..., 1), not (...)."""
+    on_constants = effect.acts_on == "constants" and bool(effect.asks & set(MUSCLE_CONSTANTS))
+    return effect.acts_on in MUSCLE_STAGES or on_constants or effect.parameters[parameter].per_muscle
+
+
+@dataclass(frozen=True)
+class Torques:
+    """What turns the joint [N m], all of the shape of q; `total` is their sum. `inertia` in kg m^2."""
+
+    muscles: Tensor
+    gravity: Tensor
+    effects: Tensor
+    inertia: Tensor
+
+    @property
+    def total(self) -> Tensor:
+        return self.muscles + self.gravity + self.effects
+
+
+def muscle_quantities(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor) -> dict[str, object]:
+    """Path, fibre and force of every muscle at a joint state, before the effects on the stage `muscle`.
+
+    Args:
+        q, qdot: joint angle and velocity [rad, rad/s], (...).
+        activation: (..., M).
+
+    Returns:
+        The quantities of the stage `muscle` (see `effect`), plus `moment_arm` and `cosine` of the pennation angle.
+    """
+    c = bound.muscle
+    angle = q.unsqueeze(-1)
+    length = muscle_physics.path_length(angle, side=c["side"], l1=c["l1"], l2=c["l2"])
+    arm = muscle_physics.moment_arm(angle, length, side=c["side"], l1=c["l1"], l2=c["l2"])
+    for effect in bound.model.on("path"):
+        quantities = {**c, "q": angle, "length_mt": length, "moment_arm": arm}
+        length, arm = call(effect.function, quantities, bound.values(effect))
+    velocity = -arm * qdot.unsqueeze(-1)
+    fibre_length, fibre_velocity, cosine = muscle_physics.fibre_state(
+        length, velocity, l0=c["l0"], vmax=c["vmax"], slack=c["slack"], pennation=c["pennation"]
+    )
+
+    def hill(a: Tensor, l: Tensor, v: Tensor) -> Tensor:  # noqa: E741
+        return muscle_physics.hill_force(bound.model.curves, a, l, v)
+
+    return {
+        **c,
+        "activation": activation,
+        "fibre_length": fibre_length,
+        "fibre_velocity": fibre_velocity,
+        "hill": hill,
+        "force": hill(activation, fibre_length, fibre_velocity),
+        "moment_arm": arm,
+        "cosine": cosine,
+    }
+
+
+def torques(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor, states: Mapping[str, Tensor]) -> Torques:
+    """All torques about the elbow at a state.
+
+    Args:
+        q, qdot: [rad, rad/s], (...).
+        activation: (..., M).
+        states: of the effects on the stage `muscle` that have one, by effect name, (..., M).
+
+    Source: Taneja et al. 2023, Eqs. 54-59.
+    """
+    model = bound.model
+    muscles = muscle_quantities(bound, q, qdot, activation)
+    for effect in model.on("muscle"):
+        state = {"state": states[effect.name]} if effect.stateful else {}
+        muscles["force"] = call(effect.function, {**muscles, **state}, bound.values(effect))
+    force = bound.muscle["f0"] * muscles["force"] * muscles["cosine"]
+    muscle_torque = (force * muscles["moment_arm"]).sum(-1)
+    gravity = joint_physics.gravity_torque(q, **bound.joint)
+    inertia = joint_physics.inertia(**bound.joint)
+    extra = torch.zeros_like(muscle_torque)
+    for effect in model.on("joint"):
+        quantities = {
+            **bound.muscle, **bound.joint,
+            "q": q, "qdot": qdot, "activation": activation, "torque": muscle_torque,
+        }  # fmt: skip
+        extra = extra + call(effect.function, quantities, bound.values(effect))
+    for effect in model.on("inertia"):
+        inertia = inertia + call(effect.function, {**bound.joint, "q": q}, bound.values(effect))
+    return Torques(muscle_torque, gravity, extra, inertia)
+
+
+def acceleration(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor, states: Mapping[str, Tensor]) -> Tensor:
+    """Angular acceleration [rad/s^2]; arguments as for `torques`. Source: Taneja et al. 2023, Eq. 54."""
+    result = torques(bound, q, qdot, activation, states)
+    return result.total / result.inertia
+
+
+def observe(bound: Bound, q: Tensor, qdot: Tensor, dt: float) -> Tensor:
+    """The angle that a sensor reports [rad] for a motion (..., T, N), through the effects on `observation`."""
+    assert bound.axes == 1
+    for effect in bound.model.on("observation"):
+        q = call(effect.function, {"q": q, "qdot": qdot, "dt": dt}, bound.values(effect))
+    return q

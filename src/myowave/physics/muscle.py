@@ -1,0 +1,100 @@
+"""One muscle: from EMG to activation (Eqs. 1-2), its path over the joint (Eqs. 57-59), its force (Eqs. 45-50).
+
+Every function acts element-wise; muscles stand side by side on the last axis M.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import torch
+from torch import Tensor
+
+from myowave.physics.curves import Curves
+
+# Physical constants of a muscle: name -> (unit, meaning). The parameter of muscle `Bi` is called `f0_Bi`.
+MUSCLE_CONSTANTS = {
+    "f0": ("N", "maximum isometric force"),
+    "l0": ("m", "optimal fibre length"),
+    "vmax": ("m/s", "maximum contraction velocity"),
+    "slack": ("m", "tendon slack length"),
+    "pennation": ("rad", "pennation angle at optimal fibre length"),
+    "l1": ("m", "distance of the origin from the joint"),
+    "l2": ("m", "distance of the insertion from the joint"),
+    "delay": ("s", "electromechanical delay"),
+    "shape": ("-", "shape factor A of the activation, Eq. 2"),
+}
+
+FLEXOR, EXTENSOR = 1.0, -1.0
+
+
+@dataclass(frozen=True)
+class Muscle:
+    """A muscle group: its name, the side of the joint it runs on, its EMG channel and its constants (SI units)."""
+
+    name: str
+    side: float
+    channel: str
+    constants: Mapping[str, float] = field(hash=False)
+
+    def __post_init__(self) -> None:
+        assert self.side in (FLEXOR, EXTENSOR), self.side
+        assert set(self.constants) == set(MUSCLE_CONSTANTS), sorted(self.constants)
+
+
+def activation(excitation: Tensor, shape: Tensor) -> Tensor:
+    """Muscle activation a(u) in [0, 1] for u in [0, 1], Eq. 2; the limit A -> 0 is a = u.
+
+    Args:
+        excitation: u, EMG after the electromechanical delay [-], any shape.
+        shape: shape factor A [-], broadcastable to `excitation`.
+
+    Source: Taneja et al. 2023, Eq. 2.
+    """
+    # ASSUME: e < 0 counts as 0 (a muscle cannot push), in generation and in identification alike.
+    u = excitation.clamp(min=0.0)
+    small = shape.abs() < 1e-6
+    safe = torch.where(small, 1.0, shape)
+    return torch.where(small, u, torch.special.expm1(safe * u) / torch.special.expm1(safe))
+
+
+def path_length(q: Tensor, *, side: Tensor, l1: Tensor, l2: Tensor) -> Tensor:
+    """Length of the muscle-tendon unit [m], a straight line across the hinge; `side` +1 flexor, -1 extensor.
+
+    Source: law of cosines for the geometry of Taneja et al. 2023, Fig. 6.
+    """
+    return torch.sqrt(l1**2 + l2**2 + 2 * side * l1 * l2 * torch.cos(q))
+
+
+def moment_arm(q: Tensor, length: Tensor, *, side: Tensor, l1: Tensor, l2: Tensor) -> Tensor:
+    """Signed moment arm R = -d length / dq [m]; torque is F R, shortening velocity R qdot.
+
+    Source: Taneja et al. 2023, Eqs. 58-59 (the minus sign of Eq. 57 is in `side`).
+    """
+    return side * l1 * l2 * torch.sin(q) / length
+
+
+def fibre_state(
+    length: Tensor, velocity: Tensor, *, l0: Tensor, vmax: Tensor, slack: Tensor, pennation: Tensor
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Normalised fibre length and velocity and the cosine of the pennation angle, with a rigid tendon.
+
+    Args:
+        length, velocity: of the muscle-tendon unit [m, m/s], lengthening positive.
+
+    Source: Taneja et al. 2023, Eqs. 46-48.
+    """
+    # ASSUME: fibres keep their height l0 sin(pennation) over the tendon (Scott & Winter 1991), so that Eq. 47 can be
+    # solved for the fibre length. A muscle-tendon unit shorter than its tendon has a fibre of length ~0 and no force.
+    along = (length - slack).clamp(min=1e-6)
+    height = l0 * torch.sin(pennation)
+    fibre = torch.sqrt(along**2 + height**2)
+    cosine = along / fibre
+    return fibre / l0, velocity * cosine / vmax, cosine
+
+
+def hill_force(curves: Curves, activation: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
+    """Fibre force in units of f0: a f_AL(l) f_V(v) + f_P(l).
+
+    Source: Taneja et al. 2023, Eqs. 45-46.
+    """
+    return activation * curves.active_length(length) * curves.force_velocity(velocity) + curves.passive(length)
