@@ -1,0 +1,39 @@
+# Everything from a fresh clone: `make run`, `make test`. The environment is made where it is not there.
+.DEFAULT_GOAL := run
+.PHONY: run test lint ui publish clean
+
+PYTHON ?= python3
+CORES ?= 2
+VENV := .venv
+BIN := $(VENV)/bin
+export MLFLOW_DISABLE_TELEMETRY := true
+
+run: $(VENV)/.ready ## the main job: every dataset, model, recipe and scale named in config.yaml
+	$(BIN)/snakemake --cores $(CORES)
+
+test: $(VENV)/.ready ## all tests
+	$(BIN)/pytest -q -n $(CORES)
+
+lint: $(VENV)/.ready ## style of the Python code
+	$(BIN)/ruff check .
+
+publish: $(VENV)/.ready ## rebuild the MLflow store from results/
+	$(BIN)/snakemake --cores 1 publish
+
+ui: $(VENV)/.ready ## browse the results at http://127.0.0.1:5000
+	$(BIN)/myowave ui
+
+clean: ## remove the environment; results/ stays
+	rm -rf $(VENV)
+
+# The environment is finished only when .ready is there, so an interrupted installation starts again.
+$(VENV)/.ready: environment.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "myowave needs Python 3.11 or newer, but '$(PYTHON)' is $$($(PYTHON) -V 2>&1)."; \
+	  echo "Name another: make PYTHON=python3.12 run"; exit 1; }
+	@echo "Setting up $(VENV) (once; a few minutes) ..."
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) || { \
+	  echo "Could not make $(VENV). On Debian or Ubuntu: apt-get install python3-venv"; rm -rf $(VENV); exit 1; }
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --root-user-action=ignore -r environment.lock
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --root-user-action=ignore --no-deps -e .
+	@touch $@
