@@ -138,10 +138,10 @@ def _explain_one(problem: Mapping[str, Any], keys: Sequence[Key]) -> str:
         tags = [tag.removeprefix(":") for tag in _children(location, keys)]
         return f"{shown}.kind = {problem['input'].get('kind')!r}: expected {' or '.join(dict.fromkeys(tags))}."
     if problem["type"] == "value_error":
-        return f"{shown} = {_SHORT.repr(problem["input"])}: {problem['msg'].removeprefix('Value error, ')}"
+        return f"{shown} = {_SHORT.repr(problem['input'])}: {problem['msg'].removeprefix('Value error, ')}"
     key = _find(location, keys)
     expected = _expected(key) if key else problem["msg"]
-    return f"{shown} = {_SHORT.repr(problem["input"])}: expected {expected}."
+    return f"{shown} = {_SHORT.repr(problem['input'])}: expected {expected}."
 
 
 def _expected(key: Key) -> str:
