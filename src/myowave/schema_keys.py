@@ -4,7 +4,7 @@ It knows nothing of the settings themselves, so it can be read and tested alone.
 """
 
 import difflib
-import reprlib
+import textwrap
 import types
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,6 @@ from pydantic_core import PydanticUndefined
 # Names for the types of values, in messages and in the table.
 _TYPES = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}
 _MANY = {"a number": "numbers", "a whole number": "whole numbers", "text": "texts"}
-_SHORT = reprlib.Repr(maxdict=2, maxlist=4, maxstring=60)
 _BOUNDS = {"ge": "at least {}", "gt": "above {}", "le": "at most {}", "lt": "below {}"}
 
 
@@ -138,10 +137,14 @@ def _explain_one(problem: Mapping[str, Any], keys: Sequence[Key]) -> str:
         tags = [tag.removeprefix(":") for tag in _children(location, keys)]
         return f"{shown}.kind = {problem['input'].get('kind')!r}: expected {' or '.join(dict.fromkeys(tags))}."
     if problem["type"] == "value_error":
-        return f"{shown} = {_SHORT.repr(problem['input'])}: {problem['msg'].removeprefix('Value error, ')}"
+        return f"{shown} = {_short(problem['input'])}: {problem['msg'].removeprefix('Value error, ')}"
     key = _find(location, keys)
     expected = _expected(key) if key else problem["msg"]
-    return f"{shown} = {_SHORT.repr(problem['input'])}: expected {expected}."
+    return f"{shown} = {_short(problem['input'])}: expected {expected}."
+
+
+def _short(value: Any) -> str:
+    return textwrap.shorten(repr(value), 80, placeholder=" ...")
 
 
 def _expected(key: Key) -> str:
