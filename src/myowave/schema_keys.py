@@ -136,6 +136,8 @@ def _explain_one(problem: Mapping[str, Any], keys: Sequence[Key]) -> str:
     if problem["type"].startswith("union_tag"):
         tags = [tag.removeprefix(":") for tag in _children(location, keys)]
         return f"{shown}.kind = {problem['input'].get('kind')!r}: expected {' or '.join(dict.fromkeys(tags))}."
+    if problem["type"] == "value_error" and isinstance(problem["input"], Mapping):
+        return f"{shown}: {problem['msg'].removeprefix('Value error, ')}"
     if problem["type"] == "value_error":
         return f"{shown} = {_short(problem['input'])}: {problem['msg'].removeprefix('Value error, ')}"
     key = _find(location, keys)
