@@ -1,0 +1,74 @@
+"""Pictures of trials: what goes into everything else (Taneja et al. 2023, Figs. 7 and 9), and their scales."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from myowave.data.trials import Trials
+from myowave.plotting import CYCLE, MEASURED, canvas, title
+
+
+def draw_trials(trials: Trials) -> Figure:
+    """EMG of every channel and the joint angle, a column a trial."""
+    rows = len(trials.channels) + 1
+    figure, axes = canvas(
+        rows, len(trials.names), width=max(7.0, 2.6 * len(trials.names)), height=1.7 * rows + 0.9,
+        sharex=True, sharey="row",
+    )  # fmt: skip
+    degrees = np.rad2deg(trials.angle)
+    for column, (name, length) in enumerate(zip(trials.names, trials.lengths, strict=True)):
+        time = trials.time[:length]
+        for row, channel in enumerate(trials.channels):
+            axes[row, column].plot(time, trials.emg[column, :length, row], color=CYCLE[row % len(CYCLE)], linewidth=0.9)
+        axes[-1, column].plot(time, degrees[column, :length], color=MEASURED)
+        axes[-1, column].set_xlabel("time [s]")
+        role = "test" if name in trials.test else "training"
+        axes[0, column].set_title(f"trial {name.removeprefix('trial')}, {role}")
+    for row, channel in enumerate(trials.channels):
+        axes[row, 0].set_ylabel(f"{channel.removeprefix('emg_')}\nEMG / MVC [-]")
+    axes[-1, 0].set_ylabel("elbow\nangle [deg]")
+    valid = degrees[trials.valid]
+    title(
+        figure,
+        f"{trials.dataset}: {len(trials.names)} trials of {trials.lengths[0] * trials.dt:.1f} s, "
+        f"the elbow moves between {valid.min():.0f} and {valid.max():.0f} deg",
+    )
+    return figure
+
+
+def draw_scales(scales: Mapping[int, Trials]) -> Figure:
+    """The first training trial at each scale: EMG of the first channel and the angle."""
+    finest = scales[0]
+    index = finest.index(finest.train)[0]
+    length = finest.lengths[index]
+    figure, axes = canvas(len(scales), 2, width=10, height=1.5 * len(scales) + 1.0, sharex=True, sharey="col")
+    for row, level in enumerate(sorted(scales)):
+        trials = scales[level]
+        time = trials.time[:length]
+        for column, signal in enumerate((trials.emg[index, :length, 0], np.rad2deg(trials.angle[index, :length]))):
+            if level:
+                original = (finest.emg[index, :length, 0], np.rad2deg(finest.angle[index, :length]))[column]
+                axes[row, column].plot(time, original, color="#c4c4c4", linewidth=0.8)
+            axes[row, column].plot(time, signal, color=(CYCLE[0], MEASURED)[column], linewidth=1.1)
+        axes[row, 0].set_ylabel(f"scale {-level}\n[-]")
+        axes[row, 1].set_ylabel("[deg]")
+    axes[0, 0].set_title(f"{finest.channels[0].removeprefix('emg_')} EMG / MVC")
+    axes[0, 1].set_title("elbow angle")
+    for column in (0, 1):
+        axes[-1, column].set_xlabel("time [s]")
+    coarsest = scales[max(scales)]
+    left_out = [
+        _share_left_out(finest.emg[index, :length, 0], coarsest.emg[index, :length, 0]),
+        _share_left_out(finest.angle[index, :length], coarsest.angle[index, :length]),
+    ]
+    title(
+        figure,
+        f"{finest.dataset}, trial {finest.names[index].removeprefix('trial')}: scale {-max(scales)} leaves out "
+        f"{left_out[0]:.2g} % of the EMG's variance and {left_out[1]:.2g} % of the motion's",
+    )
+    return figure
+
+
+def _share_left_out(signal: np.ndarray, coarse: np.ndarray) -> float:
+    return 100 * float(np.var(signal - coarse) / np.var(signal))

@@ -1,0 +1,118 @@
+"""Pictures of training: loss and test metrics against scales, predictions, identified parameters.
+
+As in Taneja et al. 2023, Figs. 8, 10 and 11. Tables come in as the rules write them; see `evaluation`.
+"""
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from myowave.physics.muscle import MUSCLE_CONSTANTS
+from myowave.plotting import CYCLE, GREY, MEASURED, MODEL, canvas, shade, title
+
+
+def draw_metrics(summary: pd.DataFrame, histories: dict[int, pd.DataFrame]) -> Figure:
+    """Training loss, test MSE and test R2 against the number of scales (Figs. 8 and 11).
+
+    Args:
+        summary: rows of summary.csv of one dataset, model and recipe.
+        histories: {number of scales: columns epoch, seed, loss}, epochs counted through all scales.
+    """
+    figure, axes = canvas(1, 3, width=12, height=4.0)
+    loss, mse, r2 = axes[0]
+    for color, (scales, history) in zip(CYCLE, sorted(histories.items()), strict=False):
+        by_epoch = np.log10(history.groupby("epoch")["loss"].agg(lambda x: max(x.mean(), 1e-12)))
+        spread = history.groupby("epoch")["loss"].agg(lambda x: np.std(np.log10(np.maximum(x, 1e-12))))
+        smooth = by_epoch.rolling(max(1, len(by_epoch) // 150), min_periods=1).median()
+        shade(loss, by_epoch.index.to_numpy(), smooth.to_numpy(), spread.to_numpy(), color=color, label=f"{scales}-scale")
+    loss.set(xlabel="epoch", ylabel="log10 of training loss [rad$^2$]", title="training loss")
+    loss.legend()
+    groups = summary.groupby("scales")
+    for axis, column, label in ((mse, "test_mse", "test MSE [rad$^2$]"), (r2, "test_r2", "test R$^2$ [-]")):
+        mean, spread = groups[column].mean(), groups[column].std(ddof=0)
+        shade(axis, mean.index.to_numpy(), mean.to_numpy(), spread.to_numpy(), color=CYCLE[0], marker="o")
+        axis.plot(summary["scales"], summary[column], ".", color=GREY, markersize=5, zorder=3)
+        axis.set(xlabel="number of scales", ylabel=label, title=f"{label.split(' [')[0]}: mean, 1 SD, each seed")
+        axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+    mean = groups["test_r2"].mean()
+    title(figure, f"{_what(summary)}: test R$^2$ is {_range(mean)} with {_words(mean.index)} scales")
+    return figure
+
+
+def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame) -> Figure:
+    """Free-running prediction of the test trials against the measurement, one panel a number of scales (Fig. 10).
+
+    Args:
+        predictions: {number of scales: columns trial, seed, time_s, angle_rad, predicted_rad, role}.
+        summary: rows of summary.csv of the same runs.
+    """
+    panels = sorted(predictions)
+    trials = sorted(predictions[panels[0]].query("role == 'test'")["trial"].unique())
+    figure, axes = canvas(
+        len(trials), len(panels), width=max(6.5, 4.0 * len(panels)), height=2.7 * len(trials) + 1.2, sharex=True, sharey=True
+    )
+    for column, scales in enumerate(panels):
+        table = predictions[scales].query("role == 'test'")
+        for row, trial in enumerate(trials):
+            axis = axes[row, column]
+            rows = table[table["trial"] == trial]
+            wide = np.rad2deg(rows.pivot(index="time_s", columns="seed", values="predicted_rad"))
+            measured = np.rad2deg(rows.groupby("time_s")["angle_rad"].first())
+            axis.plot(measured.index, measured, color=MEASURED, label="measured", linewidth=2.0)
+            mean, spread = wide.mean(axis=1).to_numpy(), wide.std(axis=1, ddof=0).to_numpy()
+            shade(axis, wide.index.to_numpy(), mean, spread, color=MODEL, label="predicted, 1 SD", linestyle="--")
+            axis.set_xlabel("time [s]" if row == len(trials) - 1 else "")
+            axis.set_ylabel(f"trial {str(trial).removeprefix('trial')}\nangle [deg]" if column == 0 else "")
+        r2 = summary.loc[summary["scales"] == scales, "test_r2"]
+        axes[0, column].set_title(f"{scales}-scale, R$^2$ {r2.mean():.4f}")
+    axes[0, 0].legend(loc="best")
+    worst = summary.loc[summary["test_r2"].idxmin()]
+    title(
+        figure,
+        f"{_what(summary)}: free-running prediction of the unseen trial, R$^2$ at least {worst['test_r2']:.4f}",
+    )
+    return figure
+
+
+def draw_parameters(summary: pd.DataFrame, names: list[str]) -> Figure:
+    """Identified parameters, seed by seed: the error where the truth is known, else the value."""
+    figure, axes = canvas(1, len(names), width=max(7.0, 2.9 * len(names)), height=3.6)
+    known = all(summary[f"{name}_error_pct"].notna().all() for name in names)
+    for axis, name in zip(axes[0], names, strict=True):
+        column = f"{name}_error_pct" if known else name
+        groups = summary.groupby("scales")[column]
+        axis.errorbar(
+            groups.mean().index, groups.mean(), yerr=groups.std(ddof=0), fmt="o", color=CYCLE[0], capsize=4, zorder=3
+        )
+        axis.plot(summary["scales"], summary[column], ".", color=GREY, markersize=5)
+        if known:
+            axis.axhline(0.0, color=MEASURED, linewidth=0.8)
+        axis.set(xlabel="number of scales", title=name, ylabel="error [%]" if known else f"value [{_unit(name)}]")
+        axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axis.set_xlim(summary["scales"].min() - 0.5, summary["scales"].max() + 0.5)
+    if known:
+        worst = max(abs(summary.groupby("scales")[f"{n}_error_pct"].mean()).max() for n in names)
+        finding = f"largest mean error of an identified parameter is {worst:.2g} %"
+    else:
+        worst = max((summary.groupby("scales")[n].std(ddof=0) / summary.groupby("scales")[n].mean().abs()).max() for n in names)
+        finding = f"seeds agree on the parameters within {100 * worst:.2g} % (1 SD); the truth is not known"
+    title(figure, f"{_what(summary)}: {finding}")
+    return figure
+
+
+def _what(summary: pd.DataFrame) -> str:
+    first = summary.iloc[0]
+    return f"{first['dataset']}, {first['model']}, recipe {first['recipe']}"
+
+
+def _range(values: pd.Series) -> str:
+    return " / ".join(f"{v:.4f}" for v in values)
+
+
+def _words(values: pd.Index) -> str:
+    return " / ".join(str(v) for v in values)
+
+
+def _unit(name: str) -> str:
+    return MUSCLE_CONSTANTS.get(name.split("_")[0], ("SI units", ""))[0]

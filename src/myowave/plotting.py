@@ -1,0 +1,65 @@
+"""How figures look: one style, one palette, one way to save. Drawing itself stands in the layers' `figures` modules.
+
+Colours are Okabe & Ito's (2008), told apart with any common colour blindness; lines that must be told apart also
+differ in style or are named at their end.
+"""
+
+from pathlib import Path
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, RED, PINK = (
+    "#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7",
+)  # fmt: skip
+CYCLE = (BLUE, RED, GREEN, PINK, ORANGE, SKY, BLACK)
+MEASURED = BLACK
+MODEL = RED
+GREY = "#6b6b6b"
+
+STYLE = {
+    "figure.dpi": 110,
+    "savefig.dpi": 160,
+    "font.size": 11,
+    "axes.titlesize": 12,
+    "axes.labelsize": 11,
+    "legend.fontsize": 10,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e3e3e3",
+    "grid.linewidth": 0.7,
+    "axes.prop_cycle": matplotlib.cycler(color=CYCLE),
+    "lines.linewidth": 1.6,
+    "figure.constrained_layout.use": True,
+    "axes.titlelocation": "left",
+    "legend.frameon": False,
+}
+
+
+def canvas(rows: int = 1, columns: int = 1, *, width: float = 9.0, height: float = 4.0, **kwargs):
+    """A figure in the project's style and its axes, a (rows, columns) array; size in inches."""
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(width, height))
+        axes = figure.subplots(rows, columns, squeeze=False, **kwargs)
+    return figure, axes
+
+
+def title(figure: Figure, finding: str) -> None:
+    """What the figure shows, in a sentence, over all of it."""
+    figure.suptitle(finding, x=0.01, ha="left", fontsize=13, fontweight="bold", wrap=True)
+
+
+def shade(axes: Axes, x, mean, spread, *, color: str, label: str | None = None, **kwargs) -> None:
+    """A line with a band of one standard deviation on either side."""
+    axes.plot(x, mean, color=color, label=label, **kwargs)
+    axes.fill_between(x, mean - spread, mean + spread, color=color, alpha=0.22, linewidth=0)
+
+
+def save(figure: Figure, path: str | Path) -> None:
+    """Write a figure, in the format its ending names."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with matplotlib.rc_context(STYLE):
+        figure.savefig(path)
