@@ -1,7 +1,7 @@
 """Digest of what the code does, so that a workflow knows when a result is out of date.
 
 The layers stand on one another, so a layer's digest covers those before it. Comments, layout and docstrings do not
-count: they change no result.
+count: they change no result. Modules called `figures.py` draw results and make none, so they count only for drawing.
 """
 
 import ast
@@ -13,23 +13,28 @@ LAYERS = ("physics", "data", "learning", "diagnosis")
 _SOURCE = Path(__file__).parent
 
 
-def digest_layers(last: str, source: Path = _SOURCE) -> str:
+def digest_layers(last: str, *, drawing: bool = False, source: Path = _SOURCE) -> str:
     """Digest of a layer and all layers before it.
 
     Args:
         last: one of `LAYERS`.
+        drawing: whether the modules that draw count.
         source: folder of the package.
     """
     digest = hashlib.sha256()
     for layer in LAYERS[: LAYERS.index(last) + 1]:
-        digest.update(_digest_layer(source / layer))
+        digest.update(_digest_layer(source / layer, drawing))
+    if drawing:
+        digest.update(digest_code((source / "plotting.py").read_text(encoding="utf-8")))
     return digest.hexdigest()[:16]
 
 
 @cache
-def _digest_layer(folder: Path) -> bytes:
+def _digest_layer(folder: Path, drawing: bool) -> bytes:
     digest = hashlib.sha256()
     for path in sorted(folder.rglob("*.py")):
+        if path.name == "figures.py" and not drawing:
+            continue
         digest.update(str(path.relative_to(folder)).encode())
         digest.update(digest_code(path.read_text(encoding="utf-8")))
     return digest.digest()

@@ -139,7 +139,7 @@ class SimulatedDataset(_Dataset):
     samples: Whole = setting("samples in a trial", "-", 500, ge=50, le=100_000)
     dt_s: Real = setting("time between samples; the paper's beta = dt^2/I = 1e-3", "s", 0.0316227766, gt=0, le=0.1)
     start_rad: Real = setting("elbow angle at the start, at rest", "rad", math.pi / 6, ge=0.1, le=1.7)
-    emg_noise: Real = setting("standard deviation of the noise on the EMG, which drives the motion", "-", 0.1, ge=0, le=1)
+    emg_noise: Real = setting("standard deviation of the noise on the driving EMG", "-", 0.1, ge=0, le=1)
     angle_noise_deg: Real = setting("standard deviation of the noise on the measured angle", "deg", 0.0, ge=0, le=30)
     seed: Whole = setting("seed of EMG and noise", "-", 1, ge=0)
     hidden_effect: dict[str, dict[str, Real]] = setting(
@@ -172,6 +172,7 @@ class Wavelet(Section):
 
     name: Annotated[str, Field(pattern=r"^(db|sym|coif|haar)\d*$")] = setting("orthogonal wavelet", "", "db2")
     decompose: Literal["both", "emg", "angle"] = setting("which signals are coarsened (Sec. 6)", "", "both")
+    levels: Whole = setting("how often the samples are coarsened: scales 0, -1, ..., -levels", "-", 4, ge=0, le=8)
 
 
 class Data(Section):
@@ -258,6 +259,11 @@ class Settings(Section):
             problems += _unless_known(f"targets.models.{name}", name, self.data.datasets)
         for i, name in enumerate(self.targets.recipes):
             problems += _unless_known(f"targets.recipes[{i}]", name, self.learning.recipes)
+        if (scales := max(self.targets.scales)) > self.data.wavelet.levels + 1:
+            problems.append(
+                f"targets.scales: {scales} scales need data.wavelet.levels of {scales - 1}, "
+                f"which is {self.data.wavelet.levels}."
+            )
         for name, dataset in self.data.datasets.items():
             where = f"data.datasets.{name}"
             named = [(f"{where}.identify.{p}", p) for p in dataset.identify]

@@ -1,0 +1,23 @@
+# Table of contents of the workflow. What is computed stands in config.yaml, how in workflow/rules/, in reading order.
+from pathlib import Path
+
+configfile: Path(workflow.basedir) / "config.yaml"  # lay your own over it: --configfile config.yaml mine.yaml
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/data.smk"
+include: "workflow/rules/learning.smk"
+include: "workflow/rules/tracking.smk"
+
+
+localrules:
+    all,
+
+
+rule all:
+    default_target: True
+    input:
+        "results/summary.csv",
+        "results/tracking/published.md",
+        figures_of_data,
+        figures_of_learning,

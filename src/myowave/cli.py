@@ -1,0 +1,90 @@
+"""The command `myowave`: what a person asks for outside of the workflow. Heavy imports stay inside the commands."""
+
+import functools
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, ParamSpec
+
+import typer
+import yaml
+from rich.console import Console
+from rich.table import Table
+
+app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__.split("\n")[0])
+P = ParamSpec("P")
+ConfigFile = Annotated[Path, typer.Option("--config", help="configuration to read")]
+
+
+def explain_mistakes(command: Callable[P, None]) -> Callable[P, None]:
+    """End with the message and status 2, and no traceback, where the user's input is wrong."""
+
+    @functools.wraps(command)
+    def wrapped(*args: P.args, **kwargs: P.kwargs) -> None:
+        try:
+            command(*args, **kwargs)
+        except (ValueError, FileNotFoundError) as error:
+            typer.echo(str(error), err=True)
+            raise typer.Exit(2) from None
+
+    return wrapped
+
+
+@app.command("settings")
+@explain_mistakes
+def list_settings() -> None:
+    """List every key of config.yaml with unit, allowed values, default and meaning."""
+    from myowave.settings import KEYS
+
+    table = Table("key", "unit", "allowed", "default", "meaning")
+    for key in {key.name: key for key in KEYS}.values():
+        required = "" if key.allowed.startswith("a section") else "(required)"
+        table.add_row(key.name, key.unit, key.allowed, required if key.default is None else key.default, key.meaning)
+    Console().print(table)
+
+
+@app.command("effects")
+@explain_mistakes
+def list_effects(config: ConfigFile = Path("config.yaml")) -> None:
+    """List the physical effects that a model may have: where they act, their equation and parameters."""
+    from myowave.physics.effects import catalogue
+
+    effects = catalogue(read_settings(config).physics.effect_files)
+    table = Table("effect", "acts on", "equation", "parameter", "unit", "bounds", "meaning", "source")
+    for effect in effects.values():
+        first = (effect.name, effect.acts_on, effect.equation)
+        for name, p in effect.parameters.items():
+            table.add_row(*first, name, p.unit, f"{p.low:g} .. {p.high:g}", p.meaning, effect.source)
+            first = ("", "", "")
+    Console().print(table)
+
+
+@app.command()
+@explain_mistakes
+def ui(
+    config: ConfigFile = Path("config.yaml"),
+    port: Annotated[int, typer.Option(help="port on 127.0.0.1")] = 5000,
+) -> None:
+    """Browse the results with MLflow, on this machine only."""
+    settings = read_settings(config)
+    from myowave.tracking import serve
+
+    serve(settings.tracking.uri, port)
+
+
+def read_settings(path: Path):
+    """The settings in a YAML file.
+
+    Raises:
+        ValueError: for a file that is not there, is not YAML, or has wrong keys.
+    """
+    from myowave.settings import parse_settings
+
+    if not path.exists():
+        raise ValueError(f"There is no {path} in {Path.cwd()}; run the command where it is, or name it with --config.")
+    try:
+        config = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except yaml.YAMLError as error:
+        raise ValueError(f"{path} is not valid YAML: {error}") from None
+    if not isinstance(config, dict):
+        raise ValueError(f"{path}: expected sections such as physics and data; found {type(config).__name__}.")
+    return parse_settings(config)

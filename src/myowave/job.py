@@ -1,0 +1,135 @@
+"""What a job of the workflow shows while it runs: its log, its progress, and a user's mistake without a traceback.
+
+Jobs run side by side and share one terminal. Each writes plain lines to its own log. On the terminal there is one line
+that updates and holds all running jobs: every job leaves its state in a folder, and whoever has news redraws the line.
+Where stderr is no terminal, each job writes a plain line there now and then.
+"""
+
+import os
+import shutil
+import sys
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TextIO
+
+LOG_EVERY_S = 10.0
+PLAIN_EVERY_S = 30.0
+REDRAW_EVERY_S = 0.5
+_STALE_S = 120.0  # a job that was killed leaves its state behind
+
+
+class JobLog:
+    """The log of one job and its part of the terminal.
+
+    Args:
+        label: what the job works on, for people: "train case1 base rollout 3-scale, scale -2".
+        log: opened log file.
+        board: folder where running jobs leave their state.
+        terminal: usually stderr.
+    """
+
+    def __init__(self, label: str, log: TextIO, board: Path, terminal: TextIO = sys.stderr):
+        self.label = label
+        self._log = log
+        self._terminal = terminal
+        self._state = board / str(os.getpid())
+        self._started = time.monotonic()
+        self._last = dict.fromkeys(("log", "terminal"), float("-inf"))
+        board.mkdir(parents=True, exist_ok=True)
+
+    def say(self, text: str) -> None:
+        """A line in the log."""
+        print(text, file=self._log, flush=True)
+
+    def progress(self, done: int, total: int, text: str = "") -> None:
+        """How far the job is. Cheap to call often.
+
+        Args:
+            done, total: steps.
+            text: numbers of interest, such as `loss 1.2e-04`.
+        """
+        left = (time.monotonic() - self._started) / max(done, 1) * (total - done)
+        line = f"{done}/{total} ({done / total:.0%}) {text}, {_duration(left)} left"
+        if self._due("log", LOG_EVERY_S, done == total):
+            self.say(line)
+        updating = self._terminal.isatty()
+        if self._due("terminal", REDRAW_EVERY_S if updating else PLAIN_EVERY_S, done == total):
+            if updating:
+                self._state.write_text(f"{self.label} {done / total:.0%} {text} {_duration(left)} left")
+                self._redraw()
+            else:
+                print(f"{self.label}: {line}", file=self._terminal, flush=True)
+
+    def close(self) -> None:
+        """Take the job off the terminal's line."""
+        self._state.unlink(missing_ok=True)
+        if self._terminal.isatty():
+            self._redraw()
+
+    def _due(self, where: str, interval: float, finished: bool) -> bool:
+        now = time.monotonic()
+        if now - self._last[where] < interval and not finished:
+            return False
+        self._last[where] = now
+        return True
+
+    def _redraw(self) -> None:
+        line = " | ".join(_running(self._state.parent))
+        width = shutil.get_terminal_size().columns - 1
+        # The cursor goes back to the start, so that what others print next overwrites the line.
+        print(f"\r\x1b[K{line[:width]}\r", end="", file=self._terminal, flush=True)
+
+
+def _running(board: Path) -> list[str]:
+    """States of the jobs that run, those that died left out."""
+    states = []
+    for path in sorted(board.iterdir()):
+        try:
+            if time.time() - path.stat().st_mtime < _STALE_S:
+                states.append(path.read_text())
+            else:
+                path.unlink()
+        except FileNotFoundError:  # that job ended between listing and reading
+            continue
+    return states
+
+
+def _duration(seconds: float) -> str:
+    minutes, seconds = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{seconds:02d}" if hours else f"{minutes}:{seconds:02d}"
+
+
+@contextmanager
+def job_log(label: str, path: str | Path) -> Iterator[JobLog]:
+    """Run a job under its log.
+
+    A ValueError is a user's mistake: its message goes to the log and the job ends with exit status 1. Anything else is
+    ours, and goes to the log with its traceback.
+
+    Args:
+        label: what the job works on.
+        path: the log file; the board of running jobs is beside the logs' folder.
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    board = next((p for p in path.parents if p.name == "logs"), path.parent) / ".running"
+    with path.open("w", encoding="utf-8") as file:
+        log = JobLog(label, file, board)
+        log.say(label)
+        try:
+            yield log
+        except ValueError as error:
+            log.say(f"{label}: {error}")
+            raise SystemExit(1) from None
+        finally:
+            log.close()
+
+
+def follow(reports: Iterable[Any], total: int, log: JobLog) -> Iterator[Any]:
+    """Hand on reports that have `epoch` (from 1) and `summary()`, showing each as progress."""
+    for report in reports:
+        log.progress(report.epoch, total, report.summary())
+        yield report

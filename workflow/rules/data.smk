@@ -1,0 +1,97 @@
+# Trials, simulated or measured, become one table; after it nobody asks which they were.
+
+
+def recordings(wildcards):
+    """Files of a measured dataset; a pattern stands for the files it matches now."""
+    return expand_patterns(DATASETS[wildcards.dataset].files, f"data.datasets.{wildcards.dataset}.files")
+
+
+def figures_of_data(wildcards):
+    return expand(
+        "results/figures/{dataset}/{figure}.png", dataset=SETTINGS.targets.datasets, figure=["trials", "scales"]
+    )
+
+
+rule simulate_trials:
+    input:
+        effects=SETTINGS.physics.effect_files,
+    output:
+        trials="results/data/{dataset}/trials.parquet",
+        truth="results/data/{dataset}/truth.json",
+    log:
+        "results/logs/simulate_trials/{dataset}.log",
+    wildcard_constraints:
+        dataset=one_of(SIMULATED),
+    params:
+        physics=section("physics"),
+        dataset=lambda wildcards: dump(DATASETS[wildcards.dataset]),  # with what is hidden: this rule puts it in
+        code=digest_layers("data"),
+    script:
+        "../scripts/simulate_trials.py"
+
+
+rule import_trials:
+    input:
+        recordings=recordings,  # so that a changed file is imported again
+    output:
+        trials="results/data/{dataset}/trials.parquet",
+    log:
+        "results/logs/import_trials/{dataset}.log",
+    wildcard_constraints:
+        dataset=one_of(MEASURED),
+    params:
+        dataset=dataset_section,
+        channels=list(dict.fromkeys(muscle.emg for muscle in SETTINGS.physics.muscles.values())),
+        code=digest_layers("data"),
+    script:
+        "../scripts/import_trials.py"
+
+
+rule decompose_scales:
+    input:
+        trials="results/data/{dataset}/trials.parquet",
+    output:
+        scales="results/data/{dataset}/scales.parquet",
+    log:
+        "results/logs/decompose_scales/{dataset}.log",
+    params:
+        wavelet=dump(SETTINGS.data.wavelet),
+        code=digest_layers("data"),
+    script:
+        "../scripts/decompose_scales.py"
+
+
+rule draw_trials:
+    input:
+        trials="results/data/{dataset}/trials.parquet",
+    output:
+        figure=report(
+            "results/figures/{dataset}/trials.png",
+            caption="../report/trials.rst",
+            category="1 data",
+            labels={"dataset": "{dataset}", "figure": "trials"},
+        ),
+    log:
+        "results/logs/draw_trials/{dataset}.log",
+    params:
+        code=digest_layers("data", drawing=True),
+    script:
+        "../scripts/draw_trials.py"
+
+
+rule draw_scales:
+    input:
+        scales="results/data/{dataset}/scales.parquet",
+    output:
+        figure=report(
+            "results/figures/{dataset}/scales.png",
+            caption="../report/scales.rst",
+            category="1 data",
+            labels={"dataset": "{dataset}", "figure": "scales"},
+        ),
+    log:
+        "results/logs/draw_scales/{dataset}.log",
+    params:
+        code=digest_layers("data", drawing=True),
+    script:
+        "../scripts/draw_scales.py"

@@ -1,0 +1,180 @@
+# The network is trained from the coarsest scale to the finest; each scale starts where the last one stopped.
+LADDER = "{dataset}/{model}/{recipe}/{scales}-scale"
+RUNS = "{dataset}/{model}/{recipe}"
+
+
+def coarser_checkpoint(wildcards):
+    """The checkpoint that a scale starts from; none at the coarsest."""
+    coarser = int(wildcards.level) + 1
+    if coarser >= int(wildcards.scales):
+        return []
+    return f"results/learning/{LADDER}/scale-{coarser}.pt".format(**wildcards)
+
+
+def histories(wildcards):
+    return expand(
+        f"results/learning/{LADDER}/history-{{level}}.parquet", level=range(int(wildcards.scales)), **wildcards
+    )
+
+
+def identify_section(wildcards):
+    """The physical constants to identify, and where they start."""
+    return dataset_section(wildcards)["identify"]
+
+
+def truth_of(wildcards):
+    """The truth to score against, where there is one."""
+    return f"results/data/{wildcards.dataset}/truth.json" if wildcards.dataset in SIMULATED else []
+
+
+def for_targets(pattern):
+    """The pattern for every dataset, model and recipe that `rule all` makes, and every number of scales in it."""
+    return [
+        path
+        for dataset in SETTINGS.targets.datasets
+        for path in expand(
+            pattern,
+            dataset=dataset,
+            model=models_of(dataset),
+            recipe=SETTINGS.targets.recipes,
+            scales=SETTINGS.targets.scales,
+        )
+    ]
+
+
+def figures_of(runs):
+    """Figures of one dataset, model and recipe; `runs` may hold wildcards."""
+    return [f"results/figures/{runs}/{figure}.png" for figure in ("metrics", "predictions", "parameters")]
+
+
+def figures_of_learning(wildcards):
+    return sorted({path for figure in figures_of(RUNS) for path in for_targets(figure)})
+
+
+def labels(figure):
+    return {"dataset": "{dataset}", "model": "{model}", "recipe": "{recipe}", "figure": figure}
+
+
+rule train_scale:
+    input:
+        scales="results/data/{dataset}/scales.parquet",
+        coarser=coarser_checkpoint,
+        effects=SETTINGS.physics.effect_files,
+    output:
+        checkpoint=f"results/learning/{LADDER}/scale-{{level}}.pt",
+        history=f"results/learning/{LADDER}/history-{{level}}.parquet",
+    log:
+        f"results/logs/train_scale/{LADDER}/scale-{{level}}.log",
+    benchmark:
+        f"results/benchmarks/train_scale/{LADDER}/scale-{{level}}.tsv"
+    threads: 1
+    params:
+        physics=section("physics"),
+        identify=identify_section,
+        recipe=recipe_section,
+        seeds=SETTINGS.learning.seeds,
+        code=digest_layers("learning"),
+    script:
+        "../scripts/train_scale.py"
+
+
+rule evaluate_model:
+    input:
+        trials="results/data/{dataset}/trials.parquet",
+        truth=truth_of,
+        checkpoint=f"results/learning/{LADDER}/scale-0.pt",
+        histories=histories,
+        effects=SETTINGS.physics.effect_files,
+    output:
+        evaluation=f"results/learning/{LADDER}/evaluation.csv",
+        predictions=f"results/learning/{LADDER}/predictions.parquet",
+    log:
+        f"results/logs/evaluate_model/{LADDER}.log",
+    params:
+        physics=section("physics"),
+        recipe=recipe_section,
+        code=digest_layers("learning"),
+    script:
+        "../scripts/evaluate_model.py"
+
+
+rule summarize_models:
+    input:
+        evaluations=for_targets(f"results/learning/{LADDER}/evaluation.csv"),
+    output:
+        summary=report("results/summary.csv", caption="../report/summary.rst", category="2 learning"),
+    log:
+        "results/logs/summarize_models.log",
+    params:
+        code=digest_layers("learning"),
+    script:
+        "../scripts/summarize_models.py"
+
+
+rule draw_metrics:
+    input:
+        evaluations=expand(
+            f"results/learning/{LADDER}/evaluation.csv", scales=SETTINGS.targets.scales, allow_missing=True
+        ),
+        histories=[
+            f"results/learning/{RUNS}/{scales}-scale/history-{level}.parquet"
+            for scales in SETTINGS.targets.scales
+            for level in range(scales)
+        ],
+    output:
+        figure=report(
+            f"results/figures/{RUNS}/metrics.png",
+            caption="../report/metrics.rst",
+            category="2 learning",
+            labels=labels("metrics"),
+        ),
+    log:
+        f"results/logs/draw_metrics/{RUNS}.log",
+    params:
+        code=digest_layers("learning", drawing=True),
+    script:
+        "../scripts/draw_metrics.py"
+
+
+rule draw_predictions:
+    input:
+        evaluations=expand(
+            f"results/learning/{LADDER}/evaluation.csv", scales=SETTINGS.targets.scales, allow_missing=True
+        ),
+        predictions=expand(
+            f"results/learning/{LADDER}/predictions.parquet", scales=SETTINGS.targets.scales, allow_missing=True
+        ),
+    output:
+        figure=report(
+            f"results/figures/{RUNS}/predictions.png",
+            caption="../report/predictions.rst",
+            category="2 learning",
+            labels=labels("predictions"),
+        ),
+    log:
+        f"results/logs/draw_predictions/{RUNS}.log",
+    params:
+        code=digest_layers("learning", drawing=True),
+    script:
+        "../scripts/draw_predictions.py"
+
+
+rule draw_parameters:
+    input:
+        evaluations=expand(
+            f"results/learning/{LADDER}/evaluation.csv", scales=SETTINGS.targets.scales, allow_missing=True
+        ),
+    output:
+        figure=report(
+            f"results/figures/{RUNS}/parameters.png",
+            caption="../report/parameters.rst",
+            category="2 learning",
+            labels=labels("parameters"),
+        ),
+    log:
+        f"results/logs/draw_parameters/{RUNS}.log",
+    params:
+        identify=identify_section,
+        code=digest_layers("learning", drawing=True),
+    script:
+        "../scripts/draw_parameters.py"

@@ -1,0 +1,29 @@
+# MLflow shows what is in results/. It can be rebuilt from there at any time, and nothing depends on it.
+
+
+def published_models():
+    """(evaluation, figures) of every trained model that MLflow shows."""
+    evaluations = for_targets(f"results/learning/{LADDER}/evaluation.csv")
+    return [(path, figures_of("/".join(Path(path).parts[2:5]))) for path in evaluations]
+
+
+rule publish_runs:
+    input:
+        evaluations=for_targets(f"results/learning/{LADDER}/evaluation.csv"),
+        figures=figures_of_learning,
+    output:
+        note="results/tracking/published.md",
+    log:
+        "results/logs/publish_runs.log",
+    params:
+        tracking=section("tracking"),
+        recipes={name: dump(recipe) for name, recipe in SETTINGS.learning.recipes.items()},
+        models=published_models(),
+    script:
+        "../scripts/publish_runs.py"
+
+
+# Asked for by name it always runs: the way to rebuild a store that was moved or deleted.
+use rule publish_runs as publish with:
+    output:
+        note=touch("results/tracking/rebuilt.md"),

@@ -1,0 +1,12 @@
+"""Check the recordings of a dataset and bring them into the form of all trials."""
+
+from myowave.data.importing import import_trials
+from myowave.data.store import write_trials
+from myowave.job import job_log
+from myowave.settings import parse_section
+
+name = snakemake.wildcards.dataset
+with job_log(f"import trials of {name}", snakemake.log[0]):
+    dataset = parse_section(f"data.datasets.{name}", snakemake.params.dataset)
+    trials = import_trials(name, dataset, channels=snakemake.params.channels)
+    write_trials(trials, snakemake.output.trials)

@@ -1,0 +1,17 @@
+"""Simulate the trials of a dataset, and keep apart what they were made with."""
+
+from myowave.data.simulate import simulate_trials, write_truth
+from myowave.data.store import write_trials
+from myowave.job import job_log
+from myowave.physics.build import build_model
+from myowave.physics.effects import catalogue
+from myowave.settings import parse_section
+
+name = snakemake.wildcards.dataset
+with job_log(f"simulate trials of {name}", snakemake.log[0]):
+    physics = parse_section("physics", snakemake.params.physics)
+    dataset = parse_section(f"data.datasets.{name}", snakemake.params.dataset)
+    base = build_model("base", physics)
+    trials, truth = simulate_trials(name, dataset, base, catalogue(physics.effect_files))
+    write_trials(trials, snakemake.output.trials)
+    write_truth(truth, snakemake.output.truth)
