@@ -1,7 +1,7 @@
 """Tables on disk: Parquet with the metadata in the schema. The only module that imports pyarrow.
 
-A table of trials is long: one row a sample, columns `trial, time_s, emg_<muscle>..., angle_rad`. A table of scales has a
-`scale` column before them (0, -1, ..., -J). What is not a column (dataset, dt, test trials, conditions, constants,
+A table of trials is long: one row a sample, columns `trial, time_s, emg_<muscle>..., angle_rad`. A table of scales has
+a `scale` column before them (0, -1, ..., -J). What is not a column (dataset, dt, test trials, conditions, constants,
 provenance) travels as JSON in the schema metadata, so a file is complete by itself.
 """
 
@@ -55,7 +55,7 @@ def read_table(path: str | Path) -> tuple[pd.DataFrame, dict[str, Any]]:
     except pa.ArrowInvalid as error:
         raise ValueError(f"{path}: this is not a Parquet file ({error}). Write it again, or remove it.") from error
     metadata = (table.schema.metadata or {}).get(METADATA_KEY, b"{}")
-    return table.to_pandas(), json.loads(metadata)
+    return table.replace_schema_metadata(None).to_pandas(), json.loads(metadata)
 
 
 def write_json(content: Mapping[str, Any], path: str | Path) -> None:

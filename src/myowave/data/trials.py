@@ -58,9 +58,7 @@ class Trials:
         self._check_values()
 
     @classmethod
-    def from_sequences(
-        cls, *, emg: Sequence[ArrayLike], angle: Sequence[ArrayLike], **fields: Any
-    ) -> Trials:
+    def from_sequences(cls, *, emg: Sequence[ArrayLike], angle: Sequence[ArrayLike], **fields: Any) -> Trials:
         """Stack trials of different lengths, padding the shorter ones by holding their last value.
 
         Args:
@@ -155,7 +153,8 @@ class Trials:
         foreign = [name for name in self.channels if not name.startswith(EMG_PREFIX)]
         if foreign:
             raise ValueError(
-                f"dataset {self.dataset!r}: channels {foreign} do not begin with {EMG_PREFIX!r}; call them emg_<muscle>."
+                f"dataset {self.dataset!r}: channels {foreign} do not begin with {EMG_PREFIX!r}; call them "
+                "emg_<muscle>."
             )
         for where, named in (("test", self.test), ("conditions", tuple(self.conditions))):
             unknown = [name for name in named if name not in self.names]

@@ -7,15 +7,16 @@ H_-j f = P_-j+1 f - P_-j f, orthogonal to everything coarser. Here `level` is th
 Boundaries. A recording ends, the spaces of the paper do not. Extending the signal and cutting it again (as
 `pywt.wavedec` does) is exact inside but is no projection at the ends, and periodization joins the end of a motion to
 its start. Instead V_-j is taken on the interval: its basis is every scaling function that touches the recording, cut
-off at the ends, and P_-j is least squares onto that basis. It follows that P is a true orthogonal projection, that the
-spaces stay nested, that a straight line (which the order-2 Daubechies space holds) comes through to the last sample,
-and that P equals PyWavelets' own reconstruction wherever the latter does not see the ends. The basis is sparse and nearly
-orthonormal (condition number below 5), so a banded Cholesky solves it in time proportional to the length.
+off at the ends, and P_-j is least squares onto that basis. It follows that P is a true orthogonal projection, that
+the spaces stay nested, that a straight line (which the order-2 Daubechies space holds) comes through to the last
+sample, and that P equals PyWavelets' own reconstruction wherever the latter does not see the ends. The basis is sparse
+and nearly orthonormal (condition number below 5 for db2), so a banded Cholesky solves it in time proportional to the
+length.
 
 Measured on drifting motion (60 draws of sine plus drift, 500 samples), rms error of the outer 8 samples at levels
 1, 2, 3 over that of the interior: periodization 120, 60, 19; symmetric 4, 2.3, 1.4; smooth 1, 0.9, 0.8 (but projecting
-twice moves it by up to 0.02 rad); this one 1, 0.9, 0.7. In return the outer samples keep more noise than the inner ones:
-0.62 against 0.50 of it at level 2.
+twice moves it by up to 0.02 rad); this one 1, 0.9, 0.7. In return the outer samples keep more noise than the inner
+ones: 0.62 against 0.50 of it at level 2.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ def decompose(trials: Trials, levels: int, wavelet: str = "db2", decompose: Deco
     Args:
         trials: the trials at scale [0].
         levels: number of coarsenings J; 0 returns the trials alone.
-        wavelet: a Daubechies wavelet by its PyWavelets name; the paper uses order 2.
+        wavelet: name of an orthogonal wavelet; the paper uses order-2 Daubechies.
         decompose: project EMG and angle, or only one of them (the paper's Sec. 6).
 
     Returns:
@@ -65,7 +66,7 @@ def project(signal: ArrayLike, level: int, wavelet: str = "db2") -> NDArray[np.f
     Args:
         signal: (N, ...), sampled uniformly along the first axis; any unit.
         level: number of coarsenings; 0 returns a copy.
-        wavelet: a Daubechies wavelet by its PyWavelets name.
+        wavelet: name of an orthogonal wavelet.
 
     Returns:
         The signal at scale [-level], same shape and unit.
@@ -85,6 +86,38 @@ def max_level(samples: int, wavelet: str = "db2") -> int:
     For order-2 Daubechies this asks for 3 * 2^level samples.
     """
     return pywt.dwt_max_level(samples, _filter_length(wavelet))
+
+
+def estimate_noise(*signals: ArrayLike, wavelet: str = "db6") -> float:
+    """Standard deviation of the white noise on smooth signals, from their finest wavelet details.
+
+    Half the details of the noise are in the finest ones, and hardly any of the motion; their median is not moved by
+    the few that are (MAD / 0.6745). Details that would see beyond the ends are left out. Several signals are pooled.
+
+    Measured with noise of 0.3 / 1 / 3 deg on simulated motion at 31.6 Hz driven by EMG with noise 0.1: db2 finds 1.10 /
+    1.01 / 1.01 of it, db6 1.02 / 1.00 / 0.99, since motion that follows noisy EMG is itself rough; hence db6. Without
+    noise it finds 0.06 deg there, and below 0.001 deg on smooth motion.
+
+    Args:
+        *signals: each (N,), sampled uniformly, padding excluded; any unit.
+        wavelet: name of an orthogonal wavelet.
+
+    Returns:
+        The standard deviation, in the unit of the signals. With 5 x 500 samples it scatters by about 4 %.
+
+    Source: Donoho & Johnstone 1994, Ideal spatial adaptation by wavelet shrinkage, Biometrika 81.
+    """
+    length = _filter_length(wavelet)
+    details = []
+    for signal in signals:
+        signal = np.asarray(signal, dtype=np.float64)
+        if signal.ndim != 1 or len(signal) < 2 * length:
+            raise ValueError(
+                f"noise estimate: a signal has shape {signal.shape}; expected one dimension and at least {2 * length} "
+                f"samples for {wavelet}."
+            )
+        details.append(pywt.dwt(signal, wavelet, mode="symmetric")[1][length // 2 - 1 : len(signal) // 2])
+    return float(np.median(np.abs(np.concatenate(details))) / MAD_TO_SIGMA)
 
 
 def _project_trials(trials: Trials, level: int, wavelet: str, decompose: Decompose) -> Trials:
@@ -142,8 +175,8 @@ def _scaling_function(level: int, wavelet: str) -> NDArray[np.float64]:
 
 
 def _filter_length(wavelet: str) -> int:
-    if wavelet not in pywt.wavelist("db"):
-        raise ValueError(f"wavelet is {wavelet!r}; expected a Daubechies wavelet, 'db1' to 'db38' (the paper: 'db2').")
+    if not any(wavelet in pywt.wavelist(family) for family in ("haar", "db", "sym", "coif")):
+        raise ValueError(f"wavelet is {wavelet!r}; expected haar, db1-db38, sym2-sym20 or coif1-coif17, such as 'db2'.")
     return pywt.Wavelet(wavelet).dec_len
 
 

@@ -1,0 +1,263 @@
+"""Synthetic trials: an EMG drawn at random, the motion that the physics gives for it, and the truth kept apart.
+
+What `simulate_trials` returns first is what a recording would be, and says nothing of what made it; the truth is
+returned, and stored, separately. Only scoring may read it.
+
+Shapes: T trials, N samples, C EMG channels.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from myowave.data.store import write_json
+from myowave.data.trials import Trials
+from myowave.physics.effect import Effect
+from myowave.physics.model import Model
+from myowave.physics.motion import channels_of, simulate
+from myowave.physics.muscle import FLEXOR
+from myowave.settings import SimulatedDataset
+
+ANGLE_RANGE = (0.1, 1.7)
+"""Range of the elbow angle [rad] in synthetic trials: at 0 the moment arms of Eqs. 58-59 change sign."""
+
+# ASSUME: a trial repeats flexion 0.12 to 0.45 times a second, slow enough for the forearm to follow its equilibrium.
+FREQUENCY_RANGE = (0.12, 0.45)
+# ASSUME: the flexor never relaxes below 0.35 and holds 0.15 more against a full extensor; the extensor keeps 0.2. With
+# Table 1 the equilibrium angle then stays between 0.5 and 1.45 rad, and the flexor turns the arm back before it hangs
+# straight.
+FLEXOR_TONE, FLEXOR_SHARE, EXTENSOR_TONE = 0.35, 0.15, 0.2
+NOISE_DRAWS, SHAPE_DRAWS = 10, 10
+
+
+@dataclass(frozen=True)
+class Manoeuvre:
+    """How a subject is told to move.
+
+    Args:
+        frequency: factor on the frequency of all movements [-].
+        amplitude: factor on the EMG [-]; 0 is a passive swing.
+        cocontraction: tone c added to every muscle [-], e -> c + (1 - c) e.
+        effort: factor on the flexors' tone [-]; with a load in the hand (m + load) / m keeps the arm from dropping.
+    """
+
+    frequency: float = 1.0
+    amplitude: float = 1.0
+    cocontraction: float = 0.0
+    effort: float = 1.0
+
+
+MANOEUVRES: Mapping[str, Manoeuvre] = {
+    "as recorded": Manoeuvre(),
+    "faster": Manoeuvre(frequency=1.8),
+    "slower": Manoeuvre(frequency=0.5),
+    "passive swing": Manoeuvre(amplitude=0.0),
+    "co-contraction": Manoeuvre(cocontraction=0.4),
+}
+"""Trials one can ask a subject for."""
+
+
+def synthetic_emg(
+    seed: int,
+    *,
+    sides: Sequence[float] = (FLEXOR, -FLEXOR),
+    trials: int = 5,
+    samples: int = 500,
+    dt: float = math.sqrt(1e-3),
+    manoeuvres: Sequence[Manoeuvre] | None = None,
+    draws: Sequence[int] | None = None,
+) -> NDArray[np.float64]:
+    """Noiseless EMG like the paper's Fig. 7: smooth, a frequency of its own for each trial, varying within it.
+
+    Args:
+        seed: decides everything; another seed is another subject moving in the same way.
+        sides: side of the joint each channel's muscle is on (`FLEXOR` or `EXTENSOR`), length C.
+        trials: number of trials T.
+        samples: samples N a trial.
+        dt: time between samples [s].
+        manoeuvres: how to move in each trial, length T; default all `Manoeuvre()`.
+        draws: for each trial, which draw of this seed to take, length T; default 0. Redrawing one trial leaves the
+            others as they are.
+
+    Returns:
+        EMG [-], (T, N, C), within [0, 1]; in the default manoeuvre every channel of every trial reaches 1.
+
+    Source: shape after Taneja et al. 2023, Fig. 7; the paper gives no formula.
+    """
+    manoeuvres = [Manoeuvre()] * trials if manoeuvres is None else manoeuvres
+    draws = [0] * trials if draws is None else draws
+    low, high = FREQUENCY_RANGE
+    ranks = np.random.default_rng([seed, 0]).permutation(trials)
+    frequencies = low * (high / low) ** ((ranks + 0.5) / trials)
+    time = np.arange(samples) * dt
+    emg = np.empty((trials, samples, len(sides)))
+    for i, manoeuvre in enumerate(manoeuvres):
+        random = np.random.default_rng([seed, 1 + i, draws[i]])
+        frequency = frequencies[i] * manoeuvre.frequency
+        bursts = np.stack([_burst(time, frequency, random, leads=c == 0) for c in range(len(sides))], axis=-1)
+        emg[i] = _compose(bursts, np.asarray(sides), manoeuvre)
+    return emg
+
+
+def simulate_trials(
+    dataset: str, settings: SimulatedDataset, base: Model, catalogue: Mapping[str, Effect]
+) -> tuple[Trials, dict[str, Any]]:
+    """Synthetic trials of one dataset, and what they were made with.
+
+    A trial whose joint angle leaves `ANGLE_RANGE` is redrawn: the noise first, then the EMG itself. The provenance of
+    the trials says which draws were taken.
+
+    Args:
+        dataset: its name.
+        settings: its block of config.yaml.
+        base: the model without effects.
+        catalogue: effects by name, for `settings.hidden_effect`.
+
+    Returns:
+        The trials, named "1", "2", ..., and the truth: model, its parameters, effects and noise.
+
+    Raises:
+        ValueError: if a hidden effect is unknown, or a trial leaves the range in every draw.
+    """
+    model, hidden = _true_model(dataset, settings, base, catalogue)
+    channels = tuple(dict.fromkeys(muscle.channel for muscle in base.muscles))
+    sides = [next(m.side for m in base.muscles if m.channel == channel) for channel in channels]
+    names = tuple(str(i + 1) for i in range(settings.trials))
+    blank = Trials(  # carries the labels and the known constants; the signals come below
+        dataset=dataset,
+        dt=settings.dt_s,
+        names=names,
+        channels=channels,
+        emg=np.zeros((settings.trials, settings.samples, len(channels))),
+        angle=np.zeros((settings.trials, settings.samples)),
+        lengths=(settings.samples,) * settings.trials,
+        test=settings.test,
+        conditions=settings.conditions,
+        constants=settings.constants,
+    )
+    known = sorted(set(settings.constants).union(*settings.conditions.values()))
+    params = {name: torch.from_numpy(blank.condition(name, model.defaults[name])) for name in known}
+    params |= {name: torch.tensor(value, dtype=torch.float64) for name, value in hidden.items()}
+    emg, observed, draws = _draw_in_range(blank, settings, model, params, sides)
+    random = np.random.default_rng([settings.seed, 2**31])
+    observed = observed + np.radians(settings.angle_noise_deg) * random.standard_normal(observed.shape)
+    provenance = {"source": "simulated", "seed": settings.seed, "draws": dict(zip(names, draws, strict=True))}
+    truth = {
+        "dataset": dataset,
+        "model": model.name,
+        "effects": list(settings.hidden_effect),
+        "parameters": {**model.defaults, **settings.constants, **hidden},
+        "emg_noise": settings.emg_noise,
+        "angle_noise_deg": settings.angle_noise_deg,
+    }
+    return replace(blank, emg=emg, angle=observed, provenance=provenance), truth
+
+
+def write_truth(truth: Mapping[str, Any], path: str | Path) -> None:
+    """Write the truth of a simulated dataset as JSON, apart from the trials."""
+    write_json(truth, path)
+
+
+def _burst(time: NDArray, frequency: float, random: np.random.Generator, *, leads: bool) -> NDArray[np.float64]:
+    """One channel's bursts in [0, 1], peak 1, (N,): a raised cosine with wandering frequency and height.
+
+    The channel that leads starts relaxed, at the trial's frequency; the others anywhere, 0.6 to 1.4 times as fast.
+    """
+    frequency = frequency if leads else frequency * random.uniform(0.6, 1.4)
+    start = 0.0 if leads else random.uniform(0, 2 * np.pi)
+    wander, phase = 2 * np.pi * random.uniform(0.04, 0.1), random.uniform(0, 2 * np.pi)
+    depth = random.uniform(0.2, 0.5)
+    elapsed = time + depth * (np.cos(phase) - np.cos(wander * time + phase)) / wander
+    swell, fade = 2 * np.pi * random.uniform(0.05, 0.12), random.uniform(0.3, 0.7)
+    height = 1 - fade * (1 - np.cos(swell * time + random.uniform(0, 2 * np.pi))) / 2
+    burst = height * (1 - np.cos(2 * np.pi * frequency * elapsed + start)) / 2
+    return burst / burst.max()
+
+
+def _compose(bursts: NDArray, sides: NDArray, manoeuvre: Manoeuvre) -> NDArray[np.float64]:
+    """EMG of one trial from its bursts (N, C): tone below, bursts above it, then the manoeuvre."""
+    extension = bursts[:, sides != FLEXOR].max(axis=1, initial=0.0)[:, None]
+    flexor_tone = np.minimum(FLEXOR_TONE * manoeuvre.effort + FLEXOR_SHARE * extension, 0.95)
+    tone = np.where(sides == FLEXOR, flexor_tone, EXTENSOR_TONE)
+    emg = tone + (1 - tone) * bursts
+    emg = manoeuvre.cocontraction + (1 - manoeuvre.cocontraction) * emg
+    return np.clip(manoeuvre.amplitude * emg, 0.0, 1.0)
+
+
+def _draw_in_range(
+    blank: Trials, settings: SimulatedDataset, model: Model, params: Mapping[str, torch.Tensor], sides: Sequence[float]
+) -> tuple[NDArray, NDArray, list[int]]:
+    """EMG (T, N, C), the angle a perfect sensor sees (T, N) and the draw taken for each trial.
+
+    Draw k of a trial is noise k % NOISE_DRAWS on EMG k // NOISE_DRAWS: datasets that differ in noise alone share
+    their EMG as long as one of the noises works. Without noise every draw is another EMG.
+    """
+    noises = NOISE_DRAWS if settings.emg_noise else 1
+    mass = model.defaults["mass"]
+    effort = (blank.condition("mass", mass) + blank.condition("load", model.defaults["load"])) / mass
+    draws = [0] * settings.trials
+    while True:
+        clean = synthetic_emg(
+            settings.seed,
+            sides=sides,
+            trials=settings.trials,
+            samples=settings.samples,
+            dt=settings.dt_s,
+            manoeuvres=[Manoeuvre(effort=max(1.0, e)) for e in effort],
+            draws=[k // noises for k in draws],
+        )
+        noise = [
+            np.random.default_rng([settings.seed, 1 + i, k, 1]).standard_normal(clean.shape[1:])
+            for i, k in enumerate(draws)
+        ]
+        # ASSUME: an amplifier reports EMG within 0..1, so noise beyond is cut off; the cut EMG drives the motion.
+        emg = np.clip(clean + settings.emg_noise * np.stack(noise), 0.0, 1.0)
+        drive = channels_of(model, blank.channels, torch.from_numpy(emg))
+        motion = simulate(model, params, drive, settings.dt_s, settings.start_rad)
+        q = motion.q.numpy()
+        low, high = ANGLE_RANGE
+        inside = ((q > low) & (q < high)).all(axis=1)
+        if inside.all():
+            return emg, motion.angle.numpy(), draws
+        draws = [k if ok else k + 1 for k, ok in zip(draws, inside, strict=True)]
+        if max(draws) >= noises * SHAPE_DRAWS:
+            worst = int(np.argmax(draws))
+            raise ValueError(
+                f"data.datasets.{blank.dataset}, trial {blank.names[worst]}: in {max(draws)} draws the elbow angle "
+                f"always left {low} to {high} rad (last {q[worst].min():.2f} to {q[worst].max():.2f}). Use less "
+                "emg_noise, a weaker hidden_effect, a smaller load, another start_rad, or another seed."
+            )
+
+
+def _true_model(
+    dataset: str, settings: SimulatedDataset, base: Model, catalogue: Mapping[str, Effect]
+) -> tuple[Model, dict[str, float]]:
+    """The base model with the hidden effects, and the values of their parameters by full name."""
+    where = f"data.datasets.{dataset}.hidden_effect"
+    unknown = [name for name in settings.hidden_effect if name not in catalogue]
+    if unknown:
+        raise ValueError(f"{where}: no effect {unknown}; the catalogue has {', '.join(catalogue)}.")
+    model = base.with_effects(catalogue[name] for name in settings.hidden_effect)
+    hidden = {
+        f"{effect}.{short}": float(value)
+        for effect, values in settings.hidden_effect.items()
+        for short, value in values.items()
+    }
+    unknown = [name for name in hidden if name not in model.effect_parameters]
+    if unknown:
+        raise ValueError(f"{where}: no parameter {unknown}; there are {', '.join(model.effect_parameters)}.")
+    for name, value in hidden.items():
+        bounds = model.effect_parameters[name]
+        if not bounds.low <= value <= bounds.high:
+            raise ValueError(
+                f"{where}: {name} is {value} {bounds.unit}; expected {bounds.low} to {bounds.high} ({bounds.meaning})."
+            )
+    return model, hidden
