@@ -7,10 +7,8 @@ from typing import Annotated, ParamSpec
 
 import typer
 import yaml
-from rich.console import Console
-from rich.table import Table
 
-app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__.split("\n")[0])
+app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, help="Elbow motion from EMG, and what the physics of it misses.")
 P = ParamSpec("P")
 ConfigFile = Annotated[Path, typer.Option("--config", help="configuration to read")]
 
@@ -35,11 +33,11 @@ def list_settings() -> None:
     """List every key of config.yaml with unit, allowed values, default and meaning."""
     from myowave.settings import KEYS
 
-    table = Table("key", "unit", "allowed", "default", "meaning")
     for key in {key.name: key for key in KEYS}.values():
-        required = "" if key.allowed.startswith("a section") else "(required)"
-        table.add_row(key.name, key.unit, key.allowed, required if key.default is None else key.default, key.meaning)
-    Console().print(table)
+        default = "required" if key.default is None else f"default {key.default}" if key.default else ""
+        facts = [fact for fact in (key.unit and f"[{key.unit}]", default) if fact]
+        typer.echo(f"{typer.style(key.name, bold=True)}  {'  '.join(facts)}")
+        typer.echo(f"    {key.meaning}: {key.allowed}")
 
 
 @app.command("effects")
@@ -49,13 +47,11 @@ def list_effects(config: ConfigFile = Path("config.yaml")) -> None:
     from myowave.physics.effects import catalogue
 
     effects = catalogue(read_settings(config).physics.effect_files)
-    table = Table("effect", "acts on", "equation", "parameter", "unit", "bounds", "meaning", "source")
     for effect in effects.values():
-        first = (effect.name, effect.acts_on, effect.equation)
+        typer.echo(f"{typer.style(effect.name, bold=True)}  on {effect.acts_on}:  {effect.equation}")
         for name, p in effect.parameters.items():
-            table.add_row(*first, name, p.unit, f"{p.low:g} .. {p.high:g}", p.meaning, effect.source)
-            first = ("", "", "")
-    Console().print(table)
+            typer.echo(f"    {name} [{p.unit}], {p.low:g} to {p.high:g}: {p.meaning}")
+        typer.echo(f"    Source: {effect.source}")
 
 
 @app.command()

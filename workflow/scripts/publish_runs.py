@@ -12,4 +12,5 @@ with job_log("publish runs", snakemake.log[0]) as log:
     ]
     note = publish(models, snakemake.params.tracking["uri"])
     log.say(note)
-    Path(snakemake.output.note).write_text(note, encoding="utf-8")
+    for path in snakemake.output:
+        Path(path).write_text(note, encoding="utf-8")
