@@ -81,7 +81,8 @@ def excite(model: Model, emg: Tensor, delay: Tensor, position: Tensor, dt: float
     delayed = delayed.clamp(0.0, samples - 1.0)
     flat = delayed.flatten(-3, -2)
     before = flat.floor().clamp(max=max(samples - 2.0, 0.0))
-    index = before.long()
+    axes = max(emg.dim(), flat.dim())  # take_along_dim broadcasts, but only among equally many axes
+    emg, index = emg[(None,) * (axes - emg.dim())], before.long()[(None,) * (axes - flat.dim())]
     left = torch.take_along_dim(emg, index, dim=-2)
     right = torch.take_along_dim(emg, (index + 1).clamp(max=samples - 1), dim=-2)
     return (left + (flat - before) * (right - left)).unflatten(-2, delayed.shape[-3:-1])
