@@ -83,9 +83,19 @@ def read_recording(path: Path, channels: Sequence[str] | None = None) -> tuple[R
 
 def _read_csv(path: Path) -> tuple[list[str], pd.DataFrame, int]:
     """Column names, all cells as text, and the row (as an editor counts them) of the first sample."""
+    encoding = "utf-8-sig"
     try:
+        with path.open(encoding=encoding) as lines:
+            first_line = lines.readline()
+        for separator, name in ((";", "semicolons"), ("\t", "tabs")):
+            if separator in first_line and "," not in first_line:
+                raise ValueError(
+                    f"{path}, row 1: columns are separated by {name}; expected commas, and points in decimals (0.5, "
+                    "not 0,5). Export it again, or rewrite it with "
+                    f"pandas.read_csv(file, sep={separator!r}, decimal=',').to_csv(file, index=False)."
+                )
         cells = pd.read_csv(
-            path, header=None, dtype=str, keep_default_na=False, skip_blank_lines=False, encoding="utf-8-sig"
+            path, header=None, dtype=str, keep_default_na=False, skip_blank_lines=False, encoding=encoding
         )
     except pd.errors.EmptyDataError:
         raise ValueError(f"{path}: the file is empty; expected a header and a row a sample.") from None
@@ -101,13 +111,6 @@ def _read_csv(path: Path) -> tuple[list[str], pd.DataFrame, int]:
     if not len(written):
         raise ValueError(f"{path}: the file is empty; expected a header and a row a sample.")
     header = cells.iloc[0].tolist()
-    for separator, name in ((";", "semicolons"), ("\t", "tabs")):
-        if len(header) == 1 and separator in header[0]:
-            raise ValueError(
-                f"{path}, row 1: columns are separated by {name}; expected commas, and points in decimals (0.5, not "
-                "0,5). Export it again, or rewrite it with "
-                f"pandas.read_csv(file, sep={separator!r}, decimal=',').to_csv(file, index=False)."
-            )
     frame = cells.iloc[1 : written[-1] + 1].reset_index(drop=True)  # blank rows at the end are no samples
     return header, frame.set_axis(header, axis=1), 2
 
@@ -167,7 +170,7 @@ def _time_problems(path: Path, time: NDArray, first_row: int) -> Iterator[str]:
         )
         return
     step = float(np.median(steps))
-    allowed = STEP_TOLERANCE * step + 2 * min(_rounding(time), 0.1 * step)
+    allowed = STEP_TOLERANCE * step + min(_rounding(time), 0.1 * step)  # rounded steps differ by one unit at most
     uneven = (np.abs(steps - step) > allowed).nonzero()[0]
     even = time[0] + np.arange(len(time)) * (time[-1] - time[0]) / (len(time) - 1)
     adrift = (np.abs(time - even) > step / 2).nonzero()[0]

@@ -1,0 +1,233 @@
+"""Import of recordings: good files come in unchanged, and each fault is named with its file, row and remedy."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from myowave.data.importing import import_trials
+from myowave.settings import MeasuredDataset
+
+ROOT = Path(__file__).parents[2]
+CHANNELS = ("emg_biceps", "emg_triceps")
+
+
+def recording(seed=0, samples=100, dt=0.01):
+    random = np.random.default_rng(seed)
+    return pd.DataFrame(
+        {
+            "time_s": np.round(np.arange(samples) * dt, 6),
+            "emg_biceps": random.random(samples),
+            "emg_triceps": random.random(samples),
+            "angle_rad": 0.5 + 0.5 * np.sin(np.arange(samples) * dt + seed),
+        }
+    )
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Three good recordings, which a test then spoils."""
+    for seed in (1, 2, 3):
+        recording(seed).to_csv(tmp_path / f"trial{seed}.csv", index=False)
+    return tmp_path
+
+
+def load(folder, files=("trial*.csv",), test=("trial3",), channels=CHANNELS, **settings):
+    block = MeasuredDataset(kind="measured", files=files, test=test, **settings)
+    return import_trials("elbow", block, folder, channels)
+
+
+def refuse(folder, *patterns, **settings):
+    """The import fails, and each pattern matches one line of the message."""
+    with pytest.raises(ValueError) as caught:
+        load(folder, **settings)
+    lines = str(caught.value).splitlines()
+    for pattern in patterns:
+        assert any(re.search(pattern, line) for line in lines), f"{pattern!r} not in:\n{caught.value}"
+    return lines
+
+
+def spoil(folder, change, name="trial2"):
+    frame = pd.read_csv(folder / f"{name}.csv")
+    frame = change(frame)
+    frame.to_csv(folder / f"{name}.csv", index=False)
+
+
+# ------------------------------------------------------------------------------------------------ what comes in
+
+
+def test_good_files_come_in_as_they_are(folder):
+    trials = load(folder, conditions={"trial1": {"load": 1.0}}, constants={"mass": 1.3})
+    assert trials.names == ("trial1", "trial2", "trial3") and trials.train == ("trial1", "trial2")
+    assert trials.dt == pytest.approx(0.01)
+    for i, seed in enumerate((1, 2, 3)):
+        expected = recording(seed)
+        assert np.abs(trials.angle[i] - expected["angle_rad"]).max() < 1e-12
+        assert np.abs(trials.emg[i] - expected[list(CHANNELS)]).to_numpy().max() < 1e-12
+    assert trials.conditions == {"trial1": {"load": 1.0}} and trials.constants == {"mass": 1.3}
+
+
+def test_the_example_that_ships_comes_in():
+    trials = load(ROOT, files=("data/bench_elbow/*.csv",))
+    assert trials.emg.shape == (5, 500, 2) and trials.dt == pytest.approx(0.01, rel=1e-9)
+
+
+def test_parquet_degrees_column_order_and_lengths_make_no_difference(folder):
+    frame = recording(2, samples=80)
+    frame["angle_deg"] = np.degrees(frame.pop("angle_rad"))
+    frame[["angle_deg", "emg_triceps", "time_s", "emg_biceps"]].to_parquet(folder / "trial2.parquet")
+    (folder / "trial2.csv").unlink()
+    trials = load(folder, files=("trial*",))
+    assert trials.lengths == (100, 80, 100)
+    assert np.abs(trials.angle[1, :80] - recording(2)["angle_rad"][:80]).max() < 1e-12
+    assert np.abs(trials.emg[1, :80, 1] - frame["emg_triceps"]).max() < 1e-12
+
+
+def test_trials_come_in_natural_order(folder):
+    recording(10).to_csv(folder / "trial10.csv", index=False)
+    assert load(folder).names == ("trial1", "trial2", "trial3", "trial10")
+
+
+def test_absolute_paths_and_named_files_work(folder):
+    trials = load(Path("/"), files=(str(folder / "trial3.csv"), str(folder / "trial[12].csv")))
+    assert trials.names == ("trial3", "trial1", "trial2")
+
+
+@pytest.mark.parametrize(("dt", "digits"), [(1 / 60, 3), (np.sqrt(1e-3), 3), (1 / 30, 4), (0.01, 2)])
+def test_times_rounded_by_a_spreadsheet_are_uniform(folder, dt, digits):
+    for seed in (1, 2, 3):
+        frame = recording(seed, dt=dt)
+        frame["time_s"] = np.round(np.arange(100) * dt + 12.5, digits)
+        frame.to_csv(folder / f"trial{seed}.csv", index=False)
+    assert load(folder).dt == pytest.approx(dt, rel=1e-3)
+
+
+def test_what_editors_leave_behind_does_no_harm(folder):
+    """A byte-order mark, spaces after commas, Windows line ends, and blank lines at the end."""
+    text = (folder / "trial2.csv").read_text().replace(",", ", ").replace("\n", "\r\n")
+    (folder / "trial2.csv").write_bytes(b"\xef\xbb\xbf" + text.encode() + b"\r\n\r\n")
+    assert np.abs(load(folder).angle[1] - recording(2)["angle_rad"]).max() < 1e-12
+
+
+# ----------------------------------------------------------------------------------------------- what is refused
+
+
+def set_cell(column, row, value):
+    def change(frame):
+        frame[column] = frame[column].astype(object)
+        frame.loc[row - 2, column] = value  # rows as an editor counts them: the header is row 1
+        return frame
+
+    return change
+
+
+def drifting():
+    """No step stands out, yet at the end of the trial it is sampled 2 % faster than at its start."""
+    frame = recording(2, samples=300)
+    return frame.assign(time_s=frame.time_s * (1 + 3e-5 * frame.index))
+
+
+FAULTS = {
+    "missing column": (lambda f: f.drop(columns="emg_triceps"), "trial2.csv, header: column emg_triceps is missing"),
+    "missing time": (lambda f: f.drop(columns="time_s"), "trial2.csv, header: column time_s is missing"),
+    "no angle": (lambda f: f.drop(columns="angle_rad"), "found no angle; expected either angle_rad or angle_deg"),
+    "two angles": (lambda f: f.assign(angle_deg=f.angle_rad), "found angle_rad and angle_deg; expected either"),
+    "extra column": (lambda f: f.assign(force=1.0), "unknown column 'force'.*Remove the column"),
+    "extra muscle": (lambda f: f.assign(emg_brachialis=0.1), "unknown column 'emg_brachialis'.*physics.muscles"),
+    "misspelt": (lambda f: f.rename(columns={"emg_biceps": "emg_bicep"}), "'emg_bicep'; did you mean 'emg_biceps'?"),
+    "NaN": (set_cell("angle_rad", 40, np.nan), "trial2.csv, row 40: angle_rad is '' .1 such rows.*finite number"),
+    "text": (set_cell("emg_biceps", 17, "n/a"), "trial2.csv, row 17: emg_biceps is 'n/a'"),
+    "infinity": (set_cell("emg_biceps", 17, "inf"), "trial2.csv, row 17: emg_biceps is 'inf'"),
+    "decimal comma in a cell": (set_cell("angle_rad", 9, "0,5"), "row 9: angle_rad is '0,5'.*with a point"),
+    "time goes back": (set_cell("time_s", 60, 0.1), r"row 60: time_s goes back from 0.57 to 0.1.*cut it at row 60"),
+    "time stays": (set_cell("time_s", 60, 0.57), r"row 60: time_s stays at 0.57"),
+    "missing sample": (lambda f: f.drop(index=30), r"row 32: time_s goes from 0.29 to 0.31, a step of 0.02 s"),
+    "jitter": (
+        lambda f: f.assign(time_s=f.time_s + 0.002 * (f.index % 7 == 3)),
+        "row 5: time_s goes from 0.02 to 0.032",
+    ),
+    "growing steps": (lambda f: f.assign(time_s=f.time_s * (1 + 4e-4 * f.index)), "a step of 0.01"),
+    "drifting rate": (lambda f: drifting(), "more than half a step off even sampling .*: the rate drifts"),
+    "degrees as radians": (lambda f: f.assign(angle_rad=np.degrees(f.angle_rad)), "call the column angle_deg"),
+    "radians as degrees": (lambda f: f.rename(columns={"angle_rad": "angle_deg"}), "call the column angle_rad"),
+    "more than a turn": (lambda f: f.rename(columns={"angle_rad": "angle_deg"}).assign(angle_deg=400.0), "-180 to 180"),
+    "negative EMG": (set_cell("emg_triceps", 25, -0.2), "row 25: emg_triceps is -0.2.*expected 0 to 1.5.*Rectify"),
+    "EMG in microvolts": (lambda f: f.assign(emg_biceps=f.emg_biceps * 300), "emg_biceps is .*divide it by its value"),
+    "too short": (lambda f: f[:30], "trial2.csv: 30 samples; expected at least 50"),
+    "no samples": (lambda f: f[:0], "trial2.csv: 0 samples"),
+    "other rate": (lambda f: f.assign(time_s=2 * f.time_s), "trial2.csv: sampled every 0.02 s; expected 0.01 s"),
+    "the same trial again": (lambda f: recording(1), "trial2.csv: the same samples as .*trial1.csv.*remove one"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_is_named_with_file_row_and_remedy(folder, fault):
+    change, message = FAULTS[fault]
+    spoil(folder, change)
+    refuse(folder, message)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "trial2.csv: the file is empty"),
+        ("\n\n", "trial2.csv: the file is empty"),
+        ("time_s;emg_biceps;emg_triceps;angle_rad\n0,0;0,1;0,1;0,5\n", "separated by semicolons; expected commas"),
+        ("time_s\temg_biceps\temg_triceps\tangle_rad\n0\t1\t1\t1\n", "separated by tabs; expected commas"),
+        ("time_s,emg_biceps,emg_triceps,angle_rad\n0,0,0,1,0,1,0,5\n", "differ in their number of columns.*0,5"),
+        ("time_s,emg_biceps,emg_biceps,emg_triceps,angle_rad\n0,0,0,0,0\n", "emg_biceps appear more than once"),
+        ("time_s,emg_biceps,emg_triceps,angle_rad\n0,0.1,0.1\n", "row 2: angle_rad is ''"),
+    ],
+)
+def test_a_file_of_another_form_is_explained(folder, text, message):
+    (folder / "trial2.csv").write_text(text)
+    refuse(folder, message)
+
+
+def test_a_blank_line_inside_does_not_shift_the_rows(folder):
+    lines = (folder / "trial2.csv").read_text().splitlines()
+    (folder / "trial2.csv").write_text("\n".join([*lines[:20], "", *lines[20:]]))
+    refuse(folder, "trial2.csv, row 21: time_s is ''")
+
+
+def test_a_file_that_is_no_text_or_no_parquet_is_refused(folder):
+    (folder / "trial2.csv").write_bytes(b"\xff\xfe\x00time")
+    (folder / "broken.parquet").write_bytes(b"PAR0")
+    refuse(folder, "trial2.csv: this is not UTF-8 text", "broken.parquet: this is not a Parquet", files=("*.*",))
+
+
+def test_a_missing_file_says_where_it_was_looked_for_and_what_is_there(folder):
+    looked = (
+        f"trial9.csv: no such file; looked for {re.escape(str(folder))}/trial9.csv. .* holds trial1.csv, trial2.csv"
+    )
+    refuse(folder, looked, files=("trial*.csv", "trial9.csv"))
+    refuse(folder, f"none/\\*.csv: no such file.*The folder {re.escape(str(folder))} holds", files=("none/*.csv",))
+
+
+def test_files_of_another_kind_or_name_taken_twice_are_refused(folder):
+    (folder / "notes.txt").write_text("hello")
+    (folder / "again").mkdir()
+    recording(4).to_csv(folder / "again" / "trial1.csv", index=False)
+    refuse(folder, "notes.txt: the ending is '.txt'; expected .csv or .parquet", files=("*.*",))
+    refuse(folder, "another trial is called 'trial1'", files=("trial*.csv", "again/*.csv"))
+
+
+def test_trials_named_in_the_settings_must_exist_and_some_must_train(folder):
+    refuse(folder, "elbow.test: no trial named 'trial8'; the trials are trial1, trial2, trial3", test=("trial8",))
+    refuse(folder, "elbow.conditions: no trial named 'x'", conditions={"x": {"load": 1.0}})
+    refuse(folder, "every trial .* is a test trial", test=("trial1", "trial2", "trial3"))
+
+
+def test_without_a_model_all_trials_must_still_have_the_same_channels(folder):
+    spoil(folder, lambda frame: frame.drop(columns="emg_triceps"))
+    refuse(folder, "trial2.csv, header: column emg_triceps is missing", channels=None)
+
+
+def test_all_problems_of_all_files_are_told_at_once(folder):
+    spoil(folder, set_cell("emg_biceps", 17, "n/a"), "trial1")
+    spoil(folder, lambda frame: frame.assign(angle_rad=90.0, emg_biceps=-1.0), "trial2")
+    expected = ("trial1.csv, row 17", "trial2.csv, row 2: angle_rad", "trial2.csv, row 2: emg", "no trial named")
+    lines = refuse(folder, *expected, test=("trial7",))
+    assert lines[0] == "dataset 'elbow' cannot be imported, 4 problems:" and len(lines) == 5
