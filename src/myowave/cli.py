@@ -8,7 +8,9 @@ from typing import Annotated, ParamSpec
 import typer
 import yaml
 
-app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, help="Elbow motion from EMG, and what the physics of it misses.")
+app = typer.Typer(
+    no_args_is_help=True, pretty_exceptions_enable=False, help="Elbow motion from EMG and what its physics misses."
+)
 P = ParamSpec("P")
 ConfigFile = Annotated[Path, typer.Option("--config", help="configuration to read")]
 
@@ -44,9 +46,10 @@ def list_settings() -> None:
 @explain_mistakes
 def list_effects(config: ConfigFile = Path("config.yaml")) -> None:
     """List the physical effects that a model may have: where they act, their equation and parameters."""
+    settings = read_settings(config)
     from myowave.physics.effects import catalogue
 
-    effects = catalogue(read_settings(config).physics.effect_files)
+    effects = catalogue(settings.physics.effect_files)
     for effect in effects.values():
         typer.echo(f"{typer.style(effect.name, bold=True)}  on {effect.acts_on}:  {effect.equation}")
         for name, p in effect.parameters.items():
@@ -84,3 +87,7 @@ def read_settings(path: Path):
     if not isinstance(config, dict):
         raise ValueError(f"{path}: expected sections such as physics and data; found {type(config).__name__}.")
     return parse_settings(config)
+
+
+if __name__ == "__main__":
+    app()

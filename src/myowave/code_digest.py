@@ -25,7 +25,8 @@ def digest_layers(last: str, *, drawing: bool = False, source: Path = _SOURCE) -
     for layer in LAYERS[: LAYERS.index(last) + 1]:
         digest.update(_digest_layer(source / layer, drawing))
     if drawing:
-        digest.update(digest_code((source / "plotting.py").read_text(encoding="utf-8")))
+        style = source / "plotting.py"
+        digest.update(digest_code(style.read_text(encoding="utf-8"), style))
     return digest.hexdigest()[:16]
 
 
@@ -36,17 +37,13 @@ def _digest_layer(folder: Path, drawing: bool) -> bytes:
         if path.name == "figures.py" and not drawing:
             continue
         digest.update(str(path.relative_to(folder)).encode())
-        digest.update(digest_code(path.read_text(encoding="utf-8")))
+        digest.update(digest_code(path.read_text(encoding="utf-8"), path))
     return digest.digest()
 
 
-def digest_code(source: str) -> bytes:
-    """Digest of the statements of a module.
-
-    Raises:
-        SyntaxError: if it is not Python.
-    """
-    tree = ast.parse(source)
+def digest_code(source: str, path: str | Path = "<text>") -> bytes:
+    """Digest of the statements of a module; `path` is for the message of a SyntaxError."""
+    tree = ast.parse(source, str(path))
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             node.body = [s for s in node.body if not _is_docstring(s)] or [ast.Pass()]

@@ -119,7 +119,9 @@ def _default(field: FieldInfo) -> str | None:
         return ""
     if isinstance(value, Mapping):
         return "{" + ", ".join(str(key) for key in value) + "}"
-    return "null" if value is None else "[]" if value == () else str(value)
+    if isinstance(value, tuple):
+        value = list(value)
+    return "null" if value is None else str(value)
 
 
 def _explain_one(problem: Mapping[str, Any], keys: Sequence[Key]) -> str:

@@ -7,6 +7,7 @@ Snakefile reads this module at every start.
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
@@ -71,11 +72,11 @@ class Joint(Section):
 
 
 class Curves(Section):
-    """Which published muscle curves to use."""
+    """Which published muscle curves to use; their sources are in physics/curves.py."""
 
-    active_length: Literal["taneja"] = setting("active force-length curve: taneja is Eq. 49", "", "taneja")
-    passive: Literal["taneja"] = setting("passive force-length curve: taneja is Eq. 50", "", "taneja")
-    force_velocity: Literal["thelen"] = setting("force-velocity curve: thelen is Thelen 2003", "", "thelen")
+    active_length: Literal["taneja", "millard", "degroote"] = setting("active force-length", "", "taneja")
+    passive: Literal["taneja", "millard", "degroote"] = setting("passive force-length", "", "taneja")
+    force_velocity: Literal["thelen", "millard", "degroote"] = setting("force-velocity", "", "thelen")
 
 
 class Physics(Section):
@@ -102,11 +103,20 @@ class Identify(Section):
     start_spread: Real = setting("starts up to this fraction of the model's value away", "-", 0.2, ge=0, lt=1)
     low: Real | None = setting("lower bound where one is known, SI units", "SI", None)
     high: Real | None = setting("upper bound where one is known, SI units", "SI", None)
+    literature: tuple[Real, ...] = setting(
+        "values of the literature; the parameter is then a mean of them times sigmoids, Eq. 41 as printed", "SI", ()
+    )
 
     @model_validator(mode="after")
     def _ordered(self) -> "Identify":
         if self.low is not None and self.high is not None and self.low >= self.high:
             raise ValueError(f"low {self.low} must be below high {self.high}")
+        if (self.low is None) != (self.high is None):
+            raise ValueError("low and high are given together, or neither")
+        if self.literature and self.low is not None:
+            raise ValueError("literature (Eq. 41 as printed) and low/high (true bounds) exclude each other; keep one")
+        if any(value <= 0 for value in self.literature):
+            raise ValueError(f"literature {self.literature} must be positive: Eq. 41 reaches from 0 to their mean")
         return self
 
 
@@ -190,14 +200,88 @@ class Recipe(Section):
 
     cell: Literal["gru", "rnn"] = setting("recurrent cell, Eqs. 11-13 and 8-10", "", "gru")
     hidden: Whole = setting("hidden units", "-", 50, ge=1, le=4096)
-    history_steps: Whole = setting("past samples that a prediction sees", "-", 4, ge=1, le=100)
+    hidden_state: Literal["carried", "windowed"] = setting(
+        "carried: handed on from sample to sample (Fig. 5); windowed: starts at 0 for every prediction (Eq. 15)",
+        "", "carried",
+    )  # fmt: skip
+    output: Literal["increment", "absolute"] = setting(
+        "absolute: the network gives the angle (Eq. 13); increment: what linear extrapolation lacks", "", "increment"
+    )
+    time_input: bool = setting("whether time t_n is an input beside EMG", "", False)
+    history_steps: Whole = setting("past samples of known angle that a prediction starts from", "-", 4, ge=1, le=100)
+    history_noise: Real = setting("noise added to the history while training", "rad", 0.0, ge=0, le=1)
+    rollout_steps: Whole = setting("steps fed by the network's own predictions; 1 is teacher forcing", "-", 50, ge=1)
     epochs: Whole = setting("epochs of all scales together", "-", 1500, ge=1)
     learning_rate: Real = setting("initial step of Adam", "-", 3e-3, gt=0, le=1)
-    beta: Real = setting("weight of the physics residual in the loss, Eq. 16", "-", 1e-3, ge=0)
-    history_noise: Real = setting("noise added to the history while training", "rad", 0.01, ge=0, le=1)
-    rollout_steps: Whole = setting("steps fed by the network's own predictions; 1 is teacher forcing", "-", 50, ge=1)
+    schedule: Literal["constant", "cosine"] = setting("how the step changes over all epochs", "", "cosine")
+    beta: Real = setting("weight of the physics residual in the network's loss, Eq. 16", "-", 0.0, ge=0)
+    derivative: Literal["sequence", "time"] = setting(
+        "derivatives in the residual: of the predicted sequence, or of the network by its input t_n", "", "sequence"
+    )
+    identification: Literal["gauss_newton", "joint"] = setting(
+        "gauss_newton: on the weak form of the residual; joint: with the weights, by Adam on J", "", "gauss_newton"
+    )
+    simulated_trials: Whole = setting(
+        "trials simulated with the identified parameters, on EMG that was never recorded, to train on", "-", 64, ge=0
+    )
     validation_fraction: Real = setting("share of the training trials kept for early stopping", "-", 0.1, gt=0, lt=0.9)
     patience: Whole = setting("epochs without a better validation error before a scale stops", "-", 300, ge=1)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "Recipe":
+        if self.hidden_state == "windowed" and self.rollout_steps > 1:
+            raise ValueError("rollout_steps above 1 need hidden_state: carried; windowed states are teacher-forced")
+        if self.hidden_state == "carried" and self.beta > 0:
+            raise ValueError("beta above 0 needs hidden_state: windowed; a carried state has no residual in its loss")
+        if self.identification == "joint" and self.beta == 0:
+            raise ValueError("identification: joint needs beta above 0: without a residual in J nothing is identified")
+        if self.derivative == "time" and not self.time_input:
+            raise ValueError("derivative: time needs time_input: true; there is no t_n to differentiate by")
+        return self
+
+
+class Dimension(Section):
+    """The range in which a sweep looks for a setting."""
+
+    low: Real = setting("lowest value to try", "as the setting")
+    high: Real = setting("highest value to try", "as the setting")
+    log: bool = setting("whether to search in the logarithm", default=False)
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Dimension":
+        if self.low >= self.high:
+            raise ValueError(f"low {self.low:g} must be below high {self.high:g}")
+        if self.log and self.low <= 0:
+            raise ValueError(f"low is {self.low:g}; a search in the logarithm needs more than 0")
+        return self
+
+
+class Sweep(Section):
+    """`snakemake sweep`: a search for better settings of a recipe, judged on data held out of the training trials."""
+
+    dataset: Name | None = setting("dataset; null: the first of targets.datasets", default=None)
+    model: ModelName = setting("physical model", default="base")
+    recipe: Name | None = setting("recipe to improve; null: the first of targets.recipes", default=None)
+    scales: Annotated[int, Field(ge=1, le=5)] | None = setting(
+        "number of scales; null: the most of targets.scales", "-", None
+    )
+    dimensions: dict[Name, Dimension] = setting(
+        "ranges to search, {numeric setting of the recipe: range}", default=dict, each="setting"
+    )
+    trials: Whole = setting("settings to try; a larger number later goes on from there", "-", 20, ge=1)
+    workers: Whole = setting("jobs that search side by side", "-", 2, ge=1, le=1000)
+    seeds: Whole = setting("independent starts of each setting; their mean error counts", "-", 2, ge=1, le=1000)
+    epochs: Whole | None = setting("epochs of all scales of one start; null: as in the recipe", "-", None, ge=1)
+    held_out: Real = setting("share of each training trial, at its end, that judges a setting", "-", 0.25, gt=0, lt=0.9)
+    pruner: Literal["median", "none"] = setting(
+        "median: give a setting up whose error after a scale is above the median of those before", "", "median"
+    )
+    unpruned: Whole = setting("settings that are tried to the end before any is given up", "-", 5, ge=1)
+    seed: Whole = setting("seed of the search", "-", 0, ge=0)
+    storage: str = setting(
+        "where the study is: journal, a file beside its results, or postgresql://USER@HOST/DATABASE", "", "journal",
+        pattern=r"^(journal|postgresql(\+\w+)?://.+)$",
+    )  # fmt: skip
 
 
 class Learning(Section):
@@ -205,6 +289,7 @@ class Learning(Section):
 
     seeds: Whole = setting("independent starts, trained together", "-", 5, ge=1, le=1000)
     recipes: dict[Name, Recipe] = setting("ways to train, by name", each="recipe", min_length=1)
+    sweep: Sweep = setting("search for better settings of a recipe", default=Sweep)
 
 
 # ------------------------------------------------------------------------------------------- diagnosis, tracking
@@ -259,11 +344,12 @@ class Settings(Section):
             problems += _unless_known(f"targets.models.{name}", name, self.data.datasets)
         for i, name in enumerate(self.targets.recipes):
             problems += _unless_known(f"targets.recipes[{i}]", name, self.learning.recipes)
-        if (scales := max(self.targets.scales)) > self.data.wavelet.levels + 1:
+        if (scales := max(*self.targets.scales, self.learning.sweep.scales or 1)) > self.data.wavelet.levels + 1:
             problems.append(
-                f"targets.scales: {scales} scales need data.wavelet.levels of {scales - 1}, "
+                f"targets.scales, learning.sweep.scales: {scales} scales need data.wavelet.levels of {scales - 1}, "
                 f"which is {self.data.wavelet.levels}."
             )
+        problems += self._problems_of_sweep()
         for name, dataset in self.data.datasets.items():
             where = f"data.datasets.{name}"
             named = [(f"{where}.identify.{p}", p) for p in dataset.identify]
@@ -277,6 +363,38 @@ class Settings(Section):
         if problems:
             raise ValueError("\n".join(problems))
         return self
+
+    def sweep(self) -> Sweep:
+        """The section learning.sweep, what is null in it filled in from the targets."""
+        sweep, targets = self.learning.sweep, self.targets
+        return sweep.model_copy(
+            update={
+                "dataset": sweep.dataset or targets.datasets[0],
+                "recipe": sweep.recipe or targets.recipes[0],
+                "scales": sweep.scales or max(targets.scales),
+            }
+        )
+
+    def _problems_of_sweep(self) -> list[str]:
+        sweep = self.sweep()
+        problems = _unless_known("learning.sweep.dataset", sweep.dataset, self.data.datasets)
+        problems += _unless_known("learning.sweep.recipe", sweep.recipe, self.learning.recipes)
+        if problems:
+            return problems
+        recipe = dump(self.learning.recipes[sweep.recipe])
+        numeric = [name for name, field in Recipe.model_fields.items() if field.annotation in (int, float)]
+        for name, dimension in sweep.dimensions.items():
+            where = f"learning.sweep.dimensions.{name}"
+            if unknown := _unless_known(where, name, numeric):
+                problems += unknown
+                continue
+            for end, value in (("low", dimension.low), ("high", dimension.high)):
+                try:
+                    Recipe.model_validate(recipe | {name: int(value) if value.is_integer() else value})
+                except ValidationError as error:
+                    lines = explain(error, tuple(list_keys(Recipe)))
+                    problems += [f"{where}.{end} does not fit recipe {sweep.recipe}: {line}" for line in lines]
+        return problems
 
 
 def _unless_known(path: str, name: str, known: Any) -> list[str]:
@@ -311,6 +429,30 @@ def parse_section(path: str, values: Mapping[str, Any]) -> Any:
     if kind is MeasuredDataset and values.get("kind") == "simulated":
         kind = SimulatedDataset
     return _parse(kind, values, parts)
+
+
+def check_effects(settings: Settings) -> None:
+    """Whether the effects that the settings name are there, told from file names: loading the physics takes a second.
+
+    With effect files of the user's own, whose names are known only once they are loaded, a job finds out instead.
+
+    Raises:
+        ValueError: one line for each effect that is not there.
+    """
+    if settings.physics.effect_files:
+        return
+    folder = Path(__file__).parent / "physics" / "effects"
+    known = [path.stem for path in folder.glob("[!_]*.py")]
+    named = [
+        (f"targets.models.{dataset}", effect)
+        for dataset, models in settings.targets.models.items()
+        for model in models
+        for effect in model.split("+")[1:]
+    ]
+    for name, dataset in settings.data.datasets.items():
+        named += [(f"data.datasets.{name}.hidden_effect", effect) for effect in getattr(dataset, "hidden_effect", ())]
+    if problems := [line for path, effect in named for line in _unless_known(path, effect, known)]:
+        raise ValueError("\n".join(problems))
 
 
 _SECTIONS = {name: field.annotation for name, field in Settings.model_fields.items()}

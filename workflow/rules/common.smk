@@ -5,10 +5,11 @@ from glob import glob
 from snakemake.exceptions import WorkflowError
 
 from myowave.code_digest import digest_layers
-from myowave.settings import SimulatedDataset, dump, parse_settings, public
+from myowave.settings import SimulatedDataset, check_effects, dump, parse_settings, public
 
 try:
     SETTINGS = parse_settings(config)
+    check_effects(SETTINGS)
 except ValueError as error:
     sys.exit(f"The configuration has problems; nothing was run.\n{error}\n`myowave settings` lists all keys.")
 
@@ -18,6 +19,9 @@ config.clear()
 DATASETS = SETTINGS.data.datasets
 SIMULATED = [name for name, dataset in DATASETS.items() if isinstance(dataset, SimulatedDataset)]
 MEASURED = [name for name in DATASETS if name not in SIMULATED]
+
+RUNS = "{dataset}/{model}/{recipe}"
+LADDER = f"{RUNS}/{{scales}}-scale"
 
 
 wildcard_constraints:
@@ -51,6 +55,20 @@ def models_of(dataset):
     return SETTINGS.targets.models.get(dataset, ("base",))
 
 
+# ---- data
+
+
+def recordings(wildcards):
+    """Files of a measured dataset; a pattern stands for the files it matches now."""
+    return expand_patterns(DATASETS[wildcards.dataset].files, f"data.datasets.{wildcards.dataset}.files")
+
+
+def figures_of_data(wildcards):
+    return expand(
+        "results/figures/{dataset}/{figure}.png", dataset=SETTINGS.targets.datasets, figure=["trials", "scales"]
+    )
+
+
 def expand_patterns(patterns, key):
     """Files that the patterns match, each pattern's in order.
 
@@ -67,3 +85,67 @@ def expand_patterns(patterns, key):
             )
         files += matched
     return list(dict.fromkeys(files))
+
+
+# ---- learning
+
+
+def coarser_checkpoint(wildcards):
+    """The checkpoint that a scale starts from; none at the coarsest."""
+    coarser = int(wildcards.level) + 1
+    if coarser >= int(wildcards.scales):
+        return []
+    return f"results/learning/{LADDER}/scale-{coarser}.pt".format(**wildcards)
+
+
+def histories(wildcards):
+    return expand(
+        f"results/learning/{LADDER}/history-{{level}}.parquet", level=range(int(wildcards.scales)), **wildcards
+    )
+
+
+def identify_section(wildcards):
+    """The physical constants to identify, and where they start."""
+    return dataset_section(wildcards)["identify"]
+
+
+def truth_of(wildcards):
+    """The truth to score against, where there is one."""
+    return f"results/data/{wildcards.dataset}/truth.json" if wildcards.dataset in SIMULATED else []
+
+
+def for_targets(pattern):
+    """The pattern for every dataset, model and recipe that `rule all` makes, and every number of scales in it."""
+    return [
+        path
+        for dataset in SETTINGS.targets.datasets
+        for path in expand(
+            pattern,
+            dataset=dataset,
+            model=models_of(dataset),
+            recipe=SETTINGS.targets.recipes,
+            scales=SETTINGS.targets.scales,
+        )
+    ]
+
+
+def figures_of(runs):
+    """Figures of one dataset, model and recipe; `runs` may hold wildcards."""
+    return [f"results/figures/{runs}/{figure}.png" for figure in ("metrics", "predictions", "parameters")]
+
+
+def figures_of_learning(wildcards):
+    return sorted({path for figure in figures_of(RUNS) for path in for_targets(figure)})
+
+
+def labels(figure):
+    return {"dataset": "{dataset}", "model": "{model}", "recipe": "{recipe}", "figure": figure}
+
+
+# ---- tracking
+
+
+def published_models():
+    """(evaluation, figures) of every trained model that MLflow shows."""
+    evaluations = for_targets(f"results/learning/{LADDER}/evaluation.csv")
+    return [(path, figures_of("/".join(Path(path).parts[2:5]))) for path in evaluations]

@@ -1,17 +1,6 @@
 # Trials, simulated or measured, become one table; after it nobody asks which they were.
 
 
-def recordings(wildcards):
-    """Files of a measured dataset; a pattern stands for the files it matches now."""
-    return expand_patterns(DATASETS[wildcards.dataset].files, f"data.datasets.{wildcards.dataset}.files")
-
-
-def figures_of_data(wildcards):
-    return expand(
-        "results/figures/{dataset}/{figure}.png", dataset=SETTINGS.targets.datasets, figure=["trials", "scales"]
-    )
-
-
 rule simulate_trials:
     input:
         effects=SETTINGS.physics.effect_files,

@@ -1,12 +1,6 @@
 # MLflow shows what is in results/. It can be rebuilt from there at any time, and nothing depends on it.
 
 
-def published_models():
-    """(evaluation, figures) of every trained model that MLflow shows."""
-    evaluations = for_targets(f"results/learning/{LADDER}/evaluation.csv")
-    return [(path, figures_of("/".join(Path(path).parts[2:5]))) for path in evaluations]
-
-
 rule publish_runs:
     input:
         evaluations=for_targets(f"results/learning/{LADDER}/evaluation.csv"),
@@ -17,7 +11,7 @@ rule publish_runs:
         "results/logs/publish_runs.log",
     params:
         tracking=section("tracking"),
-        recipes={name: dump(recipe) for name, recipe in SETTINGS.learning.recipes.items()},
+        recipes={name: dump(SETTINGS.learning.recipes[name]) for name in SETTINGS.targets.recipes},
         models=published_models(),
     script:
         "../scripts/publish_runs.py"

@@ -1,0 +1,143 @@
+"""MLflow holds what the result files say, once, and its failures stay its own."""
+
+import shutil
+
+import mlflow
+import numpy as np
+import pandas as pd
+import pytest
+
+from myowave.data.store import write_table
+from myowave.tracking import CURVE_POINTS, TrainedModel, publish, serve
+
+SEEDS = 3
+EPOCHS = {1: 150, 0: 250}
+
+
+@pytest.fixture
+def trained(tmp_path):
+    """Result files of a model trained at two scales, as the workflow leaves them."""
+    folder = tmp_path / "results/learning/case1/base/rollout/2-scale"
+    folder.mkdir(parents=True)
+    random = np.random.default_rng(0)
+    pd.DataFrame(
+        {
+            "dataset": "case1", "model": "base", "recipe": "rollout", "scales": 2, "seed": range(SEEDS),
+            "test_mse": random.random(SEEDS), "test_r2": random.random(SEEDS), "f0_Bi": 300 + random.random(SEEDS),
+        }
+    ).to_csv(folder / "evaluation.csv", index=False)  # fmt: skip
+    for level, epochs in EPOCHS.items():
+        history = [
+            pd.DataFrame({"epoch": np.arange(1, epochs + 1), "seed": seed, "loss": random.random(epochs)})
+            for seed in range(SEEDS)
+        ]
+        write_table(pd.concat(history), folder / f"history-{level}.parquet")
+    figure = tmp_path / "results/figures/metrics.png"
+    figure.parent.mkdir()
+    figure.write_bytes(b"a picture")
+    return TrainedModel(folder, {"hidden": 50, "beta": 1e-3}, (figure,))
+
+
+@pytest.fixture(scope="module")
+def empty_store(tmp_path_factory):
+    """A sqlite file with MLflow's tables and nothing in it: making them takes seconds."""
+    path = tmp_path_factory.mktemp("store") / "mlflow.db"
+    publish([], f"sqlite:///{path}")
+    mlflow.MlflowClient(tracking_uri=f"sqlite:///{path}").search_experiments()
+    return path
+
+
+@pytest.fixture
+def uri(tmp_path, trained, empty_store):
+    path = tmp_path / "results/mlflow.db"
+    shutil.copy(empty_store, path)
+    return f"sqlite:///{path}"
+
+
+def stored(uri):
+    """(client, parent run, runs of the seeds) of the only model in the store."""
+    client = mlflow.MlflowClient(tracking_uri=uri)
+    experiment = client.get_experiment_by_name("learning: case1")
+    runs = client.search_runs([experiment.experiment_id])
+    parents = [run for run in runs if "mlflow.parentRunId" not in run.data.tags]
+    assert len(parents) == 1
+    children = [run for run in runs if run.data.tags.get("mlflow.parentRunId") == parents[0].info.run_id]
+    assert len(children) == len(runs) - 1
+    return client, parents[0], sorted(children, key=lambda run: int(run.data.params["seed"]))
+
+
+def test_each_seed_has_a_run_and_the_parent_their_medians(trained, uri):
+    publish([trained], uri)
+    _, parent, children = stored(uri)
+    table = pd.read_csv(trained.folder / "evaluation.csv")
+    for (_, row), run in zip(table.iterrows(), children, strict=True):
+        for name in ("test_mse", "test_r2", "f0_Bi"):
+            assert run.data.metrics[name] == pytest.approx(row[name])
+    for name in ("test_mse", "test_r2", "f0_Bi"):
+        assert parent.data.metrics[name] == pytest.approx(table[name].median())
+    assert parent.info.run_name == "case1 base rollout 2-scale"
+    assert [run.info.run_name for run in children] == [f"{parent.info.run_name} seed {seed}" for seed in range(SEEDS)]
+    assert all(run.data.params.items() >= parent.data.params.items() for run in children)
+    assert parent.data.params["hidden"] == "50"
+
+
+def test_curves_run_through_the_scales_from_the_coarsest(trained, uri):
+    publish([trained], uri)
+    client, _, children = stored(uri)
+    curve = client.get_metric_history(children[1].info.run_id, "curve/loss")
+    steps = [point.step for point in curve]
+    assert steps == sorted(set(steps)) and steps[-1] == sum(EPOCHS.values())
+    assert CURVE_POINTS / 2 < len(steps) < 2 * CURVE_POINTS
+    coarse = pd.read_parquet(trained.folder / "history-1.parquet").query("seed == 1").set_index("epoch")["loss"]
+    assert curve[0].value == pytest.approx(coarse[steps[0]])
+
+
+def test_tables_and_figures_are_attached(trained, uri):
+    publish([trained], uri)
+    client, parent, _ = stored(uri)
+    assert {item.path for item in client.list_artifacts(parent.info.run_id)} == {"evaluation.csv", "metrics.png"}
+
+
+def test_publishing_again_changes_nothing(trained, uri):
+    publish([trained], uri)
+    before = {run.info.run_id for run in (stored(uri)[1], *stored(uri)[2])}
+    note = publish([trained], uri)
+    assert {run.info.run_id for run in (stored(uri)[1], *stored(uri)[2])} == before
+    assert note.startswith("0 runs written")
+
+
+def test_changed_results_replace_their_runs(trained, uri):
+    publish([trained], uri)
+    path = trained.folder / "evaluation.csv"
+    table = pd.read_csv(path)
+    table["test_r2"] = 0.123
+    table.iloc[:2].to_csv(path, index=False)  # and one seed fewer
+    publish([trained], uri)
+    _, parent, children = stored(uri)
+    assert parent.data.metrics["test_r2"] == pytest.approx(0.123) and len(children) == 2
+
+
+def test_a_run_cut_off_in_the_middle_is_written_again(trained, uri):
+    publish([trained], uri)
+    client, _, children = stored(uri)
+    client.update_run(children[0].info.run_id, status="RUNNING")
+    publish([trained], uri)
+    assert [run.info.status for run in stored(uri)[2]] == ["FINISHED"] * SEEDS
+
+
+def test_a_store_that_fails_is_noted_and_raises_nothing(trained, tmp_path):
+    broken = tmp_path / "broken.db"
+    broken.write_text("this is no database")
+    note = publish([trained], f"sqlite:///{broken}")
+    assert note.startswith("**Not published.**") and "snakemake --cores 1 publish" in note
+
+
+def test_a_store_is_made_where_there_is_none(trained, tmp_path):
+    uri = f"sqlite:///{tmp_path}/new/mlflow.db"
+    publish([trained], uri)
+    assert len(stored(uri)[2]) == SEEDS
+
+
+def test_the_ui_says_where_there_is_nothing_to_show(tmp_path):
+    with pytest.raises(ValueError, match="no MLflow store"):
+        serve(f"sqlite:///{tmp_path}/mlflow.db")

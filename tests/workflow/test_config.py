@@ -1,0 +1,52 @@
+"""The workflow and its configuration: what stops it, and what each rule is told."""
+
+SECRET = "1.234567"
+HIDDEN = {
+    "targets": {"datasets": ["case1"], "models": {"case1": ["base", "base+joint_damping"]}},
+    "data": {"datasets": {"case1": {"hidden_effect": {"joint_damping": {"c": float(SECRET)}}}}},
+}
+MAY_KNOW_WHAT_IS_HIDDEN = {"simulate_trials"}
+MAY_READ_THE_TRUTH = {"evaluate_model"}
+
+
+def test_a_wrong_configuration_stops_before_any_job_with_our_message_alone(project):
+    wrong = {"learning": {"recipes": {"rollout": {"hiden": 3}}, "seeds": "five"}}
+    done = project.snakemake("--cores", "1", *project.lay_over(wrong))
+    assert done.returncode != 0
+    assert "learning.recipes.rollout.hiden: unknown key; did you mean 'hidden'?" in done.stdout
+    assert "learning.seeds = 'five': expected a whole number" in done.stdout
+    assert "Traceback" not in done.stdout and not (project.folder / "results").exists()
+
+
+def test_an_effect_that_does_not_exist_stops_before_any_job(project):
+    done = project.snakemake("-n", *project.lay_over({"targets": {"models": {"case1": ["base+joint_dampin"]}}}))
+    assert done.returncode != 0 and "did you mean 'joint_damping'" in done.stdout
+
+
+def test_files_laid_over_the_shipped_configuration_are_merged(project):
+    planned = project.planned(*project.lay_over({"targets": {"datasets": ["case2"], "scales": [2]}}))
+    assert planned["simulate_trials"] == 1 and planned["train_scale"] == 2 and "import_trials" not in planned
+
+
+def test_recordings_that_are_not_there_are_named(project):
+    wrong = {"data": {"datasets": {"bench_elbow": {"files": ["data/nothing/*.csv"]}}}}
+    done = project.snakemake("-n", *project.lay_over(wrong))
+    assert done.returncode != 0
+    assert "data.datasets.bench_elbow.files: 'data/nothing/*.csv' matches no file" in done.stdout
+
+
+def test_no_rule_is_told_what_is_hidden_but_the_one_that_puts_it_in(project):
+    project.finish(*project.lay_over(HIDDEN))
+    jobs = project.recorded()
+    assert {job["rule"] for job in jobs} >= {"simulate_trials", "train_scale", "evaluate_model", "publish_runs"}
+    assert {job["rule"] for job in jobs if SECRET in str(job["params"])} == MAY_KNOW_WHAT_IS_HIDDEN
+    readers = {job["rule"] for job in jobs if any("truth" in path for path in job["input"])}
+    assert readers == MAY_READ_THE_TRUTH
+
+
+def test_a_script_does_not_see_the_configuration(project):
+    spy = "from pathlib import Path\nPath(snakemake.output[0]).write_text(f'config: {snakemake.config}')\n"
+    (project.folder / "workflow/scripts/decompose_scales.py").write_text(spy)
+    done = project.snakemake("--cores", "1", "results/data/case1/scales.parquet", *project.lay_over(HIDDEN))
+    assert done.returncode == 0, done.stdout
+    assert (project.folder / "results/data/case1/scales.parquet").read_text() == "config: {}"

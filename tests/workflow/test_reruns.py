@@ -1,0 +1,77 @@
+"""What is made again after a change: what depends on it, and nothing else.
+
+All outputs are put there by hand and recorded with `--touch`; then each change is made, planned, and taken back.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+from project_copy import Project, copy_project
+
+SMALL = {"targets": {"datasets": ["case1", "case2", "bench_elbow"], "scales": [1, 2]}}
+CONFIG = ("--configfile", "config.yaml", "mine.yaml")
+LEARNING = {"train_scale", "evaluate_model", "summarize_models", "publish_runs"}
+LEARNING_FIGURES = {"draw_metrics", "draw_predictions", "draw_parameters"}
+FIGURES = {"draw_trials", "draw_scales"} | LEARNING_FIGURES
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Project:
+    """A project where every output of a small configuration is there and recorded as done."""
+    project = copy_project(tmp_path_factory.mktemp("finished"))
+    project.finish(*project.lay_over(SMALL))
+    return project
+
+
+@contextmanager
+def edited(project: Project, path: str, old: str, new: str) -> Iterator[None]:
+    """Replace text in a file for a while."""
+    file = project.folder / path
+    original = file.read_text()
+    assert old in original, f"{path} no longer holds {old!r}"
+    file.write_text(original.replace(old, new, 1))
+    yield
+    file.write_text(original)
+
+
+def test_a_second_run_has_nothing_to_do(finished):
+    assert finished.planned(*CONFIG) == {}
+
+
+def test_changed_physics_reruns_all_that_stands_on_it(finished):
+    with edited(finished, "src/myowave/physics/joint.py", "9.80665", "9.81"):
+        planned = finished.planned(*CONFIG)
+    assert set(planned) >= {"simulate_trials", "decompose_scales"} | LEARNING | LEARNING_FIGURES
+
+
+def test_changed_learning_reruns_training_and_what_follows(finished):
+    with edited(finished, "src/myowave/learning/__init__.py", "", "CHANGED = 1\n"):
+        assert set(finished.planned(*CONFIG)) == LEARNING | LEARNING_FIGURES
+
+
+def test_comments_and_docstrings_rerun_nothing(finished):
+    with edited(finished, "src/myowave/physics/joint.py", '"""', '# a comment\n"""Another docstring. '):
+        assert finished.planned(*CONFIG) == {}
+
+
+def test_changed_drawing_reruns_only_figures(finished):
+    with edited(finished, "src/myowave/data/figures.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "):
+        planned = finished.planned(*CONFIG)
+    assert planned and set(planned) <= FIGURES | {"publish_runs"}  # figures are attached to the runs in MLflow
+
+
+def test_a_changed_setting_reruns_only_what_reads_it(finished):
+    with edited(finished, "config.yaml", "emg_noise: 0.15", "emg_noise: 0.16"):
+        planned = finished.planned(*CONFIG)
+    assert planned["simulate_trials"] == 1 and planned["train_scale"] == 3, "only case2 reads it"
+    with edited(finished, "config.yaml", "uri: sqlite:///results/mlflow.db", "uri: sqlite:///results/other.db"):
+        assert set(finished.planned(*CONFIG)) == {"publish_runs"}
+    with edited(finished, "config.yaml", "recipes:\n    rollout:", "recipes:\n    unused: {hidden: 3}\n    rollout:"):
+        assert finished.planned(*CONFIG) == {}
+
+
+def test_a_changed_recording_is_imported_again(finished):
+    with edited(finished, "data/bench_elbow/trial1.csv", "0.2381", "0.2382"):
+        planned = finished.planned(*CONFIG)
+    assert planned["import_trials"] == 1 and "simulate_trials" not in planned

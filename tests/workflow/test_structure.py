@@ -1,0 +1,87 @@
+"""How the code is put together: layers import downwards, outside libraries have one door, Snakemake stays outside."""
+
+import ast
+from pathlib import Path
+
+import pytest
+from project_copy import ROOT
+
+SOURCE = ROOT / "src/myowave"
+LAYERS = ("physics", "data", "learning", "diagnosis")
+DOORS = {
+    "mlflow": "tracking.py",
+    "optuna": "learning/sweep/study.py",
+    "pywt": "data/wavelets.py",
+    "pyarrow": "data/store.py",
+}
+# Beside the layers: they may be used by any, and use none but those named here.
+BESIDE = {
+    "settings.py": (), "schema_keys.py": (), "code_digest.py": (), "job.py": (), "plotting.py": (),
+    "tracking.py": ("data",), "cli.py": LAYERS, "__init__.py": (),
+}  # fmt: skip
+MODULES = sorted(SOURCE.rglob("*.py"))
+
+
+def imported(path: Path) -> set[str]:
+    """Dotted names of all that a module imports, inside functions too."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: imports of the package are written in full"
+            names |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return names
+
+
+def layers_used(path: Path) -> set[str]:
+    return {layer for layer in LAYERS for name in imported(path) if name.startswith(f"myowave.{layer}")}
+
+
+@pytest.mark.parametrize("layer", LAYERS)
+def test_a_layer_imports_only_those_before_it(layer):
+    before = set(LAYERS[: LAYERS.index(layer) + 1])
+    for path in (SOURCE / layer).rglob("*.py"):
+        assert layers_used(path) <= before, f"{path} imports upwards"
+
+
+def test_modules_beside_the_layers_use_no_more_of_them_than_they_need():
+    for path in SOURCE.glob("*.py"):
+        assert path.name in BESIDE, f"{path.name}: name it here, with the layers it may use"
+        assert layers_used(path) <= set(BESIDE[path.name]), path
+
+
+def test_what_computes_does_not_draw():
+    # Drawing is left out of what makes results stale; see code_digest.
+    for path in MODULES:
+        if path.name not in ("figures.py", "plotting.py") and path.parent != SOURCE:
+            drawing = [n for n in imported(path) if "figures" in n or n.startswith(("matplotlib", "myowave.plotting"))]
+            assert not drawing, f"{path} imports {drawing}"
+
+
+@pytest.mark.parametrize("library", DOORS)
+def test_an_outside_library_has_one_door(library):
+    users = {
+        str(path.relative_to(SOURCE)) for path in MODULES for name in imported(path) if name.split(".")[0] == library
+    }
+    assert users <= {DOORS[library]}
+
+
+def test_the_package_does_not_know_snakemake():
+    for path in MODULES:
+        assert not [name for name in imported(path) if name.split(".")[0].startswith("snakemake")], path
+
+
+def test_scripts_belong_to_rules_and_hold_no_logic():
+    rules = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
+    for path in (ROOT / "workflow/scripts").glob("*.py"):
+        assert f"../scripts/{path.name}" in rules, f"{path.name}: no rule calls it"
+        for node in ast.walk(ast.parse(path.read_text())):
+            assert not isinstance(node, ast.FunctionDef | ast.ClassDef | ast.If | ast.While | ast.Try), path
+
+
+def test_captions_are_there():
+    for path in (ROOT / "workflow/rules").glob("*.smk"):
+        for part in path.read_text().split('caption="')[1:]:
+            caption = path.parent / part.split('"')[0]
+            assert len(caption.read_text().split()) > 5, f"{caption} says too little"
