@@ -1,0 +1,261 @@
+"""A search for better settings that several workers share: the only module that imports Optuna.
+
+A study lives in a storage that all workers see: a journal file, or a PostgreSQL server. Workers are independent
+processes, on one machine or on many. Whatever is killed, the study stays whole:
+
+- Each trial carries the name of its worker from its making on. A worker that starts first marks trials FAIL that it
+  left unfinished when it was killed. Nobody else can know that they are dead: storages keep them RUNNING for ever.
+- Trials are numbered one after the other by the storage, so each worker can see by itself whether its new trial still
+  belongs to the number asked for. No lock is needed, and none is computed in excess.
+
+What is judged is a generator: it yields a score after each scale, and knows nothing of trials, pruning or storages.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import optuna
+import pandas as pd
+from optuna.distributions import FloatDistribution, IntDistribution
+from optuna.storages import BaseStorage, JournalStorage, RDBStorage
+from optuna.storages.journal import JournalFileBackend, JournalFileSymlinkLock
+from optuna.trial import FrozenTrial, Trial, TrialState, create_trial
+
+from myowave.settings import Recipe, Sweep
+
+optuna.logging.set_verbosity(optuna.logging.WARNING)  # the job's log says what happens
+
+COUNTED = (TrialState.COMPLETE, TrialState.PRUNED, TrialState.RUNNING)  # failed ones are tried anew
+Settings = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Score:
+    """How good a setting is after a scale.
+
+    Args:
+        level: of the scale; 0 is the last.
+        errors: free-running error on the held-out data, one a seed.
+    """
+
+    level: int
+    errors: tuple[float, ...]
+
+    @property
+    def mean(self) -> float:
+        return sum(self.errors) / len(self.errors)
+
+
+Objective = Callable[[Settings], Iterator[Score]]
+
+
+@dataclass(frozen=True)
+class Search:
+    """An open study.
+
+    Args:
+        sweep: what is searched, how often, and when a trial is given up.
+        default: settings that are to be improved; tried first where they are inside the ranges.
+    """
+
+    study: optuna.Study
+    storage: BaseStorage
+    sweep: Sweep
+    default: Settings
+
+    def trials(self, *states: TrialState) -> list[FrozenTrial]:
+        return self.study.get_trials(deepcopy=False, states=states or None)
+
+
+def open_search(name: str, storage: str, sweep: Sweep, default: Settings, seed: int = 0) -> Search:
+    """The study of this name, made where it is not there yet.
+
+    Only one process may open a PostgreSQL database for the first time, so this is called once before the workers start.
+
+    Args:
+        name: tells studies in one storage apart.
+        storage: path of a journal file, or address of a PostgreSQL database.
+        seed: of the search; another for each worker.
+
+    Raises:
+        ValueError: if the server cannot be reached.
+    """
+    opened = _open_storage(storage)
+    pruner = optuna.pruners.MedianPruner(n_startup_trials=sweep.unpruned) if sweep.pruner == "median" else None
+    study = optuna.create_study(
+        study_name=name,
+        storage=opened,
+        sampler=optuna.samplers.TPESampler(seed=seed, n_startup_trials=sweep.unpruned),
+        pruner=pruner or optuna.pruners.NopPruner(),
+        load_if_exists=True,
+    )
+    return Search(study, opened, sweep, {name: default[name] for name in sweep.dimensions})
+
+
+def work(search: Search, objective: Objective, worker: str) -> Iterator[FrozenTrial]:
+    """Try settings until the study has as many trials as asked for; yield each that this worker finished.
+
+    Args:
+        objective: yields a score after each scale, the last at level 0.
+        worker: name of this worker; no two that run may have the same, and a restarted one has the same again.
+    """
+    release(search, worker)
+    while _counted(search) < search.sweep.trials:
+        trial = _begin(search, worker)
+        if trial is None:  # another worker was faster
+            continue
+        try:
+            settings = {name: _suggest(trial, name, search.sweep) for name in search.sweep.dimensions}
+            state, value = _judge(trial, objective(settings))
+        except BaseException:
+            search.study.tell(trial, state=TrialState.FAIL)
+            raise
+        yield search.study.tell(trial, value, state)
+
+
+def release(search: Search, worker: str) -> list[int]:
+    """Mark trials FAIL that this worker was killed in; return their numbers."""
+    left = [t.number for t in search.trials(TrialState.RUNNING) if t.user_attrs["worker"] == worker]
+    for number in left:
+        search.study.tell(number, state=TrialState.FAIL)
+    return left
+
+
+def tabulate(search: Search) -> pd.DataFrame:
+    """A row a trial: number, state, error, settings, error after each scale and of each seed, duration, worker.
+
+    Columns `scale_{level}` are means over the seeds, `seed_{i}` those of the last scale that was reached. Trials that
+    were never begun, because the study was full, are left out.
+    """
+    rows = []
+    for trial in search.trials():
+        if not trial.params:
+            continue
+        scores = {f"scale_{level}": error for level, error in sorted(trial.user_attrs.get("scales", {}).items())}
+        seeds = {f"seed_{i}": error for i, error in enumerate(trial.user_attrs.get("errors", []))}
+        rows.append(
+            {
+                "trial": trial.number,
+                "state": trial.state.name.lower(),
+                "error": trial.value if trial.state is TrialState.COMPLETE else math.nan,
+                **{name: trial.params.get(name, math.nan) for name in search.sweep.dimensions},
+                **scores,
+                **seeds,
+                "is_default": _is_default(trial),
+                "duration_s": trial.duration.total_seconds() if trial.duration else math.nan,
+                "worker": trial.user_attrs["worker"],
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def best_settings(search: Search) -> dict[str, float]:
+    """Settings of the best trial that was not given up.
+
+    Raises:
+        ValueError: if none was tried to the end.
+    """
+    if not search.trials(TrialState.COMPLETE):
+        raise ValueError(
+            f"sweep {search.study.study_name!r}: no setting was tried to the end without diverging; look into the "
+            "logs of its workers, and narrow learning.sweep.dimensions."
+        )
+    return dict(search.study.best_params)
+
+
+def importances(search: Search) -> dict[str, float]:
+    """Share of the variance of the error that each setting explains, the largest first; sums to 1.
+
+    Empty below 4 finished trials. By functional ANOVA of a forest (Hutter et al. 2014).
+    """
+    done = search.trials(TrialState.COMPLETE)
+    if len(done) < 4 or len({trial.value for trial in done}) == 1:
+        return {}
+    evaluator = optuna.importance.FanovaImportanceEvaluator(seed=search.sweep.seed)
+    names = list(search.sweep.dimensions)
+    return optuna.importance.get_param_importances(search.study, evaluator=evaluator, params=names)
+
+
+def _open_storage(storage: str) -> BaseStorage:
+    if "://" not in storage:
+        Path(storage).parent.mkdir(parents=True, exist_ok=True)
+        # Appending takes milliseconds; a lock older than 10 s was left by a worker that was killed.
+        return JournalStorage(JournalFileBackend(storage, JournalFileSymlinkLock(storage, grace_period=10)))
+    try:
+        return RDBStorage(storage, engine_kwargs={"pool_pre_ping": True})
+    except Exception as error:  # whatever the driver raises: no server, no such database, wrong password
+        raise ValueError(
+            f"learning.sweep.storage = {_without_password(storage)}: the database cannot be opened "
+            f"({type(error).__name__}: {error}). Start the server and create the database, or use `storage: journal`."
+        ) from None
+
+
+def _without_password(address: str) -> str:
+    head, at, tail = address.rpartition("@")
+    scheme, _, user = head.partition("://")
+    return f"{scheme}://{user.split(':')[0]}{at}{tail}" if at else address
+
+
+def _begin(search: Search, worker: str) -> Trial | None:
+    """A new trial with the worker's name on it, or None where it turns out to be one too many."""
+    default = _inside(search.default, search.sweep) and not any(map(_is_default, search.trials(*COUNTED)))
+    template = create_trial(
+        state=TrialState.RUNNING,
+        user_attrs={"worker": worker, "default": default},
+        params=dict(search.default) if default else {},
+        distributions={n: _distribution(n, search.sweep) for n in search.sweep.dimensions} if default else {},
+    )
+    study_id = search.storage.get_study_id_from_name(search.study.study_name)
+    trial = Trial(search.study, search.storage.create_new_trial(study_id, template))
+    before = [t for t in search.trials(*COUNTED) if t.number < trial.number]
+    if len(before) >= search.sweep.trials or (default and any(map(_is_default, before))):
+        search.study.tell(trial, state=TrialState.FAIL)
+        return None
+    return trial
+
+
+def _is_default(trial: FrozenTrial) -> bool:
+    return bool(trial.user_attrs["default"])
+
+
+def _judge(trial: Trial, scores: Iterator[Score]) -> tuple[TrialState, float | None]:
+    """Follow a trial through its scales; how it ended and its error, which only a complete one has."""
+    by_level: dict[str, float] = {}
+    for step, score in enumerate(scores):
+        if not math.isfinite(score.mean):  # diverged: as hopeless as can be
+            return TrialState.PRUNED, None
+        by_level[str(score.level)] = score.mean
+        trial.set_user_attr("scales", by_level)
+        trial.set_user_attr("errors", list(score.errors))
+        if score.level == 0:
+            return TrialState.COMPLETE, score.mean
+        trial.report(score.mean, step)
+        if trial.should_prune():
+            return TrialState.PRUNED, None
+    raise AssertionError("the objective ended before level 0")
+
+
+def _suggest(trial: Trial, name: str, sweep: Sweep) -> float:
+    match _distribution(name, sweep):
+        case IntDistribution() as d:
+            return trial.suggest_int(name, d.low, d.high, log=d.log)
+        case FloatDistribution() as d:
+            return trial.suggest_float(name, d.low, d.high, log=d.log)
+
+
+def _distribution(name: str, sweep: Sweep) -> IntDistribution | FloatDistribution:
+    dimension = sweep.dimensions[name]
+    if Recipe.model_fields[name].annotation is int:
+        return IntDistribution(int(dimension.low), int(dimension.high), log=dimension.log)
+    return FloatDistribution(dimension.low, dimension.high, log=dimension.log)
+
+
+def _inside(settings: Settings, sweep: Sweep) -> bool:
+    return all(d.low <= settings[name] <= d.high for name, d in sweep.dimensions.items())
+
+
+def _counted(search: Search) -> int:
+    """Trials that were or are being tried."""
+    return len(search.trials(*COUNTED))

@@ -1,0 +1,34 @@
+"""A worker with a cheap objective, a process of its own: python sweep_worker.py STORAGE TRIALS WORKER [PAUSE_S]."""
+
+import math
+import sys
+import time
+
+from myowave.learning.sweep.study import Score, open_search, work
+from myowave.settings import Sweep
+
+SWEEP = {
+    "dimensions": {"beta": {"low": 1e-5, "high": 1e-1, "log": True}, "hidden": {"low": 16, "high": 64}},
+    "unpruned": 3,
+}
+FIRST = {"beta": 1e-1, "hidden": 16}
+
+
+def error_of(settings):
+    """Smallest, 0, at beta 1e-3 and 40 hidden units."""
+    return (math.log10(settings["beta"]) + 3) ** 2 + ((settings["hidden"] - 40) / 24) ** 2
+
+
+def objective(settings, pause_s=0.0):
+    for level in (1, 0):
+        time.sleep(pause_s)
+        yield Score(level, (error_of(settings) + level, error_of(settings) + level))
+
+
+if __name__ == "__main__":
+    storage, trials, worker = sys.argv[1:4]
+    sweep = Sweep(**SWEEP, trials=int(trials))
+    search = open_search("test", storage, sweep, FIRST, seed=int(worker))
+    pause_s = float(sys.argv[4]) if len(sys.argv) > 4 else 0.0
+    for trial in work(search, lambda settings: objective(settings, pause_s), f"worker {worker}"):
+        print(trial.number, flush=True)
