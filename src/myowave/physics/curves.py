@@ -1,14 +1,18 @@
 """Dimensionless muscle curves: force-length, passive force, force-velocity. All act element-wise.
 
 Lengths are in units of the optimal fibre length l0, velocities in units of v_max and positive when lengthening,
-forces in units of the maximum isometric force f0.
+forces in units of the maximum isometric force f0. Literals are floats: torch would convert integers at every call.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
+
+from myowave.physics.degroote import active_length_degroote, force_velocity_degroote, passive_degroote
+from myowave.physics.millard import active_length_millard, force_velocity_millard, passive_millard
 
 Curve = Callable[[Tensor], Tensor]
 
@@ -18,18 +22,18 @@ ECCENTRIC_FORCE = 1.4
 # Eq. 50: passive curve of an adult.
 PASSIVE_GAMMA1 = 0.075
 PASSIVE_GAMMA2 = 6.6
+PASSIVE_SLOPE = PASSIVE_GAMMA2 * math.exp(0.4 * PASSIVE_GAMMA2)
 
 
 def active_length_taneja(length: Tensor) -> Tensor:
-    """Active force-length curve of three parabolas, peak 1 at length 1, C1.
+    """Active force-length curve of three parabolas, peak 1 at length 1; continuous, its slope jumps at 0.6 and 1.4.
 
     Source: Taneja et al. 2023, Eq. 49.
     """
     # ASSUME: no active force outside [0.4, 1.6]; as printed, Eq. 49 rises again there.
-    middle = 1 - 4 * (1 - length) ** 2
-    outer = 9 * torch.where(length < 1, length - 0.4, length - 1.6) ** 2
-    curve = torch.where((length - 1).abs() <= 0.4, middle, outer)
-    return torch.where((length - 1).abs() < 0.6, curve, 0.0)
+    distance = (length - 1.0).abs()
+    outer = (0.6 - distance).clamp(min=0.0)
+    return torch.where(distance <= 0.4, 1.0 - 4.0 * distance * distance, 9.0 * outer * outer)
 
 
 def passive_taneja(length: Tensor) -> Tensor:
@@ -37,22 +41,22 @@ def passive_taneja(length: Tensor) -> Tensor:
 
     Source: Taneja et al. 2023, Eq. 50.
     """
-    toe = torch.special.expm1(PASSIVE_GAMMA2 * (length.clamp(1.0, 1.4) - 1))
-    slope = PASSIVE_GAMMA2 * torch.exp(torch.tensor(0.4 * PASSIVE_GAMMA2, dtype=length.dtype, device=length.device))
-    return PASSIVE_GAMMA1 * (toe + slope * (length - 1.4).clamp(min=0.0))
+    toe = torch.special.expm1(PASSIVE_GAMMA2 * (length.clamp(1.0, 1.4) - 1.0))
+    return PASSIVE_GAMMA1 * (toe + PASSIVE_SLOPE * (length - 1.4).clamp(min=0.0))
 
 
 def force_velocity_thelen(velocity: Tensor) -> Tensor:
     """Normalised Hill hyperbola: 0 at -1, 1 at 0, towards 1.4 when lengthening; C1 at 0.
 
+    Shortening (1 + v) / (1 - v / Af) and lengthening (1 + v F s) / (1 + v s) both are 1 + k v / (1 + b v), with the
+    same slope k = 1 + 1 / Af and another b on each side.
+
     Source: Hill 1938 with the constants of Thelen 2003. The paper cites the curve [67] without a formula.
     """
-    shorten = velocity.clamp(-1.0, 0.0)
-    lengthen = velocity.clamp(min=0.0)
-    steepness = (1 + 1 / SHAPE_AF) / (ECCENTRIC_FORCE - 1)
-    concentric = (1 + shorten) / (1 - shorten / SHAPE_AF)
-    eccentric = (1 + lengthen * ECCENTRIC_FORCE * steepness) / (1 + lengthen * steepness)
-    return torch.where(velocity <= 0, concentric, eccentric)
+    slope = 1 + 1 / SHAPE_AF
+    velocity = velocity.clamp(min=-1.0)
+    bend = torch.where(velocity > 0, slope / (ECCENTRIC_FORCE - 1), -1 / SHAPE_AF)
+    return 1.0 + slope * velocity / (1.0 + bend * velocity)
 
 
 @dataclass(frozen=True)
@@ -64,7 +68,18 @@ class Curves:
     force_velocity: Curve = force_velocity_thelen
 
 
+MILLARD = Curves(active_length_millard, passive_millard, force_velocity_millard)
+DEGROOTE = Curves(active_length_degroote, passive_degroote, force_velocity_degroote)
+
 # What `physics.curves` in config.yaml may name, curve by curve.
-ACTIVE_LENGTH: dict[str, Curve] = {"taneja": active_length_taneja}
-PASSIVE: dict[str, Curve] = {"taneja": passive_taneja}
-FORCE_VELOCITY: dict[str, Curve] = {"thelen": force_velocity_thelen}
+ACTIVE_LENGTH: dict[str, Curve] = {
+    "taneja": active_length_taneja,
+    "millard": active_length_millard,
+    "degroote": active_length_degroote,
+}
+PASSIVE: dict[str, Curve] = {"taneja": passive_taneja, "millard": passive_millard, "degroote": passive_degroote}
+FORCE_VELOCITY: dict[str, Curve] = {
+    "thelen": force_velocity_thelen,
+    "millard": force_velocity_millard,
+    "degroote": force_velocity_degroote,
+}

@@ -5,17 +5,23 @@ keyword-only arguments. It returns what its stage names. With all parameters at 
 
     stage         function returns                              quantities it may ask for
     constants     {constant: new value}                         every constant (f0, l0, ..., mass, length, load)
-    excitation    u, muscles on the last axis (..., M)          excitation
-    activation    a (..., M)                                    excitation, activation [, state]
+    excitation    u, muscles on the last axis (..., M)          excitation, side
+    activation    a (..., M)                                    excitation, activation, side [, state]
     path          (length [m], moment arm [m]) (..., M)         q, length_mt, moment_arm, constants of the muscles
-    muscle        force in units of f0 (..., M)                 force, hill, activation, fibre_length, fibre_velocity,
-                                                                constants of the muscles [, state]
+    muscle        force in units of f0 (..., M)                 force, activation, fibre_length, fibre_velocity, curves,
+                                                                constants of the muscles [, state, hill]
     inertia       extra moment of inertia [kg m^2] (...)        q, mass, length, load
-    joint         extra torque [N m] (...)                      q, qdot, activation (..., M), torque, side, constants
+    joint         extra torque [N m] (...)                      q, qdot, activation (..., M), torque, curves, constants
     observation   measured angle [rad] (..., N)                 q, qdot, dt
 
-At the stages `activation` and `muscle` an effect may have a state of its own, one number a muscle: then `rate` gives
-its time derivative from the same quantities and `initial` its value at rest from the first activation.
+`side` (M,) is +1 for flexors and -1 for extensors, and counts among the constants of the muscles; `curves` are the
+base model's muscle curves; `torque` is that of all muscles.
+
+At the stages `activation` and `muscle` an effect may have a state y of its own, one number a muscle, that relaxes:
+dy/dt = (target - y) / time constant. Then `relaxation` returns (target, time constant [s] where y rises, where it
+falls) from the same quantities; a time constant of 0 keeps y at its target. `initial` returns y at the first sample,
+0 where it is left out. Effects without a state on the stage `muscle` change what a fibre does, before those with one:
+these see the changed fibre as `hill(activation, fibre_length, fibre_velocity)`, its force at any other state.
 """
 
 import functools
@@ -33,16 +39,17 @@ _JOINT = frozenset(JOINT_CONSTANTS)
 
 QUANTITIES: dict[str, frozenset[str]] = {
     "constants": frozenset(MUSCLE_CONSTANTS) | _JOINT,
-    "excitation": frozenset({"excitation"}),
-    "activation": frozenset({"excitation", "activation"}),
+    "excitation": frozenset({"excitation", "side"}),
+    "activation": frozenset({"excitation", "activation", "side"}),
     "path": frozenset({"q", "length_mt", "moment_arm"}) | _MUSCLE,
-    "muscle": frozenset({"force", "hill", "activation", "fibre_length", "fibre_velocity"}) | _MUSCLE,
+    "muscle": frozenset({"force", "activation", "fibre_length", "fibre_velocity", "curves"}) | _MUSCLE,
     "inertia": frozenset({"q"}) | _JOINT,
-    "joint": frozenset({"q", "qdot", "activation", "torque"}) | _JOINT | _MUSCLE,
+    "joint": frozenset({"q", "qdot", "activation", "torque", "curves"}) | _JOINT | _MUSCLE,
     "observation": frozenset({"q", "qdot", "dt"}),
 }
 STAGES = tuple(QUANTITIES)
-STATEFUL_STAGES = ("activation", "muscle")
+# Stages whose effects may have a state, and what these may ask for besides.
+STATEFUL_STAGES = {"activation": frozenset({"state"}), "muscle": frozenset({"state", "hill"})}
 MUSCLE_STAGES = ("excitation", "activation", "path", "muscle")  # quantities there have muscles on the last axis
 
 
@@ -86,7 +93,7 @@ class Effect:
     function: Callable[..., object]
     parameters: Mapping[str, Parameter] = field(hash=False)
     source: str
-    rate: Callable[..., Tensor] | None = None
+    relaxation: Callable[..., tuple[Tensor, Tensor, Tensor]] | None = None
     initial: Callable[..., Tensor] | None = None
 
     def __post_init__(self) -> None:
@@ -97,32 +104,32 @@ class Effect:
             raise ValueError(f"{where}: acts_on is {self.acts_on!r}; expected one of {', '.join(STAGES)}")
         if not self.parameters:
             raise ValueError(f"{where}: declares no parameters; an effect needs at least one, 0 where it is absent")
-        if self.rate is not None and self.acts_on not in STATEFUL_STAGES:
-            raise ValueError(f"{where}: only effects on {' or '.join(STATEFUL_STAGES)} may have a rate")
-        if self.initial is not None and self.rate is None:
-            raise ValueError(f"{where}: has an initial state but no rate")
-        self._check_signature("function", self.function, needs_all=self.rate is None)
+        if self.stateful and self.acts_on not in STATEFUL_STAGES:
+            raise ValueError(f"{where}: only effects on {' or '.join(STATEFUL_STAGES)} may have a relaxation")
+        if self.initial is not None and not self.stateful:
+            raise ValueError(f"{where}: has an initial state but no relaxation")
+        self._check_signature("function", self.function, needs_all=not self.stateful)
         if self.acts_on == "constants" and self.asks & set(MUSCLE_CONSTANTS) and self.asks & set(JOINT_CONSTANTS):
             raise ValueError(f"{where}: asks for constants of muscles and of the joint; write two effects")
-        if self.rate is not None:
-            self._check_signature("rate", self.rate, needs_all=False)
-            named = _parameters_of(self.function) | _parameters_of(self.rate)
+        if self.stateful:
+            self._check_signature("relaxation", self.relaxation, needs_all=False)
+            named = _parameters_of(self.function) | _parameters_of(self.relaxation)
             if missing := set(self.parameters) - named:
-                raise ValueError(f"{where}: declares {sorted(missing)}, which neither function nor rate takes")
+                raise ValueError(f"{where}: declares {sorted(missing)}, which neither function nor relaxation takes")
 
     @property
     def stateful(self) -> bool:
         """Whether the effect has a state of its own, one number a muscle."""
-        return self.rate is not None
+        return self.relaxation is not None
 
     @property
     def asks(self) -> frozenset[str]:
         """The quantities that the effect's functions ask for."""
-        return _quantities_of(self.function) | (_quantities_of(self.rate) if self.rate else frozenset())
+        return _quantities_of(self.function) | (_quantities_of(self.relaxation) if self.relaxation else frozenset())
 
     def _check_signature(self, label: str, function: Callable[..., object], *, needs_all: bool) -> None:
         where = f"effect {self.name!r}: {label}({', '.join(inspect.signature(function).parameters)})"
-        known = QUANTITIES[self.acts_on] | ({"state"} if self.stateful else set())
+        known = QUANTITIES[self.acts_on] | (STATEFUL_STAGES[self.acts_on] if self.stateful else set())
         if strange := _quantities_of(function) - known:
             raise ValueError(
                 f"{where} asks for {sorted(strange)}, which the stage {self.acts_on!r} does not have; "

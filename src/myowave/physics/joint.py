@@ -22,12 +22,18 @@ def inertia(*, mass: Tensor, length: Tensor, load: Tensor) -> Tensor:
     return (mass + load) * length**2
 
 
-def gravity_torque(q: Tensor, *, mass: Tensor, length: Tensor, load: Tensor) -> Tensor:
+def weight(*, mass: Tensor, length: Tensor, load: Tensor) -> Tensor:
+    """Moment of the weight about the elbow with the forearm level [N m], (m + load) g l."""
+    return (mass + load) * (STANDARD_GRAVITY * length)
+
+
+def gravity_torque(q: Tensor, weight: Tensor) -> Tensor:
     """Torque of gravity about the elbow [N m], E(q) = -(m + load) g l sin(q); negative where it extends the elbow.
 
     Args:
         q: elbow angle [rad], any shape; 0 hangs straight down, positive in flexion.
+        weight: moment of the weight with the forearm level [N m], see `weight`.
 
     Source: Taneja et al. 2023, Eq. 56.
     """
-    return -(mass + load) * STANDARD_GRAVITY * length * torch.sin(q)
+    return -weight * torch.sin(q)

@@ -15,7 +15,7 @@ from torch import Tensor
 from myowave.physics import joint as joint_physics
 from myowave.physics import muscle as muscle_physics
 from myowave.physics.curves import Curves
-from myowave.physics.effect import MUSCLE_STAGES, Effect, Parameter, call
+from myowave.physics.effect import MUSCLE_STAGES, STAGES, Effect, Parameter, call
 from myowave.physics.joint import JOINT_CONSTANTS
 from myowave.physics.muscle import MUSCLE_CONSTANTS, Muscle
 
@@ -48,15 +48,12 @@ class Model:
 
     def parameters_of(self, effect: Effect) -> dict[str, Parameter]:
         """Full names of an effect's parameters in this model."""
-        return {
-            full: parameter
-            for short, parameter in effect.parameters.items()
-            for full in self._full_names(effect, short, parameter)
-        }
+        return {full: effect.parameters[short] for short in effect.parameters for full in self.names(effect, short)}
 
-    def _full_names(self, effect: Effect, short: str, parameter: Parameter) -> list[str]:
+    def names(self, effect: Effect, short: str) -> list[str]:
+        """Full names of one of an effect's parameters: `joint_damping.c`, or one for each muscle."""
         stem = f"{effect.name}.{short}"
-        return [f"{stem}_{m.name}" for m in self.muscles] if parameter.per_muscle else [stem]
+        return [f"{stem}_{m.name}" for m in self.muscles] if effect.parameters[short].per_muscle else [stem]
 
     @cached_property
     def stateful(self) -> tuple[Effect, ...]:
@@ -70,7 +67,21 @@ class Model:
 
     def on(self, stage: str) -> tuple[Effect, ...]:
         """The effects that act on a stage, in the order they were added."""
-        return tuple(effect for effect in self.effects if effect.acts_on == stage)
+        return self._by_stage[stage]
+
+    @cached_property
+    def _by_stage(self) -> dict[str, tuple[Effect, ...]]:
+        return {stage: tuple(e for e in self.effects if e.acts_on == stage) for stage in STAGES}
+
+    @cached_property
+    def fibre_effects(self) -> tuple[Effect, ...]:
+        """Effects on the stage `muscle` without a state: they change what a fibre does."""
+        return tuple(e for e in self.on("muscle") if not e.stateful)
+
+    @cached_property
+    def tendon_effects(self) -> tuple[Effect, ...]:
+        """Effects on the stage `muscle` with a state, such as a tendon's stretch."""
+        return tuple(e for e in self.on("muscle") if e.stateful)
 
     def with_effects(self, effects: Iterable[Effect]) -> "Model":
         """The same muscles and joint with these effects added."""
@@ -103,16 +114,16 @@ class Bound:
     model: Model
     muscle: Mapping[str, Tensor]
     joint: Mapping[str, Tensor]
-    effect: tuple[Mapping[str, Tensor], ...]
+    effect: Mapping[str, Mapping[str, Tensor]]
     axes: int = 0
 
     def along(self, axes: int) -> "Bound":
         """The same values, broadcastable to quantities with `axes` more axes (time, points) after the trials."""
         assert self.axes == 0
-        effect = tuple(
-            {n: _insert(v, axes, muscles=on_muscles(e, n)) for n, v in p.items()}
-            for e, p in zip(self.model.effects, self.effect, strict=True)
-        )
+        effect = {
+            e.name: {n: _insert(v, axes, muscles=on_muscles(e, n)) for n, v in self.values(e).items()}
+            for e in self.model.effects
+        }
         return replace(
             self,
             muscle={n: _insert(v, axes, muscles=True) for n, v in self.muscle.items()},
@@ -123,7 +134,32 @@ class Bound:
 
     def values(self, effect: Effect) -> Mapping[str, Tensor]:
         """The values of an effect's parameters, by their short names."""
-        return self.effect[self.model.effects.index(effect)]
+        return self.effect[effect.name]
+
+    @cached_property
+    def combined(self) -> "Combined":
+        """Combinations of the constants that the equation of motion needs at every step."""
+        c = self.muscle
+        pennate = bool((c["pennation"] != 0).any())
+        return Combined(
+            squares=c["l1"] ** 2 + c["l2"] ** 2,
+            product=c["side"] * c["l1"] * c["l2"],
+            height=c["l0"] * torch.sin(c["pennation"]) if pennate else None,
+            inertia=joint_physics.inertia(**self.joint),
+            weight=joint_physics.weight(**self.joint),
+        )
+
+
+@dataclass(frozen=True)
+class Combined:
+    """Combinations of constants: see `muscle.straight_path` (squares, product), `muscle.fibre_state` (height) and
+    `joint` (moment of inertia, moment of the weight)."""
+
+    squares: Tensor
+    product: Tensor
+    height: Tensor | None
+    inertia: Tensor
+    weight: Tensor
 
 
 def bind(model: Model, params: Params, like: Tensor) -> Bound:
@@ -144,18 +180,23 @@ def bind(model: Model, params: Params, like: Tensor) -> Bound:
     muscle = {c: _stack([full[f"{c}_{m.name}"] for m in model.muscles]) for c in MUSCLE_CONSTANTS}
     muscle["side"] = torch.tensor([m.side for m in model.muscles], dtype=like.dtype, device=like.device)
     joint = {c: full[c] for c in JOINT_CONSTANTS}
-    effect = []
+    effect = {}
     for e in model.effects:
         values = {}
-        for short, parameter in e.parameters.items():
-            stacked = _stack([full[n] for n in model._full_names(e, short, parameter)])
+        for short in e.parameters:
+            stacked = _stack([full[n] for n in model.names(e, short)])
             values[short] = stacked if on_muscles(e, short) else stacked.squeeze(-1)
-        effect.append(values)
+        effect[e.name] = values
         if e.acts_on == "constants":
             changed = call(e.function, {**muscle, **joint}, values)
+            if strange := sorted(set(changed) - set(muscle) - set(joint)):
+                raise ValueError(
+                    f"effect {e.name!r} returns values for {', '.join(strange)}, which are not constants; "
+                    f"there are {', '.join((*MUSCLE_CONSTANTS, *JOINT_CONSTANTS))}."
+                )
             muscle.update({n: v for n, v in changed.items() if n in muscle})
             joint.update({n: v for n, v in changed.items() if n in joint})
-    return Bound(model, muscle, joint, tuple(effect))
+    return Bound(model, muscle, joint, effect)
 
 
 def _value(value: Tensor | float, like: Tensor) -> Tensor:
@@ -195,7 +236,7 @@ class Torques:
 
 
 def muscle_quantities(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor) -> dict[str, object]:
-    """Path, fibre and force of every muscle at a joint state, before the effects on the stage `muscle`.
+    """Path, fibre and force of every muscle at a joint state, before the effects that have a state.
 
     Args:
         q, qdot: joint angle and velocity [rad, rad/s], (...).
@@ -204,26 +245,30 @@ def muscle_quantities(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor)
     Returns:
         The quantities of the stage `muscle` (see `effect`), plus `moment_arm` and `cosine` of the pennation angle.
     """
-    c = bound.muscle
+    model, c, combined = bound.model, bound.muscle, bound.combined
     angle = q.unsqueeze(-1)
-    length = muscle_physics.path_length(angle, side=c["side"], l1=c["l1"], l2=c["l2"])
-    arm = muscle_physics.moment_arm(angle, length, side=c["side"], l1=c["l1"], l2=c["l2"])
-    for effect in bound.model.on("path"):
+    length, arm = muscle_physics.straight_path(angle, squares=combined.squares, product=combined.product)
+    for effect in model.on("path"):
         quantities = {**c, "q": angle, "length_mt": length, "moment_arm": arm}
         length, arm = call(effect.function, quantities, bound.values(effect))
     velocity = -arm * qdot.unsqueeze(-1)
     fibre_length, fibre_velocity, cosine = muscle_physics.fibre_state(
-        length, velocity, l0=c["l0"], vmax=c["vmax"], slack=c["slack"], pennation=c["pennation"]
+        length, velocity, l0=c["l0"], vmax=c["vmax"], slack=c["slack"], height=combined.height
     )
 
-    def hill(a: Tensor, l: Tensor, v: Tensor) -> Tensor:  # noqa: E741
-        return muscle_physics.hill_force(bound.model.curves, a, l, v)
+    def hill(a: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
+        force = muscle_physics.hill_force(model.curves, a, length, velocity)
+        for effect in model.fibre_effects:
+            fibre = {"activation": a, "fibre_length": length, "fibre_velocity": velocity, "force": force}
+            force = call(effect.function, {**c, **fibre, "curves": model.curves}, bound.values(effect))
+        return force
 
     return {
         **c,
         "activation": activation,
         "fibre_length": fibre_length,
         "fibre_velocity": fibre_velocity,
+        "curves": model.curves,
         "hill": hill,
         "force": hill(activation, fibre_length, fibre_velocity),
         "moment_arm": arm,
@@ -243,17 +288,18 @@ def torques(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor, states: M
     """
     model = bound.model
     muscles = muscle_quantities(bound, q, qdot, activation)
-    for effect in model.on("muscle"):
-        state = {"state": states[effect.name]} if effect.stateful else {}
-        muscles["force"] = call(effect.function, {**muscles, **state}, bound.values(effect))
-    force = bound.muscle["f0"] * muscles["force"] * muscles["cosine"]
-    muscle_torque = (force * muscles["moment_arm"]).sum(-1)
-    gravity = joint_physics.gravity_torque(q, **bound.joint)
-    inertia = joint_physics.inertia(**bound.joint)
+    force = muscles["force"]
+    for effect in model.tendon_effects:
+        quantities = {**muscles, "force": force, "state": states[effect.name]}
+        force = call(effect.function, quantities, bound.values(effect))
+    pull = bound.muscle["f0"] * force * muscles["cosine"]
+    muscle_torque = (pull * muscles["moment_arm"]).sum(-1)
+    gravity = joint_physics.gravity_torque(q, bound.combined.weight)
+    inertia = bound.combined.inertia
     extra = torch.zeros_like(muscle_torque)
     for effect in model.on("joint"):
         quantities = {
-            **bound.muscle, **bound.joint,
+            **bound.muscle, **bound.joint, "curves": model.curves,
             "q": q, "qdot": qdot, "activation": activation, "torque": muscle_torque,
         }  # fmt: skip
         extra = extra + call(effect.function, quantities, bound.values(effect))

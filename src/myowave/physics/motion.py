@@ -6,7 +6,7 @@ a step. A step is split at those kinks and each piece is one or more Runge-Kutta
 Shapes: ... batch, T trials, N samples, D points within a step, M muscles, K numbers of the state.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import torch
@@ -24,6 +24,8 @@ from myowave.physics.model import (
     on_muscles,
 )
 from myowave.physics.muscle import activation as activation_of
+
+BUMP = 1e-6  # of an effect's state, to see how its target depends on it
 
 
 @dataclass(frozen=True)
@@ -129,12 +131,13 @@ def activate(bound: Bound, emg: Tensor, position: Tensor, dt: float) -> tuple[Te
     raised = bound.along(2)
     excitation = excite(bound.model, emg, bound.muscle["delay"], position, dt)
     for effect in bound.model.on("excitation"):
-        excitation = call(effect.function, {"excitation": excitation}, raised.values(effect))
+        quantities = {"excitation": excitation, "side": raised.muscle["side"]}
+        excitation = call(effect.function, quantities, raised.values(effect))
     activation = activation_of(excitation, raised.muscle["shape"])
     for effect in bound.model.on("activation"):
         if effect.stateful:
             break
-        quantities = {"excitation": excitation, "activation": activation}
+        quantities = {"excitation": excitation, "activation": activation, "side": raised.muscle["side"]}
         activation = call(effect.function, quantities, raised.values(effect))
     return excitation, activation
 
@@ -160,63 +163,72 @@ def _late_activation(model: Model) -> tuple[Effect, ...]:
     return effects[first:]
 
 
-def _phi(z: Tensor) -> tuple[Tensor, Tensor]:
-    """The functions (e^z - 1) / z and (e^z - 1 - z) / z^2 of exponential integrators, finite at 0."""
-    small = z.abs() < 1e-3
-    safe = torch.where(small, 1.0, z)
-    first = torch.where(small, 1 + z / 2 + z**2 / 6, torch.special.expm1(safe) / safe)
-    second = torch.where(small, 0.5 + z / 6 + z**2 / 24, (torch.special.expm1(safe) - safe) / safe**2)
-    return first, second
+Relaxation = Callable[[Mapping], tuple[Tensor, Tensor, Tensor]]
 
 
-def _relax(rate, state: Tensor, step: Tensor, begin: Mapping, end: Mapping) -> Tensor:
-    """Advance the state of an effect over `step` seconds (exponential Rosenbrock-Euler, second order, L-stable).
+def _relax(relaxation: Relaxation, state: Tensor, step: Tensor, begin: Mapping, end: Mapping) -> Tensor:
+    """Advance an effect's state y over `step` seconds of dy/dt = (target - y) / time constant.
 
-    Exact for a linear rate with inputs linear in time, however stiff: a time constant of 0 gives the equilibrium.
+    Exact where the target is linear in y and time and the time constant is constant, however short: with 0 the state
+    is at its target. Second order otherwise, if the time constant depends on y through the sense of change alone.
 
-    Source: Hochbruck & Ostermann 2010, Exponential integrators, Sec. 2.4.
+    Source: exponential Rosenbrock-Euler, Hochbruck & Ostermann 2010, Exponential integrators, Sec. 2.4.
     """
-    rate0 = rate({**begin, "state": state})
-    bump = 1e-6 * (1 + state.detach().abs())
-    slope = (rate({**begin, "state": state + bump}) - rate0) / bump
-    first, second = _phi(step * slope)
-    return state + step * (first * rate0 + second * (rate({**end, "state": state}) - rate0))
+    target0, rise0, fall0 = relaxation({**begin, "state": state})
+    target1, rise1, fall1 = relaxation({**end, "state": state})
+    bumped, *_ = relaxation({**begin, "state": state + BUMP})
+    pull = (1 - (bumped - target0) / BUMP).clamp(min=0.1)  # how fast y - target changes with y
+    gap0, gap1 = (target0 - state) / pull, (target1 - state) / pull  # to where y would be at its target
+    rises = gap0 + gap1 > 0
+    lag = torch.where(rises, rise0 + rise1, fall0 + fall1) / (2 * pull * step)
+    closed = -torch.expm1(-1 / lag.clamp(min=1e-3))  # share of the gap that closes; 1 where the lag is short
+    return state + closed * gap0 + (1 - lag * closed) * (gap1 - gap0)
 
 
-def _rate_of(bound: Bound, effect: Effect):
-    return lambda quantities: call(effect.rate, quantities, bound.values(effect))
+def _relaxation_of(bound: Bound, effect: Effect) -> Relaxation:
+    return lambda quantities: call(effect.relaxation, quantities, bound.values(effect))
 
 
 def _advance_activation(
     bound: Bound, states: Mapping[str, Tensor], u: tuple[Tensor, ...], a: tuple[Tensor, ...], h: Tensor
 ) -> tuple[tuple[Tensor, ...], dict[str, Tensor]]:
     """Activation at the beginning, middle and end of a piece through effects with states, and their states there."""
-    advanced = dict(states)
+    advanced, side = {}, bound.muscle["side"]
     for effect in _late_activation(bound.model):
-        points = [{"excitation": ui, "activation": ai} for ui, ai in zip(u, a, strict=True)]
+        points = [{"excitation": ui, "activation": ai, "side": side} for ui, ai in zip(u, a, strict=True)]
         if effect.stateful:
-            rate, begin = _rate_of(bound, effect), states[effect.name]
-            middle = _relax(rate, begin, h / 2, points[0], points[1])
-            end = _relax(rate, begin, h, points[0], points[2])
+            relaxation, begin = _relaxation_of(bound, effect), states[effect.name]
+            middle = _relax(relaxation, begin, h / 2, points[0], points[1])
+            end = _relax(relaxation, begin, h, points[0], points[2])
             points = [p | {"state": s} for p, s in zip(points, (begin, middle, end), strict=True)]
             advanced[effect.name] = end
         a = tuple(call(effect.function, p, bound.values(effect)) for p in points)
     return a, advanced
 
 
+@dataclass(frozen=True)
+class Point:
+    """A moment of the motion: q, qdot (...), activation (..., M)."""
+
+    q: Tensor
+    qdot: Tensor
+    activation: Tensor
+
+
 def _advance_muscles(
-    bound: Bound, states: Mapping[str, Tensor], path: tuple[tuple[Tensor, Tensor], ...], a: tuple[Tensor, ...], h: Tensor
-) -> tuple[dict[str, Tensor], dict[str, Tensor], dict[str, Tensor]]:
-    """States of effects on the muscles at the beginning, middle and end of a piece, along a path of (q, qdot)."""
-    begin, middle, end = dict(states), {}, {}
-    for effect in bound.model.on("muscle"):
-        if not effect.stateful:
-            continue
-        points = [muscle_quantities(bound, q, qdot, ai) for (q, qdot), ai in zip(path, a, strict=True)]
-        rate = _rate_of(bound, effect)
-        middle[effect.name] = _relax(rate, begin[effect.name], h / 2, points[0], points[1])
-        end[effect.name] = _relax(rate, begin[effect.name], h, points[0], points[2])
-    return begin, middle, end
+    bound: Bound, states: Mapping[str, Tensor], begin: Point, end: Point, h: Tensor
+) -> Mapping[str, Tensor]:
+    """States of effects on the stage `muscle` at `end`, `h` seconds after `begin`.
+
+    Every stage of a Runge-Kutta step takes the states along to its own point: where a state follows at once, the
+    force is then exactly the one without the effect.
+    """
+    effects = bound.model.tendon_effects
+    if not effects:
+        return {}
+    begin, end = (muscle_quantities(bound, p.q, p.qdot, p.activation) for p in (begin, end))
+    h = h.unsqueeze(-1)
+    return {e.name: _relax(_relaxation_of(bound, e), states[e.name], h, begin, end) for e in effects}
 
 
 def step(bound: Bound, state: Tensor, drive: Drive) -> Tensor:
@@ -230,41 +242,45 @@ def step(bound: Bound, state: Tensor, drive: Drive) -> Tensor:
     model = bound.model
     q, qdot = state[..., 0], state[..., 1]
     states = _unpack(model, state)
-    for s in range(drive.pieces.shape[-1]):
-        h = drive.pieces[..., s]
+    activation = drive.activation.unbind(-2)
+    for s, h in enumerate(drive.pieces.unbind(-1)):
         points = slice(2 * s, 2 * s + 3)
-        a = drive.activation[..., points, :].unbind(-2)
+        a = activation[points]
         if states:
             u = drive.excitation[..., points, :].unbind(-2)
-            a, states = _advance_activation(bound, states, u, a, h.unsqueeze(-1))
-            k1 = acceleration(bound, q, qdot, a[0], states)
-            path = ((q, qdot), _coast(q, qdot, k1, h / 2), _coast(q, qdot, k1, h))
-            begin, middle, end = _advance_muscles(bound, states, path, a, h.unsqueeze(-1))
-        else:
-            begin = middle = end = states
-            k1 = acceleration(bound, q, qdot, a[0], begin)
-        half = h / 2
-        v2 = qdot + half * k1
-        k2 = acceleration(bound, q + half * qdot, v2, a[1], middle)
-        v3 = qdot + half * k2
-        k3 = acceleration(bound, q + half * v2, v3, a[1], middle)
-        v4 = qdot + h * k3
-        k4 = acceleration(bound, q + h * v3, v4, a[2], end)
-        q = q + h / 6 * (qdot + 2 * v2 + 2 * v3 + v4)
-        qdot = qdot + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        states = states | end
+            a, advanced = _advance_activation(bound, states, u, a, h.unsqueeze(-1))
+            states = states | advanced
+        q, qdot, tendons = _runge_kutta(bound, states, q, qdot, a, h)
+        states = states | tendons
     return _pack(model, q, qdot, states)
 
 
-def _coast(q: Tensor, qdot: Tensor, qddot: Tensor, h: Tensor) -> tuple[Tensor, Tensor]:
-    return q + h * qdot + h**2 / 2 * qddot, qdot + h * qddot
+def _runge_kutta(
+    bound: Bound, states: Mapping[str, Tensor], q: Tensor, qdot: Tensor, a: tuple[Tensor, ...], h: Tensor
+) -> tuple[Tensor, Tensor, Mapping[str, Tensor]]:
+    """One classical step of fourth order: q, qdot and the states of effects on the stage `muscle`."""
+    half = h / 2.0
+    begin = Point(q, qdot, a[0])
+
+    def accelerate(q: Tensor, qdot: Tensor, activation: Tensor, elapsed: Tensor) -> Tensor:
+        moved = _advance_muscles(bound, states, begin, Point(q, qdot, activation), elapsed)
+        return acceleration(bound, q, qdot, activation, moved)
+
+    k1 = acceleration(bound, q, qdot, a[0], states)
+    v2 = qdot + half * k1
+    k2 = accelerate(q + half * qdot, v2, a[1], half)
+    v3 = qdot + half * k2
+    k3 = accelerate(q + half * v2, v3, a[1], half)
+    v4 = qdot + h * k3
+    k4 = accelerate(q + h * v3, v4, a[2], h)
+    sixth = h / 6.0
+    end = Point(q + sixth * (qdot + 2.0 * (v2 + v3) + v4), qdot + sixth * (k1 + 2.0 * (k2 + k3) + k4), a[2])
+    return end.q, end.qdot, _advance_muscles(bound, states, begin, end, h)
 
 
 def _unpack(model: Model, state: Tensor) -> dict[str, Tensor]:
     width = len(model.muscles)
-    return {
-        effect.name: state[..., 2 + i * width : 2 + (i + 1) * width] for i, effect in enumerate(model.stateful)
-    }
+    return {effect.name: state[..., 2 + i * width : 2 + (i + 1) * width] for i, effect in enumerate(model.stateful)}
 
 
 def _pack(model: Model, q: Tensor, qdot: Tensor, states: Mapping[str, Tensor]) -> Tensor:
@@ -282,20 +298,19 @@ def initial_state(bound: Bound, drive: Drive, q0: Tensor, qdot0: Tensor) -> Tens
     u, a = drive.excitation[..., 0, 0, :], drive.activation[..., 0, 0, :]
     states = {}
     for effect in _late_activation(model):
-        quantities = {"excitation": u, "activation": a}
+        quantities = {"excitation": u, "activation": a, "side": bound.muscle["side"]}
         if effect.stateful:
             states[effect.name] = quantities["state"] = _initial(bound, effect, quantities, a)
         a = call(effect.function, quantities, bound.values(effect))
-    for effect in model.on("muscle"):
-        if effect.stateful:
-            states[effect.name] = _initial(bound, effect, muscle_quantities(bound, q0, qdot0, a), a)
+    for effect in model.tendon_effects:
+        states[effect.name] = _initial(bound, effect, muscle_quantities(bound, q0, qdot0, a), a)
     return _pack(model, q0, qdot0, states)
 
 
 def _initial(bound: Bound, effect: Effect, quantities: Mapping, like: Tensor) -> Tensor:
     if effect.initial is None:
         return torch.zeros_like(like)
-    return call(effect.initial, quantities, bound.values(effect)).expand_as(like)
+    return torch.broadcast_tensors(call(effect.initial, quantities, bound.values(effect)), like)[0]
 
 
 def simulate(
@@ -330,6 +345,7 @@ def simulate(
 def batch_shape(bound: Bound, drive: Drive, q0: Tensor, qdot0: Tensor) -> torch.Size:
     """The shape (..., T) that drive, parameters and initial state broadcast to."""
     shapes = [v.shape[:-1] for v in bound.muscle.values()] + [v.shape for v in bound.joint.values()]
-    for effect, values in zip(bound.model.effects, bound.effect, strict=True):
+    for effect in bound.model.effects:
+        values = bound.values(effect)
         shapes += [v.shape[:-1] if on_muscles(effect, name) else v.shape for name, v in values.items()]
     return torch.broadcast_shapes(drive.activation.shape[:-3], q0.shape, qdot0.shape, *shapes)

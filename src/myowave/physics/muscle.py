@@ -57,36 +57,39 @@ def activation(excitation: Tensor, shape: Tensor) -> Tensor:
     return torch.where(small, u, torch.special.expm1(safe * u) / torch.special.expm1(safe))
 
 
-def path_length(q: Tensor, *, side: Tensor, l1: Tensor, l2: Tensor) -> Tensor:
-    """Length of the muscle-tendon unit [m], a straight line across the hinge; `side` +1 flexor, -1 extensor.
+def straight_path(q: Tensor, *, squares: Tensor, product: Tensor) -> tuple[Tensor, Tensor]:
+    """Length [m] and signed moment arm R = -d length / dq [m] of a muscle straight across the hinge.
 
-    Source: law of cosines for the geometry of Taneja et al. 2023, Fig. 6.
+    Torque is F R, shortening velocity R qdot.
+
+    Args:
+        q: elbow angle [rad].
+        squares: l1^2 + l2^2 [m^2].
+        product: l1 l2 of a flexor, -l1 l2 of an extensor [m^2].
+
+    Source: law of cosines and Eqs. 58-59 for the geometry of Taneja et al. 2023, Fig. 6; the minus sign of Eq. 57 is
+    in `product`.
     """
-    return torch.sqrt(l1**2 + l2**2 + 2 * side * l1 * l2 * torch.cos(q))
-
-
-def moment_arm(q: Tensor, length: Tensor, *, side: Tensor, l1: Tensor, l2: Tensor) -> Tensor:
-    """Signed moment arm R = -d length / dq [m]; torque is F R, shortening velocity R qdot.
-
-    Source: Taneja et al. 2023, Eqs. 58-59 (the minus sign of Eq. 57 is in `side`).
-    """
-    return side * l1 * l2 * torch.sin(q) / length
+    length = torch.sqrt(squares + 2.0 * product * torch.cos(q))
+    return length, product * torch.sin(q) / length
 
 
 def fibre_state(
-    length: Tensor, velocity: Tensor, *, l0: Tensor, vmax: Tensor, slack: Tensor, pennation: Tensor
-) -> tuple[Tensor, Tensor, Tensor]:
+    length: Tensor, velocity: Tensor, *, l0: Tensor, vmax: Tensor, slack: Tensor, height: Tensor | None
+) -> tuple[Tensor, Tensor, Tensor | float]:
     """Normalised fibre length and velocity and the cosine of the pennation angle, with a rigid tendon.
 
     Args:
         length, velocity: of the muscle-tendon unit [m, m/s], lengthening positive.
+        height: of the fibre over the tendon, l0 sin(pennation at l0) [m]; None where no muscle is pennate.
 
     Source: Taneja et al. 2023, Eqs. 46-48.
     """
     # ASSUME: fibres keep their height l0 sin(pennation) over the tendon (Scott & Winter 1991), so that Eq. 47 can be
     # solved for the fibre length. A muscle-tendon unit shorter than its tendon has a fibre of length ~0 and no force.
     along = (length - slack).clamp(min=1e-6)
-    height = l0 * torch.sin(pennation)
+    if height is None:
+        return along / l0, velocity / vmax, 1.0
     fibre = torch.sqrt(along**2 + height**2)
     cosine = along / fibre
     return fibre / l0, velocity * cosine / vmax, cosine

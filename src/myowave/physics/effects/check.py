@@ -1,0 +1,91 @@
+"""Trying an effect before it is trusted: on a small elbow, over its bounds."""
+
+import itertools
+from collections.abc import Mapping
+
+import torch
+from torch import Tensor
+
+from myowave.physics.effect import Effect
+from myowave.physics.model import Model
+from myowave.physics.motion import simulate
+from myowave.physics.muscle import EXTENSOR, FLEXOR, Muscle
+
+TOLERANCE = 1e-9  # rad: how much an effect may move the angle with all parameters at 0
+DT, SAMPLES = 0.01, 4
+ANGLES, VELOCITIES = (0.2, 0.9, 1.6, 2.3), (-3.0, 3.0)  # of the trials' first samples [rad, rad/s]
+COPIES = 3  # leading batch axis
+
+
+def trial_elbow() -> Model:
+    """An elbow with a flexor and an extensor, Table 1 of Taneja et al. 2023, to try effects on."""
+    shared = {"f0": 300.0, "pennation": 0.0, "delay": 0.08, "shape": 0.2}
+    flexor = {**shared, "l0": 0.6, "vmax": 6.0, "slack": 0.55, "l1": 0.3, "l2": 0.8}
+    extensor = {**shared, "l0": 0.4, "vmax": 4.0, "slack": 0.33, "l1": 0.2, "l2": 0.7}
+    muscles = (Muscle("Bi", FLEXOR, "emg_biceps", flexor), Muscle("Tri", EXTENSOR, "emg_triceps", extensor))
+    return Model(muscles, {"mass": 1.0, "length": 1.0, "load": 0.0})
+
+
+def check_effect(effect: Effect, model: Model | None = None) -> None:
+    """Try an effect on a model: shapes, nothing changed at 0, finite over the bounds, derivatives at 0 finite.
+
+    Args:
+        model: without the effect; default `trial_elbow()`.
+
+    Raises:
+        ValueError: if the effect fails; the message says what was found, what was expected and what to do.
+    """
+    base = trial_elbow() if model is None else model
+    extended = base.with_effects([effect])
+    parameters = extended.parameters_of(effect)
+    where = f"effect {effect.name!r} on {effect.acts_on}"
+
+    zero = {name: torch.zeros(COPIES, 1, dtype=torch.float64, requires_grad=True) for name in parameters}
+    absent, present = _try(base, {}, where), _try(extended, zero, where)
+    if present.shape != (COPIES, *absent.shape):
+        raise ValueError(
+            f"{where}: with parameters of shape ({COPIES}, 1) the angle has shape {tuple(present.shape)} instead of "
+            f"{(COPIES, *absent.shape)}. Return one value for each trial at the joint, or one for each muscle (last "
+            "axis) at a muscle's stage; sum or unsqueeze what your function returns."
+        )
+    moved = (present - absent).abs().max().item()
+    if not moved <= TOLERANCE:
+        raise ValueError(
+            f"{where}: with all parameters at 0 it moves the angle by {moved:.3g} rad within {SAMPLES} samples; "
+            "0 must mean no effect. Write the parameter as the departure from the model without the effect."
+        )
+    slopes = torch.autograd.grad(present.sum(), list(zero.values()), allow_unused=True) if present.requires_grad else ()
+    for name, slope in zip(zero, slopes, strict=False):
+        if slope is not None and not torch.isfinite(slope).all():
+            raise ValueError(
+                f"{where}: the derivative by {name} at 0 is not finite; avoid roots and divisions by 0 there."
+            )
+    for point in _corners(effect, extended):
+        if not torch.isfinite(_try(extended, point, where)).all():
+            values = ", ".join(f"{name} = {value:g}" for name, value in point.items())
+            raise ValueError(
+                f"{where}: the angle is not finite with {values}, which is within the bounds. Narrow the bounds, or "
+                "guard divisions, roots and exponentials in the function."
+            )
+
+
+def _corners(effect: Effect, model: Model) -> list[Mapping[str, float]]:
+    """Lowest, typical and highest value of every parameter, in all combinations; the same for all muscles."""
+    choices = [(p.low, p.typical, p.high) for p in effect.parameters.values()]
+    points = [dict(zip(effect.parameters, values, strict=True)) for values in itertools.product(*choices)]
+    return [{full: value for short, value in p.items() for full in model.names(effect, short)} for p in points]
+
+
+def _try(model: Model, params: Mapping[str, Tensor | float], where: str) -> Tensor:
+    """The measured angle (..., T, N) of a short trial from each first sample, the muscles half active."""
+    angle, velocity = torch.tensor(list(itertools.product(ANGLES, VELOCITIES)), dtype=torch.float64).unbind(-1)
+    rising = torch.linspace(0.3, 0.6, SAMPLES, dtype=torch.float64)
+    emg = rising[:, None].expand(len(angle), SAMPLES, len(model.muscles))
+    try:
+        return simulate(model, params, emg, DT, angle, velocity).angle
+    except Exception as error:
+        shapes = f"q {tuple(angle.shape)}, activation {tuple(emg.shape[::2])}"
+        raise ValueError(
+            f"{where}: calling it (trials without a batch: {shapes}) raised {type(error).__name__}: {error}. "
+            "See the table in myowave/physics/effect.py for what a function gets and returns at this stage."
+        ) from error

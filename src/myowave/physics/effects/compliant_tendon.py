@@ -1,0 +1,59 @@
+"""A tendon that stretches: fibres shorten while the joint stands still."""
+
+from collections.abc import Callable
+
+from torch import Tensor
+
+from myowave.physics.effect import Effect, Parameter
+
+VELOCITY_STEP = 1e-3  # v_max, for the slope of the force-velocity curve
+ROUNDS = 30  # of the fixed point at the first sample; each closes at least half of what is left
+
+
+def tendon_force(state: Tensor) -> Tensor:
+    """The tendon passes on what it carries: its force [f0] is the effect's state."""
+    return state
+
+
+def stretch(
+    state: Tensor, activation: Tensor, hill: Callable[..., Tensor], fibre_length: Tensor, fibre_velocity: Tensor,
+    l0: Tensor, vmax: Tensor, slack: Tensor, *, strain: Tensor,
+) -> tuple[Tensor, Tensor, Tensor]:  # fmt: skip
+    """The tendon's force y relaxes to the force of a fibre that moves as if the tendon were rigid.
+
+    The tendon is longer by x = strain slack y, the fibre shorter by as much. It moves by dx/dt less than with a rigid
+    tendon, which makes its force F - D dx/dt, with D the slope of force over velocity; it equals y. So
+    dy/dt = (F - y) / (strain slack D).
+    """
+    # ASSUME: a straight tendon curve, and a straight force-velocity curve between the velocities of the muscle and of
+    # its fibre; the tendon runs along the fibres, whatever their pennation.
+    force = hill(activation, fibre_length - strain * slack * state / l0, fibre_velocity)
+    faster = hill(activation, fibre_length, fibre_velocity + VELOCITY_STEP)
+    slower = hill(activation, fibre_length, fibre_velocity - VELOCITY_STEP)
+    slope = ((faster - slower) / (2.0 * VELOCITY_STEP * vmax)).clamp(min=0.0)
+    time_constant = strain * slack * slope
+    return force, time_constant, time_constant
+
+
+def balanced(
+    activation: Tensor, hill: Callable[..., Tensor], fibre_length: Tensor, fibre_velocity: Tensor, force: Tensor,
+    l0: Tensor, slack: Tensor, *, strain: Tensor,
+) -> Tensor:  # fmt: skip
+    """At the first sample tendon and fibre carry the same force, and the tendon's length stands still."""
+    for _ in range(ROUNDS):
+        force = (force + hill(activation, fibre_length - strain * slack * force / l0, fibre_velocity)) / 2.0
+    return force
+
+
+EFFECT = Effect(
+    name="compliant_tendon",
+    acts_on="muscle",
+    equation="dy/dt = (F(l - strain slack y / l0, v) - y) / (strain slack dF/dv)",
+    function=tendon_force,
+    relaxation=stretch,
+    initial=balanced,
+    parameters={
+        "strain": Parameter(unit="-", low=0.0, high=0.15, typical=0.04, meaning="strain of the tendon at force f0"),
+    },
+    source="Zajac 1989, Crit. Rev. Biomed. Eng. 17; strains of 0.033-0.049 in Thelen 2003 and Millard et al. 2013",
+)

@@ -1,0 +1,25 @@
+"""EMG normalised to a wrong maximum."""
+
+from torch import Tensor
+
+from myowave.physics.effect import Effect, Parameter
+
+
+def rescaled(excitation: Tensor, *, g: Tensor) -> Tensor:
+    """Excitation (1 + g) u, before the curved relation of Eq. 2."""
+    return (1.0 + g) * excitation
+
+
+EFFECT = Effect(
+    name="emg_gain",
+    acts_on="excitation",
+    equation="(1 + g) u",
+    function=rescaled,
+    parameters={
+        "g": Parameter(
+            unit="-", low=-0.7, high=2.0, typical=0.2, per_muscle=True,
+            meaning="how far a muscle's excitation is above its normalised EMG",
+        ),
+    },
+    source="error of the maximum voluntary contraction; with A = 0 the same as the muscle's strength",
+)  # fmt: skip

@@ -1,0 +1,24 @@
+"""Another electromechanical delay than the one assumed."""
+
+from torch import Tensor
+
+from myowave.physics.effect import Effect, Parameter
+
+
+def longer_delay(delay: Tensor, *, d: Tensor) -> dict[str, Tensor]:
+    """The delay [s] of every muscle with d added; never below 0."""
+    return {"delay": (delay + d).clamp(min=0.0)}
+
+
+EFFECT = Effect(
+    name="extra_delay",
+    acts_on="constants",
+    equation="u(t) = e(t - delay - d)",
+    function=longer_delay,
+    parameters={
+        "d": Parameter(
+            unit="s", low=-0.1, high=0.2, typical=0.02, meaning="delay of the muscles beyond the assumed one"
+        ),
+    },
+    source="Eq. 1 of Taneja et al. 2023; delays of 30-150 ms in Corcos et al. 1992, J. Electromyogr. Kinesiol. 2",
+)

@@ -1,0 +1,26 @@
+"""An upper arm that does not hang vertically."""
+
+import torch
+from torch import Tensor
+
+from myowave.physics.effect import Effect, Parameter
+from myowave.physics.joint import weight
+
+
+def tilt_torque(q: Tensor, mass: Tensor, length: Tensor, load: Tensor, *, phi: Tensor) -> Tensor:
+    """What gravity's torque [N m] changes by when the upper arm leans forward by phi [rad]."""
+    return -weight(mass=mass, length=length, load=load) * (torch.sin(q + phi) - torch.sin(q))
+
+
+EFFECT = Effect(
+    name="gravity_tilt",
+    acts_on="joint",
+    equation="-(m + load) g l (sin(q + phi) - sin q)",
+    function=tilt_torque,
+    parameters={
+        "phi": Parameter(
+            unit="rad", low=-0.8, high=0.8, typical=0.1, meaning="lean of the upper arm, forward positive"
+        ),
+    },
+    source="Eq. 56 of Taneja et al. 2023 with the angle to the vertical q + phi",
+)

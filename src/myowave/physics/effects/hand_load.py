@@ -1,0 +1,20 @@
+"""A mass held in the hand that nobody noted."""
+
+from torch import Tensor
+
+from myowave.physics.effect import Effect, Parameter
+
+
+def more_load(load: Tensor, *, m: Tensor) -> dict[str, Tensor]:
+    """The load [kg] with m added, at the wrist."""
+    return {"load": load + m}
+
+
+EFFECT = Effect(
+    name="hand_load",
+    acts_on="constants",
+    equation="load + m",
+    function=more_load,
+    parameters={"m": Parameter(unit="kg", low=0.0, high=5.0, typical=0.3, meaning="mass held in the hand")},
+    source="Eqs. 55-56 of Taneja et al. 2023 with another mass; in one condition the same motion as weaker muscles",
+)

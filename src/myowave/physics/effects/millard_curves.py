@@ -1,0 +1,27 @@
+"""The muscle curves of Millard et al. 2013 instead of the base model's."""
+
+from torch import Tensor
+
+from myowave.physics.curves import MILLARD, Curves
+from myowave.physics.effect import Effect, Parameter
+from myowave.physics.muscle import hill_force
+
+
+def other_force(
+    force: Tensor, activation: Tensor, fibre_length: Tensor, fibre_velocity: Tensor, curves: Curves, *, w: Tensor
+) -> Tensor:
+    """Force of the fibre [f0] with a share w of the other curves and 1 - w of the base model's."""
+    other = hill_force(MILLARD, activation, fibre_length, fibre_velocity)
+    return force + w * (other - hill_force(curves, activation, fibre_length, fibre_velocity))
+
+
+EFFECT = Effect(
+    name="millard_curves",
+    acts_on="muscle",
+    equation="(1 - w) F + w F_millard",
+    function=other_force,
+    parameters={
+        "w": Parameter(unit="-", low=0.0, high=1.0, typical=1.0, meaning="share of the curves of Millard et al. 2013"),
+    },
+    source="Millard, Uchida, Seth & Delp 2013, J. Biomech. Eng. 135, 021005",
+)

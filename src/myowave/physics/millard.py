@@ -1,0 +1,152 @@
+"""The muscle curves of Millard et al. 2013: quintic Bezier segments, tabulated once for look-up in torch.
+
+A Bezier curve gives both x and y as polynomials of a parameter, so y(x) has no formula. The curve is sampled on a
+uniform grid of x with its exact slope, and cubic Hermite pieces stand between: C1, and within 1e-9 of the curve.
+
+Source: Millard, Uchida, Seth & Delp 2013, J. Biomech. Eng. 135, 021005, with the default values of OpenSim 4.
+"""
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
+from torch import Tensor
+
+CELLS = 2000  # of the look-up table
+
+# Active force-length: shortest, transition and longest active length, slope of the shallow ascending part.
+SHORTEST, TRANSITION, LONGEST, SHALLOW_SLOPE = 0.4441, 0.73, 1.8123, 0.8616
+PLATEAU = 0.05  # half width of the plateau
+# Passive: strain at f0, slopes at the foot and at f0, curviness.
+PASSIVE_STRAIN, FOOT_SLOPE, PASSIVE_SLOPE, PASSIVE_CURVINESS = 0.7, 0.2, 2 / 0.7, 0.75
+# Force-velocity: slopes near v_max when shortening, at 0, near v_max when lengthening; largest force; curviness.
+CONCENTRIC_SLOPE, ISOMETRIC_SLOPE, ECCENTRIC_SLOPE, ECCENTRIC_FORCE = 0.25, 5.0, 0.15, 1.4
+CONCENTRIC_CURVINESS, ECCENTRIC_CURVINESS = 0.6, 0.9
+
+
+@dataclass(frozen=True)
+class Knot:
+    """Where two segments meet: position, value, slope."""
+
+    x: float
+    y: float
+    slope: float
+
+
+def active_length_millard(length: Tensor) -> Tensor:
+    """Active force-length curve, 0 outside [0.444, 1.812], plateau around 1; element-wise."""
+    return _look_up("active_length", length)
+
+
+def passive_millard(length: Tensor) -> Tensor:
+    """Passive force-length curve, 0 below 1, 1 at 1.7, straight beyond; element-wise."""
+    return _look_up("passive", length)
+
+
+def force_velocity_millard(velocity: Tensor) -> Tensor:
+    """Force-velocity curve, 0 at -1, 1 at 0, 1.4 from 1 on, lengthening positive; element-wise."""
+    return _look_up("force_velocity", velocity)
+
+
+def _look_up(curve: str, x: Tensor) -> Tensor:
+    low, width, table = _table(curve, x.dtype, x.device)
+    position = (x - low) / width
+    cell = position.detach().floor().clamp(0, CELLS + 1)
+    c0, c1, c2, c3 = table[cell.long()].unbind(-1)
+    t = position - cell
+    return c0 + t * (c1 + t * (c2 + t * c3))
+
+
+@functools.cache
+def _table(curve: str, dtype: torch.dtype, device: torch.device) -> tuple[float, float, Tensor]:
+    """Start and width of the cells, and their cubics (CELLS + 2, 4); the outermost cells are straight lines."""
+    build, curviness = _CURVES[curve]
+    x, y, slope = _sample(build(), curviness)
+    width = x[1] - x[0]
+    rise, left, right = np.diff(y), slope[:-1] * width, slope[1:] * width
+    cubics = np.stack([y[:-1], left, 3 * rise - 2 * left - right, left + right - 2 * rise], axis=-1)
+    before = [[y[0] - left[0], left[0], 0.0, 0.0]]
+    after = [[y[-1], right[-1], 0.0, 0.0]]
+    table = torch.tensor(np.concatenate([before, cubics, after]), dtype=dtype, device=device)
+    return x[0] - width, width, table
+
+
+def _sample(knots: Sequence[Knot], curviness: Sequence[float]) -> tuple[NDArray, NDArray, NDArray]:
+    """Value and slope of a chain of Bezier corners on a uniform grid of x."""
+    grid = np.linspace(knots[0].x, knots[-1].x, CELLS + 1)
+    y, slope = np.empty_like(grid), np.empty_like(grid)
+    for left, right, c in zip(knots[:-1], knots[1:], curviness, strict=True):
+        here = (grid >= left.x) & (grid <= right.x)
+        across, up = _corner(left, right, c)
+        u = _parameter_at(across, grid[here])
+        y[here], slope[here] = up(u), up.deriv()(u) / across.deriv()(u)
+    return grid, y, slope
+
+
+def _corner(left: Knot, right: Knot, curviness: float) -> tuple[Polynomial, Polynomial]:
+    """x(u) and y(u) of a quintic Bezier curve between two knots, bent like the corner that their tangents form."""
+    sharp = 0.1 + 0.8 * curviness
+    x = (right.y - left.y - right.x * right.slope + left.x * left.slope) / (left.slope - right.slope)
+    corner = np.array([x, left.y + left.slope * (x - left.x)])
+    first, last = np.array([left.x, left.y]), np.array([right.x, right.y])
+    near_first, near_last = first + sharp * (corner - first), last + sharp * (corner - last)
+    points = np.stack([first, near_first, near_first, near_last, near_last, last])
+    u, one = Polynomial([0, 1]), Polynomial([1])
+    basis = [k * u**i * (one - u) ** (5 - i) for i, k in enumerate((1, 5, 10, 10, 5, 1))]
+    across, up = (sum(p * b for p, b in zip(column, basis, strict=True)) for column in points.T)
+    return across, up
+
+
+def _parameter_at(across: Polynomial, x: NDArray) -> NDArray:
+    """u with across(u) = x, for a polynomial that increases over [0, 1]: table, then Newton."""
+    u = np.linspace(0, 1, 401)
+    u = np.interp(x, across(u), u)
+    for _ in range(6):
+        u = np.clip(u - (across(u) - x) / across.deriv()(u), 0.0, 1.0)
+    return u
+
+
+def _active_knots() -> list[Knot]:
+    # ASSUME: no force outside the active range (OpenSim keeps 0.1 there where fibres have no damping of their own).
+    shoulder = 1 - SHALLOW_SLOPE * (1 - PLATEAU - TRANSITION)
+    steep = 1.25 * shoulder / (TRANSITION - SHORTEST)
+    descent = -1 / (LONGEST - 1 - 2 * PLATEAU)
+    return [
+        Knot(SHORTEST, 0.0, 0.0),
+        Knot((SHORTEST + TRANSITION) / 2, shoulder / 2, steep),
+        Knot((TRANSITION + 1 - PLATEAU) / 2, (shoulder + 1) / 2, SHALLOW_SLOPE),
+        Knot(1.0, 1.0, 0.0),
+        Knot((1 + PLATEAU + LONGEST) / 2, 0.5, descent),
+        Knot(LONGEST, 0.0, 0.0),
+    ]
+
+
+def _passive_knots() -> list[Knot]:
+    toe = min(0.1 / PASSIVE_SLOPE, 0.1 * PASSIVE_STRAIN)
+    return [
+        Knot(1.0, 0.0, 0.0),
+        Knot(1 + toe, FOOT_SLOPE * toe / 2, FOOT_SLOPE),
+        Knot(1 + PASSIVE_STRAIN, 1.0, PASSIVE_SLOPE),
+    ]
+
+
+def _velocity_knots() -> list[Knot]:
+    near = 0.9
+    return [
+        Knot(-1.0, 0.0, 0.0),
+        Knot(-near, CONCENTRIC_SLOPE * (1 - near) / 2, CONCENTRIC_SLOPE),
+        Knot(0.0, 1.0, ISOMETRIC_SLOPE),
+        Knot(near, ECCENTRIC_FORCE - ECCENTRIC_SLOPE * (1 - near) / 2, ECCENTRIC_SLOPE),
+        Knot(1.0, ECCENTRIC_FORCE, 0.0),
+    ]
+
+
+_CURVES = {
+    "active_length": (_active_knots, (1.0,) * 5),
+    "passive": (_passive_knots, (PASSIVE_CURVINESS,) * 2),
+    "force_velocity": (_velocity_knots, (CONCENTRIC_CURVINESS,) * 2 + (ECCENTRIC_CURVINESS,) * 2),
+}
