@@ -10,17 +10,33 @@ little more. (Lim et al. 2024, "Parallelizing non-linear sequential models over 
 Shapes: ... batch, T trials, N samples, M muscles, K numbers of the state, P parameters.
 """
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
-from myowave.physics.model import Model, Params, bind, observe
-from myowave.physics.motion import Motion, batch_shape, drive_muscles, initial_state, simulate, step
+from myowave.physics.model import Bound, Model, Params, bind, observe
+from myowave.physics.motion import Drive, Motion, batch_shape, drive_muscles, initial_state, simulate, step
 
 TOLERANCE = 1e-9  # of the state, rad and rad/s
 NUDGE = 1e-6  # relative step of the one-sided differences; their error is far below what a fit needs
+
+
+@dataclass(frozen=True)
+class Linear:
+    """The map from each sample to the next and its Jacobian, where Newton's method last evaluated them.
+
+    Args:
+        at: the state there, (..., T, N, K).
+        after: F(at[n]), (..., T, N - 1, K).
+        jacobian: dF/dx, (..., T, N - 1, K, K).
+    """
+
+    at: Tensor
+    after: Tensor
+    jacobian: Tensor
 
 
 @dataclass(frozen=True)
@@ -31,11 +47,17 @@ class Sensitive:
         motion: angle and state, (..., T, N) and (..., T, N, K).
         by_parameter: d angle / d parameter, (P, ..., T, N), in the order asked for.
         by_start: d angle / d (q0, qdot0), (2, ..., T, N).
+        tangent: d state / d (parameters, q0, qdot0), (..., T, N, K, P + 2).
+        gap: size of Newton's last change [rad, rad/s]: how far the state may be from a motion.
+        linear: the linearised motion, from which `derivatives_of` gives more derivatives.
     """
 
     motion: Motion
     by_parameter: Tensor
     by_start: Tensor
+    tangent: Tensor
+    gap: float
+    linear: Linear
 
 
 def solve(
@@ -49,7 +71,9 @@ def solve(
     guess: Tensor | None = None,
     wrt: Mapping[str, float] | None = None,
     substeps: int = 1,
-    iterations: int = 12,
+    iterations: int = 25,
+    tolerance: float = TOLERANCE,
+    rescue: bool = True,
 ) -> Sensitive:
     """Motion and sensitivities for every sample at once.
 
@@ -58,6 +82,11 @@ def solve(
         guess: state to start from, broadcastable to (..., T, N, K); by default the integrator's own result. Where
             Newton's method does not converge from it, the integrator's result is used.
         wrt: parameters to differentiate by, with the size of a usual change of each (sets the step of differences).
+        iterations: of Newton's method. With 1 the result is the first-order correction of `guess` towards a motion,
+            whatever is left of the gap, and the derivatives are those at `guess`.
+        tolerance: of the state; derivatives are accurate to about ten times its square root.
+        rescue: whether to integrate sample after sample where Newton's method does not converge, which is slow;
+            otherwise look at `gap`.
 
     Raises:
         ValueError: as `motion.simulate`.
@@ -74,76 +103,150 @@ def solve(
     else:
         state = guess.expand(*batch, *guess.shape[-2:]).clone()
     state[..., 0, :] = start
-    raised = bound.along(1)
-
-    def defect(at: Tensor) -> tuple[Tensor, Tensor]:
-        """How far each step misses the next state (..., T, N-1, K), and its Jacobian (..., T, N-1, K, K)."""
-        before = at[..., :-1, :]
-        bumps = torch.diag_embed(torch.full((model.state_size,), NUDGE, dtype=at.dtype, device=at.device))
-        copies = torch.cat([before.unsqueeze(0), before + bumps.reshape(-1, *(1,) * (before.ndim - 1), before.shape[-1])])
-        after = step(raised, copies, drive)
-        jacobian = (after[1:] - after[0]) / NUDGE
-        return after[0] - at[..., 1:, :], jacobian.movedim(0, -1)
-
-    for _ in range(iterations):
-        miss, jacobian = defect(state)
-        change = _recur(jacobian, miss.unsqueeze(-1), torch.zeros_like(start).unsqueeze(-1)).squeeze(-1)
-        state = state + change
-        size = change.detach().abs().amax()
-        if not torch.isfinite(size) or size < TOLERANCE:
-            break
-    if guess is not None and not (torch.isfinite(size) and size < TOLERANCE):
+    state, gap, linear = _newton(bound.along(1), drive, state, iterations, tolerance)
+    if guess is not None and iterations > 1 and rescue and not gap < tolerance:
         return solve(model, params, emg, dt, q0, qdot0, wrt=wrt, substeps=substeps, iterations=iterations)
-    motion = Motion(observe(raised, state[..., 0], state[..., 1], dt), state)
-    return _differentiate(model, params, emg, dt, q0, qdot0, motion, jacobian, wrt, substeps)
+    motion = Motion(observe(bound.along(1), state[..., 0], state[..., 1], dt), state)
+    tangent = _tangents(model, params, emg, dt, linear, [*wrt.items()], substeps, NUDGE, starts=True)
+    derivatives = _observed(model, params, emg, dt, linear, [*wrt.items(), ("", 1.0), ("", 1.0)], tangent)
+    return Sensitive(motion, derivatives[: len(wrt)], derivatives[len(wrt) :], tangent, gap, linear)
 
 
-def _differentiate(
+def derivatives_of(
     model: Model,
     params: Params,
     emg: Tensor,
     dt: float,
-    q0: Tensor,
-    qdot0: Tensor,
-    motion: Motion,
-    jacobian: Tensor,
+    linear: Linear,
     wrt: Mapping[str, float],
+    substeps: int = 1,
+    reach: float = NUDGE,
+) -> Tensor:
+    """Derivatives of a solved motion by parameters of a richer model that moves in the same way.
+
+    An effect at 0 changes nothing, so the motion of the model without it will do, and its Jacobian too: one
+    evaluation of the step for each parameter is all it takes. The effect must have no state of its own.
+
+    Args:
+        model, params: the richer model; its further parameters are at 0.
+        linear: of the motion solved without them.
+        wrt: parameters, with the size of a usual change of each.
+        reach: step of the differences in units of that size. A large one takes the secant of the step, which sees
+            parameters without a first derivative at 0, such as a pennation angle.
+
+    Returns:
+        d angle / d parameter, (P, ..., T, N).
+    """
+    assert model.state_size == linear.at.shape[-1], "the richer model has another state"
+    tangent = _tangents(model, params, emg, dt, linear, [*wrt.items()], substeps, reach, starts=False)
+    return _observed(model, params, emg, dt, linear, [*wrt.items()], tangent, reach)
+
+
+def _newton(
+    bound: Bound, drive: Drive, state: Tensor, iterations: int, tolerance: float
+) -> tuple[Tensor, float, Linear]:
+    """Close the gaps between the samples of a state whose first sample is right.
+
+    A Jacobian is used again as long as it makes the change shrink tenfold. Returns the state, the last change, and the
+    linearisation at the state before that change.
+    """
+    bumps = NUDGE * torch.eye(state.shape[-1], dtype=state.dtype, device=state.device)
+    bumps = bumps.reshape(-1, *(1,) * (state.ndim - 1), state.shape[-1])
+    still = torch.zeros_like(state[..., 0, :]).unsqueeze(-1)
+    stale_limit = 10 * tolerance**0.5
+    gap, stale, refresh = math.inf, math.inf, True
+    for _ in range(iterations):
+        before = state[..., :-1, :]
+        if refresh:
+            copies = step(bound, torch.cat([before.unsqueeze(0), before + bumps]), drive)
+            after, jacobian, stale = copies[0], ((copies[1:] - copies[0]) / NUDGE).movedim(0, -1), 0.0
+        else:
+            after = step(bound, before, drive)
+        linear = Linear(state, after, jacobian)
+        change = _recur(jacobian, (after - state[..., 1:, :]).unsqueeze(-1), still).squeeze(-1)
+        state = state + change
+        shrinks = (size := float(change.detach().abs().amax())) < 0.1 * gap
+        gap = size
+        if not math.isfinite(gap) or (gap < tolerance and stale < stale_limit):
+            break
+        refresh = not shrinks or gap > 0.1 or gap < tolerance
+        stale += gap
+    return state, gap, linear
+
+
+def _tangents(
+    model: Model,
+    params: Params,
+    emg: Tensor,
+    dt: float,
+    linear: Linear,
+    wrt: list[tuple[str, float]],
     substeps: int,
-) -> Sensitive:
-    """Run the linearised recursion along a converged motion for each parameter and for the initial state."""
-    state = motion.state
-    before = state[..., :-1, :]
-    forcing, starts, bounds = [], [], []
+    reach: float,
+    *,
+    starts: bool,
+) -> Tensor:
+    """d state / d parameters [and q0, qdot0], (..., T, N, K, P [+ 2]): the linearised recursion along a motion."""
+    before, after = linear.at[..., :-1, :], linear.after
+    q0, qdot0 = linear.at[..., 0, 0], linear.at[..., 0, 1]
     base = bind(model, params, emg)
     base_drive = drive_muscles(base, emg, dt, substeps)
     base_start = initial_state(base, base_drive, q0, qdot0)
-    after = state[..., 1:, :]
-    for name, scale in wrt.items():
-        nudge = NUDGE * scale
-        moved = {**params, name: torch.as_tensor(params.get(name, model.defaults[name]), dtype=emg.dtype) + nudge}
-        bound = bind(model, moved, emg)
-        drive = drive_muscles(bound, emg, dt, substeps)
-        raised = bound.along(1)
-        forcing.append((step(raised, before, drive) - after) / nudge)  # `after` is this step of the converged motion
-        starts.append((initial_state(bound, drive, q0, qdot0) - base_start) / nudge)
-        bounds.append((raised, nudge))
-    for shift in ((NUDGE, 0.0), (0.0, NUDGE)):
-        moved_start = initial_state(base, base_drive, q0 + shift[0], qdot0 + shift[1])
+    forcing, begin = [], []
+    for name, scale in wrt:
+        nudge = reach * scale
+        bound = bind(model, _nudged(model, params, name, nudge, emg), emg)
+        drive = drive_muscles(bound, emg, dt, substeps) if _drives(model, name) else base_drive
+        forcing.append((step(bound.along(1), before, drive) - after) / nudge)
+        begin.append((initial_state(bound, drive, q0, qdot0) - base_start) / nudge)
+    for shift in ((NUDGE, 0.0), (0.0, NUDGE)) if starts else ():
         forcing.append(torch.zeros_like(after))
-        starts.append((moved_start - base_start) / NUDGE)
-    tangent = _recur(jacobian, torch.stack(forcing, -1), torch.stack(starts, -1))
-    bounds += [(base.along(1), NUDGE)] * 2
+        begin.append((initial_state(base, base_drive, q0 + shift[0], qdot0 + shift[1]) - base_start) / NUDGE)
+    return _recur(linear.jacobian, torch.stack(forcing, -1), torch.stack(begin, -1))
+
+
+def _observed(
+    model: Model,
+    params: Params,
+    emg: Tensor,
+    dt: float,
+    linear: Linear,
+    wrt: list[tuple[str, float]],
+    tangent: Tensor,
+    reach: float = NUDGE,
+) -> Tensor:
+    """Derivatives of the observed angle (P, ..., T, N) from those of the state; a start's name is empty."""
+    base = bind(model, params, emg).along(1)
+    if not model.on("observation"):
+        return tangent[..., 0, :].movedim(-1, 0)
+    angle = observe(base, linear.at[..., 0], linear.at[..., 1], dt)
     derivatives = []
-    for i, (raised, nudge) in enumerate(bounds):
-        moved_state = state + nudge * tangent[..., i]
-        angle = observe(raised, moved_state[..., 0], moved_state[..., 1], dt)
-        derivatives.append((angle - motion.angle) / nudge)
-    derivatives = torch.stack([d.expand(motion.angle.shape) for d in derivatives])
-    return Sensitive(motion, derivatives[: len(wrt)], derivatives[len(wrt) :])
+    for i, (name, scale) in enumerate(wrt):
+        nudge = reach * scale
+        bound = bind(model, _nudged(model, params, name, nudge, emg), emg).along(1) if name else base
+        moved = linear.at + nudge * tangent[..., i]
+        derivatives.append((observe(bound, moved[..., 0], moved[..., 1], dt) - angle) / nudge)
+    return torch.stack(derivatives)
+
+
+def _nudged(model: Model, params: Params, name: str, nudge: float, like: Tensor) -> Params:
+    value = torch.as_tensor(params.get(name, model.defaults[name]), dtype=like.dtype, device=like.device)
+    return {**params, name: value + nudge}
+
+
+def _drives(model: Model, name: str) -> bool:
+    """Whether a parameter changes the drive of the muscles."""
+    effect = next((e for e in model.effects if name in model.parameters_of(e)), None)
+    if effect is None:
+        return name.startswith(("delay_", "shape_"))
+    return effect.acts_on in ("excitation", "activation", "constants")
 
 
 def _recur(jacobian: Tensor, forcing: Tensor, start: Tensor) -> Tensor:
     """y[n+1] = J[n] y[n] + f[n] for every column of f.
+
+    The samples are cut into chunks that are walked side by side for y[first] = 0 and for the transition matrix, and
+    then joined: some 2 sqrt(N) small operations instead of N.
 
     Args:
         jacobian: (..., N - 1, K, K).
@@ -153,11 +256,23 @@ def _recur(jacobian: Tensor, forcing: Tensor, start: Tensor) -> Tensor:
     Returns:
         y, (..., N, K, P).
     """
-    jacobian = jacobian.movedim(-3, 0).contiguous()
-    forcing = forcing.movedim(-3, 0).contiguous()
-    y = start
-    rows: Sequence[Tensor] = [y]
-    for j, f in zip(jacobian, forcing, strict=True):
-        y = torch.matmul(j, y) + f
-        rows.append(y)
-    return torch.stack(rows, -3)
+    steps, size = jacobian.shape[-3], jacobian.shape[-1]
+    length = max(1, round((steps / 2) ** 0.5))
+    chunks = -(-steps // length)
+    spare = chunks * length - steps  # steps added at the end, whose results are dropped
+    batch = torch.broadcast_shapes(jacobian.shape[:-3], forcing.shape[:-3], start.shape[:-2])
+    jacobian, forcing = (x.expand(*batch, *x.shape[-3:]) for x in (jacobian, forcing))
+    jacobian, forcing = (torch.nn.functional.pad(x, (0, 0, 0, 0, 0, spare)) for x in (jacobian, forcing))
+    jacobian = jacobian.unflatten(-3, (chunks, length)).movedim(-3, 0).contiguous()  # (length, ..., chunks, K, K)
+    forcing = forcing.unflatten(-3, (chunks, length)).movedim(-3, 0)
+    forcing = torch.nn.functional.pad(forcing, (size, 0)).contiguous()  # the first K columns: the transition matrix
+    walked = [torch.eye(size, forcing.shape[-1], dtype=forcing.dtype, device=forcing.device).expand_as(forcing[0])]
+    for j, f in zip(jacobian.unbind(0), forcing.unbind(0), strict=True):
+        walked.append(torch.matmul(j, walked[-1]) + f)
+    inside = torch.stack(walked[1:], -3)  # (..., chunks, length, K, K + P)
+    joined = [start.expand(*batch, *start.shape[-2:])]
+    for last in inside[..., -1, :, :].unbind(-3)[:-1]:
+        joined.append(torch.matmul(last[..., :size], joined[-1]) + last[..., size:])
+    begin = torch.stack(joined, -3).unsqueeze(-3)  # (..., chunks, 1, K, P)
+    y = torch.matmul(inside[..., :size], begin) + inside[..., size:]
+    return torch.cat([joined[0].unsqueeze(-3), y.flatten(-4, -3)[..., :steps, :, :]], -3)

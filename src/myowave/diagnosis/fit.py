@@ -1,0 +1,419 @@
+"""Fit a model to trials by output error: the parameters whose simulated motion is nearest to the measured one.
+
+The motion and its derivatives come from `physics.trajectory.solve`, all samples at once. That allows two stages:
+1. *Lifted* Gauss-Newton steps, that start from the measured motion and close the gaps to a simulated one and move the
+   parameters together. Linearised near the data rather than near a wrong simulation, they reach the right basin
+   from far away. Several starts run as one batch, and the best goes on.
+2. Levenberg-Marquardt on simulated motions, with bounds, until a step would gain nothing that noise allows to see.
+The angle and velocity at the start of each trial are estimated with the parameters; nobody measures them. They belong
+to one trial each, so they are eliminated from the normal equations trial by trial.
+
+Shapes: B starts of the search, T trials, N samples, P free parameters, S numbers of a trial's start (1 or 2).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from myowave.diagnosis.record import Record
+from myowave.physics.model import Model, bind
+from myowave.physics.motion import drive_muscles, initial_state
+from myowave.physics.trajectory import Linear, Sensitive, solve
+
+TOLERANCE = 1e-6  # of the simulated state [rad, rad/s]
+GAIN = 1e-3  # stop where the next step would lower the sum of squares by less than this many residual variances
+LIFTED_STEPS, STEPS = 4, 30
+DAMPING, DAMPING_UP, DAMPING_DOWN, DAMPING_MOST = 1e-4, 10.0, 0.1, 1e8
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Free:
+    """A parameter to estimate: where it starts, its bounds, and a usual change of it (the scale of steps)."""
+
+    name: str
+    start: float
+    low: float
+    high: float
+    scale: float
+    spread: float = 0.0  # further starts are up to this fraction away
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Residuals and their derivatives, the starts of the trials eliminated; parameters in units of their scale.
+
+    Args:
+        residual: measured - simulated angle, 0 where padded, (..., T, N).
+        slope: d angle / d parameter, (..., T, N, P), and `by_start` (..., T, N, S).
+        matrix, vector: the normal equations without the starts, (..., P, P) and (..., P).
+        rss: sum of squares of the residual (...).
+    """
+
+    residual: Array
+    slope: Array
+    by_start: Array
+    matrix: Array
+    vector: Array
+    rss: Array
+
+    def without_starts(self, columns: Array) -> Array:
+        """The part of columns (..., T, N, C) that no change of the trials' starts can imitate."""
+        return columns - self.by_start @ self._onto_starts(columns)
+
+    def starts_after(self, step: Array) -> Array:
+        """The best change of the trials' starts (..., T, S) beside a step of the parameters (..., P)."""
+        left = self.residual[..., None] - self.slope @ step[..., None, :, None]
+        return self._onto_starts(left)[..., 0]
+
+    def _onto_starts(self, columns: Array) -> Array:
+        transposed = np.swapaxes(self.by_start, -1, -2)
+        gram = transposed @ self.by_start
+        return np.linalg.solve(gram + 1e-12 * np.eye(gram.shape[-1]), transposed @ columns)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model.
+
+    Args:
+        values: the free parameters, (P,); `free` says which.
+        starts: angle and velocity at the start of each trial, (T, 2).
+        angle: simulated [rad], (T, N).
+        normal: residuals and derivatives at the solution.
+        sensitive: the solved motion.
+        record: what was fitted.
+        converged: whether no step could gain anything any more.
+    """
+
+    model: Model
+    free: tuple[Free, ...]
+    values: Array
+    starts: Array
+    normal: Normal
+    sensitive: Sensitive
+    record: Record
+    converged: bool
+
+    @property
+    def angle(self) -> Array:
+        return self.sensitive.motion.angle.numpy()
+
+    @property
+    def linear(self) -> Linear:
+        return self.sensitive.linear
+
+    @property
+    def rss(self) -> float:
+        return float(self.normal.rss)
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        return self.record.samples - len(self.free) - self.normal.by_start.shape[-1] * len(self.record.names)
+
+    @property
+    def variance(self) -> float:
+        """Variance of the residual [rad^2]."""
+        return self.rss / self.degrees_of_freedom
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        return {p.name: float(v) for p, v in zip(self.free, self.values, strict=True)}
+
+    @property
+    def params(self) -> dict[str, Tensor]:
+        """Every parameter that is not at its default, as tensors for the physics."""
+        return bind_values(self.free, self.values, self.record)
+
+    def at_bound(self, name: str) -> bool:
+        """Whether a parameter ended on a bound that is neither 0, the absence of an effect, nor its usual strength, as
+        the share of other curves, which is 1 where they replace the base model's."""
+        p, value = next((p, v) for p, v in zip(self.free, self.values, strict=True) if p.name == name)
+        return any(
+            abs(value - bound) < 1e-9 * p.scale and abs(bound) not in (0.0, p.scale) for bound in (p.low, p.high)
+        )
+
+    def covariance(self) -> Array:
+        """Covariance of the free parameters (P, P), with the variance of the residual times its correlation time."""
+        scale = np.array([p.scale for p in self.free])
+        inverse = np.linalg.pinv(self.normal.matrix, hermitian=True)
+        return inverse * np.outer(scale, scale) * self.variance * correlation_time(self.normal.residual, self.record)
+
+    def standard_errors(self) -> dict[str, float]:
+        return {p.name: float(e) for p, e in zip(self.free, np.sqrt(np.diag(self.covariance())), strict=True)}
+
+    def rmse(self) -> float:
+        """Root mean square of the residual [rad]."""
+        return float(np.sqrt(self.rss / self.record.samples))
+
+    def rmse_by_trial(self) -> Array:
+        """(T,) [rad]."""
+        return np.sqrt((self.normal.residual**2).sum(-1) / self.record.valid.sum(-1))
+
+
+def correlation_time(residual: Array, record: Record) -> float:
+    """How many samples of a residual (T, N) are worth one independent sample; 1 for white noise.
+
+    1 + 2 (sum of the autocorrelation up to its first value within the scatter of white noise).
+    """
+    n = record.samples
+    spectrum = np.fft.rfft(residual, 2 * residual.shape[-1], axis=-1)
+    lags = np.fft.irfft(np.abs(spectrum) ** 2, axis=-1)[..., : residual.shape[-1]].sum(0)
+    correlation = lags / max(lags[0], 1e-300)
+    inside = np.flatnonzero(correlation < 2 / np.sqrt(n))
+    last = inside[0] if len(inside) else len(correlation)
+    return float(1 + 2 * correlation[1:last].sum())
+
+
+def bind_values(free: Sequence[Free], values: Array, record: Record) -> dict[str, Tensor]:
+    """Known constants and free parameters as tensors; `values` (..., P) give parameters (..., 1)."""
+    given = {p.name: torch.from_numpy(np.ascontiguousarray(values[..., i, None])) for i, p in enumerate(free)}
+    return {**record.known, **given}
+
+
+def fit_model(
+    model: Model,
+    record: Record,
+    free: Sequence[Free],
+    *,
+    starts: int = 1,
+    seed: int = 0,
+) -> Fit:
+    """Fit a model from scratch.
+
+    Args:
+        record: all trials in it are fitted.
+        free: what to estimate.
+        starts: searches, the first from `Free.start`, the others up to `Free.spread` away.
+
+    Raises:
+        ValueError: if the model is not able to move from any of the starts.
+    """
+    free = tuple(free)
+    random = np.random.default_rng(seed)
+    nominal, spread = (np.array([getattr(p, n) for p in free]) for n in ("start", "spread"))
+    shift = random.uniform(-1, 1, (starts, len(free))) * spread
+    shift[0] = 0.0
+    values = _clip(free, nominal * (1 + shift))
+    guess = record.first_guess().expand(starts, -1, -1, -1)
+    begin = guess[..., 0, :].numpy().copy()
+    if record.at_rest:
+        begin[..., 1] = 0.0
+    for _ in range(LIFTED_STEPS):
+        result = _solve(model, record, free, values, begin, guess, iterations=1)
+        normal = _normal(result, record, free)
+        step = _bounded_step(normal, free, values, DAMPING)
+        values, begin, guess = _move(free, values, begin, result, normal, step)
+    order = np.argsort(normal.rss, kind="stable")  # those that diverged, not finite, come last
+    attempts = (_attempt(model, record, free, values[b], begin[b], guess[b]) for b in order)
+    best = next((fit for fit in attempts if fit is not None), None)
+    if best is None:
+        raise ValueError(
+            f"model {model.name}: its motion diverges from every start of the fit. Check the units of the recording and "
+            "the constants of physics.muscles."
+        )
+    return polish(best)
+
+
+def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:
+    """Fit a related model from where another fit ended.
+
+    Args:
+        fit: parameters that both have start from here; others from `Free.start`.
+        model: with effects added or taken away.
+        free: all that is estimated now.
+    """
+    record, free = fit.record, tuple(free)
+    known = fit.parameters
+    values = _clip(free, np.array([known.get(p.name, p.start) for p in free]))
+    state = fit.sensitive.motion.state
+    guess = state if model.stateful == fit.model.stateful else with_states(model, record, free, values, state)
+    begun = _attempt(model, record, free, values, fit.starts, guess)
+    return fit_model(model, record, free) if begun is None else polish(begun)
+
+
+def refit_with(fit: Fit, model: Model, added: Sequence[Free], slope: Array, steps: int = STEPS) -> Fit:
+    """Fit a richer model from where the fit without the new parameters ended, so that it never fits worse.
+
+    Args:
+        fit: the fit without them.
+        model: the richer model.
+        added: its new parameters, all 0 in the old fit.
+        slope: derivatives of the old fit's angle by them, in units of their scales, (T, N, E).
+        steps: after which to stop, converged or not; see `polish`.
+    """
+    record, old, state = fit.record, len(fit.free), fit.sensitive.motion.state
+    free = (*fit.free, *added)
+    values = np.concatenate([fit.values, np.zeros(len(added))])
+    normal = make_normal(fit.normal.residual, np.concatenate([fit.normal.slope, slope], -1), fit.normal.by_start)
+    step = _bounded_step(normal, free, values, DAMPING)
+    _, begin, moved = _move(fit.free, fit.values, fit.starts, fit.sensitive, fit.normal, step[:old])
+    values = _clip(free, values + step * np.array([p.scale for p in free]))
+    guess = moved if model.stateful == fit.model.stateful else with_states(model, record, free, values, moved)
+    begin = fit.starts + _padded(normal.starts_after(step))
+    begun = _attempt(model, record, free, values, begin, guess)
+    if begun is not None and begun.rss < fit.rss:
+        return polish(begun, steps)
+    return refit(fit, model, free)
+
+
+def with_states(model: Model, record: Record, free: Sequence[Free], values: Array, state: Tensor) -> Tensor:
+    """A guess for a model with other states: the known motion, its own states as they are at the first sample."""
+    bound = bind(model, bind_values(free, values, record), record.emg)
+    drive = drive_muscles(bound, record.emg, record.dt)
+    begin = initial_state(bound, drive, state[..., 0, 0], state[..., 0, 1])
+    states = begin[..., None, 2:].expand(*state.shape[:-1], model.state_size - 2)
+    return torch.cat([state[..., :2], states], -1)
+
+
+def _solve(
+    model: Model, record: Record, free: Sequence[Free], values: Array, begin: Array, guess: Tensor, iterations: int = 25
+) -> Sensitive:
+    return solve(
+        model,
+        bind_values(free, values, record),
+        record.emg,
+        record.dt,
+        torch.from_numpy(begin[..., 0].copy()),
+        torch.from_numpy(begin[..., 1].copy()),
+        guess=guess,
+        wrt={p.name: p.scale for p in free},
+        iterations=iterations,
+        tolerance=TOLERANCE,
+        rescue=False,
+    )
+
+
+def _normal(result: Sensitive, record: Record, free: Sequence[Free]) -> Normal:
+    valid = record.valid
+    scale = np.array([p.scale for p in free])
+    # A start from which the motion diverges must not spoil the others in the batch: its sums become infinite.
+    residual = np.where(valid, np.nan_to_num(record.angle - result.motion.angle.numpy(), nan=1e6).clip(-1e6, 1e6), 0.0)
+    slope, by_start = (
+        np.nan_to_num(np.moveaxis(x.numpy(), 0, -1)).clip(-1e6, 1e6) * valid[..., None]
+        for x in (result.by_parameter, result.by_start)
+    )
+    slope = (slope * scale).clip(-1e6, 1e6)
+    return make_normal(residual, slope, by_start[..., :1] if record.at_rest else by_start)
+
+
+def make_normal(residual: Array, slope: Array, by_start: Array) -> Normal:
+    """Normal equations with the trials' starts eliminated."""
+    parts = Normal(residual, slope, by_start, slope, residual, (residual**2).sum((-1, -2)))
+    projected = parts.without_starts(slope)
+    matrix = np.einsum("...tnp,...tnq->...pq", projected, slope)
+    vector = np.einsum("...tnp,...tn->...p", projected, residual)
+    return Normal(residual, slope, by_start, matrix, vector, parts.rss)
+
+
+def _bounded_step(normal: Normal, free: Sequence[Free], values: Array, damping: float) -> Array:
+    """Damped step (..., P) in units of the scales that stays within the bounds.
+
+    Parameters that a step would carry over a bound stop there, and the others move with that in mind.
+    """
+    scale, low, high = (np.array([getattr(p, n) for p in free]) for n in ("scale", "low", "high"))
+    lowest, highest = (low - values) / scale, (high - values) / scale
+    diagonal = np.einsum("...pp->...p", normal.matrix)
+    damped = normal.matrix + np.eye(len(free)) * (damping * diagonal + 1e-14 * diagonal.max(-1, keepdims=True) + 1e-12)[..., None]
+    step = np.linalg.solve(damped, normal.vector[..., None])[..., 0]
+    for _ in free:
+        fixed = (step <= lowest) | (step >= highest)
+        if not fixed.any():
+            break
+        held = np.where(fixed, step.clip(lowest, highest), 0.0)
+        loose = ~fixed
+        reduced = np.where(loose[..., :, None] & loose[..., None, :], damped, np.eye(len(free)))
+        right = np.where(loose, normal.vector - (damped @ held[..., None])[..., 0], held)
+        new = np.linalg.solve(reduced, right[..., None])[..., 0]
+        if np.allclose(new, step, rtol=0, atol=1e-12):
+            break
+        step = new
+    return step.clip(lowest, highest)
+
+
+def _move(
+    free: Sequence[Free], values: Array, begin: Array, result: Sensitive, normal: Normal, step: Array
+) -> tuple[Array, Array, Tensor]:
+    """Values, starts and a guess of the state after a step."""
+    scale = np.array([p.scale for p in free])
+    shift = _padded(normal.starts_after(step))
+    both = np.concatenate([np.broadcast_to((step * scale)[..., None, :], (*shift.shape[:-1], len(scale))), shift], -1)
+    change = torch.einsum("...tnkp,...tp->...tnk", result.tangent, torch.from_numpy(both))
+    return _clip(free, values + step * scale), begin + shift, result.motion.state + change
+
+
+def _padded(shift: Array) -> Array:
+    """Changes of angle and velocity at the start (..., 2), where the velocity is known too."""
+    return np.concatenate([shift, np.zeros_like(shift)], -1)[..., :2]
+
+
+def _clip(free: Sequence[Free], values: Array) -> Array:
+    return values.clip([p.low for p in free], [p.high for p in free])
+
+
+def _attempt(
+    model: Model, record: Record, free: tuple[Free, ...], values: Array, begin: Array, guess: Tensor
+) -> Fit | None:
+    """The fit at given values, or None where no motion was found near the guess."""
+    result = _solve(model, record, free, values, begin, guess)
+    if not result.gap < TOLERANCE:
+        return None
+    return Fit(model, free, values, begin, _normal(result, record, free), result, record, converged=False)
+
+
+def polish(fit: Fit, steps: int = STEPS) -> Fit:
+    """Levenberg-Marquardt from where a fit is, to the end or for so many steps."""
+    if fit.converged:
+        return fit
+    damping = DAMPING
+    for _ in range(steps):
+        step = _bounded_step(fit.normal, fit.free, fit.values, damping)
+        if _gain(fit, step) < GAIN * fit.variance:
+            return _converged(fit)
+        values, begin, guess = _move(fit.free, fit.values, fit.starts, fit.sensitive, fit.normal, step)
+        tried = _attempt(fit.model, fit.record, fit.free, values, begin, guess)
+        if tried is not None and tried.rss < fit.rss:
+            fit, damping = tried, max(damping * DAMPING_DOWN, 1e-12)
+        elif damping > DAMPING_MOST:
+            break
+        else:
+            damping = max(damping, DAMPING) * DAMPING_UP
+    return fit
+
+
+def _gain(fit: Fit, step: Array) -> float:
+    """How much a step would lower the sum of squares, to first order."""
+    normal = fit.normal
+    left = normal.without_starts((normal.residual - normal.slope @ step)[..., None])
+    return float(normal.rss - (left**2).sum())
+
+
+def _converged(fit: Fit) -> Fit:
+    return replace(fit, converged=True)
+
+
+def free_parameters(model: Model, identify: Mapping[str, object], known: Mapping[str, object]) -> tuple[Free, ...]:
+    """What to estimate: the constants that a dataset wants identified and all parameters of the model's effects.
+
+    Args:
+        identify: {constant: settings with start_spread, low, high}.
+        known: names that are known and so not estimated.
+    """
+    free = []
+    for name, choice in identify.items():
+        if name in model.effect_parameters or name in known:
+            continue
+        value = model.defaults[name]
+        # ASSUME: a constant is within a factor of 5 of the model's value where no bounds are given.
+        low = value / 5 if choice.low is None else choice.low
+        high = value * 5 if choice.high is None else choice.high
+        free.append(Free(name, min(max(value, low), high), low, high, abs(value), choice.start_spread))
+    for name, p in model.effect_parameters.items():
+        if name not in known:
+            free.append(Free(name, 0.0, p.low, p.high, abs(p.typical)))
+    return tuple(free)

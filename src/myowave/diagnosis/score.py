@@ -1,0 +1,175 @@
+"""Score test of an effect that a fitted model lacks: what would it gain, seen from where the fit stands?
+
+The derivative of the motion by the effect's parameters at 0, with all that the free parameters and the trials' starts
+could imitate taken out, is what the effect alone can do. Its product with the residual says how much the sum of
+squares would fall, without a fit of the richer model. What is left of the derivative (the *visible share*) says
+whether these data can show the effect at all, and what took it out says which parameters absorb it.
+
+Shapes: T trials, N samples, P free parameters of the fit, E parameters of the effect.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from myowave.diagnosis.fit import Fit, Free, bind_values, with_states
+from myowave.physics.effect import Effect
+from myowave.physics.model import Model
+from myowave.physics.trajectory import derivatives_of, solve
+
+Array = NDArray[np.float64]
+
+REACH = 0.3  # step of the differences by an effect's parameters, in units of a typical strength
+ABSORBED = 0.01  # visible share below which an effect is as good as a change of the parameters fitted already
+LARGE_PART = 0.1  # parameters that imitate at least this part of what the largest imitator does are named
+
+
+@dataclass(frozen=True)
+class Score:
+    """What one effect could do for a fit.
+
+    Args:
+        effect: its name.
+        free: its parameters.
+        slope: derivatives by them, in units of their scale, (T, N, E).
+        signal: the same without what free parameters and starts imitate.
+        information: signal^T signal (E, E) [rad^2].
+        estimate: best values within the bounds, (E,), in units of the scale.
+        drop: fall of the sum of squares that they promise [rad^2].
+        visible: share of the derivative that is left, of the combination of parameters that keeps the most [-].
+        absorbed_by: free parameters that imitate the rest, the largest first.
+    """
+
+    effect: str
+    free: tuple[Free, ...]
+    slope: Array
+    signal: Array
+    information: Array
+    estimate: Array
+    drop: float
+    visible: float
+    absorbed_by: tuple[str, ...]
+
+    @property
+    def absorbed(self) -> bool:
+        return self.visible < ABSORBED
+
+    def detectable(self, variance: float, statistic: float) -> float:
+        """Smallest value of the first parameter that 9 of 10 recordings would show [its unit].
+
+        Args:
+            variance: of an independent sample of the residual [rad^2].
+            statistic: chi-square that counts as found.
+        """
+        information = max(float(self.information[0, 0]), 1e-300)
+        return self.free[0].scale * (np.sqrt(statistic) + 1.2816) * np.sqrt(variance / information)
+
+
+def score_effects(fit: Fit, effects: Iterable[Effect], known: Iterable[str] = ()) -> dict[str, Score]:
+    """Score every effect that the fitted model does not have.
+
+    Args:
+        known: names of parameters that are known and so not to be estimated.
+    """
+    present = {e.name for e in fit.model.effects}
+    return {e.name: score_effect(fit, e, known) for e in effects if e.name not in present}
+
+
+def score_effect(fit: Fit, effect: Effect, known: Iterable[str] = ()) -> Score:
+    """Score one effect; see the module."""
+    model = fit.model.with_effects([effect])
+    free = effect_parameters(model, effect, known)
+    raw = _derivatives(fit, model, free)
+    normal = fit.normal
+    without_starts = normal.without_starts(raw)
+    matrix = np.linalg.pinv(normal.matrix, rcond=1e-12, hermitian=True)
+    imitation = matrix @ np.einsum("tnp,tne->pe", normal.slope, without_starts)
+    signal = without_starts - normal.without_starts(normal.slope @ imitation)
+    information = np.einsum("tne,tnf->ef", signal, signal)
+    estimate = _bounded(information, np.einsum("tne,tn->e", signal, normal.residual), free)
+    product = np.einsum("tne,tn->e", signal, normal.residual)
+    drop = float(2 * estimate @ product - estimate @ information @ estimate)
+    visible, direction = _visible(information, np.einsum("tne,tnf->ef", raw, raw))
+    size = np.abs(imitation @ direction) * np.sqrt(np.einsum("tnp,tnp->p", normal.slope, normal.slope))
+    order = np.argsort(-size)
+    absorbers = tuple(fit.free[i].name for i in order if size[i] > LARGE_PART * size[order[0]])
+    return Score(effect.name, free, raw, signal, information, estimate, max(drop, 0.0), visible, absorbers)
+
+
+def effect_parameters(model: Model, effect: Effect, known: Iterable[str] = ()) -> tuple[Free, ...]:
+    """An effect's parameters as a fit takes them, from 0."""
+    known = set(known)
+    return tuple(
+        Free(name, 0.0, p.low, p.high, abs(p.typical)) for name, p in model.parameters_of(effect).items() if name not in known
+    )
+
+
+def confusion(scores: Mapping[str, Score], one: str, other: str) -> float:
+    """How much of what one effect does another can imitate: 1 for all of it [-]. Both as `score_effects` gave them."""
+    a, b = scores[one], scores[other]
+    towards = _strongest(a)
+    signal = a.signal @ towards
+    product = np.einsum("tne,tn->e", b.signal, signal)
+    imitated = product @ np.linalg.pinv(b.information, rcond=1e-10, hermitian=True) @ product
+    return float(np.sqrt(np.clip(imitated / max((signal**2).sum(), 1e-300), 0.0, 1.0)))
+
+
+def _strongest(score: Score) -> Array:
+    """The values that the data call for, or the most visible combination where they call for none."""
+    if np.any(score.estimate):
+        return score.estimate
+    return np.linalg.eigh(score.information)[1][:, -1]
+
+
+def _derivatives(fit: Fit, model: Model, free: tuple[Free, ...]) -> Array:
+    """d angle / d parameter at the fitted motion, in units of the scales, 0 where padded, (T, N, E)."""
+    record = fit.record
+    params = bind_values(fit.free, fit.values, record)
+    wrt = {p.name: p.scale for p in free}
+    state = fit.sensitive.motion.state
+    if model.state_size == state.shape[-1]:
+        # Where the effect is one-sided the difference must reach to the side that is allowed.
+        reach = REACH * (1 if all(p.high > 0 for p in free) else -1)
+        by_parameter = derivatives_of(model, params, record.emg, record.dt, fit.linear, wrt, reach=reach)
+    else:
+        begin = torch.from_numpy(fit.starts)
+        guess = with_states(model, record, fit.free, fit.values, state)
+        result = solve(model, params, record.emg, record.dt, begin[:, 0], begin[:, 1], guess=guess, wrt=wrt, tolerance=1e-6)
+        by_parameter = result.by_parameter
+    scale = np.array([p.scale for p in free])
+    return np.moveaxis(by_parameter.numpy(), 0, -1) * scale * record.valid[..., None]
+
+
+def _bounded(information: Array, product: Array, free: tuple[Free, ...]) -> Array:
+    """Least squares within the bounds, by trying which parameters are free; few parameters, so few sets."""
+    low, high = (np.array([getattr(p, n) / p.scale for p in free]) for n in ("low", "high"))
+    ridge = information + 1e-9 * np.trace(information) * np.eye(len(free)) + 1e-300 * np.eye(len(free))
+    estimate = np.linalg.solve(ridge, product)
+    for _ in free:
+        held = (estimate <= low) | (estimate >= high)
+        if not held.any():
+            break
+        estimate = estimate.clip(low, high)
+        loose = np.flatnonzero(~held)
+        if not len(loose):
+            break
+        right = product[loose] - ridge[np.ix_(loose, np.flatnonzero(held))] @ estimate[held]
+        estimate[loose] = np.linalg.solve(ridge[np.ix_(loose, loose)], right)
+    return estimate.clip(low, high)
+
+
+def _visible(left: Array, whole: Array) -> tuple[float, Array]:
+    """Largest share of a combination's derivative that is left, and the combination."""
+    size = np.sqrt(np.diag(whole))
+    if not (size > 0).any():
+        return 0.0, np.eye(len(size))[0]
+    keep = size > 1e-12 * size.max()
+    inverse = np.where(keep, 1 / np.where(keep, size, 1.0), 0.0)
+    values, vectors = np.linalg.eigh(whole * np.outer(inverse, inverse))
+    sound = values > 1e-8 * values.max()
+    root = vectors[:, sound] / np.sqrt(values[sound])
+    shares, directions = np.linalg.eigh(root.T @ (left * np.outer(inverse, inverse)) @ root)
+    return float(np.sqrt(max(shares[-1], 0.0))), inverse * (root @ directions[:, -1])
