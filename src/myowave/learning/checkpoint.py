@@ -1,0 +1,140 @@
+"""What training at one scale leaves behind, and what it may be used for.
+
+A checkpoint is plain data and tensors, read with `torch.load(weights_only=True)`: opening one runs no code. It carries
+what it was trained on and how, and is refused, with the reason, where that does not fit.
+"""
+
+import hashlib
+import json
+import pickle
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from myowave.data.store import replacing
+from myowave.data.trials import Trials
+from myowave.learning.network import Architecture, Scaling
+
+FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A trained network with its identified parameters, for all seeds.
+
+    Args:
+        dataset, dataset_digest: what it was trained on; see `digest_trials`.
+        model: name of the physical model.
+        model_digest: of the model's constants and curves' names.
+        recipe: settings of the recipe.
+        level, scales: trained at scale [-level], of that many scales.
+        seeds: numbers of the seeds S.
+        epochs: through all scales so far; `seconds` likewise.
+        dt: sampling interval [s]; `channels` the EMG channels, in the network's order.
+        weights: of the network, leading axis S.
+        names, values, errors: identified parameters and their standard errors, (S, P), SI units.
+        correlations: between the identified parameters, (S, P, P).
+        raw: raw numbers of the search (S, R), see `parameters`.
+        val_mse, val_r2: on the validation windows, (S,).
+    """
+
+    dataset: str
+    dataset_digest: str
+    model: str
+    model_digest: str
+    recipe: Mapping[str, Any]
+    level: int
+    scales: int
+    seeds: tuple[int, ...]
+    epochs: int
+    seconds: float
+    dt: float
+    channels: tuple[str, ...]
+    architecture: Architecture
+    scaling: Scaling
+    weights: Mapping[str, Tensor]
+    names: tuple[str, ...]
+    values: Tensor
+    errors: Tensor
+    correlations: Tensor
+    raw: Tensor
+    val_mse: Tensor
+    val_r2: Tensor
+
+    def save(self, path: str | Path) -> None:
+        """Write the checkpoint, atomically."""
+        content = {f.name: getattr(self, f.name) for f in fields(self)}
+        content |= {
+            "format": FORMAT,
+            "recipe": json.dumps(dict(self.recipe)),
+            "architecture": asdict(self.architecture),
+            "scaling": asdict(self.scaling),
+            "weights": {name: value.cpu() for name, value in self.weights.items()},
+        }
+        with replacing(path) as temporary:
+            torch.save(content, temporary)
+
+    @classmethod
+    def load(cls, path: str | Path, device: torch.device | str = "cpu") -> "Checkpoint":
+        """Read a checkpoint.
+
+        Raises:
+            ValueError: for a file that is none, or of another version.
+        """
+        try:
+            content = torch.load(path, map_location=device, weights_only=True)
+        except (pickle.UnpicklingError, RuntimeError, EOFError) as error:
+            raise ValueError(f"{path}: this is not a checkpoint of myowave ({type(error).__name__}). Train it again.") from error
+        found = content.pop("format", None) if isinstance(content, dict) else None
+        if found != FORMAT:
+            raise ValueError(f"{path}: checkpoint format is {found}, expected {FORMAT}. Train it again with this version.")
+        content["recipe"] = json.loads(content["recipe"])
+        content["architecture"] = Architecture(**content["architecture"])
+        content["scaling"] = Scaling(**content["scaling"])
+        return cls(**content)
+
+    def require(self, **expected: Any) -> None:
+        """Refuse what does not fit.
+
+        Args:
+            **expected: fields of the checkpoint and the values they must have.
+
+        Raises:
+            ValueError: naming the first field that differs, with both values.
+        """
+        for name, value in expected.items():
+            found = getattr(self, name)
+            if found != value:
+                where, found, value = _difference(name, found, value)
+                raise ValueError(
+                    f"checkpoint of {self.dataset}, {self.model}, scale -{self.level} of {self.scales}: {where} was "
+                    f"{found} when it was trained, and is {value} now. Remove it and train again."
+                )
+
+
+def _difference(name: str, found: Any, expected: Any) -> tuple[str, Any, Any]:
+    if isinstance(found, Mapping) and isinstance(expected, Mapping):
+        key = next(k for k in [*expected, *found] if found.get(k) != expected.get(k))
+        return f"{name}.{key}", found.get(key), expected.get(key)
+    return name, found, expected
+
+
+def digest_trials(trials: Trials) -> str:
+    """Digest of the numbers and labels that training sees, so that a checkpoint knows its data."""
+    digest = hashlib.sha256()
+    labels = [trials.dataset, trials.dt, trials.names, trials.channels, trials.lengths, trials.test]
+    known = {name: dict(values) for name, values in trials.conditions.items()}
+    digest.update(json.dumps([*labels, known, dict(trials.constants)], sort_keys=True).encode())
+    for values in (trials.emg, trials.angle):
+        digest.update(np.ascontiguousarray(values).tobytes())
+    return digest.hexdigest()[:16]
+
+
+def digest_model(defaults: Mapping[str, float], curves: Sequence[str]) -> str:
+    """Digest of a model's nominal constants and its curves."""
+    return hashlib.sha256(json.dumps([dict(defaults), list(curves)], sort_keys=True).encode()).hexdigest()[:16]

@@ -1,0 +1,137 @@
+"""How good a trained network is: metrics of the paper by seed, identified parameters, and the tables they go into."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+import torch
+from torch import Tensor
+
+from myowave.data.trials import Trials
+from myowave.learning.checkpoint import Checkpoint, digest_trials
+from myowave.learning.prediction import Network, predict_free_running, to_tensors
+
+CONFOUNDED = 0.95  # correlation of two identified parameters above which a note names the pair
+
+
+def mean_square_error(measured: Tensor, predicted: Tensor) -> Tensor:
+    """MSE [rad^2] over the last axis. Source: Taneja et al. 2023, Eq. 39."""
+    return (measured - predicted).square().mean(-1)
+
+
+def r_squared(measured: Tensor, predicted: Tensor) -> Tensor:
+    """R2 [-] over the last axis. Source: Taneja et al. 2023, Eq. 40."""
+    spread = (measured - measured.mean(-1, keepdim=True)).square().sum(-1)
+    return 1 - (measured - predicted).square().sum(-1) / spread
+
+
+def normalised_mean_square_error(measured: Tensor, predicted: Tensor) -> Tensor:
+    """NMSE [-] over the last axis, with the further 1/n of the paper. Source: Taneja et al. 2023, Eq. 44."""
+    return (1 - r_squared(measured, predicted)) / measured.shape[-1]
+
+
+def predict_trials(checkpoint: Checkpoint, trials: Trials) -> Tensor:
+    """Free-running prediction of all trials, (S, T, N) [rad].
+
+    Raises:
+        ValueError: for trials that the network was not trained on.
+    """
+    checkpoint.require(dataset_digest=digest_trials(trials))
+    network = Network.of(checkpoint)
+    emg, angle = to_tensors(trials, network.weights["hidden"].device)
+    return predict_free_running(network, emg, angle, trials.dt).cpu()
+
+
+def evaluate(
+    checkpoint: Checkpoint, trials: Trials, predicted: Tensor, *, recipe: str, truth: Mapping[str, float] | None = None
+) -> pd.DataFrame:
+    """Rows of summary.csv, one a seed.
+
+    Args:
+        trials: at scale [0].
+        predicted: from `predict_trials`.
+        recipe: name of the recipe.
+        truth: true values of parameters where they are known.
+
+    Returns:
+        Columns as in README, "Results". Test metrics are over predicted samples only, the mean over test trials.
+    """
+    tests = trials.index(trials.test)
+    given = Network.of(checkpoint).history
+    measured = torch.from_numpy(trials.angle)
+    metrics = {"test_mse": mean_square_error, "test_r2": r_squared, "test_nmse": normalised_mean_square_error}
+    columns: dict[str, Any] = {
+        "dataset": checkpoint.dataset,
+        "model": checkpoint.model,
+        "recipe": recipe,
+        "scales": checkpoint.scales,
+        "seed": list(checkpoint.seeds),
+    }
+    for name, metric in metrics.items():
+        scores = [
+            metric(measured[t, given : trials.lengths[t]], predicted[:, t, given : trials.lengths[t]]) for t in tests
+        ]
+        columns[name] = torch.stack(scores).mean(0).tolist()
+    columns |= {"val_r2": checkpoint.val_r2.tolist(), "epochs": checkpoint.epochs, "seconds": checkpoint.seconds}
+    for i, name in enumerate(checkpoint.names):
+        columns[name] = checkpoint.values[:, i].tolist()
+        columns[f"{name}_error_pct"] = _error_pct(checkpoint.values[:, i], (truth or {}).get(name)).tolist()
+    return pd.DataFrame(columns)
+
+
+def _error_pct(values: Tensor, truth: float | None) -> Tensor:
+    """Error in % of the truth; NaN where it is unknown, or 0."""
+    return 100 * (values / truth - 1) if truth else torch.full_like(values, float("nan"))
+
+
+def tabulate_predictions(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -> pd.DataFrame:
+    """Long table trial, seed, time_s, angle_rad, predicted_rad, role (train or test)."""
+    frames = [
+        pd.DataFrame(
+            {
+                "trial": name,
+                "seed": seed,
+                "time_s": trials.time[:length],
+                "angle_rad": trials.angle[t, :length],
+                "predicted_rad": predicted[s, t, :length].numpy(),
+                "role": "test" if name in trials.test else "train",
+            }
+        )
+        for t, (name, length) in enumerate(zip(trials.names, trials.lengths, strict=True))
+        for s, seed in enumerate(checkpoint.seeds)
+    ]
+    return pd.concat(frames, ignore_index=True)
+
+
+def tabulate_parameters(checkpoint: Checkpoint) -> pd.DataFrame:
+    """Identified parameters, a row a seed and parameter: value, standard error, and a note on identifiability."""
+    rows = []
+    for s, seed in enumerate(checkpoint.seeds):
+        for i, name in enumerate(checkpoint.names):
+            rows.append(
+                {
+                    "seed": seed,
+                    "parameter": name,
+                    "value": float(checkpoint.values[s, i]),
+                    "standard_error": float(checkpoint.errors[s, i]),
+                    "note": _identifiability(checkpoint, s, i),
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def _identifiability(checkpoint: Checkpoint, seed: int, parameter: int) -> str:
+    correlation = checkpoint.correlations[seed, parameter].clone()
+    if correlation.isnan().any():
+        return "no standard error: identified jointly with the weights"
+    correlation[parameter] = 0
+    other = int(correlation.abs().argmax())
+    strength = float(correlation[other])
+    if abs(strength) > CONFOUNDED:
+        return f"hardly told from {checkpoint.names[other]} (correlation {strength:.2f})"
+    return f"told apart (largest correlation {strength:.2f}, with {checkpoint.names[other]})" if other != parameter else "alone"
+
+
+def read_evaluations(paths: Sequence[str]) -> pd.DataFrame:
+    """All evaluation.csv in one table; a parameter that a model does not have stays empty."""
+    return pd.concat([pd.read_csv(path) for path in paths], ignore_index=True)

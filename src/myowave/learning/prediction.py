@@ -1,0 +1,238 @@
+"""From EMG to motion with a trained network.
+
+*Free running* (Fig. 4b): the first `history` angles are given, all others are the network's own. *Teacher forced*: every
+angle before the predicted one is given. `Predictor` runs free on a stream, one sample of EMG at a time.
+
+Shapes: S seeds, T trials, N samples, C channels, H hidden units.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from myowave.data.trials import Trials
+from myowave.learning.checkpoint import Checkpoint
+from myowave.learning.network import (
+    Architecture,
+    Scaling,
+    Weights,
+    angle_features,
+    apply_cell,
+    encode_angle,
+    encode_inputs,
+    read_out,
+)
+from myowave.learning.rollout import Units, advance, drive, roll_out, warm_up
+
+
+@dataclass(frozen=True)
+class Network:
+    """A network and how it is to be used.
+
+    Args:
+        carried: the hidden state is handed on from sample to sample; else it starts at 0 for every prediction.
+        history: samples with a known angle before the first prediction.
+    """
+
+    architecture: Architecture
+    scaling: Scaling
+    weights: Weights
+    carried: bool
+    history: int
+
+    @classmethod
+    def of(cls, checkpoint: Checkpoint) -> "Network":
+        recipe = checkpoint.recipe
+        return cls(
+            checkpoint.architecture,
+            checkpoint.scaling,
+            checkpoint.weights,
+            recipe["hidden_state"] == "carried",
+            recipe["history_steps"],
+        )
+
+    @property
+    def units(self) -> Units:
+        return Units.of(self.scaling)
+
+    def encode(self, emg: Tensor, dt: float) -> Tensor:
+        """Network inputs (T, N, X) from EMG (T, N, C)."""
+        time = torch.arange(emg.shape[-2], dtype=emg.dtype, device=emg.device) * dt
+        return encode_inputs(self.architecture, self.scaling, emg, time)
+
+    def to_rad(self, z: Tensor) -> Tensor:
+        """Angle [rad] from standardised predictions, float64."""
+        return z.double() * self.scaling.angle_std + self.scaling.angle_mean
+
+
+@torch.no_grad()
+def predict_free_running(network: Network, emg: Tensor, angle: Tensor, dt: float) -> Tensor:
+    """Predict trials from EMG and the first `network.history` angles.
+
+    Args:
+        emg: (T, N, C) [-].
+        angle: [rad], (T, n) with n at least `network.history`; what comes after is not read.
+
+    Returns:
+        (S, T, N) [rad]; the first `network.history` samples are those given.
+    """
+    m = network.history
+    seeds = network.weights["hidden"].shape[0]
+    given = angle[:, :m].double().expand(seeds, -1, -1)
+    x, (z, v) = network.encode(emg, dt), encode_angle(network.scaling, given)
+    return torch.cat([given, network.to_rad(run_free(network, x, z, v))], dim=-1)
+
+
+def run_free(network: Network, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
+    """Free run of windows: inputs (B, K, X), standardised history (S, B, m); standardised predictions (S, B, K - m)."""
+    if network.carried:
+        return roll_out(network.architecture, network.units, network.weights, x, z, v)
+    return _run_windowed(network, x, z, v)
+
+
+def _run_windowed(network: Network, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
+    """Free run with a fresh hidden state for every sample: (S, T, N - m), standardised."""
+    m, driven = network.history, drive(network.weights, x)
+    z, v = list(z.unbind(-1)), list(v.unbind(-1))
+    for n in range(m, x.shape[1]):
+        past = torch.stack(z[n - m : n], -1), torch.stack(v[n - m : n], -1)
+        hidden = warm_up(network.architecture, network.weights, driven[:, :, n - m : n], *past)
+        output = read_out(network.weights, apply_cell(network.architecture.cell, network.weights, hidden, driven[:, :, n]))
+        zn, vn = step_angle(network, output, z[-1], v[-1])
+        z.append(zn)
+        v.append(vn)
+    return torch.stack(z[m:], dim=-1)
+
+
+def step_angle(network: Network, output: Tensor, z: Tensor, v: Tensor) -> tuple[Tensor, Tensor]:
+    """Standardised angle and step of a sample from the network's output and those of the sample before."""
+    if network.architecture.increments:
+        v = v + network.units.bend * output
+        return z + network.units.step * v, v
+    return output, (output - z) / network.units.step
+
+
+def predict_teacher_forced(network: Network, x: Tensor, angle: Tensor) -> Tensor:
+    """Predict every sample from the given angles before it; differentiable in the weights.
+
+    Args:
+        x: network inputs, (T, N, X).
+        angle: [rad], (T, N) or (S, T, N), float64.
+
+    Returns:
+        (S, T, N) [rad], float64; the first `network.history` samples (at least 2 for increments) are those given.
+    """
+    architecture, scaling, weights = network.architecture, network.scaling, network.weights
+    seeds = weights["hidden"].shape[0]
+    angle = angle.expand(seeds, *angle.shape[-2:])
+    driven = drive(weights, x)
+    features = angle_features(architecture, *encode_angle(scaling, angle))
+    seen = driven + torch.matmul(features, weights["angle"].unsqueeze(1))
+    first = max(network.history, architecture.features)
+    states = _carry(network, seen) if network.carried else _window(network, seen, first)
+    current = driven[:, :, first:]
+    hidden = apply_cell(architecture.cell, weights, states.flatten(1, 2), current.flatten(1, 2))
+    output = read_out(weights, hidden).unflatten(1, current.shape[1:3]).double()
+    if architecture.increments:
+        line = 2 * angle[..., first - 1 : -1] - angle[..., first - 2 : -2]
+        predicted = line + scaling.bend_std * output
+    else:
+        predicted = network.to_rad(output)
+    return torch.cat([angle[..., :first], predicted], dim=-1)
+
+
+def _carry(network: Network, seen: Tensor) -> Tensor:
+    """Hidden state before every predicted sample, carried through the trial: (S, T, N - first, H)."""
+    first = max(network.history, network.architecture.features)
+    hidden = seen.new_zeros(*seen.shape[:2], network.architecture.hidden)
+    states = []
+    for n, seen_n in enumerate(seen[:, :, :-1].unbind(2)):
+        hidden = apply_cell(network.architecture.cell, network.weights, hidden, seen_n)
+        if n >= first - 1:
+            states.append(hidden)
+    return torch.stack(states, dim=2)
+
+
+def _window(network: Network, seen: Tensor, first: int) -> Tensor:
+    """Hidden state before every predicted sample from its own history, all at once: (S, T, N - first, H)."""
+    m, count = network.history, seen.shape[2] - first
+    hidden = seen.new_zeros(seen.shape[0], seen.shape[1] * count, network.architecture.hidden)
+    for i in range(first - m, first):
+        hidden = apply_cell(network.architecture.cell, network.weights, hidden, seen[:, :, i : i + count].flatten(1, 2))
+    return hidden.unflatten(1, (seen.shape[1], count))
+
+
+class Predictor:
+    """Motion from a stream of EMG, with only past samples, for every seed.
+
+    The angle must be known for the first `history` samples; from then on each call takes one sample of EMG and returns
+    the angle. Equal to `predict_free_running` on the same samples.
+
+    Args:
+        checkpoint: a trained network.
+        angles: the first `history` angles [rad], such as the resting angle repeated.
+        seeds: numbers of the seeds to run; all by default.
+    """
+
+    def __init__(self, checkpoint: Checkpoint, angles: Sequence[float], seeds: Sequence[int] | None = None) -> None:
+        network = Network.of(checkpoint)
+        if len(angles) < network.history:
+            raise ValueError(
+                f"the network needs {network.history} known angles to start from, found {len(angles)}; "
+                "repeat the resting angle if it was at rest."
+            )
+        unknown = sorted(set(seeds or ()) - set(checkpoint.seeds))
+        if unknown:
+            raise ValueError(f"no seed {unknown} in the checkpoint; it has {list(checkpoint.seeds)}.")
+        chosen = [checkpoint.seeds.index(s) for s in (seeds if seeds is not None else checkpoint.seeds)]
+        weights = {name: value[chosen].cpu() for name, value in network.weights.items()}
+        self._network = Network(network.architecture, network.scaling, weights, network.carried, network.history)
+        self._dt, self._channels, self._count = checkpoint.dt, len(checkpoint.channels), 0
+        given = torch.tensor(list(angles[: network.history]), dtype=torch.float64).expand(len(chosen), 1, -1)
+        z, v = encode_angle(network.scaling, given)
+        self._z, self._v = list(z.unbind(-1)), list(v.unbind(-1))
+        self._driven: list[Tensor] = []
+        self._hidden = torch.zeros(len(chosen), 1, network.architecture.hidden)
+
+    @property
+    def history(self) -> int:
+        """Samples whose angle is taken as given."""
+        return self._network.history
+
+    @torch.inference_mode()
+    def step(self, emg: Sequence[float]) -> Tensor:
+        """The angle [rad] at the next sample for every seed, (S,), from its EMG (one number a channel)."""
+        if len(emg) != self._channels:
+            raise ValueError(f"a sample of EMG has {len(emg)} numbers; the network was trained on {self._channels} channels.")
+        network, n = self._network, self._count
+        architecture, weights, m = network.architecture, network.weights, network.history
+        sample = torch.tensor([emg], dtype=torch.float64)
+        x = encode_inputs(architecture, network.scaling, sample, torch.tensor([n * self._dt], dtype=torch.float64))
+        driven = drive(weights, x.unsqueeze(0))[:, :, 0]
+        self._count += 1
+        if n < m:
+            z, v = self._z[n], self._v[n]
+            if network.carried:
+                seen = driven + torch.matmul(angle_features(architecture, z, v), weights["angle"])
+                self._hidden = apply_cell(architecture.cell, weights, self._hidden, seen)
+        elif network.carried:
+            self._hidden, z, v = advance(
+                architecture, network.units, weights, self._hidden, self._z[-1], self._v[-1], driven
+            )
+            self._z, self._v = [z], [v]
+        else:
+            past = torch.stack(self._z[-m:], -1), torch.stack(self._v[-m:], -1)
+            hidden = warm_up(architecture, weights, torch.stack(self._driven, 2), *past)
+            output = read_out(weights, apply_cell(architecture.cell, weights, hidden, driven))
+            z, v = step_angle(network, output, self._z[-1], self._v[-1])
+            self._z, self._v = [*self._z[-m:], z][-m:], [*self._v[-m:], v][-m:]
+        if not network.carried:
+            self._driven = [*self._driven, driven][-m:]
+        return network.to_rad(z[:, 0])
+
+
+def to_tensors(trials: Trials, device: torch.device) -> tuple[Tensor, Tensor]:
+    """EMG (T, N, C) and angle (T, N) [rad] of trials, float64."""
+    return torch.from_numpy(trials.emg).to(device), torch.from_numpy(trials.angle).to(device)

@@ -1,0 +1,42 @@
+"""The tables that training and evaluation leave in results/learning/, read back and put together.
+
+Paths end in `{dataset}/{model}/{recipe}/{scales}-scale/{file}`.
+"""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+import pandas as pd
+
+from myowave.data.store import read_table
+
+
+def read_evaluations(paths: Iterable[str | Path]) -> pd.DataFrame:
+    """Rows of all evaluations; columns of parameters that some models do not identify are empty there."""
+    return pd.concat([pd.read_csv(path) for path in paths], ignore_index=True)
+
+
+def read_histories(paths: Iterable[str | Path]) -> dict[int, pd.DataFrame]:
+    """{number of scales: its histories one after the other, coarsest first}, epochs counted through all scales."""
+    folders = {_scales(path): Path(path).parent for path in paths}
+    return {scales: join_histories(folder, scales) for scales, folder in sorted(folders.items())}
+
+
+def join_histories(folder: Path, scales: int) -> pd.DataFrame:
+    """The histories in one folder, coarsest scale first, epochs counted through all scales."""
+    parts, done = [], 0
+    for level in reversed(range(scales)):
+        history, _ = read_table(folder / f"history-{level}.parquet")
+        history["epoch"] += done
+        done = history["epoch"].max()
+        parts.append(history)
+    return pd.concat(parts, ignore_index=True)
+
+
+def read_predictions(paths: Iterable[str | Path]) -> Mapping[int, pd.DataFrame]:
+    """{number of scales: its predictions}."""
+    return {_scales(path): read_table(path)[0] for path in paths}
+
+
+def _scales(path: str | Path) -> int:
+    return int(Path(path).parent.name.removesuffix("-scale"))

@@ -1,0 +1,114 @@
+"""Windows of trials for training and validation.
+
+The last part of every training trial is kept for validation and never trained on. A training window begins anywhere in
+the rest: `history` samples with a known angle, then the samples to predict.
+
+Shapes: S seeds (1 where all seeds share the motion), T trials, N samples, X inputs, B windows, K samples of a window.
+"""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from myowave.data.trials import Trials
+from myowave.learning.network import Architecture, Scaling, encode_angle, encode_inputs
+
+
+@dataclass(frozen=True)
+class Corpus:
+    """Trials as the network sees them.
+
+    Args:
+        x: inputs, (T, N, X).
+        z, v: standardised angle and step, (S or 1, T, N).
+        usable: samples of each trial that windows may be cut from, (T,), beginning with the first.
+    """
+
+    x: Tensor
+    z: Tensor
+    v: Tensor
+    usable: Tensor
+
+    @classmethod
+    def of(
+        cls, architecture: Architecture, scaling: Scaling, emg: Tensor, angle: Tensor, dt: float, usable: Tensor
+    ) -> "Corpus":
+        """From EMG (T, N, C) and angles (S or 1, T, N) [rad], on the device of the EMG."""
+        time = torch.arange(emg.shape[1], dtype=emg.dtype, device=emg.device) * dt
+        z, v = encode_angle(scaling, angle)
+        return cls(encode_inputs(architecture, scaling, emg, time), z, v, usable.to(emg.device))
+
+    def draw(self, count: int, length: int, random: torch.Generator) -> tuple[Tensor, Tensor]:
+        """Trial and first sample of windows, (B,) each, all places equally likely.
+
+        Args:
+            random: on the CPU, so that a seed means the same on every device.
+        """
+        places = (self.usable.cpu() - length + 1).clamp(min=0)
+        ends = places.cumsum(0)
+        assert ends[-1] > 0, "no trial is long enough for a window"
+        at = (torch.rand(count, generator=random) * ends[-1]).long().clamp(max=int(ends[-1]) - 1)
+        trial = torch.searchsorted(ends, at, right=True)
+        start = at - (ends - places)[trial]
+        return trial.to(self.x.device), start.to(self.x.device)
+
+    def cut(self, trial: Tensor, start: Tensor, length: int) -> tuple[Tensor, Tensor, Tensor]:
+        """Windows as x (B, K, X), z and v (S or 1, B, K); beyond the record the last sample is repeated."""
+        index = start.unsqueeze(-1) + torch.arange(length, device=start.device)
+        index = index.clamp(max=self.x.shape[1] - 1)
+        trial = trial.unsqueeze(-1)
+        return self.x[trial, index], self.z[:, trial, index], self.v[:, trial, index]
+
+
+def count_training_samples(trials: Trials, fraction: float, history: int) -> list[int]:
+    """Samples of each trial to train on; the `fraction` after them is for validation.
+
+    Raises:
+        ValueError: where a trial is too short for both.
+    """
+    counts = []
+    for name, length in zip(trials.names, trials.lengths, strict=True):
+        validation = max(2, round(fraction * length))
+        if length - validation < history + 2:
+            raise ValueError(
+                f"dataset {trials.dataset!r}, trial {name!r}: {length} samples are too few to keep {validation} for "
+                f"validation and to train with {history} history steps. Use longer trials, or lower history_steps or "
+                "validation_fraction."
+            )
+        counts.append(length - validation)
+    return counts
+
+
+@dataclass(frozen=True)
+class Validation:
+    """One window a trial, from the end of its training part to its end.
+
+    Args:
+        x: (B, K, X); `z`, `v` of the history (1, B, m); `angle` [rad] and `valid` of the predicted samples, (B, K - m).
+    """
+
+    x: Tensor
+    z: Tensor
+    v: Tensor
+    angle: Tensor
+    valid: Tensor
+
+    @classmethod
+    def of(cls, corpus: Corpus, scaling: Scaling, lengths: tuple[int, ...], history: int) -> "Validation":
+        total = torch.tensor(lengths, device=corpus.x.device)
+        predicted = int((total - corpus.usable).max())
+        start = corpus.usable - history
+        trial = torch.arange(len(lengths), device=corpus.x.device)
+        x, z, v = corpus.cut(trial, start, history + predicted)
+        valid = torch.arange(predicted, device=corpus.x.device) < (total - corpus.usable).unsqueeze(-1)
+        angle = z[0, :, history:].double() * scaling.angle_std + scaling.angle_mean
+        return cls(x, z[..., :history], v[..., :history], angle, valid)
+
+    def score(self, predicted: Tensor) -> tuple[Tensor, Tensor]:
+        """Mean square error [rad^2] and R2 of predictions (S, B, K - m) [rad], each (S,)."""
+        error = ((predicted - self.angle).square() * self.valid).sum((1, 2))
+        count = self.valid.sum()
+        mean = (self.angle * self.valid).sum() / count
+        spread = ((self.angle - mean).square() * self.valid).sum()
+        return error / count, 1 - error / spread
