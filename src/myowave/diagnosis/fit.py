@@ -11,7 +11,7 @@ to one trial each, so they are eliminated from the normal equations trial by tri
 Shapes: B starts of the search, T trials, N samples, P free parameters, S numbers of a trial's start (1 or 2).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +24,7 @@ from myowave.physics.model import Model, bind
 from myowave.physics.motion import drive_muscles, initial_state
 from myowave.physics.trajectory import Linear, Sensitive, solve
 
-TOLERANCE = 1e-6  # of the simulated state [rad, rad/s]
+TOLERANCE = 1e-5  # of the simulated state [rad, rad/s]
 GAIN = 1e-3  # stop where the next step would lower the sum of squares by less than this many residual variances
 LIFTED_STEPS, STEPS = 4, 30
 DAMPING, DAMPING_UP, DAMPING_DOWN, DAMPING_MOST = 1e-4, 10.0, 0.1, 1e8
@@ -206,7 +206,7 @@ def fit_model(
         begin[..., 1] = 0.0
     for _ in range(LIFTED_STEPS):
         result = _solve(model, record, free, values, begin, guess, iterations=1)
-        normal = _normal(result, record, free)
+        normal = normal_equations(result, record, free)
         step = _bounded_step(normal, free, values, DAMPING)
         values, begin, guess = _move(free, values, begin, result, normal, step)
     order = np.argsort(normal.rss, kind="stable")  # those that diverged, not finite, come last
@@ -214,8 +214,8 @@ def fit_model(
     best = next((fit for fit in attempts if fit is not None), None)
     if best is None:
         raise ValueError(
-            f"model {model.name}: its motion diverges from every start of the fit. Check the units of the recording and "
-            "the constants of physics.muscles."
+            f"model {model.name}: its motion diverges from every start of the fit. Check the units of the recording "
+            "and the constants of physics.muscles."
         )
     return polish(best)
 
@@ -235,31 +235,6 @@ def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:
     guess = state if model.stateful == fit.model.stateful else with_states(model, record, free, values, state)
     begun = _attempt(model, record, free, values, fit.starts, guess)
     return fit_model(model, record, free) if begun is None else polish(begun)
-
-
-def refit_with(fit: Fit, model: Model, added: Sequence[Free], slope: Array, steps: int = STEPS) -> Fit:
-    """Fit a richer model from where the fit without the new parameters ended, so that it never fits worse.
-
-    Args:
-        fit: the fit without them.
-        model: the richer model.
-        added: its new parameters, all 0 in the old fit.
-        slope: derivatives of the old fit's angle by them, in units of their scales, (T, N, E).
-        steps: after which to stop, converged or not; see `polish`.
-    """
-    record, old, state = fit.record, len(fit.free), fit.sensitive.motion.state
-    free = (*fit.free, *added)
-    values = np.concatenate([fit.values, np.zeros(len(added))])
-    normal = make_normal(fit.normal.residual, np.concatenate([fit.normal.slope, slope], -1), fit.normal.by_start)
-    step = _bounded_step(normal, free, values, DAMPING)
-    _, begin, moved = _move(fit.free, fit.values, fit.starts, fit.sensitive, fit.normal, step[:old])
-    values = _clip(free, values + step * np.array([p.scale for p in free]))
-    guess = moved if model.stateful == fit.model.stateful else with_states(model, record, free, values, moved)
-    begin = fit.starts + _padded(normal.starts_after(step))
-    begun = _attempt(model, record, free, values, begin, guess)
-    if begun is not None and begun.rss < fit.rss:
-        return polish(begun, steps)
-    return refit(fit, model, free)
 
 
 def with_states(model: Model, record: Record, free: Sequence[Free], values: Array, state: Tensor) -> Tensor:
@@ -289,7 +264,8 @@ def _solve(
     )
 
 
-def _normal(result: Sensitive, record: Record, free: Sequence[Free]) -> Normal:
+def normal_equations(result: Sensitive, record: Record, free: Sequence[Free]) -> Normal:
+    """Residuals of a motion and the normal equations, the starts of the trials eliminated."""
     valid = record.valid
     scale = np.array([p.scale for p in free])
     # A start from which the motion diverges must not spoil the others in the batch: its sums become infinite.
@@ -299,16 +275,12 @@ def _normal(result: Sensitive, record: Record, free: Sequence[Free]) -> Normal:
         for x in (result.by_parameter, result.by_start)
     )
     slope = (slope * scale).clip(-1e6, 1e6)
-    return make_normal(residual, slope, by_start[..., :1] if record.at_rest else by_start)
-
-
-def make_normal(residual: Array, slope: Array, by_start: Array) -> Normal:
-    """Normal equations with the trials' starts eliminated."""
+    by_start = by_start[..., :1] if record.at_rest else by_start
     parts = Normal(residual, slope, by_start, slope, residual, (residual**2).sum((-1, -2)))
     projected = parts.without_starts(slope)
     matrix = np.einsum("...tnp,...tnq->...pq", projected, slope)
     vector = np.einsum("...tnp,...tn->...p", projected, residual)
-    return Normal(residual, slope, by_start, matrix, vector, parts.rss)
+    return replace(parts, matrix=matrix, vector=vector)
 
 
 def _bounded_step(normal: Normal, free: Sequence[Free], values: Array, damping: float) -> Array:
@@ -319,7 +291,8 @@ def _bounded_step(normal: Normal, free: Sequence[Free], values: Array, damping: 
     scale, low, high = (np.array([getattr(p, n) for p in free]) for n in ("scale", "low", "high"))
     lowest, highest = (low - values) / scale, (high - values) / scale
     diagonal = np.einsum("...pp->...p", normal.matrix)
-    damped = normal.matrix + np.eye(len(free)) * (damping * diagonal + 1e-14 * diagonal.max(-1, keepdims=True) + 1e-12)[..., None]
+    ridge = damping * diagonal + 1e-14 * diagonal.max(-1, keepdims=True) + 1e-12
+    damped = normal.matrix + np.eye(len(free)) * ridge[..., None]
     step = np.linalg.solve(damped, normal.vector[..., None])[..., 0]
     for _ in free:
         fixed = (step <= lowest) | (step >= highest)
@@ -363,38 +336,45 @@ def _attempt(
     result = _solve(model, record, free, values, begin, guess)
     if not result.gap < TOLERANCE:
         return None
-    return Fit(model, free, values, begin, _normal(result, record, free), result, record, converged=False)
+    return Fit(model, free, values, begin, normal_equations(result, record, free), result, record, converged=False)
 
 
-def polish(fit: Fit, steps: int = STEPS) -> Fit:
-    """Levenberg-Marquardt from where a fit is, to the end or for so many steps."""
-    if fit.converged:
-        return fit
+def polish(fit: Fit) -> Fit:
+    """The fit at the end of its descent."""
+    *_, last = descend(fit)
+    return last
+
+
+def descend(fit: Fit) -> Iterator[Fit]:
+    """Levenberg-Marquardt: the fit as it is, then after each step, each no worse than the one before."""
     damping = DAMPING
-    for _ in range(steps):
+    yield fit
+    for _ in range(STEPS):
         step = _bounded_step(fit.normal, fit.free, fit.values, damping)
-        if _gain(fit, step) < GAIN * fit.variance:
-            return _converged(fit)
+        if fit.converged or gain(fit, step) < GAIN * fit.variance:
+            yield replace(fit, converged=True)
+            return
         values, begin, guess = _move(fit.free, fit.values, fit.starts, fit.sensitive, fit.normal, step)
         tried = _attempt(fit.model, fit.record, fit.free, values, begin, guess)
         if tried is not None and tried.rss < fit.rss:
             fit, damping = tried, max(damping * DAMPING_DOWN, 1e-12)
         elif damping > DAMPING_MOST:
-            break
+            return
         else:
             damping = max(damping, DAMPING) * DAMPING_UP
-    return fit
+        yield fit
 
 
-def _gain(fit: Fit, step: Array) -> float:
+def promised(fit: Fit) -> float:
+    """The sum of squares that the next full step promises [rad^2]."""
+    return fit.rss - gain(fit, _bounded_step(fit.normal, fit.free, fit.values, DAMPING))
+
+
+def gain(fit: Fit, step: Array) -> float:
     """How much a step would lower the sum of squares, to first order."""
     normal = fit.normal
     left = normal.without_starts((normal.residual - normal.slope @ step)[..., None])
     return float(normal.rss - (left**2).sum())
-
-
-def _converged(fit: Fit) -> Fit:
-    return replace(fit, converged=True)
 
 
 def free_parameters(model: Model, identify: Mapping[str, object], known: Mapping[str, object]) -> tuple[Free, ...]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from myowave.diagnosis.fit import Fit, correlation_time, polish, refit_with
+from myowave.diagnosis.fit import Fit, correlation_time, descend, promised
 from myowave.diagnosis.record import SMALLEST_NOISE_DEG
 from myowave.diagnosis.score import Score, score_effects
 from myowave.physics.effect import Effect
@@ -19,7 +19,7 @@ from myowave.physics.effect import Effect
 EVIDENCE = 10.0  # difference of BIC that counts as very strong (Kass & Raftery 1995)
 MARGIN = 6.0  # between two effects, below which they are not told apart (strong: odds of 20 to 1)
 FOLDS = 0.8  # share of folds, rounded down, in which the model with the effect must predict better
-RACE = 3  # steps of the fit that every candidate gets; only the leaders go on to the end
+OPTIMISM = 3.0  # a fit that is behind may still gain this many times what its next step promises
 WORTH_A_REFIT, NEAR, SHARE, MOST = 2.0, 25.0, 0.4, 7  # which candidates are refitted, see `_worth_refitting`
 
 
@@ -72,13 +72,7 @@ def rank_effects(
     scores = score_effects(fit, effects.values(), known)
     fits = dict(fitted or {})
     hopeful = [name for name in _worth_refitting(fit, scores) if name not in fits]
-    for name in hopeful:
-        model = fit.model.with_effects([effects[name]])
-        fits[name] = refit_with(fit, model, scores[name].free, scores[name].slope, steps=RACE)
-    leader = min((f.rss for f in fits.values()), default=fit.rss)
-    for name in hopeful:
-        if evidence(fits[name], leader, 0, fit.record.samples) < NEAR:
-            fits[name] = polish(fits[name])
+    fits |= _race({name: scores[name].start for name in hopeful}, fits.values())
     best = min(fits.values(), key=lambda f: f.rss, default=fit)
     samples = independent_samples(best)
     statistic = EVIDENCE + np.log(samples)
@@ -145,16 +139,36 @@ def left_out_residuals(fit: Fit) -> NDArray[np.float64]:
     return normal.without_starts(left[..., None])[..., 0]
 
 
+def _race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> dict[str, Fit]:
+    """Fit the candidates side by side, step by step; those that fall behind too far to win stop early."""
+    fits = dict(starts)
+    running = {name: descend(start) for name, start in starts.items()}
+    best_rival = min((f.rss for f in rivals), default=np.inf)
+    while running:
+        for name in list(running):
+            step = next(running[name], None)
+            if step is None:
+                del running[name]
+            else:
+                fits[name] = step
+        leader = min(best_rival, *(f.rss for f in fits.values()))
+        for name in list(running):
+            hoped = fits[name].rss - OPTIMISM * (fits[name].rss - promised(fits[name]))
+            if fits[name].record.samples * np.log(max(hoped, 1e-300) / leader) > NEAR:
+                del running[name]
+    return fits
+
+
 def _worth_refitting(fit: Fit, scores: Mapping[str, Score]) -> list[str]:
     """Names of the candidates whose score promises evidence, or nearly as much as the best."""
     possible = {name: s for name, s in scores.items() if not s.absorbed and s.drop > 0}
     if not possible:
         return []
     samples = independent_samples(fit)
-    promised = {n: evidence(fit, max(fit.rss - s.drop, 0.0), len(s.free), samples) for n, s in possible.items()}
-    best = max(promised.values())
+    hopes = {n: evidence(fit, max(fit.rss - s.drop, 0.0), len(s.free), samples) for n, s in possible.items()}
+    best = max(hopes.values())
     most = max(s.drop for s in possible.values())
     if best < WORTH_A_REFIT:
         return []
-    near = [n for n in possible if promised[n] > max(best - NEAR, 0.0) or possible[n].drop > SHARE * most]
-    return sorted(near, key=lambda n: -promised[n])[:MOST]
+    near = [n for n in possible if hopes[n] > max(best - NEAR, 0.0) or possible[n].drop > SHARE * most]
+    return sorted(near, key=lambda n: -hopes[n])[:MOST]

@@ -15,10 +15,10 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from myowave.diagnosis.fit import Fit, Free, bind_values, with_states
+from myowave.diagnosis.fit import TOLERANCE, Fit, Free, bind_values, normal_equations, with_states
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
-from myowave.physics.trajectory import derivatives_of, solve
+from myowave.physics.trajectory import Sensitive, derivatives_of, solve
 
 Array = NDArray[np.float64]
 
@@ -34,8 +34,9 @@ class Score:
     Args:
         effect: its name.
         free: its parameters.
-        slope: derivatives by them, in units of their scale, (T, N, E).
-        signal: the same without what free parameters and starts imitate.
+        start: the fit of the model with the effect at 0, to descend from.
+        signal: derivatives by its parameters, in units of their scale, without what other parameters and starts
+            imitate, (T, N, E).
         information: signal^T signal (E, E) [rad^2].
         estimate: best values within the bounds, (E,), in units of the scale.
         drop: fall of the sum of squares that they promise [rad^2].
@@ -45,7 +46,7 @@ class Score:
 
     effect: str
     free: tuple[Free, ...]
-    slope: Array
+    start: Fit
     signal: Array
     information: Array
     estimate: Array
@@ -82,8 +83,8 @@ def score_effect(fit: Fit, effect: Effect, known: Iterable[str] = ()) -> Score:
     """Score one effect; see the module."""
     model = fit.model.with_effects([effect])
     free = effect_parameters(model, effect, known)
-    raw = _derivatives(fit, model, free)
-    normal = fit.normal
+    start = _start(fit, model, free)
+    raw, normal = start.normal.slope[..., len(fit.free) :], fit.normal
     without_starts = normal.without_starts(raw)
     matrix = np.linalg.pinv(normal.matrix, rcond=1e-12, hermitian=True)
     imitation = matrix @ np.einsum("tnp,tne->pe", normal.slope, without_starts)
@@ -96,14 +97,16 @@ def score_effect(fit: Fit, effect: Effect, known: Iterable[str] = ()) -> Score:
     size = np.abs(imitation @ direction) * np.sqrt(np.einsum("tnp,tnp->p", normal.slope, normal.slope))
     order = np.argsort(-size)
     absorbers = tuple(fit.free[i].name for i in order if size[i] > LARGE_PART * size[order[0]])
-    return Score(effect.name, free, raw, signal, information, estimate, max(drop, 0.0), visible, absorbers)
+    return Score(effect.name, free, start, signal, information, estimate, max(drop, 0.0), visible, absorbers)
 
 
 def effect_parameters(model: Model, effect: Effect, known: Iterable[str] = ()) -> tuple[Free, ...]:
     """An effect's parameters as a fit takes them, from 0."""
     known = set(known)
     return tuple(
-        Free(name, 0.0, p.low, p.high, abs(p.typical)) for name, p in model.parameters_of(effect).items() if name not in known
+        Free(name, 0.0, p.low, p.high, abs(p.typical))
+        for name, p in model.parameters_of(effect).items()
+        if name not in known
     )
 
 
@@ -124,23 +127,39 @@ def _strongest(score: Score) -> Array:
     return np.linalg.eigh(score.information)[1][:, -1]
 
 
-def _derivatives(fit: Fit, model: Model, free: tuple[Free, ...]) -> Array:
-    """d angle / d parameter at the fitted motion, in units of the scales, 0 where padded, (T, N, E)."""
-    record = fit.record
+def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
+    """The fit of a model with an effect more, that is still 0: the same motion, with derivatives by its parameters."""
+    record, old = fit.record, fit.sensitive
     params = bind_values(fit.free, fit.values, record)
     wrt = {p.name: p.scale for p in free}
-    state = fit.sensitive.motion.state
-    if model.state_size == state.shape[-1]:
+    if model.stateful == fit.model.stateful:
         # Where the effect is one-sided the difference must reach to the side that is allowed.
         reach = REACH * (1 if all(p.high > 0 for p in free) else -1)
-        by_parameter = derivatives_of(model, params, record.emg, record.dt, fit.linear, wrt, reach=reach)
+        added, tangent = derivatives_of(model, params, record.emg, record.dt, fit.linear, wrt, reach=reach)
+        motion, linear, of_others = old.motion, old.linear, old.tangent
     else:
         begin = torch.from_numpy(fit.starts)
-        guess = with_states(model, record, fit.free, fit.values, state)
-        result = solve(model, params, record.emg, record.dt, begin[:, 0], begin[:, 1], guess=guess, wrt=wrt, tolerance=1e-6)
-        by_parameter = result.by_parameter
-    scale = np.array([p.scale for p in free])
-    return np.moveaxis(by_parameter.numpy(), 0, -1) * scale * record.valid[..., None]
+        guess = with_states(model, record, fit.free, fit.values, old.motion.state)
+        solved = solve(
+            model, params, record.emg, record.dt, begin[:, 0], begin[:, 1], guess=guess, wrt=wrt, tolerance=TOLERANCE
+        )
+        added, tangent = solved.by_parameter, solved.tangent[..., : len(free)]
+        motion, linear = solved.motion, solved.linear
+        # How other parameters move the new states is not known here; a fit's next step finds it.
+        of_others = torch.nn.functional.pad(old.tangent, (0, 0, 0, model.state_size - fit.model.state_size))
+    count = len(fit.free)
+    sensitive = Sensitive(
+        motion=motion,
+        by_parameter=torch.cat([old.by_parameter, added]),
+        by_start=old.by_start,
+        tangent=torch.cat([of_others[..., :count], tangent, of_others[..., count:]], -1),
+        gap=old.gap,
+        linear=linear,
+    )
+    everything = (*fit.free, *free)
+    values = np.concatenate([fit.values, np.zeros(len(free))])
+    normal = normal_equations(sensitive, record, everything)
+    return Fit(model, everything, values, fit.starts, normal, sensitive, record, converged=False)
 
 
 def _bounded(information: Array, product: Array, free: tuple[Free, ...]) -> Array:

@@ -121,7 +121,7 @@ def derivatives_of(
     wrt: Mapping[str, float],
     substeps: int = 1,
     reach: float = NUDGE,
-) -> Tensor:
+) -> tuple[Tensor, Tensor]:
     """Derivatives of a solved motion by parameters of a richer model that moves in the same way.
 
     An effect at 0 changes nothing, so the motion of the model without it will do, and its Jacobian too: one
@@ -135,11 +135,11 @@ def derivatives_of(
             parameters without a first derivative at 0, such as a pennation angle.
 
     Returns:
-        d angle / d parameter, (P, ..., T, N).
+        d angle / d parameter (P, ..., T, N), and d state / d parameter (..., T, N, K, P).
     """
     assert model.state_size == linear.at.shape[-1], "the richer model has another state"
     tangent = _tangents(model, params, emg, dt, linear, [*wrt.items()], substeps, reach, starts=False)
-    return _observed(model, params, emg, dt, linear, [*wrt.items()], tangent, reach)
+    return _observed(model, params, emg, dt, linear, [*wrt.items()], tangent, reach), tangent
 
 
 def _newton(
