@@ -7,6 +7,7 @@ configfile: Path(workflow.basedir) / "config.yaml"  # lay your own over it: --co
 include: "workflow/rules/common.smk"
 include: "workflow/rules/data.smk"
 include: "workflow/rules/learning.smk"
+include: "workflow/rules/sweep.smk"
 include: "workflow/rules/tracking.smk"
 
 

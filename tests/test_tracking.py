@@ -8,7 +8,8 @@ import pandas as pd
 import pytest
 
 from myowave.data.store import write_table
-from myowave.tracking import CURVE_POINTS, TrainedModel, publish, serve
+from myowave.run_contents import CURVE_POINTS, LEARNING, TrainedModel, from_model
+from myowave.tracking import publish, serve
 
 SEEDS = 3
 EPOCHS = {1: 150, 0: 250}
@@ -57,7 +58,7 @@ def uri(tmp_path, trained, empty_store):
 def stored(uri):
     """(client, parent run, runs of the seeds) of the only model in the store."""
     client = mlflow.MlflowClient(tracking_uri=uri)
-    experiment = client.get_experiment_by_name("learning: case1")
+    experiment = client.get_experiment_by_name(LEARNING)
     runs = client.search_runs([experiment.experiment_id])
     parents = [run for run in runs if "mlflow.parentRunId" not in run.data.tags]
     assert len(parents) == 1
@@ -67,7 +68,7 @@ def stored(uri):
 
 
 def test_each_seed_has_a_run_and_the_parent_their_medians(trained, uri):
-    publish([trained], uri)
+    publish([from_model(trained)], uri)
     _, parent, children = stored(uri)
     table = pd.read_csv(trained.folder / "evaluation.csv")
     for (_, row), run in zip(table.iterrows(), children, strict=True):
@@ -82,7 +83,7 @@ def test_each_seed_has_a_run_and_the_parent_their_medians(trained, uri):
 
 
 def test_curves_run_through_the_scales_from_the_coarsest(trained, uri):
-    publish([trained], uri)
+    publish([from_model(trained)], uri)
     client, _, children = stored(uri)
     curve = client.get_metric_history(children[1].info.run_id, "curve/loss")
     steps = [point.step for point in curve]
@@ -93,48 +94,48 @@ def test_curves_run_through_the_scales_from_the_coarsest(trained, uri):
 
 
 def test_tables_and_figures_are_attached(trained, uri):
-    publish([trained], uri)
+    publish([from_model(trained)], uri)
     client, parent, _ = stored(uri)
     assert {item.path for item in client.list_artifacts(parent.info.run_id)} == {"evaluation.csv", "metrics.png"}
 
 
 def test_publishing_again_changes_nothing(trained, uri):
-    publish([trained], uri)
+    publish([from_model(trained)], uri)
     before = {run.info.run_id for run in (stored(uri)[1], *stored(uri)[2])}
-    note = publish([trained], uri)
+    note = publish([from_model(trained)], uri)
     assert {run.info.run_id for run in (stored(uri)[1], *stored(uri)[2])} == before
     assert note.startswith("0 runs written")
 
 
 def test_changed_results_replace_their_runs(trained, uri):
-    publish([trained], uri)
+    publish([from_model(trained)], uri)
     path = trained.folder / "evaluation.csv"
     table = pd.read_csv(path)
     table["test_r2"] = 0.123
     table.iloc[:2].to_csv(path, index=False)  # and one seed fewer
-    publish([trained], uri)
+    publish([from_model(trained)], uri)
     _, parent, children = stored(uri)
     assert parent.data.metrics["test_r2"] == pytest.approx(0.123) and len(children) == 2
 
 
 def test_a_run_cut_off_in_the_middle_is_written_again(trained, uri):
-    publish([trained], uri)
+    publish([from_model(trained)], uri)
     client, _, children = stored(uri)
     client.update_run(children[0].info.run_id, status="RUNNING")
-    publish([trained], uri)
+    publish([from_model(trained)], uri)
     assert [run.info.status for run in stored(uri)[2]] == ["FINISHED"] * SEEDS
 
 
 def test_a_store_that_fails_is_noted_and_raises_nothing(trained, tmp_path):
     broken = tmp_path / "broken.db"
     broken.write_text("this is no database")
-    note = publish([trained], f"sqlite:///{broken}")
+    note = publish([from_model(trained)], f"sqlite:///{broken}")
     assert note.startswith("**Not published.**") and "snakemake --cores 1 publish" in note
 
 
 def test_a_store_is_made_where_there_is_none(trained, tmp_path):
     uri = f"sqlite:///{tmp_path}/new/mlflow.db"
-    publish([trained], uri)
+    publish([from_model(trained)], uri)
     assert len(stored(uri)[2]) == SEEDS
 
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from myowave.schema_keys import did_you_mean, explain, list_keys
 
@@ -266,8 +266,9 @@ class Sweep(Section):
         "number of scales; null: the most of targets.scales", "-", None
     )
     dimensions: dict[Name, Dimension] = setting(
-        "ranges to search, {numeric setting of the recipe: range}", default=dict, each="setting"
-    )
+        "ranges to search, {numeric setting of the recipe: range}; null instead of a range: not searched",
+        default=dict, each="setting",
+    )  # fmt: skip
     trials: Whole = setting("settings to try; a larger number later goes on from there", "-", 20, ge=1)
     workers: Whole = setting("jobs that search side by side", "-", 2, ge=1, le=1000)
     seeds: Whole = setting("independent starts of each setting; their mean error counts", "-", 2, ge=1, le=1000)
@@ -282,6 +283,12 @@ class Sweep(Section):
         "where the study is: journal, a file beside its results, or postgresql://USER@HOST/DATABASE", "", "journal",
         pattern=r"^(journal|postgresql(\+\w+)?://.+)$",
     )  # fmt: skip
+
+    @field_validator("dimensions", mode="before")
+    @classmethod
+    def _without_null(cls, value: Any) -> Any:
+        """A file laid over another can only replace keys, so null takes one out."""
+        return {k: v for k, v in value.items() if v is not None} if isinstance(value, Mapping) else value
 
 
 class Learning(Section):

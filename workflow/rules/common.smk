@@ -142,6 +142,11 @@ def labels(figure):
     return {"dataset": "{dataset}", "model": "{model}", "recipe": "{recipe}", "figure": figure}
 
 
+def sweep_figures(ladder):
+    """Figures of the sweep of one dataset, model, recipe and number of scales."""
+    return [f"results/figures/{ladder}/sweep/{name}.png" for name in ("history", "importance", "slices", "contours")]
+
+
 # ---- tracking
 
 
@@ -149,3 +154,9 @@ def published_models():
     """(evaluation, figures) of every trained model that MLflow shows."""
     evaluations = for_targets(f"results/learning/{LADDER}/evaluation.csv")
     return [(path, figures_of("/".join(Path(path).parts[2:5]))) for path in evaluations]
+
+
+def published_sweeps(pattern):
+    """(folder, figures) of the finished sweeps in folders that match."""
+    folders = [path.parent for path in sorted(Path().glob(f"{pattern}/test_scores.csv"))]
+    return [(str(folder), sweep_figures("/".join(folder.parts[2:6]))) for folder in folders]

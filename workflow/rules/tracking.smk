@@ -13,6 +13,7 @@ rule publish_runs:
         tracking=section("tracking"),
         recipes={name: dump(SETTINGS.learning.recipes[name]) for name in SETTINGS.targets.recipes},
         models=published_models(),
+        sweeps=[],
     script:
         "../scripts/publish_runs.py"
 
@@ -24,6 +25,6 @@ rule publish:
     log:
         "results/logs/publish.log",
     params:
-        **rules.publish_runs.params,
+        **{**rules.publish_runs.params, "sweeps": published_sweeps("results/learning/*/*/*/*-scale/sweep")},
     script:
         "../scripts/publish_runs.py"

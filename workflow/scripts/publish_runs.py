@@ -3,14 +3,16 @@
 from pathlib import Path
 
 from myowave.job import job_log
-from myowave.tracking import TrainedModel, publish
+from myowave.run_contents import Swept, TrainedModel, from_model, from_sweep
+from myowave.tracking import publish
 
 with job_log("publish runs", snakemake.log[0]) as log:
-    models = [
-        TrainedModel(Path(evaluation).parent, snakemake.params.recipes[Path(evaluation).parts[-3]], tuple(figures))
+    groups = [
+        from_model(TrainedModel(Path(evaluation).parent, snakemake.params.recipes[Path(evaluation).parts[-3]], figures))
         for evaluation, figures in snakemake.params.models
     ]
-    note = publish(models, snakemake.params.tracking["uri"])
+    groups += [from_sweep(Swept(Path(folder), figures)) for folder, figures in snakemake.params.sweeps]
+    note = publish(groups, snakemake.params.tracking["uri"])
     log.say(note)
     for path in snakemake.output:
         Path(path).write_text(note, encoding="utf-8")

@@ -66,7 +66,13 @@ class Search:
     default: Settings
 
     def trials(self, *states: TrialState) -> list[FrozenTrial]:
+        """Trials in one of these states, or all."""
         return self.study.get_trials(deepcopy=False, states=states or None)
+
+    @property
+    def counted(self) -> int:
+        """Number of trials that were or are being tried."""
+        return len(self.trials(*COUNTED))
 
 
 def open_search(name: str, storage: str, sweep: Sweep, default: Settings, seed: int = 0) -> Search:
@@ -100,9 +106,14 @@ def work(search: Search, objective: Objective, worker: str) -> Iterator[FrozenTr
     Args:
         objective: yields a score after each scale, the last at level 0.
         worker: name of this worker; no two that run may have the same, and a restarted one has the same again.
+
+    Raises:
+        ValueError: if there is nothing to search.
     """
+    if not search.sweep.dimensions:
+        raise ValueError("learning.sweep.dimensions is empty; name at least one setting and its range.")
     release(search, worker)
-    while _counted(search) < search.sweep.trials:
+    while search.counted < search.sweep.trials:
         trial = _begin(search, worker)
         if trial is None:  # another worker was faster
             continue
@@ -121,6 +132,13 @@ def release(search: Search, worker: str) -> list[int]:
     for number in left:
         search.study.tell(number, state=TrialState.FAIL)
     return left
+
+
+def describe(trial: FrozenTrial) -> str:
+    """A finished trial in a few words."""
+    settings = ", ".join(f"{name} {value:.4g}" for name, value in trial.params.items())
+    outcome = f"error {trial.value:.4g} deg" if trial.state is TrialState.COMPLETE else "given up"
+    return f"trial {trial.number} ({settings}): {outcome}"
 
 
 def tabulate(search: Search) -> pd.DataFrame:
@@ -255,7 +273,3 @@ def _distribution(name: str, sweep: Sweep) -> IntDistribution | FloatDistributio
 def _inside(settings: Settings, sweep: Sweep) -> bool:
     return all(d.low <= settings[name] <= d.high for name, d in sweep.dimensions.items())
 
-
-def _counted(search: Search) -> int:
-    """Trials that were or are being tried."""
-    return len(search.trials(*COUNTED))

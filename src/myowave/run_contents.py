@@ -1,0 +1,199 @@
+"""What MLflow shows of result files: runs with their parameters, numbers, curves, descriptions and attachments.
+
+Nothing here knows MLflow. A group is a parent run and the runs below it; `from_model` and `from_sweep` read one from the
+files of a trained model and of a sweep. In the table children are folded away and charts draw the parents, so parents
+carry the medians, and all parameters are on both.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from myowave.data.store import read_table
+
+LEARNING = "Learning: how well is motion predicted?"
+SWEEPS = "Sweeps: which settings are best?"
+COORDINATES = ("dataset", "model", "recipe", "scales")
+CURVE_POINTS = 60  # a curve in the browser needs no more
+
+
+@dataclass(frozen=True)
+class TrainedModel:
+    """The files of one model trained at some number of scales, all seeds.
+
+    Args:
+        folder: holds evaluation.csv and the histories of the scales.
+        settings: the recipe it was trained with.
+        figures: pictures to attach.
+    """
+
+    folder: Path
+    settings: Mapping[str, Any]
+    figures: Sequence[str | Path] = ()
+
+
+@dataclass(frozen=True)
+class Swept:
+    """The files of one sweep.
+
+    Args:
+        folder: holds trials.csv, best.yaml and test_scores.csv.
+        figures: pictures to attach.
+    """
+
+    folder: Path
+    figures: Sequence[str | Path] = ()
+
+
+@dataclass(frozen=True)
+class RunContent:
+    """What goes into one run.
+
+    Args:
+        job_key: what the run stands for; the same when its files are made again.
+        curves: indexed by epoch over all scales.
+    """
+
+    name: str
+    job_key: str
+    params: Mapping[str, Any]
+    metrics: Mapping[str, float]
+    description: str
+    tags: Mapping[str, str]
+    curves: pd.DataFrame = field(default_factory=pd.DataFrame)
+    artifacts: Sequence[str | Path] = ()
+
+
+@dataclass(frozen=True)
+class RunGroup:
+    """A parent run and those below it.
+
+    Args:
+        experiment: name of the experiment that they belong to.
+        digest: of all that they are made of.
+    """
+
+    experiment: str
+    digest: str
+    parent: RunContent
+    children: tuple[RunContent, ...]
+
+
+def from_model(model: TrainedModel) -> RunGroup:
+    """A run with the medians over the seeds, and below it a run for each seed."""
+    table = pd.read_csv(model.folder / "evaluation.csv")
+    curves = _curves(model.folder)
+    where = {name: table[name].iloc[0] for name in COORDINATES}
+    name = "{dataset} {model} {recipe} {scales}-scale".format(**where)
+    job_key = "learning/{dataset}/{model}/{recipe}/{scales}-scale".format(**where)
+    params = {**where, **model.settings, "seeds": len(table)}
+    tags = {k: str(v) for k, v in where.items()}
+    metrics = table.drop(columns=[*COORDINATES, "seed"]).select_dtypes("number")
+    described = f"{where['model']} on {where['dataset']}, recipe {where['recipe']}, {where['scales']} scale(s)"
+    made_by = f"Made by `snakemake --cores 2 {model.folder}/evaluation.csv`."
+    parent = RunContent(
+        name=name,
+        job_key=job_key,
+        params=params,
+        metrics=metrics.median().to_dict() | metrics.std().add_suffix("_std").to_dict(),
+        curves=curves.drop(columns="seed").groupby(level="epoch").median(),
+        description=f"{described}: medians over {len(table)} seeds, which are the runs below.\n\n"
+        f"{made_by}\n\n{_markdown(metrics.agg(['median', 'std']).T)}",
+        tags=tags | {"kind": "median over seeds"},
+        artifacts=(model.folder / "evaluation.csv", *model.figures),
+    )
+    children = [
+        RunContent(
+            name=f"{name} seed {seed}",
+            job_key=f"{job_key}/seed-{seed}",
+            params=params | {"seed": seed},
+            metrics=metrics.loc[row].to_dict(),
+            curves=curves[curves["seed"] == seed].drop(columns="seed"),
+            description=f"{described}, seed {seed}.\n\n{made_by}",
+            tags=tags | {"kind": "seed"},
+        )
+        for row, seed in table["seed"].items()
+    ]
+    files = [model.folder / "evaluation.csv", *sorted(model.folder.glob("history-*.parquet")), *model.figures]
+    return RunGroup(LEARNING, _digest(dict(model.settings), files), parent, tuple(children))
+
+
+def from_sweep(swept: Swept) -> RunGroup:
+    """A run for the study, with the test scores of its best settings, and below it a run for each trial."""
+    table = pd.read_csv(swept.folder / "trials.csv")
+    scores = pd.read_csv(swept.folder / "test_scores.csv")
+    where = {name: scores[name].iloc[0] for name in COORDINATES}
+    name = "{dataset} {model} {recipe} {scales}-scale".format(**where)
+    job_key = "sweep/{dataset}/{model}/{recipe}/{scales}-scale".format(**where)
+    tags = {k: str(v) for k, v in where.items()}
+    errors = [c for c in table.columns if c == "error" or c.startswith(("scale_", "seed_"))]
+    settings = list(table.columns[table.columns.get_loc("error") + 1 : table.columns.get_loc("is_default")])
+    settings = [c for c in settings if c not in errors]
+    done = table[table["state"] == "complete"].sort_values("error")
+    counts = table["state"].value_counts()
+    by_setting = scores.groupby("setting")[["test_mse", "test_r2"]].median()
+    made_by = "Made by `snakemake --cores 2 sweep`."
+    parent = RunContent(
+        name=f"sweep of {name}",
+        job_key=job_key,
+        params={**where, **done.iloc[0][settings].to_dict(), "trials": len(table)},
+        metrics={"held_out_error_deg": done["error"].iloc[0]}
+        | {f"{setting}_{metric}": v for setting, row in by_setting.iterrows() for metric, v in row.items()}
+        | {f"trials_{state}": count for state, count in counts.items()},
+        description=f"Search for better settings of recipe {where['recipe']}: parameters are the best, trials are the "
+        f"runs below.\n\n{made_by}\n\nTest scores (medians over seeds):\n\n{_markdown(by_setting)}",
+        tags=tags | {"kind": "study"},
+        artifacts=tuple(swept.folder / f for f in ("trials.csv", "test_scores.csv", "best.yaml")) + tuple(swept.figures),
+    )
+    children = [
+        RunContent(
+            name=f"trial {row.trial:03d}" + (f" ({row.state})" if row.state != "complete" else ""),
+            job_key=f"{job_key}/trial-{row.trial}",
+            params={**where, **{c: getattr(row, c) for c in settings}},
+            metrics={_metric_name(c): getattr(row, c) for c in errors},
+            description=f"Trial {row.trial} of the sweep of {name}: {row.state}, {row.duration_s:.0f} s.\n\n{made_by}",
+            tags=tags | {"kind": "trial", "state": row.state, "is_default": str(row.is_default)},
+        )
+        for row in table.itertuples()
+    ]
+    files = [*parent.artifacts]
+    return RunGroup(SWEEPS, _digest({}, files), parent, tuple(children))
+
+
+def _metric_name(column: str) -> str:
+    """`error` to `held_out_error_deg`, `scale_1` to `held_out_error_deg/scale_1`."""
+    return "held_out_error_deg" if column == "error" else f"held_out_error_deg/{column}"
+
+
+def _curves(folder: Path) -> pd.DataFrame:
+    """Histories of all scales, coarsest first, thinned out; indexed by the epoch over all scales."""
+    parts, done = [], 0
+    levels = sorted(folder.glob("history-*.parquet"), key=lambda p: -int(p.stem.removeprefix("history-")))
+    for path in levels:
+        history, _ = read_table(path)
+        history["epoch"] += done
+        done = history["epoch"].max()
+        parts.append(history)
+    history = pd.concat(parts).select_dtypes("number")
+    epochs = history["epoch"].drop_duplicates()
+    shown = epochs.iloc[:: max(1, len(epochs) // CURVE_POINTS)]
+    return history[history["epoch"].isin([*shown, done])].set_index("epoch")
+
+
+def _markdown(table: pd.DataFrame) -> str:
+    rows = [f"| {name} | " + " | ".join(f"{v:.4g}" for v in row) + " |" for name, row in table.iterrows()]
+    head = f"| | {' | '.join(map(str, table.columns))} |\n|---|{'---|' * len(table.columns)}"
+    return "\n".join([head, *rows])
+
+
+def _digest(settings: Mapping[str, Any], files: Iterable[str | Path]) -> str:
+    """Digest of everything that a group's runs are made of."""
+    digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
+    for path in files:
+        digest.update(Path(path).read_bytes())
+    return digest.hexdigest()[:16]

@@ -1,0 +1,140 @@
+# A search for better settings of a recipe: `snakemake sweep --cores 2`. The study itself (a journal file, or a database)
+# is no output of any rule: Snakemake deletes outputs before a job, and a study is to be continued.
+SWEEP = SETTINGS.sweep()
+SWEPT = LADDER.format(**dump(SWEEP))
+STUDY = f"results/learning/{SWEPT}/sweep"
+STORAGE = f"{STUDY}/journal.log" if SWEEP.storage == "journal" else SWEEP.storage
+
+
+def sweep_section(*left_out):
+    """Settings of the sweep without those that a rule does not depend on."""
+    return {key: value for key, value in dump(SWEEP).items() if key not in left_out}
+
+
+# All that an error on held-out data depends on; a study is continued as long as it stays the same.
+judged_section = dict(
+    physics=section("physics"),
+    identify=public(DATASETS[SWEEP.dataset])["identify"],
+    recipe=dump(SETTINGS.learning.recipes[SWEEP.recipe]),
+    code=digest_layers("learning"),
+)
+
+
+localrules:
+    sweep,
+    publish_sweep,
+
+
+rule sweep:
+    input:
+        f"{STUDY}/best.yaml",
+        f"{STUDY}/test_scores.csv",
+        "results/tracking/published-sweep.md",
+
+
+rule prepare_sweep:
+    input:
+        trials=f"results/data/{SWEEP.dataset}/trials.parquet",
+    output:
+        scales=f"{STUDY}/scales.parquet",
+        study=f"{STUDY}/study.json",
+    log:
+        f"results/logs/prepare_sweep/{SWEPT}.log",
+    params:
+        sweep=sweep_section("dimensions", "trials", "workers", "pruner", "unpruned", "seed"),
+        wavelet=dump(SETTINGS.data.wavelet),
+        storage=STORAGE,
+        judged=judged_section,
+    script:
+        "../scripts/prepare_sweep.py"
+
+
+rule search_settings:
+    input:
+        scales=f"{STUDY}/scales.parquet",
+        study=f"{STUDY}/study.json",
+        effects=SETTINGS.physics.effect_files,
+    output:
+        done=f"{STUDY}/worker-{{worker}}.txt",
+    log:
+        f"results/logs/search_settings/{SWEPT}/worker-{{worker}}.log",
+    wildcard_constraints:
+        worker=r"\d+",
+    threads: 1
+    params:
+        sweep=sweep_section("workers", "storage"),
+        storage=STORAGE,
+        judged=judged_section,
+    script:
+        "../scripts/search_settings.py"
+
+
+rule summarize_sweep:
+    input:
+        study=f"{STUDY}/study.json",
+        workers=expand(f"{STUDY}/worker-{{worker}}.txt", worker=range(SWEEP.workers)),
+    output:
+        trials=f"{STUDY}/trials.csv",
+        best=f"{STUDY}/best.yaml",
+        figures=report(
+            sweep_figures(SWEPT),
+            caption="../report/sweep.rst",
+            category="2 learning",
+            subcategory="sweep",
+            labels={"dataset": SWEEP.dataset, "model": SWEEP.model, "recipe": SWEEP.recipe, "figure": "sweep"},
+        ),
+    log:
+        f"results/logs/summarize_sweep/{SWEPT}.log",
+    params:
+        sweep=sweep_section("workers", "storage"),
+        storage=STORAGE,
+        recipe=judged_section["recipe"],
+        code=digest_layers("learning", drawing=True),
+    script:
+        "../scripts/summarize_sweep.py"
+
+
+# The test trial is looked at here, once, after the search.
+rule score_sweep:
+    input:
+        best=f"{STUDY}/best.yaml",
+        default=f"results/learning/{SWEPT}/evaluation.csv",
+        trials=f"results/data/{SWEEP.dataset}/trials.parquet",
+        scales=f"results/data/{SWEEP.dataset}/scales.parquet",
+        truth=f"results/data/{SWEEP.dataset}/truth.json" if SWEEP.dataset in SIMULATED else [],
+        effects=SETTINGS.physics.effect_files,
+    output:
+        scores=report(
+            f"{STUDY}/test_scores.csv",
+            caption="../report/test_scores.rst",
+            category="2 learning",
+            subcategory="sweep",
+            labels={"dataset": SWEEP.dataset, "model": SWEEP.model, "recipe": SWEEP.recipe, "figure": "test scores"},
+        ),
+    log:
+        f"results/logs/score_sweep/{SWEPT}.log",
+    threads: 1
+    params:
+        sweep=sweep_section("workers", "storage", "trials"),
+        seeds=SETTINGS.learning.seeds,
+        judged=judged_section,
+    script:
+        "../scripts/score_sweep.py"
+
+
+rule publish_sweep:
+    input:
+        trials=f"{STUDY}/trials.csv",
+        scores=f"{STUDY}/test_scores.csv",
+        figures=rules.summarize_sweep.output.figures,
+    output:
+        note="results/tracking/published-sweep.md",
+    log:
+        "results/logs/publish_sweep.log",
+    params:
+        tracking=section("tracking"),
+        recipes={},
+        models=[],
+        sweeps=[(STUDY, sweep_figures(SWEPT))],
+    script:
+        "../scripts/publish_runs.py"

@@ -1,0 +1,36 @@
+"""Train with the best settings as a normal run does, and score them on the test trial beside the default."""
+
+import json
+from pathlib import Path
+
+import pandas as pd
+import yaml
+
+from myowave.data.store import read_scales, read_trials
+from myowave.job import job_log
+from myowave.learning.evaluation import evaluate, predict_trials
+from myowave.learning.sweep.objective import train_scales
+from myowave.learning.sweep.outcome import BEST, compare_scores
+from myowave.physics.build import build_model
+from myowave.settings import Identify, Sweep, parse_section
+
+inputs, params, judged = snakemake.input, snakemake.params, snakemake.params.judged
+sweep = Sweep.model_validate(params.sweep)
+name = sweep.recipe + BEST
+label = f"score {sweep.dataset} {sweep.model} {name} {sweep.scales}-scale"
+with job_log(label, snakemake.log[0]) as log:
+    best = yaml.safe_load(Path(inputs.best).read_text())["learning"]["recipes"][name]
+    checkpoints = train_scales(
+        read_scales(inputs.scales),
+        build_model(sweep.model, parse_section("physics", judged["physics"])),
+        parse_section(f"learning.recipes.{name}", best),
+        {key: Identify.model_validate(values) for key, values in judged["identify"].items()},
+        total=sweep.scales,
+        seeds=range(params.seeds),
+    )
+    for checkpoint in checkpoints:
+        log.progress(sweep.scales - checkpoint.level, sweep.scales, f"scale {-checkpoint.level} is trained")
+    trials = read_trials(inputs.trials)
+    truth = json.loads(Path(inputs.truth).read_text())["parameters"] if inputs.truth else None
+    rows = evaluate(checkpoint, trials, predict_trials(checkpoint, trials), recipe=name, truth=truth)
+    compare_scores(pd.read_csv(inputs.default), rows).to_csv(snakemake.output.scores, index=False)

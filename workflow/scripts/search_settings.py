@@ -1,0 +1,33 @@
+"""One worker of a sweep: try settings until the study has as many trials as asked for."""
+
+import json
+from functools import partial
+from pathlib import Path
+
+from myowave.data.store import read_scales
+from myowave.job import job_log
+from myowave.learning.sweep.objective import judge
+from myowave.learning.sweep.study import describe, open_search, work
+from myowave.physics.build import build_model
+from myowave.settings import Identify, Sweep, parse_section
+
+params, judged, worker = snakemake.params, snakemake.params.judged, int(snakemake.wildcards.worker)
+sweep = Sweep.model_validate(params.sweep)
+label = f"sweep {sweep.dataset} {sweep.model} {sweep.recipe} {sweep.scales}-scale, worker {worker}"
+with job_log(label, snakemake.log[0]) as log:
+    study = json.loads(Path(snakemake.input.study).read_text())
+    search = open_search(study["name"], params.storage, sweep, judged["recipe"], seed=sweep.seed + worker)
+    objective = partial(
+        judge,
+        sweep=sweep,
+        scales=read_scales(snakemake.input.scales),
+        model=build_model(sweep.model, parse_section("physics", judged["physics"])),
+        recipe=parse_section(f"learning.recipes.{sweep.recipe}", judged["recipe"]),
+        wanted={name: Identify.model_validate(values) for name, values in judged["identify"].items()},
+    )
+    tried = 0
+    for trial in work(search, objective, f"{study['owner']} {worker}"):
+        tried += 1
+        log.say(describe(trial))
+        log.progress(search.counted, sweep.trials, describe(trial))
+    Path(snakemake.output.done).write_text(f"{tried} settings tried by this worker since it was last started\n")

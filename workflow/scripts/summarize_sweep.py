@@ -1,0 +1,27 @@
+"""Bring a sweep's trials into a table, a file with the best settings, and figures."""
+
+import json
+from pathlib import Path
+
+from myowave.job import job_log
+from myowave.learning.sweep import figures
+from myowave.learning.sweep.outcome import override_text
+from myowave.learning.sweep.study import best_settings, importances, open_search, tabulate
+from myowave.plotting import save
+from myowave.settings import Sweep, parse_section
+
+params, output = snakemake.params, snakemake.output
+sweep = Sweep.model_validate(params.sweep)
+what = f"{sweep.dataset}, {sweep.model}, recipe {sweep.recipe}, {sweep.scales}-scale"
+with job_log(f"summarize sweep of {what}", snakemake.log[0]):
+    study = json.loads(Path(snakemake.input.study).read_text())
+    search = open_search(study["name"], params.storage, sweep, params.recipe)
+    recipe = parse_section(f"learning.recipes.{sweep.recipe}", params.recipe)
+    table, best, shares = tabulate(search), best_settings(search), importances(search)
+    table.to_csv(output.trials, index=False)
+    Path(output.best).write_text(override_text(sweep, recipe, best, table, output.best), encoding="utf-8")
+    history, importance, slices, contours = output.figures
+    save(figures.draw_history(table, what), history)
+    save(figures.draw_importance(shares, what), importance)
+    save(figures.draw_slices(table, sweep.dimensions, what), slices)
+    save(figures.draw_contours(table, sweep.dimensions, shares, what), contours)
