@@ -24,6 +24,7 @@ from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.physics.motion import channels_of, simulate
 from myowave.physics.muscle import FLEXOR
+from myowave.physics.trajectory import solve
 from myowave.settings import SimulatedDataset
 
 ANGLE_RANGE = (0.1, 1.7)
@@ -36,6 +37,9 @@ FREQUENCY_RANGE = (0.12, 0.45)
 # straight.
 FLEXOR_TONE, FLEXOR_SHARE, EXTENSOR_TONE = 0.35, 0.15, 0.2
 NOISE_DRAWS, SHAPE_DRAWS = 8, 4
+
+SUBSTEPS = 8
+"""Runge-Kutta steps between two kinks of the EMG in what is stored: within 1e-6 rad of the exact motion."""
 
 
 @dataclass(frozen=True)
@@ -198,7 +202,8 @@ def _draw_in_range(
     Draw k of a trial is noise k % NOISE_DRAWS on EMG k // NOISE_DRAWS: datasets that differ in noise alone share
     their EMG as long as one of the noises works. Without noise every draw is another EMG.
     """
-    emg, angle = np.empty_like(blank.emg), np.empty_like(blank.angle)
+    emg = np.empty_like(blank.emg)
+    states = np.empty((*blank.angle.shape, model.state_size))
     taken = np.full(settings.trials, -1)
     low, high = ANGLE_RANGE
     for draws in (range(1), range(1, SHAPE_DRAWS * NOISE_DRAWS)):  # the first draw nearly always does; then all at once
@@ -209,10 +214,11 @@ def _draw_in_range(
         inside = ((q > low) & (q < high)).all(axis=-1)
         found = np.flatnonzero((taken < 0) & inside.any(axis=0))
         first = inside.argmax(axis=0)[found]
-        emg[found], angle[found] = candidates[first, found], motion.angle.numpy()[first, found]
+        emg[found] = candidates[first, found]
         taken[found] = np.asarray(draws)[first]
+        states[found] = motion.state.numpy()[first, found]
         if (taken >= 0).all():
-            return emg, angle, taken.tolist()
+            return emg, _refine(blank, settings, model, params, emg, states), taken.tolist()
     lost = int(np.flatnonzero(taken < 0)[0])
     raise ValueError(
         f"data.datasets.{blank.dataset}, trial {blank.names[lost]}: in {SHAPE_DRAWS * NOISE_DRAWS} draws the elbow "
@@ -220,6 +226,22 @@ def _draw_in_range(
         f"{q[-1, lost].max():.2f}). Use less emg_noise, a weaker hidden_effect, a smaller load, another start_rad, or "
         "another seed."
     )
+
+
+def _refine(
+    blank: Trials,
+    settings: SimulatedDataset,
+    model: Model,
+    params: Mapping[str, torch.Tensor],
+    emg: NDArray,
+    states: NDArray,
+) -> NDArray[np.float64]:
+    """The angle that a perfect sensor sees, (T, N), integrated with `SUBSTEPS` from a coarser solution (T, N, K)."""
+    start = torch.full((settings.trials,), settings.start_rad, dtype=torch.float64)
+    drive = channels_of(model, blank.channels, torch.from_numpy(emg))
+    guess = torch.from_numpy(states)
+    fine = solve(model, params, drive, settings.dt_s, start, torch.zeros_like(start), guess=guess, substeps=SUBSTEPS)
+    return fine.motion.angle.numpy()
 
 
 def _draw_emg(
