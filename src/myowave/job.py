@@ -17,6 +17,7 @@ from typing import Any, TextIO
 LOG_EVERY_S = 10.0
 PLAIN_EVERY_S = 30.0
 REDRAW_EVERY_S = 0.5
+_ESTIMATE_FROM = 0.02  # share of the steps; before, starting up dominates
 _STALE_S = 120.0  # a job that was killed leaves its state behind
 
 
@@ -50,14 +51,14 @@ class JobLog:
             done, total: steps.
             text: numbers of interest, such as `loss 1.2e-04`.
         """
-        left = (time.monotonic() - self._started) / max(done, 1) * (total - done)
-        line = f"{done}/{total} ({done / total:.0%}) {text}, {_duration(left)} left"
+        left = self._left(done, total)
+        line = f"{done}/{total} ({done / total:.0%}) {text}{left}"
         if self._due("log", LOG_EVERY_S, done == total):
             self.say(line)
         updating = self._terminal.isatty()
         if self._due("terminal", REDRAW_EVERY_S if updating else PLAIN_EVERY_S, done == total):
             if updating:
-                self._state.write_text(f"{self.label} {done / total:.0%} {text} {_duration(left)} left")
+                self._state.write_text(f"{self.label} {done / total:.0%} {text}{left}")
                 self._redraw()
             else:
                 print(f"{self.label}: {line}", file=self._terminal, flush=True)
@@ -67,6 +68,12 @@ class JobLog:
         self._state.unlink(missing_ok=True)
         if self._terminal.isatty():
             self._redraw()
+
+    def _left(self, done: int, total: int) -> str:
+        """The time that is left, once it can be told."""
+        if done < _ESTIMATE_FROM * total:
+            return ""
+        return f", {_duration((time.monotonic() - self._started) / done * (total - done))} left"
 
     def _due(self, where: str, interval: float, finished: bool) -> bool:
         now = time.monotonic()

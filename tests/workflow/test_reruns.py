@@ -12,8 +12,7 @@ from project_copy import Project, copy_project
 SMALL = {"targets": {"datasets": ["case1", "case2", "bench_elbow"], "scales": [1, 2]}}
 CONFIG = ("--configfile", "config.yaml", "mine.yaml")
 LEARNING = {"train_scale", "evaluate_model", "summarize_models", "publish_runs"}
-LEARNING_FIGURES = {"draw_metrics", "draw_predictions", "draw_parameters"}
-FIGURES = {"draw_trials", "draw_scales"} | LEARNING_FIGURES
+FIGURES = {"draw_trials", "draw_models"}
 
 
 @pytest.fixture(scope="module")
@@ -42,12 +41,12 @@ def test_a_second_run_has_nothing_to_do(finished):
 def test_changed_physics_reruns_all_that_stands_on_it(finished):
     with edited(finished, "src/myowave/physics/joint.py", "9.80665", "9.81"):
         planned = finished.planned(*CONFIG)
-    assert set(planned) >= {"simulate_trials", "decompose_scales"} | LEARNING | LEARNING_FIGURES
+    assert set(planned) >= {"simulate_trials", "decompose_scales"} | LEARNING | {"draw_models"}
 
 
 def test_changed_learning_reruns_training_and_what_follows(finished):
     with edited(finished, "src/myowave/learning/__init__.py", "", "CHANGED = 1\n"):
-        assert set(finished.planned(*CONFIG)) == LEARNING | LEARNING_FIGURES
+        assert set(finished.planned(*CONFIG)) == LEARNING | {"draw_models"}
 
 
 def test_comments_and_docstrings_rerun_nothing(finished):

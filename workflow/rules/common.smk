@@ -98,12 +98,6 @@ def coarser_checkpoint(wildcards):
     return f"results/learning/{LADDER}/scale-{coarser}.pt".format(**wildcards)
 
 
-def histories(wildcards):
-    return expand(
-        f"results/learning/{LADDER}/history-{{level}}.parquet", level=range(int(wildcards.scales)), **wildcards
-    )
-
-
 def identify_section(wildcards):
     """The physical constants to identify, and where they start."""
     return dataset_section(wildcards)["identify"]

@@ -53,12 +53,19 @@ rule decompose_scales:
 rule draw_trials:
     input:
         trials="results/data/{dataset}/trials.parquet",
+        scales="results/data/{dataset}/scales.parquet",
     output:
-        figure=report(
+        trials=report(
             "results/figures/{dataset}/trials.png",
             caption="../report/trials.rst",
             category="1 data",
             labels={"dataset": "{dataset}", "figure": "trials"},
+        ),
+        scales=report(
+            "results/figures/{dataset}/scales.png",
+            caption="../report/scales.rst",
+            category="1 data",
+            labels={"dataset": "{dataset}", "figure": "scales"},
         ),
     log:
         "results/logs/draw_trials/{dataset}.log",
@@ -66,21 +73,3 @@ rule draw_trials:
         code=digest_layers("data", drawing=True),
     script:
         "../scripts/draw_trials.py"
-
-
-rule draw_scales:
-    input:
-        scales="results/data/{dataset}/scales.parquet",
-    output:
-        figure=report(
-            "results/figures/{dataset}/scales.png",
-            caption="../report/scales.rst",
-            category="1 data",
-            labels={"dataset": "{dataset}", "figure": "scales"},
-        ),
-    log:
-        "results/logs/draw_scales/{dataset}.log",
-    params:
-        code=digest_layers("data", drawing=True),
-    script:
-        "../scripts/draw_scales.py"

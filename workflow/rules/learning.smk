@@ -29,16 +29,13 @@ rule evaluate_model:
         trials="results/data/{dataset}/trials.parquet",
         truth=truth_of,
         checkpoint=f"results/learning/{LADDER}/scale-0.pt",
-        histories=histories,
-        effects=SETTINGS.physics.effect_files,
     output:
         evaluation=f"results/learning/{LADDER}/evaluation.csv",
+        parameters=f"results/learning/{LADDER}/parameters.csv",
         predictions=f"results/learning/{LADDER}/predictions.parquet",
     log:
         f"results/logs/evaluate_model/{LADDER}.log",
     params:
-        physics=section("physics"),
-        recipe=recipe_section,
         code=digest_layers("learning"),
     script:
         "../scripts/evaluate_model.py"
@@ -57,32 +54,7 @@ rule summarize_models:
         "../scripts/summarize_models.py"
 
 
-rule draw_metrics:
-    input:
-        evaluations=expand(
-            f"results/learning/{LADDER}/evaluation.csv", scales=SETTINGS.targets.scales, allow_missing=True
-        ),
-        histories=[
-            f"results/learning/{RUNS}/{scales}-scale/history-{level}.parquet"
-            for scales in SETTINGS.targets.scales
-            for level in range(scales)
-        ],
-    output:
-        figure=report(
-            f"results/figures/{RUNS}/metrics.png",
-            caption="../report/metrics.rst",
-            category="2 learning",
-            labels=labels("metrics"),
-        ),
-    log:
-        f"results/logs/draw_metrics/{RUNS}.log",
-    params:
-        code=digest_layers("learning", drawing=True),
-    script:
-        "../scripts/draw_metrics.py"
-
-
-rule draw_predictions:
+rule draw_models:
     input:
         evaluations=expand(
             f"results/learning/{LADDER}/evaluation.csv", scales=SETTINGS.targets.scales, allow_missing=True
@@ -90,37 +62,34 @@ rule draw_predictions:
         predictions=expand(
             f"results/learning/{LADDER}/predictions.parquet", scales=SETTINGS.targets.scales, allow_missing=True
         ),
+        histories=[
+            f"results/learning/{RUNS}/{scales}-scale/history-{level}.parquet"
+            for scales in SETTINGS.targets.scales
+            for level in range(scales)
+        ],
     output:
-        figure=report(
+        metrics=report(
+            f"results/figures/{RUNS}/metrics.png",
+            caption="../report/metrics.rst",
+            category="2 learning",
+            labels=labels("metrics"),
+        ),
+        predictions=report(
             f"results/figures/{RUNS}/predictions.png",
             caption="../report/predictions.rst",
             category="2 learning",
             labels=labels("predictions"),
         ),
-    log:
-        f"results/logs/draw_predictions/{RUNS}.log",
-    params:
-        code=digest_layers("learning", drawing=True),
-    script:
-        "../scripts/draw_predictions.py"
-
-
-rule draw_parameters:
-    input:
-        evaluations=expand(
-            f"results/learning/{LADDER}/evaluation.csv", scales=SETTINGS.targets.scales, allow_missing=True
-        ),
-    output:
-        figure=report(
+        parameters=report(
             f"results/figures/{RUNS}/parameters.png",
             caption="../report/parameters.rst",
             category="2 learning",
             labels=labels("parameters"),
         ),
     log:
-        f"results/logs/draw_parameters/{RUNS}.log",
+        f"results/logs/draw_models/{RUNS}.log",
     params:
         identify=identify_section,
         code=digest_layers("learning", drawing=True),
     script:
-        "../scripts/draw_parameters.py"
+        "../scripts/draw_models.py"

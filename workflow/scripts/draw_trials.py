@@ -1,9 +1,10 @@
-"""Draw EMG and motion of all trials of a dataset."""
+"""Draw EMG and motion of all trials of a dataset, and a trial at each scale."""
 
-from myowave.data.figures import draw_trials
-from myowave.data.store import read_trials
+from myowave.data.figures import draw_scales, draw_trials
+from myowave.data.store import read_scales, read_trials
 from myowave.job import job_log
 from myowave.plotting import save
 
 with job_log(f"draw trials of {snakemake.wildcards.dataset}", snakemake.log[0]):
-    save(draw_trials(read_trials(snakemake.input.trials)), snakemake.output.figure)
+    save(draw_trials(read_trials(snakemake.input.trials)), snakemake.output.trials)
+    save(draw_scales(read_scales(snakemake.input.scales)), snakemake.output.scales)

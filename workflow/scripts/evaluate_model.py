@@ -1,0 +1,20 @@
+"""Score a trained model on all trials, running free, and what it identified where the truth is known."""
+
+import json
+from pathlib import Path
+
+from myowave.data.store import read_trials, write_table
+from myowave.job import job_log
+from myowave.learning.checkpoint import Checkpoint
+from myowave.learning.evaluation import evaluate, predict_trials, tabulate_parameters, tabulate_predictions
+
+where = snakemake.wildcards
+with job_log(f"evaluate {where.dataset} {where.model} {where.recipe} {where.scales}-scale", snakemake.log[0]):
+    checkpoint = Checkpoint.load(snakemake.input.checkpoint)
+    trials = read_trials(snakemake.input.trials)
+    predicted = predict_trials(checkpoint, trials)
+    truth = json.loads(Path(snakemake.input.truth).read_text())["parameters"] if snakemake.input.truth else None
+    rows = evaluate(checkpoint, trials, predicted, recipe=where.recipe, truth=truth)
+    rows.to_csv(snakemake.output.evaluation, index=False)
+    tabulate_parameters(checkpoint).to_csv(snakemake.output.parameters, index=False)
+    write_table(tabulate_predictions(checkpoint, trials, predicted), snakemake.output.predictions)

@@ -1,0 +1,79 @@
+"""The whole main job at a size that takes seconds: a simulated and a measured dataset, two scales, two seeds."""
+
+import pandas as pd
+import pytest
+from project_copy import Project, copy_project
+
+TINY = {
+    "targets": {"datasets": ["case1", "bench_elbow"], "models": {"bench_elbow": ["base+joint_damping"]}, "scales": [2]},
+    "data": {"datasets": {"case1": {"samples": 120}}},
+    "learning": {"seeds": 2, "recipes": {"rollout": {"epochs": 8, "hidden": 4, "simulated_trials": 2}}},
+}
+CONFIG = ("--configfile", "config.yaml", "mine.yaml")
+KEYS = ["dataset", "model", "recipe", "scales", "seed"]
+COLUMNS = [*KEYS, "test_mse", "test_r2", "test_nmse", "val_r2", "epochs", "seconds"]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> Project:
+    project = copy_project(tmp_path_factory.mktemp("run"))
+    project.lay_over(TINY)
+    done = project.snakemake("--cores", "2", *CONFIG)
+    assert done.returncode == 0, done.stdout
+    return project
+
+
+def test_the_summary_has_a_row_for_each_seed_of_each_combination(run):
+    table = pd.read_csv(run.folder / "results/summary.csv")
+    assert list(table.columns[: len(COLUMNS)]) == COLUMNS
+    keys = set(table[["dataset", "model", "scales", "seed"]].itertuples(index=False, name=None))
+    expected = {("case1", "base", 2, 0), ("case1", "base", 2, 1)}
+    expected |= {("bench_elbow", "base+joint_damping", 2, seed) for seed in (0, 1)}
+    assert keys == expected and len(table) == len(expected)
+    assert table[COLUMNS].notna().all(axis=None)
+    simulated, measured = table[table["dataset"] == "case1"], table[table["dataset"] == "bench_elbow"]
+    for name in ("f0_Bi", "l0_Bi", "f0_Tri", "l0_Tri"):
+        assert (table[name] > 0).all()
+        assert simulated[f"{name}_error_pct"].notna().all(), "the truth is known"
+        assert measured[f"{name}_error_pct"].isna().all(), "nobody knows the truth of a recording"
+
+
+def test_every_picture_and_log_is_there(run):
+    figures = run.folder / "results/figures"
+    drawn = {path.relative_to(figures).as_posix() for path in figures.rglob("*.png")}
+    for dataset, model in (("case1", "base"), ("bench_elbow", "base+joint_damping")):
+        assert {f"{dataset}/{figure}.png" for figure in ("trials", "scales")} <= drawn
+        models = {f"{dataset}/{model}/rollout/{f}.png" for f in ("metrics", "predictions", "parameters")}
+        assert models <= drawn
+    log = run.folder / "results/logs/train_scale/case1/base/rollout/2-scale/scale-1.log"
+    lines = log.read_text().splitlines()
+    assert lines[0] == "train case1 base rollout 2-scale, scale -1" and lines[-1].startswith("4/4 (100%) loss")
+
+
+def test_the_runs_are_in_mlflow(run):
+    note = (run.folder / "results/tracking/published.md").read_text()
+    assert "Not published" not in note and (run.folder / "results/mlflow.db").exists(), note
+
+
+def test_a_second_run_has_nothing_to_do(run):
+    assert run.planned(*CONFIG) == {}
+
+
+def test_after_an_interruption_training_goes_on_from_the_last_finished_scale(run):
+    folder = run.folder / "results/learning/case1/base/rollout/2-scale"
+    coarse = (folder / "scale-1.pt").stat().st_mtime_ns
+    for path in ("scale-0.pt", "history-0.parquet"):
+        (folder / path).unlink()
+    done = run.snakemake("--cores", "2", str(folder.relative_to(run.folder) / "scale-0.pt"), *CONFIG)
+    assert done.returncode == 0 and "1 of 1 steps" in done.stdout, done.stdout
+    assert (folder / "scale-1.pt").stat().st_mtime_ns == coarse
+
+
+def test_a_faulty_recording_is_explained_on_the_terminal(project):
+    path = project.folder / "data/bench_elbow/trial2.csv"
+    lines = path.read_text().splitlines()
+    lines[50] = lines[49]
+    path.write_text("\n".join(lines) + "\n")
+    done = project.snakemake("--cores", "1", "results/data/bench_elbow/trials.parquet")
+    assert done.returncode != 0
+    assert "trial2.csv, row" in done.stdout and "Traceback" not in done.stdout

@@ -1,0 +1,13 @@
+"""Draw the models of a dataset against the number of scales: training and test error, predictions, parameters."""
+
+from myowave.job import job_log
+from myowave.learning.figures import draw_metrics, draw_parameters, draw_predictions
+from myowave.learning.tables import read_evaluations, read_histories, read_predictions
+from myowave.plotting import save
+
+where = snakemake.wildcards
+with job_log(f"draw models of {where.dataset} {where.model} {where.recipe}", snakemake.log[0]):
+    summary = read_evaluations(snakemake.input.evaluations)
+    save(draw_metrics(summary, read_histories(snakemake.input.histories)), snakemake.output.metrics)
+    save(draw_predictions(read_predictions(snakemake.input.predictions), summary), snakemake.output.predictions)
+    save(draw_parameters(summary, list(snakemake.params.identify)), snakemake.output.parameters)
