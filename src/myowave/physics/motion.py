@@ -77,7 +77,9 @@ def excite(model: Model, emg: Tensor, delay: Tensor, position: Tensor, dt: float
 
     Source: Taneja et al. 2023, Eq. 1.
     """
+    # ASSUME: a negative sample of EMG counts as 0 (a muscle cannot push), in generation and in identification alike.
     # ASSUME: EMG is linear between samples; before the first sample it holds the first value.
+    emg = emg.clamp(min=0.0)
     samples = emg.shape[-2]
     delayed = position - (delay / dt)[..., None, None, :]
     delayed = delayed.clamp(0.0, samples - 1.0)
@@ -206,29 +208,23 @@ def _advance_activation(
     return a, advanced
 
 
-@dataclass(frozen=True)
-class Point:
-    """A moment of the motion: q, qdot (...), activation (..., M)."""
-
-    q: Tensor
-    qdot: Tensor
-    activation: Tensor
-
-
 def _advance_muscles(
-    bound: Bound, states: Mapping[str, Tensor], begin: Point, end: Point, h: Tensor
+    bound: Bound, states: Mapping[str, Tensor], begin: Mapping, end: tuple[Tensor, Tensor, Tensor], h: Tensor
 ) -> Mapping[str, Tensor]:
-    """States of effects on the stage `muscle` at `end`, `h` seconds after `begin`.
+    """States of effects on the stage `muscle`, `h` seconds later.
 
     Every stage of a Runge-Kutta step takes the states along to its own point: where a state follows at once, the
     force is then exactly the one without the effect.
+
+    Args:
+        begin: the quantities of the muscles where the states are known.
+        end: q, qdot (...) and activation (..., M) where they are wanted.
     """
-    effects = bound.model.tendon_effects
-    if not effects:
-        return {}
-    begin, end = (muscle_quantities(bound, p.q, p.qdot, p.activation) for p in (begin, end))
+    later = muscle_quantities(bound, *end)
     h = h.unsqueeze(-1)
-    return {e.name: _relax(_relaxation_of(bound, e), states[e.name], h, begin, end) for e in effects}
+    return {
+        e.name: _relax(_relaxation_of(bound, e), states[e.name], h, begin, later) for e in bound.model.tendon_effects
+    }
 
 
 def step(bound: Bound, state: Tensor, drive: Drive) -> Tensor:
@@ -259,23 +255,26 @@ def _runge_kutta(
     bound: Bound, states: Mapping[str, Tensor], q: Tensor, qdot: Tensor, a: tuple[Tensor, ...], h: Tensor
 ) -> tuple[Tensor, Tensor, Mapping[str, Tensor]]:
     """One classical step of fourth order: q, qdot and the states of effects on the stage `muscle`."""
-    half = h / 2.0
-    begin = Point(q, qdot, a[0])
+    half, sixth = h / 2.0, h / 6.0
+    tendons = bool(bound.model.tendon_effects)
+    begin = muscle_quantities(bound, q, qdot, a[0]) if tendons else {}
 
-    def accelerate(q: Tensor, qdot: Tensor, activation: Tensor, elapsed: Tensor) -> Tensor:
-        moved = _advance_muscles(bound, states, begin, Point(q, qdot, activation), elapsed)
-        return acceleration(bound, q, qdot, activation, moved)
+    def advance(elapsed: Tensor, *end: Tensor) -> Mapping[str, Tensor]:
+        return _advance_muscles(bound, states, begin, end, elapsed) if tendons else {}
+
+    def accelerate(elapsed: Tensor, *end: Tensor) -> Tensor:
+        return acceleration(bound, *end, advance(elapsed, *end))
 
     k1 = acceleration(bound, q, qdot, a[0], states)
     v2 = qdot + half * k1
-    k2 = accelerate(q + half * qdot, v2, a[1], half)
+    k2 = accelerate(half, q + half * qdot, v2, a[1])
     v3 = qdot + half * k2
-    k3 = accelerate(q + half * v2, v3, a[1], half)
+    k3 = accelerate(half, q + half * v2, v3, a[1])
     v4 = qdot + h * k3
-    k4 = accelerate(q + h * v3, v4, a[2], h)
-    sixth = h / 6.0
-    end = Point(q + sixth * (qdot + 2.0 * (v2 + v3) + v4), qdot + sixth * (k1 + 2.0 * (k2 + k3) + k4), a[2])
-    return end.q, end.qdot, _advance_muscles(bound, states, begin, end, h)
+    k4 = accelerate(h, q + h * v3, v4, a[2])
+    q = q + sixth * (qdot + 2.0 * (v2 + v3) + v4)
+    qdot = qdot + sixth * (k1 + 2.0 * (k2 + k3) + k4)
+    return q, qdot, advance(h, q, qdot, a[2])
 
 
 def _unpack(model: Model, state: Tensor) -> dict[str, Tensor]:

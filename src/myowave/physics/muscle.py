@@ -50,7 +50,7 @@ def activation(excitation: Tensor, shape: Tensor) -> Tensor:
 
     Source: Taneja et al. 2023, Eq. 2.
     """
-    # ASSUME: e < 0 counts as 0 (a muscle cannot push), in generation and in identification alike.
+    # ASSUME: an excitation that an effect has made negative counts as 0, as negative EMG does.
     u = excitation.clamp(min=0.0)
     small = shape.abs() < 1e-6
     safe = torch.where(small, 1.0, shape)
