@@ -1,6 +1,6 @@
 # Everything from a fresh clone: `make run`, `make test`. The environment is made where it is not there.
 .DEFAULT_GOAL := run
-.PHONY: run test lint ui publish clean
+.PHONY: run test test-postgres test-browser test-slurm lint ui publish clean
 
 PYTHON ?= python3
 CORES ?= 2
@@ -11,8 +11,24 @@ export MLFLOW_DISABLE_TELEMETRY := true
 run: $(VENV)/.ready ## the main job: every dataset, model, recipe and scale named in config.yaml
 	$(BIN)/snakemake --cores $(CORES)
 
-test: $(VENV)/.ready ## all tests
+test: $(VENV)/.ready ## all tests that need nothing but Python
 	$(BIN)/pytest -q -n $(CORES)
+
+# Further tests with programs of Debian, installed where they are missing and one may; else they are skipped with a reason.
+test-postgres: $(VENV)/.ready ## a sweep on a PostgreSQL server
+	$(call install,/usr/lib/postgresql,postgresql)
+	$(BIN)/pytest -q -rs -m postgres
+
+test-browser: $(VENV)/.ready ## what `make ui` and the report show, in a browser without a screen
+	$(call install,/usr/bin/chromedriver,chromium chromium-driver)
+	$(BIN)/pytest -q -rs -m browser
+
+test-slurm: $(VENV)/.ready ## the workflow on a SLURM of this one machine
+	$(call install,/usr/sbin/slurmctld,slurm-wlm munge)
+	$(BIN)/pytest -q -rs -m slurm
+
+install = @test -e $(1) || { test "$$(id -u)" = 0 && apt-get update -qq && \
+  DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $(2); } || echo "$(2) could not be installed"
 
 lint: $(VENV)/.ready ## style of the Python code
 	$(BIN)/ruff check .

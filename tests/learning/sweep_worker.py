@@ -1,10 +1,14 @@
 """A worker with a cheap objective, a process of its own: python sweep_worker.py STORAGE TRIALS WORKER [PAUSE_S]."""
 
 import math
+import os
+import subprocess
 import sys
 import time
 
-from myowave.learning.sweep.study import Score, open_search, work
+import pandas as pd
+
+from myowave.learning.sweep.study import Score, open_search, tabulate, work
 from myowave.settings import Sweep
 
 SWEEP = {
@@ -23,6 +27,16 @@ def objective(settings, pause_s=0.0):
     for level in (1, 0):
         time.sleep(pause_s)
         yield Score(level, (error_of(settings) + level, error_of(settings) + level))
+
+
+def start(storage: str, trials: int, worker: int, pause_s: float = 0.0) -> subprocess.Popen:
+    """A worker that goes on until there are so many trials; it prints the number of each that it finished."""
+    command = [sys.executable, __file__, storage, str(trials), str(worker), str(pause_s)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | {"OMP_NUM_THREADS": "1"})
+
+
+def table_of(storage: str, trials: int) -> pd.DataFrame:
+    return tabulate(open_search("test", storage, Sweep(**SWEEP, trials=trials), FIRST))
 
 
 if __name__ == "__main__":

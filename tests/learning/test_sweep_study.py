@@ -3,27 +3,12 @@
 import math
 import os
 import signal
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
+from sweep_worker import FIRST, SWEEP, error_of, objective, start, table_of
 
 from myowave.learning.sweep.study import Score, best_settings, importances, open_search, tabulate, work
 from myowave.settings import Sweep
-
-WORKER = Path(__file__).parent / "sweep_worker.py"
-sys.path.insert(0, str(WORKER.parent))
-from sweep_worker import FIRST, SWEEP, error_of, objective  # noqa: E402
-
-
-def start(storage: str, trials: int, worker: int, pause_s: float = 0.0) -> subprocess.Popen:
-    command = [sys.executable, str(WORKER), storage, str(trials), str(worker), str(pause_s)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | {"OMP_NUM_THREADS": "1"})
-
-
-def table_of(storage: str, trials: int):
-    return tabulate(open_search("test", storage, Sweep(**SWEEP, trials=trials), FIRST))
 
 
 @pytest.fixture
