@@ -141,6 +141,14 @@ def sweep_figures(ladder):
     return [f"results/figures/{ladder}/sweep/{name}.png" for name in ("history", "importance", "slices", "contours")]
 
 
+# ---- sweep
+
+
+def sweep_section(*left_out):
+    """Settings of the sweep without those that a rule does not depend on."""
+    return {key: value for key, value in dump(SETTINGS.sweep()).items() if key not in left_out}
+
+
 # ---- tracking
 
 

@@ -6,11 +6,6 @@ STUDY = f"results/learning/{SWEPT}/sweep"
 STORAGE = f"{STUDY}/journal.log" if SWEEP.storage == "journal" else SWEEP.storage
 
 
-def sweep_section(*left_out):
-    """Settings of the sweep without those that a rule does not depend on."""
-    return {key: value for key, value in dump(SWEEP).items() if key not in left_out}
-
-
 # All that an error on held-out data depends on; a study is continued as long as it stays the same.
 judged_section = dict(
     physics=section("physics"),
