@@ -210,7 +210,7 @@ class Recipe(Section):
     time_input: bool = setting("whether time t_n is an input beside EMG", "", False)
     history_steps: Whole = setting("past samples of known angle that a prediction starts from", "-", 4, ge=1, le=100)
     history_noise: Real = setting("noise added to the history while training", "rad", 0.0, ge=0, le=1)
-    rollout_steps: Whole = setting("steps fed by the network's own predictions; 1 is teacher forcing", "-", 50, ge=1)
+    rollout_s: Real = setting("time fed by the network's own predictions; 0 is teacher forcing", "s", 1.6, ge=0, le=60)
     epochs: Whole = setting("epochs of all scales together", "-", 1500, ge=1)
     learning_rate: Real = setting("initial step of Adam", "-", 3e-3, gt=0, le=1)
     schedule: Literal["constant", "cosine"] = setting("how the step changes over all epochs", "", "cosine")
@@ -229,8 +229,8 @@ class Recipe(Section):
 
     @model_validator(mode="after")
     def _consistent(self) -> "Recipe":
-        if self.hidden_state == "windowed" and self.rollout_steps > 1:
-            raise ValueError("rollout_steps above 1 need hidden_state: carried; windowed states are teacher-forced")
+        if self.hidden_state == "windowed" and self.rollout_s > 0:
+            raise ValueError("rollout_s above 0 needs hidden_state: carried; windowed states are teacher-forced")
         if self.hidden_state == "carried" and self.beta > 0:
             raise ValueError("beta above 0 needs hidden_state: windowed; a carried state has no residual in its loss")
         if self.identification == "joint" and self.beta == 0:
@@ -302,12 +302,29 @@ class Learning(Section):
 # ------------------------------------------------------------------------------------------- diagnosis, tracking
 
 
+class Study(Section):
+    """How often the diagnosis is right: effects hidden in simulated trials, `snakemake hidden_effects`."""
+
+    dataset: Name = setting("simulated dataset whose trials the effects are hidden in", "", "case1")
+    strengths: tuple[Real, ...] = setting(
+        "strengths of the hidden effects, as fractions of their strongest, twice the typical one where bounds allow", "-",
+        (0.25, 0.5, 1.0), min_length=1,
+    )  # fmt: skip
+    seeds: Whole = setting("datasets for each effect and strength", "-", 3, ge=1, le=100)
+    angle_noises_deg: tuple[Real, ...] = setting("noises of the angle", "deg", (0.3, 1.0, 3.0), min_length=1)
+    clean_sets: Whole = setting("datasets without an effect for each noise", "-", 20, ge=1, le=1000)
+    pairs: tuple[tuple[Name, Name], ...] = setting("effects hidden together", "", ())
+
+
 class Diagnosis(Section):
     """Where the physics is wrong, and what is missing."""
 
     angle_noise_deg: Real | None = setting(
         "standard deviation of the angle's noise; null: estimated from the trials", "deg", None, gt=0, le=30
     )
+    at_rest: bool = setting("every trial starts at rest, so that its first velocity is not estimated", "", False)
+    starts: Whole = setting("searches of the fit of the base model, side by side", "-", 8, ge=1, le=1000)
+    study: Study = setting("how often the diagnosis is right", default=Study)
 
 
 class Tracking(Section):

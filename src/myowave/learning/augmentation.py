@@ -4,9 +4,6 @@ Four trials are too few to learn how muscles of any activation move an elbow at 
 parameters are known needs no measurement to tell. The EMG is made from that of the training trials: warped in time,
 mixed between trials and channels, with the noise redrawn at its measured level.
 
-How far the physics is right is read from the training trials (`misfit`): simulated motion counts beside measured as long
-as the physics explains those no worse than the network does, and less beyond.
-
 Shapes: S seeds, T trials, N samples, C channels.
 """
 
@@ -41,7 +38,8 @@ def imagine_emg(trials: Trials, count: int, seed: int) -> NDArray[np.float64]:
     for made in emg:
         for channel in range(made.shape[1]):
             mix = random.beta(0.5, 0.5)
-            first, second = (_stretch(commands[random.integers(len(commands))][:, channel], samples, random) for _ in "ab")
+            donors = random.integers(len(commands), size=2)
+            first, second = (_stretch(commands[donor][:, channel], samples, random) for donor in donors)
             made[:, channel] = random.uniform(*GAIN) * (mix * first + (1 - mix) * second)
         made += noise * random.standard_normal(made.shape)
     return np.clip(emg, low, high)
@@ -80,19 +78,3 @@ def simulate_imagined(
     margin = MARGIN * (high - low)
     inside = ((angle > low - margin) & (angle < high + margin)).all(-1)
     return torch.where(inside.unsqueeze(-1), angle, float(trials.angle.mean())), inside
-
-
-def misfit(model: Model, params: dict[str, Tensor], trials: Trials) -> Tensor:
-    """How far simulated motion misses the training trials, mean square error [rad^2], (S,); infinite where it diverges.
-
-    Args:
-        params: identified parameters, (S, 1) each.
-    """
-    known = known_params(trials, model)
-    drive = channels_of(model, trials.channels, torch.from_numpy(trials.emg))
-    q0 = torch.from_numpy(trials.angle[:, 0])
-    qdot0 = torch.from_numpy((trials.angle[:, 1] - trials.angle[:, 0]) / trials.dt)
-    motion = simulate(model, {**known, **params}, drive, trials.dt, q0, qdot0)
-    valid = torch.from_numpy(trials.valid)
-    error = (motion.angle - torch.from_numpy(trials.angle)).square() * valid
-    return (error.sum((-1, -2)) / valid.sum()).nan_to_num(nan=float("inf"))

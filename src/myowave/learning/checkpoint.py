@@ -89,10 +89,10 @@ class Checkpoint:
         try:
             content = torch.load(path, map_location=device, weights_only=True)
         except (pickle.UnpicklingError, RuntimeError, EOFError) as error:
-            raise ValueError(f"{path}: this is not a checkpoint of myowave ({type(error).__name__}). Train it again.") from error
+            raise ValueError(f"{path}: not a checkpoint of myowave ({type(error).__name__}). Train it again.") from None
         found = content.pop("format", None) if isinstance(content, dict) else None
         if found != FORMAT:
-            raise ValueError(f"{path}: checkpoint format is {found}, expected {FORMAT}. Train it again with this version.")
+            raise ValueError(f"{path}: checkpoint format is {found}, expected {FORMAT}. Train it again.")
         content["recipe"] = json.loads(content["recipe"])
         content["architecture"] = Architecture(**content["architecture"])
         content["scaling"] = Scaling(**content["scaling"])

@@ -129,7 +129,9 @@ def _identifiability(checkpoint: Checkpoint, seed: int, parameter: int) -> str:
     strength = float(correlation[other])
     if abs(strength) > CONFOUNDED:
         return f"hardly told from {checkpoint.names[other]} (correlation {strength:.2f})"
-    return f"told apart (largest correlation {strength:.2f}, with {checkpoint.names[other]})" if other != parameter else "alone"
+    if other == parameter:
+        return "the only one identified"
+    return f"told apart (largest correlation {strength:.2f}, with {checkpoint.names[other]})"
 
 
 def read_evaluations(paths: Sequence[str]) -> pd.DataFrame:

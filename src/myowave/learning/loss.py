@@ -67,10 +67,11 @@ class RolloutLoss:
 
     def backward(self, weights: Mapping[str, Tensor], raw: Tensor) -> Losses:
         """Losses of one epoch; leaves gradients in the weights. `raw` is not used: identification goes its own way."""
-        x, z, v = self._draw(self._corpus, self._count)
-        weight = z.new_ones(z.shape[0], self._count)
-        if self._simulated is not None:
-            trial, start = self._simulated.draw(self._count, self._length, self._random)
+        simulated = self._count // 2 if self._simulated is not None else 0
+        x, z, v = self._draw(self._corpus, self._count - simulated)
+        weight = z.new_ones(z.shape[0], self._count - simulated)
+        if simulated:
+            trial, start = self._simulated.draw(simulated, self._length, self._random)
             parts = self._simulated.cut(trial, start, self._length)
             x = torch.cat([x, parts[0]])
             z, v = (torch.cat(pair, dim=1) for pair in ((z, parts[1]), (v, parts[2])))
@@ -179,7 +180,7 @@ class TeacherForcedLoss:
         """I qddot - E - T^MT - (torques of effects) at every sample [N m], (S, T, N), Eq. 38."""
         bound = bind(self._model, {**self._known, **params}, self._emg)
         sample = torch.arange(q.shape[-1], dtype=q.dtype, device=q.device)
-        _, activation = activate(bound, self._emg, sample[:, None, None, None], self._dt)
+        _, activation = activate(bound, self._emg, sample[:, None, None], self._dt)
         result = torques(bound.along(1), q, qdot, activation.squeeze(-2), {})
         return result.inertia * qddot - result.total
 

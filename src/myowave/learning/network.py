@@ -1,7 +1,7 @@
 """The recurrent network: cells of Eqs. 8-13 and 51-53, for all seeds at once.
 
-A *history cell* sees EMG x_i and angle q_i of a past sample; the *current cell* sees x_n alone and gives the prediction.
-Both have the same weights. Every weight has a leading axis for seeds, so that one matrix product serves all of them.
+A *history cell* sees EMG x_i and angle q_i of a past sample; the *current cell* sees x_n alone and predicts. Both
+have the same weights. Every weight has a leading axis for seeds, so that one matrix product serves all of them.
 
 Inputs and outputs are standardised with numbers of the training trials (`Scaling`). The output is the angle itself
 (`absolute`, Eq. 13) or an increment on linear extrapolation, q_n = 2 q_(n-1) - q_(n-2) + net: then the network has to
@@ -52,7 +52,7 @@ class Architecture:
 
 @dataclass(frozen=True)
 class Scaling:
-    """Numbers that make inputs and outputs of order one, taken from the training trials at scale [0]'s predecessor.
+    """Numbers that make inputs and outputs of order one, from the training trials at scale [0].
 
     Args:
         emg_mean, emg_std: of each channel [-].

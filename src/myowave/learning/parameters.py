@@ -2,9 +2,9 @@
 
 The search moves *raw* numbers of order one, from which the values follow:
 
-    ratio        Gamma = Gamma_0 raw, Eq. 37; a parameter that starts at 0 (of an effect) is raw times a typical strength
+    ratio        Gamma = Gamma_0 raw, Eq. 37; where Gamma_0 is 0 (an effect), a typical strength times raw
     bounded      Gamma = low + (high - low) sig(raw)
-    literature   Gamma = 1/N sum_r gamma_r sig(raw_r), Eq. 41 as printed: anything from 0 to the mean of the literature
+    literature   Gamma = 1/N sum_r gamma_r sig(raw_r), Eq. 41 as printed: from 0 to the mean of the literature
 
 Shapes: S seeds, P parameters, R raw numbers (P, and more where literature values are many), ... leading batch.
 """
@@ -60,6 +60,12 @@ class Identified:
         """Parameters by name for the physics, each (..., S, 1), to broadcast against trials."""
         values = self.values(raw)
         return {name: values[..., i].unsqueeze(-1) for i, name in enumerate(self.names)}
+
+
+def slope_of(identified: Identified, raw: Tensor) -> Tensor:
+    """d value / d raw, (S, P, R), by differences."""
+    step = 1e-6 * torch.eye(raw.shape[-1], dtype=raw.dtype).unsqueeze(1)
+    return ((identified.values(raw + step) - identified.values(raw - step)) / 2e-6).movedim(0, -1)
 
 
 def identify(

@@ -1,7 +1,7 @@
 """From EMG to motion with a trained network.
 
-*Free running* (Fig. 4b): the first `history` angles are given, all others are the network's own. *Teacher forced*: every
-angle before the predicted one is given. `Predictor` runs free on a stream, one sample of EMG at a time.
+*Free running* (Fig. 4b): the first `history` angles are given, all others are the network's own. *Teacher forced*:
+every angle before the predicted one is given. `Predictor` runs free on a stream, one sample of EMG at a time.
 
 Shapes: S seeds, T trials, N samples, C channels, H hidden units.
 """
@@ -99,7 +99,8 @@ def _run_windowed(network: Network, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
     for n in range(m, x.shape[1]):
         past = torch.stack(z[n - m : n], -1), torch.stack(v[n - m : n], -1)
         hidden = warm_up(network.architecture, network.weights, driven[:, :, n - m : n], *past)
-        output = read_out(network.weights, apply_cell(network.architecture.cell, network.weights, hidden, driven[:, :, n]))
+        hidden = apply_cell(network.architecture.cell, network.weights, hidden, driven[:, :, n])
+        output = read_out(network.weights, hidden)
         zn, vn = step_angle(network, output, z[-1], v[-1])
         z.append(zn)
         v.append(vn)
@@ -205,7 +206,7 @@ class Predictor:
     def step(self, emg: Sequence[float]) -> Tensor:
         """The angle [rad] at the next sample for every seed, (S,), from its EMG (one number a channel)."""
         if len(emg) != self._channels:
-            raise ValueError(f"a sample of EMG has {len(emg)} numbers; the network was trained on {self._channels} channels.")
+            raise ValueError(f"a sample of EMG has {len(emg)} numbers; the network takes {self._channels} channels.")
         network, n = self._network, self._count
         architecture, weights, m = network.architecture, network.weights, network.history
         sample = torch.tensor([emg], dtype=torch.float64)

@@ -13,20 +13,18 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.learning.augmentation import imagine_emg, misfit, simulate_imagined
+from myowave.learning.augmentation import imagine_emg, simulate_imagined
 from myowave.learning.checkpoint import Checkpoint, digest_model, digest_trials
+from myowave.learning.identification import Identification
 from myowave.learning.loss import Losses, Noise, RolloutLoss, TeacherForcedLoss
 from myowave.learning.network import Architecture, Scaling, initialise
 from myowave.learning.parameters import Identified, identify
 from myowave.learning.prediction import Network, run_free
-from myowave.learning.weak import Sequence as WeakSequence
-from myowave.learning.weak import WeakResidual, gauss_newton, uncertainty
 from myowave.learning.windows import Corpus, Validation, count_training_samples
 from myowave.physics.model import Model
 from myowave.settings import Identify, Recipe
 
 VALIDATE_EVERY = 5  # epochs
-IDENTIFICATIONS = 10  # Gauss-Newton steps at the beginning of a scale; they converge in about five
 CLIP = 1.0  # largest norm of a seed's gradient
 DATA_SEED = 20230  # of windows and made-up EMG, which all seeds share
 
@@ -142,7 +140,7 @@ class _Run:
         identified, raw = identify(model, wanted, trials.constants, seeds)
         if start is None:
             if level != total - 1:
-                raise ValueError(f"scale -{level} of {total} starts from the checkpoint of scale -{level + 1}; none given.")
+                raise ValueError(f"scale -{level} of {total} starts from a checkpoint of scale -{level + 1}; none given.")
             architecture = Architecture(
                 recipe.cell, recipe.hidden, len(trials.channels), recipe.output == "increment", recipe.time_input
             )
@@ -175,19 +173,23 @@ class _Run:
         optimizer = torch.optim.Adam(
             [*weights.values(), *([self.raw] if joint else [])], lr=recipe.learning_rate, betas=(0.9, 0.99)
         )
-        weak = None if joint else WeakResidual.of(self.model, self.trials).along(torch.from_numpy(self.trials.angle).unsqueeze(0))
-        damping = torch.full((len(self.seeds),), 1e-3, dtype=torch.float64)
-        simulates = self.level == 0 and recipe.simulated_trials > 0
+        search = None
+        if not joint:
+            search = Identification(self.model, self.trials, self.identified, self.raw, finest=self.level == 0)
+        simulated = not (search and self.level == 0 and recipe.simulated_trials)
         best = _Best(weights, self.raw)
         val_mse, val_r2 = self._validate()
         for epoch in range(1, count + 1):
             optimizer.param_groups[0]["lr"] = recipe.learning_rate * self._decay(epoch, count)
-            if weak and epoch <= IDENTIFICATIONS:
-                self.raw, damping = gauss_newton(weak, self.identified, self.raw, damping)
-            if simulates and epoch == min(IDENTIFICATIONS, count):
-                physics_mse = self._simulate(loss)
-            if simulates and epoch >= IDENTIFICATIONS:
-                loss.trust = (val_mse / physics_mse).clamp(max=1.0)
+            if search and not search.done:
+                search.step()
+                self.raw = search.raw
+            elif not simulated:
+                self._simulate(loss)
+                simulated = True
+            if simulated and search:
+                # Simulated motion counts beside measured as long as physics explains the trials as well as the network.
+                loss.trust = (val_mse / search.mse.to(self.device)).clamp(max=1.0)
             losses = loss.backward(weights, self.raw)
             _clip(weights)
             optimizer.step()
@@ -200,7 +202,7 @@ class _Run:
             if not last:
                 yield report
                 continue
-            yield replace(report, checkpoint=self._checkpoint(best, weak, epoch, time.perf_counter() - started))
+            yield replace(report, checkpoint=self._checkpoint(best, search, epoch, time.perf_counter() - started))
             return
 
     def _loss(self) -> RolloutLoss | TeacherForcedLoss:
@@ -208,7 +210,8 @@ class _Run:
         noise = Noise(recipe.history_noise, self.seeds, self.level)
         if self.network.carried:
             random = torch.Generator().manual_seed(DATA_SEED + self.level)
-            return RolloutLoss(self.network, self.corpus, recipe.rollout_steps, noise, random)
+            steps = max(1, round(recipe.rollout_s / self.trials.dt))
+            return RolloutLoss(self.network, self.corpus, steps, noise, random)
         return TeacherForcedLoss(
             self.network, self.model, self.identified, self.trials, self.corpus.usable,
             recipe.beta, recipe.derivative, noise, self.device,
@@ -228,12 +231,8 @@ class _Run:
         z, step = (given.expand(len(self.seeds), -1, -1) for given in (v.z, v.v))
         return v.score(network.to_rad(run_free(network, v.x, z, step)))
 
-    def _simulate(self, loss: RolloutLoss) -> Tensor:
-        """Give the loss trials that physics makes with the identified parameters.
-
-        Returns:
-            How far physics misses the training trials, mean square error [rad^2], (S,).
-        """
+    def _simulate(self, loss: RolloutLoss) -> None:
+        """Give the loss trials that physics makes with the identified parameters."""
         params = self.identified.params(self.raw)
         emg = imagine_emg(self.trials, self.recipe.simulated_trials, DATA_SEED)
         angle, usable = simulate_imagined(self.model, params, self.trials, emg, DATA_SEED)
@@ -243,18 +242,17 @@ class _Run:
             angle.to(self.device), self.trials.dt, length,
         )  # fmt: skip
         loss.add_simulated(corpus, usable.to(self.device))
-        return misfit(self.model, params, self.trials).to(self.device)
 
     def _values(self, raw: Tensor) -> dict[str, Tensor]:
         values = self.identified.values(raw.detach()).cpu()
         return {name: values[:, i] for i, name in enumerate(self.identified.names)}
 
-    def _checkpoint(self, best: "_Best", weak: WeakSequence | None, epochs: int, seconds: float) -> Checkpoint:
+    def _checkpoint(self, best: "_Best", search: Identification | None, epochs: int, seconds: float) -> Checkpoint:
         before = self.before
         values = self.identified.values(best.raw).cpu()
         errors, correlations = torch.full_like(values, math.nan), torch.full((*values.shape, values.shape[1]), math.nan)
-        if weak is not None:
-            errors, correlations = uncertainty(weak, self.identified, best.raw)
+        if search is not None:
+            errors, correlations = search.uncertainty()
         return Checkpoint(
             **self.labels,
             level=self.level,

@@ -1,7 +1,7 @@
 """The equation of motion in weak form along a known sequence, and Gauss-Newton steps on it.
 
-With test functions w that vanish with their first derivatives at both ends, r_k = int w_k'' q - w_k (torque / inertia) dt
-holds no derivative of q beyond the velocity that the muscles need: second differences, which amplify every error of a
+With test functions w that vanish with their first derivatives at both ends,
+r_k = int w_k'' q - w_k (torque / inertia) dt holds no derivative of q beyond the velocity that the muscles need: second differences, which amplify every error of a
 prediction, do not appear. Between samples q is a quintic spline and EMG is what the simulator takes it to be; a sample
 step is cut where the delayed EMG has its kinks, and each piece is integrated by Gauss-Legendre points. The residual of
 an exact motion is then small enough to identify parameters to 0.01 %.
@@ -149,26 +149,6 @@ def gauss_newton(sequence: Sequence, identified: Identified, raw: Tensor, dampin
     better = proposed.square().sum(-1) < residual.square().sum(-1)
     damping = torch.where(better, damping / 10, damping * 10).clamp(1e-9, 1e6)
     return torch.where(better.unsqueeze(-1), raw + change, raw), damping
-
-
-def uncertainty(sequence: Sequence, identified: Identified, raw: Tensor) -> tuple[Tensor, Tensor]:
-    """Standard errors of the values (S, P), SI units, and how far they are confounded, correlations (S, P, P).
-
-    From the scatter of the residual itself, block by block, so that it holds for errors of any colour: what the
-    physics cannot explain widens it. Neighbouring test functions overlap; a block is as long as one of them.
-    """
-    residual, jacobian = sequence.linearise(identified, raw)
-    by_raw = (identified.values(raw + NUDGE * torch.eye(raw.shape[-1], dtype=raw.dtype).unsqueeze(1)) - identified.values(raw)) / NUDGE
-    slope = by_raw.movedim(0, -1)  # (S, P, R)
-    inverse = torch.linalg.pinv(jacobian.mT @ jacobian, hermitian=True)
-    scores = (jacobian * residual.unsqueeze(-1)).unflatten(1, (len(sequence.form.lengths), -1))
-    pieces = scores.split(2 * STRIDE, dim=2)
-    blocks = torch.cat([piece.sum(2) for piece in pieces], dim=1)  # (S, blocks, R)
-    spread = slope @ inverse @ (blocks.mT @ blocks) @ inverse @ slope.mT
-    shape = slope @ inverse @ slope.mT
-    size = torch.diagonal(shape, dim1=-2, dim2=-1).clamp(min=1e-300).sqrt()
-    correlation = shape / (size.unsqueeze(-1) * size.unsqueeze(-2))
-    return torch.diagonal(spread, dim1=-2, dim2=-1).clamp(min=0).sqrt(), correlation
 
 
 def known_params(trials: Trials, model: Model) -> dict[str, Tensor]:
