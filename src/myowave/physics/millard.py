@@ -84,6 +84,7 @@ def _sample(knots: Sequence[Knot], curviness: Sequence[float]) -> tuple[NDArray,
         across, up = _corner(left, right, c)
         u = _parameter_at(across, grid[here])
         y[here], slope[here] = up(u), up.deriv()(u) / across.deriv()(u)
+    y[[0, -1]], slope[[0, -1]] = (knots[0].y, knots[-1].y), (knots[0].slope, knots[-1].slope)  # free of rounding
     return grid, y, slope
 
 

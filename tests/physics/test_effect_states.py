@@ -1,0 +1,82 @@
+"""Effects with a state of their own: equilibrium without lag, second order, and lags in the right direction."""
+
+import numpy as np
+import pytest
+import torch
+
+from myowave.physics.effects import catalogue
+from myowave.physics.motion import _relax, simulate
+
+DOUBLE = torch.float64
+
+
+def settle(time_constants, steps, *, stiffness=0.3, end=1.0, start=0.2):
+    """State after `end` seconds of dy/dt = (target - y) / T with a moving, state-dependent target."""
+    rise, fall = (torch.tensor(t, dtype=DOUBLE) for t in time_constants)
+    state, h = torch.tensor(start, dtype=DOUBLE), end / steps
+
+    def relaxation(quantities):
+        target = 0.5 + 0.4 * torch.sin(3 * quantities["time"]) - stiffness * torch.sin(quantities["state"])
+        lag = 1 + 0.3 * torch.cos(2 * quantities["time"])
+        return target, rise * lag, fall * lag
+
+    for n in range(steps):
+        begin, stop = ({"time": torch.tensor(t, dtype=DOUBLE)} for t in (n * h, (n + 1) * h))
+        state = _relax(relaxation, state, torch.tensor(h, dtype=DOUBLE), begin, stop)
+    return state.item()
+
+
+def test_relaxation_is_second_order():
+    exact = settle((0.4, 0.4), 4096)
+    errors = [abs(settle((0.4, 0.4), n) - exact) for n in (16, 32, 64)]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert (abs(orders - 2) < 0.3).all(), orders
+
+
+def test_without_lag_the_state_is_at_its_target():
+    state = settle((0.0, 0.0), 8, stiffness=0.0)
+    assert state == pytest.approx(0.5 + 0.4 * np.sin(3.0), abs=1e-12)
+
+
+@pytest.mark.parametrize("time_constant", [1e-12, 1e-6, 1e-2, 1.0, 1e6])
+def test_a_state_never_passes_its_target_however_stiff(time_constant):
+    def relaxation(_):
+        return (torch.tensor(1.0, dtype=DOUBLE), *(torch.tensor(time_constant, dtype=DOUBLE),) * 2)
+
+    state = _relax(relaxation, torch.tensor(0.0, dtype=DOUBLE), torch.tensor(0.01, dtype=DOUBLE), {}, {})
+    assert state.item() == pytest.approx(-np.expm1(-0.01 / time_constant), rel=1e-9)
+
+
+def test_rise_lags_rising_and_decay_lags_falling_activation(elbow, dt):
+    ramp = torch.cat([torch.full((10,), 0.3), torch.linspace(0.3, 0.8, 30), torch.linspace(0.8, 0.3, 30)]).to(DOUBLE)
+    emg = torch.stack([ramp, torch.full_like(ramp, 0.2)], -1)[None]
+    model = elbow.with_effects([catalogue()["activation_dynamics"]])
+    plain = simulate(model, {}, emg, dt, 1.0).state[0, :, 2]
+    rise = simulate(model, {"activation_dynamics.rise": 0.1}, emg, dt, 1.0).state[0, :, 2]
+    decay = simulate(model, {"activation_dynamics.decay": 0.1}, emg, dt, 1.0).state[0, :, 2]
+    going_up, going_down = slice(18, 38), slice(50, 68)
+    assert (rise[going_up] < plain[going_up] - 0.01).all()
+    torch.testing.assert_close(decay[going_up], plain[going_up], rtol=0, atol=1e-9)
+    assert (decay[going_down] > plain[going_down] + 0.01).all()
+
+
+def test_a_stretching_tendon_carries_the_force_of_a_shorter_fibre_at_rest(elbow, dt):
+    """Constant EMG: when all has come to rest, the tendon's force is the fibre's at its stretched-out length."""
+    emg = torch.tensor([0.5, 0.3], dtype=DOUBLE).expand(1, 200, 2)
+    model = elbow.with_effects([catalogue()["compliant_tendon"], catalogue()["joint_damping"]])
+    strain = 0.1
+    motion = simulate(model, {"compliant_tendon.strain": strain, "joint_damping.c": 5.0}, emg, dt, 1.0)
+    q, force = motion.q[0, -1], motion.state[0, -1, 2:]
+    assert motion.qdot[0, -1].abs() < 1e-6
+    path = torch.sqrt(0.3**2 + 0.8**2 + 2 * 0.3 * 0.8 * torch.cos(q))
+    fibre = (path - 0.55 * (1 + strain * force[0])) / 0.6
+    a = np.expm1(0.2 * 0.5) / np.expm1(0.2)
+    expected = a * elbow.curves.active_length(fibre) + elbow.curves.passive(fibre)
+    assert force[0].item() == pytest.approx(expected.item(), abs=1e-6)
+
+
+def test_fatigue_weakens_a_muscle_that_works(elbow, dt):
+    emg = torch.tensor([0.7, 0.2], dtype=DOUBLE).expand(1, 300, 2)
+    model = elbow.with_effects([catalogue()["fatigue"]])
+    q = simulate(model, {"fatigue.k": 0.5}, emg, dt, 1.2).q[0]
+    assert q[280:].mean() < q[100:120].mean() - 0.01

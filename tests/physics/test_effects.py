@@ -1,0 +1,112 @@
+"""Every effect of the catalogue: absent at 0, felt at its typical strength, and its signature checked."""
+
+from dataclasses import replace
+
+import pytest
+import torch
+
+from myowave.physics.curves import DEGROOTE, MILLARD
+from myowave.physics.effect import Effect, Parameter
+from myowave.physics.effects import SHIPPED, catalogue
+from myowave.physics.effects.check import check_effect
+from myowave.physics.model import parse_model
+from myowave.physics.motion import simulate
+
+NAMES = [effect.name for effect in SHIPPED]
+PARAMETER = {"c": Parameter(unit="-", low=0.0, high=1.0, typical=0.5, meaning="strength")}
+
+
+@pytest.fixture(scope="module")
+def drive(noisy_emg):
+    return noisy_emg[0.15][:2, :60]
+
+
+@pytest.fixture(scope="module")
+def plain(elbow, drive, dt):
+    return simulate(elbow, {}, drive, dt, 1.0)
+
+
+def test_names_are_unique_and_form_model_coordinates(elbow):
+    assert len(set(NAMES)) == len(NAMES)
+    name = "base+" + "+".join(NAMES)
+    assert parse_model(name, elbow, catalogue()).name == name
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_effect_passes_the_check_that_users_effects_pass(name):
+    check_effect(catalogue()[name])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_effect_is_absent_at_zero_and_felt_at_its_typical_strength(name, elbow, drive, plain, dt):
+    effect = catalogue()[name]
+    model = elbow.with_effects([effect])
+    parameters = model.parameters_of(effect)
+    absent = simulate(model, dict.fromkeys(parameters, 0.0), drive, dt, 1.0)
+    torch.testing.assert_close(absent.angle, plain.angle, rtol=0, atol=1e-9)
+    for parameter, values in parameters.items():  # each alone
+        felt = simulate(model, {parameter: values.typical}, drive, dt, 1.0)
+        assert torch.isfinite(felt.angle).all()
+        assert (felt.angle - plain.angle).abs().max() > 1e-4, parameter
+
+
+def test_all_effects_together_change_nothing_at_zero(elbow, drive, plain, dt):
+    motion = simulate(elbow.with_effects(SHIPPED), {}, drive[:, :20], dt, 1.0)
+    torch.testing.assert_close(motion.angle, plain.angle[:, :20], rtol=0, atol=1e-9)
+
+
+def test_curve_effects_at_full_strength_are_the_other_curves(elbow, drive, dt):
+    for name, curves in (("millard_curves", MILLARD), ("degroote_curves", DEGROOTE)):
+        blended = simulate(elbow.with_effects([catalogue()[name]]), {f"{name}.w": 1.0}, drive, dt, 1.0)
+        other = simulate(replace(elbow, curves=curves), {}, drive, dt, 1.0)
+        torch.testing.assert_close(blended.q, other.q, rtol=0, atol=1e-9)
+
+
+def test_a_clock_shift_by_whole_samples_moves_the_record(elbow, drive, plain, dt):
+    model = elbow.with_effects([catalogue()["clock_shift"]])
+    late = simulate(model, {"clock_shift.d": 3 * dt}, drive, dt, 1.0)
+    torch.testing.assert_close(late.angle[..., 3:], plain.angle[..., :-3], rtol=0, atol=1e-12)
+
+
+def test_crosstalk_is_taken_out_of_a_recording_to_first_order(elbow):
+    recorded = torch.tensor([[0.5, 0.2]], dtype=torch.float64)
+    pure = catalogue()["emg_crosstalk"].function
+    side = torch.tensor([1.0, -1.0], dtype=torch.float64)
+    for x in (0.1, 0.05):
+        mixed = recorded + x * recorded.flip(-1)
+        assert (pure(mixed, side, x=torch.tensor([x], dtype=torch.float64)) - recorded).abs().max() <= x**2
+
+
+def test_more_strength_of_an_effect_at_once_is_a_batch(elbow, drive, dt):
+    model = elbow.with_effects([catalogue()["joint_damping"], catalogue()["fatigue"]])
+    strengths = torch.tensor([[0.0], [0.5], [1.0]], dtype=torch.float64)
+    batch = simulate(model, {"joint_damping.c": strengths, "fatigue.k": strengths / 2}, drive, dt, 1.0)
+    for row, c in zip(batch.angle, strengths.flatten().tolist(), strict=True):
+        one = simulate(model, {"joint_damping.c": c, "fatigue.k": c / 2}, drive, dt, 1.0)
+        torch.testing.assert_close(row, one.angle, rtol=0, atol=1e-12)
+
+
+def effect(function, acts_on="joint", **changes):
+    fields = {"name": "mine", "acts_on": acts_on, "equation": "-", "function": function, "parameters": PARAMETER}
+    return Effect(**{**fields, "source": "test", **changes})
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: effect(lambda q, *, k: -k * q), "declares \\['c'\\]"),
+        (lambda: effect(lambda q, c: -c * q), "asks for \\['c'\\].*after a bare"),
+        (lambda: effect(lambda hill, *, c: c, "joint"), "asks for \\['hill'\\]"),
+        (lambda: effect(lambda state, *, c: c * state, "activation"), "asks for \\['state'\\]"),
+        (lambda: effect(lambda *, c: c, "elbow"), "acts_on is 'elbow'"),
+        (lambda: effect(lambda *, c: c, relaxation=lambda: 0), "may have a relaxation"),
+        (lambda: effect(lambda *, c: c, name="my effect"), "Python identifier"),
+        (lambda: effect(lambda: 0.0, parameters={}), "declares no parameters"),
+        (lambda: effect(lambda f0, mass, *, c: {}, "constants"), "write two effects"),
+        (lambda: Parameter(unit="-", low=0.5, high=1.0, typical=0.7, meaning="no zero"), "must hold 0"),
+        (lambda: Parameter(unit="-", low=0.0, high=1.0, typical=0.0, meaning="nothing"), "and not 0"),
+    ],
+)
+def test_a_wrong_definition_is_an_error_at_once(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()

@@ -1,0 +1,110 @@
+"""Mechanics of the elbow: energy, virtual work, exact aliases."""
+
+import numpy as np
+import pytest
+import torch
+
+from myowave.physics.effects import catalogue
+from myowave.physics.model import bind, muscle_quantities, torques
+from myowave.physics.motion import simulate
+
+ANGLES = torch.linspace(0.15, 2.2, 60, dtype=torch.float64)
+REST = torch.zeros_like(ANGLES)
+INACTIVE = torch.zeros(len(ANGLES), 2, dtype=torch.float64)
+
+
+def slope(function, x, step=1e-6):
+    return (function(x + step) - function(x - step)) / (2 * step)
+
+
+def work_done(torque, begin, end):
+    """Integral of a torque from one angle to another, by Gauss-Legendre quadrature on short pieces."""
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    edges = torch.linspace(begin, end, 201, dtype=torch.float64)
+    half = torch.diff(edges)[:, None] / 2
+    q = (edges[:-1, None] + half) + half * torch.from_numpy(nodes)
+    return (torque(q.flatten()).reshape(q.shape) * torch.from_numpy(weights) * half).sum()
+
+
+def test_torque_of_gravity_is_the_slope_of_the_energy_of_a_raised_mass(elbow):
+    bound = bind(elbow, {"mass": 1.7, "length": 0.4, "load": 0.6}, ANGLES)
+    gravity = torques(bound, ANGLES, REST, INACTIVE, {}).gravity
+    height = lambda q: -0.4 * torch.cos(q)  # noqa: E731
+    torch.testing.assert_close(gravity, -slope(lambda q: (1.7 + 0.6) * 9.80665 * height(q), ANGLES), rtol=0, atol=1e-8)
+
+
+def test_passive_muscles_return_the_energy_stored_in_their_fibres(elbow):
+    """Torque about the joint against the strain energy f0 l0 integral f_P dl of the fibres."""
+    params = {"slack_Bi": 0.25, "slack_Tri": 0.15, "pennation_Tri": 0.3}
+
+    def state(q):
+        bound = bind(elbow, params, q)
+        return bound, muscle_quantities(bound, q, torch.zeros_like(q), torch.zeros(len(q), 2, dtype=q.dtype))
+
+    def torque(q):
+        bound, _ = state(q)
+        return torques(bound, q, torch.zeros_like(q), torch.zeros(len(q), 2, dtype=q.dtype), {}).muscles
+
+    ends = torch.tensor([0.3, 1.4], dtype=torch.float64)
+    bound, quantities = state(ends)
+    lengths = quantities["fibre_length"]
+    stored = sum(
+        300.0 * bound.muscle["l0"][..., m].item() * work_done(elbow.curves.passive, *lengths[:, m].tolist())
+        for m in (0, 1)
+    )
+    assert abs(stored) > 1.0  # joules: the muscles are stretched
+    torch.testing.assert_close(work_done(torque, 0.3, 1.4), -stored, rtol=1e-6, atol=0)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.02])
+def test_moment_arms_do_the_virtual_work_of_the_path(offset, elbow):
+    model = elbow.with_effects([catalogue()["moment_arm_offset"]])
+    params = {"moment_arm_offset.d_Bi": offset, "moment_arm_offset.d_Tri": -offset}
+    bound = bind(model, params, ANGLES)
+
+    def path(q):
+        fibre = muscle_quantities(bound, q, REST, INACTIVE)["fibre_length"]
+        return fibre * bound.muscle["l0"] + bound.muscle["slack"]
+
+    arm = muscle_quantities(bound, ANGLES, REST, INACTIVE)["moment_arm"]
+    torch.testing.assert_close(arm, -slope(path, ANGLES), rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", ["joint_stiffness", "joint_stops", "gravity_tilt", "constant_torque"])
+def test_elastic_torques_do_no_work_around_a_closed_path_and_ignore_speed(name, elbow):
+    effect = catalogue()[name]
+    bound = bind(elbow.with_effects([effect]), {f"{name}.{n}": p.typical for n, p in effect.parameters.items()}, ANGLES)
+    still = torques(bound, ANGLES, REST, INACTIVE, {}).effects
+    moving = torques(bound, ANGLES, REST + 3.0, INACTIVE + 0.5, {}).effects
+    assert (still != 0).any()
+    torch.testing.assert_close(moving.expand_as(ANGLES), still.expand_as(ANGLES), rtol=0, atol=0)
+
+
+@pytest.mark.parametrize("name", ["joint_damping", "coulomb_friction", "muscle_damping"])
+def test_friction_and_damping_only_take_energy(name, elbow):
+    effect = catalogue()[name]
+    model = elbow.with_effects([effect])
+    q, qdot = torch.meshgrid(ANGLES, torch.linspace(-6, 6, 41, dtype=torch.float64), indexing="ij")
+    active = torch.full((*q.shape, 2), 0.4, dtype=torch.float64)
+    value = {f"{name}.{n}": p.typical for n, p in effect.parameters.items()}
+    with_it, without = (torques(bind(model, p, q), q, qdot, active, {}).total for p in (value, {}))
+    power = (with_it - without) * qdot
+    assert power.max() <= 1e-12
+    assert power.min() < -0.1
+
+
+def test_a_load_is_the_same_motion_as_weaker_muscles(elbow, noisy_emg, dt):
+    emg, load = noisy_emg[0.10][:2, :150], 0.35
+    loaded = simulate(elbow, {"load": load}, emg, dt, 1.0)
+    weaker = simulate(elbow, {"f0_Bi": 300 / (1 + load), "f0_Tri": 300 / (1 + load)}, emg, dt, 1.0)
+    assert (loaded.q - simulate(elbow, {}, emg, dt, 1.0).q).abs().max() > 0.05
+    torch.testing.assert_close(loaded.q, weaker.q, rtol=0, atol=1e-9)
+
+
+def test_an_emg_gain_is_strength_where_activation_is_proportional_to_emg(elbow, noisy_emg, dt):
+    emg = noisy_emg[0.10][:2, :150]
+    model = elbow.with_effects([catalogue()["emg_gain"]])
+    linear = {"shape_Bi": 0.0, "shape_Tri": 0.0, "slack_Bi": 0.6, "slack_Tri": 0.5}  # no passive force either
+    gain = simulate(model, {**linear, "emg_gain.g_Bi": 0.1, "emg_gain.g_Tri": -0.05}, emg, dt, 1.0)
+    strength = simulate(model, {**linear, "f0_Bi": 330.0, "f0_Tri": 285.0}, emg, dt, 1.0)
+    torch.testing.assert_close(gain.q, strength.q, rtol=0, atol=1e-9)

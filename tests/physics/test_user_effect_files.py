@@ -1,0 +1,96 @@
+"""Users' own effect files: equals of those that ship, and refused with a reason when faulty."""
+
+import pytest
+import torch
+
+from myowave.physics.effects import catalogue
+from myowave.physics.model import parse_model
+from myowave.physics.motion import simulate
+
+HEADER = "import torch\nfrom myowave.physics.effect import Effect, Parameter\n"
+TEMPLATE = (
+    HEADER
+    + """
+def spring({arguments}):
+    return {result}
+
+EFFECT = Effect(
+    name="{name}", acts_on="{stage}", equation="-k q^3", function=spring, source="test",
+    parameters={{"k": Parameter(unit="N m", low={low}, high=5.0, typical=1.0, meaning="hardening spring")}},
+)
+"""
+)
+
+
+def write(path, *, name="hardening_spring", stage="joint", arguments="q, *, k", result="-k * q**3", low="0.0"):
+    path.write_text(TEMPLATE.format(name=name, stage=stage, arguments=arguments, result=result, low=low))
+    return path
+
+
+def test_a_users_effect_is_used_like_one_that_ships(tmp_path, elbow, noisy_emg, dt):
+    effects = catalogue([write(tmp_path / "spring.py")])
+    model = parse_model("base+joint_damping+hardening_spring", elbow, effects)
+    emg = noisy_emg[0.10][:1, :80]
+    held = simulate(model, {"hardening_spring.k": 2.0}, emg, dt, 1.0)
+    free = simulate(model, {}, emg, dt, 1.0)
+    assert held.q[0, -20:].mean() < free.q[0, -20:].mean() - 0.01
+
+
+def test_a_file_may_hold_several_effects(tmp_path):
+    path = write(tmp_path / "two.py")
+    other = TEMPLATE.format(name="other", stage="joint", arguments="qdot, *, k", result="-k * qdot", low="0.0")
+    path.write_text(path.read_text() + other.removeprefix(HEADER).replace("EFFECT", "OTHER").replace("spring", "drag"))
+    assert {"hardening_spring", "other"} <= set(catalogue([path]))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"result": "-k * q**3 + 0.5"}, "0 must mean no effect"),
+        ({"result": "-torch.sqrt(k) * q"}, "derivative by hardening_spring.k at 0 is not finite"),
+        ({"result": "k * torch.log(1.5 - k) * q"}, "not finite"),
+        ({"arguments": "activation, *, k", "result": "k * activation"}, "shape|raised"),
+        ({"arguments": "q, muscle, *, k"}, "asks for \\['muscle'\\]"),
+        ({"result": "spring_constant * q"}, "NameError"),
+        ({"low": "0.1"}, "must hold 0"),
+        ({"name": "joint_damping"}, "taken"),
+        ({"stage": "constants", "arguments": "mass, *, k", "result": "{'weight': mass + k}"}, "weight.*not constants"),
+    ],
+)
+def test_a_faulty_effect_is_refused_with_the_file_and_the_reason(changes, message, tmp_path):
+    path = write(tmp_path / "faulty.py", **changes)
+    with pytest.raises(ValueError, match=message) as refused:
+        catalogue([path])
+    assert "faulty.py" in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("EFFECT = 3\n", "holds no Effect"),
+        ("x = 1\nraise RuntimeError('boom')\n", "line 2: .*RuntimeError: boom"),
+        ("def f(:\n", "line 1: .*SyntaxError"),
+    ],
+)
+def test_a_file_without_a_usable_effect_is_refused(text, message, tmp_path):
+    path = tmp_path / "broken.py"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=message):
+        catalogue([path])
+
+
+def test_a_missing_file_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="no such effect file.*physics.effect_files"):
+        catalogue([tmp_path / "absent.py"])
+
+
+def test_a_mean_over_trials_would_mix_trials_and_is_not_mistaken_for_a_torque(tmp_path):
+    path = write(tmp_path / "shape.py", result="(k * q).unsqueeze(-1)")
+    with pytest.raises(ValueError, match="shape|raised"):
+        catalogue([path])
+
+
+def test_torch_stays_in_double_precision(tmp_path):
+    effects = catalogue([write(tmp_path / "spring.py")])
+    value = effects["hardening_spring"].function(torch.ones(2, dtype=torch.float64), k=torch.tensor(1.0))
+    assert value.dtype == torch.float64
