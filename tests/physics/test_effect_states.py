@@ -62,10 +62,10 @@ def test_rise_lags_rising_and_decay_lags_falling_activation(elbow, dt):
 
 def test_a_stretching_tendon_carries_the_force_of_a_shorter_fibre_at_rest(elbow, dt):
     """Constant EMG: when all has come to rest, the tendon's force is the fibre's at its stretched-out length."""
-    emg = torch.tensor([0.5, 0.3], dtype=DOUBLE).expand(1, 200, 2)
+    emg = torch.tensor([0.5, 0.3], dtype=DOUBLE).expand(1, 130, 2)
     model = elbow.with_effects([catalogue()["compliant_tendon"], catalogue()["joint_damping"]])
     strain = 0.1
-    motion = simulate(model, {"compliant_tendon.strain": strain, "joint_damping.c": 5.0}, emg, dt, 1.0)
+    motion = simulate(model, {"compliant_tendon.strain": strain, "joint_damping.c": 8.0}, emg, dt, 1.0)
     q, force = motion.q[0, -1], motion.state[0, -1, 2:]
     assert motion.qdot[0, -1].abs() < 1e-6
     path = torch.sqrt(0.3**2 + 0.8**2 + 2 * 0.3 * 0.8 * torch.cos(q))

@@ -18,7 +18,7 @@ PARAMETER = {"c": Parameter(unit="-", low=0.0, high=1.0, typical=0.5, meaning="s
 
 @pytest.fixture(scope="module")
 def drive(noisy_emg):
-    return noisy_emg[0.15][:2, :60]
+    return noisy_emg[0.15][:2, :40]
 
 
 @pytest.fixture(scope="module")
