@@ -209,7 +209,7 @@ class Predictor:
             raise ValueError(f"a sample of EMG has {len(emg)} numbers; the network takes {self._channels} channels.")
         network, n = self._network, self._count
         architecture, weights, m = network.architecture, network.weights, network.history
-        sample = torch.tensor([emg], dtype=torch.float64)
+        sample = torch.tensor(list(emg), dtype=torch.float64).unsqueeze(0)
         x = encode_inputs(architecture, network.scaling, sample, torch.tensor([n * self._dt], dtype=torch.float64))
         driven = drive(weights, x.unsqueeze(0))[:, :, 0]
         self._count += 1
@@ -235,5 +235,5 @@ class Predictor:
 
 
 def to_tensors(trials: Trials, device: torch.device) -> tuple[Tensor, Tensor]:
-    """EMG (T, N, C) and angle (T, N) [rad] of trials, float64."""
-    return torch.from_numpy(trials.emg).to(device), torch.from_numpy(trials.angle).to(device)
+    """EMG (T, N, C) and angle (T, N) [rad] of trials, float64; copies, so that trials stay as they are."""
+    return torch.tensor(trials.emg, device=device), torch.tensor(trials.angle, device=device)

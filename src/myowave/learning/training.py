@@ -140,7 +140,7 @@ class _Run:
         identified, raw = identify(model, wanted, trials.constants, seeds)
         if start is None:
             if level != total - 1:
-                raise ValueError(f"scale -{level} of {total} starts from a checkpoint of scale -{level + 1}; none given.")
+                raise ValueError(f"scale -{level} of {total} starts from the checkpoint of -{level + 1}; none given.")
             architecture = Architecture(
                 recipe.cell, recipe.hidden, len(trials.channels), recipe.output == "increment", recipe.time_input
             )
@@ -176,7 +176,8 @@ class _Run:
         search = None
         if not joint:
             search = Identification(self.model, self.trials, self.identified, self.raw, finest=self.level == 0)
-        simulated = not (search and self.level == 0 and recipe.simulated_trials)
+        simulates = search is not None and self.level == 0 and recipe.simulated_trials > 0
+        simulated = False
         best = _Best(weights, self.raw)
         val_mse, val_r2 = self._validate()
         for epoch in range(1, count + 1):
@@ -184,10 +185,10 @@ class _Run:
             if search and not search.done:
                 search.step()
                 self.raw = search.raw
-            elif not simulated:
+            elif simulates and not simulated:
                 self._simulate(loss)
                 simulated = True
-            if simulated and search:
+            if simulated:
                 # Simulated motion counts beside measured as long as physics explains the trials as well as the network.
                 loss.trust = (val_mse / search.mse.to(self.device)).clamp(max=1.0)
             losses = loss.backward(weights, self.raw)
@@ -251,7 +252,7 @@ class _Run:
         before = self.before
         values = self.identified.values(best.raw).cpu()
         errors, correlations = torch.full_like(values, math.nan), torch.full((*values.shape, values.shape[1]), math.nan)
-        if search is not None:
+        if search is not None and self.level == 0:
             errors, correlations = search.uncertainty()
         return Checkpoint(
             **self.labels,

@@ -1,10 +1,13 @@
 """The equation of motion in weak form along a known sequence, and Gauss-Newton steps on it.
 
-With test functions w that vanish with their first derivatives at both ends,
-r_k = int w_k'' q - w_k (torque / inertia) dt holds no derivative of q beyond the velocity that the muscles need: second differences, which amplify every error of a
-prediction, do not appear. Between samples q is a quintic spline and EMG is what the simulator takes it to be; a sample
-step is cut where the delayed EMG has its kinks, and each piece is integrated by Gauss-Legendre points. The residual of
-an exact motion is then small enough to identify parameters to 0.01 %.
+With test functions w that vanish with their first derivatives at both ends, the residual
+
+    r_k = int w_k'' q - w_k (torque / inertia) dt
+
+holds no derivative of q beyond the velocity that the muscles need: second differences, which amplify every error, do not
+appear. Between samples q is a quintic spline and EMG is what the simulator takes it to be; a sample step is cut where
+the delayed EMG has its kinks, and each piece is integrated by Gauss-Legendre points. The residual of an exact motion is
+then small enough to identify parameters to 0.02 %.
 
 Shapes: ... copies of the parameters, S seeds, T trials, N samples, D points in a sample step, K test functions, R raw.
 """

@@ -1,0 +1,60 @@
+"""Free running: a stream gives what the batch gives, and nothing of the future or of the measured angle leaks in."""
+
+import pytest
+import torch
+
+from myowave.learning.prediction import Network, Predictor, predict_free_running, predict_teacher_forced, to_tensors
+from myowave.learning.training import train_scale
+
+
+@pytest.fixture(params=["rollout", "teacher_forced"])
+def checkpoint(request, scales, model, wanted):
+    recipe = request.getfixturevalue(request.param)
+    *_, last = train_scale(scales, model, recipe, wanted, level=0, total=1, seeds=(0, 1), device=torch.device("cpu"))
+    return last.checkpoint
+
+
+def test_a_stream_gives_what_the_batch_gives(checkpoint, trials):
+    network = Network.of(checkpoint)
+    emg, angle = to_tensors(trials.select(["3"]), torch.device("cpu"))
+    batch = predict_free_running(network, emg, angle, trials.dt)[:, 0]
+    predictor = Predictor(checkpoint, angle[0, : network.history].tolist())
+    stream = torch.stack([predictor.step(sample.tolist()) for sample in emg[0]], dim=-1)
+    torch.testing.assert_close(stream, batch, rtol=0, atol=1e-6)
+
+
+def test_one_seed_streams_as_among_all(checkpoint, trials):
+    start = trials.angle[2, : checkpoint.recipe["history_steps"]].tolist()
+    every, one = Predictor(checkpoint, start), Predictor(checkpoint, start, seeds=[1])
+    for sample in trials.emg[2, :30]:
+        torch.testing.assert_close(one.step(sample)[0], every.step(sample)[1], rtol=0, atol=1e-6)
+
+
+def test_prediction_reads_no_later_angle_and_no_later_emg(checkpoint, trials):
+    network = Network.of(checkpoint)
+    emg, angle = to_tensors(trials, torch.device("cpu"))
+    whole = predict_free_running(network, emg, angle, trials.dt)
+    cut = 100
+    emg[:, cut:] = 0.9
+    angle[:, network.history :] = 0.0
+    changed = predict_free_running(network, emg, angle, trials.dt)
+    torch.testing.assert_close(changed[..., :cut], whole[..., :cut], rtol=0, atol=0)
+    assert (changed[..., cut:] - whole[..., cut:]).abs().max() > 1e-6
+
+
+def test_the_first_prediction_is_the_teacher_forced_one(checkpoint, trials):
+    network = Network.of(checkpoint)
+    emg, angle = to_tensors(trials, torch.device("cpu"))
+    free = predict_free_running(network, emg, angle, trials.dt)
+    forced = predict_teacher_forced(network, network.encode(emg, trials.dt), angle)
+    first = network.history
+    torch.testing.assert_close(free[..., first], forced[..., first].detach(), rtol=0, atol=1e-6)
+
+
+def test_a_stream_refuses_wrong_input(checkpoint):
+    with pytest.raises(ValueError, match="known angles"):
+        Predictor(checkpoint, [0.5])
+    with pytest.raises(ValueError, match="no seed"):
+        Predictor(checkpoint, [0.5] * 4, seeds=[9])
+    with pytest.raises(ValueError, match="channels"):
+        Predictor(checkpoint, [0.5] * 4).step([0.1])

@@ -1,0 +1,118 @@
+"""Training: seeds do not touch each other, scales hand on, and what does not fit is refused."""
+
+from dataclasses import replace
+
+import pytest
+import torch
+
+from myowave.learning.checkpoint import Checkpoint
+from myowave.learning.training import count_epochs, train_scale
+
+
+def train(scales, model, recipe, wanted, *, seeds=(0, 1), total=1):
+    """Train all scales; the reports of all, and the last checkpoint."""
+    checkpoint, reports = None, []
+    for level in reversed(range(total)):
+        reports += train_scale(
+            scales, model, recipe, wanted, level=level, total=total, seeds=seeds, start=checkpoint,
+            device=torch.device("cpu"),
+        )  # fmt: skip
+        checkpoint = reports[-1].checkpoint
+    return reports, checkpoint
+
+
+@pytest.mark.parametrize("recipe", ["rollout", "teacher_forced"])
+def test_a_seed_trains_the_same_alone_and_among_others(recipe, scales, model, wanted, request):
+    recipe = request.getfixturevalue(recipe)
+    _, together = train(scales, model, recipe, wanted, seeds=(3, 5))
+    _, alone = train(scales, model, recipe, wanted, seeds=(5,))
+    for name, value in alone.weights.items():
+        torch.testing.assert_close(together.weights[name][1], value[0], rtol=1e-4, atol=1e-5, msg=name)
+    torch.testing.assert_close(together.values[1], alone.values[0], rtol=1e-6, atol=0)
+
+
+def test_the_same_seed_gives_the_same_result_twice(scales, model, wanted, rollout):
+    _, first = train(scales, model, rollout, wanted)
+    _, second = train(scales, model, rollout, wanted)
+    assert all(torch.equal(first.weights[name], second.weights[name]) for name in first.weights)
+    assert torch.equal(first.values, second.values)
+
+
+def test_the_test_trial_changes_nothing(scales, trials, model, wanted, rollout):
+    hidden = replace(trials, angle=trials.angle.copy(), emg=trials.emg.copy())
+    test = trials.index(trials.test)
+    hidden.angle[test] = 1.0
+    hidden.emg[test] = 0.5
+    _, seen = train({0: trials}, model, rollout, wanted)
+    _, unseen = train({0: hidden}, model, rollout, wanted)
+    assert all(torch.equal(seen.weights[name], unseen.weights[name]) for name in seen.weights)
+    assert torch.equal(seen.values, unseen.values)
+
+
+@pytest.mark.parametrize("total", [1, 2, 3])
+def test_every_number_of_scales_has_the_same_epochs(total, rollout):
+    assert sum(count_epochs(rollout, level, total) for level in range(total)) == rollout.epochs
+
+
+def test_a_scale_starts_from_the_checkpoint_of_the_coarser_one(scales, model, wanted, rollout, tmp_path):
+    _, coarse = train({0: scales[0], 1: scales[1]}, model, rollout, wanted, total=2)
+    assert coarse.level == 0 and coarse.epochs == rollout.epochs
+    reports = train_scale(scales, model, rollout, wanted, level=1, total=2, seeds=(0, 1))
+    *_, last = reports
+    last.checkpoint.save(tmp_path / "scale-1.pt")
+    resumed = Checkpoint.load(tmp_path / "scale-1.pt")
+    *_, finest = train_scale(scales, model, rollout, wanted, level=0, total=2, seeds=(0, 1), start=resumed)
+    for name, value in coarse.weights.items():
+        assert torch.equal(finest.checkpoint.weights[name], value), name
+
+
+def test_training_lowers_the_error_of_free_running(scales, model, wanted, rollout):
+    recipe = rollout.model_copy(update={"epochs": 80, "learning_rate": 0.02})
+    reports, _ = train(scales, model, recipe, wanted)
+    assert (reports[-1].val_mse < 0.5 * reports[0].val_mse).all()
+
+
+def test_teacher_forced_training_lowers_the_loss(scales, model, wanted, teacher_forced):
+    recipe = teacher_forced.model_copy(update={"epochs": 40, "learning_rate": 0.01})
+    reports, _ = train(scales, model, recipe, wanted)
+    assert (reports[-1].losses.total < 0.5 * reports[0].losses.total).all()
+    assert (reports[-1].values["f0_Bi"] != reports[0].values["f0_Bi"]).all()
+
+
+def test_rows_have_a_column_for_every_identified_parameter(scales, model, wanted, rollout):
+    reports, _ = train(scales, model, rollout, wanted)
+    rows = reports[-1].rows()
+    assert [row["seed"] for row in rows] == [0, 1]
+    assert set(rows[0]) == {"epoch", "seed", "loss", "data_loss", "residual_loss", "val_mse", *wanted}
+
+
+def test_a_checkpoint_of_another_recipe_is_refused_with_the_reason(scales, model, wanted, rollout):
+    *_, last = train_scale(scales, model, rollout, wanted, level=1, total=2, seeds=(0,))
+    other = rollout.model_copy(update={"learning_rate": 0.5})
+    with pytest.raises(ValueError, match="recipe.learning_rate was 0.003 .* is 0.5 now"):
+        next(train_scale(scales, model, other, wanted, level=0, total=2, seeds=(0,), start=last.checkpoint))
+
+
+def test_a_checkpoint_of_other_data_is_refused(scales, model, wanted, rollout):
+    *_, last = train_scale(scales, model, rollout, wanted, level=1, total=2, seeds=(0,))
+    changed = {level: replace(trials, angle=trials.angle * 1.01) for level, trials in scales.items()}
+    with pytest.raises(ValueError, match="dataset_digest"):
+        next(train_scale(changed, model, rollout, wanted, level=0, total=2, seeds=(0,), start=last.checkpoint))
+
+
+def test_a_finer_scale_without_a_checkpoint_is_refused(scales, model, wanted, rollout):
+    with pytest.raises(ValueError, match="starts from the checkpoint"):
+        next(train_scale(scales, model, rollout, wanted, level=0, total=2, seeds=(0,)))
+
+
+def test_too_short_trials_are_refused(scales, model, wanted, rollout):
+    recipe = rollout.model_copy(update={"history_steps": 190})
+    with pytest.raises(ValueError, match="too few"):
+        next(train_scale(scales, model, recipe, wanted, level=0, total=1, seeds=(0,)))
+
+
+def test_a_file_that_is_no_checkpoint_is_refused(tmp_path):
+    path = tmp_path / "scale-0.pt"
+    path.write_text("not a checkpoint")
+    with pytest.raises(ValueError, match="not a checkpoint"):
+        Checkpoint.load(path)
