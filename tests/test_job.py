@@ -57,14 +57,15 @@ def test_the_time_left_is_that_of_the_steps_to_come(tmp_path, monkeypatch):
     assert text.getvalue().rstrip().endswith("3:00 left")
 
 
-def test_jobs_side_by_side_share_one_line_of_the_terminal(tmp_path):
+def test_jobs_side_by_side_share_one_line_of_the_terminal(tmp_path, monkeypatch):
     terminal = Terminal()
     other = tmp_path / str(os.getpid() + 1)
     log = JobLog("train case1", io.StringIO(), tmp_path, terminal)
-    other.write_text("train case2 40%")
+    monkeypatch.setenv("COLUMNS", "80")
+    other.write_text("40%, 0:03 left: train case2, " + "many numbers " * 20)
     log.progress(1, 2, "loss 0.1")
     shown = re.split(r"\r\x1b\[K", terminal.getvalue())[-1]
-    assert "train case1 50% loss 0.1" in shown and "train case2 40%" in shown
+    assert "50%, 0:00 left: train case1, loss" in shown and "40%, 0:03 left: train case2" in shown and len(shown) <= 80
     assert shown.endswith("\r") and "\n" not in shown, "the next to print overwrites the line"
     log.close()
     assert "case1" not in re.split(r"\r\x1b\[K", terminal.getvalue())[-1]

@@ -18,6 +18,7 @@ LOG_EVERY_S = 10.0
 PLAIN_EVERY_S = 30.0
 REDRAW_EVERY_S = 0.5
 _ESTIMATE_FROM = 0.02  # share of the steps; before, starting up dominates
+_BETWEEN = " | "
 _STALE_S = 120.0  # a job that was killed leaves its state behind
 
 
@@ -58,7 +59,7 @@ class JobLog:
         updating = self._terminal.isatty()
         if self._due("terminal", REDRAW_EVERY_S if updating else PLAIN_EVERY_S, done == total):
             if updating:
-                self._state.write_text(f"{self.label} {done / total:.0%} {text}{left}")
+                self._state.write_text(f"{done / total:.0%}{left}: {self.label}, {text}")
                 self._redraw()
             else:
                 print(f"{self.label}: {line}", file=self._terminal, flush=True)
@@ -83,10 +84,11 @@ class JobLog:
         return True
 
     def _redraw(self) -> None:
-        line = " | ".join(_running(self._state.parent))
-        width = shutil.get_terminal_size().columns - 1
+        states = _running(self._state.parent)
+        share = (shutil.get_terminal_size().columns - 1) // max(len(states), 1) - len(_BETWEEN)
+        line = _BETWEEN.join(state[:share] for state in states)
         # The cursor goes back to the start, so that what others print next overwrites the line.
-        print(f"\r\x1b[K{line[:width]}\r", end="", file=self._terminal, flush=True)
+        print(f"\r\x1b[K{line}\r", end="", file=self._terminal, flush=True)
 
 
 def _running(board: Path) -> list[str]:
