@@ -8,6 +8,7 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/data.smk"
 include: "workflow/rules/learning.smk"
 include: "workflow/rules/sweep.smk"
+include: "workflow/rules/diagnosis.smk"
 include: "workflow/rules/tracking.smk"
 
 

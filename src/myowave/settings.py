@@ -306,8 +306,9 @@ class Study(Section):
     """How often the diagnosis is right: effects hidden in simulated trials, `snakemake hidden_effects`."""
 
     dataset: Name = setting("simulated dataset whose trials the effects are hidden in", "", "case1")
+    effects: tuple[Name, ...] = setting("effects to hide, one at a time", default=("joint_damping",), min_length=1)
     strengths: tuple[Real, ...] = setting(
-        "strengths of the hidden effects, as fractions of their strongest, twice the typical one where bounds allow", "-",
+        "strengths of the hidden effects, as fractions of twice the typical one, or of what bounds allow", "-",
         (0.25, 0.5, 1.0), min_length=1,
     )  # fmt: skip
     seeds: Whole = setting("datasets for each effect and strength", "-", 3, ge=1, le=100)

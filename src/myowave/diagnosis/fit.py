@@ -27,6 +27,7 @@ from myowave.physics.trajectory import Linear, Sensitive, solve
 TOLERANCE = 1e-5  # of the simulated state [rad, rad/s]
 GAIN = 1e-3  # stop where the next step would lower the sum of squares by less than this many residual variances
 LIFTED_STEPS, STEPS = 4, 30
+WATCHDOG = 2.0  # a step that fails may be followed by one more if the sum of squares grew by less
 DAMPING, DAMPING_UP, DAMPING_DOWN, DAMPING_MOST = 1e-4, 10.0, 0.1, 1e8
 
 Array = NDArray[np.float64]
@@ -200,8 +201,8 @@ def fit_model(
     shift = random.uniform(-1, 1, (starts, len(free))) * spread
     shift[0] = 0.0
     values = _clip(free, nominal * (1 + shift))
-    guess = record.first_guess().expand(starts, -1, -1, -1)
-    begin = guess[..., 0, :].numpy().copy()
+    guess = with_states(model, record, free, values, record.first_guess().expand(starts, -1, -1, -1))
+    begin = guess[..., 0, :2].numpy().copy()
     if record.at_rest:
         begin[..., 1] = 0.0
     for _ in range(LIFTED_STEPS):
@@ -238,7 +239,11 @@ def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:
 
 
 def with_states(model: Model, record: Record, free: Sequence[Free], values: Array, state: Tensor) -> Tensor:
-    """A guess for a model with other states: the known motion, its own states as they are at the first sample."""
+    """A guess of a model's state from a known motion: the states of its effects stay as they are at the first sample.
+
+    Args:
+        state: q and qdot, then states of another model, which are left out, (..., T, N, K).
+    """
     bound = bind(model, bind_values(free, values, record), record.emg)
     drive = drive_muscles(bound, record.emg, record.dt)
     begin = initial_state(bound, drive, state[..., 0, 0], state[..., 0, 1])
@@ -346,7 +351,11 @@ def polish(fit: Fit) -> Fit:
 
 
 def descend(fit: Fit) -> Iterator[Fit]:
-    """Levenberg-Marquardt: the fit as it is, then after each step, each no worse than the one before."""
+    """Levenberg-Marquardt: the fit as it is, then after each step, each no worse than the one before.
+
+    A full step along a curved valley may land on its slope; the next step from there leads back to the floor, further
+    on. So a step that fails by little gets that second one before it is given up (Chamberlain et al. 1982, "watchdog").
+    """
     damping = DAMPING
     yield fit
     for _ in range(STEPS):
@@ -354,8 +363,9 @@ def descend(fit: Fit) -> Iterator[Fit]:
         if fit.converged or gain(fit, step) < GAIN * fit.variance:
             yield replace(fit, converged=True)
             return
-        values, begin, guess = _move(fit.free, fit.values, fit.starts, fit.sensitive, fit.normal, step)
-        tried = _attempt(fit.model, fit.record, fit.free, values, begin, guess)
+        tried = _take(fit, step)
+        if tried is not None and fit.rss <= tried.rss < WATCHDOG * fit.rss:
+            tried = _take(tried, _bounded_step(tried.normal, tried.free, tried.values, damping))
         if tried is not None and tried.rss < fit.rss:
             fit, damping = tried, max(damping * DAMPING_DOWN, 1e-12)
         elif damping > DAMPING_MOST:
@@ -363,6 +373,12 @@ def descend(fit: Fit) -> Iterator[Fit]:
         else:
             damping = max(damping, DAMPING) * DAMPING_UP
         yield fit
+
+
+def _take(fit: Fit, step: Array) -> Fit | None:
+    """The fit after a step, or None where no motion was found there."""
+    values, begin, guess = _move(fit.free, fit.values, fit.starts, fit.sensitive, fit.normal, step)
+    return _attempt(fit.model, fit.record, fit.free, values, begin, guess)
 
 
 def promised(fit: Fit) -> float:

@@ -1,0 +1,119 @@
+"""The loop on one dataset: compare, where, which, add, watch; and what to do where the answer is not an effect."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from myowave.data.trials import Trials
+from myowave.diagnosis.draft import Draft, draft_effect
+from myowave.diagnosis.fit import Fit, fit_model, free_parameters
+from myowave.diagnosis.heldout import Prediction, predict
+from myowave.diagnosis.independence import Independence, check_independence
+from myowave.diagnosis.next_trial import Proposal, propose_trials
+from myowave.diagnosis.record import Record, make_record
+from myowave.diagnosis.selection import Selection, select_effects
+from myowave.diagnosis.verdict import Verdict, judge
+from myowave.diagnosis.where import MissingTorque, describe, misfit_by, missing_torque
+from myowave.physics.effect import Effect
+from myowave.physics.model import Model
+from myowave.settings import Diagnosis as DiagnosisSettings
+from myowave.settings import Identify
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A model on the ladder: fitted to the training trials, tried on the others."""
+
+    fit: Fit
+    heldout: Prediction
+    independence: Independence
+    misfit: pd.DataFrame
+    missing: MissingTorque
+
+    @property
+    def name(self) -> str:
+        return self.fit.model.name
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """All that was found; tables and pictures only show it.
+
+    Args:
+        record, test: all trials, and those that no fit has seen.
+        where: the base model's misfit in a sentence.
+        proposals: trials to record next, for each pair of candidates or absorbed effect that wants one:
+            {"joint_damping or muscle_damping": [...]}.
+        draft: a formula for what is missing; of the base model where the verdict is unknown, else of the last one.
+    """
+
+    dataset: str
+    record: Record
+    test: Record
+    selection: Selection
+    rungs: tuple[Rung, ...]
+    verdict: Verdict
+    where: str
+    proposals: Mapping[str, list[Proposal]]
+    draft: Draft
+
+    @property
+    def noise_deg(self) -> float:
+        return float(np.degrees(self.record.noise))
+
+
+def diagnose(
+    trials: Trials,
+    base: Model,
+    effects: Iterable[Effect],
+    identify: Mapping[str, Identify],
+    settings: DiagnosisSettings,
+    report: Callable[[str], None] = lambda line: None,
+) -> Diagnosis:
+    """Diagnose one dataset.
+
+    Args:
+        trials: training and test trials; the test trials take no part in any decision.
+        base: the model to start from.
+        effects: the catalogue.
+        identify: constants to estimate beside the parameters of effects.
+        report: is told what happens.
+
+    Raises:
+        ValueError: if a muscle's channel was not recorded, or the base model cannot be fitted at all.
+    """
+    effects = {e.name: e for e in effects}
+    record = make_record(trials, base, settings.angle_noise_deg, settings.at_rest)
+    test = record.take(np.flatnonzero(~record.training))
+    free = free_parameters(base, identify, record.known)
+    fit = fit_model(base, record.train, free, starts=settings.starts)
+    report(f"compare: {base.name} leaves {np.degrees(fit.rmse()):.3g} deg; the noise is {np.degrees(record.noise):.3g}")
+    selection = select_effects(fit, effects.values(), record.known)
+    rungs = tuple(_rung(fit, test) for fit in selection.ladder)
+    for rung in rungs:
+        train, heldout = np.degrees(rung.fit.rmse()), np.degrees(rung.heldout.rmse)
+        report(f"{rung.name}: training {train:.3g} deg, held-out {heldout:.3g} deg")
+    verdict = judge(selection, rungs[-1].independence)
+    where = describe(rungs[0].misfit, float(np.degrees(record.noise)))
+    report(f"verdict: {verdict.kind}, {', '.join(verdict.effects) or 'no effect'}")
+    draft = draft_effect(rungs[0].fit if verdict.kind == "unknown" else selection.fit, trials.dataset)
+    proposals = _proposals(selection, verdict, effects)
+    return Diagnosis(trials.dataset, record, test, selection, rungs, verdict, where, proposals, draft)
+
+
+def _rung(fit: Fit, test: Record) -> Rung:
+    return Rung(fit, predict(fit, test), check_independence(fit), misfit_by(fit), missing_torque(fit))
+
+
+def _proposals(selection: Selection, verdict: Verdict, effects: Mapping[str, Effect]) -> dict[str, list[Proposal]]:
+    """Trials that separate the members of a class, and those that show an absorbed effect a verdict hinges on."""
+    proposals = {}
+    for members in verdict.alternatives:
+        without = next(f for f in reversed(selection.ladder) if members[0] not in {e.name for e in f.model.effects})
+        one, other = (effects[name] for name in members[:2])
+        proposals[f"{one.name} or {other.name}"] = propose_trials(without, one, other)
+    for name in sorted({name for names in verdict.hidden.values() for name in names}):
+        proposals[f"{name} or its absence"] = propose_trials(selection.fit, effects[name])
+    return proposals

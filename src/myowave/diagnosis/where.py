@@ -1,0 +1,152 @@
+"""Where does a model fail: by trial, direction, speed, angle, activation and time; which torque is missing there.
+
+Shapes: T trials, N samples.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from myowave.diagnosis.fit import Fit
+from myowave.diagnosis.independence import inputs_of
+from myowave.physics import joint
+from myowave.physics.model import bind
+
+Array = NDArray[np.float64]
+
+BINS = 4  # of as many samples each
+WINDOW_S = 0.25  # half the width of a test function
+MAP_BINS = 8
+FEWEST = 10  # windows in a cell of the map
+CONTRAST = 1.15  # worst bin over best: less is not worth a sentence
+STILL_RAD_S = 0.05  # slower than this counts neither as flexion nor as extension
+
+
+@dataclass(frozen=True)
+class MissingTorque:
+    """Torque that would have to be added along the simulated motion to make it the measured one.
+
+    Args:
+        points: a row for each window: trial, time_s, angle_rad, velocity_rad_s, torque_Nm.
+        standard_error: of one point, from the noise of the angle [N m].
+    """
+
+    points: pd.DataFrame
+    standard_error: float
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the missing torque less what noise alone would show [N m]."""
+        return float(np.sqrt(max((self.points["torque_Nm"] ** 2).mean() - self.standard_error**2, 0.0)))
+
+    def map(self) -> pd.DataFrame:
+        """Mean over cells of angle and velocity: angle_rad, velocity_rad_s (centres), torque_Nm, windows."""
+        points = self.points
+        cells = []
+        q_edges, v_edges = (
+            np.linspace(points[c].min(), points[c].max() + 1e-9, MAP_BINS + 1) for c in ("angle_rad", "velocity_rad_s")
+        )
+        i = np.digitize(points["angle_rad"], q_edges) - 1
+        j = np.digitize(points["velocity_rad_s"], v_edges) - 1
+        for (a, b), group in points.groupby([i, j]):
+            if len(group) >= FEWEST:
+                centre = (q_edges[a] + q_edges[a + 1]) / 2, (v_edges[b] + v_edges[b + 1]) / 2
+                cells.append((*centre, group["torque_Nm"].mean(), len(group)))
+        return pd.DataFrame(cells, columns=["angle_rad", "velocity_rad_s", "torque_Nm", "windows"])
+
+
+def misfit_by(fit: Fit) -> pd.DataFrame:
+    """RMSE of a fit in parts of its data: columns factor, part, low, high, samples, rmse_deg, mean_deg."""
+    valid = fit.record.valid
+    residual = np.degrees(fit.normal.residual)
+    signals = inputs_of(fit)
+    velocity = signals["velocity"]
+    rows = [_row("trial", name, residual[i][valid[i]]) for i, name in enumerate(fit.record.names)]
+    for part, where in (("flexion", velocity > STILL_RAD_S), ("extension", velocity < -STILL_RAD_S)):
+        rows.append(_row("direction", part, residual[where & valid]))
+    factors = {"speed [deg/s]": np.degrees(np.abs(velocity)), "angle [deg]": np.degrees(signals["angle"])}
+    factors |= {f"{n} [-]": s for n, s in signals.items() if n.startswith("activation ")}
+    factors["time [s]"] = np.broadcast_to(np.arange(residual.shape[1]) * fit.record.dt, residual.shape)
+    for factor, signal in factors.items():
+        edges = np.quantile(signal[valid], np.linspace(0, 1, BINS + 1))
+        for low, high in zip(edges[:-1], edges[1:], strict=True):
+            inside = valid & (signal >= low) & ((signal < high) | (high == edges[-1]))
+            if inside.any():
+                rows.append(_row(factor, f"{low:.3g} to {high:.3g}", residual[inside], low, high))
+    return pd.DataFrame(rows)
+
+
+def describe(misfit: pd.DataFrame, noise_deg: float) -> str:
+    """The table in a sentence.
+
+    Args:
+        misfit: as `misfit_by` gives it.
+        noise_deg: standard deviation of the noise of the angle.
+    """
+    contrasts = []
+    for factor, parts in misfit.groupby("factor", sort=False):
+        best, worst = parts.loc[parts["rmse_deg"].idxmin()], parts.loc[parts["rmse_deg"].idxmax()]
+        if worst["rmse_deg"] > CONTRAST * best["rmse_deg"]:
+            contrasts.append((worst["rmse_deg"] / best["rmse_deg"], str(factor), worst, best))
+    contrasts.sort(key=lambda c: -c[0])
+    if not contrasts:
+        return f"The misfit is the same everywhere (noise {noise_deg:.2g} deg)."
+    parts = [
+        f"{_place(factor, worst)} ({worst['rmse_deg']:.2f} deg against {best['rmse_deg']:.2f} {_place(factor, best)})"
+        for _, factor, worst, best in contrasts[:3]
+    ]
+    return f"The misfit is largest {'; '.join(parts)}; the noise is {noise_deg:.2g} deg."
+
+
+def missing_torque(fit: Fit) -> MissingTorque:
+    """The missing torque of a fit, in its weak form.
+
+    The difference e of measured and simulated angle obeys I (e'' - a_q e - a_v e') = missing torque to first order,
+    with the slopes a_q, a_v of the model's acceleration along its motion. Multiplied by test functions (1 - s^2)^3
+    and integrated by parts no derivative of the data is left.
+    """
+    record, dt = fit.record, fit.record.dt
+    half = max(4, round(WINDOW_S / dt))
+    s = np.arange(-half, half + 1) / (half + 1)
+    test = (1 - s**2) ** 3
+    first = -6 * s * (1 - s**2) ** 2 / ((half + 1) * dt)
+    second = (-6 * (1 - s**2) ** 2 + 24 * s**2 * (1 - s**2)) / ((half + 1) * dt) ** 2
+    step = fit.linear.jacobian.numpy()[..., :2, :2]
+    by_angle, by_velocity = step[..., 1, 0] / dt, (step[..., 1, 1] - 1) / dt
+    by_angle, by_velocity = (np.concatenate([x, x[..., -1:]], -1) for x in (by_angle, by_velocity))
+    constants = bind(fit.model, fit.params, record.emg).joint
+    inertia = joint.inertia(**{n: constants[n] for n in ("mass", "length", "load")}).numpy()
+    inertia = np.broadcast_to(inertia, (len(record.names),))
+    state = fit.sensitive.motion.state.numpy()
+    rows, errors = [], []
+    for i, name in enumerate(record.names):
+        length, e = int(record.valid[i].sum()), fit.normal.residual[i]
+        for centre in range(half, length - half, max(1, half // 2)):
+            inside = slice(centre - half, centre + half + 1)
+            kernel = second - by_angle[i, inside] * test + by_velocity[i, inside] * first
+            kernel = kernel * inertia[i] / test.sum()
+            errors.append(np.sqrt((kernel**2).sum()) * record.noise)
+            rows.append((name, centre * dt, *state[i, centre, :2], float(kernel @ e[inside])))
+    points = pd.DataFrame(rows, columns=["trial", "time_s", "angle_rad", "velocity_rad_s", "torque_Nm"])
+    return MissingTorque(points, float(np.sqrt(np.mean(np.square(errors)))))
+
+
+def _row(factor: str, part: str, residual: Array, low: float = np.nan, high: float = np.nan) -> dict[str, object]:
+    rmse = float(np.sqrt((residual**2).mean())) if len(residual) else 0.0
+    mean = float(residual.mean()) if len(residual) else 0.0
+    return {
+        "factor": factor, "part": part, "low": low, "high": high,
+        "samples": len(residual), "rmse_deg": rmse, "mean_deg": mean,
+    }  # fmt: skip
+
+
+def _place(factor: str, row: pd.Series) -> str:
+    if factor == "trial":
+        return f"in trial {row['part'].removeprefix('trial')}"
+    if factor == "direction":
+        return f"in {row['part']}"
+    name, unit = factor.rsplit(" [", 1)
+    unit = unit.rstrip("]").replace("-", "").strip()
+    return f"at {name.replace('activation', 'activation of')} {row['low']:.3g} to {row['high']:.3g} {unit}".rstrip()

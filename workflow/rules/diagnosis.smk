@@ -1,0 +1,97 @@
+# Compare with the trials, see where the model fails, learn which effect is missing, add it, watch the error fall.
+DIAGNOSIS = "results/diagnosis/{dataset}"
+STUDY = SETTINGS.diagnosis.study
+STUDIED = [*STUDY.effects, *("+".join(pair) for pair in STUDY.pairs), "none"]
+DIAGNOSIS_TABLES = [
+    "ladder", "ranking", "parameters", "correlations", "errors", "misfit", "missing_torque", "independence", "next_trials"
+]  # as in myowave.diagnosis.tables.TABLES, which takes a second to load
+
+
+rule diagnose_dataset:
+    input:
+        trials="results/data/{dataset}/trials.parquet",
+        effects=SETTINGS.physics.effect_files,
+    output:
+        summary=f"{DIAGNOSIS}/summary.json",
+        tables=expand(f"{DIAGNOSIS}/{{table}}.csv", table=DIAGNOSIS_TABLES, allow_missing=True),
+        predictions=f"{DIAGNOSIS}/predictions.parquet",
+        draft=f"{DIAGNOSIS}/draft_effect.py",
+    log:
+        "results/logs/diagnose_dataset/{dataset}.log",
+    benchmark:
+        "results/benchmarks/diagnose_dataset/{dataset}.tsv"
+    threads: 1
+    params:
+        physics=section("physics"),
+        identify=identify_section,
+        diagnosis=lambda wildcards: {k: v for k, v in section("diagnosis").items() if k != "study"},
+        code=digest_layers("diagnosis"),
+    script:
+        "../scripts/diagnose_dataset.py"
+
+
+rule score_verdict:
+    input:
+        summary=f"{DIAGNOSIS}/summary.json",
+        truth=truth_of,
+    output:
+        verdict=f"{DIAGNOSIS}/verdict.json",
+    log:
+        "results/logs/score_verdict/{dataset}.log",
+    script:
+        "../scripts/score_verdict.py"
+
+
+rule simulate_study:
+    output:
+        trials=expand(
+            "results/diagnosis/study/trials-{seed}.parquet", seed=range(1, max(STUDY.seeds, STUDY.clean_sets) + 1)
+        ),
+    log:
+        "results/logs/simulate_study.log",
+    params:
+        physics=section("physics"),
+        dataset=dump(DATASETS[STUDY.dataset]),
+        code=digest_layers("data"),
+    script:
+        "../scripts/simulate_study.py"
+
+
+rule study_effect:
+    input:
+        trials=rules.simulate_study.output.trials,
+        effects=SETTINGS.physics.effect_files,
+    output:
+        cases="results/diagnosis/study/{hidden}.csv",
+    log:
+        "results/logs/study_effect/{hidden}.log",
+    wildcard_constraints:
+        hidden=one_of(name.replace("+", r"\+") for name in STUDIED),
+    threads: 1
+    params:
+        physics=section("physics"),
+        dataset=dump(DATASETS[STUDY.dataset]),
+        diagnosis=section("diagnosis"),
+        code=digest_layers("diagnosis"),
+    script:
+        "../scripts/study_effect.py"
+
+
+rule summarize_study:
+    input:
+        cases=expand("results/diagnosis/study/{hidden}.csv", hidden=STUDIED),
+    output:
+        cases="results/diagnosis/study.csv",
+        confusion="results/diagnosis/study_confusion.csv",
+        summary="results/diagnosis/study_summary.json",
+    log:
+        "results/logs/summarize_study.log",
+    params:
+        code=digest_layers("diagnosis"),
+    script:
+        "../scripts/summarize_study.py"
+
+
+rule hidden_effects:
+    input:
+        rules.summarize_study.output,

@@ -1,0 +1,27 @@
+"""Diagnose a dataset: what its trials say that the physical model misses."""
+
+from myowave.data.store import read_trials, write_json, write_table
+from myowave.diagnosis.diagnose import diagnose
+from myowave.diagnosis.tables import TABLES, predictions_table, verdict_summary
+from myowave.job import job_log
+from myowave.physics.build import build_model
+from myowave.physics.effects import catalogue
+from myowave.settings import Identify, parse_section
+
+name = snakemake.wildcards.dataset
+with job_log(f"diagnose {name}", snakemake.log[0]) as log:
+    physics = parse_section("physics", snakemake.params.physics)
+    diagnosis = diagnose(
+        read_trials(snakemake.input.trials),
+        build_model("base", physics),
+        catalogue(physics.effect_files).values(),
+        {n: Identify.model_validate(values) for n, values in snakemake.params.identify.items()},
+        parse_section("diagnosis", snakemake.params.diagnosis),
+        log.say,
+    )
+    for table, path in zip(TABLES.values(), snakemake.output.tables, strict=True):
+        table(diagnosis).to_csv(path, index=False)
+    write_table(predictions_table(diagnosis), snakemake.output.predictions)
+    with open(snakemake.output.draft, "w", encoding="utf-8") as file:
+        file.write(diagnosis.draft.source)
+    write_json(verdict_summary(diagnosis), snakemake.output.summary)

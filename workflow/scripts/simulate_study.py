@@ -1,0 +1,15 @@
+"""Simulate the trials that the study hides effects in: a dataset a seed, without effect or noise of the angle."""
+
+from myowave.data.store import write_trials
+from myowave.diagnosis.study import clean_trials
+from myowave.job import job_log
+from myowave.physics.build import build_model
+from myowave.settings import parse_section
+
+with job_log("simulate study", snakemake.log[0]) as log:
+    base = build_model("base", parse_section("physics", snakemake.params.physics))
+    dataset = parse_section("data.datasets.study", snakemake.params.dataset)
+    paths = snakemake.output.trials
+    for seed, path in enumerate(paths, start=1):
+        write_trials(clean_trials(dataset, base, seed), path)
+        log.progress(seed, len(paths))
