@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from myowave.data.simulate import synthetic_emg
-from myowave.physics.effects.check import trial_elbow
+from myowave.physics.effect_check import trial_elbow
 
 
 @pytest.fixture(autouse=True, scope="session")

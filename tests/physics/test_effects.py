@@ -1,14 +1,16 @@
 """Every effect of the catalogue: absent at 0, felt at its typical strength, and its signature checked."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import torch
 
+from myowave.physics import effects
 from myowave.physics.curves import DEGROOTE, MILLARD
 from myowave.physics.effect import Effect, Parameter
+from myowave.physics.effect_check import check_effect
 from myowave.physics.effects import SHIPPED, catalogue
-from myowave.physics.effects.check import check_effect
 from myowave.physics.model import parse_model
 from myowave.physics.motion import simulate
 
@@ -110,3 +112,9 @@ def effect(function, acts_on="joint", **changes):
 def test_a_wrong_definition_is_an_error_at_once(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_an_effect_is_called_as_its_file_is():
+    """The settings know the names of effects from the names of files, without loading them."""
+    files = {path.stem for path in Path(effects.__file__).parent.glob("[!_]*.py")}
+    assert files == {effect.name for effect in SHIPPED}

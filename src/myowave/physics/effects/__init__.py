@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from myowave.physics.effect import Effect
+from myowave.physics.effect_files import load_effects
 from myowave.physics.effects import (
     activation_dynamics,
     activation_shape,
@@ -32,7 +33,6 @@ from myowave.physics.effects import (
     pennation,
     vmax_change,
 )
-from myowave.physics.effects.user_files import load_effects
 
 SHIPPED: tuple[Effect, ...] = (
     joint_damping.EFFECT,

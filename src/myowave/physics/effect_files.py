@@ -6,7 +6,7 @@ import traceback
 from pathlib import Path
 
 from myowave.physics.effect import Effect
-from myowave.physics.effects.check import check_effect
+from myowave.physics.effect_check import check_effect
 
 
 def load_effects(path: str | Path) -> list[Effect]:
