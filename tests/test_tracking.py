@@ -25,6 +25,7 @@ def trained(tmp_path):
         {
             "dataset": "case1", "model": "base", "recipe": "rollout", "scales": 2, "seed": range(SEEDS),
             "test_mse": random.random(SEEDS), "test_r2": random.random(SEEDS), "f0_Bi": 300 + random.random(SEEDS),
+            "seconds": 12.0,
         }
     ).to_csv(folder / "evaluation.csv", index=False)  # fmt: skip
     for level, epochs in EPOCHS.items():

@@ -1,8 +1,8 @@
 """What MLflow shows of result files: runs with their parameters, numbers, curves, descriptions and attachments.
 
-Nothing here knows MLflow. A group is a parent run and the runs below it; `from_model` and `from_sweep` read one from the
-files of a trained model and of a sweep. In the table children are folded away and charts draw the parents, so parents
-carry the medians, and all parameters are on both.
+Nothing here knows MLflow. A group is a parent run and the runs below it; `from_model` and `from_sweep` read one from
+the files of a trained model and of a sweep. In the table children are folded away and charts draw the parents, so
+parents carry the medians, and all parameters are on both.
 """
 
 import hashlib
@@ -18,6 +18,12 @@ from myowave.data.store import read_table
 
 LEARNING = "Learning: how well is motion predicted?"
 SWEEPS = "Sweeps: which settings are best?"
+EXPERIMENTS = {
+    LEARNING: "Networks trained on each dataset, with each physical model, recipe and number of scales. Runs named "
+    "`seed` are independent starts; their parents hold medians, tables and figures.",
+    SWEEPS: "Searches for better settings of a recipe, judged on data held out of the training trials. A run is a "
+    "study, with the test scores of the best settings beside the default's; below it are the settings tried.",
+}
 COORDINATES = ("dataset", "model", "recipe", "scales")
 CURVE_POINTS = 60  # a curve in the browser needs no more
 
@@ -56,6 +62,7 @@ class RunContent:
 
     Args:
         job_key: what the run stands for; the same when its files are made again.
+        finished: when its results were written [s since 1970]; they took `duration_s` [s].
         curves: indexed by epoch over all scales.
     """
 
@@ -65,6 +72,8 @@ class RunContent:
     metrics: Mapping[str, float]
     description: str
     tags: Mapping[str, str]
+    finished: float
+    duration_s: float
     curves: pd.DataFrame = field(default_factory=pd.DataFrame)
     artifacts: Sequence[str | Path] = ()
 
@@ -96,6 +105,7 @@ def from_model(model: TrainedModel) -> RunGroup:
     metrics = table.drop(columns=[*COORDINATES, "seed"]).select_dtypes("number")
     described = f"{where['model']} on {where['dataset']}, recipe {where['recipe']}, {where['scales']} scale(s)"
     made_by = f"Made by `snakemake --cores 2 {model.folder}/evaluation.csv`."
+    when = {"finished": (model.folder / "evaluation.csv").stat().st_mtime, "duration_s": table["seconds"].iloc[0]}
     parent = RunContent(
         name=name,
         job_key=job_key,
@@ -105,6 +115,7 @@ def from_model(model: TrainedModel) -> RunGroup:
         description=f"{described}: medians over {len(table)} seeds, which are the runs below.\n\n"
         f"{made_by}\n\n{_markdown(metrics.agg(['median', 'std']).T)}",
         tags=tags | {"kind": "median over seeds"},
+        **when,
         artifacts=(model.folder / "evaluation.csv", *model.figures),
     )
     children = [
@@ -116,6 +127,7 @@ def from_model(model: TrainedModel) -> RunGroup:
             curves=curves[curves["seed"] == seed].drop(columns="seed"),
             description=f"{described}, seed {seed}.\n\n{made_by}",
             tags=tags | {"kind": "seed"},
+            **when,
         )
         for row, seed in table["seed"].items()
     ]
@@ -125,7 +137,7 @@ def from_model(model: TrainedModel) -> RunGroup:
 
 def from_sweep(swept: Swept) -> RunGroup:
     """A run for the study, with the test scores of its best settings, and below it a run for each trial."""
-    table = pd.read_csv(swept.folder / "trials.csv")
+    table = pd.read_csv(swept.folder / "trials.csv").fillna({"duration_s": 0.0})
     scores = pd.read_csv(swept.folder / "test_scores.csv")
     where = {name: scores[name].iloc[0] for name in COORDINATES}
     name = "{dataset} {model} {recipe} {scales}-scale".format(**where)
@@ -138,6 +150,7 @@ def from_sweep(swept: Swept) -> RunGroup:
     counts = table["state"].value_counts()
     by_setting = scores.groupby("setting")[["test_mse", "test_r2"]].median()
     made_by = "Made by `snakemake --cores 2 sweep`."
+    finished = (swept.folder / "trials.csv").stat().st_mtime
     parent = RunContent(
         name=f"sweep of {name}",
         job_key=job_key,
@@ -148,7 +161,9 @@ def from_sweep(swept: Swept) -> RunGroup:
         description=f"Search for better settings of recipe {where['recipe']}: parameters are the best, trials are the "
         f"runs below.\n\n{made_by}\n\nTest scores (medians over seeds):\n\n{_markdown(by_setting)}",
         tags=tags | {"kind": "study"},
-        artifacts=tuple(swept.folder / f for f in ("trials.csv", "test_scores.csv", "best.yaml")) + tuple(swept.figures),
+        finished=finished,
+        duration_s=table["duration_s"].sum(),
+        artifacts=(*(swept.folder / f for f in ("trials.csv", "test_scores.csv", "best.yaml")), *swept.figures),
     )
     children = [
         RunContent(
@@ -158,6 +173,8 @@ def from_sweep(swept: Swept) -> RunGroup:
             metrics={_metric_name(c): getattr(row, c) for c in errors},
             description=f"Trial {row.trial} of the sweep of {name}: {row.state}, {row.duration_s:.0f} s.\n\n{made_by}",
             tags=tags | {"kind": "trial", "state": row.state, "is_default": str(row.is_default)},
+            finished=finished,
+            duration_s=row.duration_s,
         )
         for row in table.itertuples()
     ]

@@ -75,7 +75,10 @@ def _grouped(keys: Sequence[str]) -> View:
 VIEWS: Mapping[str, Mapping[str, View]] = {
     LEARNING: {
         VIEW: _view(
-            [*(_column("metrics", name) for name in ("test_r2", "test_mse"))],
+            [
+                *(_column("params", name) for name in ("dataset", "model", "recipe", "scales")),
+                *(_column("metrics", name) for name in ("test_mse", "test_r2")),
+            ],
             [
                 _scatter(_axis("scales", "PARAM"), _axis("test_mse"), "Test error against number of scales"),
                 _scatter(_axis("scales", "PARAM"), _axis("test_r2"), "Test R2 against number of scales"),

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from myowave.run_contents import LEARNING, RunContent, RunGroup
+from myowave.run_contents import EXPERIMENTS, LEARNING, RunContent, RunGroup
 from myowave.run_views import VIEW, VIEWS
 
 os.environ.setdefault("MLFLOW_DISABLE_TELEMETRY", "true")  # read at import
@@ -81,7 +81,7 @@ def serve(uri: str, port: int = 5000) -> None:
 def start_page(uri: str) -> str:
     """Path of the page to open first: the learning experiment in its prepared view, where it is there."""
     found = mlflow.MlflowClient(tracking_uri=uri).get_experiment_by_name(LEARNING)
-    return f"/#/experiments/{found.experiment_id}/runs?viewStateShareKey={VIEW}" if found else ""
+    return f"/#/experiments/{found.experiment_id}/runs?viewStateShareKey={VIEW}&compareRunsMode=CHART" if found else ""
 
 
 def _publish(groups: Iterable[RunGroup], uri: str) -> tuple[int, int]:
@@ -140,8 +140,10 @@ def _experiment(client: mlflow.MlflowClient, name: str, uri: str) -> str:
         folder = re.sub(r"\W+", "-", name).strip("-")
         location = (Path(uri.removeprefix(SQLITE)).resolve().parent / "mlartifacts" / folder).as_uri()
     experiment = client.create_experiment(name, artifact_location=location)
-    for key, view in VIEWS.get(name, {}).items():
-        client.set_experiment_tag(experiment, f"mlflow.sharedViewState.{key}", json.dumps(view))
+    tags = {f"mlflow.sharedViewState.{key}": json.dumps(view) for key, view in VIEWS.get(name, {}).items()}
+    tags |= {"mlflow.note.content": EXPERIMENTS.get(name, ""), "mlflow.experimentKind": "custom_model_development"}
+    for key, value in tags.items():
+        client.set_experiment_tag(experiment, key, value)
     return experiment
 
 
@@ -163,7 +165,8 @@ def _is_current(runs: list[Run], content: str) -> bool:
 
 def _write(client: mlflow.MlflowClient, experiment: str, content: RunContent, tags: Mapping[str, str]) -> str:
     """Write one run; its state is FINISHED only when all of it is there."""
-    run_id = client.create_run(experiment, run_name=content.name).info.run_id
+    started = content.finished - content.duration_s
+    run_id = client.create_run(experiment, start_time=round(1000 * started), run_name=content.name).info.run_id
     all_tags = {**content.tags, **tags, "job_key": content.job_key, "mlflow.note.content": content.description}
     client.log_batch(
         run_id,
@@ -175,7 +178,7 @@ def _write(client: mlflow.MlflowClient, experiment: str, content: RunContent, ta
         client.log_batch(run_id, metrics=metrics[start : start + _BATCH])
     for path in content.artifacts:
         client.log_artifact(run_id, str(path))
-    client.set_terminated(run_id)
+    client.set_terminated(run_id, end_time=round(1000 * content.finished))
     return run_id
 
 

@@ -1,0 +1,217 @@
+"""What `make ui` and `snakemake --report` show, seen with a real browser. Screenshots stay in results/screenshots."""
+
+import json
+import re
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import mlflow
+import pandas as pd
+import pytest
+from project_copy import ROOT, Project, copy_project
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.filterwarnings("ignore::ResourceWarning"),  # of the browser's driver
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+]
+
+SMALL = {
+    "targets": {"datasets": ["case1", "case2"], "scales": [1, 2]},
+    "data": {"datasets": {"case1": {"samples": 150}, "case2": {"samples": 150}}},
+    "learning": {
+        "seeds": 2,
+        "recipes": {"rollout": {"epochs": 12, "hidden": 8, "simulated_trials": 2}},
+        "sweep": {
+            "recipe": "rollout", "scales": 2, "trials": 5, "epochs": 6, "seeds": 2,
+            "dimensions": {"beta": None, "history_steps": {"low": 2, "high": 5}, "hidden": {"low": 4, "high": 12}},
+        },
+    },
+}  # fmt: skip
+CONFIG = ("--configfile", "config.yaml", "mine.yaml")
+SCREENSHOTS = ROOT / "results/screenshots"
+# MLflow asks who is logged in and takes the 404 for "nobody": its only line of level SEVERE.
+EXPECTED = "mlflow/users/current"
+
+
+class Browser:
+    """Chromium without a screen, and what its console said."""
+
+    def __init__(self) -> None:
+        from selenium import webdriver
+        from selenium.webdriver.chrome.service import Service
+
+        options = webdriver.ChromeOptions()
+        options.binary_location = "/usr/bin/chromium"
+        for argument in ("headless=new", "no-sandbox", "disable-gpu", "disable-dev-shm-usage", "window-size=1920,1300"):
+            options.add_argument(f"--{argument}")
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        self.driver = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
+
+    def open(self, address: str, *, until: str, name: str) -> str:
+        """Text of a page once it matches `until`; a screenshot is kept under `name`."""
+        self.driver.get("about:blank")
+        self.driver.get(address)
+        text = self.wait(until)
+        self.keep(name)
+        return text
+
+    def wait(self, until: str, seconds: float = 60.0) -> str:
+        """Text of the page once it matches `until`."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            text = self.driver.execute_script("return document.body ? document.body.innerText : ''")
+            if re.search(until, text):
+                time.sleep(1.5)  # charts draw themselves
+                return self.driver.execute_script("return document.body.innerText")
+            time.sleep(0.3)
+        self.keep("failed")
+        raise AssertionError(f"{until!r} did not appear within {seconds} s; the page says: {text[:2000]}")
+
+    def keep(self, name: str) -> None:
+        SCREENSHOTS.mkdir(parents=True, exist_ok=True)
+        self.driver.save_screenshot(str(SCREENSHOTS / f"{name}.png"))
+
+    def script(self, text: str):
+        return self.driver.execute_script(f"return {text}")
+
+    def errors(self) -> list[str]:
+        lines = [entry["message"] for entry in self.driver.get_log("browser") if entry["level"] == "SEVERE"]
+        return [line for line in lines if EXPECTED not in line]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    if not Path("/usr/bin/chromium").exists() or not Path("/usr/bin/chromedriver").exists():
+        pytest.skip("there is no Chromium here: apt-get install chromium chromium-driver, as `make test-browser` does")
+    browser = Browser()
+    yield browser
+    browser.driver.quit()
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory) -> Project:
+    """A project with all results of a small configuration, and a sweep."""
+    project = copy_project(tmp_path_factory.mktemp("finished"))
+    project.lay_over(SMALL)
+    done = project.snakemake("--cores", "2", *CONFIG, "--", "all", "sweep")
+    assert done.returncode == 0, done.stdout
+    return project
+
+
+@pytest.fixture(scope="module")
+def page(finished) -> Iterator[str]:
+    """Address that `myowave ui` prints, with the server running."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    command = [sys.executable, "-c", "from myowave.cli import app; app()", "ui", "--port", str(port)]
+    server = subprocess.Popen(
+        command, cwd=finished.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+    address = None
+    for line in server.stdout:
+        address = address or (re.search(r"http://\S+", line) or [None])[0]
+        if "Uvicorn running" in line:
+            break
+    yield address
+    server.terminate()
+    server.wait(timeout=30)
+    server.stdout.close()
+
+
+@pytest.fixture(scope="module")
+def store(finished) -> mlflow.MlflowClient:
+    return mlflow.MlflowClient(tracking_uri=f"sqlite:///{finished.folder}/results/mlflow.db")
+
+
+@pytest.fixture(scope="module")
+def summary(finished) -> pd.DataFrame:
+    return pd.read_csv(finished.folder / "results/summary.csv")
+
+
+def runs_of(store: mlflow.MlflowClient, experiment: str, kind: str) -> tuple[str, list]:
+    found = next(e for e in store.search_experiments() if e.name.startswith(experiment))
+    return found.experiment_id, store.search_runs([found.experiment_id], f"tags.kind = '{kind}'")
+
+
+def numbers_in(text: str) -> list[float]:
+    return [float(number) for number in re.findall(r"-?\d+\.\d+(?:e-?\d+)?", text)]
+
+
+def shown(value: float, text: str, digits: float = 1e-6) -> bool:
+    return any(number == pytest.approx(value, rel=digits) for number in numbers_in(text))
+
+
+def test_the_table_groups_runs_and_shows_means_over_seeds(browser, page, summary):
+    text = browser.open(page.replace("compareRunsMode=CHART", ""), until=r"Group: .*scales: 2", name="table")
+    for (dataset, scales), rows in summary.groupby(["dataset", "scales"]):
+        assert f"Group: dataset: {dataset}, model: base, recipe: rollout, scales: {scales}" in text
+        assert shown(rows["test_mse"].mean(), text)
+    assert browser.errors() == []
+
+
+def test_the_first_page_draws_error_against_scales(browser, page, summary):
+    browser.open(page, until=r"At a glance", name="charts")
+    titles = browser.script("[...document.querySelectorAll('.xtitle')].map(e => e.textContent)")
+    assert "scales" in titles
+    dots = browser.script("document.querySelectorAll('.scatterlayer .point').length")
+    assert dots >= 2 * len(summary.groupby(["dataset", "scales"])), "one dot a group in each of two charts"
+    bars = browser.script("[...document.querySelectorAll('.bartext')].map(e => e.textContent)")
+    assert bars and any(float(b) == pytest.approx(summary["test_r2"].mean(), abs=0.5) for b in bars)
+    assert browser.errors() == []
+
+
+def test_tables_and_pictures_are_on_the_runs_page(browser, page, store, summary):
+    experiment, runs = runs_of(store, "Learning", "median over seeds")
+    run, address = runs[0], page.split("#")[0]
+    rows = summary[(summary["dataset"] == run.data.params["dataset"])]
+    rows = rows[rows["scales"] == int(run.data.params["scales"])]
+    base = f"{address}#/experiments/{experiment}/runs/{run.info.run_id}"
+    text = browser.open(base, until="snakemake --cores 2", name="run")
+    assert run.info.run_name in text and "medians over 2 seeds" in text
+    text = browser.open(f"{base}/artifacts/evaluation.csv", until="test_r2", name="artifact_table")
+    assert shown(rows["test_r2"].iloc[0], text, 1e-3)
+    browser.open(f"{base}/artifacts/metrics.png", until="metrics.png", name="artifact_picture")
+    widths = browser.script("[...document.images].map(i => i.naturalWidth)")
+    assert max(widths) > 500, "the figure is not shown"
+    assert browser.errors() == []
+
+
+def test_two_runs_compare(browser, page, store):
+    experiment, runs = runs_of(store, "Learning", "median over seeds")
+    chosen = json.dumps([run.info.run_id for run in runs[:2]])
+    address = f'{page.split("#")[0]}#/compare-runs?runs={chosen}&experiments=["{experiment}"]'
+    browser.open(address, until="Comparing 2 Runs", name="comparison")
+    page_text = browser.script("document.body.textContent")
+    for run in runs[:2]:
+        assert f"{run.data.metrics['test_r2']:.3f}" in page_text
+    assert browser.errors() == []
+
+
+def test_a_sweep_shows_its_trials(browser, page, store):
+    experiment, trials = runs_of(store, "Sweeps", "trial")
+    assert len(trials) == 5
+    address = f"{page.split('#')[0]}#/experiments/{experiment}/runs?viewStateShareKey=overview"
+    text = browser.open(address, until="sweep of case1", name="sweep")
+    study = runs_of(store, "Sweeps", "study")[1][0]
+    assert shown(study.data.metrics["held_out_error_deg"], text)
+    assert browser.errors() == []
+
+
+def test_the_report_is_one_page_that_works_without_a_network(browser, finished):
+    done = finished.snakemake(*CONFIG, "--report", "report.html", "--", "all", "sweep")
+    assert done.returncode == 0, done.stdout
+    report = finished.folder / "report.html"
+    text = browser.open(report.as_uri(), until="Results", name="report")
+    assert [text.find(layer) >= 0 for layer in ("1 data", "2 learning")] == [True, True]
+    assert text.find("1 data") < text.find("2 learning")
+    external = browser.script(
+        "performance.getEntriesByType('resource').map(e => e.name).filter(n => n.startsWith('http'))"
+    )
+    assert external == []
+    assert browser.errors() == []
