@@ -237,6 +237,8 @@ class Recipe(Section):
             raise ValueError("identification: joint needs beta above 0: without a residual in J nothing is identified")
         if self.derivative == "time" and not self.time_input:
             raise ValueError("derivative: time needs time_input: true; there is no t_n to differentiate by")
+        if self.derivative == "time" and self.output != "absolute":
+            raise ValueError("derivative: time needs output: absolute; an increment is no function of t_n alone")
         return self
 
 

@@ -18,8 +18,8 @@ def problem():
         return torch.randn(*shape, generator=random, dtype=torch.float64)
 
     architecture = Architecture("gru", HIDDEN, 2, increments=True, time_input=False)
-    weights = {name: value.double() for name, value in initialise(architecture, range(SEEDS), torch.device("cpu")).items()}
-    weights = {name: value + 0.1 * normal(*value.shape) for name, value in weights.items()}  # biases are not 0 either
+    weights = initialise(architecture, range(SEEDS), torch.device("cpu"))
+    weights = {name: w.double() + 0.1 * normal(*w.shape) for name, w in weights.items()}  # biases are not 0 either
     x, z, v = normal(WINDOWS, HISTORY + STEPS, 2), normal(SEEDS, WINDOWS, HISTORY), normal(SEEDS, WINDOWS, HISTORY)
     target, weight = normal(SEEDS, WINDOWS, STEPS), normal(SEEDS, WINDOWS, 1).abs()
     return architecture, weights, x, z, v, target, weight

@@ -3,8 +3,8 @@
 A step an epoch, at the beginning of a scale. The weak residual converges from any start; trajectories follow at scale
 [0], or at once where the model has an effect that a measured angle alone does not determine.
 
-Why along the measured angle and not along the network's own predictions: a one-step prediction misses a few percent of
-what changes within a sample, and the parameters take that for weaker muscles. Measured in case 1 after 600 epochs: f0_Bi
+Why along the measured angle and not along the network's own predictions: a one-step prediction misses a few percent
+of what changes within a sample, and the parameters take that for weaker muscles. Measured in case 1, 600 epochs: f0_Bi
 -0.35, l0_Bi -0.09, f0_Tri -0.30, l0_Tri -0.02 % along the predictions, and at most 0.004 % along the angle.
 """
 
@@ -14,7 +14,7 @@ from torch import Tensor
 from myowave.data.trials import Trials
 from myowave.learning.parameters import Identified, slope_of
 from myowave.learning.shooting import Shooting
-from myowave.learning.weak import WeakResidual, gauss_newton
+from myowave.learning.weak import WeakResidual, gauss_newton, hidden_effects
 from myowave.physics.model import Model
 
 WEAK_STEPS = 8
@@ -31,13 +31,13 @@ class Identification:
     """
 
     def __init__(self, model: Model, trials: Trials, identified: Identified, raw: Tensor, *, finest: bool) -> None:
-        hidden = [e for e in model.effects if e.stateful or e.acts_on == "observation"]
+        hidden = bool(hidden_effects(model))
         self.raw = raw
         self._model, self._trials, self._identified = model, trials, identified
         self._weak = None if hidden else WeakResidual.of(model, trials).along(torch.from_numpy(trials.angle)[None])
         self._damping = torch.full((raw.shape[0],), 1e-3, dtype=raw.dtype)
         self._shooting: Shooting | None = None
-        self._plan = ["weak"] * WEAK_STEPS * (not hidden) + ["shoot"] * SHOOTING_STEPS * (finest or bool(hidden))
+        self._plan = ["weak"] * WEAK_STEPS * (not hidden) + ["shoot"] * SHOOTING_STEPS * (finest or hidden)
 
     @property
     def done(self) -> bool:

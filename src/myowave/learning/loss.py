@@ -15,11 +15,11 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.learning.network import angle_features, apply_cell, encode_angle, read_out
+from myowave.learning.network import differentiate_cell
 from myowave.learning.parameters import Identified
-from myowave.learning.prediction import Network, predict_teacher_forced
-from myowave.learning.rollout import Workspace, drive, roll_out, rollout_gradients
-from myowave.learning.weak import known_params
+from myowave.learning.prediction import Network, follow, predict_teacher_forced
+from myowave.learning.rollout import Workspace, roll_out, rollout_gradients
+from myowave.learning.weak import hidden_effects, known_params
 from myowave.learning.windows import Corpus
 from myowave.physics.model import Model, bind, torques
 from myowave.physics.motion import activate, channels_of
@@ -123,6 +123,9 @@ class TeacherForcedLoss:
         usable: samples of each trial to train on, (T,).
         derivative: `sequence` differentiates the predicted sequence by central differences; `time` the network by its
             input t_n, holding EMG and history fixed.
+
+    Raises:
+        ValueError: for a model with effects that the residual cannot hold.
     """
 
     def __init__(
@@ -137,6 +140,11 @@ class TeacherForcedLoss:
         noise: Noise,
         device: torch.device,
     ) -> None:
+        if beta and (hidden := hidden_effects(model)):
+            raise ValueError(
+                f"model {model.name}: the residual of Eq. 38 cannot hold {', '.join(hidden)}, which has a state of its "
+                "own or acts on the measured angle. Train with identification: gauss_newton, or leave the effect out."
+            )
         self._network, self._model, self._identified = network, model, identified
         self._beta, self._derivative, self._noise, self._dt = beta, derivative, noise, trials.dt
         emg = torch.from_numpy(trials.emg).to(device)
@@ -188,33 +196,26 @@ class TeacherForcedLoss:
 def predict_with_time_derivatives(network: Network, x: Tensor, angle: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """Teacher-forced prediction and its first two derivatives by the input t_n, (S, T, N) each [rad, rad/s, rad/s^2].
 
-    Only the current cell sees t_n: EMG and history are held fixed, so this is not the derivative of the motion.
+    Only the current cell sees t_n: EMG and history are held fixed, so this is not the derivative of the motion. The
+    first samples are those given, with derivatives 0.
     """
-    duration = network.scaling.duration
-
-    def predict(shift: Tensor) -> Tensor:
-        shifted = torch.cat([x[..., :-1], x[..., -1:] + shift], dim=-1)
-        return _predict_with_current(network, x, shifted, angle)
-
-    def slope(shift: Tensor) -> tuple[Tensor, Tensor]:
-        value, first = torch.func.jvp(predict, (shift,), (torch.ones_like(shift),))
-        return first, value
-
-    zero = torch.zeros((), dtype=x.dtype, device=x.device)
-    first, second, value = torch.func.jvp(slope, (zero,), (torch.ones_like(zero),), has_aux=True)
-    return value, first / duration, second / duration**2
-
-
-def _predict_with_current(network: Network, x: Tensor, current: Tensor, angle: Tensor) -> Tensor:
-    """Teacher-forced prediction where the current cell has inputs of its own."""
-    architecture, weights, m = network.architecture, network.weights, network.history
+    assert network.architecture.time_input and not network.architecture.increments
+    weights = network.weights
     angle = angle.expand(weights["hidden"].shape[0], *angle.shape[-2:])
-    features = angle_features(architecture, *encode_angle(network.scaling, angle))
-    seen = drive(weights, x) + torch.matmul(features, weights["angle"].unsqueeze(1))
-    count = x.shape[1] - m
-    hidden = seen.new_zeros(seen.shape[0], seen.shape[1] * count, architecture.hidden)
-    for i in range(m):
-        hidden = apply_cell(architecture.cell, weights, hidden, seen[:, :, i : i + count].flatten(1, 2))
-    driven = drive(weights, current)[:, :, m:].flatten(1, 2)
-    output = read_out(weights, apply_cell(architecture.cell, weights, hidden, driven))
-    return torch.cat([angle[..., :m], network.to_rad(output.unflatten(1, (-1, count)))], dim=-1)
+    driven, states = follow(network, x, angle)
+    count = states.shape[2]
+    current = driven[:, :, -count:].flatten(1, 2)
+    slope = weights["input"][:, -1:]  # of `driven` by t_n, the last input
+    cells = differentiate_cell(network.architecture.cell, weights, states.flatten(1, 2), current, slope)
+    value, first, second = (torch.bmm(cell, weights["output"]).unflatten(1, (-1, count)).squeeze(-1) for cell in cells)
+    value = network.to_rad(value + weights["output_bias"])
+    scaling = network.scaling
+    given = angle[..., :-count]
+    return tuple(
+        torch.cat(pair, dim=-1)
+        for pair in (
+            (given, value),
+            (torch.zeros_like(given), first.double() * scaling.angle_std / scaling.duration),
+            (torch.zeros_like(given), second.double() * scaling.angle_std / scaling.duration**2),
+        )
+    )

@@ -103,15 +103,15 @@ def _initialise_one(architecture: Architecture, seed: int) -> dict[str, Tensor]:
     def uniform(rows: int, columns: int) -> Tensor:
         return (2 * torch.rand(rows, columns, generator=random) - 1) / math.sqrt(h)
 
-    return {
+    weights = {
         "hidden": uniform(h, g),
         "input": uniform(architecture.inputs, g),
         "angle": uniform(architecture.features, g),
         "bias": torch.zeros(1, g),
-        "state_bias": torch.zeros(1, h),
         "output": uniform(h, 1),
         "output_bias": torch.zeros(1, 1),
     }
+    return weights if architecture.cell == "rnn" else {**weights, "state_bias": torch.zeros(1, h)}
 
 
 def encode_inputs(architecture: Architecture, scaling: Scaling, emg: Tensor, time: Tensor) -> Tensor:
@@ -162,6 +162,35 @@ def apply_cell(cell: str, weights: Weights, hidden: Tensor, driven: Tensor, recu
     candidate = torch.tanh(torch.addcmul(driven[..., 2 * h :], reset, recurrent[..., 2 * h :]))
     # Eq. 11 adds b_h to the new state itself, outside of the gates.
     return torch.lerp(candidate, hidden, update) + weights["state_bias"]
+
+
+def differentiate_cell(
+    cell: str, weights: Weights, hidden: Tensor, driven: Tensor, slope: Tensor
+) -> tuple[Tensor, Tensor, Tensor]:
+    """A cell's next hidden state and its first two derivatives as `driven` moves along `slope`, (S, B, H) each.
+
+    Args:
+        slope: (S, 1, G); the other arguments as for `apply_cell`.
+    """
+    recurrent = torch.bmm(hidden, weights["hidden"])
+    if cell == "rnn":
+        return _differentiate_tanh(recurrent + driven, slope, torch.zeros_like(slope))
+    h = hidden.shape[-1]
+    gates = torch.sigmoid(recurrent[..., : 2 * h] + driven[..., : 2 * h])
+    first = gates * (1 - gates) * slope[..., : 2 * h]
+    second = first * (1 - 2 * gates) * slope[..., : 2 * h]
+    (r, u), (r1, u1), (r2, u2) = (g.split(h, dim=-1) for g in (gates, first, second))
+    held = recurrent[..., 2 * h :]
+    c, c1, c2 = _differentiate_tanh(driven[..., 2 * h :] + r * held, slope[..., 2 * h :] + r1 * held, r2 * held)
+    new = torch.lerp(c, hidden, u) + weights["state_bias"]
+    return new, u1 * (hidden - c) + (1 - u) * c1, u2 * (hidden - c) - 2 * u1 * c1 + (1 - u) * c2
+
+
+def _differentiate_tanh(p: Tensor, p1: Tensor, p2: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """tanh(p) and its derivatives from those of p."""
+    c = torch.tanh(p)
+    slack = 1 - c * c
+    return c, slack * p1, slack * (p2 - 2 * c * p1 * p1)
 
 
 def read_out(weights: Weights, hidden: Tensor) -> Tensor:

@@ -10,7 +10,7 @@ Shapes: S seeds, P parameters, R raw numbers (P, and more where literature value
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
@@ -50,6 +50,10 @@ class Identified:
 
     names: tuple[str, ...]
     forms: tuple[Form, ...]
+
+    def to(self, device: torch.device) -> "Identified":
+        """The same on another device."""
+        return Identified(self.names, tuple(replace(form, scale=form.scale.to(device)) for form in self.forms))
 
     def values(self, raw: Tensor) -> Tensor:
         """Parameters (..., S, P) from raw numbers (..., S, R)."""

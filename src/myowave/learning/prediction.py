@@ -126,13 +126,9 @@ def predict_teacher_forced(network: Network, x: Tensor, angle: Tensor) -> Tensor
         (S, T, N) [rad], float64; the first `network.history` samples (at least 2 for increments) are those given.
     """
     architecture, scaling, weights = network.architecture, network.scaling, network.weights
-    seeds = weights["hidden"].shape[0]
-    angle = angle.expand(seeds, *angle.shape[-2:])
-    driven = drive(weights, x)
-    features = angle_features(architecture, *encode_angle(scaling, angle))
-    seen = driven + torch.matmul(features, weights["angle"].unsqueeze(1))
-    first = max(network.history, architecture.features)
-    states = _carry(network, seen) if network.carried else _window(network, seen, first)
+    angle = angle.expand(weights["hidden"].shape[0], *angle.shape[-2:])
+    driven, states = follow(network, x, angle)
+    first = x.shape[1] - states.shape[2]
     current = driven[:, :, first:]
     hidden = apply_cell(architecture.cell, weights, states.flatten(1, 2), current.flatten(1, 2))
     output = read_out(weights, hidden).unflatten(1, current.shape[1:3]).double()
@@ -144,9 +140,24 @@ def predict_teacher_forced(network: Network, x: Tensor, angle: Tensor) -> Tensor
     return torch.cat([angle[..., :first], predicted], dim=-1)
 
 
-def _carry(network: Network, seen: Tensor) -> Tensor:
-    """Hidden state before every predicted sample, carried through the trial: (S, T, N - first, H)."""
+def follow(network: Network, x: Tensor, angle: Tensor) -> tuple[Tensor, Tensor]:
+    """Hidden state before every predicted sample where all angles are given.
+
+    Args:
+        x, angle: as for `predict_teacher_forced`, angle (S, T, N).
+
+    Returns:
+        `drive` of all samples (S, T, N, G), and states (S, T, N - first, H).
+    """
+    driven = drive(network.weights, x)
+    features = angle_features(network.architecture, *encode_angle(network.scaling, angle))
+    seen = driven + torch.matmul(features, network.weights["angle"].unsqueeze(1))
     first = max(network.history, network.architecture.features)
+    return driven, _carry(network, seen, first) if network.carried else _window(network, seen, first)
+
+
+def _carry(network: Network, seen: Tensor, first: int) -> Tensor:
+    """Hidden state before every predicted sample, carried through the trial: (S, T, N - first, H)."""
     hidden = seen.new_zeros(*seen.shape[:2], network.architecture.hidden)
     states = []
     for n, seen_n in enumerate(seen[:, :, :-1].unbind(2)):

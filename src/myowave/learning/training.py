@@ -168,6 +168,7 @@ class _Run:
         joint = recipe.identification == "joint"
         weights = dict(network.weights)
         if joint:
+            self.identified = self.identified.to(self.device)
             self.raw = self.raw.to(self.device).requires_grad_()
         loss = self._loss()
         optimizer = torch.optim.Adam(

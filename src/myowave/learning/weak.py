@@ -4,7 +4,7 @@ With test functions w that vanish with their first derivatives at both ends, the
 
     r_k = int w_k'' q - w_k (torque / inertia) dt
 
-holds no derivative of q beyond the velocity that the muscles need: second differences, which amplify every error, do not
+holds no derivative of q beyond the velocity that muscles need: second differences, which amplify every error, do not
 appear. Between samples q is a quintic spline and EMG is what the simulator takes it to be; a sample step is cut where
 the delayed EMG has its kinks, and each piece is integrated by Gauss-Legendre points. The residual of an exact motion is
 then small enough to identify parameters to 0.02 %.
@@ -51,18 +51,8 @@ class WeakResidual:
 
     @classmethod
     def of(cls, model: Model, trials: Trials) -> "WeakResidual":
-        """For all trials given.
-
-        Raises:
-            ValueError: for a model with effects that a known angle does not determine.
-        """
-        for effect in model.effects:
-            if effect.stateful or effect.acts_on == "observation":
-                raise ValueError(
-                    f"model {model.name}: {effect.name} "
-                    + ("has a state of its own" if effect.stateful else "acts on the measured angle")
-                    + ", which the residual of the network's sequence does not hold. Fit this effect in the diagnosis."
-                )
+        """For all trials given; the model must have no `hidden_effects`."""
+        assert not hidden_effects(model), model.name
         emg = channels_of(model, trials.channels, torch.from_numpy(trials.emg))
         known = known_params(trials, model)
         points, weights = _quadrature(breakpoints(bind(model, known, emg), trials.dt, 1), trials.dt)
@@ -152,6 +142,11 @@ def gauss_newton(sequence: Sequence, identified: Identified, raw: Tensor, dampin
     better = proposed.square().sum(-1) < residual.square().sum(-1)
     damping = torch.where(better, damping / 10, damping * 10).clamp(1e-9, 1e6)
     return torch.where(better.unsqueeze(-1), raw + change, raw), damping
+
+
+def hidden_effects(model: Model) -> list[str]:
+    """Effects that a measured angle does not determine, so that no residual along it holds them."""
+    return [effect.name for effect in model.effects if effect.stateful or effect.acts_on == "observation"]
 
 
 def known_params(trials: Trials, model: Model) -> dict[str, Tensor]:
