@@ -6,6 +6,10 @@ STUDY = f"results/learning/{SWEPT}/sweep"
 STORAGE = f"{STUDY}/journal.log" if SWEEP.storage == "journal" else SWEEP.storage
 
 
+def sweep_labels(figure):
+    return {"dataset": SWEEP.dataset, "model": SWEEP.model, "recipe": SWEEP.recipe, "figure": figure}
+
+
 # All that an error on held-out data depends on; a study is continued as long as it stays the same.
 judged_section = dict(
     physics=section("physics"),
@@ -71,12 +75,29 @@ rule summarize_sweep:
     output:
         trials=f"{STUDY}/trials.csv",
         best=f"{STUDY}/best.yaml",
-        figures=report(
-            sweep_figures(SWEPT),
+        history=report(
+            f"results/figures/{SWEPT}/sweep/history.png",
             caption="../report/sweep.rst",
             category="2 learning",
-            subcategory="sweep",
-            labels={"dataset": SWEEP.dataset, "model": SWEEP.model, "recipe": SWEEP.recipe, "figure": "sweep"},
+            labels=sweep_labels("sweep history"),
+        ),
+        importance=report(
+            f"results/figures/{SWEPT}/sweep/importance.png",
+            caption="../report/sweep.rst",
+            category="2 learning",
+            labels=sweep_labels("sweep importance"),
+        ),
+        slices=report(
+            f"results/figures/{SWEPT}/sweep/slices.png",
+            caption="../report/sweep.rst",
+            category="2 learning",
+            labels=sweep_labels("sweep slices"),
+        ),
+        contours=report(
+            f"results/figures/{SWEPT}/sweep/contours.png",
+            caption="../report/sweep.rst",
+            category="2 learning",
+            labels=sweep_labels("sweep contours"),
         ),
     log:
         f"results/logs/summarize_sweep/{SWEPT}.log",
@@ -103,8 +124,7 @@ rule score_sweep:
             f"{STUDY}/test_scores.csv",
             caption="../report/test_scores.rst",
             category="2 learning",
-            subcategory="sweep",
-            labels={"dataset": SWEEP.dataset, "model": SWEEP.model, "recipe": SWEEP.recipe, "figure": "test scores"},
+            labels=sweep_labels("sweep test scores"),
         ),
     log:
         f"results/logs/score_sweep/{SWEPT}.log",
@@ -121,7 +141,7 @@ rule publish_sweep:
     input:
         trials=f"{STUDY}/trials.csv",
         scores=f"{STUDY}/test_scores.csv",
-        figures=rules.summarize_sweep.output.figures,
+        figures=sweep_figures(SWEPT),
     output:
         note="results/tracking/published-sweep.md",
     log:
@@ -130,6 +150,7 @@ rule publish_sweep:
         tracking=section("tracking"),
         recipes={},
         models=[],
+        diagnoses=[],
         sweeps=[(STUDY, sweep_figures(SWEPT))],
     script:
         "../scripts/publish_runs.py"

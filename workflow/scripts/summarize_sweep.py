@@ -20,8 +20,7 @@ with job_log(f"summarize sweep of {what}", snakemake.log[0]):
     table, best, shares = tabulate(search), best_settings(search), importances(search)
     table.to_csv(output.trials, index=False)
     Path(output.best).write_text(override_text(sweep, recipe, best, table, output.best), encoding="utf-8")
-    history, importance, slices, contours = output.figures
-    save(figures.draw_history(table, what), history)
-    save(figures.draw_importance(shares, what), importance)
-    save(figures.draw_slices(table, sweep.dimensions, what), slices)
-    save(figures.draw_contours(table, sweep.dimensions, shares, what), contours)
+    save(figures.draw_history(table, what), output.history)
+    save(figures.draw_importance(shares, what), output.importance)
+    save(figures.draw_slices(table, sweep.dimensions, what), output.slices)
+    save(figures.draw_contours(table, sweep.dimensions, shares, what), output.contours)
