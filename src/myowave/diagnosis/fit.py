@@ -3,7 +3,7 @@
 The motion and its derivatives come from `physics.trajectory.solve`, all samples at once. That allows two stages:
 1. *Lifted* Gauss-Newton steps, that start from the measured motion and close the gaps to a simulated one and move the
    parameters together. Linearised near the data rather than near a wrong simulation, they reach the right basin
-   from far away. Several starts run as one batch, and the best goes on.
+   from far away. Several starts run as one batch, and after each step the better half goes on.
 2. Levenberg-Marquardt on simulated motions, with bounds, until a step would gain nothing that noise allows to see.
 The angle and velocity at the start of each trial are estimated with the parameters; nobody measures them. They belong
 to one trial each, so they are eliminated from the normal equations trial by trial.
@@ -26,8 +26,8 @@ from myowave.physics.trajectory import Linear, Sensitive, solve
 
 TOLERANCE = 1e-5  # of the simulated state [rad, rad/s]
 GAIN = 1e-3  # stop where the next step would lower the sum of squares by less than this many residual variances
-LIFTED_STEPS, STEPS = 4, 30
-WATCHDOG = 2.0  # a step that fails may be followed by one more if the sum of squares grew by less
+LIFTED_STEPS, STEPS = 4, 30  # the first suffice for sixteen starts to come down to two
+WATCHDOG, WATCHDOG_STEPS = 100.0, 3  # a step that fails is followed further if the sum of squares grew by less
 DAMPING, DAMPING_UP, DAMPING_DOWN, DAMPING_MOST = 1e-4, 10.0, 0.1, 1e8
 
 Array = NDArray[np.float64]
@@ -210,8 +210,10 @@ def fit_model(
         normal = normal_equations(result, record, free)
         step = _bounded_step(normal, free, values, DAMPING)
         values, begin, guess = _move(free, values, begin, result, normal, step)
-    order = np.argsort(normal.rss, kind="stable")  # those that diverged, not finite, come last
-    attempts = (_attempt(model, record, free, values[b], begin[b], guess[b]) for b in order)
+        keep = max(2, -(-len(values) // 2))
+        better = np.argsort(normal.rss, kind="stable")[:keep]  # those that diverged come last
+        values, begin, guess = values[better], begin[better], guess[torch.from_numpy(better)]
+    attempts = (_attempt(model, record, free, *search) for search in zip(values, begin, guess, strict=True))
     best = next((fit for fit in attempts if fit is not None), None)
     if best is None:
         raise ValueError(
@@ -296,7 +298,7 @@ def _bounded_step(normal: Normal, free: Sequence[Free], values: Array, damping: 
     scale, low, high = (np.array([getattr(p, n) for p in free]) for n in ("scale", "low", "high"))
     lowest, highest = (low - values) / scale, (high - values) / scale
     diagonal = np.einsum("...pp->...p", normal.matrix)
-    ridge = damping * diagonal + 1e-14 * diagonal.max(-1, keepdims=True) + 1e-12
+    ridge = damping * diagonal + 1e-14 * diagonal.max(-1, initial=0.0, keepdims=True) + 1e-12
     damped = normal.matrix + np.eye(len(free)) * ridge[..., None]
     step = np.linalg.solve(damped, normal.vector[..., None])[..., 0]
     for _ in free:
@@ -322,7 +324,15 @@ def _move(
     shift = _padded(normal.starts_after(step))
     both = np.concatenate([np.broadcast_to((step * scale)[..., None, :], (*shift.shape[:-1], len(scale))), shift], -1)
     change = torch.einsum("...tnkp,...tp->...tnk", result.tangent, torch.from_numpy(both))
-    return _clip(free, values + step * scale), begin + shift, result.motion.state + change
+    return _stepped(free, values, step), begin + shift, result.motion.state + change
+
+
+def _stepped(free: Sequence[Free], values: Array, step: Array) -> Array:
+    """Values after a step in units of the scales: positive constants move by a factor, as products are known best."""
+    scale, low = (np.array([getattr(p, n) for p in free]) for n in ("scale", "low"))
+    safe = np.where(low > 0, values, 1.0)
+    factor = np.exp((step * scale / safe).clip(-1.0, 1.0))
+    return _clip(free, np.where(low > 0, values * factor, values + step * scale))
 
 
 def _padded(shift: Array) -> Array:
@@ -353,8 +363,8 @@ def polish(fit: Fit) -> Fit:
 def descend(fit: Fit) -> Iterator[Fit]:
     """Levenberg-Marquardt: the fit as it is, then after each step, each no worse than the one before.
 
-    A full step along a curved valley may land on its slope; the next step from there leads back to the floor, further
-    on. So a step that fails by little gets that second one before it is given up (Chamberlain et al. 1982, "watchdog").
+    A full step along a curved valley may land on its slope; the next steps from there lead back to the floor, further
+    on. So a step that fails gets these before it is given up (Chamberlain et al. 1982, the "watchdog" technique).
     """
     damping = DAMPING
     yield fit
@@ -363,9 +373,7 @@ def descend(fit: Fit) -> Iterator[Fit]:
         if fit.converged or gain(fit, step) < GAIN * fit.variance:
             yield replace(fit, converged=True)
             return
-        tried = _take(fit, step)
-        if tried is not None and fit.rss <= tried.rss < WATCHDOG * fit.rss:
-            tried = _take(tried, _bounded_step(tried.normal, tried.free, tried.values, damping))
+        tried = _follow(fit, _take(fit, step), damping)
         if tried is not None and tried.rss < fit.rss:
             fit, damping = tried, max(damping * DAMPING_DOWN, 1e-12)
         elif damping > DAMPING_MOST:
@@ -373,6 +381,17 @@ def descend(fit: Fit) -> Iterator[Fit]:
         else:
             damping = max(damping, DAMPING) * DAMPING_UP
         yield fit
+
+
+def _follow(fit: Fit, tried: Fit | None, damping: float) -> Fit | None:
+    """What a failed step leads to in a few more, as long as each lowers the sum of squares."""
+    limit = WATCHDOG * fit.rss
+    for _ in range(WATCHDOG_STEPS):
+        if tried is None or tried.rss < fit.rss or tried.rss > limit:
+            break
+        limit = tried.rss
+        tried = _take(tried, _bounded_step(tried.normal, tried.free, tried.values, damping))
+    return tried
 
 
 def _take(fit: Fit, step: Array) -> Fit | None:

@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 
 from myowave.diagnosis.fit import Fit, correlation_time, descend, promised
 from myowave.diagnosis.record import SMALLEST_NOISE_DEG
-from myowave.diagnosis.score import Score, score_effects
+from myowave.diagnosis.score import Score, best_within, score_effects
 from myowave.physics.effect import Effect
 
 EVIDENCE = 10.0  # difference of BIC that counts as very strong (Kass & Raftery 1995)
 MARGIN = 6.0  # between two effects, below which they are not told apart (strong: odds of 20 to 1)
 FOLDS = 0.8  # share of folds, rounded down, in which the model with the effect must predict better
+PAIRS = 2  # pairs of effects that are fitted where scores promise more than one effect gives
 OPTIMISM = 3.0  # a fit that is behind may still gain this many times what its next step promises
 WORTH_A_REFIT, NEAR, SHARE, MOST = 2.0, 25.0, 0.4, 7  # which candidates are refitted, see `_worth_refitting`
 
@@ -109,6 +110,36 @@ def evidence(fit: Fit, rss: float, parameters: int, samples: float) -> float:
 def similar(candidates: list[Candidate], to: Candidate) -> list[Candidate]:
     """The candidates that the data do not tell from one of them."""
     return [c for c in candidates if c.fit is not None and not c.score.absorbed and c.evidence > to.evidence - MARGIN]
+
+
+def promising_pairs(ranking: list[Candidate]) -> list[tuple[str, str]]:
+    """Pairs of effects whose scores promise far more together than the best single effect, the best pairs first.
+
+    To first order: the signals of all effects are there, so a pair costs no more than a product of small matrices.
+    """
+    scores = [c.score for c in ranking if not c.score.absorbed]
+    if not scores or ranking[0].fit is None:
+        return []
+    signals = np.concatenate([s.signal for s in scores], -1)
+    products = np.einsum("tne,tnf->ef", signals, signals)
+    residual = scores[0].start.normal.residual
+    with_residual = np.einsum("tne,tn->e", signals, residual)
+    ends = np.cumsum([len(s.free) for s in scores])
+    columns = [slice(end - len(s.free), end) for s, end in zip(scores, ends, strict=True)]
+    fit = scores[0].start
+    samples = fit.record.samples
+
+    def promise(*members: int) -> float:
+        chosen = np.r_[tuple(columns[m] for m in members)]
+        free = tuple(p for m in members for p in scores[m].free)
+        _, drop = best_within(products[np.ix_(chosen, chosen)], with_residual[chosen], free)
+        return evidence(fit, max(fit.rss - drop, 0.0), len(free), samples)
+
+    count = range(len(scores))
+    single = max(promise(i) for i in count)
+    pairs = {(i, j): promise(i, j) for i in count for j in count if i < j}
+    hopeful = sorted((p for p in pairs if pairs[p] > single + EVIDENCE), key=lambda p: -pairs[p])[:PAIRS]
+    return [(scores[i].effect, scores[j].effect) for i, j in hopeful]
 
 
 def folds_won(without: Fit, with_it: Fit) -> tuple[int, int]:

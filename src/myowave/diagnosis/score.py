@@ -90,14 +90,12 @@ def score_effect(fit: Fit, effect: Effect, known: Iterable[str] = ()) -> Score:
     imitation = matrix @ np.einsum("tnp,tne->pe", normal.slope, without_starts)
     signal = without_starts - normal.without_starts(normal.slope @ imitation)
     information = np.einsum("tne,tnf->ef", signal, signal)
-    estimate = _bounded(information, np.einsum("tne,tn->e", signal, normal.residual), free)
-    product = np.einsum("tne,tn->e", signal, normal.residual)
-    drop = float(2 * estimate @ product - estimate @ information @ estimate)
+    estimate, drop = best_within(information, np.einsum("tne,tn->e", signal, normal.residual), free)
     visible, direction = _visible(information, np.einsum("tne,tnf->ef", raw, raw))
     size = np.abs(imitation @ direction) * np.sqrt(np.einsum("tnp,tnp->p", normal.slope, normal.slope))
     order = np.argsort(-size)
     absorbers = tuple(fit.free[i].name for i in order if size[i] > LARGE_PART * size[order[0]])
-    return Score(effect.name, free, start, signal, information, estimate, max(drop, 0.0), visible, absorbers)
+    return Score(effect.name, free, start, signal, information, estimate, drop, visible, absorbers)
 
 
 def effect_parameters(model: Model, effect: Effect, known: Iterable[str] = ()) -> tuple[Free, ...]:
@@ -162,8 +160,16 @@ def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
     return Fit(model, everything, values, fit.starts, normal, sensitive, record, converged=False)
 
 
-def _bounded(information: Array, product: Array, free: tuple[Free, ...]) -> Array:
-    """Least squares within the bounds, by trying which parameters are free; few parameters, so few sets."""
+def best_within(information: Array, product: Array, free: tuple[Free, ...]) -> tuple[Array, float]:
+    """Least squares within the bounds, and the fall of the sum of squares.
+
+    Args:
+        information, product: signal^T signal (E, E) and signal^T residual (E,).
+        free: the parameters, whose bounds and scales count.
+
+    Returns:
+        The values in units of the scales, (E,), and the fall, at least 0.
+    """
     low, high = (np.array([getattr(p, n) / p.scale for p in free]) for n in ("low", "high"))
     ridge = information + 1e-9 * np.trace(information) * np.eye(len(free)) + 1e-300 * np.eye(len(free))
     estimate = np.linalg.solve(ridge, product)
@@ -177,7 +183,8 @@ def _bounded(information: Array, product: Array, free: tuple[Free, ...]) -> Arra
             break
         right = product[loose] - ridge[np.ix_(loose, np.flatnonzero(held))] @ estimate[held]
         estimate[loose] = np.linalg.solve(ridge[np.ix_(loose, loose)], right)
-    return estimate.clip(low, high)
+    estimate = estimate.clip(low, high)
+    return estimate, max(float(2 * estimate @ product - estimate @ information @ estimate), 0.0)
 
 
 def _visible(left: Array, whole: Array) -> tuple[float, Array]:

@@ -1,11 +1,19 @@
 """Add effects one by one while the evidence asks for it, drop those a later one made needless, try swaps."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from myowave.diagnosis.fit import Fit, Free, fit_model, refit
-from myowave.diagnosis.rank import EVIDENCE, Candidate, rank_effects, similar
-from myowave.diagnosis.record import Record
+from myowave.diagnosis.fit import Fit, polish, refit
+from myowave.diagnosis.rank import (
+    EVIDENCE,
+    Candidate,
+    evidence,
+    independent_samples,
+    promising_pairs,
+    rank_effects,
+    similar,
+)
+from myowave.diagnosis.score import score_effect
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 
@@ -57,16 +65,32 @@ def select_effects(fit: Fit, effects: Iterable[Effect], known: Iterable[str] = (
             else:
                 ladder[-1] = settled
         rankings.append(rank_effects(ladder[-1], effects, known))
+    better = _better_pair(ladder[-1], rankings[0], {e.name: e for e in effects}, known)
+    if better is not None:
+        settled, classes = _settle(better, {}, effects, known, len(start.model.effects))
+        ladder = _climb(start, settled)
+        rankings = [rank_effects(rung, effects, known) for rung in ladder]
     return Selection(tuple(ladder), tuple(rankings), classes)
-
-
-def fit_base(model: Model, record: Record, free: Sequence[Free], starts: int, seed: int = 0) -> Fit:
-    """The fit that everything starts from."""
-    return fit_model(model, record, free, starts=starts, seed=seed)
 
 
 def _best(ranking: list[Candidate]) -> Candidate | None:
     return next((c for c in ranking if c.acceptable), None)
+
+
+def _better_pair(found: Fit, ranking: list[Candidate], effects: Mapping[str, Effect], known: set[str]) -> Fit | None:
+    """A pair of effects that fits far better than what was found one by one, if there is one.
+
+    One effect may do the work of two, and then neither of them is asked for any more. The scores of the first
+    ranking foretell what pairs would gain; the most promising are fitted.
+    """
+    scores = {c.name: c.score for c in ranking}
+    for one, other in promising_pairs(ranking):
+        first = polish(scores[one].start)
+        second = polish(score_effect(first, effects[other], known).start)
+        parameters = len(second.free) - len(found.free)
+        if evidence(found, second.rss, parameters, independent_samples(second)) > EVIDENCE:
+            return second
+    return None
 
 
 def _names(best: Candidate, ranking: list[Candidate]) -> tuple[str, ...]:
@@ -80,7 +104,6 @@ def _settle(
     """Drop effects that are needless beside the others, and exchange those for which a better one is found."""
     for _ in range(ROUNDS):
         changed = False
-        classes = {name: classes[name] for name in classes if name in {e.name for e in fit.model.effects}}
         for effect in fit.model.effects[fixed:]:
             without = _without(fit, effect)
             ranking = rank_effects(without, effects, known, {effect.name: fit})

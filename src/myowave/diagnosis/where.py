@@ -113,8 +113,9 @@ def missing_torque(fit: Fit) -> MissingTorque:
     test = (1 - s**2) ** 3
     first = -6 * s * (1 - s**2) ** 2 / ((half + 1) * dt)
     second = (-6 * (1 - s**2) ** 2 + 24 * s**2 * (1 - s**2)) / ((half + 1) * dt) ** 2
-    step = fit.linear.jacobian.numpy()[..., :2, :2]
-    by_angle, by_velocity = step[..., 1, 0] / dt, (step[..., 1, 1] - 1) / dt
+    change = fit.linear.jacobian.numpy()[..., :2, :2] - np.eye(2)
+    rate = (change - change @ change / 2 + change @ change @ change / 3) / dt  # logarithm of the step's Jacobian
+    by_angle, by_velocity = rate[..., 1, 0], rate[..., 1, 1]
     by_angle, by_velocity = (np.concatenate([x, x[..., -1:]], -1) for x in (by_angle, by_velocity))
     constants = bind(fit.model, fit.params, record.emg).joint
     inertia = joint.inertia(**{n: constants[n] for n in ("mass", "length", "load")}).numpy()

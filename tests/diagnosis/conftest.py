@@ -1,0 +1,91 @@
+"""A small elbow: four short trials whose motion the tests simulate with whatever they hide in it."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+import torch
+import yaml
+
+from myowave.data.trials import Trials
+from myowave.diagnosis.fit import Fit, Free, fit_model, free_parameters
+from myowave.diagnosis.record import Record, make_record
+from myowave.diagnosis.study import Case, add_noise, clean_trials, simulate_case
+from myowave.physics.build import build_model
+from myowave.physics.effect import Effect
+from myowave.physics.effects import catalogue
+from myowave.physics.model import Model
+from myowave.physics.motion import simulate
+from myowave.settings import Identify, SimulatedDataset, parse_section
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _one_thread():
+    torch.set_num_threads(1)
+
+
+@pytest.fixture(scope="session")
+def base(pytestconfig) -> Model:
+    physics = yaml.safe_load((pytestconfig.rootpath / "config.yaml").read_text(encoding="utf-8"))["physics"]
+    return build_model("base", parse_section("physics", physics))
+
+
+@pytest.fixture(scope="session")
+def effects() -> dict[str, Effect]:
+    return catalogue()
+
+
+@pytest.fixture(scope="session")
+def dataset() -> SimulatedDataset:
+    return SimulatedDataset(kind="simulated", trials=4, samples=200, test=("4",), seed=3)
+
+
+@pytest.fixture(scope="session")
+def identify(dataset) -> dict[str, Identify]:
+    return dict(dataset.identify)
+
+
+@pytest.fixture(scope="session")
+def clean(dataset, base) -> Trials:
+    return clean_trials(dataset, base, 3)
+
+
+@pytest.fixture(scope="session")
+def make_trials(clean, dataset, base, effects) -> Callable[..., Trials]:
+    """Trials with hidden effects, {effect: {parameter: value}}, and noise on the angle."""
+
+    def make(hidden: dict | None = None, noise_deg: float = 0.5, seed: int = 3) -> Trials:
+        trials = simulate_case(Case(hidden or {}, 3), clean, dataset, base, effects)
+        return add_noise(trials, noise_deg, seed) if noise_deg else trials
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def free(base, identify) -> tuple[Free, ...]:
+    return free_parameters(base, identify, ())
+
+
+@pytest.fixture(scope="session")
+def make_fit(make_trials, base, free) -> Callable[..., Fit]:
+    """The base model fitted to trials with hidden effects."""
+
+    def make(hidden: dict | None = None, noise_deg: float = 0.5, seed: int = 3) -> Fit:
+        return fit_model(base, make_record(make_trials(hidden, noise_deg, seed), base).train, free, starts=2)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def loaded(clean, base, effects) -> Callable[[dict[str, dict[str, float]]], Record]:
+    """The record of trials whose motion was simulated with 0.5 kg nobody noted, and conditions somebody did."""
+
+    def make(conditions: dict[str, dict[str, float]]) -> Record:
+        trials = replace(clean, conditions=conditions)
+        record = make_record(trials, base)
+        model = base.with_effects([effects["hand_load"]])
+        params = {**record.known, "hand_load.m": 0.5}
+        motion = simulate(model, params, record.emg, record.dt, torch.tensor(0.6, dtype=torch.float64))
+        return make_record(add_noise(replace(trials, angle=motion.angle.numpy()), 0.5, 3), base)
+
+    return make

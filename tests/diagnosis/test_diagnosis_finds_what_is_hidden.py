@@ -1,0 +1,104 @@
+"""From trials to verdict: what is hidden is named, what is not there is not, what cannot be told is said."""
+
+import json
+
+import numpy as np
+import pytest
+
+from myowave.diagnosis.diagnose import diagnose
+from myowave.diagnosis.selection import select_effects
+from myowave.diagnosis.tables import TABLES, add_errors, predictions_table, verdict_summary
+from myowave.settings import Diagnosis as DiagnosisSettings
+
+SETTINGS = DiagnosisSettings(starts=2)
+KEYS = {"verdict", "effects", "alternatives", "rmse_deg", "parameters", "next_trial"}
+
+
+FEW = (
+    "joint_damping", "emg_crosstalk", "vmax_change", "moment_arm_offset", "gravity_tilt", "fatigue", "hand_load",
+    "extra_delay", "clock_shift", "activation_dynamics",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def few(effects):
+    """A smaller catalogue, for speed."""
+    return {name: effects[name] for name in FEW}
+
+
+@pytest.fixture(scope="module")
+def damped(make_trials, base, few, identify):
+    trials = make_trials({"joint_damping": {"c": 1.5}})
+    return diagnose(trials, base, few.values(), identify, SETTINGS)
+
+
+def test_the_hidden_effect_is_named_with_its_value(damped):
+    summary = verdict_summary(damped)
+    assert summary["verdict"] == "effect" and summary["effects"] == ["joint_damping"]
+    found = summary["parameters"]["base+joint_damping"]["joint_damping.c"]
+    assert found["value"] == pytest.approx(1.5, abs=4 * found["se"])
+
+
+def test_adding_the_effect_lowers_both_errors_to_the_noise(damped):
+    rmse = verdict_summary(damped)["rmse_deg"]
+    assert rmse["base+joint_damping"]["train"] < 1.05 * 0.5 < rmse["base"]["train"]
+    assert rmse["base+joint_damping"]["heldout"] < rmse["base"]["heldout"]
+
+
+def test_the_verdict_has_its_keys_and_survives_json(damped):
+    summary = json.loads(json.dumps(add_errors(verdict_summary(damped), None)))
+    assert set(summary) >= KEYS
+    assert summary["parameters"]["base"]["f0_Bi"]["error_pct"] is None
+
+
+def test_only_scoring_brings_in_the_truth(damped):
+    scored = add_errors(verdict_summary(damped), {"parameters": {"f0_Bi": 200.0}, "effects": ["joint_damping"]})
+    entry = scored["parameters"]["base"]["f0_Bi"]
+    assert entry["error_pct"] == pytest.approx(100 * (entry["value"] / 200.0 - 1))
+
+
+def test_every_table_has_rows_for_every_model(damped):
+    models = {rung.name for rung in damped.rungs}
+    for name, table in TABLES.items():
+        if name != "next_trials":  # nothing is left to ask here
+            assert set(table(damped)["model"]) == models, name
+    predictions = predictions_table(damped)
+    assert set(predictions["role"]) == {"train", "test"}
+    error = np.degrees(predictions["angle_rad"] - predictions["predicted_rad"])
+    training = error[(predictions["model"] == "base") & (predictions["role"] == "train")]
+    assert np.sqrt((training**2).mean()) == pytest.approx(verdict_summary(damped)["rmse_deg"]["base"]["train"])
+
+
+def test_the_test_trial_takes_no_part_in_any_decision(damped, make_trials, base, few, identify):
+    trials = make_trials({"joint_damping": {"c": 1.5}})
+    trials.angle[trials.index(["4"])] += 0.2
+    other = diagnose(trials, base, few.values(), identify, DiagnosisSettings(starts=2, angle_noise_deg=0.5))
+    assert other.verdict.effects == damped.verdict.effects
+    np.testing.assert_allclose(other.selection.fit.values, damped.selection.fit.values, rtol=1e-6)
+
+
+def test_clean_trials_are_adequate(make_trials, base, few, identify):
+    found = diagnose(make_trials(), base, few.values(), identify, SETTINGS)
+    assert found.verdict.kind == "adequate" and found.verdict.effects == ()
+    assert "hand_load" in found.verdict.absorbed
+
+
+def test_two_effects_are_both_found(make_fit, few):
+    fit = make_fit({"joint_damping": {"c": 1.0}, "emg_crosstalk": {"x": 0.15}})
+    assert set(select_effects(fit, few.values()).effects) == {"joint_damping", "emg_crosstalk"}
+
+
+def test_what_the_catalogue_lacks_is_called_unknown_and_drafted(make_trials, base, few, identify):
+    trials = make_trials({"joint_damping": {"c": 1.5}})
+    unfit = [few[n] for n in ("hand_load", "gravity_tilt", "fatigue")]
+    found = diagnose(trials, base, unfit, identify, SETTINGS)
+    assert found.verdict.kind == "unknown" and verdict_summary(found)["effects"] == []
+    assert "qdot" in found.draft.formula
+
+
+def test_a_class_comes_with_the_trial_that_would_separate_it(make_trials, base, few, identify):
+    trials = make_trials({"extra_delay": {"d": 0.02}})
+    found = diagnose(trials, base, few.values(), identify, SETTINGS)
+    assert found.verdict.kind == "class"
+    assert {"extra_delay", "clock_shift"} <= set(found.verdict.alternatives[0])
+    assert found.proposals

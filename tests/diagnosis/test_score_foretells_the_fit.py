@@ -1,0 +1,57 @@
+"""The score test says, without fitting, what an effect would gain, and which parameters stand in its way."""
+
+import numpy as np
+import pytest
+
+from myowave.diagnosis.fit import fit_model, free_parameters, polish
+from myowave.diagnosis.record import make_record
+from myowave.diagnosis.score import confusion, score_effect, score_effects
+
+
+@pytest.mark.parametrize("name", ["joint_damping", "fatigue", "extra_delay", "vmax_change"])
+def test_the_score_of_a_weak_effect_is_the_gain_of_its_fit(make_fit, effects, name):
+    hidden = {p: 0.2 * q.typical for p, q in effects[name].parameters.items()}
+    fit = make_fit({name: hidden}, noise_deg=0.3)
+    score = score_effect(fit, effects[name])
+    gained = fit.rss - polish(score.start).rss
+    assert score.drop > 5 * fit.variance
+    assert score.drop == pytest.approx(gained, rel=0.15)
+
+
+def test_a_hand_load_is_absorbed_by_both_strengths_in_one_condition(loaded, base, free, effects):
+    fit = fit_model(base, loaded({}).train, free)
+    score = score_effect(fit, effects["hand_load"])
+    assert score.absorbed
+    assert set(score.absorbed_by) == {"f0_Bi", "f0_Tri"}
+
+
+def test_a_known_load_in_one_trial_makes_the_unknown_one_visible(loaded, base, identify, effects):
+    record = loaded({"2": {"load": 1.0}})
+    fit = fit_model(base, record.train, free_parameters(base, identify, record.known))
+    score = score_effect(fit, effects["hand_load"], record.known)
+    assert not score.absorbed
+    found = polish(score.start)
+    assert found.parameters["hand_load.m"] == pytest.approx(0.5, abs=4 * found.standard_errors()["hand_load.m"])
+    assert found.standard_errors()["hand_load.m"] < 0.1
+
+
+def test_one_sided_effects_claim_nothing_on_the_forbidden_side(make_fit, effects):
+    fit = make_fit({"vmax_change": {"r": 0.3}})  # faster muscles look like negative damping
+    score = score_effect(fit, effects["joint_damping"])
+    assert score.estimate[0] == 0.0 and score.drop == 0.0
+
+
+def test_confusion_is_whole_with_itself_and_partial_with_another(make_fit, effects):
+    fit = make_fit({"joint_damping": {"c": 0.5}})
+    scores = score_effects(fit, (effects[n] for n in ("joint_damping", "muscle_damping", "gravity_tilt")))
+    assert confusion(scores, "joint_damping", "joint_damping") == pytest.approx(1.0, abs=1e-6)
+    assert 0.8 < confusion(scores, "joint_damping", "muscle_damping") < 1.0
+    assert confusion(scores, "joint_damping", "gravity_tilt") < 0.6
+
+
+def test_the_smallest_detectable_value_grows_with_the_noise(make_trials, base, free, effects):
+    sizes = []
+    for noise in (0.5, 1.0):
+        fit = fit_model(base, make_record(make_trials(noise_deg=noise), base, noise_deg=noise).train, free)
+        sizes.append(score_effect(fit, effects["joint_damping"]).detectable(np.radians(noise) ** 2, 17.0))
+    assert sizes[1] == pytest.approx(2 * sizes[0], rel=0.05)
