@@ -50,7 +50,7 @@ def test_only_visible_effects_count_and_false_alarms_are_counted():
     row = {
         "strength": 1.0, "noise_deg": 1.0, "worst_error_base_pct": 5.0, "worst_error_final_pct": 0.5,
         "heldout_deg": 1.0, "heldout_base_deg": 1.5, "rmse_over_noise": 1.0, "intervals": 5, "covered": 5,
-        "seconds": 1.0, "wrong_name": False,
+        "seconds": 1.0, "wrong_name": False, "absorbed": "",
     }  # fmt: skip
     rows = pd.DataFrame(
         [
@@ -58,10 +58,12 @@ def test_only_visible_effects_count_and_false_alarms_are_counted():
             row | {"hidden": "a", "signal": 2.0, "hit": False, "found": "b", "verdict": "effect", "wrong_name": True},
             row | {"hidden": "a", "signal": 0.5, "hit": False, "found": "", "verdict": "adequate"},
             row | {"hidden": "none", "signal": 0.0, "hit": False, "found": "a", "verdict": "effect"},
+            row | {"hidden": "b", "signal": 0.0, "hit": False, "found": "", "verdict": "adequate", "absorbed": "b c"},
         ]
     )
     summary = summarize(rows)
     assert summary["by_noise"]["1.0"]["hit_pct"] == 50.0 and summary["wrong_name_pct"] == 50.0
     assert summary["false_alarms"] == 1 and summary["clean"] == 1
+    assert summary["aliases"] == ["b"] and summary["aliases_reported_pct"] == 100.0
     matrix = confusion_matrix(rows)
     assert matrix.loc["a"].sum() == 2 and matrix.loc["a", "b"] == 1

@@ -90,9 +90,7 @@ def _menu(fit: Fit) -> Record:
     sides = [m.side for m in fit.model.muscles]
     samples = record.angle.shape[1]
     manoeuvres = [m for m, _ in MENU.values()]
-    emg = synthetic_emg(
-        SEED, sides=sides, trials=len(MENU), samples=samples, dt=record.dt, manoeuvres=manoeuvres
-    )
+    emg = synthetic_emg(SEED, sides=sides, trials=len(MENU), samples=samples, dt=record.dt, manoeuvres=manoeuvres)
     known = {name: values.mean().expand(len(MENU)) for name, values in record.known.items()}
     load = torch.tensor([kg for _, kg in MENU.values()], dtype=torch.float64)
     known["load"] = known.get("load", torch.zeros(len(MENU), dtype=torch.float64)).mul(0) + load

@@ -141,9 +141,7 @@ def simulate_case(
     q = motion.q.numpy()
     if np.isfinite(q).all() and ANGLE_RANGE[0] < q.min() and q.max() < ANGLE_RANGE[1]:
         return replace(clean, angle=motion.angle.numpy())
-    noiseless = settings.model_copy(
-        update={"hidden_effect": case.hidden, "seed": case.seed, "angle_noise_deg": 0.0}
-    )
+    noiseless = settings.model_copy(update={"hidden_effect": case.hidden, "seed": case.seed, "angle_noise_deg": 0.0})
     return simulate_trials(clean.dataset, noiseless, base, catalogue)[0]
 
 
@@ -219,9 +217,7 @@ def _accuracy(case: Case, selection: Selection, base: Model) -> dict[str, Any]:
     """Errors of the estimates, and how many 95 % intervals hold the truth (of the right model alone)."""
     first, last = selection.ladder[0], selection.fit
     worst = {
-        f"worst_error_{label}_pct": max(
-            abs(fit.parameters[p] / base.defaults[p] - 1) * 100 for p in first.parameters
-        )
+        f"worst_error_{label}_pct": max(abs(fit.parameters[p] / base.defaults[p] - 1) * 100 for p in first.parameters)
         for label, fit in (("base", first), ("final", last))
     }
     if set(selection.effects) != set(case.hidden):
@@ -242,7 +238,6 @@ def confusion_matrix(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.crosstab(shown["hidden"], answer)
 
 
-
 def summarize(rows: pd.DataFrame) -> dict[str, Any]:
     """Rates of right and wrong answers, errors, intervals and times; rates in percent.
 
@@ -253,6 +248,8 @@ def summarize(rows: pd.DataFrame) -> dict[str, Any]:
     shown = single[single["signal"] >= 1]
     hits = shown[shown["hit"]]
     clean = rows[rows["hidden"] == "none"]
+    aliases = single.groupby("hidden").filter(lambda group: (group["signal"] == 0).all())
+    reported = [name in by.split() for name, by in zip(aliases["hidden"], aliases["absorbed"], strict=True)]
     pairs = rows[rows["hidden"].str.contains("+", regex=False) & (rows["signal"] >= 1)]
     by_noise = {
         str(noise): {
@@ -272,6 +269,8 @@ def summarize(rows: pd.DataFrame) -> dict[str, Any]:
         "wrong_name_below_detectable_pct": 100 * single.loc[single["signal"] < 1, "wrong_name"].mean(),
         "false_alarms": int((clean["verdict"] != "adequate").sum()),
         "clean": len(clean),
+        "aliases": sorted(aliases["hidden"].unique()),
+        "aliases_reported_pct": 100 * float(np.mean(reported)) if reported else None,
         "pairs_hit_pct": 100 * pairs["hit"].mean(),
         "pairs": len(pairs),
         "rmse_over_noise_max": hits["rmse_over_noise"].max(),

@@ -1,0 +1,177 @@
+"""The verdict as files: verdict.json, the tables, the pictures and the page that tells it without the network."""
+
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from myowave.diagnosis.diagnose import diagnose
+from myowave.diagnosis.figures import draw_diagnosis
+from myowave.diagnosis.ladder import join_ladder, join_parameters
+from myowave.diagnosis.page import Story, write_page
+from myowave.diagnosis.tables import TABLES, add_errors, predictions_table, verdict_summary
+from myowave.plotting import save
+from myowave.settings import Diagnosis as DiagnosisSettings
+
+HIDDEN = {"joint_damping": {"c": 0.6}}
+CANDIDATES = ("joint_damping", "joint_stiffness", "hand_load", "gravity_tilt")
+
+
+@pytest.fixture(scope="module")
+def diagnosis(make_trials, base, effects, identify):
+    candidates = [effects[name] for name in CANDIDATES]
+    return diagnose(make_trials(HIDDEN), base, candidates, identify, DiagnosisSettings(starts=2))
+
+
+@pytest.fixture(scope="module")
+def truth(base):
+    return {"effects": list(HIDDEN), "parameters": base.defaults | {"joint_damping.c": 0.6}}
+
+
+@pytest.fixture(scope="module")
+def verdict(diagnosis, truth):
+    """As it comes back from the file."""
+    return json.loads(json.dumps(add_errors(verdict_summary(diagnosis), truth)))
+
+
+@pytest.fixture(scope="module")
+def tables(diagnosis):
+    return {name: table(diagnosis) for name, table in TABLES.items()}
+
+
+@pytest.fixture(scope="module")
+def network():
+    """Evaluation of a network with a model that the diagnosis did not try, two seeds."""
+    model = "base+joint_damping+fatigue"
+    return pd.DataFrame(
+        {
+            "dataset": "x", "model": model, "recipe": "rollout", "scales": 1, "seed": [0, 1], "test_mse": [1e-4, 3e-4],
+            "test_r2": [0.99, 0.97], "f0_Bi": [310.0, 330.0], "f0_Bi_error_pct": [10 / 3, 10.0],
+        }
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def story(diagnosis, verdict, tables, network, tmp_path_factory):
+    ladder = join_ladder(tables["ladder"], [network])
+    units = tables["parameters"].set_index("parameter")["unit"].to_dict()
+    parameters = join_parameters(verdict, [network], units)
+    folder = tmp_path_factory.mktemp("pictures")
+    watched = tables | {"ladder": ladder, "parameters": parameters}
+    figures = draw_diagnosis(watched, predictions_table(diagnosis), verdict["where"])
+    for name, figure in figures.items():
+        save(figure, folder / f"{name}.png")
+    images = {name: folder / f"{name}.png" for name in figures}
+    draft = diagnosis.draft.source
+    return Story(verdict, ladder, parameters, tables["ranking"], tables["next_trials"], images, draft)
+
+
+@pytest.fixture(scope="module")
+def template(pytestconfig):
+    return (pytestconfig.rootpath / "workflow/report/verdict.html.j2").read_text(encoding="utf-8")
+
+
+def test_verdict_json_says_what_was_found_and_how_well(verdict):
+    assert verdict["verdict"] in ("effect", "class") and verdict["effects"] == ["joint_damping"]
+    assert verdict["hidden"] == ["joint_damping"] and verdict["hit"]
+    assert set(verdict["rmse_deg"]) == set(verdict["parameters"]) == {"base", "base+joint_damping"}
+    for errors in verdict["rmse_deg"].values():
+        assert set(errors) == {"train", "heldout", "noise"}
+    for values in verdict["parameters"].values():
+        assert all(set(entry) == {"value", "se", "error_pct"} for entry in values.values())
+    found = verdict["parameters"]["base+joint_damping"]["joint_damping.c"]
+    assert found["error_pct"] == pytest.approx(100 * (found["value"] / 0.6 - 1))
+
+
+def test_without_a_truth_no_error_is_claimed(diagnosis):
+    measured = add_errors(verdict_summary(diagnosis), None)
+    assert measured["hidden"] is None and measured["hit"] is None
+    assert all(e["error_pct"] is None for values in measured["parameters"].values() for e in values.values())
+
+
+@pytest.mark.parametrize(
+    ("hidden", "effects", "alternatives", "hit"),
+    [
+        (["a"], ["a"], [], True),
+        (["a"], ["b"], [["b", "a"]], True),
+        (["a"], ["b"], [["b", "a", "c"]], False),
+        (["a"], ["a", "b"], [], False),
+        (["a"], [], [], False),
+        (["a", "b"], ["b", "a"], [], True),
+        ([], ["a"], [], False),
+        ([], [], [], True),
+    ],
+)
+def test_a_hit_is_the_effect_named_or_in_a_class_of_two(hidden, effects, alternatives, hit):
+    kind = "effect" if effects else "adequate"
+    summary = {"verdict": kind, "effects": effects, "alternatives": alternatives, "parameters": {}}
+    assert add_errors(summary, {"effects": hidden, "parameters": {}})["hit"] is hit
+
+
+def test_the_ladder_holds_the_network_beside_the_physics(story, tables):
+    ladder = story.ladder
+    assert list(ladder["effects"]) == sorted(ladder["effects"]), "models with few effects come first"
+    row = ladder[ladder["source"] == "network, rollout, 1-scale"].iloc[0]
+    assert row["heldout_rmse_deg"] == pytest.approx(np.degrees(np.sqrt(2e-4)))
+    assert (ladder["source"] == "physics").sum() == len(tables["ladder"])
+    spread = story.parameters.query("parameter == 'f0_Bi' and source != 'physics'").iloc[0]
+    assert (spread["value"], spread["se"], spread["unit"]) == (320.0, 10.0, "N")
+
+
+def test_the_whole_catalogue_is_ranked_at_every_model(tables):
+    ranking = tables["ranking"]
+    assert set(ranking[ranking["model"] == "base"]["effect"]) == set(CANDIDATES)
+    assert set(ranking[ranking["model"] == "base+joint_damping"]["effect"]) == set(CANDIDATES) - {"joint_damping"}
+    assert set(ranking[ranking["effect"] == "hand_load"]["status"]) == {"absorbed"}, "an exact alias is said to be one"
+
+
+class Links(HTMLParser):
+    """What a browser would load or go to."""
+
+    def __init__(self):
+        super().__init__()
+        self.found: list[str] = []
+
+    def handle_starttag(self, tag, attrs):
+        self.found += [value or "" for name, value in attrs if name in ("src", "href", "srcset", "action", "data")]
+
+
+def test_the_page_needs_nothing_else(story, template):
+    page = write_page(story, template)
+    links = Links()
+    links.feed(page)
+    assert all(link.startswith(("data:image/png;base64,", "#")) for link in links.found)
+    assert not re.search(r"https?://|@import|url\(|<script", page)
+    assert len([link for link in links.found if link.startswith("data:")]) == len(story.images)
+
+
+def test_the_page_tells_the_verdict_and_the_command_in_order(story, template):
+    page = write_page(story, template)
+    places = [page.index(f'<h2 id="{step}"') for step in ("compare", "where", "which", "add", "watch")]
+    assert places == sorted(places)
+    top = page[page.index("<h1>") : page.index("</h1>")]
+    assert "joint_damping" in top, "the verdict is the headline"
+    command = page[page.index("<pre>") : page.index("</pre>")]
+    assert "results/diagnosis/" in command and "base+joint_damping/rollout" in command
+    assert "absorb" in page and "hand_load" in page
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"verdict": "unknown", "effects": [], "formula": "+1.2 q", "nearest": ["joint_damping"]}, "physics.effect_files"),
+        ({"verdict": "adequate", "effects": []}, "nothing to add"),
+        ({"next_trial": {"question": "a or b", "trial": "fast", "separation": 40.0, "now": 2.0}}, "Record this next"),
+    ],
+)
+def test_the_page_says_what_to_do_whatever_the_verdict(story, template, changes, expected):
+    changed = Story(**{**vars(story), "verdict": {**story.verdict, **changes}})
+    assert expected in write_page(changed, template)
+
+
+def test_text_from_data_is_escaped(story, template):
+    changed = Story(**{**vars(story), "verdict": {**story.verdict, "where": "<script>alert(1)</script>"}})
+    assert "<script>" not in write_page(changed, template)
