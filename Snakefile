@@ -23,3 +23,4 @@ rule all:
         "results/tracking/published.md",
         figures_of_data,
         figures_of_learning,
+        verdicts,

@@ -1,7 +1,8 @@
 """Digest of what the code does, so that a workflow knows when a result is out of date.
 
 The layers stand on one another, so a layer's digest covers those before it. Comments, layout and docstrings do not
-count: they change no result. Modules called `figures.py` draw results and make none, so they count only for drawing.
+count: they change no result. Modules called `figures.py` and `page.py` show results and make none, so they count only for
+drawing.
 """
 
 import ast
@@ -9,6 +10,7 @@ import hashlib
 from functools import cache
 from pathlib import Path
 
+SHOWING = ("figures.py", "page.py")
 LAYERS = ("physics", "data", "learning", "diagnosis")
 _SOURCE = Path(__file__).parent
 
@@ -34,7 +36,7 @@ def digest_layers(last: str, *, drawing: bool = False, source: Path = _SOURCE) -
 def _digest_layer(folder: Path, drawing: bool) -> bytes:
     digest = hashlib.sha256()
     for path in sorted(folder.rglob("*.py")):
-        if path.name == "figures.py" and not drawing:
+        if path.name in SHOWING and not drawing:
             continue
         digest.update(str(path.relative_to(folder)).encode())
         digest.update(digest_code(path.read_text(encoding="utf-8"), path))

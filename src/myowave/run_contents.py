@@ -18,6 +18,7 @@ from myowave.data.store import read_table
 
 LEARNING = "Learning: how well is motion predicted?"
 SWEEPS = "Sweeps: which settings are best?"
+DIAGNOSIS = "Diagnosis of {dataset}: what does the model miss?"
 EXPERIMENTS = {
     LEARNING: "Networks trained on each dataset, with each physical model, recipe and number of scales. Runs named "
     "`seed` are independent starts; their parents hold medians, tables and figures.",
@@ -91,6 +92,14 @@ class RunGroup:
     digest: str
     parent: RunContent
     children: tuple[RunContent, ...]
+
+
+def describe_experiment(name: str) -> str:
+    """What an experiment holds, for its page."""
+    return EXPERIMENTS.get(
+        name,
+        "A run with the verdict, and the error against the number of effects added; below it a run for each model.",
+    )
 
 
 def from_model(model: TrainedModel) -> RunGroup:
@@ -180,6 +189,58 @@ def from_sweep(swept: Swept) -> RunGroup:
     ]
     files = [*parent.artifacts]
     return RunGroup(SWEEPS, _digest({}, files), parent, tuple(children))
+
+
+def from_diagnosis(folder: Path, pictures: Path) -> RunGroup:
+    """A run with the verdict and its curves against the number of effects, and below it a run for each fitted model.
+
+    Args:
+        folder: holds verdict.json, verdict.html and the tables.
+        pictures: holds the figures.
+    """
+    path = folder / "verdict.json"
+    verdict = json.loads(path.read_text(encoding="utf-8"))
+    ladder = pd.read_csv(folder / "ladder.csv").set_index("model")
+    errors = ladder.select_dtypes("number")
+    dataset, last = verdict["dataset"], ladder.index[-1]
+    tags = {"dataset": dataset, "verdict": verdict["verdict"]}
+    when = {"finished": path.stat().st_mtime, "duration_s": 0.0}
+    files = [path, folder / "verdict.html", *sorted(folder.glob("*.csv")), *sorted(pictures.glob("*.png"))]
+    page = f"The whole story is in `{folder}/verdict.html`, attached."
+    columns = ["train_rmse_deg", "heldout_rmse_deg", "noise_deg", "missing_torque_Nm"]
+    parent = RunContent(
+        name=f"{dataset}: {verdict['verdict']}",
+        job_key=f"diagnosis/{dataset}",
+        params={"dataset": dataset, "model": last, "effects": ", ".join(verdict["effects"]) or "none"},
+        metrics=errors.loc[last].to_dict(),
+        description=f"{verdict['sentence']}\n\n{verdict['where']}\n\n{_markdown(errors[columns])}\n\n{page}",
+        tags=tags | {"kind": "verdict"},
+        **when,
+        curves=errors.set_index(errors["effects"].rename("epoch"))[columns],
+        artifacts=files,
+    )
+    children = [
+        RunContent(
+            name=model,
+            job_key=f"diagnosis/{dataset}/{model}",
+            params={"dataset": dataset, "model": model},
+            metrics=row.to_dict() | _estimates(verdict["parameters"][model]),
+            description=f"{model} fitted to the training trials of {dataset}.",
+            tags=tags | {"kind": "model"},
+            **when,
+        )
+        for model, row in errors.iterrows()
+    ]
+    return RunGroup(DIAGNOSIS.format(dataset=dataset), _digest({}, files), parent, tuple(children))
+
+
+def _estimates(parameters: Mapping[str, Mapping[str, float | None]]) -> dict[str, float | None]:
+    """Value, standard error and, where it is known, true error of each parameter, as metrics."""
+    return {
+        f"parameter/{name}{suffix}": entry[key]
+        for name, entry in parameters.items()
+        for key, suffix in (("value", ""), ("se", "_se"), ("error_pct", "_error_pct"))
+    }
 
 
 def _metric_name(column: str) -> str:

@@ -7,7 +7,7 @@ MLflow keeps such a view as a tag of the experiment, `mlflow.sharedViewState.{ke
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from myowave.run_contents import LEARNING, SWEEPS
+from myowave.run_contents import DIAGNOSIS, LEARNING, SWEEPS
 
 VIEW = "overview"  # key of the view that is opened first
 _SECTION = "charts"
@@ -99,4 +99,29 @@ VIEWS: Mapping[str, Mapping[str, View]] = {
             ascending=True,
         )
     },
+}
+
+
+def views_of(experiment: str) -> Mapping[str, View]:
+    """The views of an experiment; each diagnosed dataset has one of its own, and all look alike."""
+    return _DIAGNOSIS if experiment.startswith(DIAGNOSIS.split("{")[0]) else VIEWS.get(experiment, {})
+
+
+_DIAGNOSIS: Mapping[str, View] = {
+    VIEW: _view(
+        [
+            *(_column("params", name) for name in ("model", "effects")),
+            *(_column("metrics", name) for name in ("train_rmse_deg", "heldout_rmse_deg", "missing_torque_Nm")),
+        ],
+        [
+            _line(
+                ["curve/heldout_rmse_deg", "curve/train_rmse_deg", "curve/noise_deg"],
+                "Error against number of effects [deg]",
+            ),
+            _line(["curve/missing_torque_Nm"], "Missing torque against number of effects [N m]"),
+            _bar("heldout_rmse_deg", "Error on held-out trials of each model"),
+        ],
+        order=_column("metrics", "heldout_rmse_deg"),
+        ascending=False,
+    )
 }

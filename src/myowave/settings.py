@@ -346,6 +346,9 @@ class Targets(Section):
     models: dict[str, tuple[ModelName, ...]] = setting(
         "physical models by dataset, such as base+joint_damping; [base] for one not named", default=dict, each="dataset"
     )
+    follow_verdict: tuple[str, ...] = setting(
+        "datasets whose network is also trained with the physical model that the diagnosis finds", default=()
+    )
     recipes: tuple[str, ...] = setting("recipes", default=("rollout",), min_length=1)
     scales: tuple[Annotated[int, Field(ge=1, le=5)], ...] = setting(
         "numbers of scales, 1 to 5: 3 trains at scales -2, -1, 0", "-", (1, 2, 3), min_length=1
@@ -367,6 +370,8 @@ class Settings(Section):
         problems = []
         for i, name in enumerate(self.targets.datasets):
             problems += _unless_known(f"targets.datasets[{i}]", name, self.data.datasets)
+        for i, name in enumerate(self.targets.follow_verdict):
+            problems += _unless_known(f"targets.follow_verdict[{i}]", name, self.targets.datasets)
         for name in self.targets.models:
             problems += _unless_known(f"targets.models.{name}", name, self.data.datasets)
         for i, name in enumerate(self.targets.recipes):

@@ -19,8 +19,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from myowave.run_contents import EXPERIMENTS, LEARNING, RunContent, RunGroup
-from myowave.run_views import VIEW, VIEWS
+from myowave.run_contents import LEARNING, RunContent, RunGroup, describe_experiment
+from myowave.run_views import VIEW, views_of
 
 os.environ.setdefault("MLFLOW_DISABLE_TELEMETRY", "true")  # read at import
 
@@ -140,8 +140,8 @@ def _experiment(client: mlflow.MlflowClient, name: str, uri: str) -> str:
         folder = re.sub(r"\W+", "-", name).strip("-")
         location = (Path(uri.removeprefix(SQLITE)).resolve().parent / "mlartifacts" / folder).as_uri()
     experiment = client.create_experiment(name, artifact_location=location)
-    tags = {f"mlflow.sharedViewState.{key}": json.dumps(view) for key, view in VIEWS.get(name, {}).items()}
-    tags |= {"mlflow.note.content": EXPERIMENTS.get(name, ""), "mlflow.experimentKind": "custom_model_development"}
+    tags = {f"mlflow.sharedViewState.{key}": json.dumps(view) for key, view in views_of(name).items()}
+    tags |= {"mlflow.note.content": describe_experiment(name), "mlflow.experimentKind": "custom_model_development"}
     for key, value in tags.items():
         client.set_experiment_tag(experiment, key, value)
     return experiment

@@ -162,7 +162,10 @@ def test_the_page_tells_the_verdict_and_the_command_in_order(story, template):
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
-        ({"verdict": "unknown", "effects": [], "formula": "+1.2 q", "nearest": ["joint_damping"]}, "physics.effect_files"),
+        (
+            {"verdict": "unknown", "effects": [], "formula": "+1.2 q", "nearest": ["joint_damping"]},
+            "physics.effect_files",
+        ),
         ({"verdict": "adequate", "effects": []}, "nothing to add"),
         ({"next_trial": {"question": "a or b", "trial": "fast", "separation": 40.0, "now": 2.0}}, "Record this next"),
     ],

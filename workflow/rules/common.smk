@@ -1,4 +1,5 @@
 # The configuration, checked; and what the rules are given of it and of the code.
+import json
 import sys
 from glob import glob
 
@@ -147,6 +148,45 @@ def sweep_figures(ladder):
 def sweep_section(*left_out):
     """Settings of the sweep without those that a rule does not depend on."""
     return {key: value for key, value in dump(SETTINGS.sweep()).items() if key not in left_out}
+
+
+# ---- diagnosis
+
+
+def found_model(dataset):
+    """The model that the diagnosis of a dataset found."""
+    summary = checkpoints.diagnose_dataset.get(dataset=dataset).output.summary
+    return list(json.loads(Path(summary).read_text(encoding="utf-8"))["rmse_deg"])[-1]
+
+
+def networks_of(wildcards):
+    """Evaluations of the networks of a dataset that `rule all` trains."""
+    dataset, targets, pattern = wildcards.dataset, SETTINGS.targets, f"results/learning/{LADDER}/evaluation.csv"
+    if dataset not in targets.datasets:
+        return []
+    named = {"dataset": dataset, "recipe": targets.recipes}
+    paths = expand(pattern, model=models_of(dataset), scales=targets.scales, **named)
+    if dataset in targets.follow_verdict:
+        paths += expand(pattern, model=found_model(dataset), scales=min(targets.scales), **named)
+    return list(dict.fromkeys(paths))
+
+
+def networks_beside(wildcards, input):
+    """Evaluations of further networks of a dataset that were trained on demand."""
+    trained = sorted(map(str, Path().glob(f"results/learning/{wildcards.dataset}/*/*/*-scale/evaluation.csv")))
+    return [path for path in trained if path not in set(input.evaluations)]
+
+
+def verdicts(wildcards):
+    return expand("results/diagnosis/{dataset}/verdict.html", dataset=SETTINGS.targets.datasets)
+
+
+def published_diagnoses():
+    """(folder of the results, folder of the pictures) of every diagnosis that MLflow shows."""
+    return [
+        (DIAGNOSIS.format(dataset=dataset), DIAGNOSIS_PICTURES.format(dataset=dataset))
+        for dataset in SETTINGS.targets.datasets
+    ]
 
 
 # ---- tracking

@@ -1,13 +1,18 @@
 # Compare with the trials, see where the model fails, learn which effect is missing, add it, watch the error fall.
 DIAGNOSIS = "results/diagnosis/{dataset}"
+DIAGNOSIS_PICTURES = "results/figures/{dataset}/diagnosis"
 STUDY = SETTINGS.diagnosis.study
 STUDIED = [*STUDY.effects, *("+".join(pair) for pair in STUDY.pairs), "none"]
 DIAGNOSIS_TABLES = [
     "ladder", "ranking", "parameters", "correlations", "errors", "misfit", "missing_torque", "independence", "next_trials"
 ]  # as in myowave.diagnosis.tables.TABLES, which takes a second to load
+DIAGNOSIS_FIGURES = [
+    "overlay", "errors", "independence", "correlations", "misfit", "missing_torque", "ranking", "ladder", "parameters"
+]
 
 
-rule diagnose_dataset:
+# A checkpoint, as it decides with which models networks are trained where targets.follow_verdict asks for that.
+checkpoint diagnose_dataset:
     input:
         trials="results/data/{dataset}/trials.parquet",
         effects=SETTINGS.physics.effect_files,
@@ -40,6 +45,74 @@ rule score_verdict:
         "results/logs/score_verdict/{dataset}.log",
     script:
         "../scripts/score_verdict.py"
+
+
+# Reads the verdict with the truth, and no more of it; the pictures and the page show what that says.
+rule watch_ladder:
+    input:
+        rungs=f"{DIAGNOSIS}/ladder.csv",
+        parameters=f"{DIAGNOSIS}/parameters.csv",
+        verdict=f"{DIAGNOSIS}/verdict.json",
+        evaluations=networks_of,
+    output:
+        ladder=f"{DIAGNOSIS}/watch.csv",
+        parameters=f"{DIAGNOSIS}/watch_parameters.csv",
+    log:
+        "results/logs/watch_ladder/{dataset}.log",
+    params:
+        beside=networks_beside,
+        code=digest_layers("diagnosis"),
+    script:
+        "../scripts/watch_ladder.py"
+
+
+rule draw_diagnosis:
+    input:
+        summary=f"{DIAGNOSIS}/summary.json",
+        tables=expand(f"{DIAGNOSIS}/{{table}}.csv", table=DIAGNOSIS_TABLES, allow_missing=True),
+        predictions=f"{DIAGNOSIS}/predictions.parquet",
+        ladder=f"{DIAGNOSIS}/watch.csv",
+        parameters=f"{DIAGNOSIS}/watch_parameters.csv",
+    output:
+        figures=report(
+            expand(f"{DIAGNOSIS_PICTURES}/{{figure}}.png", figure=DIAGNOSIS_FIGURES, allow_missing=True),
+            caption="../report/diagnosis.rst",
+            category="3 diagnosis",
+            subcategory="{dataset}",
+            labels={"dataset": "{dataset}"},
+        ),
+    log:
+        "results/logs/draw_diagnosis/{dataset}.log",
+    params:
+        code=digest_layers("diagnosis", drawing=True),
+    script:
+        "../scripts/draw_diagnosis.py"
+
+
+rule tell_verdict:
+    input:
+        verdict=f"{DIAGNOSIS}/verdict.json",
+        ladder=f"{DIAGNOSIS}/watch.csv",
+        parameters=f"{DIAGNOSIS}/watch_parameters.csv",
+        ranking=f"{DIAGNOSIS}/ranking.csv",
+        proposals=f"{DIAGNOSIS}/next_trials.csv",
+        draft=f"{DIAGNOSIS}/draft_effect.py",
+        figures=rules.draw_diagnosis.output.figures,
+        template=Path(workflow.basedir) / "workflow/report/verdict.html.j2",
+    output:
+        page=report(
+            f"{DIAGNOSIS}/verdict.html",
+            caption="../report/verdict.rst",
+            category="3 diagnosis",
+            subcategory="{dataset}",
+            labels={"dataset": "{dataset}"},
+        ),
+    log:
+        "results/logs/tell_verdict/{dataset}.log",
+    params:
+        code=digest_layers("diagnosis", drawing=True),
+    script:
+        "../scripts/tell_verdict.py"
 
 
 rule simulate_study:

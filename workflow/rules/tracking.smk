@@ -5,6 +5,7 @@ rule publish_runs:
     input:
         evaluations=for_targets(f"results/learning/{LADDER}/evaluation.csv"),
         figures=figures_of_learning,
+        verdicts=verdicts,
     output:
         note="results/tracking/published.md",
     log:
@@ -13,6 +14,7 @@ rule publish_runs:
         tracking=section("tracking"),
         recipes={name: dump(SETTINGS.learning.recipes[name]) for name in SETTINGS.targets.recipes},
         models=published_models(),
+        diagnoses=published_diagnoses(),
         sweeps=[],
     script:
         "../scripts/publish_runs.py"

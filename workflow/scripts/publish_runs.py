@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from myowave.job import job_log
-from myowave.run_contents import Swept, TrainedModel, from_model, from_sweep
+from myowave.run_contents import Swept, TrainedModel, from_diagnosis, from_model, from_sweep
 from myowave.tracking import publish
 
 with job_log("publish runs", snakemake.log[0]) as log:
@@ -12,6 +12,7 @@ with job_log("publish runs", snakemake.log[0]) as log:
         for evaluation, figures in snakemake.params.models
     ]
     groups += [from_sweep(Swept(Path(folder), figures)) for folder, figures in snakemake.params.sweeps]
+    groups += [from_diagnosis(Path(folder), Path(pictures)) for folder, pictures in snakemake.params.diagnoses]
     note = publish(groups, snakemake.params.tracking["uri"])
     log.say(note)
     for path in snakemake.output:

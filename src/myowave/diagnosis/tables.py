@@ -1,6 +1,6 @@
 """A diagnosis as tables and as verdict.json: plain data, from which pictures and pages are drawn."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,9 @@ from myowave.diagnosis.diagnose import Diagnosis
 from myowave.diagnosis.rank import EVIDENCE, Candidate
 from myowave.diagnosis.record import Record
 from myowave.diagnosis.score import confusion
+from myowave.physics.joint import JOINT_CONSTANTS
+from myowave.physics.model import Model
+from myowave.physics.muscle import MUSCLE_CONSTANTS
 
 CONFUSED = 0.8  # one effect imitates at least this much of another
 
@@ -52,7 +55,8 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def add_errors(summary: Mapping[str, Any], truth: Mapping[str, Any] | None) -> dict[str, Any]:
-    """verdict.json: the summary with the error of each parameter in percent, null where the truth is not known.
+    """verdict.json: the summary with the error of each parameter in percent and whether what was hidden was found
+    (named, or in a class of at most two); null where the truth is not known.
 
     Args:
         summary: from `verdict_summary`.
@@ -63,7 +67,17 @@ def add_errors(summary: Mapping[str, Any], truth: Mapping[str, Any] | None) -> d
         model: {name: {**entry, "error_pct": _error(entry["value"], known, name)} for name, entry in values.items()}
         for model, values in summary["parameters"].items()
     }
-    return {**summary, "parameters": parameters}
+    hidden = None if truth is None else list(truth["effects"])
+    hit = None if hidden is None else _hit(summary, hidden)
+    return {**summary, "parameters": parameters, "hidden": hidden, "hit": hit}
+
+
+def _hit(summary: Mapping[str, Any], hidden: Sequence[str]) -> bool:
+    """Whether each hidden effect was named, alone or in a class of at most two, and no other."""
+    named = {c[0]: c for c in summary["alternatives"]}
+    classes = [named.get(name, [name]) for name in summary["effects"]]
+    held = [any(name in c and len(c) <= 2 for c in classes) for name in hidden]
+    return all(held) and len(classes) == len(hidden) and (bool(hidden) or summary["verdict"] == "adequate")
 
 
 def _error(value: float, known: Mapping[str, float], name: str) -> float | None:
@@ -98,8 +112,10 @@ def sentence(diagnosis: Diagnosis) -> str:
 
 
 def command(diagnosis: Diagnosis) -> str:
-    """What trains the network with the model that was found, beside those without it."""
-    return f"snakemake --cores 2 results/figures/{diagnosis.dataset}/{diagnosis.rungs[-1].name}/rollout/predictions.png"
+    """What trains the network with the model that was found, and shows it beside those without it."""
+    trained = f"results/figures/{diagnosis.dataset}/{diagnosis.rungs[-1].name}/rollout/predictions.png"
+    page = f"results/diagnosis/{diagnosis.dataset}/verdict.html"
+    return f"snakemake --cores 2 {trained} && snakemake --cores 2 {page}"
 
 
 def best_proposal(diagnosis: Diagnosis) -> dict[str, Any] | None:
@@ -169,13 +185,14 @@ def ladder_table(diagnosis: Diagnosis) -> pd.DataFrame:
 
 
 def parameters_table(diagnosis: Diagnosis) -> pd.DataFrame:
-    """Every estimated parameter of every model: value, standard error, bounds."""
+    """Every estimated parameter of every model: value, standard error, bounds, unit."""
     rows = []
     for rung in diagnosis.rungs:
         errors = rung.fit.standard_errors()
         for p, value in zip(rung.fit.free, rung.fit.values, strict=True):
-            rows.append((rung.name, p.name, float(value), errors[p.name], p.low, p.high))
-    return pd.DataFrame(rows, columns=["model", "parameter", "value", "se", "low", "high"])
+            unit = _unit(rung.fit.model, p.name)
+            rows.append((rung.name, p.name, float(value), errors[p.name], p.low, p.high, unit))
+    return pd.DataFrame(rows, columns=["model", "parameter", "value", "se", "low", "high", "unit"])
 
 
 def correlations_table(diagnosis: Diagnosis) -> pd.DataFrame:
@@ -254,6 +271,12 @@ def _parts(diagnosis: Diagnosis, rung: Any) -> list[tuple[str, Record, np.ndarra
     ]
 
 
+def _unit(model: Model, name: str) -> str:
+    if name in model.effect_parameters:
+        return model.effect_parameters[name].unit
+    return (MUSCLE_CONSTANTS | JOINT_CONSTANTS)[name.split("_")[0]][0]
+
+
 def _r2(residual: np.ndarray, record: Record) -> float:
     measured = record.angle[record.valid]
     return float(1 - (residual**2).sum() / ((measured - measured.mean()) ** 2).sum())
@@ -264,7 +287,9 @@ def _status(candidate: Candidate) -> str:
         return "absorbed"
     if candidate.acceptable:
         return "supported"
-    return "refused" if candidate.fit is not None and candidate.evidence > EVIDENCE else "not needed"
+    if candidate.evidence <= EVIDENCE:
+        return "not needed"
+    return "behind" if candidate.fit is None else "refused"
 
 
 def _estimates(candidate: Candidate) -> dict[str, Any]:

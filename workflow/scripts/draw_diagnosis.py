@@ -1,0 +1,19 @@
+"""Draw the diagnosis of a dataset: compare, where, which, watch."""
+
+import json
+from pathlib import Path
+
+import pandas as pd
+
+from myowave.data.store import read_table
+from myowave.diagnosis.figures import draw_diagnosis
+from myowave.job import job_log
+from myowave.plotting import save
+
+with job_log(f"draw diagnosis of {snakemake.wildcards.dataset}", snakemake.log[0]):
+    tables = {Path(path).stem: pd.read_csv(path) for path in snakemake.input.tables}
+    watched = {"ladder": pd.read_csv(snakemake.input.ladder), "parameters": pd.read_csv(snakemake.input.parameters)}
+    summary = json.loads(Path(snakemake.input.summary).read_text(encoding="utf-8"))
+    figures = draw_diagnosis(tables | watched, read_table(snakemake.input.predictions)[0], summary["where"])
+    for path in snakemake.output.figures:
+        save(figures[Path(path).stem], path)

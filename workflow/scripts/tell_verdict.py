@@ -1,0 +1,23 @@
+"""Tell the diagnosis of a dataset on one page that needs nothing else."""
+
+import json
+from pathlib import Path
+
+import pandas as pd
+
+from myowave.diagnosis.page import Story, write_page
+from myowave.job import job_log
+
+inputs = snakemake.input
+with job_log(f"tell verdict of {snakemake.wildcards.dataset}", snakemake.log[0]):
+    story = Story(
+        verdict=json.loads(Path(inputs.verdict).read_text(encoding="utf-8")),
+        ladder=pd.read_csv(inputs.ladder),
+        parameters=pd.read_csv(inputs.parameters),
+        ranking=pd.read_csv(inputs.ranking).fillna({"absorbed_by": "", "confused_with": ""}),
+        proposals=pd.read_csv(inputs.proposals),
+        images={Path(path).stem: Path(path) for path in inputs.figures},
+        draft=Path(inputs.draft).read_text(encoding="utf-8"),
+    )
+    page = write_page(story, Path(inputs.template).read_text(encoding="utf-8"))
+    Path(snakemake.output.page).write_text(page, encoding="utf-8")
