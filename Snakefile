@@ -10,6 +10,7 @@ include: "workflow/rules/learning.smk"
 include: "workflow/rules/sweep.smk"
 include: "workflow/rules/diagnosis.smk"
 include: "workflow/rules/tracking.smk"
+include: "workflow/rules/subjects.smk"
 
 
 localrules:

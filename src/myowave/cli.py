@@ -77,6 +77,7 @@ def read_settings(path: Path):
         ValueError: for a file that is not there, is not YAML, or has wrong keys.
     """
     from myowave.settings import parse_settings
+    from myowave.subjects import add_subjects
 
     if not path.exists():
         raise ValueError(f"There is no {path} in {Path.cwd()}; run the command where it is, or name it with --config.")
@@ -86,7 +87,7 @@ def read_settings(path: Path):
         raise ValueError(f"{path} is not valid YAML: {error}") from None
     if not isinstance(config, dict):
         raise ValueError(f"{path}: expected sections such as physics and data; found {type(config).__name__}.")
-    return parse_settings(config)
+    return parse_settings(add_subjects(config))
 
 
 if __name__ == "__main__":

@@ -190,6 +190,9 @@ class Data(Section):
 
     wavelet: Wavelet = setting("multi-resolution", default=Wavelet)
     datasets: dict[Name, Dataset] = setting("all datasets, by name", each="dataset", min_length=1)
+    subjects: str | None = setting(
+        "CSV table of subjects, each row a measured dataset; `subjects` in targets stands for all", default=None
+    )
 
 
 # --------------------------------------------------------------------------------------------------- learning
@@ -371,7 +374,7 @@ class Settings(Section):
         for i, name in enumerate(self.targets.datasets):
             problems += _unless_known(f"targets.datasets[{i}]", name, self.data.datasets)
         for i, name in enumerate(self.targets.follow_verdict):
-            problems += _unless_known(f"targets.follow_verdict[{i}]", name, self.targets.datasets)
+            problems += _unless_known(f"targets.follow_verdict[{i}]", name, self.data.datasets)
         for name in self.targets.models:
             problems += _unless_known(f"targets.models.{name}", name, self.data.datasets)
         for i, name in enumerate(self.targets.recipes):

@@ -17,7 +17,8 @@ DOORS = {
 # Beside the layers: they may be used by any, and use none but those named here.
 BESIDE = {
     "settings.py": (), "schema_keys.py": (), "code_digest.py": (), "job.py": (), "plotting.py": (),
-    "run_contents.py": ("data", "learning"), "run_views.py": (), "tracking.py": (), "cli.py": LAYERS, "__init__.py": (),
+    "run_contents.py": ("data", "learning"), "run_views.py": (), "tracking.py": (), "subjects.py": (),
+    "cli.py": LAYERS, "__init__.py": (),
 }  # fmt: skip
 MODULES = sorted(SOURCE.rglob("*.py"))
 

@@ -7,9 +7,10 @@ from snakemake.exceptions import WorkflowError
 
 from myowave.code_digest import digest_layers
 from myowave.settings import SimulatedDataset, check_effects, dump, parse_settings, public
+from myowave.subjects import add_subjects, read_subjects
 
 try:
-    SETTINGS = parse_settings(config)
+    SETTINGS = parse_settings(add_subjects(config))
     check_effects(SETTINGS)
 except ValueError as error:
     sys.exit(f"The configuration has problems; nothing was run.\n{error}\n`myowave settings` lists all keys.")
@@ -18,6 +19,7 @@ except ValueError as error:
 config.clear()
 
 DATASETS = SETTINGS.data.datasets
+SUBJECTS = list(read_subjects(Path(SETTINGS.data.subjects))) if SETTINGS.data.subjects else []
 SIMULATED = [name for name, dataset in DATASETS.items() if isinstance(dataset, SimulatedDataset)]
 MEASURED = [name for name in DATASETS if name not in SIMULATED]
 
@@ -118,6 +120,21 @@ def for_targets(pattern):
             pattern,
             dataset=dataset,
             model=models_of(dataset),
+            recipe=SETTINGS.targets.recipes,
+            scales=SETTINGS.targets.scales,
+        )
+    ]
+
+
+def for_subjects(pattern):
+    """The pattern for every subject, with the models, recipes and numbers of scales of the targets."""
+    return [
+        path
+        for subject in SUBJECTS
+        for path in expand(
+            pattern,
+            dataset=subject,
+            model=models_of(subject),
             recipe=SETTINGS.targets.recipes,
             scales=SETTINGS.targets.scales,
         )

@@ -45,7 +45,12 @@ rule summarize_models:
     input:
         evaluations=for_targets(f"results/learning/{LADDER}/evaluation.csv"),
     output:
-        summary=report("results/summary.csv", caption="../report/summary.rst", category="2 learning"),
+        summary=report(
+            "results/summary.csv",
+            caption="../report/summary.rst",
+            category="2 learning",
+            labels={"dataset": "all", "model": "all", "recipe": "all", "figure": "summary table"},
+        ),
     log:
         "results/logs/summarize_models.log",
     params:

@@ -2,8 +2,8 @@
 # is no output of any rule: Snakemake deletes outputs before a job, and a study is to be continued.
 SWEEP = SETTINGS.sweep()
 SWEPT = LADDER.format(**dump(SWEEP))
-STUDY = f"results/learning/{SWEPT}/sweep"
-STORAGE = f"{STUDY}/journal.log" if SWEEP.storage == "journal" else SWEEP.storage
+SWEEP_FOLDER = f"results/learning/{SWEPT}/sweep"
+STORAGE = f"{SWEEP_FOLDER}/journal.log" if SWEEP.storage == "journal" else SWEEP.storage
 
 
 def sweep_labels(figure):
@@ -26,8 +26,8 @@ localrules:
 
 rule sweep:
     input:
-        f"{STUDY}/best.yaml",
-        f"{STUDY}/test_scores.csv",
+        f"{SWEEP_FOLDER}/best.yaml",
+        f"{SWEEP_FOLDER}/test_scores.csv",
         "results/tracking/published-sweep.md",
 
 
@@ -35,8 +35,8 @@ rule prepare_sweep:
     input:
         trials=f"results/data/{SWEEP.dataset}/trials.parquet",
     output:
-        scales=f"{STUDY}/scales.parquet",
-        study=f"{STUDY}/study.json",
+        scales=f"{SWEEP_FOLDER}/scales.parquet",
+        study=f"{SWEEP_FOLDER}/study.json",
     log:
         f"results/logs/prepare_sweep/{SWEPT}.log",
     params:
@@ -50,11 +50,11 @@ rule prepare_sweep:
 
 rule search_settings:
     input:
-        scales=f"{STUDY}/scales.parquet",
-        study=f"{STUDY}/study.json",
+        scales=f"{SWEEP_FOLDER}/scales.parquet",
+        study=f"{SWEEP_FOLDER}/study.json",
         effects=SETTINGS.physics.effect_files,
     output:
-        done=f"{STUDY}/worker-{{worker}}.txt",
+        done=f"{SWEEP_FOLDER}/worker-{{worker}}.txt",
     log:
         f"results/logs/search_settings/{SWEPT}/worker-{{worker}}.log",
     wildcard_constraints:
@@ -70,11 +70,11 @@ rule search_settings:
 
 rule summarize_sweep:
     input:
-        study=f"{STUDY}/study.json",
-        workers=expand(f"{STUDY}/worker-{{worker}}.txt", worker=range(SWEEP.workers)),
+        study=f"{SWEEP_FOLDER}/study.json",
+        workers=expand(f"{SWEEP_FOLDER}/worker-{{worker}}.txt", worker=range(SWEEP.workers)),
     output:
-        trials=f"{STUDY}/trials.csv",
-        best=f"{STUDY}/best.yaml",
+        trials=f"{SWEEP_FOLDER}/trials.csv",
+        best=f"{SWEEP_FOLDER}/best.yaml",
         history=report(
             f"results/figures/{SWEPT}/sweep/history.png",
             caption="../report/sweep.rst",
@@ -113,7 +113,7 @@ rule summarize_sweep:
 # The test trial is looked at here, once, after the search.
 rule score_sweep:
     input:
-        best=f"{STUDY}/best.yaml",
+        best=f"{SWEEP_FOLDER}/best.yaml",
         default=f"results/learning/{SWEPT}/evaluation.csv",
         trials=f"results/data/{SWEEP.dataset}/trials.parquet",
         scales=f"results/data/{SWEEP.dataset}/scales.parquet",
@@ -121,7 +121,7 @@ rule score_sweep:
         effects=SETTINGS.physics.effect_files,
     output:
         scores=report(
-            f"{STUDY}/test_scores.csv",
+            f"{SWEEP_FOLDER}/test_scores.csv",
             caption="../report/test_scores.rst",
             category="2 learning",
             labels=sweep_labels("sweep test scores"),
@@ -139,8 +139,8 @@ rule score_sweep:
 
 rule publish_sweep:
     input:
-        trials=f"{STUDY}/trials.csv",
-        scores=f"{STUDY}/test_scores.csv",
+        trials=f"{SWEEP_FOLDER}/trials.csv",
+        scores=f"{SWEEP_FOLDER}/test_scores.csv",
         figures=sweep_figures(SWEPT),
     output:
         note="results/tracking/published-sweep.md",
@@ -151,6 +151,6 @@ rule publish_sweep:
         recipes={},
         models=[],
         diagnoses=[],
-        sweeps=[(STUDY, sweep_figures(SWEPT))],
+        sweeps=[(SWEEP_FOLDER, sweep_figures(SWEPT))],
     script:
         "../scripts/publish_runs.py"

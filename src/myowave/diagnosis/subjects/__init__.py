@@ -1,0 +1,1 @@
+"""Many subjects side by side."""

@@ -1,0 +1,32 @@
+# Many subjects, from the table data.subjects: `snakemake subjects`. Everything about one subject is a job of its own.
+
+
+rule subjects:
+    input:
+        for_subjects(f"results/learning/{LADDER}/evaluation.csv"),
+        "results/subjects.csv",
+        "results/figures/subjects.png",
+
+
+rule summarize_subjects:
+    input:
+        verdicts=expand("results/diagnosis/{dataset}/verdict.json", dataset=SUBJECTS),
+    output:
+        table=report(
+            "results/subjects.csv",
+            caption="../report/subjects.rst",
+            category="4 subjects",
+            labels={"figure": "table"},
+        ),
+        figure=report(
+            "results/figures/subjects.png",
+            caption="../report/subjects.rst",
+            category="4 subjects",
+            labels={"figure": "overview"},
+        ),
+    log:
+        "results/logs/summarize_subjects.log",
+    params:
+        code=digest_layers("diagnosis", drawing=True),
+    script:
+        "../scripts/summarize_subjects.py"
