@@ -24,7 +24,7 @@ def draw_subjects(table: pd.DataFrame) -> Figure:
     rows = -(-columns // 3)
     figure, axes = canvas(rows, 3, width=12, height=3.2 * rows + 0.5)
     kinds = last["verdict"].where(last["effects"] == "", last["effects"]).value_counts()[::-1]
-    bars = axes.flat[0].barh(kinds.index, kinds, color=BLUE)
+    bars = axes.flat[0].barh(kinds.index, kinds, color=BLUE, zorder=2)
     axes.flat[0].bar_label(bars, padding=3)
     axes.flat[0].set(xlabel="subjects", title="verdict", xlim=(0, 1.15 * kinds.max()))
     axes.flat[0].xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -33,7 +33,7 @@ def draw_subjects(table: pd.DataFrame) -> Figure:
     error.plot(x, first["heldout_rmse_deg"], "x", color=GREY, label="base model")
     error.plot(x, last["heldout_rmse_deg"], "o", color=RED, markersize=4, label="with what was found")
     error.set(xlabel="subject", ylabel="held-out error [deg]", title="error", yscale="log")
-    error.legend(frameon=False)
+    figure.legend(loc="outside lower center", ncols=2, frameon=False)
     for axis, name in zip(axes.flat[2:], names, strict=False):
         axis.errorbar(x, last[name], yerr=last[f"{name}_se"].fillna(0), fmt="o", color=BLUE, markersize=4, capsize=2)
         axis.set(xlabel="subject", title=name, ylabel="SI units")

@@ -41,7 +41,7 @@ def draw_importance(importances: Mapping[str, float], what: str) -> Figure:
     figure, axes = canvas(width=7.0, height=1.4 + 0.45 * max(2, len(importances)))
     axis = axes[0, 0]
     names = list(importances)[::-1]
-    bars = axis.barh(names, [100 * importances[name] for name in names], color=BLUE)
+    bars = axis.barh(names, [100 * importances[name] for name in names], color=BLUE, zorder=2)
     axis.bar_label(bars, fmt="%.0f %%", padding=3)
     axis.set(xlabel="share of the error's variance [%]", xlim=(0, 112))
     axis.grid(axis="y", visible=False)
