@@ -6,7 +6,9 @@ HIDDEN = {
     "data": {"datasets": {"case1": {"hidden_effect": {"joint_damping": {"c": float(SECRET)}}}}},
 }
 MAY_KNOW_WHAT_IS_HIDDEN = {"simulate_trials"}
-MAY_READ_THE_TRUTH = {"evaluate_model"}
+MAY_READ_THE_TRUTH = {"evaluate_model", "score_verdict"}
+DECIDING = {"decompose_scales", "train_scale", "diagnose_dataset"}
+SCORED = ("truth.json", "verdict.json", "evaluation.csv", "watch.csv", "watch_parameters.csv")
 
 
 def test_a_wrong_configuration_stops_before_any_job_with_our_message_alone(project):
@@ -38,10 +40,14 @@ def test_recordings_that_are_not_there_are_named(project):
 def test_no_rule_is_told_what_is_hidden_but_the_one_that_puts_it_in(project):
     project.finish(*project.lay_over(HIDDEN))
     jobs = project.recorded()
-    assert {job["rule"] for job in jobs} >= {"simulate_trials", "train_scale", "evaluate_model", "publish_runs"}
+    made = {"simulate_trials", "train_scale", "evaluate_model", "diagnose_dataset", "tell_verdict", "publish_runs"}
+    assert {job["rule"] for job in jobs} >= made
     assert {job["rule"] for job in jobs if SECRET in str(job["params"])} == MAY_KNOW_WHAT_IS_HIDDEN
     readers = {job["rule"] for job in jobs if any("truth" in path for path in job["input"])}
     assert readers == MAY_READ_THE_TRUTH
+    deciding = [job for job in jobs if job["rule"] in DECIDING]
+    assert {job["rule"] for job in deciding} == DECIDING
+    assert not [path for job in deciding for path in job["input"] if path.endswith(SCORED)], "scores do not flow back"
 
 
 def test_a_script_does_not_see_the_configuration(project):

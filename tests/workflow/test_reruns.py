@@ -12,7 +12,9 @@ from project_copy import Project, copy_project
 SMALL = {"targets": {"datasets": ["case1", "case2", "bench_elbow"], "scales": [1, 2]}}
 CONFIG = ("--configfile", "config.yaml", "mine.yaml")
 LEARNING = {"train_scale", "evaluate_model", "summarize_models", "publish_runs"}
-FIGURES = {"draw_trials", "draw_models"}
+WATCHING = {"watch_ladder", "draw_diagnosis", "tell_verdict"}
+DIAGNOSIS = {"diagnose_dataset", "score_verdict"} | WATCHING
+FIGURES = {"draw_trials", "draw_models", "draw_diagnosis", "tell_verdict"}
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +48,12 @@ def test_changed_physics_reruns_all_that_stands_on_it(finished):
 
 def test_changed_learning_reruns_training_and_what_follows(finished):
     with edited(finished, "src/myowave/learning/__init__.py", "", "CHANGED = 1\n"):
-        assert set(finished.planned(*CONFIG)) == LEARNING | {"draw_models"}
+        assert set(finished.planned(*CONFIG)) == LEARNING | DIAGNOSIS | {"draw_models"}
+
+
+def test_a_changed_page_reruns_only_the_telling(finished):
+    with edited(finished, "workflow/report/verdict.html.j2", "<h1>", "<h1 >"):
+        assert set(finished.planned(*CONFIG)) == {"tell_verdict", "publish_runs"}
 
 
 def test_comments_and_docstrings_rerun_nothing(finished):
