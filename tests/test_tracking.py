@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from myowave.data.store import write_table
-from myowave.run_contents import CURVE_POINTS, LEARNING, TrainedModel, from_model
+from myowave.run_contents import CURVE_POINTS, LEARNING, SWEEPS, Swept, TrainedModel, from_model, from_sweep
 from myowave.tracking import publish, serve
 
 SEEDS = 3
@@ -143,3 +143,37 @@ def test_a_store_is_made_where_there_is_none(trained, tmp_path):
 def test_the_ui_says_where_there_is_nothing_to_show(tmp_path):
     with pytest.raises(ValueError, match="no MLflow store"):
         serve(f"sqlite:///{tmp_path}/mlflow.db")
+
+
+def test_a_sweep_has_a_run_for_each_trial_below_its_study(tmp_path, empty_store):
+    trials = pd.DataFrame(
+        {
+            "trial": [0, 1, 2], "state": ["complete", "pruned", "fail"], "error": [2.0, np.nan, np.nan],
+            "hidden": [50, 20, 30], "beta": [0.1, 0.2, 0.3], "scale_0": [2.0, np.nan, np.nan],
+            "scale_1": [3.0, 9.0, np.nan], "seed_0": [1.5, 8.0, np.nan], "seed_1": [2.5, 10.0, np.nan],
+            "is_default": [True, False, False], "duration_s": [4.0, 1.0, np.nan], "worker": "w 0",
+        }
+    )  # fmt: skip
+    scores = pd.DataFrame(
+        {
+            "setting": ["default", "best"], "dataset": "case1", "model": "base", "recipe": ["rollout", "rollout_best"],
+            "scales": 2, "seed": 0, "test_mse": [0.2, 0.1], "test_r2": [0.8, 0.9],
+        }
+    )  # fmt: skip
+    trials.to_csv(tmp_path / "trials.csv", index=False)
+    scores.to_csv(tmp_path / "test_scores.csv", index=False)
+    (tmp_path / "best.yaml").write_text("learning: {}")
+    store = tmp_path / "mlflow.db"
+    shutil.copy(empty_store, store)
+    publish([from_sweep(Swept(tmp_path))], f"sqlite:///{store}")
+
+    client = mlflow.MlflowClient(tracking_uri=f"sqlite:///{store}")
+    runs = client.search_runs([client.get_experiment_by_name(SWEEPS).experiment_id])
+    study = next(run for run in runs if run.data.tags["kind"] == "study")
+    below = {run.info.run_name: run for run in runs if run.data.tags.get("mlflow.parentRunId") == study.info.run_id}
+    assert set(below) == {"trial 000", "trial 001 (pruned)", "trial 002 (fail)"}
+    assert study.data.metrics["best_test_r2"] == 0.9 and study.data.metrics["default_test_r2"] == 0.8
+    assert study.data.params["hidden"] == "50"
+    pruned = below["trial 001 (pruned)"].data
+    assert pruned.params["hidden"] == "20" and "held_out_error_deg" not in pruned.metrics
+    assert pruned.metrics["held_out_error_deg/seed_1"] == 10.0

@@ -93,7 +93,7 @@ VIEWS: Mapping[str, Mapping[str, View]] = {
     },
     SWEEPS: {
         VIEW: _view(
-            [*(_column("params", n) for n in ("dataset", "recipe")), _column("metrics", "held_out_error_deg")],
+            [_column("metrics", "held_out_error_deg"), _column("params", "dataset"), _column("tags", "state")],
             [_bar("held_out_error_deg", "Error on held-out data [deg]")],
             order=_column("metrics", "held_out_error_deg"),
             ascending=True,

@@ -1,0 +1,41 @@
+"""What of a sweep is made again: more trials go on with the study, and training is not touched by the search."""
+
+import copy
+
+import pytest
+from project_copy import Project, copy_project
+
+SMALL = {"learning": {"sweep": {"dataset": "case1", "trials": 4, "workers": 2}}}
+SEARCHED = {"search_settings": 2, "summarize_sweep": 1, "score_sweep": 1, "publish_sweep": 1}
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory) -> Project:
+    """A project whose sweep is finished and recorded as done."""
+    project = copy_project(tmp_path_factory.mktemp("swept"))
+    project.finish(*project.lay_over(SMALL), "--", "sweep")
+    return project
+
+
+def planned_after(project: Project, **changes) -> dict[str, int]:
+    config = copy.deepcopy(SMALL)
+    config["learning"]["sweep"] |= changes
+    jobs = project.planned(*project.lay_over(config), "--", "sweep")
+    jobs.pop("sweep", None)
+    return jobs
+
+
+def test_a_finished_sweep_has_nothing_to_do(swept):
+    assert planned_after(swept) == {}
+
+
+def test_a_larger_number_of_trials_searches_on_in_the_same_study(swept):
+    assert planned_after(swept, trials=8) == SEARCHED
+
+
+def test_another_worker_joins_the_same_study(swept):
+    assert planned_after(swept, workers=3) == SEARCHED | {"search_settings": 1}
+
+
+def test_what_a_trial_is_judged_by_makes_a_new_study(swept):
+    assert planned_after(swept, held_out=0.3)["prepare_sweep"] == 1
