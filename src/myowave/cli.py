@@ -1,7 +1,10 @@
 """The command `myowave`: what a person asks for outside of the workflow. Heavy imports stay inside the commands."""
 
 import functools
+import math
+import sys
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, ParamSpec
 
@@ -55,6 +58,45 @@ def list_effects(config: ConfigFile = Path("config.yaml")) -> None:
         for name, p in effect.parameters.items():
             typer.echo(f"    {name} [{p.unit}], {p.low:g} to {p.high:g}: {p.meaning}")
         typer.echo(f"    Source: {effect.source}")
+
+
+@app.command()
+@explain_mistakes
+def predict(
+    checkpoint: Annotated[Path, typer.Option(exists=True, dir_okay=False, help="scale-0.pt of a trained network")],
+    emg: Annotated[str, typer.Option(help="CSV with the EMG columns; - reads standard input as a stream")],
+    seed: Annotated[int | None, typer.Option(help="one seed; else the mean of all, with its spread (1 SD)")] = None,
+    start_deg: Annotated[
+        str, typer.Option(help="angle at the start: one where the arm rests, or the first measured, with commas")
+    ] = "",
+    output: Annotated[Path | None, typer.Option(dir_okay=False, help="file to write; else the terminal")] = None,
+) -> None:
+    """Predict the angle from EMG, a line for each line, as soon as it is there."""
+    from myowave.learning.checkpoint import Checkpoint
+    from myowave.learning.streaming import Predictor, predict_lines, start_angles
+
+    trained = Checkpoint.load(checkpoint)
+    angles = start_angles(trained, read_numbers("--start-deg", start_deg))
+    predictor = Predictor(trained, angles, None if seed is None else [seed])
+    if not start_deg:
+        typer.echo(
+            f"Assumed: at rest at {math.degrees(angles[0]):.1f} deg, the mean of the training trials, for the first "
+            f"{len(angles)} samples; --start-deg says otherwise.",
+            err=True,
+        )
+    with ExitStack() as files:
+        lines = sys.stdin if emg == "-" else files.enter_context(open(emg, encoding="utf-8-sig"))
+        target = files.enter_context(output.open("w", encoding="utf-8")) if output else sys.stdout
+        for line in predict_lines(trained, predictor, lines, "standard input" if emg == "-" else emg):
+            print(line, file=target, flush=True)
+
+
+def read_numbers(option: str, text: str) -> list[float]:
+    """Numbers separated by commas; none where the text is empty."""
+    try:
+        return [float(part) for part in text.split(",")] if text else []
+    except ValueError:
+        raise ValueError(f"{option} is {text!r}; expected numbers with commas, such as 30 or 30,30.5.") from None
 
 
 @app.command()

@@ -1,13 +1,12 @@
 """From EMG to motion with a trained network.
 
 *Free running* (Fig. 4b): the first `history` angles are given, all others are the network's own. *Teacher forced*:
-every angle before the predicted one is given. `Predictor` runs free on a stream, one sample of EMG at a time.
+every angle before the predicted one is given. `streaming` runs free on one sample of EMG at a time.
 
 Shapes: S seeds, T trials, N samples, C channels, H hidden units.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
@@ -24,7 +23,7 @@ from myowave.learning.network import (
     encode_inputs,
     read_out,
 )
-from myowave.learning.rollout import Units, advance, drive, roll_out, warm_up
+from myowave.learning.rollout import Units, drive, roll_out, warm_up
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,10 @@ def predict_free_running(network: Network, emg: Tensor, angle: Tensor, dt: float
     seeds = network.weights["hidden"].shape[0]
     given = angle[:, :m].double().expand(seeds, -1, -1)
     x, (z, v) = network.encode(emg, dt), encode_angle(network.scaling, given)
-    return torch.cat([given, network.to_rad(run_free(network, x, z, v))], dim=-1)
+    # In float64, a trial of thousands of samples comes out the same in any order of summation, as `streaming` needs.
+    weights = {name: value.double() for name, value in network.weights.items()}
+    free = run_free(replace(network, weights=weights), x.double(), z.double(), v.double())
+    return torch.cat([given, network.to_rad(free)], dim=-1)
 
 
 def run_free(network: Network, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
@@ -174,75 +176,6 @@ def _window(network: Network, seen: Tensor, first: int) -> Tensor:
     for i in range(first - m, first):
         hidden = apply_cell(network.architecture.cell, network.weights, hidden, seen[:, :, i : i + count].flatten(1, 2))
     return hidden.unflatten(1, (seen.shape[1], count))
-
-
-class Predictor:
-    """Motion from a stream of EMG, with only past samples, for every seed.
-
-    The angle must be known for the first `history` samples; from then on each call takes one sample of EMG and returns
-    the angle. Equal to `predict_free_running` on the same samples.
-
-    Args:
-        checkpoint: a trained network.
-        angles: the first `history` angles [rad], such as the resting angle repeated.
-        seeds: numbers of the seeds to run; all by default.
-    """
-
-    def __init__(self, checkpoint: Checkpoint, angles: Sequence[float], seeds: Sequence[int] | None = None) -> None:
-        network = Network.of(checkpoint)
-        if len(angles) < network.history:
-            raise ValueError(
-                f"the network needs {network.history} known angles to start from, found {len(angles)}; "
-                "repeat the resting angle if it was at rest."
-            )
-        unknown = sorted(set(seeds or ()) - set(checkpoint.seeds))
-        if unknown:
-            raise ValueError(f"no seed {unknown} in the checkpoint; it has {list(checkpoint.seeds)}.")
-        chosen = [checkpoint.seeds.index(s) for s in (seeds if seeds is not None else checkpoint.seeds)]
-        weights = {name: value[chosen].cpu() for name, value in network.weights.items()}
-        self._network = Network(network.architecture, network.scaling, weights, network.carried, network.history)
-        self._dt, self._channels, self._count = checkpoint.dt, len(checkpoint.channels), 0
-        given = torch.tensor(list(angles[: network.history]), dtype=torch.float64).expand(len(chosen), 1, -1)
-        z, v = encode_angle(network.scaling, given)
-        self._z, self._v = list(z.unbind(-1)), list(v.unbind(-1))
-        self._driven: list[Tensor] = []
-        self._hidden = torch.zeros(len(chosen), 1, network.architecture.hidden)
-
-    @property
-    def history(self) -> int:
-        """Samples whose angle is taken as given."""
-        return self._network.history
-
-    @torch.inference_mode()
-    def step(self, emg: Sequence[float]) -> Tensor:
-        """The angle [rad] at the next sample for every seed, (S,), from its EMG (one number a channel)."""
-        if len(emg) != self._channels:
-            raise ValueError(f"a sample of EMG has {len(emg)} numbers; the network takes {self._channels} channels.")
-        network, n = self._network, self._count
-        architecture, weights, m = network.architecture, network.weights, network.history
-        sample = torch.tensor(list(emg), dtype=torch.float64).unsqueeze(0)
-        x = encode_inputs(architecture, network.scaling, sample, torch.tensor([n * self._dt], dtype=torch.float64))
-        driven = drive(weights, x.unsqueeze(0))[:, :, 0]
-        self._count += 1
-        if n < m:
-            z, v = self._z[n], self._v[n]
-            if network.carried:
-                seen = driven + torch.matmul(angle_features(architecture, z, v), weights["angle"])
-                self._hidden = apply_cell(architecture.cell, weights, self._hidden, seen)
-        elif network.carried:
-            self._hidden, z, v = advance(
-                architecture, network.units, weights, self._hidden, self._z[-1], self._v[-1], driven
-            )
-            self._z, self._v = [z], [v]
-        else:
-            past = torch.stack(self._z[-m:], -1), torch.stack(self._v[-m:], -1)
-            hidden = warm_up(architecture, weights, torch.stack(self._driven, 2), *past)
-            output = read_out(weights, apply_cell(architecture.cell, weights, hidden, driven))
-            z, v = step_angle(network, output, self._z[-1], self._v[-1])
-            self._z, self._v = [*self._z[-m:], z][-m:], [*self._v[-m:], v][-m:]
-        if not network.carried:
-            self._driven = [*self._driven, driven][-m:]
-        return network.to_rad(z[:, 0])
 
 
 def to_tensors(trials: Trials, device: torch.device) -> tuple[Tensor, Tensor]:
