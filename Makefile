@@ -1,6 +1,6 @@
 # Everything from a fresh clone: `make run`, `make test`. The environment is made where it is not there.
 .DEFAULT_GOAL := run
-.PHONY: run test test-postgres test-browser test-slurm lint ui publish clean
+.PHONY: run bench test test-postgres test-browser test-slurm lint ui publish clean
 
 PYTHON ?= python3
 CORES ?= 2
@@ -29,6 +29,9 @@ test-slurm: $(VENV)/.ready ## the workflow on a SLURM of this one machine
 
 install = @test -e $(1) || { test "$$(id -u)" = 0 && apt-get update -qq && \
   DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $(2); } || echo "$(2) could not be installed"
+
+bench: $(VENV)/.ready ## the diagnosis beside one scipy fit for each candidate
+	$(BIN)/python benchmarks/diagnosis.py
 
 lint: $(VENV)/.ready ## style of the Python code
 	$(BIN)/ruff check .

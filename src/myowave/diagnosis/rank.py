@@ -118,7 +118,7 @@ def promising_pairs(ranking: list[Candidate]) -> list[tuple[str, str]]:
     To first order: the signals of all effects are there, so a pair costs no more than a product of small matrices.
     """
     scores = [c.score for c in ranking if not c.score.absorbed]
-    if not scores or ranking[0].fit is None:
+    if len(scores) < 2:
         return []
     signals = np.concatenate([s.signal for s in scores], -1)
     products = np.einsum("tne,tnf->ef", signals, signals)

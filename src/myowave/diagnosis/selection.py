@@ -1,7 +1,8 @@
 """Add effects one by one while the evidence asks for it, drop those a later one made needless, try swaps."""
 
+import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from myowave.diagnosis.fit import Fit, polish, refit
 from myowave.diagnosis.rank import (
@@ -18,6 +19,7 @@ from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 
 MOST_EFFECTS = 4
+SAME = 1e-3  # fits of one model whose sums of squares differ by less are taken for the same
 ROUNDS = 6  # of dropping and swapping; each lowers the BIC, so they end by themselves
 
 
@@ -52,74 +54,109 @@ def select_effects(fit: Fit, effects: Iterable[Effect], known: Iterable[str] = (
         effects: the catalogue.
         known: names of parameters that are known and so not to be estimated.
     """
-    effects, known, start = list(effects), set(known), fit
-    ladder, rankings, classes = [fit], [rank_effects(fit, effects, known)], {}
-    while len(ladder) <= MOST_EFFECTS and (found := _best(rankings[-1])) is not None:
-        classes[found.name] = _names(found, rankings[-1])
-        ladder.append(found.fit)
-        if len(ladder) > 2:
-            settled, classes = _settle(ladder[-1], classes, effects, known, len(start.model.effects))
-            if settled.model.name != ladder[-1].model.name:
-                ladder = _climb(start, settled)
-                rankings = [rank_effects(rung, effects, known) for rung in ladder[:-1]]
-            else:
-                ladder[-1] = settled
-        rankings.append(rank_effects(ladder[-1], effects, known))
-    better = _better_pair(ladder[-1], rankings[0], {e.name: e for e in effects}, known)
-    if better is not None:
-        settled, classes = _settle(better, {}, effects, known, len(start.model.effects))
-        ladder = _climb(start, settled)
-        rankings = [rank_effects(rung, effects, known) for rung in ladder]
-    return Selection(tuple(ladder), tuple(rankings), classes)
+    search = _Search(fit, tuple(effects), frozenset(known))
+    ranking = search.rank(fit)
+    best, classes = _best(ranking), {}
+    top = search.better_pair(fit if best is None else best.fit, ranking)
+    if top is not None:
+        top, classes = search.settle(top, classes)
+    elif best is not None:
+        top, classes = best.fit, {best.name: _names(best, ranking)}
+    while top is not None and len(classes) < MOST_EFFECTS and (best := _best(search.rank(top))) is not None:
+        classes[best.name] = _names(best, search.rank(top))
+        name = top.model.name
+        top, classes = search.settle(best.fit, classes)
+        if top.model.name == name:  # what was added went again
+            break
+    ladder = [fit] if top is None else search.climb(top)
+    return Selection(tuple(ladder), tuple(search.rank(rung) for rung in ladder), classes)
+
+
+@dataclass
+class _Search:
+    """What one search works on, and the rankings it has made: they are the costly part."""
+
+    start: Fit
+    effects: tuple[Effect, ...]
+    known: frozenset[str]
+    ranked: dict[frozenset[str], tuple[float, list[Candidate]]] = field(default_factory=dict)
+
+    def rank(self, fit: Fit, fitted: Mapping[str, Fit] | None = None) -> list[Candidate]:
+        """The ranking at a fit; that of an earlier fit of the same model will do if it is as good."""
+        key = frozenset(effect.name for effect in fit.model.effects)
+        rss, ranking = self.ranked.get(key, (math.inf, []))
+        if rss > fit.rss * (1 + SAME) or fitted is not None:
+            ranking = rank_effects(fit, self.effects, self.known, fitted)
+            self.ranked[key] = (fit.rss, ranking)
+        return ranking
+
+    def added(self, fit: Fit) -> tuple[Effect, ...]:
+        """The effects that a model has more than the one at the start."""
+        return fit.model.effects[len(self.start.model.effects) :]
+
+    def better_pair(self, found: Fit, ranking: list[Candidate]) -> Fit | None:
+        """A pair of effects that fits far better than the best single effect, if there is one.
+
+        One effect may do the work of two, and then neither of them is asked for any more; or two hide one another.
+        The scores of the first ranking foretell what pairs would gain; the most promising are fitted.
+        """
+        scores, catalogue = {c.name: c.score for c in ranking}, {e.name: e for e in self.effects}
+        needed = EVIDENCE + 2 * math.log(len(ranking))  # there are as many pairs as effects, squared
+        for one, other in promising_pairs(ranking):
+            first = polish(scores[one].start)
+            second = polish(score_effect(first, catalogue[other], self.known).start)
+            parameters = len(second.free) - len(found.free)
+            if evidence(found, second.rss, parameters, independent_samples(second)) > needed:
+                return second
+        return None
+
+    def settle(self, fit: Fit, classes: Mapping[str, tuple[str, ...]]) -> tuple[Fit, dict[str, tuple[str, ...]]]:
+        """Drop effects that are needless beside the others, and exchange those for which a better one is found."""
+        classes = dict(classes)
+        for _ in range(ROUNDS if len(self.added(fit)) > 1 else 0):
+            changed = False
+            for effect in self.added(fit):
+                without = _without(fit, effect)
+                ranking = self.rank(without, {effect.name: fit})
+                own = next(c for c in ranking if c.name == effect.name)
+                best = _best(ranking) or own
+                if own.evidence < EVIDENCE:
+                    fit, changed = without, True
+                    break
+                if best.name != effect.name and best.evidence > own.evidence:
+                    fit, changed = best.fit, True
+                    classes[best.name] = _names(best, ranking)
+                    break
+                classes[effect.name] = _names(own, ranking)
+            if not changed:
+                break
+        return fit, {e.name: classes.get(e.name, (e.name,)) for e in self.added(fit)}
+
+    def climb(self, top: Fit) -> list[Fit]:
+        """The fits from the start to a richer model, each time with the effect that lowers the error most."""
+        ladder, left = [self.start], list(self.added(top))
+        while len(left) > 1:
+            fits = {effect.name: self._extended(ladder[-1], effect, top) for effect in left}
+            best = min(left, key=lambda effect: fits[effect.name].rss)
+            ladder.append(fits[best.name])
+            left.remove(best)
+        if not left:
+            return ladder
+        return [*ladder, refit(top, ladder[-1].model.with_effects(left), top.free)]
+
+    def _extended(self, fit: Fit, effect: Effect, top: Fit) -> Fit:
+        model = fit.model.with_effects([effect])
+        new = model.parameters_of(effect)
+        return refit(fit, model, [*fit.free, *(replace(p, start=0.0) for p in top.free if p.name in new)])
 
 
 def _best(ranking: list[Candidate]) -> Candidate | None:
     return next((c for c in ranking if c.acceptable), None)
 
 
-def _better_pair(found: Fit, ranking: list[Candidate], effects: Mapping[str, Effect], known: set[str]) -> Fit | None:
-    """A pair of effects that fits far better than what was found one by one, if there is one.
-
-    One effect may do the work of two, and then neither of them is asked for any more. The scores of the first
-    ranking foretell what pairs would gain; the most promising are fitted.
-    """
-    scores = {c.name: c.score for c in ranking}
-    for one, other in promising_pairs(ranking):
-        first = polish(scores[one].start)
-        second = polish(score_effect(first, effects[other], known).start)
-        parameters = len(second.free) - len(found.free)
-        if evidence(found, second.rss, parameters, independent_samples(second)) > EVIDENCE:
-            return second
-    return None
-
-
 def _names(best: Candidate, ranking: list[Candidate]) -> tuple[str, ...]:
     others = [c.name for c in similar(ranking, best) if c.name != best.name]
     return (best.name, *others)
-
-
-def _settle(
-    fit: Fit, classes: dict[str, tuple[str, ...]], effects: list[Effect], known: set[str], fixed: int
-) -> tuple[Fit, dict[str, tuple[str, ...]]]:
-    """Drop effects that are needless beside the others, and exchange those for which a better one is found."""
-    for _ in range(ROUNDS):
-        changed = False
-        for effect in fit.model.effects[fixed:]:
-            without = _without(fit, effect)
-            ranking = rank_effects(without, effects, known, {effect.name: fit})
-            own = next(c for c in ranking if c.name == effect.name)
-            best = _best(ranking) or own
-            if own.evidence < EVIDENCE:
-                fit, changed = without, True
-                break
-            if best.name != effect.name and best.evidence > own.evidence:
-                fit, changed = best.fit, True
-                classes[best.name] = _names(best, ranking)
-                break
-            classes[effect.name] = _names(own, ranking)
-        if not changed:
-            break
-    return fit, {e.name: classes[e.name] for e in fit.model.effects[fixed:]}
 
 
 def _without(fit: Fit, effect: Effect) -> Fit:
@@ -128,15 +165,3 @@ def _without(fit: Fit, effect: Effect) -> Fit:
     model = Model(fit.model.muscles, fit.model.joint, fit.model.curves, rest)
     gone = fit.model.parameters_of(effect)
     return refit(fit, model, [p for p in fit.free if p.name not in gone])
-
-
-def _climb(start: Fit, top: Fit) -> list[Fit]:
-    """The fits from one model to a richer one, an effect at a time in the order it has them."""
-    ladder = [start]
-    added = top.model.effects[len(start.model.effects) :]
-    for count in range(1, len(added)):
-        model = start.model.with_effects(added[:count])
-        names = {name for effect in model.effects for name in model.parameters_of(effect)}
-        free = [p for p in top.free if p.name in names or p.name in start.parameters]
-        ladder.append(refit(ladder[-1], model, free))
-    return [*ladder, top]
