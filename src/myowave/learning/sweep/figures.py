@@ -63,7 +63,7 @@ def draw_slices(table: pd.DataFrame, dimensions: Mapping[str, Dimension], what: 
         axis.plot(done[name], done["error"], "o", color=BLUE, label="tried to the end")
         _mark_default(axis, done, name)
         best = done.loc[done["error"].idxmin()]
-        axis.plot(best[name], best["error"], "*", color=RED, markersize=16, label="best", zorder=4)
+        axis.plot(best[name], best["error"], "*", color=RED, markersize=16, label="best", clip_on=False, zorder=5)
         axis.set(xlabel=name, yscale="log", xscale="log" if dimension.log else "linear", xlim=_limits(dimension))
     axes[0, 0].set_ylabel(ERROR)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
@@ -106,10 +106,10 @@ def _contour(axis: Axes, done: pd.DataFrame, x: str, y: str, dimensions: Mapping
     )
     where = [_value(grid, dimensions[name]) for name in (x, y)]
     filled = axis.contourf(*where, smooth, levels=levels, cmap="viridis_r", extend="both")
-    axis.plot(done[x], done[y], "o", color="white", markeredgecolor=GREY, markersize=5)
+    axis.plot(done[x], done[y], "o", color="white", markeredgecolor=GREY, markersize=5, clip_on=False, zorder=3)
     _mark_default(axis, done, x, y)
     best = done.loc[done["error"].idxmin()]
-    axis.plot(best[x], best[y], "*", color=RED, markersize=16, markeredgecolor="white")
+    axis.plot(best[x], best[y], "*", color=RED, markersize=16, markeredgecolor="white", clip_on=False, zorder=5)
     scales = {f"{a}scale": "log" if dimensions[name].log else "linear" for a, name in (("x", x), ("y", y))}
     axis.set(xlabel=x, ylabel=y, xlim=_limits(dimensions[x], 0.0), ylim=_limits(dimensions[y], 0.0), **scales)
     axis.grid(visible=False)
@@ -157,7 +157,7 @@ def _last_error(table: pd.DataFrame) -> pd.Series:
 
 def _mark_default(axis: Axes, done: pd.DataFrame, x: str, y: str = "error") -> None:
     default = done[done["is_default"]]
-    axis.plot(default[x], default[y], "s", color=ORANGE, markersize=9, label="default", zorder=3)
+    axis.plot(default[x], default[y], "s", color=ORANGE, markersize=9, label="default", clip_on=False, zorder=4)
 
 
 def _finding(table: pd.DataFrame) -> str:
