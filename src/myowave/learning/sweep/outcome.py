@@ -1,4 +1,4 @@
-"""What a sweep leaves behind: a file with the best settings for a normal run, and their test score beside the default's."""
+"""What a sweep leaves behind: the best settings as a file for a normal run, and their test score beside the default."""
 
 import hashlib
 import json
