@@ -8,7 +8,7 @@ import pandas as pd
 
 from myowave.diagnosis.diagnose import Diagnosis
 from myowave.diagnosis.rank import EVIDENCE, Candidate
-from myowave.diagnosis.record import Record
+from myowave.diagnosis.record import SMALLEST_NOISE_DEG, Record
 from myowave.diagnosis.score import confusion
 from myowave.physics.joint import JOINT_CONSTANTS
 from myowave.physics.model import Model
@@ -90,11 +90,13 @@ def sentence(diagnosis: Diagnosis) -> str:
     verdict, last = diagnosis.verdict, diagnosis.rungs[-1]
     classes = {c[0]: c for c in verdict.alternatives}
     named = [" or ".join(classes.get(name, (name,))) for name in verdict.effects]
-    rmse = f"{np.degrees(last.fit.rmse()):.2f} deg with noise of {diagnosis.noise_deg:.2f} deg"
+    known = "at most " if diagnosis.noise_deg <= SMALLEST_NOISE_DEG else ""
+    rmse = f"{np.degrees(last.fit.rmse()):.2g} deg; the noise is {known}{diagnosis.noise_deg:.2g} deg"
+    them = "it" if len(named) == 1 else "them"
     texts = {
         "adequate": f"The model is adequate: it leaves {rmse}, and no effect in the catalogue would explain more.",
-        "effect": f"Missing: {', '.join(named)}. With it the model leaves {rmse}.",
-        "class": f"Missing: {', '.join(named)}; these data cannot tell which. The model then leaves {rmse}.",
+        "effect": f"Missing: {' and '.join(named)}. With {them} the model leaves {rmse}.",
+        "class": f"Missing: {' and '.join(named)}; these data cannot tell which. The model then leaves {rmse}.",
         "unknown": "Something is missing that no effect in the catalogue explains"
         + (f"; {', '.join(named)} would explain {verdict.explained:.0%} of it" if named else "")
         + f". As a formula: missing torque = {diagnosis.draft.formula} N m.",
