@@ -7,7 +7,8 @@ SUBJECTS, MODELS = 40, ["base", "base+joint_damping", "base+gravity_tilt"]
 
 def test_every_subject_and_model_gets_its_own_jobs(project):
     recorded = {"files": "data/bench_elbow/*.csv", "test": "trial3", "mass": 1.0}
-    pd.DataFrame([{"subject": f"s{i}", **recorded} for i in range(SUBJECTS)]).to_csv(project.folder / "subjects.csv", index=False)
+    table = pd.DataFrame([{"subject": f"s{i}", **recorded} for i in range(SUBJECTS)])
+    table.to_csv(project.folder / "subjects.csv", index=False)
     config = project.lay_over(
         {
             "data": {"subjects": "subjects.csv"},
