@@ -1,7 +1,7 @@
 """How fast is the diagnosis beside the plain way: one scipy `solve_ivp` + `least_squares` fit for each candidate?
 
 Both fit base + joint damping to the same four trials of 500 samples. scipy integrates plain numpy equations (RK45,
-tolerance 1e-7) trial after trial with derivatives by differences; it is spared the trials' starts, which it is told.
+tolerance 1e-6) trial after trial with derivatives by differences; it is spared the trials' starts, which it is told.
 The diagnosis does all of its work on the whole catalogue: fit, scores, refits, folds. Processor time, one thread.
 """
 
@@ -72,13 +72,13 @@ def fit_with_scipy(base: Model, record: Record, start_rad: float):
             return [qdot, total / inertia]
 
         span = (0.0, time_s[-1])
-        return solve_ivp(slope, span, [start_rad, 0.0], t_eval=time_s, rtol=1e-7, atol=1e-7).y[0]
+        return solve_ivp(slope, span, [start_rad, 0.0], t_eval=time_s, rtol=1e-6, atol=1e-6).y[0]
 
     def residual(values: np.ndarray) -> np.ndarray:
         return np.concatenate([simulate(values, i) - record.angle[i] for i in range(len(record.names))])
 
     start = [flexor["f0"], flexor["l0"], extensor["f0"], extensor["l0"], 0.1]
-    return least_squares(residual, start, x_scale=[300.0, 0.6, 300.0, 0.4, 1.0], diff_step=1e-3, xtol=1e-5, ftol=1e-5)
+    return least_squares(residual, start, x_scale=[300.0, 0.6, 300.0, 0.4, 1.0], diff_step=1e-2, xtol=1e-4, ftol=1e-4)
 
 
 def muscle_torque(q: float, qdot: float, a: float, muscle: dict, side: float) -> float:
