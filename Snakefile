@@ -11,6 +11,7 @@ include: "workflow/rules/sweep.smk"
 include: "workflow/rules/diagnosis.smk"
 include: "workflow/rules/tracking.smk"
 include: "workflow/rules/subjects.smk"
+include: "workflow/rules/paper.smk"
 
 
 localrules:

@@ -93,10 +93,13 @@ class Checkpoint:
         found = content.pop("format", None) if isinstance(content, dict) else None
         if found != FORMAT:
             raise ValueError(f"{path}: checkpoint format is {found}, expected {FORMAT}. Train it again.")
-        content["recipe"] = json.loads(content["recipe"])
-        content["architecture"] = Architecture(**content["architecture"])
-        content["scaling"] = Scaling(**content["scaling"])
-        return cls(**content)
+        try:
+            content["recipe"] = json.loads(content["recipe"])
+            content["architecture"] = Architecture(**content["architecture"])
+            content["scaling"] = Scaling(**content["scaling"])
+            return cls(**content)
+        except (KeyError, TypeError) as error:  # fields are missing, or unknown
+            raise ValueError(f"{path}: written by another version of myowave ({error}). Train it again.") from None
 
     def require(self, **expected: Any) -> None:
         """Refuse what does not fit.

@@ -1,0 +1,77 @@
+"""Figures of the paper's own recipe beside the printed values (Figs. 8 and 11, Table 3)."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from myowave.learning.paper.tables import PARAMETERS, PRINTED_ERROR_PCT, PRINTED_TEST, judge_scales
+from myowave.plotting import CYCLE, GREY, MEASURED, canvas, shade, title
+
+
+def draw_scales(cases: pd.DataFrame, subject: pd.DataFrame) -> Figure:
+    """Test R2 against the number of scales: the cases of Sec. 4, and Sec. 5's protocol with the printed values."""
+    figure, axes = canvas(1, 2, width=11, height=4.4)
+    for axis, summary, what in zip(axes[0], (cases, subject), ("Sec. 4", "Sec. 5, three trials"), strict=True):
+        for (name, group), color, marker in zip(summary.groupby("dataset"), CYCLE, "osD^", strict=False):
+            scores = group.groupby("scales")["test_r2"]
+            mean, spread = scores.mean(), scores.std(ddof=0).to_numpy()
+            shade(axis, mean.index.to_numpy(), mean.to_numpy(), spread, color=color, label=name, marker=marker)
+        axis.set(xlabel="number of scales", ylabel="test R$^2$ [-]", title=f"{what}: mean and 1 SD over seeds")
+        axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+    printed = pd.Series({scales: r2 for scales, (_, r2) in PRINTED_TEST.items()})
+    axes[0, 1].plot(printed.index, printed, linestyle="--", marker="x", color=GREY, label="paper's subject, Table 4")
+    for axis in axes[0]:
+        axis.legend()
+    findings = pd.concat([judge_scales(cases), judge_scales(subject)])
+    helped = (findings["finding"] == "helps").sum()
+    title(figure, f"More scales help beyond the scatter of seeds in {helped} of {len(findings)} datasets")
+    return figure
+
+
+def draw_errors(summary: pd.DataFrame) -> Figure:
+    """Error of each identified parameter by case, mean and SD over seeds, beside Table 3."""
+    cases = sorted(summary["dataset"].unique())
+    most = summary[summary["scales"] == summary["scales"].max()]
+    figure, axes = canvas(1, len(PARAMETERS), width=12, height=3.8)
+    for axis, name in zip(axes[0], PARAMETERS, strict=True):
+        errors = most.groupby("dataset")[f"{name}_error_pct"]
+        printed = np.array([PRINTED_ERROR_PCT[case][name] for case in cases])
+        place = np.arange(len(cases))
+        axis.errorbar(
+            place - 0.1, errors.mean()[cases], yerr=errors.std(ddof=0)[cases], fmt="o", color=CYCLE[0], capsize=4,
+            label="here",
+        )  # fmt: skip
+        axis.errorbar(
+            place + 0.1, printed[:, 0], yerr=printed[:, 1], fmt="x", color=GREY, capsize=4, label="paper, Table 3"
+        )
+        axis.axhline(0.0, color=MEASURED, linewidth=0.8)
+        axis.set_xticks(place, cases)
+        axis.set(title=name, ylabel="error [%]" if name == PARAMETERS[0] else "")
+    axes[0, 0].legend()
+    worst = max(most.groupby("dataset")[f"{name}_error_pct"].mean().abs().max() for name in PARAMETERS)
+    title(figure, f"The paper's recipe: parameters are off by up to {worst:.2g} % here; the paper prints up to 0.5 %")
+    return figure
+
+
+def draw_derivatives(summary: pd.DataFrame) -> Figure:
+    """What each derivative in the residual identifies: error of each parameter, seed by seed."""
+    figure, axes = canvas(1, 1, width=8.5, height=4.2)
+    axis, place = axes[0, 0], np.arange(len(PARAMETERS))
+    labels = {"paper": "along the predicted sequence", "paper_time": "by autodiff over t$_n$"}
+    worst = {}
+    for (recipe, label), shift, color, marker in zip(labels.items(), (-0.12, 0.12), CYCLE, "os", strict=False):
+        errors = summary.loc[summary["recipe"] == recipe, [f"{name}_error_pct" for name in PARAMETERS]]
+        axis.errorbar(
+            place + shift, errors.mean(), yerr=errors.std(ddof=0), fmt=marker, color=color, capsize=4, label=label
+        )
+        worst[recipe] = errors.mean().abs().max()
+    axis.axhline(0.0, color=MEASURED, linewidth=0.8)
+    axis.set_xticks(place, PARAMETERS)
+    axis.set_ylabel("error [%], mean and 1 SD over seeds")
+    axis.legend()
+    title(
+        figure,
+        f"Largest error {worst['paper']:.2g} % along the sequence, {worst['paper_time']:.2g} % by t$_n$",
+    )
+    return figure

@@ -1,0 +1,80 @@
+# The paper's own recipe on its own protocols (Secs. 4 and 5), beside its printed values: `snakemake paper --cores 2`.
+PAPER_CASES = ["case1", "case2", "case3"]
+PAPER_SUBJECTS = ["elbow_literature", "elbow_bounds"]
+PAPER_RUNS = [f"{case}/base/paper" for case in PAPER_CASES] + [f"{name}/base/paper_subject" for name in PAPER_SUBJECTS]
+
+
+def paper_scales(dataset):
+    """Numbers of scales: 1 to 3 in Sec. 4, 1 to 5 in Sec. 5."""
+    return [1, 2, 3] if dataset in PAPER_CASES else [1, 2, 3, 4, 5]
+
+
+def of_paper(pattern):
+    """An input function: the pattern for every number of scales, and every level within."""
+    return lambda wildcards: sorted(
+        {
+            pattern.format(**wildcards, scales=scales, level=level)
+            for scales in paper_scales(wildcards.dataset)
+            for level in range(scales)
+        }
+    )
+
+
+def paper_evaluations(datasets, recipe):
+    return [
+        f"results/learning/{dataset}/base/{recipe}/{scales}-scale/evaluation.csv"
+        for dataset in datasets
+        for scales in paper_scales(dataset)
+    ]
+
+
+localrules:
+    paper,
+
+
+rule paper:
+    input:
+        "results/paper/tables.md",
+        expand("results/paper/{run}/{figure}.png", run=PAPER_RUNS, figure=["metrics", "predictions", "parameters"]),
+
+
+rule compare_paper:
+    input:
+        cases=paper_evaluations(PAPER_CASES, "paper"),
+        derivatives=[
+            "results/learning/case1/base/paper/3-scale/evaluation.csv",
+            "results/learning/case1/base/paper_time/3-scale/evaluation.csv",
+        ],
+        subject=paper_evaluations(PAPER_SUBJECTS, "paper_subject"),
+    output:
+        page="results/paper/tables.md",
+        table3="results/paper/table3.csv",
+        table4="results/paper/table4.csv",
+        table5="results/paper/table5.csv",
+        scales="results/paper/scales.png",
+        errors="results/paper/errors.png",
+        derivatives="results/paper/derivatives.png",
+    log:
+        "results/logs/compare_paper.log",
+    params:
+        code=digest_layers("learning", drawing=True),
+    script:
+        "../scripts/compare_paper.py"
+
+
+rule draw_paper:
+    input:
+        evaluations=of_paper(f"results/learning/{LADDER}/evaluation.csv"),
+        predictions=of_paper(f"results/learning/{LADDER}/predictions.parquet"),
+        histories=of_paper(f"results/learning/{LADDER}/history-{{level}}.parquet"),
+    output:
+        metrics=f"results/paper/{RUNS}/metrics.png",
+        predictions=f"results/paper/{RUNS}/predictions.png",
+        parameters=f"results/paper/{RUNS}/parameters.png",
+    log:
+        f"results/logs/draw_paper/{RUNS}.log",
+    params:
+        identify=identify_section,
+        code=digest_layers("learning", drawing=True),
+    script:
+        "../scripts/draw_models.py"
