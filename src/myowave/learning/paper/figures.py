@@ -48,7 +48,7 @@ def draw_errors(summary: pd.DataFrame) -> Figure:
         axis.axhline(0.0, color=MEASURED, linewidth=0.8)
         axis.set_xticks(place, cases)
         axis.set(title=name, ylabel="error [%]" if name == PARAMETERS[0] else "")
-    axes[0, 0].legend()
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     worst = max(most.groupby("dataset")[f"{name}_error_pct"].mean().abs().max() for name in PARAMETERS)
     title(figure, f"The paper's recipe: parameters are off by up to {worst:.2g} % here; the paper prints up to 0.5 %")
     return figure
