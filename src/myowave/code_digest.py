@@ -39,8 +39,13 @@ def _digest_layer(folder: Path, drawing: bool) -> bytes:
         if path.name in SHOWING and not drawing:
             continue
         digest.update(str(path.relative_to(folder)).encode())
-        digest.update(digest_code(path.read_text(encoding="utf-8"), path))
+        digest.update(_digest_file(path))
     return digest.digest()
+
+
+@cache
+def _digest_file(path: Path) -> bytes:
+    return digest_code(path.read_text(encoding="utf-8"), path)
 
 
 def digest_code(source: str, path: str | Path = "<text>") -> bytes:

@@ -1,32 +1,4 @@
 # The paper's own recipe on its own protocols (Secs. 4 and 5), beside its printed values: `snakemake paper --cores 2`.
-PAPER_CASES = ["case1", "case2", "case3"]
-PAPER_SUBJECTS = ["elbow_literature", "elbow_bounds"]
-PAPER_RUNS = [f"{case}/base/paper" for case in PAPER_CASES] + [f"{name}/base/paper_subject" for name in PAPER_SUBJECTS]
-
-
-def paper_scales(dataset):
-    """Numbers of scales: 1 to 3 in Sec. 4, 1 to 5 in Sec. 5."""
-    return [1, 2, 3] if dataset in PAPER_CASES else [1, 2, 3, 4, 5]
-
-
-def of_paper(pattern):
-    """An input function: the pattern for every number of scales, and every level within."""
-    return lambda wildcards: sorted(
-        {
-            pattern.format(**wildcards, scales=scales, level=level)
-            for scales in paper_scales(wildcards.dataset)
-            for level in range(scales)
-        }
-    )
-
-
-def paper_evaluations(datasets, recipe):
-    return [
-        f"results/learning/{dataset}/base/{recipe}/{scales}-scale/evaluation.csv"
-        for dataset in datasets
-        for scales in paper_scales(dataset)
-    ]
-
 
 localrules:
     paper,

@@ -193,6 +193,11 @@ def draw_missing_torque(cells: pd.DataFrame) -> Figure:
     Args:
         cells: columns model, angle_rad, velocity_rad_s (centres), torque_Nm, windows.
     """
+    if cells.empty:
+        figure, axes = canvas(1, 1, width=5.8, height=4.4)
+        axes[0, 0].set(xlabel="elbow angle [deg]", ylabel="angular velocity [deg/s]")
+        title(figure, "The trials are too short for a map of missing torque")
+        return figure
     models = _ends(cells)
     figure, axes = canvas(1, len(models), width=4.2 * len(models) + 1.6, height=4.4, sharex=True, sharey=True)
     limit = max(float(cells[cells["model"].isin(models)]["torque_Nm"].abs().max()), 1e-3)
