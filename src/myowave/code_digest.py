@@ -1,8 +1,8 @@
 """Digest of what the code does, so that a workflow knows when a result is out of date.
 
 The layers stand on one another, so a layer's digest covers those before it. Comments, layout and docstrings do not
-count: they change no result. Modules called `figures.py` and `page.py` show results and make none, so they count only for
-drawing.
+count: they change no result. Modules called `figures.py` and `page.py` show results and make none, so they count only
+for drawing.
 """
 
 import ast

@@ -249,3 +249,7 @@ def paper_evaluations(datasets, recipe):
         for dataset in datasets
         for scales in paper_scales(dataset)
     ]
+
+
+def sweep_labels(figure):
+    return {"dataset": SWEEP.dataset, "model": SWEEP.model, "recipe": SWEEP.recipe, "figure": figure}

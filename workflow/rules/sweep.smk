@@ -6,10 +6,6 @@ SWEEP_FOLDER = f"results/learning/{SWEPT}/sweep"
 STORAGE = f"{SWEEP_FOLDER}/journal.log" if SWEEP.storage == "journal" else SWEEP.storage
 
 
-def sweep_labels(figure):
-    return {"dataset": SWEEP.dataset, "model": SWEEP.model, "recipe": SWEEP.recipe, "figure": figure}
-
-
 # All that an error on held-out data depends on; a study is continued as long as it stays the same.
 judged_section = dict(
     physics=section("physics"),

@@ -19,7 +19,7 @@ def draw_trials(trials: Trials) -> Figure:
     degrees = np.rad2deg(trials.angle)
     for column, (name, length) in enumerate(zip(trials.names, trials.lengths, strict=True)):
         time = trials.time[:length]
-        for row, channel in enumerate(trials.channels):
+        for row in range(len(trials.channels)):
             axes[row, column].plot(time, trials.emg[column, :length, row], color=CYCLE[row % len(CYCLE)], linewidth=0.9)
         axes[-1, column].plot(time, degrees[column, :length], color=MEASURED)
         axes[-1, column].set_xlabel("time [s]")

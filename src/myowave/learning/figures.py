@@ -25,7 +25,8 @@ def draw_metrics(summary: pd.DataFrame, histories: dict[int, pd.DataFrame]) -> F
         by_epoch = np.log10(history.groupby("epoch")["loss"].agg(lambda x: max(x.mean(), 1e-12)))
         spread = history.groupby("epoch")["loss"].agg(lambda x: np.std(np.log10(np.maximum(x, 1e-12))))
         smooth = by_epoch.rolling(max(1, len(by_epoch) // 150), min_periods=1).median()
-        shade(loss, by_epoch.index.to_numpy(), smooth.to_numpy(), spread.to_numpy(), color=color, label=f"{scales}-scale")
+        epochs = by_epoch.index.to_numpy()
+        shade(loss, epochs, smooth.to_numpy(), spread.to_numpy(), color=color, label=f"{scales}-scale")
     loss.set(xlabel="epoch", ylabel="log10 of training loss [rad$^2$]", title="training loss")
     loss.legend()
     groups = summary.groupby("scales")
@@ -50,8 +51,9 @@ def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame
     panels = sorted(predictions)
     trials = sorted(predictions[panels[0]].query("role == 'test'")["trial"].unique())
     figure, axes = canvas(
-        len(trials), len(panels), width=max(6.5, 4.0 * len(panels)), height=2.7 * len(trials) + 1.2, sharex=True, sharey=True
-    )
+        len(trials), len(panels), width=max(6.5, 4.0 * len(panels)), height=2.7 * len(trials) + 1.2,
+        sharex=True, sharey=True,
+    )  # fmt: skip
     for column, scales in enumerate(panels):
         table = predictions[scales].query("role == 'test'")
         for row, trial in enumerate(trials):
@@ -95,7 +97,8 @@ def draw_parameters(summary: pd.DataFrame, names: list[str]) -> Figure:
         worst = max(abs(summary.groupby("scales")[f"{n}_error_pct"].mean()).max() for n in names)
         finding = f"largest mean error of an identified parameter is {worst:.2g} %"
     else:
-        worst = max((summary.groupby("scales")[n].std(ddof=0) / summary.groupby("scales")[n].mean().abs()).max() for n in names)
+        groups = summary.groupby("scales")[names]
+        worst = float((groups.std(ddof=0) / groups.mean().abs()).max().max())
         finding = f"seeds agree on the parameters within {100 * worst:.2g} % (1 SD); the truth is not known"
     title(figure, f"{_what(summary)}: {finding}")
     return figure
