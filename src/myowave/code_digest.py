@@ -7,6 +7,7 @@ for drawing.
 
 import ast
 import hashlib
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -51,10 +52,21 @@ def _digest_file(path: Path) -> bytes:
 def digest_code(source: str, path: str | Path = "<text>") -> bytes:
     """Digest of the statements of a module; `path` is for the message of a SyntaxError."""
     tree = ast.parse(source, str(path))
-    for node in ast.walk(tree):
+    for node in _blocks(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             node.body = [s for s in node.body if not _is_docstring(s)] or [ast.Pass()]
     return hashlib.sha256(ast.dump(tree).encode()).digest()
+
+
+def _blocks(tree: ast.Module) -> Iterator[ast.AST]:
+    """A module and all its statements, without their expressions, which are many and hold no docstring."""
+    stack: list[ast.AST] = [tree]
+    while stack:
+        node = stack.pop()
+        for name in ("body", "orelse", "finalbody", "handlers", "cases"):
+            block = getattr(node, name, ())
+            stack += block if isinstance(block, list) else ()
+        yield node
 
 
 def _is_docstring(statement: ast.stmt) -> bool:

@@ -21,6 +21,9 @@ def test_a_dry_run_takes_seconds(project):
         used = resource.getrusage(resource.RUSAGE_CHILDREN)
         return used.ru_utime + used.ru_stime
 
-    start = processor_time()
-    assert project.planned()
-    assert processor_time() - start < 4.0  # 3 s on a quiet machine; here other tests share the cores
+    def dry_run() -> float:
+        start = processor_time()
+        assert project.planned()
+        return processor_time() - start
+
+    assert min(dry_run() for _ in range(3)) < 3.0  # the least of three: other tests share the cores
