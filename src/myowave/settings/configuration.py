@@ -1,0 +1,104 @@
+"""All of config.yaml in one object, and what its sections ask of one another."""
+
+from collections.abc import Collection
+
+from pydantic import ValidationError, model_validator
+
+from myowave.schema_keys import did_you_mean, explain, list_keys
+from myowave.settings.data import Data
+from myowave.settings.diagnosis import Diagnosis
+from myowave.settings.learning import Learning, Recipe, Sweep
+from myowave.settings.physics import Physics
+from myowave.settings.section import Section, dump, setting
+from myowave.settings.targets import Targets
+from myowave.settings.tracking import Tracking
+
+
+class Settings(Section):
+    """All of config.yaml."""
+
+    targets: Targets = setting("what plain `snakemake` makes")
+    physics: Physics = setting("the musculoskeletal model")
+    data: Data = setting("trials and scales")
+    learning: Learning = setting("training")
+    diagnosis: Diagnosis = setting("diagnosis", default=Diagnosis)
+    tracking: Tracking = setting("MLflow", default=Tracking)
+
+    @model_validator(mode="after")
+    def _agree(self) -> "Settings":
+        problems = [*self._problems_of_targets(), *self._problems_of_sweep(), *self._problems_of_constants()]
+        if problems:
+            raise ValueError("\n".join(problems))
+        return self
+
+    def sweep(self) -> Sweep:
+        """The section learning.sweep, what is null in it filled in from the targets."""
+        sweep, targets = self.learning.sweep, self.targets
+        return sweep.model_copy(
+            update={
+                "dataset": sweep.dataset or targets.datasets[0],
+                "recipe": sweep.recipe or targets.recipes[0],
+                "scales": sweep.scales or max(targets.scales),
+            }
+        )
+
+    def _problems_of_targets(self) -> list[str]:
+        targets, datasets = self.targets, self.data.datasets
+        problems = []
+        for i, name in enumerate(targets.datasets):
+            problems += unless_known(f"targets.datasets[{i}]", name, datasets)
+        for i, name in enumerate(targets.follow_verdict):
+            problems += unless_known(f"targets.follow_verdict[{i}]", name, datasets)
+        for name in targets.models:
+            problems += unless_known(f"targets.models.{name}", name, datasets)
+        for i, name in enumerate(targets.recipes):
+            problems += unless_known(f"targets.recipes[{i}]", name, self.learning.recipes)
+        if (scales := max(*targets.scales, self.learning.sweep.scales or 1)) > self.data.wavelet.levels + 1:
+            problems.append(
+                f"targets.scales, learning.sweep.scales: {scales} scales need data.wavelet.levels of {scales - 1}, "
+                f"which is {self.data.wavelet.levels}."
+            )
+        return problems
+
+    def _problems_of_sweep(self) -> list[str]:
+        sweep = self.sweep()
+        problems = unless_known("learning.sweep.dataset", sweep.dataset, self.data.datasets)
+        problems += unless_known("learning.sweep.recipe", sweep.recipe, self.learning.recipes)
+        if problems:
+            return problems
+        recipe = dump(self.learning.recipes[sweep.recipe])
+        numeric = [name for name, field in Recipe.model_fields.items() if field.annotation in (int, float)]
+        for name, dimension in sweep.dimensions.items():
+            where = f"learning.sweep.dimensions.{name}"
+            if unknown := unless_known(where, name, numeric):
+                problems += unknown
+                continue
+            for end, value in (("low", dimension.low), ("high", dimension.high)):
+                try:
+                    Recipe.model_validate(recipe | {name: int(value) if value.is_integer() else value})
+                except ValidationError as error:
+                    lines = explain(error, tuple(list_keys(Recipe)))
+                    problems += [f"{where}.{end} does not fit recipe {sweep.recipe}: {line}" for line in lines]
+        return problems
+
+    def _problems_of_constants(self) -> list[str]:
+        problems = []
+        for name, dataset in self.data.datasets.items():
+            where = f"data.datasets.{name}"
+            named = [(f"{where}.identify.{p}", p) for p in dataset.identify]
+            named += [(f"{where}.constants.{p}", p) for p in dataset.constants]
+            named += [(f"{where}.conditions.{t}.{p}", p) for t, c in dataset.conditions.items() for p in c]
+            for path, parameter in named:
+                if "." not in parameter:  # a parameter of an effect is checked where effects are known
+                    problems += unless_known(path, parameter, self.physics.parameters)
+            for parameter in set(dataset.identify) & set(dataset.constants):
+                problems.append(f"{where}: {parameter} is both known (constants) and to identify; keep one of them.")
+        return problems
+
+
+def unless_known(path: str, name: str, known: Collection[str]) -> list[str]:
+    """No problem, or one: what is at `path` is not among the known names."""
+    if name in known:
+        return []
+    names = sorted(known)
+    return [f"{path}: there is no {name!r}{did_you_mean(name, names)} Known: {', '.join(names)}."]

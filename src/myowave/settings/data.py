@@ -1,0 +1,113 @@
+"""The section `data`: datasets, simulated or measured, and their scales."""
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from myowave.settings.section import Name, Real, Section, TrialName, Whole, dump, setting
+
+
+class Identify(Section):
+    """A physical constant to identify, and where its search starts."""
+
+    start_spread: Real = setting("starts up to this fraction of the model's value away", "-", 0.2, ge=0, lt=1)
+    low: Real | None = setting("lower bound where one is known, SI units", "SI", None)
+    high: Real | None = setting("upper bound where one is known, SI units", "SI", None)
+    literature: tuple[Real, ...] = setting(
+        "values of the literature; the parameter is then a mean of them times sigmoids, Eq. 41 as printed", "SI", ()
+    )
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Identify":
+        if self.low is not None and self.high is not None and self.low >= self.high:
+            raise ValueError(f"low {self.low} must be below high {self.high}")
+        if (self.low is None) != (self.high is None):
+            raise ValueError("low and high are given together, or neither")
+        if self.literature and self.low is not None:
+            raise ValueError("literature (Eq. 41 as printed) and low/high (true bounds) exclude each other; keep one")
+        if any(value <= 0 for value in self.literature):
+            raise ValueError(f"literature {self.literature} must be positive: Eq. 41 reaches from 0 to their mean")
+        return self
+
+
+def _force_and_length() -> dict[str, Identify]:
+    return {
+        f"{kind}_{muscle}": Identify(start_spread=spread)
+        for muscle in ("Bi", "Tri")
+        for kind, spread in (("f0", 0.2), ("l0", 0.1))
+    }
+
+
+class _Dataset(Section):
+    """What simulated and measured datasets have in common."""
+
+    test: tuple[TrialName, ...] = setting("trials kept for testing; the others train", min_length=1)
+    constants: dict[str, Real] = setting("known physical constants of the subject, {name: value}", "SI", dict)
+    conditions: dict[TrialName, dict[str, Real]] = setting(
+        "known constants that differ between trials, {trial: {name: value}}", "SI", dict, each="trial"
+    )
+    identify: dict[str, Identify] = setting(
+        "physical constants to identify", default=_force_and_length, each="constant", min_length=1
+    )
+
+
+class SimulatedDataset(_Dataset):
+    """Trials made by the physics with a random EMG; the truth is known."""
+
+    kind: Literal["simulated"] = setting("simulated: made by the physics")
+    trials: Whole = setting("number of trials, named 1, 2, ...", "-", 5, ge=2, le=1000)
+    samples: Whole = setting("samples in a trial", "-", 500, ge=50, le=100_000)
+    dt_s: Real = setting("time between samples; the paper's beta = dt^2/I = 1e-3", "s", 0.0316227766, gt=0, le=0.1)
+    start_rad: Real = setting("elbow angle at the start, at rest", "rad", math.pi / 6, ge=0.1, le=1.7)
+    emg_noise: Real = setting("standard deviation of the noise on the driving EMG", "-", 0.1, ge=0, le=1)
+    angle_noise_deg: Real = setting("standard deviation of the noise on the measured angle", "deg", 0.0, ge=0, le=30)
+    seed: Whole = setting("seed of EMG and noise", "-", 1, ge=0)
+    hidden_effect: dict[str, dict[str, Real]] = setting(
+        "effects in the data that nothing but simulation and scoring may know, {effect: {parameter: value}}",
+        "SI", dict, each="effect",
+    )  # fmt: skip
+
+    @model_validator(mode="after")
+    def _test_exists(self) -> "SimulatedDataset":
+        names = [str(i + 1) for i in range(self.trials)]
+        if unknown := [name for name in (*self.test, *self.conditions) if name not in names]:
+            raise ValueError(f"no trial named {', '.join(unknown)}; the {self.trials} trials are {', '.join(names)}")
+        if not set(names) - set(self.test):
+            raise ValueError("every trial is a test trial; leave some to train on")
+        return self
+
+
+class MeasuredDataset(_Dataset):
+    """Trials from files, one a trial, named after the file without its ending."""
+
+    kind: Literal["measured"] = setting("measured: read from files")
+    files: tuple[str, ...] = setting("CSV or Parquet files, or patterns such as data/me/*.csv", min_length=1)
+
+
+Dataset = Annotated[SimulatedDataset | MeasuredDataset, Field(discriminator="kind")]
+
+
+class Wavelet(Section):
+    """The projection of the trials on coarser scales."""
+
+    name: Annotated[str, Field(pattern=r"^(db|sym|coif|haar)\d*$")] = setting("orthogonal wavelet", "", "db2")
+    decompose: Literal["both", "emg", "angle"] = setting("which signals are coarsened (Sec. 6)", "", "both")
+    levels: Whole = setting("how often the samples are coarsened: scales 0, -1, ..., -levels", "-", 4, ge=0, le=8)
+
+
+class Data(Section):
+    """Where trials come from, and how they are seen at coarser scales."""
+
+    wavelet: Wavelet = setting("multi-resolution", default=Wavelet)
+    datasets: dict[Name, Dataset] = setting("all datasets, by name", each="dataset", min_length=1)
+    subjects: str | None = setting(
+        "CSV table of subjects, each row a measured dataset; `subjects` in targets stands for all", default=None
+    )
+
+
+def public(dataset: SimulatedDataset | MeasuredDataset) -> dict[str, Any]:
+    """A dataset as plain data without what is hidden in it: all that a rule may know but simulation and scoring."""
+    values = dump(dataset)
+    values.pop("hidden_effect", None)
+    return values

@@ -1,0 +1,29 @@
+"""The section `diagnosis`, and the study of how often it is right."""
+
+from myowave.settings.section import Name, Real, Section, Whole, setting
+
+
+class Study(Section):
+    """How often the diagnosis is right: effects hidden in simulated trials, `snakemake hidden_effects`."""
+
+    dataset: Name = setting("simulated dataset whose trials the effects are hidden in", "", "case1")
+    effects: tuple[Name, ...] = setting("effects to hide, one at a time", default=("joint_damping",), min_length=1)
+    strengths: tuple[Real, ...] = setting(
+        "strengths of the hidden effects, as fractions of twice the typical one, or of what bounds allow", "-",
+        (0.25, 0.5, 1.0), min_length=1,
+    )  # fmt: skip
+    seeds: Whole = setting("datasets for each effect and strength", "-", 3, ge=1, le=100)
+    angle_noises_deg: tuple[Real, ...] = setting("noises of the angle", "deg", (0.3, 1.0, 3.0), min_length=1)
+    clean_sets: Whole = setting("datasets without an effect for each noise", "-", 20, ge=1, le=1000)
+    pairs: tuple[tuple[Name, Name], ...] = setting("effects hidden together", "", ())
+
+
+class Diagnosis(Section):
+    """Where the physics is wrong, and what is missing."""
+
+    angle_noise_deg: Real | None = setting(
+        "standard deviation of the angle's noise; null: estimated from the trials", "deg", None, gt=0, le=30
+    )
+    at_rest: bool = setting("every trial starts at rest, so that its first velocity is not estimated", "", False)
+    starts: Whole = setting("searches of the fit of the base model, side by side", "-", 8, ge=1, le=1000)
+    study: Study = setting("how often the diagnosis is right", default=Study)

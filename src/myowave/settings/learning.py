@@ -1,0 +1,114 @@
+"""The section `learning`: recipes, and the sweep that improves one."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from myowave.settings.section import ModelName, Name, Real, Section, Whole, setting
+
+
+class Recipe(Section):
+    """How a network is trained. To add a choice, add a field here: messages and tables follow by themselves."""
+
+    cell: Literal["gru", "rnn"] = setting("recurrent cell, Eqs. 11-13 and 8-10", "", "gru")
+    hidden: Whole = setting("hidden units", "-", 50, ge=1, le=4096)
+    hidden_state: Literal["carried", "windowed"] = setting(
+        "carried: handed on from sample to sample (Fig. 5); windowed: starts at 0 for every prediction (Eq. 15)",
+        "", "carried",
+    )  # fmt: skip
+    output: Literal["increment", "absolute"] = setting(
+        "absolute: the network gives the angle (Eq. 13); increment: what linear extrapolation lacks", "", "increment"
+    )
+    time_input: bool = setting("whether time t_n is an input beside EMG", "", False)
+    history_steps: Whole = setting("past samples of known angle that a prediction starts from", "-", 4, ge=1, le=100)
+    history_noise: Real = setting("noise added to the history while training", "rad", 0.0, ge=0, le=1)
+    rollout_s: Real = setting("time fed by the network's own predictions; 0 is teacher forcing", "s", 1.6, ge=0, le=60)
+    epochs: Whole = setting("epochs of all scales together", "-", 1500, ge=1)
+    learning_rate: Real = setting("initial step of Adam", "-", 3e-3, gt=0, le=1)
+    schedule: Literal["constant", "cosine"] = setting("how the step changes over all epochs", "", "cosine")
+    beta: Real = setting("weight of the physics residual in the network's loss, Eq. 16", "-", 0.0, ge=0)
+    derivative: Literal["sequence", "time"] = setting(
+        "derivatives in the residual: of the predicted sequence, or of the network by its input t_n", "", "sequence"
+    )
+    identification: Literal["gauss_newton", "joint"] = setting(
+        "gauss_newton: on the weak form of the residual; joint: with the weights, by Adam on J", "", "gauss_newton"
+    )
+    simulated_trials: Whole = setting(
+        "trials simulated with the identified parameters, on EMG that was never recorded, to train on", "-", 64, ge=0
+    )
+    validation_fraction: Real = setting("share of the training trials kept for early stopping", "-", 0.1, gt=0, lt=0.9)
+    patience: Whole = setting("epochs without a better validation error before a scale stops", "-", 300, ge=1)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "Recipe":
+        if self.hidden_state == "windowed" and self.rollout_s > 0:
+            raise ValueError("rollout_s above 0 needs hidden_state: carried; windowed states are teacher-forced")
+        if self.hidden_state == "carried" and self.beta > 0:
+            raise ValueError("beta above 0 needs hidden_state: windowed; a carried state has no residual in its loss")
+        if self.identification == "joint" and self.beta == 0:
+            raise ValueError("identification: joint needs beta above 0: without a residual in J nothing is identified")
+        if self.derivative == "time" and not self.time_input:
+            raise ValueError("derivative: time needs time_input: true; there is no t_n to differentiate by")
+        if self.derivative == "time" and self.output != "absolute":
+            raise ValueError("derivative: time needs output: absolute; an increment is no function of t_n alone")
+        return self
+
+
+class Dimension(Section):
+    """The range in which a sweep looks for a setting."""
+
+    low: Real = setting("lowest value to try", "as the setting")
+    high: Real = setting("highest value to try", "as the setting")
+    log: bool = setting("whether to search in the logarithm", default=False)
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Dimension":
+        if self.low >= self.high:
+            raise ValueError(f"low {self.low:g} must be below high {self.high:g}")
+        if self.log and self.low <= 0:
+            raise ValueError(f"low is {self.low:g}; a search in the logarithm needs more than 0")
+        return self
+
+
+class Sweep(Section):
+    """`snakemake sweep`: a search for better settings of a recipe, judged on data held out of the training trials."""
+
+    dataset: Name | None = setting("dataset; null: the first of targets.datasets", default=None)
+    model: ModelName = setting("physical model", default="base")
+    recipe: Name | None = setting("recipe to improve; null: the first of targets.recipes", default=None)
+    scales: Annotated[int, Field(ge=1, le=5)] | None = setting(
+        "number of scales; null: the most of targets.scales", "-", None
+    )
+    dimensions: dict[Name, Dimension] = setting(
+        "ranges to search, {numeric setting of the recipe: range}; null instead of a range: not searched",
+        default=dict, each="setting",
+    )  # fmt: skip
+    trials: Whole = setting("settings to try; a larger number later goes on from there", "-", 20, ge=1)
+    workers: Whole = setting("jobs that search side by side", "-", 2, ge=1, le=1000)
+    seeds: Whole = setting("independent starts of each setting; their mean error counts", "-", 2, ge=1, le=1000)
+    epochs: Whole | None = setting("epochs of all scales of one start; null: as in the recipe", "-", None, ge=1)
+    held_out: Real = setting("share of each training trial, at its end, that judges a setting", "-", 0.25, gt=0, lt=0.9)
+    pruner: Literal["median", "none"] = setting(
+        "median: give a setting up whose error after a scale is above the median of those before", "", "median"
+    )
+    unpruned: Whole = setting("settings that are tried to the end before any is given up", "-", 5, ge=1)
+    seed: Whole = setting("seed of the search", "-", 0, ge=0)
+    storage: str = setting(
+        "where the study is: journal, a file beside its results, or postgresql://USER@HOST/DATABASE", "", "journal",
+        pattern=r"^(journal|postgresql(\+\w+)?://.+)$",
+    )  # fmt: skip
+
+    @field_validator("dimensions", mode="before")
+    @classmethod
+    def _without_null(cls, value: Any) -> Any:
+        """A file laid over another can only replace keys, so null takes one out."""
+        return {k: v for k, v in value.items() if v is not None} if isinstance(value, Mapping) else value
+
+
+class Learning(Section):
+    """The surrogate and the identification that comes with it."""
+
+    seeds: Whole = setting("independent starts, trained together", "-", 5, ge=1, le=1000)
+    recipes: dict[Name, Recipe] = setting("ways to train, by name", each="recipe", min_length=1)
+    sweep: Sweep = setting("search for better settings of a recipe", default=Sweep)

@@ -1,0 +1,23 @@
+"""The section `targets`: what plain `snakemake` makes."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from myowave.settings.section import ModelName, Section, setting
+
+
+class Targets(Section):
+    """What plain `snakemake` makes. It changes no result, only which ones there are."""
+
+    datasets: tuple[str, ...] = setting("datasets", min_length=1)
+    models: dict[str, tuple[ModelName, ...]] = setting(
+        "physical models by dataset, such as base+joint_damping; [base] for one not named", default=dict, each="dataset"
+    )
+    follow_verdict: tuple[str, ...] = setting(
+        "datasets whose network is also trained with the physical model that the diagnosis finds", default=()
+    )
+    recipes: tuple[str, ...] = setting("recipes", default=("rollout",), min_length=1)
+    scales: tuple[Annotated[int, Field(ge=1, le=5)], ...] = setting(
+        "numbers of scales, 1 to 5: 3 trains at scales -2, -1, 0", "-", (1, 2, 3), min_length=1
+    )
