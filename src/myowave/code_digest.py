@@ -1,8 +1,9 @@
 """Digest of what the code does, so that a workflow knows when a result is out of date.
 
-The layers stand on one another, so a layer's digest covers those before it. Comments, layout and docstrings do not
-count: they change no result. Modules called `figures.py` and `page.py` show results and make none, so they count only
-for drawing.
+The layers stand on one another, so a layer's digest covers those before it. On a layer grow branches, such as the sweep
+on learning: they use the layer, nothing in a layer uses them, so they count only where they are asked for. Comments,
+layout and docstrings do not count: they change no result. Modules called `figures.py` and `page.py` show results and
+make none, so they count only for drawing.
 """
 
 import ast
@@ -13,6 +14,9 @@ from pathlib import Path
 
 SHOWING = ("figures.py", "page.py")
 LAYERS = ("physics", "data", "learning", "diagnosis")
+BRANCHES = (
+    "learning/sweep", "learning/paper", "learning/streaming.py", "diagnosis/study.py", "diagnosis/subjects",
+)  # fmt: skip
 _SOURCE = Path(__file__).parent
 
 
@@ -20,26 +24,42 @@ def digest_layers(last: str, *, drawing: bool = False, source: Path = _SOURCE) -
     """Digest of a layer and all layers before it.
 
     Args:
-        last: one of `LAYERS`.
+        last: one of `LAYERS`, or what is asked for of a branch beside them: its path, or that of a module in it.
         drawing: whether the modules that draw count.
         source: folder of the package.
+
+    Raises:
+        ValueError: if there is no such layer or branch.
     """
+    layer, _, branch = last.partition("/")
+    if layer not in LAYERS or (branch and not is_branch(last)) or not (source / last).exists():
+        raise ValueError(f"{last!r} is no layer or branch of {source}; they are {', '.join((*LAYERS, *BRANCHES))}.")
     digest = hashlib.sha256()
-    for layer in LAYERS[: LAYERS.index(last) + 1]:
-        digest.update(_digest_layer(source / layer, drawing))
+    for name in LAYERS[: LAYERS.index(layer) + 1]:
+        digest.update(_digest_modules(source, name, drawing))
+    if branch:
+        digest.update(_digest_modules(source, last, drawing))
     if drawing:
         style = source / "plotting.py"
         digest.update(digest_code(style.read_text(encoding="utf-8"), style))
     return digest.hexdigest()[:16]
 
 
+def is_branch(path: str) -> bool:
+    """Whether a path below the package is a branch, or within one."""
+    return any(path == branch or path.startswith(branch + "/") for branch in BRANCHES)
+
+
 @cache
-def _digest_layer(folder: Path, drawing: bool) -> bytes:
+def _digest_modules(source: Path, part: str, drawing: bool) -> bytes:
+    """Digest of the modules below a layer, without its branches, or of those of a branch."""
     digest = hashlib.sha256()
-    for path in sorted(folder.rglob("*.py")):
-        if path.name in SHOWING and not drawing:
+    found = sorted((source / part).rglob("*.py")) if (source / part).is_dir() else [source / part]
+    for path in found:
+        name = path.relative_to(source).as_posix()
+        if (path.name in SHOWING and not drawing) or (part in LAYERS and is_branch(name)):
             continue
-        digest.update(str(path.relative_to(folder)).encode())
+        digest.update(name.encode())
         digest.update(_digest_file(path))
     return digest.digest()
 

@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 from project_copy import ROOT
 
+from myowave.code_digest import BRANCHES, is_branch
+
 SOURCE = ROOT / "src/myowave"
 LAYERS = ("physics", "data", "learning", "diagnosis")
 DOORS = {
@@ -44,6 +46,16 @@ def test_a_layer_imports_only_those_before_it(layer):
     before = set(LAYERS[: LAYERS.index(layer) + 1])
     for path in (SOURCE / layer).rglob("*.py"):
         assert layers_used(path) <= before, f"{path} imports upwards"
+
+
+def test_no_layer_uses_a_branch():
+    # Branches do not count for what the layers make; see code_digest.
+    branches = {branch.removesuffix(".py").replace("/", ".") for branch in BRANCHES}
+    for path in MODULES:
+        name = path.relative_to(SOURCE).as_posix()
+        if name.split("/")[0] in LAYERS and not is_branch(name):
+            used = [n for n in imported(path) for b in branches if f"{n}.".startswith(f"myowave.{b}.")]
+            assert not used, f"{path} imports {used}"
 
 
 def test_modules_beside_the_layers_use_no_more_of_them_than_they_need():

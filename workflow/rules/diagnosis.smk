@@ -43,6 +43,9 @@ rule score_verdict:
         verdict=f"{DIAGNOSIS}/verdict.json",
     log:
         "results/logs/score_verdict/{dataset}.log",
+    params:
+        run=dict(recipes=list(SETTINGS.targets.recipes), config_files=CONFIG_FILES),
+        code=digest_layers("diagnosis"),
     script:
         "../scripts/score_verdict.py"
 
@@ -125,7 +128,7 @@ rule simulate_study:
     params:
         physics=section("physics"),
         dataset=dump(DATASETS[STUDY.dataset]),
-        code=digest_layers("data"),
+        code=digest_layers("diagnosis/study.py"),
     script:
         "../scripts/simulate_study.py"
 
@@ -145,7 +148,7 @@ rule study_effect:
         physics=section("physics"),
         dataset=dump(DATASETS[STUDY.dataset]),
         diagnosis=section("diagnosis"),
-        code=digest_layers("diagnosis"),
+        code=digest_layers("diagnosis/study.py"),
     script:
         "../scripts/study_effect.py"
 
@@ -160,7 +163,7 @@ rule summarize_study:
     log:
         "results/logs/summarize_study.log",
     params:
-        code=digest_layers("diagnosis"),
+        code=digest_layers("diagnosis/study.py"),
     script:
         "../scripts/summarize_study.py"
 

@@ -29,7 +29,7 @@ rule compare_paper:
     log:
         "results/logs/compare_paper.log",
     params:
-        code=digest_layers("learning", drawing=True),
+        code=digest_layers("learning/paper", drawing=True),
     script:
         "../scripts/compare_paper.py"
 
