@@ -38,6 +38,14 @@ def test_a_mistake_of_ours_is_not_hidden(tmp_path):
         raise AssertionError("shapes differ")
 
 
+@pytest.mark.parametrize("terminal", [Terminal(), io.StringIO()])
+def test_what_is_announced_is_in_the_log_and_on_the_terminal(tmp_path, terminal):
+    text = io.StringIO()
+    JobLog("sweep", text, tmp_path, terminal).announce("best of 20\nat the edge")
+    assert text.getvalue() == "best of 20\nat the edge\n"
+    assert terminal.getvalue().endswith("best of 20\nat the edge\n")
+
+
 def test_following_hands_on_every_report_and_logs_the_last(tmp_path):
     path = tmp_path / "train.log"
     with job_log("train case1", path) as log:

@@ -163,6 +163,7 @@ def test_a_sweep_has_a_run_for_each_trial_below_its_study(tmp_path, empty_store)
     trials.to_csv(tmp_path / "trials.csv", index=False)
     scores.to_csv(tmp_path / "test_scores.csv", index=False)
     (tmp_path / "best.yaml").write_text("learning: {}")
+    (tmp_path / "summary.md").write_text("hidden lies at the high edge")
     store = tmp_path / "mlflow.db"
     shutil.copy(empty_store, store)
     publish([from_sweep(Swept(tmp_path))], f"sqlite:///{store}")
@@ -174,6 +175,7 @@ def test_a_sweep_has_a_run_for_each_trial_below_its_study(tmp_path, empty_store)
     assert set(below) == {"trial 000", "trial 001 (pruned)", "trial 002 (fail)"}
     assert study.data.metrics["best_test_r2"] == 0.9 and study.data.metrics["default_test_r2"] == 0.8
     assert study.data.params["hidden"] == "50"
+    assert "high edge" in study.data.tags["mlflow.note.content"]
     pruned = below["trial 001 (pruned)"].data
     assert pruned.params["hidden"] == "20" and "held_out_error_deg" not in pruned.metrics
     assert pruned.metrics["held_out_error_deg/seed_1"] == 10.0

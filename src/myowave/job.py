@@ -45,6 +45,12 @@ class JobLog:
         """A line in the log."""
         print(text, file=self._log, flush=True)
 
+    def announce(self, text: str) -> None:
+        """Lines for whoever started the run: in the log and on the terminal."""
+        self.say(text)
+        clear = "\r\x1b[K" if self._terminal.isatty() else ""
+        print(f"{clear}{text}", file=self._terminal, flush=True)
+
     def progress(self, done: int, total: int, text: str = "") -> None:
         """How far the job is. Cheap to call often.
 

@@ -49,7 +49,7 @@ class Swept:
     """The files of one sweep.
 
     Args:
-        folder: holds trials.csv, best.yaml and test_scores.csv.
+        folder: holds trials.csv, best.yaml, summary.md and test_scores.csv.
         figures: pictures to attach.
     """
 
@@ -159,6 +159,8 @@ def from_sweep(swept: Swept) -> RunGroup:
     counts = table["state"].value_counts()
     by_setting = scores.groupby("setting")[["test_mse", "test_r2"]].median()
     made_by = "Made by `snakemake --cores 2 sweep`."
+    summary = (swept.folder / "summary.md").read_text(encoding="utf-8")
+    tables = [swept.folder / name for name in ("summary.md", "trials.csv", "test_scores.csv", "best.yaml")]
     finished = (swept.folder / "trials.csv").stat().st_mtime
     parent = RunContent(
         name=f"sweep of {name}",
@@ -168,11 +170,11 @@ def from_sweep(swept: Swept) -> RunGroup:
         | {f"{setting}_{metric}": v for setting, row in by_setting.iterrows() for metric, v in row.items()}
         | {f"trials_{state}": count for state, count in counts.items()},
         description=f"Search for better settings of recipe {where['recipe']}: parameters are the best, trials are the "
-        f"runs below.\n\n{made_by}\n\nTest scores (medians over seeds):\n\n{_markdown(by_setting)}",
+        f"runs below.\n\n{made_by}\n\n{summary}\n\nTest scores (medians over seeds):\n\n{_markdown(by_setting)}",
         tags=tags | {"kind": "study"},
         finished=finished,
         duration_s=table["duration_s"].sum(),
-        artifacts=(*(swept.folder / f for f in ("trials.csv", "test_scores.csv", "best.yaml")), *swept.figures),
+        artifacts=(*tables, *swept.figures),
     )
     children = [
         RunContent(

@@ -6,8 +6,8 @@ import pytest
 import yaml
 
 from myowave.learning.sweep.objective import with_settings
-from myowave.learning.sweep.outcome import compare_scores, override_text, study_name
-from myowave.settings import Recipe, Sweep
+from myowave.learning.sweep.outcome import compare_scores, edge_of, override_text, study_name, summary_text
+from myowave.settings import Dimension, Recipe, Sweep
 
 SWEEP = Sweep(dataset="case1", recipe="rollout", scales=2, dimensions={"hidden": {"low": 4, "high": 64}})
 TABLE = pd.DataFrame(
@@ -46,6 +46,26 @@ def test_a_study_is_the_same_only_where_errors_can_be_compared(tmp_path):
         assert study_name(Sweep(**SWEEP.model_dump() | change), judged, data) != name
     assert study_name(SWEEP, judged | {"code": "2"}, data) != name
     assert study_name(SWEEP, judged, other) != name
+
+
+@pytest.mark.parametrize(
+    ("dimension", "value", "edge"),
+    [
+        ({"low": 1e-5, "high": 0.1, "log": True}, 1.1e-5, "low"),
+        ({"low": 1e-5, "high": 0.1, "log": True}, 1e-3, ""),  # 1 % of the range, but in its middle as it is searched
+        ({"low": 2, "high": 6}, 6, "high"),
+        ({"low": 2, "high": 6}, 5, ""),
+    ],
+)
+def test_the_edge_of_a_range_is_told_as_it_is_searched(dimension, value, edge):
+    assert edge_of(Dimension(**dimension), value) == edge
+
+
+def test_the_summary_says_which_range_was_too_narrow():
+    inside = summary_text(SWEEP, {"hidden": 50}, {"hidden": 20}, TABLE)
+    assert "1.5 deg" in inside and "| hidden | 20 | 50 | 4 to 64 |" in inside and "edge" not in inside
+    at_edge = summary_text(SWEEP, {"hidden": 50}, {"hidden": 64}, TABLE)
+    assert "high edge" in at_edge and "learning.sweep.dimensions.hidden.high" in at_edge
 
 
 def test_scores_of_both_settings_stand_in_one_table():

@@ -11,7 +11,7 @@ judged_section = dict(
     physics=section("physics"),
     identify=public(DATASETS[SWEEP.dataset])["identify"],
     recipe=dump(SETTINGS.learning.recipes[SWEEP.recipe]),
-    code=digest_layers("learning"),
+    code=digest_layers("learning/sweep/objective.py"),
 )
 
 
@@ -60,6 +60,7 @@ rule search_settings:
         sweep=sweep_section("workers", "storage"),
         storage=STORAGE,
         judged=judged_section,
+        code=digest_layers("learning/sweep"),  # a study that is full stays as it is
     script:
         "../scripts/search_settings.py"
 
@@ -71,6 +72,7 @@ rule summarize_sweep:
     output:
         trials=f"{SWEEP_FOLDER}/trials.csv",
         best=f"{SWEEP_FOLDER}/best.yaml",
+        summary=f"{SWEEP_FOLDER}/summary.md",
         history=report(
             f"results/figures/{SWEPT}/sweep/history.png",
             caption="../report/sweep.rst",
@@ -101,7 +103,7 @@ rule summarize_sweep:
         sweep=sweep_section("workers", "storage"),
         storage=STORAGE,
         recipe=judged_section["recipe"],
-        code=digest_layers("learning", drawing=True),
+        code=digest_layers("learning/sweep", drawing=True),
     script:
         "../scripts/summarize_sweep.py"
 
@@ -129,6 +131,7 @@ rule score_sweep:
         sweep=sweep_section("workers", "storage", "trials"),
         seeds=SETTINGS.learning.seeds,
         judged=judged_section,
+        code=digest_layers("learning/sweep/outcome.py"),
     script:
         "../scripts/score_sweep.py"
 
@@ -136,6 +139,7 @@ rule score_sweep:
 rule publish_sweep:
     input:
         trials=f"{SWEEP_FOLDER}/trials.csv",
+        summary=f"{SWEEP_FOLDER}/summary.md",
         scores=f"{SWEEP_FOLDER}/test_scores.csv",
         figures=sweep_figures(SWEPT),
     output:

@@ -14,6 +14,6 @@ with job_log("publish runs", snakemake.log[0]) as log:
     groups += [from_sweep(Swept(Path(folder), figures)) for folder, figures in snakemake.params.sweeps]
     groups += [from_diagnosis(Path(folder), Path(pictures)) for folder, pictures in snakemake.params.diagnoses]
     note = publish(groups, snakemake.params.tracking["uri"])
-    log.say(note)
+    log.announce(note.rstrip())
     for path in snakemake.output:
         Path(path).write_text(note, encoding="utf-8")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from myowave.job import job_log
 from myowave.learning.sweep import figures
-from myowave.learning.sweep.outcome import override_text
+from myowave.learning.sweep.outcome import override_text, summary_text
 from myowave.learning.sweep.study import best_settings, importances, open_search, tabulate
 from myowave.plotting import save
 from myowave.settings import Sweep, parse_section
@@ -13,13 +13,16 @@ from myowave.settings import Sweep, parse_section
 params, output = snakemake.params, snakemake.output
 sweep = Sweep.model_validate(params.sweep)
 what = f"{sweep.dataset}, {sweep.model}, recipe {sweep.recipe}, {sweep.scales}-scale"
-with job_log(f"summarize sweep of {what}", snakemake.log[0]):
+with job_log(f"summarize sweep of {what}", snakemake.log[0]) as log:
     study = json.loads(Path(snakemake.input.study).read_text())
     search = open_search(study["name"], params.storage, sweep, params.recipe)
     recipe = parse_section(f"learning.recipes.{sweep.recipe}", params.recipe)
     table, best, shares = tabulate(search), best_settings(search), importances(search)
     table.to_csv(output.trials, index=False)
     Path(output.best).write_text(override_text(sweep, recipe, best, table, output.best), encoding="utf-8")
+    summary = summary_text(sweep, search.default, best, table)
+    Path(output.summary).write_text(summary, encoding="utf-8")
+    log.announce(f"Sweep of {what}\n{summary}")
     save(figures.draw_history(table, what), output.history)
     save(figures.draw_importance(shares, what), output.importance)
     save(figures.draw_slices(table, sweep.dimensions, what), output.slices)

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from myowave.learning.sweep.outcome import edge_of
 from myowave.plotting import BLUE, GREY, ORANGE, RED, canvas, title
 from myowave.settings import Dimension
 
@@ -67,8 +68,7 @@ def draw_slices(table: pd.DataFrame, dimensions: Mapping[str, Dimension], what: 
         axis.set(xlabel=name, yscale="log", xscale="log" if dimension.log else "linear", xlim=_limits(dimension))
     axes[0, 0].set_ylabel(ERROR)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
-    best = ", ".join(f"{name} {_short(done.loc[done['error'].idxmin(), name])}" for name in dimensions)
-    title(figure, f"{what}: best at {best}")
+    title(figure, f"{what}: best at {_best(done, dimensions)}")
     return figure
 
 
@@ -166,6 +166,15 @@ def _finding(table: pd.DataFrame) -> str:
     against = f", the default by {default.iloc[0]:.3g}" if len(default) else ""
     tried = table["state"].isin(["complete", "pruned"]).sum()
     return f"best of {tried} settings errs by {done['error'].min():.3g} deg on held-out data{against}"
+
+
+def _best(done: pd.DataFrame, dimensions: Mapping[str, Dimension]) -> str:
+    """The best settings in words, with a warning where one lies at an edge of its range."""
+    best = done.loc[done["error"].idxmin()]
+    edges = {name: edge_of(dimension, best[name]) for name, dimension in dimensions.items()}
+    return ", ".join(
+        f"{name} {_short(best[name])}" + (f" ({edge} edge)" if edge else "") for name, edge in edges.items()
+    )
 
 
 def _short(value: float) -> str:

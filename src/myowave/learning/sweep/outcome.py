@@ -1,7 +1,8 @@
-"""What a sweep leaves behind: the best settings as a file for a normal run, and their test score beside the default."""
+"""What a sweep leaves behind: a summary, the best settings as a file for a normal run, and their test scores."""
 
 import hashlib
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,9 +12,10 @@ import yaml
 
 from myowave.learning.sweep.objective import with_settings
 from myowave.learning.sweep.study import Settings
-from myowave.settings import Recipe, Sweep, dump
+from myowave.settings import Dimension, Recipe, Sweep, dump
 
 BEST = "_best"  # the best settings of a recipe make a recipe of this ending
+_EDGE = 0.05  # share of a range that counts as its edge
 
 
 def study_name(sweep: Sweep, judged: Mapping[str, Any], data: Path) -> str:
@@ -40,21 +42,56 @@ def override_text(sweep: Sweep, recipe: Recipe, best: Settings, table: pd.DataFr
         table: of the trials, see `study.tabulate`.
         path: where the file will be, for its own comment.
     """
-    done = table[table["state"] == "complete"]
-    default = done.loc[done["is_default"], "error"]
-    against = f", of the default {default.iloc[0]:.4g}" if len(default) else ""
     name = sweep.recipe + BEST
     values = {
         "targets": {"recipes": [sweep.recipe, name]},
         "learning": {"recipes": {name: dump(with_settings(recipe, best))}},
     }
     return (
-        f"# Best of {table['state'].isin(['complete', 'pruned']).sum()} settings of recipe {sweep.recipe} on "
-        f"{sweep.dataset}, {sweep.model}, {sweep.scales}-scale.\n"
-        f"# Error on held-out data {done['error'].min():.4g} deg{against}.\n"
+        f"# Recipe {sweep.recipe} on {sweep.dataset}, {sweep.model}, {sweep.scales}-scale: {_finding(table)}\n"
         f"# A normal run with it: snakemake --cores 2 --configfile config.yaml {path}\n"
         f"{yaml.safe_dump(values, sort_keys=False)}"
     )
+
+
+def edge_of(dimension: Dimension, value: float) -> str:
+    """`low` or `high` where a value lies at that edge of its range, else nothing."""
+    low, high = dimension.low, dimension.high
+    if dimension.log:
+        low, high, value = math.log(low), math.log(high), math.log(value)
+    share = (value - low) / (high - low)
+    return "low" if share <= _EDGE else "high" if share >= 1 - _EDGE else ""
+
+
+def summary_text(sweep: Sweep, default: Settings, best: Settings, table: pd.DataFrame) -> str:
+    """What the search found, in Markdown: best and default settings, ranges, and where a range was too narrow.
+
+    Args:
+        default: settings of the recipe that was to be improved.
+        table: of the trials, see `study.tabulate`.
+    """
+    rows, advice = [], []
+    for name, dimension in sweep.dimensions.items():
+        edge = edge_of(dimension, best[name])
+        ends = f"{dimension.low:g} to {dimension.high:g}"
+        rows.append(f"| {name} | {best[name]:.4g} | {default[name]:.4g} | {ends} | {edge and f'{edge} edge'} |")
+        if edge:
+            where = f"learning.sweep.dimensions.{name}.{edge}"
+            advice.append(
+                f"**The best {name}, {best[name]:.4g}, lies at the {edge} edge of its range, {ends}: the least error "
+                f"may be beyond it.** Widen `{where}`, raise `learning.sweep.trials`, and start the sweep again; it "
+                "goes on from here.\n"
+            )
+    head = "| setting | best | default | range | best at |\n|---|---|---|---|---|"
+    return "\n".join([_finding(table), "", head, *rows, "", *advice])
+
+
+def _finding(table: pd.DataFrame) -> str:
+    done = table[table["state"] == "complete"]
+    default = done.loc[done["is_default"], "error"]
+    against = f", of the default {default.iloc[0]:.4g} deg" if len(default) else ""
+    tried = table["state"].isin(["complete", "pruned"]).sum()
+    return f"Best of {tried} settings: error on held-out data {done['error'].min():.4g} deg{against}."
 
 
 def compare_scores(default: pd.DataFrame, best: pd.DataFrame) -> pd.DataFrame:
