@@ -43,9 +43,6 @@ rule score_verdict:
         verdict=f"{DIAGNOSIS}/verdict.json",
     log:
         "results/logs/score_verdict/{dataset}.log",
-    params:
-        run=dict(recipes=list(SETTINGS.targets.recipes), config_files=CONFIG_FILES),
-        code=digest_layers("diagnosis"),
     script:
         "../scripts/score_verdict.py"
 
