@@ -1,6 +1,14 @@
 """MLflow holds what the result files say, once, and its failures stay its own."""
 
+import os
 import shutil
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from contextlib import contextmanager
+from pathlib import Path
 
 import mlflow
 import numpy as np
@@ -131,13 +139,64 @@ def test_a_store_that_fails_is_noted_and_raises_nothing(trained, tmp_path):
     broken = tmp_path / "broken.db"
     broken.write_text("this is no database")
     note = publish([from_model(trained)], f"sqlite:///{broken}")
-    assert note.startswith("**Not published.**") and "snakemake --cores 1 publish" in note
+    assert note.startswith("**Not published**") and "snakemake --cores 1 publish" in note
 
 
 def test_a_store_is_made_where_there_is_none(trained, tmp_path):
     uri = f"sqlite:///{tmp_path}/new/mlflow.db"
     publish([from_model(trained)], uri)
     assert len(stored(uri)[2]) == SEEDS
+
+
+@contextmanager
+def running_server(folder, port):
+    """A real MLflow server with a store and artifacts of its own; the same again after a pause."""
+    log = (folder / "server.log").open("a")
+    server = subprocess.Popen(
+        [
+            sys.executable, "-m", "mlflow", "server", "--port", str(port), "--workers", "1",
+            "--backend-store-uri", f"sqlite:///{folder}/server.db", "--artifacts-destination", str(folder / "kept"),
+        ],
+        env=os.environ | {"MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false"},
+        stdout=log,
+        stderr=log,
+    )  # fmt: skip
+    try:
+        for _ in range(300):
+            try:
+                urllib.request.urlopen(f"http://127.0.0.1:{port}/health", timeout=1).close()
+                break
+            except OSError:
+                assert server.poll() is None, (folder / "server.log").read_text()
+                time.sleep(0.1)
+        yield f"http://127.0.0.1:{port}"
+    finally:
+        server.terminate()
+        server.wait(timeout=20)
+        log.close()
+
+
+def test_a_server_takes_the_runs_and_while_it_is_down_nothing_is_lost(trained, tmp_path, empty_store, capfd):
+    shutil.copy(empty_store, tmp_path / "server.db")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    began = time.monotonic()
+    note = publish([from_model(trained)], f"http://127.0.0.1:{port}")
+    assert time.monotonic() - began < 10, "a run does not wait for a server that is not there"
+    assert note.startswith("**Not published**") and str(port) in note and "refused" in note, note
+    assert len(note.splitlines()) <= 3, "one message, no trace"
+
+    with running_server(tmp_path, port) as uri:
+        assert publish([from_model(trained)], uri).startswith(f"{SEEDS + 1} runs written to {uri}")
+        client, parent, children = stored(uri)
+        table = pd.read_csv(trained.folder / "evaluation.csv")
+        assert [run.data.metrics["test_r2"] for run in children] == pytest.approx(table["test_r2"].tolist())
+        picture = client.download_artifacts(parent.info.run_id, "metrics.png", tmp_path)
+        assert Path(picture).read_bytes() == b"a picture"
+        assert list((tmp_path / "kept").rglob("metrics.png")), "the server keeps it, not the client"
+        assert publish([from_model(trained)], uri).startswith("0 runs written")
+    assert capfd.readouterr().out == "", "the note says it all"
 
 
 def test_the_ui_says_where_there_is_nothing_to_show(tmp_path):

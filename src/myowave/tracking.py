@@ -13,9 +13,11 @@ import logging
 import os
 import re
 import sys
+import urllib.request
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from urllib.error import HTTPError, URLError
 
 import pandas as pd
 
@@ -23,6 +25,8 @@ from myowave.run_contents import LEARNING, RunContent, RunGroup, describe_experi
 from myowave.run_views import VIEW, views_of
 
 os.environ.setdefault("MLFLOW_DISABLE_TELEMETRY", "true")  # read at import
+os.environ.setdefault("MLFLOW_SUPPRESS_PRINTING_URL_TO_STDOUT", "true")  # two lines for every run on a server
+os.environ.setdefault("MLFLOW_HTTP_REQUEST_MAX_RETRIES", "3")  # 7 of them keep a run waiting for minutes
 
 import mlflow
 from mlflow.entities import Metric, Param, Run, RunTag
@@ -31,6 +35,7 @@ for _name in ("alembic", "mlflow.store.db.utils"):  # progress of creating the t
     logging.getLogger(_name).setLevel(logging.WARNING)
 
 SQLITE = "sqlite:///"
+_ANSWER_S = 10.0  # a server that needs longer to say that it is there is not there
 _BATCH = 1000  # MLflow's limit for metrics in one call
 _PARAM_LENGTH = 500  # MLflow's limit for the text of a parameter is higher; longer ones cannot be read in a table
 
@@ -49,14 +54,23 @@ def publish(groups: Iterable[RunGroup], uri: str) -> str:
     """
     groups = list(groups)
     try:
+        if is_server(uri):
+            _knock(uri)
         with _alone(uri):
             written, kept = _publish(groups, uri)
     except Exception as error:  # whatever a store or a server may raise; training must not fail because of it
+        what = error if isinstance(error, ConnectionError) else f"MLflow failed: {type(error).__name__}: {error}"
         return (
-            f"**Not published.** MLflow at {uri} failed: {type(error).__name__}: {error}\n\n"
-            "The results are complete without it. Try again with `snakemake --cores 1 publish`.\n"
+            f"**Not published** to tracking.uri = {uri}. {what}\n\n"
+            "The results are complete without it; `snakemake --cores 1 publish` shows them later.\n"
         )
-    return f"{written} runs written to {uri}, {kept} there already. Browse them with `make ui`.\n"
+    where = f"at {uri}{start_page(uri)}" if is_server(uri) else "with `make ui`"
+    return f"{written} runs written to {uri}, {kept} there already. Browse them {where}.\n"
+
+
+def is_server(uri: str) -> bool:
+    """Whether the store is a server of its own and no file or database."""
+    return uri.startswith(("http://", "https://"))
 
 
 def serve(uri: str, port: int = 5000) -> None:
@@ -65,7 +79,7 @@ def serve(uri: str, port: int = 5000) -> None:
     Raises:
         ValueError: if there is no store yet.
     """
-    if uri.startswith("http"):
+    if is_server(uri):
         raise ValueError(f"tracking.uri is the server {uri}; open that address in a browser.")
     if uri.startswith(SQLITE) and not Path(uri.removeprefix(SQLITE)).exists():
         raise ValueError(
@@ -108,6 +122,22 @@ def _publish(groups: Iterable[RunGroup], uri: str) -> tuple[int, int]:
     return written, kept
 
 
+def _knock(uri: str) -> None:
+    """Whether a server answers, whatever it says.
+
+    Raises:
+        ConnectionError: if it does not; MLflow itself would try for a minute, and then say it in 30 lines.
+    """
+    try:
+        urllib.request.urlopen(f"{uri.rstrip('/')}/health", timeout=_ANSWER_S).close()
+    except HTTPError:  # it answers; whether it lets us in, MLflow finds out
+        return
+    except (URLError, OSError) as error:
+        raise ConnectionError(
+            f"No server answers there ({getattr(error, 'reason', error)}): start it, or correct the address."
+        ) from None
+
+
 @contextmanager
 def _alone(uri: str) -> Iterator[None]:
     """Wait until no other process of this machine writes the sqlite store; make its folder."""
@@ -129,16 +159,17 @@ def _below(there: Mapping[str, list[Run]], job_key: str) -> Iterator[Run]:
 
 
 def _experiment(client: mlflow.MlflowClient, name: str, uri: str) -> str:
-    """Id of an experiment, made where it is not there; artifacts lie beside a sqlite store."""
+    """Id of an experiment, made where it is not there; only a server decides for itself where artifacts lie."""
     found = client.get_experiment_by_name(name)
     if found is not None:
         if found.lifecycle_stage == "deleted":
             client.restore_experiment(found.experiment_id)
         return found.experiment_id
     location = None
-    if uri.startswith(SQLITE):
+    if not is_server(uri):
+        beside = Path(uri.removeprefix(SQLITE)).parent if uri.startswith(SQLITE) else Path("results")
         folder = re.sub(r"\W+", "-", name).strip("-")
-        location = (Path(uri.removeprefix(SQLITE)).resolve().parent / "mlartifacts" / folder).as_uri()
+        location = (beside.resolve() / "mlartifacts" / folder).as_uri()
     experiment = client.create_experiment(name, artifact_location=location)
     tags = {f"mlflow.sharedViewState.{key}": json.dumps(view) for key, view in views_of(name).items()}
     tags |= {"mlflow.note.content": describe_experiment(name), "mlflow.experimentKind": "custom_model_development"}
