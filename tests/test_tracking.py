@@ -186,6 +186,8 @@ def test_a_server_takes_the_runs_and_while_it_is_down_nothing_is_lost(trained, t
     assert time.monotonic() - began < 10, "a run does not wait for a server that is not there"
     assert note.startswith("**Not published**") and str(port) in note and "refused" in note, note
     assert len(note.splitlines()) <= 3, "one message, no trace"
+    with pytest.raises(ValueError, match="refused"):
+        publish([from_model(trained)], f"http://127.0.0.1:{port}", needed=True)
 
     with running_server(tmp_path, port) as uri:
         assert publish([from_model(trained)], uri).startswith(f"{SEEDS + 1} runs written to {uri}")

@@ -40,17 +40,21 @@ _BATCH = 1000  # MLflow's limit for metrics in one call
 _PARAM_LENGTH = 500  # MLflow's limit for the text of a parameter is higher; longer ones cannot be read in a table
 
 
-def publish(groups: Iterable[RunGroup], uri: str) -> str:
+def publish(groups: Iterable[RunGroup], uri: str, *, needed: bool = False) -> str:
     """Project results into the MLflow store and say what was done.
 
-    Results never depend on MLflow: where it fails, the returned note says why, and nothing is raised.
+    Results never depend on MLflow: where it fails, the returned note says why.
 
     Args:
         groups: what to show.
         uri: `tracking.uri` of the settings.
+        needed: whether a failure is an error, as it is for who asks for nothing else.
 
     Returns:
         A note in Markdown.
+
+    Raises:
+        ValueError: with the note, if it was needed and failed.
     """
     groups = list(groups)
     try:
@@ -60,12 +64,15 @@ def publish(groups: Iterable[RunGroup], uri: str) -> str:
             written, kept = _publish(groups, uri)
     except Exception as error:  # whatever a store or a server may raise; training must not fail because of it
         what = error if isinstance(error, ConnectionError) else f"MLflow failed: {type(error).__name__}: {error}"
-        return (
+        note = (
             f"**Not published** to tracking.uri = {uri}. {what}\n\n"
             "The results are complete without it; `snakemake --cores 1 publish` shows them later.\n"
         )
+        if needed:
+            raise ValueError(note) from None
+        return note
     where = f"at {uri}{start_page(uri)}" if is_server(uri) else "with `make ui`"
-    return f"{written} runs written to {uri}, {kept} there already. Browse them {where}.\n"
+    return f"{written} runs written to {uri}, {kept} there already. Browse them {where}\n"
 
 
 def is_server(uri: str) -> bool:

@@ -12,8 +12,8 @@ with job_log("publish runs", snakemake.log[0]) as log:
         for evaluation, figures in snakemake.params.models
     ]
     groups += [from_sweep(Swept(Path(folder), figures)) for folder, figures in snakemake.params.sweeps]
-    groups += [from_diagnosis(Path(folder), Path(pictures)) for folder, pictures in snakemake.params.diagnoses]
-    note = publish(groups, snakemake.params.tracking["uri"])
+    groups += [from_diagnosis(*map(Path, paths)) for paths in snakemake.params.diagnoses]
+    note = publish(groups, snakemake.params.tracking["uri"], needed=not snakemake.output)
     log.announce(note.rstrip())
     for path in snakemake.output:
         Path(path).write_text(note, encoding="utf-8")
