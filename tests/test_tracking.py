@@ -148,6 +148,17 @@ def test_a_store_is_made_where_there_is_none(trained, tmp_path):
     assert len(stored(uri)[2]) == SEEDS
 
 
+def test_a_moved_store_finds_its_artifacts_again(trained, uri, tmp_path):
+    publish([from_model(trained)], uri)
+    moved = tmp_path / "elsewhere"
+    (tmp_path / "results").rename(moved)
+    there = TrainedModel(moved / trained.folder.relative_to(tmp_path / "results"), trained.settings, ())
+    publish([from_model(there)], f"sqlite:///{moved}/mlflow.db")
+    client, parent, _ = stored(f"sqlite:///{moved}/mlflow.db")
+    assert parent.info.artifact_uri.startswith(moved.as_uri())
+    assert [item.path for item in client.list_artifacts(parent.info.run_id)] == ["evaluation.csv"]
+
+
 @contextmanager
 def running_server(folder, port):
     """A real MLflow server with a store and artifacts of its own; the same again after a pause."""

@@ -166,23 +166,33 @@ def _below(there: Mapping[str, list[Run]], job_key: str) -> Iterator[Run]:
 
 
 def _experiment(client: mlflow.MlflowClient, name: str, uri: str) -> str:
-    """Id of an experiment, made where it is not there; only a server decides for itself where artifacts lie."""
+    """Id of an experiment, made where it is not there; only a server decides for itself where artifacts lie.
+
+    A file store keeps absolute paths of its artifacts and nothing can change them. Where it was moved, the experiment
+    of old is put away and a new one takes its name.
+    """
+    location = None if is_server(uri) else _artifact_folder(name, uri).as_uri()
     found = client.get_experiment_by_name(name)
+    if found is not None and location not in (None, found.artifact_location):
+        client.rename_experiment(found.experiment_id, f"{name} (moved, {found.experiment_id})")
+        client.delete_experiment(found.experiment_id)
+        found = None
     if found is not None:
         if found.lifecycle_stage == "deleted":
             client.restore_experiment(found.experiment_id)
         return found.experiment_id
-    location = None
-    if not is_server(uri):
-        beside = Path(uri.removeprefix(SQLITE)).parent if uri.startswith(SQLITE) else Path("results")
-        folder = re.sub(r"\W+", "-", name).strip("-")
-        location = (beside.resolve() / "mlartifacts" / folder).as_uri()
     experiment = client.create_experiment(name, artifact_location=location)
     tags = {f"mlflow.sharedViewState.{key}": json.dumps(view) for key, view in views_of(name).items()}
     tags |= {"mlflow.note.content": describe_experiment(name), "mlflow.experimentKind": "custom_model_development"}
     for key, value in tags.items():
         client.set_experiment_tag(experiment, key, value)
     return experiment
+
+
+def _artifact_folder(name: str, uri: str) -> Path:
+    """Where artifacts of an experiment lie: beside a sqlite file, or in results/ where the store is a database."""
+    beside = Path(uri.removeprefix(SQLITE)).parent if uri.startswith(SQLITE) else Path("results")
+    return beside.resolve() / "mlartifacts" / re.sub(r"\W+", "-", name).strip("-")
 
 
 def _runs_by_key(client: mlflow.MlflowClient, experiment: str) -> dict[str, list[Run]]:
