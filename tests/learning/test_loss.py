@@ -4,7 +4,7 @@ import pytest
 import torch
 
 from myowave.learning.loss import Noise, TeacherForcedLoss, predict_with_time_derivatives
-from myowave.learning.network import Architecture, Scaling, initialise
+from myowave.learning.network import Architecture, Scaling, apply_cell, initialise
 from myowave.learning.parameters import identify
 from myowave.learning.prediction import Network, predict_teacher_forced, to_tensors
 from myowave.learning.training import train_scale
@@ -13,6 +13,17 @@ from myowave.physics.effects import catalogue
 from myowave.settings import Identify
 
 CPU = torch.device("cpu")
+
+
+@pytest.mark.parametrize("cell", ["gru", "rnn"])
+def test_a_cell_without_a_state_before_it_is_one_after_a_state_of_0(cell):
+    weights = initialise(Architecture(cell, 6, 2, increments=False, time_input=True), (0, 1), CPU)
+    if cell == "gru":
+        weights["state_bias"] += 0.3
+    driven = torch.randn(2, 5, weights["hidden"].shape[-1], generator=torch.Generator().manual_seed(1))
+    torch.testing.assert_close(
+        apply_cell(cell, weights, None, driven), apply_cell(cell, weights, torch.zeros(2, 5, 6), driven)
+    )
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from myowave.learning.checkpoint import Checkpoint
-from myowave.learning.training import count_epochs, train_scale
+from myowave.learning.training import VALIDATE_EVERY, count_epochs, train_scale
 
 
 def train(scales, model, recipe, wanted, *, seeds=(0, 1), total=1):
@@ -116,3 +116,13 @@ def test_a_file_that_is_no_checkpoint_is_refused(tmp_path):
     path.write_text("not a checkpoint")
     with pytest.raises(ValueError, match="not a checkpoint"):
         Checkpoint.load(path)
+
+
+def test_early_stopping_keeps_the_best_weights_and_the_last_parameters(scales, model, wanted, teacher_forced):
+    recipe = teacher_forced.model_copy(update={"epochs": 40, "learning_rate": 0.3})
+    reports, checkpoint = train(scales, model, recipe, wanted)
+    validation = torch.stack([report.val_mse for report in reports[VALIDATE_EVERY - 1 :]])
+    assert (validation.argmin(0) < len(validation) - 1).any(), "no seed was best before the last epoch"
+    torch.testing.assert_close(checkpoint.val_mse, validation.min(0).values)
+    last = torch.stack([reports[-1].values[name] for name in checkpoint.names], dim=-1)
+    torch.testing.assert_close(checkpoint.values, last)

@@ -144,24 +144,37 @@ def angle_features(architecture: Architecture, z: Tensor, v: Tensor) -> Tensor:
     return torch.stack((z, v), dim=-1) if architecture.increments else z.unsqueeze(-1)
 
 
-def apply_cell(cell: str, weights: Weights, hidden: Tensor, driven: Tensor, recurrent: Tensor | None = None) -> Tensor:
+def apply_cell(
+    cell: str, weights: Weights, hidden: Tensor | None, driven: Tensor, recurrent: Tensor | None = None
+) -> Tensor:
     """One cell: the next hidden state, Eqs. 8-9 and 11-12.
 
     Args:
-        hidden: h_(i-1), (S, B, H).
+        hidden: h_(i-1), (S, B, H); None where it is 0.
         driven: W_x x + b, and for a history cell + W_q q, (S, B, G).
         recurrent: W_h h_(i-1) where it is already known, (S, B, G).
     """
+    if hidden is None:
+        return _start_cell(cell, weights, driven)
     if recurrent is None:
         recurrent = torch.bmm(hidden, weights["hidden"])
     if cell == "rnn":
         return torch.tanh(recurrent + driven)
     h = hidden.shape[-1]
-    gates = torch.sigmoid(recurrent[..., : 2 * h] + driven[..., : 2 * h])
-    reset, update = gates[..., :h], gates[..., h:]
-    candidate = torch.tanh(torch.addcmul(driven[..., 2 * h :], reset, recurrent[..., 2 * h :]))
+    # Split, not sliced: the gradient of a split is one copy, that of each slice fills an array of its own.
+    (gates, held), (gates_driven, candidate_driven) = (x.split((2 * h, h), dim=-1) for x in (recurrent, driven))
+    reset, update = torch.sigmoid(gates + gates_driven).split(h, dim=-1)
+    candidate = torch.tanh(torch.addcmul(candidate_driven, reset, held))
     # Eq. 11 adds b_h to the new state itself, outside of the gates.
     return torch.lerp(candidate, hidden, update) + weights["state_bias"]
+
+
+def _start_cell(cell: str, weights: Weights, driven: Tensor) -> Tensor:
+    """The cell after a hidden state of 0, which needs no matrix product and no reset gate."""
+    if cell == "rnn":
+        return torch.tanh(driven)
+    _, update, candidate = driven.chunk(3, dim=-1)
+    return torch.sigmoid(-update) * torch.tanh(candidate) + weights["state_bias"]
 
 
 def differentiate_cell(
@@ -176,14 +189,20 @@ def differentiate_cell(
     if cell == "rnn":
         return _differentiate_tanh(recurrent + driven, slope, torch.zeros_like(slope))
     h = hidden.shape[-1]
-    gates = torch.sigmoid(recurrent[..., : 2 * h] + driven[..., : 2 * h])
-    first = gates * (1 - gates) * slope[..., : 2 * h]
-    second = first * (1 - 2 * gates) * slope[..., : 2 * h]
+    (gates, held), (gates_driven, candidate_driven), (gates_slope, candidate_slope) = (
+        x.split((2 * h, h), dim=-1) for x in (recurrent, driven, slope)
+    )
+    gates = torch.sigmoid(gates + gates_driven)
+    first = gates * (1 - gates) * gates_slope
+    second = first * (1 - 2 * gates) * gates_slope
     (r, u), (r1, u1), (r2, u2) = (g.split(h, dim=-1) for g in (gates, first, second))
-    held = recurrent[..., 2 * h :]
-    c, c1, c2 = _differentiate_tanh(driven[..., 2 * h :] + r * held, slope[..., 2 * h :] + r1 * held, r2 * held)
-    new = torch.lerp(c, hidden, u) + weights["state_bias"]
-    return new, u1 * (hidden - c) + (1 - u) * c1, u2 * (hidden - c) - 2 * u1 * c1 + (1 - u) * c2
+    c, c1, c2 = _differentiate_tanh(
+        torch.addcmul(candidate_driven, r, held), torch.addcmul(candidate_slope, r1, held), r2 * held
+    )
+    gap = hidden - c
+    new = torch.addcmul(c, u, gap) + weights["state_bias"]
+    stay = 1 - u
+    return new, torch.addcmul(u1 * gap, stay, c1), u2 * gap + torch.addcmul(stay * c2, u1, c1, value=-2)
 
 
 def _differentiate_tanh(p: Tensor, p1: Tensor, p2: Tensor) -> tuple[Tensor, Tensor, Tensor]:

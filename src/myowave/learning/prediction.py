@@ -172,7 +172,7 @@ def _carry(network: Network, seen: Tensor, first: int) -> Tensor:
 def _window(network: Network, seen: Tensor, first: int) -> Tensor:
     """Hidden state before every predicted sample from its own history, all at once: (S, T, N - first, H)."""
     m, count = network.history, seen.shape[2] - first
-    hidden = seen.new_zeros(seen.shape[0], seen.shape[1] * count, network.architecture.hidden)
+    hidden = None
     for i in range(first - m, first):
         hidden = apply_cell(network.architecture.cell, network.weights, hidden, seen[:, :, i : i + count].flatten(1, 2))
     return hidden.unflatten(1, (seen.shape[1], count))

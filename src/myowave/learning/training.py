@@ -25,7 +25,7 @@ from myowave.physics.model import Model
 from myowave.settings import Identify, Recipe
 
 VALIDATE_EVERY = 5  # epochs
-CLIP = 1.0  # largest norm of a seed's gradient
+CLIP = 1.0  # largest norm of a seed's gradient through a rollout
 DATA_SEED = 20230  # of windows and made-up EMG, which all seeds share
 
 
@@ -171,8 +171,11 @@ class _Run:
             self.identified = self.identified.to(self.device)
             self.raw = self.raw.to(self.device).requires_grad_()
         loss = self._loss()
+        rolls_out = network.carried  # teacher forcing, Eq. 16, is trained by Adam as it stands
         optimizer = torch.optim.Adam(
-            [*weights.values(), *([self.raw] if joint else [])], lr=recipe.learning_rate, betas=(0.9, 0.99)
+            [*weights.values(), *([self.raw] if joint else [])],
+            lr=recipe.learning_rate,
+            betas=(0.9, 0.99 if rolls_out else 0.999),
         )
         search = None
         if not joint:
@@ -193,7 +196,8 @@ class _Run:
                 # Simulated motion counts beside measured as long as physics explains the trials as well as the network.
                 loss.trust = (val_mse / search.mse.to(self.device)).clamp(max=1.0)
             losses = loss.backward(weights, self.raw)
-            _clip(weights)
+            if rolls_out:
+                _clip(weights)
             optimizer.step()
             last = epoch == count
             if epoch % VALIDATE_EVERY == 0 or last:
@@ -276,7 +280,10 @@ class _Run:
 
 
 class _Best:
-    """The weights with the lowest validation error of each seed, for early stopping."""
+    """The weights with the lowest validation error of each seed, for early stopping.
+
+    It stops weights alone: parameters are the last ones, "final converged values" in the paper.
+    """
 
     def __init__(self, weights: Mapping[str, Tensor], raw: Tensor) -> None:
         self.weights = {name: value.detach().clone() for name, value in weights.items()}
