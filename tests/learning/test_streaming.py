@@ -111,6 +111,8 @@ def with_biceps(word: str):
         (lambda t: t.rename(columns={"emg_triceps": "triceps"}), ["line 1", "emg_triceps", "triceps"]),
         (with_biceps("abc"), ["line 11", "'abc'"]),
         (with_biceps("nan"), ["line 11", "'nan'"]),
+        (with_biceps("1.51"), ["line 11", "emg_biceps is 1.51", "expected 0 to 1.5", "maximum voluntary contraction"]),
+        (with_biceps("-0.01"), ["line 11", "emg_biceps is -0.01", "expected 0 to 1.5", "Rectify"]),
         (lambda t: t.assign(time_s=t["time_s"] / 2), ["line 3", "time_s", "Resample"]),
     ],
 )

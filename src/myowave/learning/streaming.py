@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 import torch
 
+from myowave.data.recording import EMG_LIMIT
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.network import encode_angle
 from myowave.learning.prediction import Network
@@ -52,7 +53,7 @@ class Predictor:
         self._architecture, self._scaling, self._units = network.architecture, network.scaling, network.units
         self._carried, self.history = network.carried, network.history
         self._mean, self._std = np.array(network.scaling.emg_mean), np.array(network.scaling.emg_std)
-        self._dt, self._count = checkpoint.dt, 0
+        self._channels, self._dt, self._count = checkpoint.channels, checkpoint.dt, 0
         given = torch.tensor(list(angles[: self.history]), dtype=torch.float64)
         self._angles = given.numpy()
         self._given = [
@@ -64,10 +65,15 @@ class Predictor:
         self._hidden, (self._z, self._v) = self._start, self._given[0]
 
     def step(self, emg: Sequence[float]) -> np.ndarray:
-        """The angle [rad] at the next sample for every seed, (S,), from its EMG (one number a channel)."""
+        """The angle [rad] at the next sample for every seed, (S,), from its EMG (one number a channel).
+
+        Raises:
+            ValueError: for another number of channels, or EMG that is not normalised; the sample then does not count.
+        """
         if len(emg) != len(self._mean):
             raise ValueError(f"a sample of EMG has {len(emg)} numbers; the network takes {len(self._mean)} channels.")
         n, weights = self._count, self._weights
+        _check_emg(self._channels, emg, f"sample {n + 1}")
         driven = self._encode(emg) @ weights["input"] + weights["bias"]
         if n >= self.history:
             recurrent = self._remember()
@@ -171,6 +177,7 @@ def predict_lines(checkpoint: Checkpoint, predictor: Predictor, lines: Iterable[
             _check_rate(before, time, checkpoint.dt, f"{source}, line {rows.line_num}")
         else:
             time = 0.0 if before is None else before + checkpoint.dt
+        _check_emg(checkpoint.channels, values, f"{source}, line {rows.line_num}")
         angle = predictor.step(values)
         if before is None:
             several = len(angle) > 1
@@ -195,6 +202,15 @@ def _read_numbers(row: Sequence[str], header: Sequence[str], places: Sequence[in
             )
         numbers.append(number)
     return numbers
+
+
+def _check_emg(channels: Sequence[str], emg: Sequence[float], where: str) -> None:
+    for name, value in zip(channels, emg, strict=True):
+        if not 0 <= value <= EMG_LIMIT:
+            raise ValueError(
+                f"{where}: {name} is {value:g}, expected 0 to {EMG_LIMIT:g}. Rectify and smooth the EMG, and divide it "
+                "by its value at maximum voluntary contraction, as was done for the training."
+            )
 
 
 def _check_rate(before: float | None, time: float, dt: float, where: str) -> None:
