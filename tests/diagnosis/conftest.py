@@ -8,7 +8,8 @@ import torch
 import yaml
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.fit import Fit, Free, fit_model, free_parameters
+from myowave.diagnosis.fit import Fit, fit_model, free_parameters
+from myowave.diagnosis.normal import Free
 from myowave.diagnosis.record import Record, make_record
 from myowave.diagnosis.study import Case, add_noise, clean_trials, simulate_case
 from myowave.physics.build import build_model

@@ -5,8 +5,7 @@ The motion and its derivatives come from `physics.trajectory.solve`, all samples
    parameters together. Linearised near the data rather than near a wrong simulation, they reach the right basin
    from far away. Several starts run as one batch, and after each step the better half goes on.
 2. Levenberg-Marquardt on simulated motions, with bounds, until a step would gain nothing that noise allows to see.
-The angle and velocity at the start of each trial are estimated with the parameters; nobody measures them. They belong
-to one trial each, so they are eliminated from the normal equations trial by trial.
+The angle and velocity at the start of each trial are estimated with the parameters; nobody measures them (`normal`).
 
 Shapes: B starts of the search, T trials, N samples, P free parameters, S numbers of a trial's start (1 or 2).
 """
@@ -16,12 +15,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
+from myowave.diagnosis.normal import Array, Free, Normal, bounded_step, normal_equations
 from myowave.diagnosis.record import Record
 from myowave.physics.model import Model, bind
-from myowave.physics.motion import drive_muscles, initial_state
+from myowave.physics.motion import drive_muscles, resting_states
 from myowave.physics.trajectory import Linear, Sensitive, solve
 
 TOLERANCE = 1e-5  # of the simulated state [rad, rad/s]
@@ -29,53 +28,6 @@ GAIN = 1e-3  # stop where the next step would lower the sum of squares by less t
 LIFTED_STEPS, STEPS = 4, 30  # the first suffice for sixteen starts to come down to two
 WATCHDOG, WATCHDOG_STEPS = 100.0, 3  # a step that fails is followed further if the sum of squares grew by less
 DAMPING, DAMPING_UP, DAMPING_DOWN, DAMPING_MOST = 1e-4, 10.0, 0.1, 1e8
-
-Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Free:
-    """A parameter to estimate: where it starts, its bounds, and a usual change of it (the scale of steps)."""
-
-    name: str
-    start: float
-    low: float
-    high: float
-    scale: float
-    spread: float = 0.0  # further starts are up to this fraction away
-
-
-@dataclass(frozen=True)
-class Normal:
-    """Residuals and their derivatives, the starts of the trials eliminated; parameters in units of their scale.
-
-    Args:
-        residual: measured - simulated angle, 0 where padded, (..., T, N).
-        slope: d angle / d parameter, (..., T, N, P), and `by_start` (..., T, N, S).
-        matrix, vector: the normal equations without the starts, (..., P, P) and (..., P).
-        rss: sum of squares of the residual (...).
-    """
-
-    residual: Array
-    slope: Array
-    by_start: Array
-    matrix: Array
-    vector: Array
-    rss: Array
-
-    def without_starts(self, columns: Array) -> Array:
-        """The part of columns (..., T, N, C) that no change of the trials' starts can imitate."""
-        return columns - self.by_start @ self._onto_starts(columns)
-
-    def starts_after(self, step: Array) -> Array:
-        """The best change of the trials' starts (..., T, S) beside a step of the parameters (..., P)."""
-        left = self.residual[..., None] - self.slope @ step[..., None, :, None]
-        return self._onto_starts(left)[..., 0]
-
-    def _onto_starts(self, columns: Array) -> Array:
-        transposed = np.swapaxes(self.by_start, -1, -2)
-        gram = transposed @ self.by_start
-        return np.linalg.solve(gram + 1e-12 * np.eye(gram.shape[-1]), transposed @ columns)
 
 
 @dataclass(frozen=True)
@@ -208,7 +160,7 @@ def fit_model(
     for _ in range(LIFTED_STEPS):
         result = _solve(model, record, free, values, begin, guess, iterations=1)
         normal = normal_equations(result, record, free)
-        step = _bounded_step(normal, free, values, DAMPING)
+        step = bounded_step(normal, free, values, DAMPING)
         values, begin, guess = _move(free, values, begin, result, normal, step)
         keep = max(2, -(-len(values) // 2))
         better = np.argsort(normal.rss, kind="stable")[:keep]  # those that diverged come last
@@ -241,16 +193,14 @@ def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:
 
 
 def with_states(model: Model, record: Record, free: Sequence[Free], values: Array, state: Tensor) -> Tensor:
-    """A guess of a model's state from a known motion: the states of its effects stay as they are at the first sample.
+    """A guess of a model's state from a known motion: the states of its effects are at rest at every sample.
 
     Args:
         state: q and qdot, then states of another model, which are left out, (..., T, N, K).
     """
     bound = bind(model, bind_values(free, values, record), record.emg)
     drive = drive_muscles(bound, record.emg, record.dt)
-    begin = initial_state(bound, drive, state[..., 0, 0], state[..., 0, 1])
-    states = begin[..., None, 2:].expand(*state.shape[:-1], model.state_size - 2)
-    return torch.cat([state[..., :2], states], -1)
+    return resting_states(bound, drive, state[..., 0], state[..., 1])
 
 
 def _solve(
@@ -269,51 +219,6 @@ def _solve(
         tolerance=TOLERANCE,
         rescue=False,
     )
-
-
-def normal_equations(result: Sensitive, record: Record, free: Sequence[Free]) -> Normal:
-    """Residuals of a motion and the normal equations, the starts of the trials eliminated."""
-    valid = record.valid
-    scale = np.array([p.scale for p in free])
-    # A start from which the motion diverges must not spoil the others in the batch: its sums become infinite.
-    residual = np.where(valid, np.nan_to_num(record.angle - result.motion.angle.numpy(), nan=1e6).clip(-1e6, 1e6), 0.0)
-    slope, by_start = (
-        np.nan_to_num(np.moveaxis(x.numpy(), 0, -1)).clip(-1e6, 1e6) * valid[..., None]
-        for x in (result.by_parameter, result.by_start)
-    )
-    slope = (slope * scale).clip(-1e6, 1e6)
-    by_start = by_start[..., :1] if record.at_rest else by_start
-    parts = Normal(residual, slope, by_start, slope, residual, (residual**2).sum((-1, -2)))
-    projected = parts.without_starts(slope)
-    matrix = np.einsum("...tnp,...tnq->...pq", projected, slope)
-    vector = np.einsum("...tnp,...tn->...p", projected, residual)
-    return replace(parts, matrix=matrix, vector=vector)
-
-
-def _bounded_step(normal: Normal, free: Sequence[Free], values: Array, damping: float) -> Array:
-    """Damped step (..., P) in units of the scales that stays within the bounds.
-
-    Parameters that a step would carry over a bound stop there, and the others move with that in mind.
-    """
-    scale, low, high = (np.array([getattr(p, n) for p in free]) for n in ("scale", "low", "high"))
-    lowest, highest = (low - values) / scale, (high - values) / scale
-    diagonal = np.einsum("...pp->...p", normal.matrix)
-    ridge = damping * diagonal + 1e-14 * diagonal.max(-1, initial=0.0, keepdims=True) + 1e-12
-    damped = normal.matrix + np.eye(len(free)) * ridge[..., None]
-    step = np.linalg.solve(damped, normal.vector[..., None])[..., 0]
-    for _ in free:
-        fixed = (step <= lowest) | (step >= highest)
-        if not fixed.any():
-            break
-        held = np.where(fixed, step.clip(lowest, highest), 0.0)
-        loose = ~fixed
-        reduced = np.where(loose[..., :, None] & loose[..., None, :], damped, np.eye(len(free)))
-        right = np.where(loose, normal.vector - (damped @ held[..., None])[..., 0], held)
-        new = np.linalg.solve(reduced, right[..., None])[..., 0]
-        if np.allclose(new, step, rtol=0, atol=1e-12):
-            break
-        step = new
-    return step.clip(lowest, highest)
 
 
 def _move(
@@ -369,7 +274,7 @@ def descend(fit: Fit) -> Iterator[Fit]:
     damping = DAMPING
     yield fit
     for _ in range(STEPS):
-        step = _bounded_step(fit.normal, fit.free, fit.values, damping)
+        step = bounded_step(fit.normal, fit.free, fit.values, damping)
         if fit.converged or gain(fit, step) < GAIN * fit.variance:
             yield replace(fit, converged=True)
             return
@@ -390,7 +295,7 @@ def _follow(fit: Fit, tried: Fit | None, damping: float) -> Fit | None:
         if tried is None or tried.rss < fit.rss or tried.rss > limit:
             break
         limit = tried.rss
-        tried = _take(tried, _bounded_step(tried.normal, tried.free, tried.values, damping))
+        tried = _take(tried, bounded_step(tried.normal, tried.free, tried.values, damping))
     return tried
 
 
@@ -402,7 +307,7 @@ def _take(fit: Fit, step: Array) -> Fit | None:
 
 def promised(fit: Fit) -> float:
     """The sum of squares that the next full step promises [rad^2]."""
-    return fit.rss - gain(fit, _bounded_step(fit.normal, fit.free, fit.values, DAMPING))
+    return fit.rss - gain(fit, bounded_step(fit.normal, fit.free, fit.values, DAMPING))
 
 
 def gain(fit: Fit, step: Array) -> float:

@@ -14,7 +14,8 @@ import torch
 from numpy.typing import NDArray
 
 from myowave.data.simulate import MANOEUVRES, Manoeuvre, synthetic_emg
-from myowave.diagnosis.fit import Fit, Free, bind_values, normal_equations, polish
+from myowave.diagnosis.fit import Fit, bind_values, polish
+from myowave.diagnosis.normal import Free, normal_equations
 from myowave.diagnosis.record import Record
 from myowave.diagnosis.score import effect_parameters, score_effect
 from myowave.physics.effect import Effect
@@ -22,12 +23,14 @@ from myowave.physics.trajectory import solve
 
 Array = NDArray[np.float64]
 
-LOAD_KG = 1.0
+LOAD_KG, TILT_RAD = 1.0, np.pi / 6
 START_RAD = np.pi / 6
 SEED = 2
-MENU: dict[str, tuple[Manoeuvre, float]] = {
-    **{name: (manoeuvre, 0.0) for name, manoeuvre in MANOEUVRES.items()},
-    "known load of 1 kg": (Manoeuvre(effort=2.0), LOAD_KG),
+# What to do, and the constants that are then known to differ from the recorded trials.
+MENU: dict[str, tuple[Manoeuvre, dict[str, float]]] = {
+    **{name: (manoeuvre, {}) for name, manoeuvre in MANOEUVRES.items()},
+    "known load of 1 kg": (Manoeuvre(effort=2.0), {"load": LOAD_KG}),
+    "other posture, upper arm 30 deg forward": (Manoeuvre(effort=1.5), {"tilt": TILT_RAD}),
 }
 SEPARATED = 10.0  # chi-square that tells two candidates apart
 
@@ -91,9 +94,13 @@ def _menu(fit: Fit) -> Record:
     samples = record.angle.shape[1]
     manoeuvres = [m for m, _ in MENU.values()]
     emg = synthetic_emg(SEED, sides=sides, trials=len(MENU), samples=samples, dt=record.dt, manoeuvres=manoeuvres)
-    known = {name: values.mean().expand(len(MENU)) for name, values in record.known.items()}
-    load = torch.tensor([kg for _, kg in MENU.values()], dtype=torch.float64)
-    known["load"] = known.get("load", torch.zeros(len(MENU), dtype=torch.float64)).mul(0) + load
+    usual = {name: float(values.median()) for name, values in record.known.items()}
+    defaults = fit.model.defaults
+    changed = {name for _, values in MENU.values() for name in values}
+    known = {}
+    for name in sorted(changed | set(usual)):
+        values = [constants.get(name, usual.get(name, defaults[name])) for _, constants in MENU.values()]
+        known[name] = torch.tensor(values, dtype=torch.float64)
     return replace(
         record,
         names=tuple(MENU),

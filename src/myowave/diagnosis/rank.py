@@ -49,6 +49,12 @@ class Candidate:
         return self.effect.name
 
     @property
+    def weight(self) -> float:
+        """Evidence less what the parameters that it leads to are beyond belief: decides between effects that the data
+        alone do not tell apart, and nothing else."""
+        return self.evidence - (0.0 if self.fit is None else surprise(self.fit))
+
+    @property
     def acceptable(self) -> bool:
         """Whether the evidence would do for adding it."""
         return (
@@ -105,6 +111,14 @@ def evidence(fit: Fit, rss: float, parameters: int, samples: float) -> float:
     """Difference of BIC in favour of `parameters` more that lower a fit's sum of squares to `rss` [rad^2]."""
     floor = fit.record.samples * np.radians(SMALLEST_NOISE_DEG) ** 2
     return float(samples * np.log((fit.rss + floor) / (rss + floor)) - parameters * np.log(samples))
+
+
+def surprise(fit: Fit) -> float:
+    """How far a fit's constants are from where they are expected: minus twice the logarithm of their prior [-]."""
+    # ASSUME: a constant is expected around its value in the settings, with the standard deviation of a uniform
+    # distribution over the range in which its searches start.
+    usual = [(p.start, p.spread * abs(p.start) / np.sqrt(3), v) for p, v in zip(fit.free, fit.values, strict=True)]
+    return float(sum(((value - start) / scatter) ** 2 for start, scatter, value in usual if scatter > 0))
 
 
 def similar(candidates: list[Candidate], to: Candidate) -> list[Candidate]:

@@ -15,7 +15,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from myowave.diagnosis.fit import TOLERANCE, Fit, Free, bind_values, normal_equations, with_states
+from myowave.diagnosis.fit import TOLERANCE, Fit, bind_values, with_states
+from myowave.diagnosis.normal import Free, scaled_slope
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.physics.trajectory import Sensitive, derivatives_of, solve
@@ -84,11 +85,11 @@ def score_effect(fit: Fit, effect: Effect, known: Iterable[str] = ()) -> Score:
     model = fit.model.with_effects([effect])
     free = effect_parameters(model, effect, known)
     start = _start(fit, model, free)
-    raw, normal = start.normal.slope[..., len(fit.free) :], fit.normal
-    without_starts = normal.without_starts(raw)
-    matrix = np.linalg.pinv(normal.matrix, rcond=1e-12, hermitian=True)
-    imitation = matrix @ np.einsum("tnp,tne->pe", normal.slope, without_starts)
-    signal = without_starts - normal.without_starts(normal.slope @ imitation)
+    count, normal = len(fit.free), fit.normal
+    raw = start.normal.slope[..., count:]
+    inverse = np.linalg.pinv(normal.matrix, rcond=1e-12, hermitian=True)
+    imitation = inverse @ start.normal.matrix[:count, count:]
+    signal = normal.without_starts(raw - normal.slope @ imitation)
     information = np.einsum("tne,tnf->ef", signal, signal)
     estimate, drop = best_within(information, np.einsum("tne,tn->e", signal, normal.residual), free)
     visible, direction = _visible(information, np.einsum("tne,tnf->ef", raw, raw))
@@ -156,7 +157,8 @@ def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
     )
     everything = (*fit.free, *free)
     values = np.concatenate([fit.values, np.zeros(len(free))])
-    normal = normal_equations(sensitive, record, everything)
+    # The motion is that of the fit, so its normal equations hold, with a few columns more.
+    normal = fit.normal.extended(scaled_slope(added, np.array([p.scale for p in free]), record.valid))
     return Fit(model, everything, values, fit.starts, normal, sensitive, record, converged=False)
 
 

@@ -100,10 +100,10 @@ class _Search:
         One effect may do the work of two, and then neither of them is asked for any more; or two hide one another.
         The scores of the first ranking foretell what pairs would gain; the most promising are fitted.
         """
-        scores, catalogue = {c.name: c.score for c in ranking}, {e.name: e for e in self.effects}
+        candidates, catalogue = {c.name: c for c in ranking}, {e.name: e for e in self.effects}
         needed = EVIDENCE + 2 * math.log(len(ranking))  # there are as many pairs as effects, squared
         for one, other in promising_pairs(ranking):
-            first = polish(scores[one].start)
+            first = polish(candidates[one].fit or candidates[one].score.start)
             second = polish(score_effect(first, catalogue[other], self.known).start)
             parameters = len(second.free) - len(found.free)
             if evidence(found, second.rss, parameters, independent_samples(second)) > needed:
@@ -123,7 +123,7 @@ class _Search:
                 if own.evidence < EVIDENCE:
                     fit, changed = without, True
                     break
-                if best.name != effect.name and best.evidence > own.evidence:
+                if best.name != effect.name and (own not in similar(ranking, best) or best.weight > own.weight):
                     fit, changed = best.fit, True
                     classes[best.name] = _names(best, ranking)
                     break
@@ -151,11 +151,17 @@ class _Search:
 
 
 def _best(ranking: list[Candidate]) -> Candidate | None:
-    return next((c for c in ranking if c.acceptable), None)
+    """The effect to add: of those that the data do not tell from the most evident one, that with usual parameters."""
+    leader = next((c for c in ranking if c.acceptable), None)
+    if leader is None:
+        return None
+    return max((c for c in similar(ranking, leader) if c.acceptable), key=lambda c: c.weight)
 
 
 def _names(best: Candidate, ranking: list[Candidate]) -> tuple[str, ...]:
-    others = [c.name for c in similar(ranking, best) if c.name != best.name]
+    """The effects that the data do not tell from the one added, which comes first."""
+    leader = max((c for c in similar(ranking, best) if c.acceptable), key=lambda c: c.evidence, default=best)
+    others = [c.name for c in similar(ranking, leader) if c.name != best.name]
     return (best.name, *others)
 
 

@@ -15,12 +15,12 @@ import torch
 
 from myowave.data.simulate import ANGLE_RANGE, simulate_trials
 from myowave.data.trials import Trials
-from myowave.diagnosis.fit import Fit, fit_model, free_parameters
+from myowave.diagnosis.fit import fit_model, free_parameters
 from myowave.diagnosis.heldout import predict
 from myowave.diagnosis.independence import check_independence
+from myowave.diagnosis.normal import Free
 from myowave.diagnosis.rank import EVIDENCE, independent_samples
 from myowave.diagnosis.record import make_record
-from myowave.diagnosis.score import score_effect
 from myowave.diagnosis.selection import Selection, select_effects
 from myowave.diagnosis.verdict import Verdict, judge
 from myowave.physics.effect import Effect
@@ -164,7 +164,7 @@ def diagnose_case(
     effects = list(effects)
     began = time.process_time()
     record = make_record(trials, base)
-    free = free_parameters(base, settings.identify, record.known)
+    free = _displaced(free_parameters(base, settings.identify, record.known), case.seed)
     selection = select_effects(fit_model(base, record.train, free, starts=starts), effects)
     verdict = judge(selection, check_independence(selection.fit))
     seconds = time.process_time() - began
@@ -175,7 +175,7 @@ def diagnose_case(
         "strength": case.strength,
         "noise_deg": noise_deg,
         **_found(case, verdict),
-        "signal": _signal(case, selection.ladder[0], effects),
+        "signal": _signal(case, selection),
         "rmse_over_noise": np.degrees(selection.fit.rmse()) / noise_deg,
         "heldout_base_deg": np.degrees(predict(selection.ladder[0], test).rmse),
         "heldout_deg": np.degrees(predict(selection.fit, test).rmse),
@@ -199,14 +199,17 @@ def _found(case: Case, verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def _signal(case: Case, fit: Fit, effects: list[Effect]) -> float:
+def _displaced(free: Iterable[Free], seed: int) -> list[Free]:
+    """What to estimate, expected up to its spread away from the truth: nobody knows the values before."""
+    random = np.random.default_rng([seed, 1])
+    return [replace(p, start=p.start * (1 + p.spread * random.uniform(-1, 1))) for p in free]
+
+
+def _signal(case: Case, selection: Selection) -> float:
     """How far the weakest hidden effect is above what 9 of 10 recordings would show: at least 1 for one that is [-]."""
-    signals = []
-    for effect in effects:
-        if effect.name not in case.hidden:
-            continue
-        score = score_effect(fit, effect)
-        truth = np.array([case.hidden[effect.name][p.name.split(".", 1)[1]] / p.scale for p in score.free])
+    fit, signals = selection.ladder[0], []
+    for score in (c.score for c in selection.rankings[0] if c.name in case.hidden):
+        truth = np.array([case.hidden[score.effect][p.name.split(".", 1)[1]] / p.scale for p in score.free])
         seen = np.sqrt(truth @ score.information @ truth) / fit.record.noise
         threshold = np.sqrt(EVIDENCE + len(truth) * np.log(independent_samples(fit))) + POWER
         signals.append(0.0 if score.absorbed else float(seen / threshold))

@@ -132,6 +132,8 @@ def activate(bound: Bound, emg: Tensor, position: Tensor, dt: float) -> tuple[Te
     """
     raised = bound.along(2)
     excitation = excite(bound.model, emg, bound.muscle["delay"], position, dt)
+    # As in `muscle_quantities`: time runs fastest in memory, then trials, points within a step, muscles.
+    excitation = excitation.movedim((-1, -2), (0, 1)).contiguous().movedim((0, 1), (-1, -2))
     for effect in bound.model.on("excitation"):
         quantities = {"excitation": excitation, "side": raised.muscle["side"]}
         excitation = call(effect.function, quantities, raised.values(effect))
@@ -293,8 +295,17 @@ def _pack(model: Model, q: Tensor, qdot: Tensor, states: Mapping[str, Tensor]) -
 
 def initial_state(bound: Bound, drive: Drive, q0: Tensor, qdot0: Tensor) -> Tensor:
     """State (..., T, K) at the first sample: the joint as given, the states of effects at rest there."""
+    return _resting(bound, drive.excitation[..., 0, 0, :], drive.activation[..., 0, 0, :], q0, qdot0)
+
+
+def resting_states(bound: Bound, drive: Drive, q: Tensor, qdot: Tensor) -> Tensor:
+    """State (..., T, N, K) along a motion (..., T, N), the states of effects as if at rest at every sample."""
+    u, a = (torch.cat([x[..., 0, :], x[..., -1:, -1, :]], -2) for x in (drive.excitation, drive.activation))
+    return _resting(bound.along(1), u, a, q, qdot)
+
+
+def _resting(bound: Bound, u: Tensor, a: Tensor, q: Tensor, qdot: Tensor) -> Tensor:
     model = bound.model
-    u, a = drive.excitation[..., 0, 0, :], drive.activation[..., 0, 0, :]
     states = {}
     for effect in _late_activation(model):
         quantities = {"excitation": u, "activation": a, "side": bound.muscle["side"]}
@@ -302,8 +313,8 @@ def initial_state(bound: Bound, drive: Drive, q0: Tensor, qdot0: Tensor) -> Tens
             states[effect.name] = quantities["state"] = _initial(bound, effect, quantities, a)
         a = call(effect.function, quantities, bound.values(effect))
     for effect in model.tendon_effects:
-        states[effect.name] = _initial(bound, effect, muscle_quantities(bound, q0, qdot0, a), a)
-    return _pack(model, q0, qdot0, states)
+        states[effect.name] = _initial(bound, effect, muscle_quantities(bound, q, qdot, a), a)
+    return _pack(model, q, qdot, states)
 
 
 def _initial(bound: Bound, effect: Effect, quantities: Mapping, like: Tensor) -> Tensor:

@@ -192,17 +192,21 @@ def _tangents(
     base = bind(model, params, emg)
     base_drive = drive_muscles(base, emg, dt, substeps)
     base_start = initial_state(base, base_drive, q0, qdot0)
-    forcing, begin = [], []
-    for name, scale in wrt:
-        nudge = reach * scale
-        bound = bind(model, _nudged(model, params, name, nudge, emg), emg)
-        drive = drive_muscles(bound, emg, dt, substeps) if _drives(model, name) else base_drive
-        forcing.append((step(bound.along(1), before, drive) - after) / nudge)
-        begin.append((initial_state(bound, drive, q0, qdot0) - base_start) / nudge)
-    for shift in ((NUDGE, 0.0), (0.0, NUDGE)) if starts else ():
-        forcing.append(torch.zeros_like(after))
-        begin.append((initial_state(base, base_drive, q0 + shift[0], qdot0 + shift[1]) - base_start) / NUDGE)
-    return _recur(linear.jacobian, torch.stack(forcing, -1), torch.stack(begin, -1))
+    forcing = after.new_zeros(*after.shape, len(wrt) + (2 if starts else 0))
+    begin = base_start.new_zeros(*base_start.shape, forcing.shape[-1])
+    for drives in (True, False):  # parameters that change the muscles' drive, and those that leave it; each one batch
+        group = [i for i, (name, _) in enumerate(wrt) if _drives(model, name) == drives]
+        if group:
+            nudged, nudges = _nudged(model, params, [wrt[i] for i in group], reach, q0)
+            bound = bind(model, nudged, emg)
+            drive = drive_muscles(bound, emg, dt, substeps) if drives else base_drive
+            moved = step(bound.along(1), before, drive) - after
+            forcing[..., group] = (moved / nudges.reshape(-1, *(1,) * after.ndim)).movedim(0, -1)
+            shifted = initial_state(bound, drive, q0, qdot0) - base_start
+            begin[..., group] = (shifted / nudges.reshape(-1, *(1,) * base_start.ndim)).movedim(0, -1)
+    for i, shift in enumerate(((NUDGE, 0.0), (0.0, NUDGE)) if starts else (), start=len(wrt)):
+        begin[..., i] = (initial_state(base, base_drive, q0 + shift[0], qdot0 + shift[1]) - base_start) / NUDGE
+    return _recur(linear.jacobian, forcing, begin)
 
 
 def _observed(
@@ -223,15 +227,30 @@ def _observed(
     derivatives = []
     for i, (name, scale) in enumerate(wrt):
         nudge = reach * scale
-        bound = bind(model, _nudged(model, params, name, nudge, emg), emg).along(1) if name else base
         moved = linear.at + nudge * tangent[..., i]
-        derivatives.append((observe(bound, moved[..., 0], moved[..., 1], dt) - angle) / nudge)
+        bound = base
+        if name:
+            nudged, _ = _nudged(model, params, [(name, scale)], reach, linear.at[..., 0, 0])
+            bound = bind(model, nudged, emg).along(1)
+            moved = moved.unsqueeze(0)
+        derivatives.append((observe(bound, moved[..., 0], moved[..., 1], dt).reshape(angle.shape) - angle) / nudge)
     return torch.stack(derivatives)
 
 
-def _nudged(model: Model, params: Params, name: str, nudge: float, like: Tensor) -> Params:
-    value = torch.as_tensor(params.get(name, model.defaults[name]), dtype=like.dtype, device=like.device)
-    return {**params, name: value + nudge}
+def _nudged(
+    model: Model, params: Params, wrt: list[tuple[str, float]], reach: float, like: Tensor
+) -> tuple[dict[str, Tensor], Tensor]:
+    """Parameters with one more axis in front, along which one after the other is nudged, and the nudges (P,).
+
+    Args:
+        like: a tensor (..., T).
+    """
+    nudges = reach * torch.tensor([scale for _, scale in wrt], dtype=like.dtype, device=like.device)
+    moved = dict(params)
+    for name, shift in zip((name for name, _ in wrt), torch.diag(nudges), strict=True):
+        value = torch.as_tensor(params.get(name, model.defaults[name]), dtype=like.dtype, device=like.device)
+        moved[name] = value + shift.reshape(-1, *(1,) * like.ndim)
+    return moved, nudges
 
 
 def _drives(model: Model, name: str) -> bool:
