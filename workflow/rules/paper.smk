@@ -10,25 +10,41 @@ rule paper:
         expand("results/paper/{run}/{figure}.png", run=PAPER_RUNS, figure=["metrics", "predictions", "parameters"]),
 
 
+rule score_one_step:
+    input:
+        checkpoints=paper_runs("scale-0.pt"),
+        trials=expand("results/data/{dataset}/trials.parquet", dataset=PAPER_CASES + PAPER_SUBJECTS),
+    output:
+        scores="results/paper/one_step.csv",
+    log:
+        "results/logs/score_one_step.log",
+    params:
+        code=digest_layers("learning/paper"),
+    script:
+        "../scripts/score_one_step.py"
+
+
 rule compare_paper:
     input:
         cases=paper_evaluations(PAPER_CASES, "paper"),
-        derivatives=[
-            "results/learning/case1/base/paper/3-scale/evaluation.csv",
-            "results/learning/case1/base/paper_time/3-scale/evaluation.csv",
-        ],
+        choices=expand(PAPER_CHOICE, recipe=PAPER_CHOICES, file="evaluation.csv"),
+        histories=expand(PAPER_CHOICE, recipe=PAPER_CHOICES, file="history-0.parquet"),
         subject=paper_evaluations(PAPER_SUBJECTS, "paper_subject"),
+        one_step="results/paper/one_step.csv",
     output:
         page="results/paper/tables.md",
         table3="results/paper/table3.csv",
         table4="results/paper/table4.csv",
         table5="results/paper/table5.csv",
+        choices="results/paper/choices.csv",
         scales="results/paper/scales.png",
         errors="results/paper/errors.png",
         derivatives="results/paper/derivatives.png",
     log:
         "results/logs/compare_paper.log",
     params:
+        recipes={name: dump(SETTINGS.learning.recipes[name]) for name in PAPER_CHOICES},
+        identify={name: public(DATASETS[name])["identify"] for name in PAPER_SUBJECTS},
         code=digest_layers("learning/paper", drawing=True),
     script:
         "../scripts/compare_paper.py"

@@ -6,17 +6,22 @@ import pandas as pd
 
 from myowave.job import job_log
 from myowave.learning.paper import figures, tables
-from myowave.learning.tables import read_evaluations
+from myowave.learning.paper.page import write_page
+from myowave.learning.tables import join_histories, read_evaluations
 from myowave.plotting import save
 
-output = snakemake.output
+output, recipes = snakemake.output, snakemake.params.recipes
 with job_log("compare with the paper", snakemake.log[0]):
     cases, subject = read_evaluations(snakemake.input.cases), read_evaluations(snakemake.input.subject)
-    derivatives = read_evaluations(snakemake.input.derivatives)
-    Path(output.page).write_text(tables.write_page(cases, derivatives, subject), encoding="utf-8")
-    tables.parameter_errors(pd.concat([cases, derivatives]).drop_duplicates()).to_csv(output.table3, index=False)
-    tables.scores_by_scales(subject).to_csv(output.table4, index=False)
-    tables.identified_values(subject).to_csv(output.table5, index=False)
+    chosen, one_step = read_evaluations(snakemake.input.choices), pd.read_csv(snakemake.input.one_step)
+    histories = {Path(path).parts[-3]: join_histories(Path(path).parent, 1) for path in snakemake.input.histories}
+    errors, scores = tables.parameter_errors(cases), tables.scores_by_scales(subject)
+    choices = tables.compare_choices(chosen, one_step, histories, recipes)
+    values = tables.identified_values(subject, snakemake.params.identify)
+    page = write_page(cases, subject, one_step, errors, choices, values, scores)
+    Path(output.page).write_text(page, encoding="utf-8")
+    for table, path in ((errors, "table3"), (scores, "table4"), (values, "table5"), (choices, "choices")):
+        table.to_csv(output[path], index=False)
     save(figures.draw_scales(cases, subject), output.scales)
     save(figures.draw_errors(cases), output.errors)
-    save(figures.draw_derivatives(derivatives), output.derivatives)
+    save(figures.draw_derivatives(histories, tables.true_values(chosen), recipes), output.derivatives)

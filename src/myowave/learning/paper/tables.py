@@ -4,6 +4,7 @@ Source of all printed values: Taneja et al. 2023, Tables 3 to 5 (mean and standa
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -26,6 +27,8 @@ PRINTED_VALUES = {  # Table 5: identified (mean, SD) and literature (low, high),
     "f0_Tri": ((758.36, 0.5), (554.4, 2332.916)),
     "l0_Tri": ((0.069, 0.001), (0.067, 0.087)),
 }
+RECORDED_WITH = {"f0_Bi": 300.0, "l0_Bi": 0.6, "f0_Tri": 300.0, "l0_Tri": 0.4}  # data/bench_elbow/README.md, SI units
+AT_LIMIT = 0.02  # share of a parameter's reach from an end that counts as at the end
 CLEAR = 2.0  # standard errors from 0 from which a difference is more than the scatter of seeds
 
 
@@ -86,11 +89,21 @@ def scores_by_scales(summary: pd.DataFrame, printed: Mapping[int, tuple[float, f
     return pd.DataFrame(rows)
 
 
-def identified_values(summary: pd.DataFrame) -> pd.DataFrame:
-    """Table 5: identified parameters, mean and SD over seeds, beside the printed ones (another subject)."""
+def identified_values(summary: pd.DataFrame, identify: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
+    """Table 5: identified parameters, mean and SD over seeds, what the search could reach, and what the paper prints.
+
+    Args:
+        summary: rows of evaluation.csv.
+        identify: {dataset: its section `identify`}.
+
+    Returns:
+        A row a dataset, number of scales and parameter. `at_limit`: seeds within 2 % of the reach from either end.
+    """
     rows = []
     for (dataset, scales), group in summary.groupby(["dataset", "scales"]):
         for name, (identified, literature) in PRINTED_VALUES.items():
+            low, high = reach(identify[dataset][name])
+            margin = AT_LIMIT * (high - low)
             rows.append(
                 {
                     "dataset": dataset,
@@ -98,12 +111,70 @@ def identified_values(summary: pd.DataFrame) -> pd.DataFrame:
                     "parameter": name,
                     "value": group[name].mean(),
                     "sd": group[name].std(ddof=0),
+                    "reach_low": low,
+                    "reach_high": high,
+                    "at_limit": int(((group[name] < low + margin) | (group[name] > high - margin)).sum()),
+                    "recorded_with": RECORDED_WITH[name],
                     "paper_value": identified[0],
                     "paper_sd": identified[1],
-                    "literature_low": literature[0],
-                    "literature_high": literature[1],
+                    "paper_literature_low": literature[0],
+                    "paper_literature_high": literature[1],
                 }
             )
+    return pd.DataFrame(rows)
+
+
+def reach(wanted: Mapping[str, Any]) -> tuple[float, float]:
+    """Values an entry of `identify` can take: (0, mean of the literature) with Eq. 41 as printed, or its bounds."""
+    if wanted.get("literature"):
+        return 0.0, float(np.mean(wanted["literature"]))
+    return float(wanted["low"]), float(wanted["high"])
+
+
+def true_values(summary: pd.DataFrame) -> dict[str, float]:
+    """True values of `PARAMETERS`, from values and errors of a simulated case."""
+    first = summary.iloc[0]
+    return {name: float(first[name] / (1 + first[f"{name}_error_pct"] / 100)) for name in PARAMETERS}
+
+
+def compare_choices(
+    summary: pd.DataFrame,
+    one_step: pd.DataFrame,
+    histories: Mapping[str, pd.DataFrame],
+    recipes: Mapping[str, Mapping[str, Any]],
+) -> pd.DataFrame:
+    """What each choice of the recipe does: scores and parameters, mean and SD over seeds.
+
+    Args:
+        summary: rows of evaluation.csv of one case, one recipe each.
+        one_step: from `one_step.tabulate_one_step`.
+        histories: {recipe: its history}.
+        recipes: {recipe: its settings}, in the order of the rows.
+
+    Returns:
+        A row a recipe, in this order; `data_loss` [rad^2] and `weighted_residual` (beta J_res) of the last epoch.
+    """
+    rows = []
+    for recipe, settings in recipes.items():
+        runs = summary[summary["recipe"] == recipe]
+        forced = one_step.merge(runs[["dataset", "recipe", "scales", "seed"]])["test_r2_one_step"]
+        history = histories[recipe]
+        last = history[history["epoch"] == history["epoch"].max()]
+        errors = runs[[f"{name}_error_pct" for name in PARAMETERS]]
+        rows.append(
+            {
+                "recipe": recipe,
+                **{key: settings[key] for key in ("derivative", "beta", "history_noise", "epochs")},
+                "one_step_r2": forced.mean(),
+                "one_step_r2_sd": forced.std(ddof=0),
+                "test_r2": runs["test_r2"].mean(),
+                "test_r2_sd": runs["test_r2"].std(ddof=0),
+                "worst_error_pct": errors.mean().abs().max(),
+                "worst_sd_pct": errors.std(ddof=0).max(),
+                "data_loss": last["data_loss"].mean(),
+                "weighted_residual": settings["beta"] * last["residual_loss"].mean(),
+            }
+        )
     return pd.DataFrame(rows)
 
 
@@ -132,40 +203,3 @@ def judge_scales(summary: pd.DataFrame) -> pd.DataFrame:
             }
         )
     return pd.DataFrame(rows)
-
-
-def write_page(cases: pd.DataFrame, derivatives: pd.DataFrame, subject: pd.DataFrame) -> str:
-    """All tables as one page of Markdown.
-
-    Args:
-        cases: evaluations of Sec. 4.
-        derivatives: of the case with either derivative in the residual.
-        subject: of Sec. 5's protocol.
-    """
-    sections = {
-        "Table 3: error of the identified parameters [%], mean and SD over seeds": parameter_errors(cases),
-        "Test errors of Sec. 4 (the paper shows them as Fig. 8, without numbers)": scores_by_scales(cases, {}),
-        "Derivatives along the sequence (paper) and by autodiff over t_n (paper_time)": parameter_errors(
-            derivatives
-        ).drop(columns=["paper_error_pct", "paper_sd_pct"]),
-        "Table 4: test errors with Sec. 5's protocol; the paper's are of its own subject": scores_by_scales(subject),
-        "Table 5: identified parameters; the paper's are of its own subject": identified_values(subject),
-        "Do more scales help? Test R2 with the most scales less that with one, seed by seed": pd.concat(
-            [judge_scales(cases), judge_scales(subject)]
-        ),
-    }
-    parts = [f"## {heading}\n\n{_markdown(table)}\n" for heading, table in sections.items()]
-    return "# The paper's own recipe, beside its printed values\n\n" + "\n".join(parts)
-
-
-def _markdown(table: pd.DataFrame) -> str:
-    lines = ["| " + " | ".join(table.columns) + " |", "|" + "---|" * len(table.columns)]
-    for row in table.itertuples(index=False):
-        lines.append("| " + " | ".join(_cell(value) for value in row) + " |")
-    return "\n".join(lines)
-
-
-def _cell(value: object) -> str:
-    if isinstance(value, float):
-        return "" if np.isnan(value) else f"{value:.4g}"
-    return str(value)

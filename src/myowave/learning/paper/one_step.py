@@ -1,0 +1,43 @@
+"""Test scores one step ahead (Fig. 4a: every measured angle given), beside the free-running ones of evaluation.csv."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import pandas as pd
+import torch
+
+from myowave.data.store import read_trials
+from myowave.data.trials import Trials
+from myowave.learning.checkpoint import Checkpoint
+from myowave.learning.evaluation import r_squared
+from myowave.learning.prediction import Network, predict_teacher_forced, to_tensors
+
+
+def score_one_step(checkpoint: Checkpoint, trials: Trials) -> list[float]:
+    """Test R2 of each seed, the mean over test trials, without the samples that are given."""
+    network = Network.of(checkpoint)
+    emg, angle = to_tensors(trials.select(trials.test), network.weights["hidden"].device)
+    with torch.no_grad():
+        predicted = predict_teacher_forced(network, network.encode(emg, trials.dt), angle)
+    lengths = [trials.lengths[t] for t in trials.index(trials.test)]
+    given = network.history
+    scores = [r_squared(angle[t, given:n], predicted[:, t, given:n]) for t, n in enumerate(lengths)]
+    return torch.stack(scores).mean(0).tolist()
+
+
+def tabulate_one_step(checkpoints: Iterable[str], trials: Iterable[str]) -> pd.DataFrame:
+    """A row a run and seed: dataset, recipe, scales, seed, test_r2_one_step.
+
+    Args:
+        checkpoints: paths that end in `{dataset}/{model}/{recipe}/{scales}-scale/{file}`.
+        trials: of all their datasets.
+    """
+    read = [read_trials(path) for path in trials]
+    by_dataset = {each.dataset: each for each in read}
+    frames = []
+    for path in checkpoints:
+        checkpoint, recipe = Checkpoint.load(path), Path(path).parts[-3]
+        run = {"dataset": checkpoint.dataset, "recipe": recipe, "scales": checkpoint.scales}
+        scores = score_one_step(checkpoint, by_dataset[checkpoint.dataset])
+        frames.append(pd.DataFrame({**run, "seed": list(checkpoint.seeds), "test_r2_one_step": scores}))
+    return pd.concat(frames, ignore_index=True)
