@@ -26,10 +26,11 @@ def work_done(torque, begin, end):
     return (torque(q.flatten()).reshape(q.shape) * torch.from_numpy(weights) * half).sum()
 
 
-def test_torque_of_gravity_is_the_slope_of_the_energy_of_a_raised_mass(elbow):
-    bound = bind(elbow, {"mass": 1.7, "length": 0.4, "load": 0.6}, ANGLES)
+@pytest.mark.parametrize("tilt", [0.0, 0.5])
+def test_torque_of_gravity_is_the_slope_of_the_energy_of_a_raised_mass(elbow, tilt):
+    bound = bind(elbow, {"mass": 1.7, "length": 0.4, "load": 0.6, "tilt": tilt}, ANGLES)
     gravity = torques(bound, ANGLES, REST, INACTIVE, {}).gravity
-    height = lambda q: -0.4 * torch.cos(q)  # noqa: E731
+    height = lambda q: -0.4 * torch.cos(q + tilt)  # noqa: E731
     torch.testing.assert_close(gravity, -slope(lambda q: (1.7 + 0.6) * 9.80665 * height(q), ANGLES), rtol=0, atol=1e-8)
 
 
@@ -99,6 +100,15 @@ def test_a_load_is_the_same_motion_as_weaker_muscles(elbow, noisy_emg, dt):
     weaker = simulate(elbow, {"f0_Bi": 300 / (1 + load), "f0_Tri": 300 / (1 + load)}, emg, dt, 1.0)
     assert (loaded.q - simulate(elbow, {}, emg, dt, 1.0).q).abs().max() > 0.05
     torch.testing.assert_close(loaded.q, weaker.q, rtol=0, atol=1e-9)
+
+
+def test_a_known_tilt_in_one_trial_is_the_effect_there_and_adds_to_it(elbow, noisy_emg, dt):
+    emg = noisy_emg[0.10][:2, :150]
+    model = elbow.with_effects([catalogue()["gravity_tilt"]])
+    known = simulate(model, {"tilt": torch.tensor([0.0, 0.3]), "gravity_tilt.phi": 0.1}, emg, dt, 1.0)
+    effect = simulate(model, {"gravity_tilt.phi": torch.tensor([0.1, 0.4])}, emg, dt, 1.0)
+    torch.testing.assert_close(known.q, effect.q, rtol=0, atol=1e-6)
+    assert (known.q - simulate(elbow, {}, emg, dt, 1.0).q).abs().amax(-1).min() > 0.02
 
 
 def test_an_emg_gain_is_strength_where_activation_is_proportional_to_emg(elbow, noisy_emg, dt):

@@ -18,7 +18,7 @@ def build_model(name: str, physics: Physics) -> Model:
     """
     base = Model(
         muscles=tuple(_muscle(name, muscle) for name, muscle in physics.muscles.items()),
-        joint={"mass": physics.joint.mass_kg, "length": physics.joint.length_m, "load": 0.0},
+        joint={"mass": physics.joint.mass_kg, "length": physics.joint.length_m, "load": 0.0, "tilt": 0.0},
         curves=Curves(
             active_length=ACTIVE_LENGTH[physics.curves.active_length],
             passive=PASSIVE[physics.curves.passive],

@@ -4,7 +4,7 @@ An effect's `function` takes *quantities* as ordinary arguments, by the names be
 keyword-only arguments. It returns what its stage names. With all parameters at 0 it must change nothing.
 
     stage         function returns                              quantities it may ask for
-    constants     {constant: new value}                         every constant (f0, l0, ..., mass, length, load)
+    constants     {constant: new value}                         every constant (f0, l0, ..., mass, length, load, tilt)
     excitation    u, muscles on the last axis (..., M)          excitation, side
     activation    a (..., M)                                    excitation, activation, side [, state]
     path          (length [m], moment arm [m]) (..., M)         q, length_mt, moment_arm, constants of the muscles

@@ -23,7 +23,7 @@ def trial_elbow() -> Model:
     flexor = {**shared, "l0": 0.6, "vmax": 6.0, "slack": 0.55, "l1": 0.3, "l2": 0.8}
     extensor = {**shared, "l0": 0.4, "vmax": 4.0, "slack": 0.33, "l1": 0.2, "l2": 0.7}
     muscles = (Muscle("Bi", FLEXOR, "emg_biceps", flexor), Muscle("Tri", EXTENSOR, "emg_triceps", extensor))
-    return Model(muscles, {"mass": 1.0, "length": 1.0, "load": 0.0})
+    return Model(muscles, {"mass": 1.0, "length": 1.0, "load": 0.0, "tilt": 0.0})
 
 
 def check_effect(effect: Effect, model: Model | None = None) -> None:

@@ -10,6 +10,7 @@ JOINT_CONSTANTS = {
     "mass": ("kg", "forearm mass, at the wrist"),
     "length": ("m", "forearm length"),
     "load": ("kg", "known mass held in the hand"),
+    "tilt": ("rad", "known lean of the upper arm from the vertical, forward positive"),
 }
 
 
@@ -27,13 +28,14 @@ def weight(*, mass: Tensor, length: Tensor, load: Tensor) -> Tensor:
     return (mass + load) * (STANDARD_GRAVITY * length)
 
 
-def gravity_torque(q: Tensor, weight: Tensor) -> Tensor:
-    """Torque of gravity about the elbow [N m], E(q) = -(m + load) g l sin(q); negative where it extends the elbow.
+def gravity_torque(q: Tensor, weight: Tensor, tilt: Tensor | None = None) -> Tensor:
+    """Torque of gravity about the elbow [N m], E(q) = -(m + load) g l sin(q + tilt); negative where it extends the arm.
 
     Args:
-        q: elbow angle [rad], any shape; 0 hangs straight down, positive in flexion.
+        q: elbow angle [rad], any shape; at 0 the arm is straight, positive in flexion.
         weight: moment of the weight with the forearm level [N m], see `weight`.
+        tilt: lean of the upper arm [rad], forward positive; None where it hangs vertically.
 
-    Source: Taneja et al. 2023, Eq. 56.
+    Source: Taneja et al. 2023, Eq. 56, with the forearm's angle to the vertical q + tilt.
     """
-    return -weight * torch.sin(q)
+    return -weight * torch.sin(q if tilt is None else q + tilt)

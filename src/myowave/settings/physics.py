@@ -48,6 +48,6 @@ class Physics(Section):
 
     @property
     def parameters(self) -> set[str]:
-        """Names of all physical constants: `f0_Bi`, ..., `mass`, `length`, `load`."""
+        """Names of all physical constants: `f0_Bi`, ..., `mass`, `length`, `load`, `tilt`."""
         kinds = ("f0", "l0", "vmax", "slack", "pennation", "l1", "l2", "delay", "shape")
-        return {f"{kind}_{muscle}" for kind in kinds for muscle in self.muscles} | {"mass", "length", "load"}
+        return {f"{kind}_{muscle}" for kind in kinds for muscle in self.muscles} | {"mass", "length", "load", "tilt"}
