@@ -76,6 +76,7 @@ def verdict(subject: str, effects: list[str], errors: list[float]) -> dict:
     models = ["+".join(["base", *effects[:i]]) for i in range(len(errors))]
     return {
         "dataset": subject, "verdict": "named" if effects else "adequate", "effects": effects,
+        "model": models[-1],
         "rmse_deg": {m: {"train": e, "heldout": 2 * e, "noise": 1.0} for m, e in zip(models, errors, strict=True)},
         "parameters": {m: {"f0_Bi": {"value": 300.0 + e, "se": 1.0}} for m, e in zip(models, errors, strict=True)},
     }  # fmt: skip

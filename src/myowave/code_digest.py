@@ -2,8 +2,8 @@
 
 The layers stand on one another, so a layer's digest covers those before it. On a layer grow branches, such as the sweep
 on learning: they use the layer, nothing in a layer uses them, so they count only where they are asked for. Comments,
-layout and docstrings do not count: they change no result. Modules called `figures.py` and `page.py` show results and
-make none, so they count only for drawing.
+layout and docstrings do not count: they change no result. Modules called `figures.py` and `page.py`, and those in a
+folder `figures`, show results and make none, so they count only for drawing.
 """
 
 import ast
@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-SHOWING = ("figures.py", "page.py")
+SHOWING, FOLDER_OF_FIGURES = ("figures.py", "page.py"), "figures"
 LAYERS = ("physics", "data", "learning", "diagnosis")
 BRANCHES = (
     "learning/sweep", "learning/paper", "learning/streaming.py", "diagnosis/study.py", "diagnosis/subjects",
@@ -50,6 +50,11 @@ def is_branch(path: str) -> bool:
     return any(path == branch or path.startswith(branch + "/") for branch in BRANCHES)
 
 
+def is_showing(path: Path) -> bool:
+    """Whether a module shows results and makes none."""
+    return path.name in SHOWING or path.parent.name == FOLDER_OF_FIGURES
+
+
 @cache
 def _digest_modules(source: Path, part: str, drawing: bool) -> bytes:
     """Digest of the modules below a layer, without its branches, or of those of a branch."""
@@ -57,7 +62,7 @@ def _digest_modules(source: Path, part: str, drawing: bool) -> bytes:
     found = sorted((source / part).rglob("*.py")) if (source / part).is_dir() else [source / part]
     for path in found:
         name = path.relative_to(source).as_posix()
-        if (path.name in SHOWING and not drawing) or (part in LAYERS and is_branch(name)):
+        if (is_showing(path) and not drawing) or (part in LAYERS and is_branch(name)):
             continue
         digest.update(name.encode())
         digest.update(_digest_file(path))

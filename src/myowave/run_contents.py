@@ -193,32 +193,35 @@ def from_sweep(swept: Swept) -> RunGroup:
     return RunGroup(SWEEPS, _digest({}, files), parent, tuple(children))
 
 
-def from_diagnosis(folder: Path, pictures: Path) -> RunGroup:
+def from_diagnosis(folder: Path, pictures: Path, benchmark: Path) -> RunGroup:
     """A run with the verdict and its curves against the number of effects, and below it a run for each fitted model.
 
     Args:
         folder: holds verdict.json, verdict.html and the tables.
         pictures: holds the figures.
+        benchmark: Snakemake's record of how long the job took, written at its end.
     """
     path = folder / "verdict.json"
     verdict = json.loads(path.read_text(encoding="utf-8"))
     ladder = pd.read_csv(folder / "ladder.csv").set_index("model")
     errors = ladder.select_dtypes("number")
-    dataset, last = verdict["dataset"], ladder.index[-1]
+    dataset, found = verdict["dataset"], verdict["model"]
+    climbed = errors[~ladder["named"]]
     tags = {"dataset": dataset, "verdict": verdict["verdict"]}
-    when = {"finished": path.stat().st_mtime, "duration_s": 0.0}
+    when = {"finished": benchmark.stat().st_mtime, "duration_s": float(pd.read_csv(benchmark, sep="\t")["s"].iloc[0])}
     files = [path, folder / "verdict.html", *sorted(folder.glob("*.csv")), *sorted(pictures.glob("*.png"))]
+    add = f"Add what was found:\n\n    {verdict['command']}\n\n" if verdict["effects"] else ""
     page = f"The whole story is in `{folder}/verdict.html`, attached."
     columns = ["train_rmse_deg", "heldout_rmse_deg", "noise_deg", "missing_torque_Nm"]
     parent = RunContent(
         name=f"{dataset}: {verdict['verdict']}",
         job_key=f"diagnosis/{dataset}",
-        params={"dataset": dataset, "model": last, "effects": ", ".join(verdict["effects"]) or "none"},
-        metrics=errors.loc[last].to_dict(),
-        description=f"{verdict['sentence']}\n\n{verdict['where']}\n\n{_markdown(errors[columns])}\n\n{page}",
+        params={"dataset": dataset, "model": found, "effects": ", ".join(verdict["effects"]) or "none"},
+        metrics=errors.loc[found].to_dict(),
+        description=f"{verdict['sentence']}\n\n{verdict['where']}\n\n{_markdown(errors[columns])}\n\n{add}{page}",
         tags=tags | {"kind": "verdict"},
         **when,
-        curves=errors.set_index(errors["effects"].rename("epoch"))[columns],
+        curves=climbed.set_index(climbed["effects"].rename("epoch"))[columns],
         artifacts=files,
     )
     children = [

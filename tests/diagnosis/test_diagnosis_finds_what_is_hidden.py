@@ -69,6 +69,28 @@ def test_every_table_has_rows_for_every_model(damped):
     assert np.sqrt((training**2).mean()) == pytest.approx(verdict_summary(damped)["rmse_deg"]["base"]["train"])
 
 
+def test_a_model_that_somebody_names_has_a_rung_of_its_own(make_trials, base, few, identify):
+    """Beside what the search visits: fitted, tried on the held-out trial, in all tables, and without a say."""
+    trials = make_trials({"joint_damping": {"c": 1.5}})
+    candidates = [few[n] for n in ("joint_damping", "gravity_tilt")]
+    both, tilt = base.with_effects(few[n] for n in ("joint_damping", "gravity_tilt")), [few["gravity_tilt"]]
+    found = diagnose(trials, base, candidates, identify, SETTINGS, models=[base, base.with_effects(tilt), both])
+    summary = verdict_summary(found)
+    assert summary["effects"] == ["joint_damping"] and summary["model"] == "base+joint_damping"
+    assert [rung.name for rung in found.named] == ["base+gravity_tilt", both.name], "base is on the ladder already"
+    rmse = summary["rmse_deg"]
+    assert rmse["base+gravity_tilt"]["train"] < rmse["base"]["train"]
+    assert (
+        rmse[both.name]["train"]
+        <= rmse["base+joint_damping"]["train"] * (1 + 1e-6)
+        < rmse["base+gravity_tilt"]["train"]
+    )
+    assert set(summary["parameters"]["base+gravity_tilt"]) == {*identify, "gravity_tilt.phi"}
+    ladder = TABLES["ladder"](found).set_index("model")
+    assert ladder["named"].to_dict() == {name: name not in ("base", "base+joint_damping") for name in rmse}
+    assert ladder["heldout_rmse_deg"].notna().all()
+
+
 def test_the_test_trial_takes_no_part_in_any_decision(damped, make_trials, base, few, identify):
     trials = make_trials({"joint_damping": {"c": 1.5}})
     trials.angle[trials.index(["4"])] += 0.2

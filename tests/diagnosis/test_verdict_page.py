@@ -2,12 +2,14 @@
 
 import json
 import re
+import shlex
 from html.parser import HTMLParser
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from myowave.diagnosis.command import adding_command
 from myowave.diagnosis.diagnose import diagnose
 from myowave.diagnosis.figures import draw_diagnosis
 from myowave.diagnosis.ladder import join_ladder, join_parameters
@@ -34,7 +36,9 @@ def truth(base):
 @pytest.fixture(scope="module")
 def verdict(diagnosis, truth):
     """As it comes back from the file."""
-    return json.loads(json.dumps(add_errors(verdict_summary(diagnosis), truth)))
+    summary = verdict_summary(diagnosis)
+    command = adding_command(summary["dataset"], summary["model"], recipes=["rollout"])
+    return json.loads(json.dumps({**add_errors(summary, truth), "command": command}))
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +65,7 @@ def story(diagnosis, verdict, tables, network, tmp_path_factory):
     parameters = join_parameters(verdict, [network], units)
     folder = tmp_path_factory.mktemp("pictures")
     watched = tables | {"ladder": ladder, "parameters": parameters}
-    figures = draw_diagnosis(watched, predictions_table(diagnosis), verdict["where"])
+    figures = draw_diagnosis(watched, predictions_table(diagnosis), verdict)
     for name, figure in figures.items():
         save(figure, folder / f"{name}.png")
     images = {name: folder / f"{name}.png" for name in figures}
@@ -84,6 +88,20 @@ def test_verdict_json_says_what_was_found_and_how_well(verdict):
         assert all(set(entry) == {"value", "se", "error_pct"} for entry in values.values())
     found = verdict["parameters"]["base+joint_damping"]["joint_damping.c"]
     assert found["error_pct"] == pytest.approx(100 * (found["value"] / 0.6 - 1))
+
+
+def test_the_command_trains_every_recipe_with_the_settings_of_the_run(verdict):
+    settings = ["config.yaml", "my settings.yaml"]
+    command = adding_command("elbow", "base+joint_damping", recipes=["rollout", "paper"], config_files=settings)
+    calls = [shlex.split(call) for call in command.split(" && ")]
+    assert len(calls) == 2 and all(call[:3] == ["snakemake", "--cores", "2"] for call in calls)
+    assert all(call[-3:] == ["--configfile", *settings] for call in calls), "the option takes all that follows it"
+    trained, shown = (call[3:-3] for call in calls)
+    assert [path.split("/")[2:5] for path in trained] == [
+        ["elbow", "base+joint_damping", recipe] for recipe in ("rollout", "paper")
+    ]
+    assert shown == ["results/diagnosis/elbow/verdict.html"]
+    assert "--configfile" not in verdict["command"], "none was given"
 
 
 def test_without_a_truth_no_error_is_claimed(diagnosis):

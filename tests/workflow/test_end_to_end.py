@@ -1,11 +1,17 @@
 """The whole main job at a size that takes seconds: a simulated and a measured dataset, two scales, two seeds."""
 
+import json
+import shlex
+
 import pandas as pd
 import pytest
 from project_copy import Project, copy_project
 
 TINY = {
-    "targets": {"datasets": ["case1", "bench_elbow"], "models": {"bench_elbow": ["base+joint_damping"]}, "scales": [2]},
+    "targets": {
+        "datasets": ["case1", "bench_elbow"], "models": {"bench_elbow": ["base+joint_damping"]}, "scales": [2],
+        "follow_verdict": ["bench_elbow"],
+    },
     "data": {"datasets": {"case1": {"samples": 120}}},
     "learning": {"seeds": 2, "recipes": {"rollout": {"epochs": 8, "hidden": 4, "simulated_trials": 2}}},
 }
@@ -23,12 +29,19 @@ def run(tmp_path_factory) -> Project:
     return project
 
 
-def test_the_summary_has_a_row_for_each_seed_of_each_combination(run):
+@pytest.fixture(scope="module")
+def verdict(run) -> dict:
+    return json.loads((run.folder / "results/diagnosis/bench_elbow/verdict.json").read_text())
+
+
+def test_the_summary_has_a_row_for_each_seed_of_each_combination(run, verdict):
     table = pd.read_csv(run.folder / "results/summary.csv")
     assert list(table.columns[: len(COLUMNS)]) == COLUMNS
     keys = set(table[["dataset", "model", "scales", "seed"]].itertuples(index=False, name=None))
     expected = {("case1", "base", 2, 0), ("case1", "base", 2, 1)}
-    expected |= {("bench_elbow", "base+joint_damping", 2, seed) for seed in (0, 1)}
+    models = {"base+joint_damping", verdict["model"]}
+    expected |= {("bench_elbow", model, 2, seed) for model in models for seed in (0, 1)}
+    assert len(models) == 2, "the network that follows the verdict is one of its own"
     assert keys == expected and len(table) == len(expected)
     assert table[COLUMNS].notna().all(axis=None)
     simulated, measured = table[table["dataset"] == "case1"], table[table["dataset"] == "bench_elbow"]
@@ -48,6 +61,18 @@ def test_every_picture_and_log_is_there(run):
     log = run.folder / "results/logs/train_scale/case1/base/rollout/2-scale/scale-1.log"
     lines = log.read_text().splitlines()
     assert lines[0] == "train case1 base rollout 2-scale, scale -1" and lines[-1].startswith("4/4 (100%) loss")
+
+
+def test_the_ladder_shows_the_physics_and_the_network_of_the_verdict(run, verdict):
+    watched = pd.read_csv(run.folder / "results/diagnosis/bench_elbow/watch.csv")
+    shown = watched[watched["model"] == verdict["model"]].set_index("source")["heldout_rmse_deg"]
+    assert set(shown.index) == {"physics", "network, rollout, 2-scale"} and (shown > 0).all()
+
+
+def test_the_printed_command_makes_what_was_found_with_the_settings_of_the_run(run, verdict):
+    train, show = (shlex.split(call)[1:] for call in verdict["command"].split(" && "))
+    assert run.planned(*train) == {"draw_models": 1}, "two scales, as laid over, are trained already"
+    assert run.planned(*show) == {}
 
 
 def test_the_runs_are_in_mlflow(run):

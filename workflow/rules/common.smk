@@ -1,7 +1,9 @@
 # The configuration, checked; and what the rules are given of it and of the code.
 import json
+import os
 import sys
 from glob import glob
+from types import SimpleNamespace
 
 from snakemake.exceptions import WorkflowError
 
@@ -14,6 +16,9 @@ try:
     check_effects(SETTINGS)
 except ValueError as error:
     sys.exit(f"The configuration has problems; nothing was run.\n{error}\n`myowave settings` lists all keys.")
+
+# What this run was given after --configfile, as one would type it here.
+CONFIG_FILES = [os.path.relpath(path) for path in workflow.overwrite_configfiles]
 
 # Jobs see their rule's params, not the configuration: it may hold what is hidden in a dataset.
 config.clear()
@@ -173,11 +178,11 @@ def sweep_section(*left_out):
 def found_model(dataset):
     """The model that the diagnosis of a dataset found."""
     summary = checkpoints.diagnose_dataset.get(dataset=dataset).output.summary
-    return list(json.loads(Path(summary).read_text(encoding="utf-8"))["rmse_deg"])[-1]
+    return json.loads(Path(summary).read_text(encoding="utf-8"))["model"]
 
 
 def networks_of(wildcards):
-    """Evaluations of the networks of a dataset that `rule all` trains."""
+    """Evaluations of the networks of a dataset that `rule all` trains; those that follow a verdict come last."""
     dataset, targets, pattern = wildcards.dataset, SETTINGS.targets, f"results/learning/{LADDER}/evaluation.csv"
     if dataset not in targets.datasets:
         return []
@@ -186,6 +191,12 @@ def networks_of(wildcards):
     if dataset in targets.follow_verdict:
         paths += expand(pattern, model=found_model(dataset), scales=min(targets.scales), **named)
     return list(dict.fromkeys(paths))
+
+
+def evaluations(wildcards):
+    """Evaluations of all networks that `rule all` trains. Which ones follow a verdict is known after the diagnosis."""
+    of_dataset = (networks_of(SimpleNamespace(dataset=dataset)) for dataset in SETTINGS.targets.datasets)
+    return [path for paths in of_dataset for path in paths]
 
 
 def networks_beside(wildcards, input):
@@ -199,9 +210,9 @@ def verdicts(wildcards):
 
 
 def published_diagnoses():
-    """(folder of the results, folder of the pictures) of every diagnosis that MLflow shows."""
+    """(folder of the results, folder of the pictures, time it took) of every diagnosis that MLflow shows."""
     return [
-        (DIAGNOSIS.format(dataset=dataset), DIAGNOSIS_PICTURES.format(dataset=dataset))
+        [part.format(dataset=dataset) for part in (DIAGNOSIS, DIAGNOSIS_PICTURES, DIAGNOSIS_TIME)]
         for dataset in SETTINGS.targets.datasets
     ]
 
@@ -209,10 +220,13 @@ def published_diagnoses():
 # ---- tracking
 
 
-def published_models():
-    """(evaluation, figures) of every trained model that MLflow shows."""
-    evaluations = for_targets(f"results/learning/{LADDER}/evaluation.csv")
-    return [(path, figures_of("/".join(Path(path).parts[2:5]))) for path in evaluations]
+def published_models(wildcards, input):
+    """(evaluation, figures) of every trained model that MLflow shows; what follows a verdict has no figures."""
+    drawn = set(input.figures)
+    return [
+        (path, [figure for figure in figures_of("/".join(Path(path).parts[2:5])) if figure in drawn])
+        for path in input.evaluations
+    ]
 
 
 def published_sweeps(pattern):

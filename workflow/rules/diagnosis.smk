@@ -1,6 +1,7 @@
 # Compare with the trials, see where the model fails, learn which effect is missing, add it, watch the error fall.
 DIAGNOSIS = "results/diagnosis/{dataset}"
 DIAGNOSIS_PICTURES = "results/figures/{dataset}/diagnosis"
+DIAGNOSIS_TIME = "results/benchmarks/diagnose_dataset/{dataset}.tsv"
 STUDY = SETTINGS.diagnosis.study
 STUDIED = [*STUDY.effects, *("+".join(pair) for pair in STUDY.pairs), "none"]
 DIAGNOSIS_TABLES = [
@@ -24,11 +25,12 @@ checkpoint diagnose_dataset:
     log:
         "results/logs/diagnose_dataset/{dataset}.log",
     benchmark:
-        "results/benchmarks/diagnose_dataset/{dataset}.tsv"
+        DIAGNOSIS_TIME
     threads: 1
     params:
         physics=section("physics"),
         identify=identify_section,
+        models=lambda wildcards: models_of(wildcards.dataset),
         diagnosis=lambda wildcards: {k: v for k, v in section("diagnosis").items() if k != "study"},
         code=digest_layers("diagnosis"),
     script:
@@ -43,6 +45,9 @@ rule score_verdict:
         verdict=f"{DIAGNOSIS}/verdict.json",
     log:
         "results/logs/score_verdict/{dataset}.log",
+    params:
+        run=dict(recipes=list(SETTINGS.targets.recipes), config_files=CONFIG_FILES),
+        code=digest_layers("diagnosis"),
     script:
         "../scripts/score_verdict.py"
 

@@ -43,7 +43,7 @@ rule evaluate_model:
 
 rule summarize_models:
     input:
-        evaluations=for_targets(f"results/learning/{LADDER}/evaluation.csv"),
+        evaluations=evaluations,
     output:
         summary=report(
             "results/summary.csv",

@@ -3,7 +3,7 @@
 
 rule publish_runs:
     input:
-        evaluations=for_targets(f"results/learning/{LADDER}/evaluation.csv"),
+        evaluations=evaluations,
         figures=figures_of_learning,
         verdicts=verdicts,
     output:
@@ -13,7 +13,7 @@ rule publish_runs:
     params:
         tracking=section("tracking"),
         recipes={name: dump(SETTINGS.learning.recipes[name]) for name in SETTINGS.targets.recipes},
-        models=published_models(),
+        models=published_models,
         diagnoses=published_diagnoses(),
         sweeps=[],
     script:

@@ -18,6 +18,7 @@ with job_log(f"diagnose {name}", snakemake.log[0]) as log:
         {n: Identify.model_validate(values) for n, values in snakemake.params.identify.items()},
         parse_section("diagnosis", snakemake.params.diagnosis),
         log.say,
+        [build_model(model, physics) for model in snakemake.params.models],
     )
     for table, path in zip(TABLES.values(), snakemake.output.tables, strict=True):
         table(diagnosis).to_csv(path, index=False)

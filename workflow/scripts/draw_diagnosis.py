@@ -14,6 +14,6 @@ with job_log(f"draw diagnosis of {snakemake.wildcards.dataset}", snakemake.log[0
     tables = {Path(path).stem: pd.read_csv(path) for path in snakemake.input.tables}
     watched = {"ladder": pd.read_csv(snakemake.input.ladder), "parameters": pd.read_csv(snakemake.input.parameters)}
     summary = json.loads(Path(snakemake.input.summary).read_text(encoding="utf-8"))
-    figures = draw_diagnosis(tables | watched, read_table(snakemake.input.predictions)[0], summary["where"])
+    figures = draw_diagnosis(tables | watched, read_table(snakemake.input.predictions)[0], summary)
     for path in snakemake.output.figures:
         save(figures[Path(path).stem], path)

@@ -1,6 +1,6 @@
 """The loop on one dataset: compare, where, which, add, watch; and what to do where the answer is not an effect."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +8,7 @@ import pandas as pd
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.draft import Draft, draft_effect
-from myowave.diagnosis.fit import Fit, fit_model, free_parameters
+from myowave.diagnosis.fit import Fit, fit_model, free_parameters, refit
 from myowave.diagnosis.heldout import Prediction, predict
 from myowave.diagnosis.independence import Independence, check_independence
 from myowave.diagnosis.next_trial import Proposal, propose_trials
@@ -24,7 +24,7 @@ from myowave.settings import Identify
 
 @dataclass(frozen=True)
 class Rung:
-    """A model on the ladder: fitted to the training trials, tried on the others."""
+    """A model fitted to the training trials and tried on the others."""
 
     fit: Fit
     heldout: Prediction
@@ -43,6 +43,8 @@ class Diagnosis:
 
     Args:
         record, test: all trials, and those that no fit has seen.
+        rungs: the base model, then what the search added, one effect more each.
+        named: further models that somebody asked for; they decide nothing.
         where: the base model's misfit in a sentence.
         proposals: trials to record next, for each pair of candidates or absorbed effect that wants one:
             {"joint_damping or muscle_damping": [...]}.
@@ -54,10 +56,16 @@ class Diagnosis:
     test: Record
     selection: Selection
     rungs: tuple[Rung, ...]
+    named: tuple[Rung, ...]
     verdict: Verdict
     where: str
     proposals: Mapping[str, list[Proposal]]
     draft: Draft
+
+    @property
+    def tried(self) -> tuple[Rung, ...]:
+        """All models, those of the search first."""
+        return self.rungs + self.named
 
     @property
     def noise_deg(self) -> float:
@@ -71,6 +79,7 @@ def diagnose(
     identify: Mapping[str, Identify],
     settings: DiagnosisSettings,
     report: Callable[[str], None] = lambda line: None,
+    models: Iterable[Model] = (),
 ) -> Diagnosis:
     """Diagnose one dataset.
 
@@ -80,6 +89,7 @@ def diagnose(
         effects: the catalogue.
         identify: constants to estimate beside the parameters of effects.
         report: is told what happens.
+        models: to fit and try beside those that the search visits.
 
     Raises:
         ValueError: if a muscle's channel was not recorded, or the base model cannot be fitted at all.
@@ -91,8 +101,12 @@ def diagnose(
     fit = fit_model(base, record.train, free, starts=settings.starts)
     report(f"compare: {base.name} leaves {np.degrees(fit.rmse()):.3g} deg; the noise is {np.degrees(record.noise):.3g}")
     selection = select_effects(fit, effects.values(), record.known)
-    rungs = tuple(_rung(fit, test) for fit in selection.ladder)
-    for rung in rungs:
+    rungs = tuple(make_rung(fit, test) for fit in selection.ladder)
+    visited = {rung.name for rung in rungs}
+    named = tuple(
+        make_rung(fit_beside(selection.ladder, model, identify), test) for model in models if model.name not in visited
+    )
+    for rung in rungs + named:
         train, heldout = np.degrees(rung.fit.rmse()), np.degrees(rung.heldout.rmse)
         report(f"{rung.name}: training {train:.3g} deg, held-out {heldout:.3g} deg")
     verdict = judge(selection, rungs[-1].independence)
@@ -100,10 +114,28 @@ def diagnose(
     report(f"verdict: {verdict.kind}, {', '.join(verdict.effects) or 'no effect'}")
     draft = draft_effect(rungs[0].fit if verdict.kind == "unknown" else selection.fit, trials.dataset)
     proposals = _proposals(selection, verdict, effects)
-    return Diagnosis(trials.dataset, record, test, selection, rungs, verdict, where, proposals, draft)
+    return Diagnosis(trials.dataset, record, test, selection, rungs, named, verdict, where, proposals, draft)
 
 
-def _rung(fit: Fit, test: Record) -> Rung:
+def fit_beside(ladder: Sequence[Fit], model: Model, identify: Mapping[str, Identify]) -> Fit:
+    """Fit a model to the trials of a ladder, from the rung that has most of its effects and none besides.
+
+    Args:
+        ladder: fits, the base model's first.
+        identify: constants to estimate beside the parameters of effects.
+    """
+    wanted = {effect.name for effect in model.effects}
+    within = [fit for fit in ladder if {effect.name for effect in fit.model.effects} <= wanted]
+    record = ladder[0].record
+    return refit(within[-1], model, free_parameters(model, identify, record.known))
+
+
+def make_rung(fit: Fit, test: Record) -> Rung:
+    """Try a fitted model on trials it has not seen, and look at what it leaves.
+
+    Args:
+        test: the trials kept for testing.
+    """
     return Rung(fit, predict(fit, test), check_independence(fit), misfit_by(fit), missing_torque(fit))
 
 

@@ -7,7 +7,8 @@ import numpy as np
 import pandas as pd
 
 COLUMNS = [
-    "source", "model", "effects", "train_rmse_deg", "heldout_rmse_deg", "noise_deg", "heldout_r2", "missing_torque_Nm"
+    "source", "model", "effects", "named", "train_rmse_deg", "heldout_rmse_deg", "noise_deg", "heldout_r2",
+    "missing_torque_Nm",
 ]  # fmt: skip
 PHYSICS = "physics"
 
@@ -25,6 +26,7 @@ def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.
             "source": source_of(table),
             "model": table["model"].iloc[0],
             "effects": table["model"].iloc[0].count("+"),
+            "named": False,
             "heldout_rmse_deg": float(np.degrees(np.sqrt(table["test_mse"].median()))),
             "noise_deg": rungs["noise_deg"].iloc[0],
             "heldout_r2": table["test_r2"].median(),

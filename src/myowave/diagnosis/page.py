@@ -55,7 +55,6 @@ def write_page(story: Story, template: str) -> str:
     """
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
     verdict = story.verdict
-    rungs = list(verdict["rmse_deg"])
     news = verdict["verdict"] == "unknown"
     proposed = verdict["next_trial"]
     return environment.from_string(template).render(
@@ -75,7 +74,8 @@ def write_page(story: Story, template: str) -> str:
         proposals=[(p.trial, f"{p.separation:.3g}", f"{p.now:.3g}", "yes" if p.separates else "no")
                    for p in story.proposals.itertuples()],
         add=_add(verdict),
-        command=verdict["command"] if len(rungs) > 1 and not news else "",
+        command=verdict["command"] if verdict["effects"] else "",
+        keep=_keep(verdict),
         draft=story.draft if verdict["formula"] != "0" else "",
         draft_is_news=news,
         ladder_columns=["model", "what", "training RMSE [deg]", "held-out RMSE [deg]", "noise [deg]", "held-out R2",
@@ -107,8 +107,9 @@ def _strength(story: Story) -> str:
     """How strong the verdict is, in numbers."""
     verdict = story.verdict
     texts = [KINDS[verdict["verdict"]] + "."]
+    ladder = list(dict.fromkeys(story.ranking["model"]))
     for model, rows in story.ranking.groupby("model", sort=False):
-        added = _added_to(model, list(verdict["rmse_deg"]))
+        added = _added_to(model, ladder)
         found = rows[rows["effect"] == added]
         if len(found):
             row = found.iloc[0]
@@ -126,11 +127,11 @@ def _added_to(model: str, ladder: list[str]) -> str:
 
 
 def _numbers(story: Story) -> list[tuple[str, str]]:
-    errors = list(story.verdict["rmse_deg"].values())
-    first, last = errors[0], errors[-1]
-    numbers = [(f"held-out RMSE of {next(iter(story.verdict['rmse_deg']))}", f"{first['heldout']:.3g} deg")]
-    if len(errors) > 1:
-        numbers.append(("held-out RMSE with what was found", f"{last['heldout']:.3g} deg"))
+    errors, found = story.verdict["rmse_deg"], story.verdict["model"]
+    model, first = next(iter(errors.items()))
+    numbers = [(f"held-out RMSE of {model}", f"{first['heldout']:.3g} deg")]
+    if found != model:
+        numbers.append(("held-out RMSE with what was found", f"{errors[found]['heldout']:.3g} deg"))
     return [*numbers, ("noise of the measured angle", f"{first['noise']:.2g} deg")]
 
 
@@ -167,9 +168,18 @@ def _add(verdict: Mapping[str, Any]) -> str:
     if not verdict["effects"]:
         return "There is nothing to add."
     return (
-        "This trains the network with the model that was found, beside what is there, and shows both on this page "
-        "(with the --configfile that you ran with, if any). Nothing is overwritten: a model is a coordinate."
+        "Typed in the project's folder with its environment active (. .venv/bin/activate), this trains the network "
+        "with the model that was found, and shows it below beside what is there. Nothing is overwritten: a model is a "
+        "coordinate."
     )
+
+
+def _keep(verdict: Mapping[str, Any]) -> str:
+    """Settings with which plain `snakemake` makes what was found too; empty where there is nothing to add."""
+    if not verdict["effects"]:
+        return ""
+    base = next(iter(verdict["rmse_deg"]))
+    return f"targets: {{models: {{{verdict['dataset']}: [{base}, {verdict['model']}]}}}}"
 
 
 def _score(verdict: Mapping[str, Any]) -> str:

@@ -18,31 +18,31 @@ CONFUSED = 0.8  # one effect imitates at least this much of another
 
 
 def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
-    """What verdict.json holds, but for the errors of the parameters, which only scoring can know."""
+    """What verdict.json holds, but for the errors of the parameters, which only scoring can know, and the command."""
     verdict = diagnosis.verdict
     best = best_proposal(diagnosis)
     return {
         "dataset": diagnosis.dataset,
         "verdict": verdict.kind,
         "effects": [] if verdict.kind == "unknown" else list(verdict.effects),
+        "model": diagnosis.selection.fit.model.name,
         "alternatives": [list(c) for c in verdict.alternatives],
         "sentence": sentence(diagnosis),
         "where": diagnosis.where,
-        "command": command(diagnosis),
         "rmse_deg": {
             rung.name: {
                 "train": float(np.degrees(rung.fit.rmse())),
                 "heldout": float(np.degrees(rung.heldout.rmse)),
                 "noise": diagnosis.noise_deg,
             }
-            for rung in diagnosis.rungs
+            for rung in diagnosis.tried
         },
         "parameters": {
             rung.name: {
                 name: {"value": value, "se": rung.fit.standard_errors()[name]}
                 for name, value in rung.fit.parameters.items()
             }
-            for rung in diagnosis.rungs
+            for rung in diagnosis.tried
         },
         "next_trial": best,
         "absorbed": {name: list(by) for name, by in verdict.absorbed.items()},
@@ -113,13 +113,6 @@ def sentence(diagnosis: Diagnosis) -> str:
     return text
 
 
-def command(diagnosis: Diagnosis) -> str:
-    """What trains the network with the model that was found, and shows it beside those without it."""
-    trained = f"results/figures/{diagnosis.dataset}/{diagnosis.rungs[-1].name}/rollout/predictions.png"
-    page = f"results/diagnosis/{diagnosis.dataset}/verdict.html"
-    return f"snakemake --cores 2 {trained} && snakemake --cores 2 {page}"
-
-
 def best_proposal(diagnosis: Diagnosis) -> dict[str, Any] | None:
     """The trial to record next, if one would tell candidates apart."""
     for question, proposals in diagnosis.proposals.items():
@@ -168,11 +161,13 @@ def ranking_table(diagnosis: Diagnosis) -> pd.DataFrame:
 
 
 def ladder_table(diagnosis: Diagnosis) -> pd.DataFrame:
-    """A row for each model: errors, what is left, evidence."""
+    """A row for each model: errors, and what is left. `named` are those that the search did not visit."""
+    named = {rung.name for rung in diagnosis.named}
     return pd.DataFrame(
         {
             "model": rung.name,
             "effects": len(rung.fit.model.effects),
+            "named": rung.name in named,
             "train_rmse_deg": np.degrees(rung.fit.rmse()),
             "heldout_rmse_deg": np.degrees(rung.heldout.rmse),
             "noise_deg": diagnosis.noise_deg,
@@ -182,14 +177,14 @@ def ladder_table(diagnosis: Diagnosis) -> pd.DataFrame:
             "independent": rung.independence.holds,
             "converged": rung.fit.converged,
         }
-        for rung in diagnosis.rungs
+        for rung in diagnosis.tried
     )
 
 
 def parameters_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Every estimated parameter of every model: value, standard error, bounds, unit."""
     rows = []
-    for rung in diagnosis.rungs:
+    for rung in diagnosis.tried:
         errors = rung.fit.standard_errors()
         for p, value in zip(rung.fit.free, rung.fit.values, strict=True):
             unit = _unit(rung.fit.model, p.name)
@@ -200,7 +195,7 @@ def parameters_table(diagnosis: Diagnosis) -> pd.DataFrame:
 def correlations_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Correlations of the estimates, model by model."""
     rows = []
-    for rung in diagnosis.rungs:
+    for rung in diagnosis.tried:
         covariance = rung.fit.covariance()
         size = np.sqrt(np.diag(covariance)).clip(1e-300)
         for i, p in enumerate(rung.fit.free):
@@ -212,7 +207,7 @@ def correlations_table(diagnosis: Diagnosis) -> pd.DataFrame:
 def errors_by_trial(diagnosis: Diagnosis) -> pd.DataFrame:
     """RMSE and R2 of every model on every trial."""
     rows = []
-    for rung in diagnosis.rungs:
+    for rung in diagnosis.tried:
         for role, record, residual in _parts(diagnosis, rung):
             for i, name in enumerate(record.names):
                 one = record.take([i])
@@ -225,7 +220,7 @@ def errors_by_trial(diagnosis: Diagnosis) -> pd.DataFrame:
 def predictions_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Measured and simulated angle of every trial and model."""
     tables = []
-    for rung in diagnosis.rungs:
+    for rung in diagnosis.tried:
         for role, record, residual in _parts(diagnosis, rung):
             for i, name in enumerate(record.names):
                 length = int(record.valid[i].sum())
@@ -249,7 +244,7 @@ def independence_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Correlation of the residual with every input at every lag, with its bound."""
     rows = [
         (rung.name, name, lag, rung.independence.correlation[i, j], rung.independence.bound[i])
-        for rung in diagnosis.rungs
+        for rung in diagnosis.tried
         for i, name in enumerate(rung.independence.inputs)
         for j, lag in enumerate(rung.independence.lags_s)
     ]
@@ -258,12 +253,12 @@ def independence_table(diagnosis: Diagnosis) -> pd.DataFrame:
 
 def misfit_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """RMSE of every model in parts of the data."""
-    return pd.concat([rung.misfit.assign(model=rung.name) for rung in diagnosis.rungs], ignore_index=True)
+    return pd.concat([rung.misfit.assign(model=rung.name) for rung in diagnosis.tried], ignore_index=True)
 
 
 def missing_torque_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Missing torque of every model in cells of angle and velocity."""
-    return pd.concat([rung.missing.map().assign(model=rung.name) for rung in diagnosis.rungs], ignore_index=True)
+    return pd.concat([rung.missing.map().assign(model=rung.name) for rung in diagnosis.tried], ignore_index=True)
 
 
 def _parts(diagnosis: Diagnosis, rung: Any) -> list[tuple[str, Record, np.ndarray]]:

@@ -16,7 +16,7 @@ def draw_subjects(table: pd.DataFrame) -> Figure:
     Args:
         table: from `table.tabulate_subjects`.
     """
-    first, last = table.groupby("subject", sort=False).head(1), table.groupby("subject", sort=False).tail(1)
+    first, last = table.groupby("subject", sort=False).head(1), table[table["found"]]
     first, last = first.reset_index(drop=True), last.reset_index(drop=True)
     names = [column.removesuffix("_se") for column in table.columns if column.endswith("_se")]
     names = [name for name in names if first[name].notna().all()][:_PARAMETERS]

@@ -14,8 +14,9 @@ def tabulate_subjects(verdicts: Sequence[str | Path]) -> pd.DataFrame:
         verdicts: verdict.json of each subject.
 
     Returns:
-        Columns subject, verdict, effects (joined by +), model, train_rmse_deg, heldout_rmse_deg, noise_deg, and each
-        parameter with its standard error as `{name}` and `{name}_se`, SI units; empty where a model has no such one.
+        Columns subject, verdict, effects (joined by +), model, found (whether it is the one that was found),
+        train_rmse_deg, heldout_rmse_deg, noise_deg, and each parameter with its standard error as `{name}` and
+        `{name}_se`, SI units; empty where a model has no such one.
     """
     rows = []
     for path in verdicts:
@@ -26,6 +27,7 @@ def tabulate_subjects(verdicts: Sequence[str | Path]) -> pd.DataFrame:
                 "verdict": verdict["verdict"],
                 "effects": "+".join(verdict["effects"]),
                 "model": model,
+                "found": model == verdict["model"],
                 "train_rmse_deg": errors["train"],
                 "heldout_rmse_deg": errors["heldout"],
                 "noise_deg": errors["noise"],

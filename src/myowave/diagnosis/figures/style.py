@@ -1,0 +1,48 @@
+"""What the pictures of a diagnosis share: how a model is drawn and called, and the legend."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from myowave.plotting import BLUE, MODEL, ORANGE, PINK, SKY
+
+WIDE = 20.0  # ratio of errors from which an axis is logarithmic
+FIRST_STYLE = {"color": MODEL, "linestyle": "--"}
+FOUND_STYLE = {"color": BLUE, "linestyle": "-"}
+
+
+def unique(values: pd.Series) -> list[str]:
+    """Values in the order in which they first stand."""
+    return list(dict.fromkeys(values))
+
+
+def style(order: int) -> dict[str, str]:
+    """How the first model and the one that was found are drawn, the same in all pictures."""
+    return FIRST_STYLE if order == 0 else FOUND_STYLE
+
+
+def ramp(models: list[str], found: str) -> list[str]:
+    """A colour for each model: for the first and for the one that was found as everywhere, others of their own."""
+    others = [m for m in models[1:] if m != found]
+    own = {m: (ORANGE, PINK, SKY)[i % 3] for i, m in enumerate(others)}
+    return [MODEL if i == 0 else own.get(m, BLUE) for i, m in enumerate(models)]
+
+
+def short(model: str) -> str:
+    """A model's name with room for a line break."""
+    return model.replace("+", " + ")
+
+
+def sentence(text: str) -> str:
+    return text[0].upper() + text[1:]
+
+
+def rms(values: pd.Series) -> float:
+    return float(np.sqrt((values**2).mean()))
+
+
+def legend(figure: Figure, axis: Axes, *, columns: int) -> None:
+    """One legend for all panels, below them."""
+    handles, labels = axis.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False)
