@@ -3,8 +3,11 @@
 import numpy as np
 import pandas as pd
 import pytest
+import torch
 
 from myowave.learning.paper import tables
+from myowave.learning.parameters import identify
+from myowave.settings import Identify
 
 SAMPLES = 500
 
@@ -51,3 +54,45 @@ def test_the_paper_stands_beside_three_scales_alone():
     assert errors.loc[(3, "f0_Bi"), "paper_error_pct"] == tables.PRINTED_ERROR_PCT["case1"]["f0_Bi"][0]
     assert np.isnan(errors.loc[(1, "f0_Bi"), "paper_error_pct"])
     assert errors.loc[(3, "f0_Bi"), "error_pct"] == pytest.approx(1.0)
+
+
+def test_what_eq_41_can_reach_ends_at_the_mean_of_the_literature(model):
+    for values in ((4.0, 8.0), (1.0, 2.0, 9.0)):
+        wanted = Identify(literature=values)
+        form = identify(model, {"f0_Bi": wanted}, {}, (0,))[0].forms[0]
+        low, high = tables.reach(wanted.model_dump())
+        ends = torch.tensor([[-40.0] * len(values), [40.0] * len(values)])
+        assert form.value(ends).tolist() == pytest.approx([low, high], abs=1e-9)
+    assert tables.reach(Identify(low=2.0, high=3.0).model_dump()) == (2.0, 3.0)
+
+
+def test_seeds_at_the_end_of_their_reach_are_counted():
+    bounds = {name: {"low": 0.0, "high": 100.0} for name in tables.PARAMETERS}
+    rows = pd.DataFrame({name: [0.5, 50.0, 99.5] for name in tables.PARAMETERS}).assign(dataset="elbow", scales=1)
+    values = tables.identified_values(rows, {"elbow": bounds})
+    assert set(values["at_limit"]) == {2}
+    assert values["value"].tolist() == pytest.approx([50.0] * 4)
+
+
+def test_choices_stand_in_the_order_of_the_recipes_with_what_their_residual_weighs():
+    rows = pd.concat([runs(0.2, 0.05).assign(recipe=name) for name in ("light", "printed")])
+    rows = rows[rows["scales"] == 1]
+    one_step = rows[["dataset", "recipe", "scales", "seed"]].assign(
+        test_r2_one_step=np.where(rows["recipe"] == "light", 0.9, 0.8)
+    )
+    history = pd.DataFrame({"epoch": [1, 1, 2, 2], "data_loss": [9, 9, 1, 3], "residual_loss": [9, 9, 10, 30]})
+    recipes = {
+        name: {"derivative": "time", "beta": beta, "history_noise": 0.0, "epochs": 2}
+        for name, beta in (("printed", 0.1), ("light", 0.01))
+    }
+    choices = tables.compare_choices(rows, one_step, {"light": history, "printed": history}, recipes)
+    assert choices["recipe"].tolist() == ["printed", "light"]
+    assert choices["one_step_r2"].tolist() == pytest.approx([0.8, 0.9])
+    assert choices["data_loss"].tolist() == pytest.approx([2.0, 2.0])
+    assert choices["weighted_residual"].tolist() == pytest.approx([2.0, 0.2])
+    assert choices["worst_error_pct"].tolist() == pytest.approx([1.0, 1.0])
+
+
+def test_the_truth_follows_from_values_and_errors():
+    row = {name: 110.0 for name in tables.PARAMETERS} | {f"{name}_error_pct": 10.0 for name in tables.PARAMETERS}
+    assert list(tables.true_values(pd.DataFrame([row])).values()) == pytest.approx([100.0] * 4)
