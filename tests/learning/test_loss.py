@@ -1,5 +1,7 @@
 """The residual of the paper's loss: its derivatives, and that it vanishes on a true motion."""
 
+from dataclasses import replace
+
 import pytest
 import torch
 
@@ -49,20 +51,42 @@ def test_time_derivatives_equal_finite_differences_over_the_input_time(network, 
     torch.testing.assert_close(second[..., -1], bend, rtol=5e-2, atol=1e-5)
 
 
-def test_the_residual_is_small_on_a_true_motion_and_grows_with_wrong_parameters(network, trials, model):
+def test_the_residual_is_small_along_a_true_motion_and_grows_with_wrong_parameters(network, trials, model, monkeypatch):
     """Noisy EMG has kinks that central differences smear, so the true residual is small beside a wrong one, not 0."""
+    monkeypatch.setattr(
+        "myowave.learning.loss.predict_teacher_forced", lambda network, x, angle: angle.expand(2, -1, -1)
+    )
     identified, raw = identify(model, {"f0_Bi": Identify(start_spread=0.0)}, {}, (0, 1))
-    usable = torch.tensor(trials.lengths)
-    loss = TeacherForcedLoss(
-        network, model, identified, trials, usable, 1e-3, "sequence", Noise(0.0, (0, 1), 0), CPU
-    )  # fmt: skip
-    angle = torch.from_numpy(trials.angle).expand(2, -1, -1)
-    before, after = angle.roll(1, -1), angle.roll(-1, -1)
-    motion = angle, (after - before) / (2 * trials.dt), (after - 2 * angle + before) / trials.dt**2
+    loss = teacher_forced_loss(network, trials, model, identified)
     true, wrong = (
-        loss._residual(identified.params(factor * raw), *motion)[..., 1:-1].square().mean() for factor in (1.0, 1.2)
+        loss.backward(network.weights, (factor * raw).requires_grad_()).residual.max() for factor in (1.0, 1.2)
     )
     assert wrong > 5 * true
+
+
+@pytest.mark.parametrize("derivative", ["sequence", "time"])
+def test_what_validates_is_in_no_loss(derivative, network, trials, model):
+    identified, raw = identify(model, {"f0_Bi": Identify()}, {}, (0, 1))
+    usable = 150
+    moved = replace(trials, angle=trials.angle.copy(), emg=trials.emg.copy())
+    moved.angle[:, usable:] += 0.5
+    moved.emg[:, usable:] = 0.9
+    losses = [
+        teacher_forced_loss(network, each, model, identified, derivative=derivative, usable=usable).backward(
+            {name: value.requires_grad_() for name, value in network.weights.items()}, raw.clone().requires_grad_()
+        )
+        for each in (trials, moved)
+    ]
+    torch.testing.assert_close(losses[0].data, losses[1].data)
+    torch.testing.assert_close(losses[0].residual, losses[1].residual)
+
+
+def teacher_forced_loss(network, trials, model, identified, *, beta=1e-3, derivative="sequence", usable=None):
+    """The loss without noise, on all samples or the first `usable`."""
+    lengths = torch.tensor(trials.lengths if usable is None else [usable] * len(trials.lengths))
+    return TeacherForcedLoss(
+        network, model, identified, trials, lengths, beta, derivative, Noise(0.0, (0, 1), 0), CPU
+    )  # fmt: skip
 
 
 def test_identified_parameters_get_a_gradient_only_through_the_residual(network, trials, model):
@@ -71,10 +95,7 @@ def test_identified_parameters_get_a_gradient_only_through_the_residual(network,
     gradients = []
     for beta in (1e-3, 2e-3):
         raw = raw.detach().requires_grad_()
-        loss = TeacherForcedLoss(
-            network, model, identified, trials, torch.tensor(trials.lengths), beta, "sequence",
-            Noise(0.0, (0, 1), 0), CPU,
-        )  # fmt: skip
+        loss = teacher_forced_loss(network, trials, model, identified, beta=beta)
         losses = loss.backward(weights, raw)
         torch.testing.assert_close(losses.total, losses.data + beta * losses.residual)
         gradients.append(raw.grad)
