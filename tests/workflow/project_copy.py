@@ -34,7 +34,7 @@ class Project:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
-            timeout=300,
+            timeout=1200,  # far beyond what any takes, on a machine that is busy too
         )
 
     def planned(self, *arguments: str) -> dict[str, int]:
