@@ -104,7 +104,7 @@ def test_identified_parameters_get_a_gradient_only_through_the_residual(network,
 
 @pytest.mark.parametrize("changes", [{"cell": "rnn"}, {"output": "absolute"}, {"history_noise": 1e-4}])
 def test_other_networks_train_by_rollouts_too(changes, scales, model, wanted, rollout):
-    recipe = rollout.model_copy(update={"epochs": 30, "learning_rate": 0.01, "simulated_trials": 0, **changes})
+    recipe = rollout.model_copy(update={"epochs": 60, "learning_rate": 0.01, "simulated_trials": 0, **changes})
     reports = list(train_scale(scales, model, recipe, wanted, level=0, total=1, seeds=(0,), device=CPU))
     first, last = (sum(r.losses.data.item() for r in part) for part in (reports[:5], reports[-5:]))
     assert last < 0.7 * first

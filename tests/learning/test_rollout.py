@@ -1,10 +1,10 @@
-"""The hand-written backward pass is the gradient of the definition in plain torch."""
+"""The fast rollout and its hand-written backward pass are the definition in plain torch and its gradient."""
 
 import pytest
 import torch
 
 from myowave.learning.network import Architecture, initialise
-from myowave.learning.rollout import Units, Workspace, roll_out, rollout_gradients
+from myowave.learning.rollout import Units, Workspace, roll_out, roll_out_gru
 
 UNITS = Units(bend=0.3, step=0.2)
 SEEDS, WINDOWS, HISTORY, STEPS, HIDDEN = 2, 3, 3, 6, 5
@@ -20,54 +20,69 @@ def problem():
     architecture = Architecture("gru", HIDDEN, 2, increments=True, time_input=False)
     weights = initialise(architecture, range(SEEDS), torch.device("cpu"))
     weights = {name: w.double() + 0.1 * normal(*w.shape) for name, w in weights.items()}  # biases are not 0 either
+    weights = {name: w.requires_grad_() for name, w in weights.items()}
     x, z, v = normal(WINDOWS, HISTORY + STEPS, 2), normal(SEEDS, WINDOWS, HISTORY), normal(SEEDS, WINDOWS, HISTORY)
-    target, weight = normal(SEEDS, WINDOWS, STEPS), normal(SEEDS, WINDOWS, 1).abs()
-    return architecture, weights, x, z, v, target, weight
+    return architecture, weights, (x, z, v)
 
 
-def loss_of(architecture, weights, x, z, v, target, weight):
-    return (weight * (roll_out(architecture, UNITS, weights, x, z, v) - target).square()).sum((1, 2))
+def weigh(predicted):
+    """A loss in which every prediction counts, each for something else."""
+    return (predicted.square() * torch.linspace(0.5, 2.0, predicted.numel()).reshape(predicted.shape)).sum()
 
 
-def test_gradients_by_hand_equal_those_of_autograd(problem):
-    architecture, weights, *data = problem
-    weights = {name: value.requires_grad_() for name, value in weights.items()}
-    expected = loss_of(architecture, weights, *data)
-    expected.sum().backward()
-    with torch.no_grad():
-        loss, gradients = rollout_gradients(UNITS, weights, *data, Workspace())
-    torch.testing.assert_close(loss, expected.detach(), rtol=1e-10, atol=0)
-    for name, value in weights.items():
-        torch.testing.assert_close(gradients[name], value.grad, rtol=1e-6, atol=1e-9, msg=name)
+def gradients_of(predicted, weights):
+    return dict(zip(weights, torch.autograd.grad(weigh(predicted), tuple(weights.values())), strict=True))
+
+
+@pytest.mark.parametrize("inputs_by_seed", [False, True])
+def test_the_fast_rollout_and_its_gradients_equal_those_of_plain_torch(problem, inputs_by_seed):
+    architecture, weights, (x, z, v) = problem
+    if inputs_by_seed:
+        x = torch.stack([x, x.flip(0)])
+    plain = roll_out(architecture, UNITS, weights, x, z, v)
+    fast = roll_out_gru(UNITS, weights, x, z, v, Workspace())
+    torch.testing.assert_close(fast, plain, rtol=1e-12, atol=1e-12)
+    expected, found = gradients_of(plain, weights), gradients_of(fast, weights)
+    for name in weights:
+        torch.testing.assert_close(found[name], expected[name], rtol=1e-10, atol=1e-12, msg=name)
 
 
 def test_gradients_by_hand_equal_finite_differences(problem):
-    architecture, weights, *data = problem
-    _, gradients = rollout_gradients(UNITS, weights, *data, Workspace())
+    architecture, weights, data = problem
+    gradients = gradients_of(roll_out_gru(UNITS, weights, *data, Workspace()), weights)
     for name, value in weights.items():
         place = tuple(size - 1 for size in value.shape)
         losses = []
         for nudge in (1e-5, -1e-5):
-            moved = value.clone()
+            moved = value.detach().clone()
             moved[place] += nudge
-            losses.append(loss_of(architecture, {**weights, name: moved}, *data).sum())
+            losses.append(weigh(roll_out(architecture, UNITS, {**weights, name: moved}, *data)).item())
         difference = (losses[0] - losses[1]) / 2e-5
-        torch.testing.assert_close(gradients[name][place], difference, rtol=1e-5, atol=1e-8, msg=name)
+        assert gradients[name][place].item() == pytest.approx(difference, rel=1e-6, abs=1e-8), name
 
 
 def test_memory_used_again_for_other_windows_changes_nothing(problem):
-    _, weights, x, z, v, target, weight = problem
+    _, weights, (x, z, v) = problem
     workspace = Workspace()
-    _, first = rollout_gradients(UNITS, weights, x, z, v, target, weight, workspace)
-    first = {name: value.clone() for name, value in first.items()}
-    rollout_gradients(UNITS, weights, x[:2], z[:, :2], v[:, :2], target[:, :2], weight[:, :2], workspace)
-    _, again = rollout_gradients(UNITS, weights, x, z, v, target, weight, workspace)
+    first = gradients_of(roll_out_gru(UNITS, weights, x, z, v, workspace), weights)
+    gradients_of(roll_out_gru(UNITS, weights, x[:2], z[:, :2], v[:, :2], workspace), weights)
+    gradients_of(roll_out_gru(UNITS, weights, x.flip(0), z.flip(1), v.flip(1), workspace), weights)
+    again = gradients_of(roll_out_gru(UNITS, weights, x, z, v, workspace), weights)
     for name in first:
         assert torch.equal(first[name], again[name]), name
 
 
+def test_a_backward_pass_that_comes_too_late_is_refused(problem):
+    _, weights, data = problem
+    workspace = Workspace()
+    first = roll_out_gru(UNITS, weights, *data, workspace)
+    roll_out_gru(UNITS, weights, *data, workspace)
+    with pytest.raises(AssertionError, match="before the backward pass"):
+        weigh(first).backward()
+
+
 def test_a_network_without_output_extrapolates_linearly(problem):
-    architecture, weights, x, z, v, _, _ = problem
+    architecture, weights, (x, z, v) = problem
     still = {**weights, "output": torch.zeros_like(weights["output"]), "output_bias": torch.zeros(SEEDS, 1, 1).double()}
     predicted = roll_out(architecture, UNITS, still, x, z, v)
     expected = z[..., -1:] + UNITS.step * v[..., -1:] * torch.arange(1, STEPS + 1)

@@ -18,9 +18,9 @@ from myowave.data.trials import Trials
 from myowave.learning.network import differentiate_cell
 from myowave.learning.parameters import Identified
 from myowave.learning.prediction import Network, follow, predict_teacher_forced
-from myowave.learning.rollout import Workspace, roll_out, rollout_gradients
+from myowave.learning.rollout import Workspace, roll_out, roll_out_gru
 from myowave.learning.weak import hidden_effects, known_params
-from myowave.learning.windows import Corpus
+from myowave.learning.windows import Corpus, count_windows
 from myowave.physics.model import Model, bind, torques
 from myowave.physics.motion import activate, channels_of
 
@@ -54,8 +54,7 @@ class RolloutLoss:
         longest = int(corpus.usable.max()) - network.history
         self._network, self._corpus, self._noise, self._random = network, corpus, noise, random
         self._length = network.history + min(steps, longest)
-        # An epoch predicts as many samples as there are.
-        self._count = max(1, round(int(corpus.usable.sum()) / (self._length - network.history)))
+        self._count = count_windows(corpus.usable, self._length - network.history)
         self._simulated: Corpus | None = None
         self._usable = torch.zeros(0)
         self.trust = torch.ones(())  # weight of a simulated window beside a measured one, () or (S,)
@@ -102,15 +101,12 @@ class RolloutLoss:
         self, weights: Mapping[str, Tensor], x: Tensor, z: Tensor, v: Tensor, target: Tensor, weight: Tensor
     ) -> Tensor:
         architecture, units = self._network.architecture, self._network.units
-        if architecture.cell == "gru" and architecture.increments:
-            with torch.no_grad():
-                loss, gradients = rollout_gradients(units, weights, x, z, v, target, weight, self._workspace)
-            for name, gradient in gradients.items():
-                weights[name].grad = gradient
-            return loss
         for value in weights.values():
             value.grad = None
-        predicted = roll_out(architecture, units, weights, x, z, v)
+        if architecture.cell == "gru" and architecture.increments:
+            predicted = roll_out_gru(units, weights, x, z, v, self._workspace)
+        else:
+            predicted = roll_out(architecture, units, weights, x, z, v)
         loss = (weight * (predicted - target).square()).sum((1, 2))
         loss.sum().backward()
         return loss.detach()

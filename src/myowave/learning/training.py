@@ -197,7 +197,7 @@ class _Run:
                 loss.trust = (val_mse / search.mse.to(self.device)).clamp(max=1.0)
             losses = loss.backward(weights, self.raw)
             if rolls_out:
-                _clip(weights)
+                clip_gradients(weights)
             optimizer.step()
             last = epoch == count
             if epoch % VALIDATE_EVERY == 0 or last:
@@ -308,7 +308,7 @@ class _Best:
 
 
 @torch.no_grad()
-def _clip(weights: Mapping[str, Tensor]) -> None:
+def clip_gradients(weights: Mapping[str, Tensor]) -> None:
     """Scale each seed's gradient down to a norm of at most `CLIP`."""
     norm = sum(value.grad.square().sum((1, 2)) for value in weights.values()).sqrt()
     factor = (CLIP / norm.clamp(min=CLIP))[:, None, None]

@@ -14,6 +14,8 @@ from torch import Tensor
 from myowave.data.trials import Trials
 from myowave.learning.network import Architecture, Scaling, encode_angle, encode_inputs
 
+BLOCK = 16  # windows of an epoch are a multiple of this: a few more than a multiple cost a whole vector register
+
 
 @dataclass(frozen=True)
 class Corpus:
@@ -59,6 +61,11 @@ class Corpus:
         index = index.clamp(max=self.x.shape[1] - 1)
         trial = trial.unsqueeze(-1)
         return self.x[trial, index], self.z[:, trial, index], self.v[:, trial, index]
+
+
+def count_windows(usable: Tensor, steps: int) -> int:
+    """Windows of an epoch: together they predict about as many samples as there are, (T,) in all."""
+    return BLOCK * max(1, round(int(usable.sum()) / steps / BLOCK))
 
 
 def count_training_samples(trials: Trials, fraction: float, history: int) -> list[int]:
