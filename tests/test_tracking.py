@@ -1,5 +1,6 @@
 """MLflow holds what the result files say, once, and its failures stay its own."""
 
+import json
 import os
 import shutil
 import socket
@@ -17,7 +18,7 @@ import pytest
 
 from myowave.data.store import write_table
 from myowave.run_contents import CURVE_POINTS, LEARNING, SWEEPS, Swept, TrainedModel, from_model, from_sweep
-from myowave.tracking import publish, serve
+from myowave.tracking import publish, serve, start_page
 
 SEEDS = 3
 EPOCHS = {1: 150, 0: 250}
@@ -210,6 +211,18 @@ def test_a_server_takes_the_runs_and_while_it_is_down_nothing_is_lost(trained, t
         assert list((tmp_path / "kept").rglob("metrics.png")), "the server keeps it, not the client"
         assert publish([from_model(trained)], uri).startswith("0 runs written")
     assert capfd.readouterr().out == "", "the note says it all"
+
+
+def test_the_first_page_is_the_prepared_view_of_the_only_experiment(trained, uri):
+    publish([from_model(trained)], uri)
+    (experiment,) = mlflow.MlflowClient(tracking_uri=uri).search_experiments()
+    page = start_page(uri).removeprefix("/")
+    assert page.startswith(f"#/experiments/{experiment.experiment_id}/runs?viewStateShareKey=")
+    assert f"({page})" in experiment.tags["mlflow.note.content"], "who comes another way finds a link to it"
+    key = page.split("viewStateShareKey=")[1].split("&")[0]
+    (group,) = json.loads(experiment.tags[f"mlflow.sharedViewState.{key}"])["groupBy"]["groupByKeys"]
+    _, parent, children = stored(uri)
+    assert {run.data.tags[group["groupByData"]] for run in children} == {parent.info.run_name}
 
 
 def test_the_ui_says_where_there_is_nothing_to_show(tmp_path):

@@ -20,10 +20,8 @@ LEARNING = "Learning: how well is motion predicted?"
 SWEEPS = "Sweeps: which settings are best?"
 DIAGNOSIS = "Diagnosis of {dataset}: what does the model miss?"
 EXPERIMENTS = {
-    LEARNING: "Networks trained on each dataset, with each physical model, recipe and number of scales. Runs named "
-    "`seed` are independent starts; their parents hold medians, tables and figures.",
-    SWEEPS: "Searches for better settings of a recipe, judged on data held out of the training trials. A run is a "
-    "study, with the test scores of the best settings beside the default's; below it are the settings tried.",
+    LEARNING: "A group is one dataset, physical model, recipe and number of scales; its runs are seeds.",
+    SWEEPS: "A run is a search for better settings of a recipe; below it are the settings tried.",
 }
 COORDINATES = ("dataset", "model", "recipe", "scales")
 CURVE_POINTS = 60  # a curve in the browser needs no more
@@ -98,7 +96,7 @@ def describe_experiment(name: str) -> str:
     """What an experiment holds, for its page."""
     return EXPERIMENTS.get(
         name,
-        "A run with the verdict, and the error against the number of effects added; below it a run for each model.",
+        "A run with the verdict, its page and figures; below it a run for each model that was fitted.",
     )
 
 
@@ -110,7 +108,7 @@ def from_model(model: TrainedModel) -> RunGroup:
     name = "{dataset} {model} {recipe} {scales}-scale".format(**where)
     job_key = "learning/{dataset}/{model}/{recipe}/{scales}-scale".format(**where)
     params = {**where, **model.settings, "seeds": len(table)}
-    tags = {k: str(v) for k, v in where.items()}
+    tags = {k: str(v) for k, v in where.items()} | {"group": name}
     metrics = table.drop(columns=[*COORDINATES, "seed"]).select_dtypes("number")
     described = f"{where['model']} on {where['dataset']}, recipe {where['recipe']}, {where['scales']} scale(s)"
     made_by = f"Made by `snakemake --cores 2 {model.folder}/evaluation.csv`."

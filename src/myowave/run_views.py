@@ -8,9 +8,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from myowave.run_contents import DIAGNOSIS, LEARNING, SWEEPS
+from myowave.settings import SEARCHABLE
 
 VIEW = "overview"  # key of the view that is opened first
 _SECTION = "charts"
+_NAME = "attributes.`Run Name`"
+_NAME_WIDTH = 300  # px; the usual one cuts names off
 
 View = dict[str, Any]
 
@@ -23,6 +26,8 @@ def _column(kind: str, name: str) -> str:
 def _view(columns: Sequence[str], charts: Sequence[View], *, order: str, ascending: bool, **more: Any) -> View:
     return {
         "selectedColumns": ["attributes.`Duration`", *columns],
+        "columnOrder": [_NAME],
+        "columnWidths": {_NAME: _NAME_WIDTH},  # applied to columns in the order alone
         "orderByKey": order,
         "orderByAsc": ascending,
         "compareRunCharts": [
@@ -62,12 +67,10 @@ def _line(metrics: Sequence[str], name: str) -> View:
     }
 
 
-def _grouped(keys: Sequence[str]) -> View:
+def _grouped(tag: str) -> View:
+    """Grouped by one tag, whose value then names the group; of several keys the page shows the first letters."""
     return {
-        "groupBy": {
-            "aggregateFunction": "average",
-            "groupByKeys": [{"mode": "param", "groupByData": key} for key in keys],
-        },
+        "groupBy": {"aggregateFunction": "average", "groupByKeys": [{"mode": "tag", "groupByData": tag}]},
         "useGroupedValuesInCharts": True,
     }
 
@@ -76,8 +79,8 @@ VIEWS: Mapping[str, Mapping[str, View]] = {
     LEARNING: {
         VIEW: _view(
             [
-                *(_column("params", name) for name in ("dataset", "model", "recipe", "scales")),
-                *(_column("metrics", name) for name in ("test_mse", "test_r2")),
+                *(_column("metrics", name) for name in ("test_mse", "test_r2", "test_nmse", "val_r2")),
+                _column("params", "scales"),  # the other coordinates are in the names
             ],
             [
                 _scatter(_axis("scales", "PARAM"), _axis("test_mse"), "Test error against number of scales"),
@@ -88,12 +91,16 @@ VIEWS: Mapping[str, Mapping[str, View]] = {
             order=_column("metrics", "test_mse"),
             ascending=True,
             searchFilter="tags.kind = 'seed'",  # means over seeds are made here; their parents would count twice
-            **_grouped(("dataset", "model", "recipe", "scales")),
+            **_grouped("group"),
         )
     },
     SWEEPS: {
         VIEW: _view(
-            [_column("metrics", "held_out_error_deg"), _column("params", "dataset"), _column("tags", "state")],
+            [
+                _column("metrics", "held_out_error_deg"),
+                *(_column("params", name) for name in SEARCHABLE),  # those that no sweep searched are not shown
+                _column("tags", "state"),
+            ],
             [_bar("held_out_error_deg", "Error on held-out data [deg]")],
             order=_column("metrics", "held_out_error_deg"),
             ascending=True,

@@ -102,7 +102,11 @@ def serve(uri: str, port: int = 5000) -> None:
 def start_page(uri: str) -> str:
     """Path of the page to open first: the learning experiment in its prepared view, where it is there."""
     found = mlflow.MlflowClient(tracking_uri=uri).get_experiment_by_name(LEARNING)
-    return f"/#/experiments/{found.experiment_id}/runs?viewStateShareKey={VIEW}&compareRunsMode=CHART" if found else ""
+    return f"/{_prepared_view(found.experiment_id)}" if found else ""
+
+
+def _prepared_view(experiment: str) -> str:
+    return f"#/experiments/{experiment}/runs?viewStateShareKey={VIEW}&compareRunsMode=CHART"
 
 
 def _publish(groups: Iterable[RunGroup], uri: str) -> tuple[int, int]:
@@ -113,6 +117,7 @@ def _publish(groups: Iterable[RunGroup], uri: str) -> tuple[int, int]:
     for group in groups:
         if group.experiment not in experiments:
             found = _experiment(client, group.experiment, uri)
+            _describe(client, found, group.experiment)
             experiments[group.experiment] = found, _runs_by_key(client, found)
         experiment, there = experiments[group.experiment]
         expected = [group.parent, *group.children]
@@ -126,6 +131,8 @@ def _publish(groups: Iterable[RunGroup], uri: str) -> tuple[int, int]:
         for child in group.children:
             _write(client, experiment, child, tags | {"mlflow.parentRunId": parent_id})
         written += len(expected)
+    if experiments and not is_server(uri):
+        _hide_default(client)
     return written, kept
 
 
@@ -181,12 +188,24 @@ def _experiment(client: mlflow.MlflowClient, name: str, uri: str) -> str:
         if found.lifecycle_stage == "deleted":
             client.restore_experiment(found.experiment_id)
         return found.experiment_id
-    experiment = client.create_experiment(name, artifact_location=location)
+    return client.create_experiment(name, artifact_location=location)
+
+
+def _describe(client: mlflow.MlflowClient, experiment: str, name: str) -> None:
+    """Say what an experiment holds, prepare its views, and link to the first of them."""
     tags = {f"mlflow.sharedViewState.{key}": json.dumps(view) for key, view in views_of(name).items()}
-    tags |= {"mlflow.note.content": describe_experiment(name), "mlflow.experimentKind": "custom_model_development"}
+    link = f" [With columns and charts chosen]({_prepared_view(experiment)})" if VIEW in views_of(name) else ""
+    tags |= {"mlflow.note.content": describe_experiment(name) + link}
+    tags |= {"mlflow.experimentKind": "custom_model_development"}
     for key, value in tags.items():
         client.set_experiment_tag(experiment, key, value)
-    return experiment
+
+
+def _hide_default(client: mlflow.MlflowClient) -> None:
+    """Take MLflow's own empty experiment out of the list."""
+    default = client.get_experiment("0")
+    if default.lifecycle_stage == "active" and not client.search_runs(["0"], max_results=1):
+        client.delete_experiment("0")
 
 
 def _artifact_folder(name: str, uri: str) -> Path:

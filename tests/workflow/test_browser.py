@@ -151,9 +151,9 @@ def shown(value: float, text: str, digits: float = 1e-6) -> bool:
 
 
 def test_the_table_groups_runs_and_shows_means_over_seeds(browser, page, summary):
-    text = browser.open(page.replace("compareRunsMode=CHART", ""), until=r"Group: .*scales: 2", name="table")
+    text = browser.open(page.replace("compareRunsMode=CHART", ""), until=r"Group: .* 2-scale", name="table")
     for (dataset, scales), rows in summary.groupby(["dataset", "scales"]):
-        assert f"Group: dataset: {dataset}, model: base, recipe: rollout, scales: {scales}" in text
+        assert f"Group: {dataset} base rollout {scales}-scale" in text
         assert shown(rows["test_mse"].mean(), text)
     assert browser.errors() == []
 

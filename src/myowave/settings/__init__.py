@@ -8,7 +8,7 @@ settings` prints the keys as a table. Nothing heavy is imported here: the Snakef
 from myowave.settings.configuration import Settings
 from myowave.settings.data import Data, Dataset, Identify, MeasuredDataset, SimulatedDataset, Wavelet, public
 from myowave.settings.diagnosis import Diagnosis, Study
-from myowave.settings.learning import Dimension, Learning, Recipe, Sweep
+from myowave.settings.learning import SEARCHABLE, Dimension, Learning, Recipe, Sweep
 from myowave.settings.parsing import KEYS, check_effects, parse_section, parse_settings
 from myowave.settings.physics import Curves, Joint, Muscle, Physics
 from myowave.settings.section import Section, dump
@@ -16,7 +16,7 @@ from myowave.settings.targets import Targets
 from myowave.settings.tracking import Tracking
 
 __all__ = [
-    "KEYS", "Curves", "Data", "Dataset", "Diagnosis", "Dimension", "Identify", "Joint", "Learning", "MeasuredDataset",
-    "Muscle", "Physics", "Recipe", "Section", "Settings", "SimulatedDataset", "Study", "Sweep", "Targets", "Tracking",
-    "Wavelet", "check_effects", "dump", "parse_section", "parse_settings", "public",
+    "KEYS", "SEARCHABLE", "Curves", "Data", "Dataset", "Diagnosis", "Dimension", "Identify", "Joint", "Learning",
+    "MeasuredDataset", "Muscle", "Physics", "Recipe", "Section", "Settings", "SimulatedDataset", "Study", "Sweep",
+    "Targets", "Tracking", "Wavelet", "check_effects", "dump", "parse_section", "parse_settings", "public",
 ]  # fmt: skip

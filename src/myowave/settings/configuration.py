@@ -7,7 +7,7 @@ from pydantic import ValidationError, model_validator
 from myowave.schema_keys import did_you_mean, explain, list_keys
 from myowave.settings.data import Data
 from myowave.settings.diagnosis import Diagnosis
-from myowave.settings.learning import Learning, Recipe, Sweep
+from myowave.settings.learning import SEARCHABLE, Learning, Recipe, Sweep
 from myowave.settings.physics import Physics
 from myowave.settings.section import Section, dump, setting
 from myowave.settings.targets import Targets
@@ -67,10 +67,9 @@ class Settings(Section):
         if problems:
             return problems
         recipe = dump(self.learning.recipes[sweep.recipe])
-        numeric = [name for name, field in Recipe.model_fields.items() if field.annotation in (int, float)]
         for name, dimension in sweep.dimensions.items():
             where = f"learning.sweep.dimensions.{name}"
-            if unknown := unless_known(where, name, numeric):
+            if unknown := unless_known(where, name, SEARCHABLE):
                 problems += unknown
                 continue
             for end, value in (("low", dimension.low), ("high", dimension.high)):

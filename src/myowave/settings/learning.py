@@ -55,6 +55,9 @@ class Recipe(Section):
         return self
 
 
+SEARCHABLE = tuple(name for name, field in Recipe.model_fields.items() if field.annotation in (int, float))
+
+
 class Dimension(Section):
     """The range in which a sweep looks for a setting."""
 
