@@ -3,11 +3,13 @@
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from myowave.plotting import BLUE, GREY, RED, canvas, title
 
 _PARAMETERS = 6  # panels that can still be read
+_NAMES = 12  # subjects whose names have room below an axis; more are numbered as in the table, from 1
+_UNITS = {"f0": "N", "vmax": "m/s", "pennation": "rad", "delay": "s", "shape": "-", "mass": "kg", "load": "kg"}
 
 
 def draw_subjects(table: pd.DataFrame) -> Figure:
@@ -28,17 +30,25 @@ def draw_subjects(table: pd.DataFrame) -> Figure:
     axes.flat[0].bar_label(bars, padding=3)
     axes.flat[0].set(xlabel="subjects", title="verdict", xlim=(0, 1.15 * kinds.max()))
     axes.flat[0].xaxis.set_major_locator(MaxNLocator(integer=True))
-    x = np.arange(len(last))
+    x = np.arange(1, len(last) + 1)
     error = axes.flat[1]
     error.plot(x, first["heldout_rmse_deg"], "x", color=GREY, label="base model")
     error.plot(x, last["heldout_rmse_deg"], "o", color=RED, markersize=4, label="with what was found")
-    error.set(xlabel="subject", ylabel="held-out error [deg]", title="error", yscale="log")
+    error.set(ylabel="held-out error [deg]", title="error", yscale="log")
+    within_a_decade = table["heldout_rmse_deg"].max() < 10 * table["heldout_rmse_deg"].min()
+    error.yaxis.set_major_locator(LogLocator(subs=(1, 2, 3, 5, 7) if within_a_decade else (1,)))
+    error.yaxis.set_major_formatter("{x:g}")
+    error.yaxis.set_minor_formatter(NullFormatter())
     figure.legend(loc="outside lower center", ncols=2, frameon=False)
     for axis, name in zip(axes.flat[2:], names, strict=False):
         axis.errorbar(x, last[name], yerr=last[f"{name}_se"].fillna(0), fmt="o", color=BLUE, markersize=4, capsize=2)
-        axis.set(xlabel="subject", title=name, ylabel="SI units")
+        axis.set(title=name, ylabel=f"{name} [{_UNITS.get(name.partition('_')[0], 'm')}]")
     for axis in axes.flat[1:columns]:
-        axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+        if len(last) <= _NAMES:
+            axis.set_xticks(x, last["subject"], rotation=30 if len(last) > 6 else 0)
+        else:
+            axis.set_xlabel("subject")
+            axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     for axis in axes.flat[columns:]:
         axis.set_visible(False)
     fell = (last["heldout_rmse_deg"] < first["heldout_rmse_deg"]).sum()
