@@ -28,6 +28,7 @@ def evaluations(dataset: str, recipe: str, numbers_of_scales: int, gain: float) 
 def page(gain: float) -> str:
     cases = pd.concat([evaluations(f"case{n}", "paper", 3, gain) for n in (1, 2, 3)])
     subject = pd.concat([evaluations(name, "paper_subject", 5, gain) for name in ("elbow_a", "elbow_b")])
+    subject = subject[(subject["dataset"] == "elbow_a") | subject["scales"].isin([1, 5])]
     runs = pd.concat([cases, subject])[["dataset", "recipe", "scales", "seed"]]
     one_step = runs.assign(test_r2_one_step=0.987)
     history = pd.DataFrame({"epoch": [1], "data_loss": [1e-3], "residual_loss": [2.0]})

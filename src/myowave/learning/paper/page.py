@@ -83,7 +83,8 @@ def _findings(
     verdicts = ", ".join(f"{what} in {count}" for what, count in judged["finding"].value_counts().items())
     worst = errors[errors["scales"] == 3]["error_pct"].abs().max()
     printed, best = choices.iloc[0], choices.loc[choices["worst_error_pct"].idxmin()]
-    limits = values[values["scales"] == values["scales"].max()].groupby("dataset")["at_limit"].sum()
+    most = values[values["scales"] == values["scales"].max()]
+    limits = most.groupby("dataset")["at_limit"].sum()
     by_dataset = "; ".join(
         f"{group['test_r2'].iloc[0]:.3f} with 1 scale and {group['test_r2'].iloc[-1]:.3f} with "
         f"{group['scales'].iloc[-1]} in `{dataset}`"
@@ -163,7 +164,11 @@ def _table4(scores: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
         nmse, r2 = PRINTED_TEST.get(scales, (np.nan, np.nan))
         row = [str(scales), _number(nmse, ".2e"), _number(r2, ".3f")]
         for dataset in datasets:
-            here = group[group["dataset"] == dataset].iloc[0]
+            of_dataset = group[group["dataset"] == dataset]
+            if of_dataset.empty:
+                row += ["", "", ""]
+                continue
+            here = of_dataset.iloc[0]
             row += [
                 f"{here['test_nmse']:.2e} ± {here['test_nmse_sd']:.1e}",
                 f"{-here['nmse_decrease_pct']:+.0f} %",
