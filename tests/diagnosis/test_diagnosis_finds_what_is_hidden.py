@@ -5,10 +5,12 @@ import json
 import numpy as np
 import pytest
 
+from myowave.data.simulate import simulate_trials
 from myowave.diagnosis.diagnose import diagnose
 from myowave.diagnosis.selection import select_effects
 from myowave.diagnosis.tables import TABLES, add_errors, predictions_table, verdict_summary
 from myowave.settings import Diagnosis as DiagnosisSettings
+from myowave.settings import SimulatedDataset
 
 SETTINGS = DiagnosisSettings(starts=2)
 KEYS = {"verdict", "effects", "alternatives", "rmse_deg", "parameters", "next_trial"}
@@ -124,3 +126,25 @@ def test_a_class_comes_with_the_trial_that_would_separate_it(make_trials, base, 
     assert found.verdict.kind == "class"
     assert {"extra_delay", "clock_shift"} <= set(found.verdict.alternatives[0])
     assert found.proposals
+
+
+@pytest.mark.parametrize("known", [{}, {"4": {"load": 1.0}, "5": {"load": 1.0}}])
+def test_a_load_that_nobody_noted_is_found_where_a_known_one_was_held_in_some_trials(base, few, known):
+    """In one condition it is the same motion as weaker muscles; the trial to record next is one with a known load."""
+    hidden = {"hand_load": {"m": 0.5}}
+    dataset = SimulatedDataset(
+        kind="simulated", samples=200, test=("3",), seed=3, angle_noise_deg=0.5, conditions=known, hidden_effect=hidden
+    )
+    trials, _ = simulate_trials("loads", dataset, base, few)
+    candidates = [few[name] for name in ("hand_load", "joint_damping", "gravity_tilt")]
+    found = diagnose(trials, base, candidates, dataset.identify, SETTINGS)
+    summary = verdict_summary(found)
+    if not known:
+        assert summary["verdict"] == "undecidable" and summary["effects"] == []
+        assert set(found.verdict.absorbed["hand_load"]) == {"f0_Bi", "f0_Tri"}
+        assert summary["next_trial"]["trial"] == "known load of 1 kg"
+        return
+    assert summary["verdict"] == "effect" and summary["effects"] == ["hand_load"] and not found.verdict.absorbed
+    estimate = summary["parameters"]["base+hand_load"]["hand_load.m"]
+    assert estimate["value"] == pytest.approx(0.5, abs=4 * estimate["se"]) and estimate["se"] < 0.1
+    assert summary["parameters"]["base+hand_load"]["f0_Bi"]["value"] == pytest.approx(300.0, rel=0.05)

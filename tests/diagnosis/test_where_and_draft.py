@@ -1,11 +1,15 @@
 """What is missing, where, and as a formula that runs."""
 
+from dataclasses import replace
+
 import numpy as np
+import pandas as pd
 import pytest
 import torch
+from scipy.signal import lfilter
 
 from myowave.diagnosis.draft import LIBRARY, draft_effect
-from myowave.diagnosis.fit import fit_model
+from myowave.diagnosis.fit import correlation_time, fit_model
 from myowave.diagnosis.independence import check_independence
 from myowave.diagnosis.next_trial import propose_trials
 from myowave.diagnosis.record import make_record
@@ -37,9 +41,68 @@ def test_parts_of_the_data_add_up_to_the_whole(make_fit):
     assert "deg" in describe(misfit, 0.5)
 
 
+def told_of(*, trial=(1, 1), rmse=(1, 1), mean=(0, 0), **bins: list[float]) -> str:
+    """What is said of errors [deg] of trials, of flexion and extension, and of ranges of other factors."""
+    rows = [("trial", f"trial{i + 1}", np.nan, np.nan, value, 0.0) for i, value in enumerate(trial)]
+    for part, error, shift in zip(("flexion", "extension"), rmse, mean, strict=True):
+        rows.append(("direction", part, np.nan, np.nan, error, shift))
+    for factor, values in bins.items():
+        rows += [(f"{factor} [deg]", "", 10.0 * i, 10.0 * (i + 1), value, 0.0) for i, value in enumerate(values)]
+    return describe(pd.DataFrame(rows, columns=["factor", "part", "low", "high", "rmse_deg", "mean_deg"]), 0.5)
+
+
+def test_the_finding_names_what_the_error_grows_with_from_end_to_end():
+    told = told_of(pitch=[1, 1.4, 1.3, 2], roll=[1, 2, 1, 1.2])
+    assert told.startswith("The misfit grows with pitch, from 1 deg (0 to 10 deg) to 2 deg (30 to 40 deg).")
+    assert "roll" not in told, "a difference between neighbours is no finding"
+
+
+def test_the_finding_names_the_extremes_where_there_is_no_trend():
+    told = told_of(trial=[1, 3], pitch=[1, 1.1, 2, 1.2])
+    assert "largest at pitch 20 to 30 deg (2 deg) and smallest at 0 to 10 deg (1 deg)" in told
+    assert "largest in trial 2 (3 deg), smallest in trial 1 (1 deg)" in told
+
+
+def test_the_finding_says_which_of_arm_and_model_runs_ahead():
+    assert "ahead of the model, by 1.5 deg in flexion and 1 in extension" in told_of(rmse=[2, 2], mean=[1.5, -1.0])
+    assert "behind the model" in told_of(rmse=[2, 2], mean=[-1.5, 1.0])
+    assert told_of(pitch=[1, 1, 1, 1.1]) == "The misfit is the same everywhere. The noise is 0.5 deg."
+
+
+def test_short_trials_have_a_coarser_map_whose_cells_are_filled(make_fit):
+    found = missing_torque(make_fit({"joint_damping": {"c": 1.0}}))
+    short = replace(found, points=found.points.iloc[::4])
+    for whole in (found, short):
+        assert whole.map()["windows"].sum() > 0.8 * len(whole.points) and whole.map()["windows"].min() >= 3
+        assert np.polyfit(whole.map()["velocity_rad_s"], whole.map()["torque_Nm"], 1)[0] < 0, "what is missing brakes"
+    assert len(short.map()) < len(found.map())
+
+
 def test_a_residual_that_follows_the_velocity_is_noticed(make_fit):
     assert check_independence(make_fit()).holds
     assert not check_independence(make_fit({"joint_damping": {"c": 1.5}})).holds
+
+
+def test_a_slow_residual_that_the_inputs_drive_is_noticed(make_fit):
+    """Other muscle curves leave a residual so slow that any two such signals correlate."""
+    fit = make_fit({"millard_curves": {"w": 1.0}}, noise_deg=0.05)
+    assert correlation_time(fit.normal.residual, fit.record) > 5
+    assert not check_independence(fit).holds
+
+
+@pytest.mark.parametrize("colour", [0.0, 0.7, 0.95])
+def test_noise_of_any_colour_is_independent(make_fit, colour):
+    """Noise that no input drives, as a fit would leave it: what the parameters can imitate is gone from it."""
+    fit, random, alarms = make_fit(), np.random.default_rng(5), 0
+    normal, shape = fit.normal, fit.normal.residual.shape
+    for _ in range(25):
+        white = random.standard_normal((shape[0], shape[1] + 200))
+        noise = np.radians(1.0) * lfilter([1.0], [1.0, -colour], white)[:, 200:]
+        product = np.einsum("tnp,tn->p", normal.without_starts(normal.slope), noise)
+        left = noise - normal.slope @ np.linalg.solve(normal.matrix, product)
+        left = normal.without_starts(left[..., None])[..., 0]
+        alarms += not check_independence(replace(fit, normal=replace(normal, residual=left))).holds
+    assert alarms <= 1
 
 
 def test_the_draft_is_an_effect_file_that_runs_and_says_what_was_found(make_fit, tmp_path):
@@ -66,6 +129,13 @@ def test_a_known_load_is_the_trial_that_shows_an_unknown_one(make_fit, effects):
     best, *others = propose_trials(make_fit(), effects["hand_load"])
     assert best.trial == "known load of 1 kg" and best.separates
     assert not any(p.separates for p in others)
+
+
+def test_another_posture_tells_the_lean_of_the_arm_from_a_constant_torque(make_fit, effects):
+    fit = make_fit({"gravity_tilt": {"phi": 0.1}})
+    proposals = propose_trials(fit, effects["gravity_tilt"], effects["constant_torque"])
+    separation = {p.trial.split(",")[0]: p.separation for p in proposals}
+    assert separation["other posture"] > separation["as recorded"]
 
 
 def test_another_trial_never_makes_candidates_harder_to_tell(make_fit, effects):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from scipy.stats import spearmanr
 
 from myowave.diagnosis.fit import Fit
 from myowave.diagnosis.independence import inputs_of
@@ -18,9 +19,11 @@ Array = NDArray[np.float64]
 
 BINS = 4  # of as many samples each
 WINDOW_S = 0.25  # half the width of a test function
-MAP_BINS = 8
-FEWEST = 10  # windows in a cell of the map
+MOST_MAP_BINS, WINDOWS_A_CELL = 8, 5  # the map is as fine as so many windows in a cell, on average, allow
+FEWEST = 3  # windows in a cell of the map
 CONTRAST = 1.15  # worst bin over best: less is not worth a sentence
+TREND = 0.8  # rank correlation of four bins with at most two neighbours exchanged
+SHIFT = 0.2  # mean error over RMSE from which the arm is said to run ahead or behind
 STILL_RAD_S = 0.05  # slower than this counts neither as flexion nor as extension
 
 
@@ -45,8 +48,9 @@ class MissingTorque:
         """Mean over cells of angle and velocity: angle_rad, velocity_rad_s (centres), torque_Nm, windows."""
         points = self.points
         cells = []
+        bins = int(np.clip(np.sqrt(len(points) / WINDOWS_A_CELL), 2, MOST_MAP_BINS))
         q_edges, v_edges = (
-            np.linspace(points[c].min(), points[c].max() + 1e-9, MAP_BINS + 1) for c in ("angle_rad", "velocity_rad_s")
+            np.linspace(points[c].min(), points[c].max() + 1e-9, bins + 1) for c in ("angle_rad", "velocity_rad_s")
         )
         i = np.digitize(points["angle_rad"], q_edges) - 1
         j = np.digitize(points["velocity_rad_s"], v_edges) - 1
@@ -79,25 +83,65 @@ def misfit_by(fit: Fit) -> pd.DataFrame:
 
 
 def describe(misfit: pd.DataFrame, noise_deg: float) -> str:
-    """The table in a sentence.
+    """The table in a few sentences, the strongest first.
 
     Args:
         misfit: as `misfit_by` gives it.
         noise_deg: standard deviation of the noise of the angle.
     """
-    contrasts = []
-    for factor, parts in misfit.groupby("factor", sort=False):
-        best, worst = parts.loc[parts["rmse_deg"].idxmin()], parts.loc[parts["rmse_deg"].idxmax()]
-        if worst["rmse_deg"] > CONTRAST * best["rmse_deg"]:
-            contrasts.append((worst["rmse_deg"] / best["rmse_deg"], str(factor), worst, best))
-    contrasts.sort(key=lambda c: -c[0])
-    if not contrasts:
-        return f"The misfit is the same everywhere (noise {noise_deg:.2g} deg)."
-    parts = [
-        f"{_place(factor, worst)} ({worst['rmse_deg']:.2f} deg against {best['rmse_deg']:.2f} {_place(factor, best)})"
-        for _, factor, worst, best in contrasts[:3]
-    ]
-    return f"The misfit is largest {'; '.join(parts)}; the noise is {noise_deg:.2g} deg."
+    noise = f"The noise is {noise_deg:.2g} deg."
+    said = [text for text in (_by_range(misfit), _by_direction(misfit), _by_trial(misfit)) if text]
+    if not said:
+        return f"The misfit is the same everywhere. {noise}"
+    if said[0].startswith("It is"):
+        said[0] = said[0].replace("It is", "The misfit is", 1)
+    return " ".join([*said, noise])
+
+
+def _by_range(misfit: pd.DataFrame) -> str:
+    """With what the error grows or falls; where there is no such trend, at what it is largest and smallest."""
+    trends, extremes = [], []
+    for factor, parts in misfit[misfit["low"].notna()].groupby("factor", sort=False):
+        errors = parts["rmse_deg"].to_numpy()
+        contrast = errors.max() / max(errors.min(), 1e-12)
+        if contrast <= CONTRAST:
+            continue
+        order = spearmanr(np.arange(len(errors)), errors).statistic
+        across = np.log(errors[-1] / max(errors[0], 1e-12))
+        name, unit = _name_and_unit(str(factor))
+        if abs(order) >= TREND - 1e-9 and abs(across) > np.log(contrast) / 2:
+            ends = " to ".join(f"{_error(parts.iloc[i])} ({_range(parts.iloc[i])}{unit})" for i in (0, -1))
+            trends.append((contrast, f"{'grows' if across > 0 else 'falls'} with {name}, from {ends}"))
+        elif abs(errors.argmax() - errors.argmin()) > 1:  # between neighbours a difference is no finding
+            worst, best = (f"{_range(row)}{unit} ({_error(row)})" for row in _extremes(parts))
+            extremes.append((contrast, f"is largest at {name} {worst} and smallest at {best}"))
+    chosen = sorted(trends, reverse=True)[:2] or sorted(extremes, reverse=True)[:1]
+    return f"The misfit {'; it '.join(text for _, text in chosen)}." if chosen else ""
+
+
+def _by_trial(misfit: pd.DataFrame) -> str:
+    """The trials with the largest and the smallest error, where these differ."""
+    worst, best = _extremes(misfit[misfit["factor"] == "trial"])
+    if worst["rmse_deg"] <= CONTRAST * best["rmse_deg"]:
+        return ""
+    worst, best = (f"trial {row['part'].removeprefix('trial')} ({_error(row)})" for row in (worst, best))
+    return f"It is largest in {worst}, smallest in {best}."
+
+
+def _by_direction(misfit: pd.DataFrame) -> str:
+    """Whether the arm runs ahead of the model or behind it, or moves one way worse than the other."""
+    parts = misfit[misfit["factor"] == "direction"].set_index("part")
+    flexion, extension = parts.loc["flexion"], parts.loc["extension"]
+    # Measured less simulated: positive while the angle grows, and negative while it falls, is ahead.
+    ahead = np.array([flexion["mean_deg"], -extension["mean_deg"]])
+    if (np.abs(ahead) > SHIFT * np.array([flexion["rmse_deg"], extension["rmse_deg"]])).all() and ahead.prod() > 0:
+        where = "ahead of" if ahead[0] > 0 else "behind"
+        by_flexion, by_extension = np.abs(ahead)
+        return f"The arm is {where} the model, by {by_flexion:.2g} deg in flexion and {by_extension:.2g} in extension."
+    worst, best = _extremes(parts.reset_index())
+    if worst["rmse_deg"] <= CONTRAST * best["rmse_deg"]:
+        return ""
+    return f"It is larger in {worst['part']} ({_error(worst)}) than in {best['part']} ({_error(best)})."
 
 
 def missing_torque(fit: Fit) -> MissingTorque:
@@ -143,11 +187,21 @@ def _row(factor: str, part: str, residual: Array, low: float = np.nan, high: flo
     }  # fmt: skip
 
 
-def _place(factor: str, row: pd.Series) -> str:
-    if factor == "trial":
-        return f"in trial {row['part'].removeprefix('trial')}"
-    if factor == "direction":
-        return f"in {row['part']}"
-    name, unit = factor.rsplit(" [", 1)
-    unit = unit.rstrip("]").replace("-", "").strip()
-    return f"at {name.replace('activation', 'activation of')} {row['low']:.3g} to {row['high']:.3g} {unit}".rstrip()
+def _extremes(parts: pd.DataFrame) -> tuple[pd.Series, pd.Series]:
+    """The parts with the largest and with the smallest error."""
+    return parts.loc[parts["rmse_deg"].idxmax()], parts.loc[parts["rmse_deg"].idxmin()]
+
+
+def _error(row: pd.Series) -> str:
+    return f"{row['rmse_deg']:.2g} deg"
+
+
+def _range(row: pd.Series) -> str:
+    low, high = (f"{v:.0f}" if abs(v) >= 10 else f"{v:.2g}" for v in (row["low"], row["high"]))
+    return f"{low} to {high}"
+
+
+def _name_and_unit(factor: str) -> tuple[str, str]:
+    """`speed [deg/s]` as "speed" and " deg/s"; a number without a unit has none."""
+    name, unit = factor.removesuffix("]").rsplit(" [", 1)
+    return name.replace("activation", "activation of"), "" if unit == "-" else f" {unit}"

@@ -62,6 +62,7 @@ def draw_errors(errors: pd.DataFrame, found: str) -> Figure:
     axis.axhline(noise, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise:.2g} deg")
     if errors["rmse_deg"].max() > WIDE * errors["rmse_deg"].min():
         axis.set_yscale("log")
+        axis.yaxis.set_major_formatter("{x:g}")
         axis.set_ylim(bottom=floor)
     axis.grid(axis="x", visible=False)
     roles = errors.drop_duplicates("trial").set_index("trial")["role"]

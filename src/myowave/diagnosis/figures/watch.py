@@ -19,7 +19,8 @@ def draw_ladder(ladder: pd.DataFrame, found: str) -> Figure:
         found: the model that was found.
     """
     models = unique(ladder["model"])
-    figure, axes = canvas(1, 2, width=max(9.5, 2.0 * len(models) + 5), height=4.5, gridspec_kw={"width_ratios": [3, 2]})
+    ratios = {"width_ratios": [4, 3]}
+    figure, axes = canvas(1, 2, width=max(9.5, 2.6 * len(models) + 4), height=4.5, gridspec_kw=ratios)
     error, torque = axes[0]
     physics = ladder[ladder["source"] == "physics"]
     for name, column, color, marker, dashes in (
@@ -39,13 +40,14 @@ def draw_ladder(ladder: pd.DataFrame, found: str) -> Figure:
     values = ladder[["train_rmse_deg", "heldout_rmse_deg"]].stack()
     if values.max() > WIDE / 2 * values.min():
         error.set_yscale("log")
+        error.yaxis.set_major_formatter("{x:g}")
     else:
         error.set_ylim(bottom=0)
     error.set_ylabel("RMSE [deg]")
     torque.bar(physics["model"].map(models.index), physics["missing_torque_Nm"], 0.55, color=SKY)
     torque.set_ylabel("missing torque, RMS [N m]")
     for axis in (error, torque):
-        axis.set_xticks(range(len(models)), [m.replace("+", "\n+") for m in models])
+        axis.set_xticks(range(len(models)), [m.replace("+", "\n+") for m in models], fontsize=9)
         axis.set_xlim(-0.5, len(models) - 0.5)
         axis.grid(axis="x", visible=False)
     legend(figure, error, columns=2)
@@ -91,11 +93,14 @@ def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
         axis.ticklabel_format(axis="y", useOffset=False)
     for axis in list(axes.flat)[len(names) :]:
         axis.set_visible(False)
+    for axis in list(axes.flat)[: len(names)][-columns:]:  # the lowest panel of each column
+        axis.tick_params(labelbottom=True)
     for axis in axes.flat:
         axis.set_xlim(-0.4, len(models) - 0.4)
-        axis.set_xticks(range(len(models)), [f"+{i}" if i else "base" for i in range(len(models))])
-    axes[-1, 0].set_xlabel("  ".join(f"+{i}: {m.split('+')[-1]}" for i, m in enumerate(models) if i), loc="left")
-    legend(figure, axes[0, 0], columns=4)
+        axis.set_xticks(range(len(models)), [str(i) if i else models[0] for i in range(len(models))])
+    names_of_models = "    ".join(f"{i}: {m}" for i, m in enumerate(models) if i)
+    figure.supxlabel(names_of_models, x=0.01, ha="left", fontsize=10)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside right upper", frameon=False)
     physics = parameters[parameters["source"] == "physics"]
     ends = [physics[physics["model"] == m] for m in (models[0], found)]
     if physics["error_pct"].notna().any():

@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.ticker import ScalarFormatter
 
 from myowave.diagnosis.figures.style import WIDE, legend, rms, short, style, unique
 from myowave.plotting import MEASURED, canvas, title
@@ -14,7 +13,7 @@ def draw_misfit(misfit: pd.DataFrame, noise_deg: float, where: str) -> Figure:
 
     Args:
         misfit: columns model, factor, part, rmse_deg.
-        where: the finding in a sentence.
+        where: the findings, the strongest first.
     """
     models, factors = unique(misfit["model"]), unique(misfit["factor"])
     columns = 4
@@ -36,13 +35,13 @@ def draw_misfit(misfit: pd.DataFrame, noise_deg: float, where: str) -> Figure:
         axis.grid(axis="x", visible=False)
         if wide:
             axis.set_yscale("log")
-            axis.yaxis.set_major_formatter(ScalarFormatter())
+            axis.yaxis.set_major_formatter("{x:g}")
     for axis in list(axes.flat)[len(factors) :]:
         axis.set_visible(False)
     for axis in axes[:, 0]:
         axis.set_ylabel("RMSE [deg]")
     legend(figure, axes[0, 0], columns=3)
-    title(figure, where.split(";")[0].rstrip(".") + f"; noise is {noise_deg:.2g} deg")
+    title(figure, where.split(". ")[0].rstrip("."))
     return figure
 
 
