@@ -1,0 +1,48 @@
+"""What MLflow is given of a diagnosis: the verdict, the curve that falls, a run for each model, and when it was made."""
+
+import json
+import os
+
+import pandas as pd
+import pytest
+
+from myowave.run_contents import from_diagnosis
+
+LADDER = pd.DataFrame(
+    {
+        "model": ["base", "base+tilt", "base+fatigue"], "effects": [0, 1, 1], "named": [False, False, True],
+        "train_rmse_deg": [3.0, 0.5, 2.0], "heldout_rmse_deg": [4.0, 0.6, 5.0], "noise_deg": [0.5, 0.5, 0.5],
+        "missing_torque_Nm": [1.0, 0.0, 0.7],
+    }
+)  # fmt: skip
+VERDICT = {
+    "dataset": "me", "verdict": "effect", "effects": ["tilt"], "model": "base+tilt", "sentence": "Missing: tilt.",
+    "where": "The misfit grows.", "command": "snakemake --cores 2 this --configfile mine.yaml",
+    "parameters": {m: {"f0_Bi": {"value": 300.0, "se": 1.0, "error_pct": None}} for m in LADDER["model"]},
+}  # fmt: skip
+ENDED, LASTED = 1_700_000_000.0, 42.5
+
+
+@pytest.fixture
+def group(tmp_path):
+    (tmp_path / "verdict.json").write_text(json.dumps(VERDICT))
+    (tmp_path / "verdict.html").write_text("the story")
+    LADDER.to_csv(tmp_path / "ladder.csv", index=False)
+    benchmark = tmp_path / "me.tsv"
+    pd.DataFrame({"s": [LASTED], "h:m:s": ["0:00:42"]}).to_csv(benchmark, sep="\t", index=False)
+    os.utime(benchmark, (ENDED, ENDED))
+    return from_diagnosis(tmp_path, tmp_path, benchmark)
+
+
+def test_runs_last_as_long_as_the_diagnosis_did(group):
+    assert {(run.finished, run.duration_s) for run in (group.parent, *group.children)} == {(ENDED, LASTED)}
+
+
+def test_the_curve_runs_over_the_models_of_the_search_alone(group):
+    assert group.parent.curves["heldout_rmse_deg"].to_dict() == {0: 4.0, 1: 0.6}
+    assert group.parent.metrics["heldout_rmse_deg"] == 0.6, "of the model that was found"
+    assert [run.name for run in group.children] == list(LADDER["model"]), "and a model that was named has a run too"
+
+
+def test_the_description_holds_verdict_and_command(group):
+    assert VERDICT["sentence"] in group.parent.description and VERDICT["command"] in group.parent.description
