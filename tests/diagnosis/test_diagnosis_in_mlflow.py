@@ -1,4 +1,4 @@
-"""What MLflow is given of a diagnosis: the verdict, the curve that falls, a run for each model, and when it was made."""
+"""What MLflow is given of a diagnosis: the verdict, the curve that falls, a run for each model, and its duration."""
 
 import json
 import os
