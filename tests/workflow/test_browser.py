@@ -217,6 +217,15 @@ def test_the_report_is_one_page_that_works_without_a_network(browser, finished):
     text = browser.wait("metrics")
     browser.keep("report_learning")
     assert all(label in text.lower() for label in ("dataset", "model", "recipe", "figure"))
+    browser.driver.get("about:blank")
+    browser.open(report.as_uri(), until="(?i)results", name="report")
+    browser.click("3 diagnosis")
+    browser.wait("case1")
+    browser.click("case1")
+    text = browser.wait("0 verdict")
+    browser.keep("report_diagnosis")
+    places = [text.find(name) for name in ("0 verdict", "1 overlay", "7 ranking", "8 ladder")]
+    assert places == sorted(places) and places[0] > 0, text
     external = browser.script(
         "performance.getEntriesByType('resource').map(e => e.name).filter(n => n.startsWith('http'))"
     )

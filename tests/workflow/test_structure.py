@@ -1,6 +1,7 @@
 """How the code is put together: layers import downwards, outside libraries have one door, Snakemake stays outside."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -97,6 +98,9 @@ def test_scripts_belong_to_rules_and_hold_no_logic():
 
 def test_captions_are_there():
     for path in (ROOT / "workflow/rules").glob("*.smk"):
-        for part in path.read_text().split('caption="')[1:]:
-            caption = path.parent / part.split('"')[0]
-            assert len(caption.read_text().split()) > 5, f"{caption} says too little"
+        for part in re.split('caption=f?"', path.read_text())[1:]:
+            name = re.sub(r"{\w+}", "*", part.split('"')[0])  # a name with a variable stands for all that match
+            captions = list(path.parent.glob(name))
+            assert captions, f"{path.name}: no caption {name}"
+            for caption in captions:
+                assert len(caption.read_text().split()) > 5, f"{caption} says too little"

@@ -59,13 +59,13 @@ rule draw_trials:
             "results/figures/{dataset}/trials.png",
             caption="../report/trials.rst",
             category="1 data",
-            labels={"dataset": "{dataset}", "figure": "trials"},
+            labels={"dataset": "{dataset}", "figure": "1 trials"},
         ),
         scales=report(
             "results/figures/{dataset}/scales.png",
             caption="../report/scales.rst",
             category="1 data",
-            labels={"dataset": "{dataset}", "figure": "scales"},
+            labels={"dataset": "{dataset}", "figure": "2 scales"},
         ),
     log:
         "results/logs/draw_trials/{dataset}.log",

@@ -79,13 +79,16 @@ rule draw_diagnosis:
         ladder=f"{DIAGNOSIS}/watch.csv",
         parameters=f"{DIAGNOSIS}/watch_parameters.csv",
     output:
-        figures=report(
-            expand(f"{DIAGNOSIS_PICTURES}/{{figure}}.png", figure=DIAGNOSIS_FIGURES, allow_missing=True),
-            caption="../report/diagnosis.rst",
-            category="3 diagnosis",
-            subcategory="{dataset}",
-            labels={"dataset": "{dataset}"},
-        ),
+        figures=[
+            report(
+                f"{DIAGNOSIS_PICTURES}/{figure}.png",
+                caption=f"../report/diagnosis/{figure}.rst",
+                category="3 diagnosis",
+                subcategory="{dataset}",
+                labels={"dataset": "{dataset}", "figure": f"{place} {figure}"},
+            )
+            for place, figure in enumerate(DIAGNOSIS_FIGURES, 1)
+        ],
     log:
         "results/logs/draw_diagnosis/{dataset}.log",
     params:
@@ -110,7 +113,7 @@ rule tell_verdict:
             caption="../report/verdict.rst",
             category="3 diagnosis",
             subcategory="{dataset}",
-            labels={"dataset": "{dataset}"},
+            labels={"dataset": "{dataset}", "figure": "0 verdict"},
         ),
     log:
         "results/logs/tell_verdict/{dataset}.log",
@@ -170,6 +173,21 @@ rule summarize_study:
         "../scripts/summarize_study.py"
 
 
+rule draw_study:
+    input:
+        cases=rules.summarize_study.output.cases,
+        summary=rules.summarize_study.output.summary,
+    output:
+        figure=report("results/figures/study.png", caption="../report/study.rst", category="3 diagnosis"),
+    log:
+        "results/logs/draw_study.log",
+    params:
+        code=digest_layers("diagnosis/study.py", drawing=True),
+    script:
+        "../scripts/draw_study.py"
+
+
 rule hidden_effects:
     input:
         rules.summarize_study.output,
+        rules.draw_study.output,

@@ -49,7 +49,7 @@ rule summarize_models:
             "results/summary.csv",
             caption="../report/summary.rst",
             category="2 learning",
-            labels={"dataset": "all", "model": "all", "recipe": "all", "figure": "summary table"},
+            labels={"dataset": "all", "model": "all", "recipe": "all", "figure": "0 summary table"},
         ),
     log:
         "results/logs/summarize_models.log",
@@ -77,19 +77,19 @@ rule draw_models:
             f"results/figures/{RUNS}/metrics.png",
             caption="../report/metrics.rst",
             category="2 learning",
-            labels=labels("metrics"),
+            labels=labels("2 metrics"),
         ),
         predictions=report(
             f"results/figures/{RUNS}/predictions.png",
             caption="../report/predictions.rst",
             category="2 learning",
-            labels=labels("predictions"),
+            labels=labels("1 predictions"),
         ),
         parameters=report(
             f"results/figures/{RUNS}/parameters.png",
             caption="../report/parameters.rst",
             category="2 learning",
-            labels=labels("parameters"),
+            labels=labels("3 parameters"),
         ),
     log:
         f"results/logs/draw_models/{RUNS}.log",

@@ -77,25 +77,25 @@ rule summarize_sweep:
             f"results/figures/{SWEPT}/sweep/history.png",
             caption="../report/sweep.rst",
             category="2 learning",
-            labels=sweep_labels("sweep history"),
+            labels=sweep_labels("4 sweep history"),
         ),
         importance=report(
             f"results/figures/{SWEPT}/sweep/importance.png",
             caption="../report/sweep.rst",
             category="2 learning",
-            labels=sweep_labels("sweep importance"),
+            labels=sweep_labels("5 sweep importance"),
         ),
         slices=report(
             f"results/figures/{SWEPT}/sweep/slices.png",
             caption="../report/sweep.rst",
             category="2 learning",
-            labels=sweep_labels("sweep slices"),
+            labels=sweep_labels("6 sweep slices"),
         ),
         contours=report(
             f"results/figures/{SWEPT}/sweep/contours.png",
             caption="../report/sweep.rst",
             category="2 learning",
-            labels=sweep_labels("sweep contours"),
+            labels=sweep_labels("7 sweep contours"),
         ),
     log:
         f"results/logs/summarize_sweep/{SWEPT}.log",
@@ -122,7 +122,7 @@ rule score_sweep:
             f"{SWEEP_FOLDER}/test_scores.csv",
             caption="../report/test_scores.rst",
             category="2 learning",
-            labels=sweep_labels("sweep test scores"),
+            labels=sweep_labels("8 sweep test scores"),
         ),
     log:
         f"results/logs/score_sweep/{SWEPT}.log",
