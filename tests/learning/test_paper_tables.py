@@ -75,7 +75,7 @@ def test_seeds_at_the_end_of_their_reach_are_counted():
 
 
 def test_choices_stand_in_the_order_of_the_recipes_with_what_their_residual_weighs():
-    rows = pd.concat([runs(0.2, 0.05).assign(recipe=name) for name in ("light", "printed")])
+    rows = pd.concat([runs(0.2, 0.5).assign(recipe=name) for name in ("light", "printed")])
     rows = rows[rows["scales"] == 1]
     one_step = rows[["dataset", "recipe", "scales", "seed"]].assign(
         test_r2_one_step=np.where(rows["recipe"] == "light", 0.9, 0.8)
@@ -90,7 +90,8 @@ def test_choices_stand_in_the_order_of_the_recipes_with_what_their_residual_weig
     assert choices["one_step_r2"].tolist() == pytest.approx([0.8, 0.9])
     assert choices["data_loss"].tolist() == pytest.approx([2.0, 2.0])
     assert choices["weighted_residual"].tolist() == pytest.approx([2.0, 0.2])
-    assert choices["worst_error_pct"].tolist() == pytest.approx([1.0, 1.0])
+    rms = np.sqrt((rows.loc[rows["recipe"] == "light", "f0_Bi_error_pct"] ** 2).mean())
+    assert choices["worst_error_pct"].tolist() == pytest.approx([rms, rms])
 
 
 def test_the_truth_follows_from_values_and_errors():

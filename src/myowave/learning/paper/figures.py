@@ -25,7 +25,7 @@ def draw_scales(cases: pd.DataFrame, subject: pd.DataFrame) -> Figure:
     printed = pd.Series({scales: r2 for scales, (_, r2) in PRINTED_TEST.items()})
     axes[0, 1].plot(printed.index, printed, linestyle="--", marker="x", color=GREY, label="paper's subject, Table 4")
     for axis in axes[0]:
-        axis.legend()
+        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3)
     findings = pd.concat([judge_scales(cases), judge_scales(subject)])
     helped = (findings["finding"] == "helps").sum()
     title(figure, f"More scales help beyond the scatter of seeds in {helped} of {len(findings)} datasets")

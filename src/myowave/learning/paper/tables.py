@@ -143,7 +143,7 @@ def compare_choices(
     histories: Mapping[str, pd.DataFrame],
     recipes: Mapping[str, Mapping[str, Any]],
 ) -> pd.DataFrame:
-    """What each choice of the recipe does: scores and parameters, mean and SD over seeds.
+    """What each choice of the recipe does: scores, mean and SD over seeds, and parameters, root mean square over seeds.
 
     Args:
         summary: rows of evaluation.csv of one case, one recipe each.
@@ -169,8 +169,7 @@ def compare_choices(
                 "one_step_r2_sd": forced.std(ddof=0),
                 "test_r2": runs["test_r2"].mean(),
                 "test_r2_sd": runs["test_r2"].std(ddof=0),
-                "worst_error_pct": errors.mean().abs().max(),
-                "worst_sd_pct": errors.std(ddof=0).max(),
+                "worst_error_pct": np.sqrt(errors.pow(2).mean()).max(),
                 "data_loss": last["data_loss"].mean(),
                 "weighted_residual": settings["beta"] * last["residual_loss"].mean(),
             }
