@@ -33,8 +33,8 @@ from myowave.learning.network import Architecture, Scaling, initialise
 from myowave.learning.prediction import Network
 from myowave.learning.rollout import Units
 from myowave.learning.streaming import Predictor
-from myowave.learning.training import DATA_SEED, train_scale
-from myowave.learning.windows import Corpus, count_training_samples
+from myowave.learning.training import DATA_SEED, clip_gradients, train_scale
+from myowave.learning.windows import Corpus, count_training_samples, count_windows
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
@@ -45,7 +45,8 @@ OUT = Path("results/benchmarks")
 ROUNDS = 6
 SEEDS = (1, 5, 20)
 BUDGETS = (50, 100, 200, 400)  # epochs
-ENOUGH = 0.99  # test R2
+ENOUGH = 0.99  # test R2 of the worst of `TEAM` seeds
+TEAM = 5
 GROWTH = {  # what grows: values, the second of which is the default
     "seeds": (1, 5, 10, 20),
     "samples of a trial": (250, 500, 1000, 2000),
@@ -92,6 +93,7 @@ class Ours:
 
     def epoch(self) -> None:
         self.loss.backward(self.weights, torch.zeros(0))
+        clip_gradients(self.weights)
         self.optimizer.step()
 
 
@@ -126,19 +128,19 @@ class Plain:
     def __init__(self, trials: Trials, recipe: Recipe, seeds: int) -> None:
         self.network, self.corpus = prepare(trials, recipe, 1)
         self.steps = round(recipe.rollout_s / trials.dt)
-        self.random = torch.Generator().manual_seed(DATA_SEED)
+        self.rate, self.random = recipe.learning_rate, torch.Generator().manual_seed(DATA_SEED)
         self.nets, self.optimizers = [], []
         for seed in range(seeds):
             torch.manual_seed(seed)
             self.nets.append(PlainNetwork(self.network.architecture, self.network.units, recipe.history_steps))
             self.optimizers.append(torch.optim.Adam(self.nets[-1].parameters(), lr=recipe.learning_rate))
 
-    def epoch(self) -> None:
+    def epoch(self, decay: float = 1.0) -> None:
         length, history = self.network.history + self.steps, self.network.history
-        count = round(int(self.corpus.usable.sum()) / self.steps)
-        trial, start = self.corpus.draw(count, length, self.random)
+        trial, start = self.corpus.draw(count_windows(self.corpus.usable, self.steps), length, self.random)
         x, z, v = self.corpus.cut(trial, start, length)
         for net, optimizer in zip(self.nets, self.optimizers, strict=True):
+            optimizer.param_groups[0]["lr"] = decay * self.rate
             optimizer.zero_grad()
             loss = (net(x, z[0, :, :history], v[0, :, :history]) - z[0, :, history:]).square().mean()
             loss.backward()
@@ -217,8 +219,8 @@ def compare_training(trials: Trials, recipe: Recipe) -> dict:
 def count_operations(trials: Trials, recipe: Recipe, seeds: int) -> float:
     """Floating-point operations of the matrix products of an epoch: forward, and twice as many back."""
     steps = round(recipe.rollout_s / trials.dt)
-    usable = sum(count_training_samples(trials.select(trials.train), recipe.validation_fraction, recipe.history_steps))
-    samples = round(usable / steps) * (steps + recipe.history_steps)
+    usable = count_training_samples(trials.select(trials.train), recipe.validation_fraction, recipe.history_steps)
+    samples = count_windows(torch.tensor(usable), steps) * (steps + recipe.history_steps)
     gates = 3 * recipe.hidden
     forward = 2 * samples * (gates * (recipe.hidden + len(trials.channels) + 2) + recipe.hidden)
     return 3.0 * seeds * forward
@@ -257,7 +259,7 @@ def make_up(trials: int, samples: int) -> Trials:
 def compare_time_to_accuracy(
     trials: Trials, model: Model, recipe: Recipe, settings: Settings
 ) -> tuple[dict, Checkpoint]:
-    """Processor time until the test trial is predicted with R2 of `ENOUGH`, one seed, in turn with the same epochs.
+    """Processor time until all seeds predict the test trial with R2 of `ENOUGH`, in turn with the same epochs.
 
     A run has a fixed number of epochs, over which the cosine goes down; the shortest run that is good enough counts.
     Ours is all of it: identification, simulated motion, validation. The test trial only scores, it chooses nothing
@@ -270,14 +272,13 @@ def compare_time_to_accuracy(
         shorter = recipe.model_copy(update={"epochs": budget})
         if "seconds" not in result["ours"]:
             begin = time.process_time()
-            *_, last = train_scale({0: trials}, model, shorter, wanted, level=0, total=1, seeds=(0,))
+            *_, last = train_scale({0: trials}, model, shorter, wanted, level=0, total=1, seeds=range(TEAM))
             spent, checkpoint = time.process_time() - begin, last.checkpoint
             note(result["ours"], budget, spent, score(checkpoint, trials))
         if "seconds" not in result["plain"]:
-            plain, begin = Plain(trials, shorter, 1), time.process_time()
+            plain, begin = Plain(trials, shorter, TEAM), time.process_time()
             for epoch in range(budget):
-                plain.optimizers[0].param_groups[0]["lr"] = recipe.learning_rate * decay(epoch, budget)
-                plain.epoch()
+                plain.epoch(decay(epoch, budget))
             note(result["plain"], budget, time.process_time() - begin, plain.test_r2(trials))
     ours, plain_s = result["ours"].get("seconds"), result["plain"].get("seconds")
     if ours:
@@ -303,15 +304,15 @@ def score(checkpoint: Checkpoint, trials: Trials) -> float:
     return float(r_squared(torch.from_numpy(trials.angle)[t, history:], predicted).min())
 
 
-def measure_latency(checkpoint: Checkpoint, trials: Trials, seeds: Sequence[int] = (1, 5)) -> dict:
+def measure_latency(checkpoint: Checkpoint, trials: Trials, seeds: Sequence[int] = (1, TEAM)) -> dict:
     """Time [ms] from a sample of EMG to its angle, 4000 samples.
 
     `median` and `p99` are by the clock on the wall; `p99_processor` leaves out what other programs took meanwhile.
     """
     result = {}
     for count in seeds:
-        many = {name: value.expand(count, *value.shape[1:]) for name, value in checkpoint.weights.items()}
-        copies = Checkpoint(**{**vars(checkpoint), "weights": many, "seeds": tuple(range(count))})
+        some = {name: value[:count] for name, value in checkpoint.weights.items()}
+        copies = Checkpoint(**{**vars(checkpoint), "weights": some, "seeds": tuple(range(count))})
         predictor = Predictor(copies, [trials.angle[0, 0]] * checkpoint.recipe["history_steps"])
         wall, processor = [], []
         for sample in np.tile(trials.emg[0], (8, 1)).tolist():
@@ -351,14 +352,15 @@ def draw_growth(growth: Mapping[str, Mapping]):
         axis.loglog(values / values[1], cost / cost[1], marker=marker, color=color, label=label)
     reach = np.array([0.25, 4.0])
     axis.loglog(reach, reach, linestyle="--", color=GREY, linewidth=1.0, label="in proportion")
-    axis.set(xlabel="size relative to the default", ylabel="time of an epoch relative to the default")
+    axis.set(xlabel="size relative to the default [-]", ylabel="time of an epoch relative to the default [-]")
     for scale in (axis.xaxis, axis.yaxis):
         scale.set_major_locator(LogLocator(base=2))
         scale.set_minor_locator(NullLocator())
         scale.set_major_formatter(FuncFormatter(lambda size, _: f"{size:g}"))
     axis.legend()
-    fastest = max(growth, key=lambda name: growth[name]["exponent"])
-    title(figure, f"Cost of training grows at most with power {growth[fastest]['exponent']:.2f}, that of {fastest}")
+    above = [f"{name} (power {at['exponent']:.2f})" for name, at in growth.items() if at["exponent"] > 1]
+    but = f", but for {' and '.join(above)}" if above else ""
+    title(figure, f"An epoch costs less than in proportion to what grows{but}")
     return figure
 
 
@@ -385,7 +387,8 @@ def show(result: Mapping) -> None:
     reached = result["time_to_accuracy"]
     if "times_faster" in reached:
         least = "at least " if reached["at_least"] else ""
-        console.print(f"test R2 {ENOUGH} in case 1, one seed: {least}{reached['times_faster']:.1f} times faster")
+        faster = f"{least}{reached['times_faster']:.1f} times faster"
+        console.print(f"test R2 {ENOUGH} in case 1, every one of {TEAM} seeds: {faster}")
     else:
         console.print(f"test R2 {ENOUGH} in case 1 is not reached within {BUDGETS[-1]} epochs")
     for name, measured in result["growth"].items():
