@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 import torch
 
+from myowave.diagnosis.figures.study import NOTHING, answers, hit_rates
 from myowave.diagnosis.study import (
     Case,
     add_noise,
@@ -67,3 +68,18 @@ def test_only_visible_effects_count_and_false_alarms_are_counted():
     assert summary["aliases"] == ["b"] and summary["aliases_reported_pct"] == 100.0
     matrix = confusion_matrix(rows)
     assert matrix.loc["a"].sum() == 2 and matrix.loc["a", "b"] == 1
+
+
+def test_the_picture_shows_what_an_effect_was_taken_for_and_how_often_the_answer_was_right():
+    cases = pd.DataFrame(
+        [("a", 1.0, "a/b", True, "class"), ("a", 3.0, "", False, "adequate"), ("b", 1.0, "b", True, "effect"),
+         ("a+b", 1.0, "a + b", True, "effect"), ("none", 1.0, "", False, "adequate")],
+        columns=["hidden", "noise_deg", "found", "hit", "verdict"],
+    )  # fmt: skip
+    held = answers(cases)
+    assert list(held.index) == ["a", "b", "a+b", "none"]
+    assert held.loc["a"].to_dict() == {"a": 50.0, "b": 50.0, NOTHING: 50.0}
+    assert held.loc["a+b"].to_dict() == {"a": 100.0, "b": 100.0, NOTHING: 0.0}
+    rates = hit_rates(cases)
+    assert rates.loc["a"].tolist() == [100.0, 0.0] and rates.loc["none", 1.0] == 100.0
+    assert np.isnan(rates.loc["b", 3.0])
