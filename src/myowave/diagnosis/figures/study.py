@@ -56,7 +56,7 @@ def answers(cases: pd.DataFrame) -> pd.DataFrame:
 
 
 def hit_rates(cases: pd.DataFrame) -> pd.DataFrame:
-    """Percentage of right answers for each hidden effect (rows) and noise (columns); nan where nothing was detectable."""
+    """Percentage of right answers for each hidden effect (rows) and noise (columns); nan where none is detectable."""
     right = cases.assign(right=np.where(cases["hidden"] == "none", cases["verdict"] == "adequate", cases["hit"]))
     rates = 100 * right.pivot_table(index="hidden", columns="noise_deg", values="right", aggfunc="mean")
     return rates.loc[list(dict.fromkeys(cases["hidden"]))]
