@@ -43,13 +43,16 @@ def override_text(sweep: Sweep, recipe: Recipe, best: Settings, table: pd.DataFr
         path: where the file will be, for its own comment.
     """
     name = sweep.recipe + BEST
+    figure = f"results/figures/{sweep.dataset}/{sweep.model}/{name}/metrics.png"
     values = {
         "targets": {"recipes": [sweep.recipe, name]},
         "learning": {"recipes": {name: dump(with_settings(recipe, best))}},
     }
     return (
         f"# Recipe {sweep.recipe} on {sweep.dataset}, {sweep.model}, {sweep.scales}-scale: {_finding(table)}\n"
-        f"# A normal run with it: snakemake --cores 2 --configfile config.yaml {path}\n"
+        "# Train with it, files of your own named before it:\n"
+        f"# snakemake --cores 2 --configfile config.yaml {path} -- {figure}\n"
+        "# Without what follows -- for all that plain snakemake makes, with these settings beside the others.\n"
         f"{yaml.safe_dump(values, sort_keys=False)}"
     )
 
