@@ -75,6 +75,7 @@ def misfit_by(fit: Fit) -> pd.DataFrame:
     factors["time [s]"] = np.broadcast_to(np.arange(residual.shape[1]) * fit.record.dt, residual.shape)
     for factor, signal in factors.items():
         edges = np.quantile(signal[valid], np.linspace(0, 1, BINS + 1))
+        edges[0] = 0.0 if factor.startswith("speed") else edges[0]  # the slowest sample says less than standing still
         for low, high in zip(edges[:-1], edges[1:], strict=True):
             inside = valid & (signal >= low) & ((signal < high) | (high == edges[-1]))
             if inside.any():
