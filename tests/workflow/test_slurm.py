@@ -54,8 +54,9 @@ def running_jobs() -> list[str]:
     return told.splitlines()
 
 
-def kill_when_running(rule: str, workflow: subprocess.Popen, seconds: float) -> None:
-    """Kill -9 the process of a rule's job as soon as it runs its script."""
+def kill_when_running(rule: str, project: Project, workflow: subprocess.Popen, seconds: float) -> None:
+    """Kill -9 the process of a rule's job in this project, and no other's, as soon as it runs its script."""
+    scripts = f"{project.folder}/.snakemake/scripts/"
     end = time.monotonic() + seconds
     while time.monotonic() < end and workflow.poll() is None:
         for folder in Path("/proc").glob("[0-9]*"):
@@ -63,7 +64,7 @@ def kill_when_running(rule: str, workflow: subprocess.Popen, seconds: float) -> 
                 command = (folder / "cmdline").read_bytes().decode().split("\0")
             except OSError:  # it ended meanwhile
                 continue
-            if len(command) > 1 and command[1].endswith(f".{rule}.py"):
+            if len(command) > 1 and command[1].startswith(scripts) and command[1].endswith(f".{rule}.py"):
                 os.kill(int(folder.name), signal.SIGKILL)
                 return
         time.sleep(0.2)
@@ -80,7 +81,7 @@ def test_a_killed_job_is_made_again_and_the_results_are_those_of_one_machine(slu
         cwd=cluster.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
         env=os.environ | {"PYTHONPATH": str(cluster.folder / "src"), "OMP_NUM_THREADS": "1"},
     )  # fmt: skip
-    kill_when_running("train_scale", first, 240)
+    kill_when_running("train_scale", cluster, first, 240)
     told = first.communicate(timeout=400)[0]
     assert first.returncode != 0 and "train_scale" in told, told
     assert not (cluster.folder / "results/summary.csv").exists()
