@@ -51,6 +51,11 @@ def test_changed_learning_reruns_training_and_what_follows(finished):
         assert set(finished.planned(*CONFIG)) == LEARNING | DIAGNOSIS | {"draw_models"}
 
 
+def test_publishing_makes_nothing_but_the_store(finished):
+    with edited(finished, "src/myowave/learning/__init__.py", "", "CHANGED = 1\n"):
+        assert finished.planned(*CONFIG, "--", "publish") == {"publish": 1}
+
+
 def test_a_changed_page_reruns_only_the_telling(finished):
     with edited(finished, "workflow/report/verdict.html.j2", "<h1>", "<h1 >"):
         assert set(finished.planned(*CONFIG)) == {"tell_verdict", "publish_runs"}

@@ -20,13 +20,16 @@ rule publish_runs:
         "../scripts/publish_runs.py"
 
 
-# Asked for by name it always runs, having no output: the way to rebuild a store that was moved or deleted.
+# The way to rebuild a store that was moved or deleted, from what is in results/. Having no output it always runs when
+# asked for, and having no input it makes nothing else, also where results are older than the code.
 rule publish:
-    input:
-        **rules.publish_runs.input,
     log:
         "results/logs/publish.log",
     params:
-        **{**rules.publish_runs.params, "sweeps": published_sweeps("results/learning/*/*/*/*-scale/sweep")},
+        tracking=section("tracking"),
+        recipes=section("learning")["recipes"],
+        models=finished_models,
+        diagnoses=finished_diagnoses,
+        sweeps=finished_sweeps,
     script:
         "../scripts/publish_runs.py"
