@@ -6,7 +6,9 @@ import pytest
 import torch
 
 from myowave.learning.checkpoint import Checkpoint
-from myowave.learning.training import VALIDATE_EVERY, count_epochs, train_scale
+from myowave.learning.prediction import Network, run_free, to_tensors
+from myowave.learning.training import CLIP, VALIDATE_EVERY, clip_gradients, count_epochs, train_scale
+from myowave.learning.windows import Corpus, Validation, count_training_samples
 
 
 def train(scales, model, recipe, wanted, *, seeds=(0, 1), total=1):
@@ -24,11 +26,39 @@ def train(scales, model, recipe, wanted, *, seeds=(0, 1), total=1):
 @pytest.mark.parametrize("recipe", ["rollout", "teacher_forced"])
 def test_a_seed_trains_the_same_alone_and_among_others(recipe, scales, model, wanted, request):
     recipe = request.getfixturevalue(recipe)
-    _, together = train(scales, model, recipe, wanted, seeds=(3, 5))
-    _, alone = train(scales, model, recipe, wanted, seeds=(5,))
+    among, together = train(scales, model, recipe, wanted, seeds=(3, 5))
+    single, alone = train(scales, model, recipe, wanted, seeds=(5,))
+    for many, one in zip(among, single, strict=True):
+        torch.testing.assert_close(many.losses.total[1:], one.losses.total, rtol=1e-3, atol=0)
     for name, value in alone.weights.items():
         torch.testing.assert_close(together.weights[name][1], value[0], rtol=1e-4, atol=1e-5, msg=name)
     torch.testing.assert_close(together.values[1], alone.values[0], rtol=1e-6, atol=0)
+
+
+def test_a_gradient_too_large_is_shortened_for_its_seed_alone():
+    weights = {name: torch.zeros(2, 3, 4, requires_grad=True) for name in "ab"}
+    for value in weights.values():
+        value.grad = torch.ones_like(value) * torch.tensor([1e-3, 1e3])[:, None, None]
+    clip_gradients(weights)
+    small, large = torch.stack([value.grad for value in weights.values()], dim=1)
+    torch.testing.assert_close(small, torch.full_like(small, 1e-3))
+    torch.testing.assert_close(large.norm(), torch.tensor(CLIP))
+    torch.testing.assert_close(large, large[:1, :1, :1].expand_as(large))  # the direction stays
+
+
+def test_each_seed_keeps_the_weights_of_its_own_lowest_validation_error(scales, model, wanted, rollout):
+    recipe = rollout.model_copy(update={"epochs": 60, "learning_rate": 0.3, "simulated_trials": 0})
+    reports, last = train(scales, model, recipe, wanted, seeds=(0, 1, 2))
+    errors = torch.stack([report.val_mse for report in reports])
+    assert len(set(errors.argmin(0).tolist())) > 1, "no seed went on beyond the best epoch of another"
+    network, trials = Network.of(last), scales[0].select(scales[0].train)
+    usable = torch.tensor(count_training_samples(trials, recipe.validation_fraction, network.history))
+    emg, angle = to_tensors(trials, torch.device("cpu"))
+    corpus = Corpus.of(network.architecture, network.scaling, emg, angle[None], trials.dt, usable)
+    held_out = Validation.of(corpus, network.scaling, trials.lengths, network.history)
+    z, v = (given.expand(3, -1, -1) for given in (held_out.z, held_out.v))
+    again, _ = held_out.score(network.to_rad(run_free(network, held_out.x, z, v)))
+    torch.testing.assert_close(again, errors.min(0).values, rtol=1e-4, atol=0)
 
 
 def test_the_same_seed_gives_the_same_result_twice(scales, model, wanted, rollout):
