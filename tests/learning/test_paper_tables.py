@@ -67,11 +67,13 @@ def test_what_eq_41_can_reach_ends_at_the_mean_of_the_literature(model):
 
 
 def test_seeds_at_the_end_of_their_reach_are_counted():
-    bounds = {name: {"low": 0.0, "high": 100.0} for name in tables.PARAMETERS}
-    rows = pd.DataFrame({name: [0.5, 50.0, 99.5] for name in tables.PARAMETERS}).assign(dataset="elbow", scales=1)
+    bounds = {name: {"low": 10.0, "high": 100.0} for name in tables.PARAMETERS}
+    rows = pd.DataFrame({name: [10.1, 13.0, 50.0, 99.5] for name in tables.PARAMETERS}).assign(
+        dataset="elbow", scales=1
+    )
     values = tables.identified_values(rows, {"elbow": bounds})
     assert set(values["at_limit"]) == {2}
-    assert values["value"].tolist() == pytest.approx([50.0] * 4)
+    assert values["value"].tolist() == pytest.approx([43.15] * 4)
 
 
 def test_choices_stand_in_the_order_of_the_recipes_with_what_their_residual_weighs():

@@ -28,7 +28,7 @@ PRINTED_VALUES = {  # Table 5: identified (mean, SD) and literature (low, high),
     "l0_Tri": ((0.069, 0.001), (0.067, 0.087)),
 }
 RECORDED_WITH = {"f0_Bi": 300.0, "l0_Bi": 0.6, "f0_Tri": 300.0, "l0_Tri": 0.4}  # data/bench_elbow/README.md, SI units
-AT_LIMIT = 0.02  # share of a parameter's reach from an end that counts as at the end
+AT_LIMIT = 0.02  # share of a limit within which a value counts as at it
 CLEAR = 2.0  # standard errors from 0 from which a difference is more than the scatter of seeds
 
 
@@ -97,13 +97,12 @@ def identified_values(summary: pd.DataFrame, identify: Mapping[str, Mapping[str,
         identify: {dataset: its section `identify`}.
 
     Returns:
-        A row a dataset, number of scales and parameter. `at_limit`: seeds within 2 % of the reach from either end.
+        A row a dataset, number of scales and parameter. `at_limit`: seeds within 2 % of either limit.
     """
     rows = []
     for (dataset, scales), group in summary.groupby(["dataset", "scales"]):
         for name, (identified, literature) in PRINTED_VALUES.items():
             low, high = reach(identify[dataset][name])
-            margin = AT_LIMIT * (high - low)
             rows.append(
                 {
                     "dataset": dataset,
@@ -113,7 +112,9 @@ def identified_values(summary: pd.DataFrame, identify: Mapping[str, Mapping[str,
                     "sd": group[name].std(ddof=0),
                     "reach_low": low,
                     "reach_high": high,
-                    "at_limit": int(((group[name] < low + margin) | (group[name] > high - margin)).sum()),
+                    "at_limit": int(
+                        ((group[name] < (1 + AT_LIMIT) * low) | (group[name] > (1 - AT_LIMIT) * high)).sum()
+                    ),
                     "recorded_with": RECORDED_WITH[name],
                     "paper_value": identified[0],
                     "paper_sd": identified[1],
