@@ -206,9 +206,9 @@ def _found(case: Case, verdict: Verdict) -> dict[str, Any]:
 
 
 def _displaced(free: Iterable[Free], case: Case) -> list[Free]:
-    """What to estimate, expected up to its spread away from the truth: nobody knows the values before."""
+    """What to estimate, expected where the truth is up to its spread away: nobody knows the values before."""
     random = np.random.default_rng(case.digits)
-    return [replace(p, start=p.start * (1 + p.spread * random.uniform(-1, 1))) for p in free]
+    return [replace(p, start=p.start / (1 + p.spread * random.uniform(-1, 1))) for p in free]
 
 
 def _signal(case: Case, selection: Selection) -> float:
