@@ -3,7 +3,7 @@
 import functools
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, ParamSpec
@@ -15,7 +15,10 @@ app = typer.Typer(
     no_args_is_help=True, pretty_exceptions_enable=False, help="Elbow motion from EMG and what its physics misses."
 )
 P = ParamSpec("P")
-ConfigFile = Annotated[Path, typer.Option("--config", help="configuration to read")]
+ConfigFiles = Annotated[
+    list[Path], typer.Option("--config", help="configuration to read; given again, it is laid over those before")
+]
+CONFIG = (Path("config.yaml"),)
 
 
 def explain_mistakes(command: Callable[P, None]) -> Callable[P, None]:
@@ -47,7 +50,7 @@ def list_settings() -> None:
 
 @app.command("effects")
 @explain_mistakes
-def list_effects(config: ConfigFile = Path("config.yaml")) -> None:
+def list_effects(config: ConfigFiles = CONFIG) -> None:
     """List the physical effects that a model may have: where they act, their equation and parameters."""
     settings = read_settings(config)
     from myowave.physics.effects import catalogue
@@ -102,7 +105,7 @@ def read_numbers(option: str, text: str) -> list[float]:
 @app.command()
 @explain_mistakes
 def ui(
-    config: ConfigFile = Path("config.yaml"),
+    config: ConfigFiles = CONFIG,
     port: Annotated[int, typer.Option(help="port on 127.0.0.1")] = 5000,
 ) -> None:
     """Browse the results with MLflow, on this machine only."""
@@ -112,8 +115,8 @@ def ui(
     serve(settings.tracking.uri, port)
 
 
-def read_settings(path: Path):
-    """The settings in a YAML file.
+def read_settings(paths: Sequence[Path]):
+    """The settings in YAML files, each laid over those before, as after Snakemake's --configfile.
 
     Raises:
         ValueError: for a file that is not there, is not YAML, or has wrong keys.
@@ -121,6 +124,13 @@ def read_settings(path: Path):
     from myowave.settings import parse_settings
     from myowave.subjects import add_subjects
 
+    config: dict = {}
+    for path in paths:
+        config = lay_over(config, read_yaml(path))
+    return parse_settings(add_subjects(config))
+
+
+def read_yaml(path: Path) -> dict:
     if not path.exists():
         raise ValueError(f"There is no {path} in {Path.cwd()}; run the command where it is, or name it with --config.")
     try:
@@ -129,7 +139,17 @@ def read_settings(path: Path):
         raise ValueError(f"{path} is not valid YAML: {error}") from None
     if not isinstance(config, dict):
         raise ValueError(f"{path}: expected sections such as physics and data; found {type(config).__name__}.")
-    return parse_settings(add_subjects(config))
+    return config
+
+
+def lay_over(below: Mapping, above: Mapping) -> dict:
+    """Two configurations as one: mappings are joined, everything else is taken from above."""
+    both = {k: lay_over(below[k], above[k]) for k in below.keys() & above.keys() if _mappings(below[k], above[k])}
+    return {**below, **above, **both}
+
+
+def _mappings(*values: object) -> bool:
+    return all(isinstance(value, Mapping) for value in values)
 
 
 if __name__ == "__main__":
