@@ -2,6 +2,7 @@
 
 import json
 import shlex
+import shutil
 
 import pandas as pd
 import pytest
@@ -73,6 +74,18 @@ def test_the_printed_command_makes_what_was_found_with_the_settings_of_the_run(r
     train, show = (shlex.split(call)[1:] for call in verdict["command"].split(" && "))
     assert run.planned(*train) == {"draw_models": 1}, "two scales, as laid over, are trained already"
     assert run.planned(*show) == {}
+
+
+def test_a_network_trained_on_demand_is_shown_beside_the_others(run):
+    learned = run.folder / "results/learning/bench_elbow"
+    more = learned / "base+vmax_change/rollout/2-scale"
+    more.mkdir(parents=True)
+    shutil.copy(learned / "base+joint_damping/rollout/2-scale/evaluation.csv", more)
+    try:
+        planned = run.planned("--cores", "2", "results/diagnosis/bench_elbow/verdict.html", *CONFIG)
+    finally:
+        shutil.rmtree(learned / "base+vmax_change")
+    assert planned == {"watch_ladder": 1, "draw_diagnosis": 1, "tell_verdict": 1}
 
 
 def test_the_runs_are_in_mlflow(run):

@@ -183,13 +183,20 @@ def found_model(dataset):
 
 def networks_of(wildcards):
     """Evaluations of the networks of a dataset that `rule all` trains; those that follow a verdict come last."""
-    dataset, targets, pattern = wildcards.dataset, SETTINGS.targets, f"results/learning/{LADDER}/evaluation.csv"
-    if dataset not in targets.datasets:
+    dataset = wildcards.dataset
+    if dataset not in SETTINGS.targets.datasets:
         return []
+    followed = found_model(dataset) if dataset in SETTINGS.targets.follow_verdict else None
+    return networks_with(dataset, followed)
+
+
+def networks_with(dataset, followed):
+    """Evaluations of the networks of a dataset, with the model that its verdict found, or None."""
+    targets, pattern = SETTINGS.targets, f"results/learning/{LADDER}/evaluation.csv"
     named = {"dataset": dataset, "recipe": targets.recipes}
     paths = expand(pattern, model=models_of(dataset), scales=targets.scales, **named)
-    if dataset in targets.follow_verdict:
-        paths += expand(pattern, model=found_model(dataset), scales=min(targets.scales), **named)
+    if followed is not None:
+        paths += expand(pattern, model=followed, scales=min(targets.scales), **named)
     return list(dict.fromkeys(paths))
 
 
@@ -199,10 +206,18 @@ def evaluations(wildcards):
     return [path for paths in of_dataset for path in paths]
 
 
-def networks_beside(wildcards, input):
-    """Evaluations of further networks of a dataset that were trained on demand."""
-    trained = sorted(map(str, Path().glob(f"results/learning/{wildcards.dataset}/*/*/*-scale/evaluation.csv")))
-    return [path for path in trained if path not in set(input.evaluations)]
+def networks_beside(wildcards):
+    """Evaluations of further networks of a dataset that were trained on demand.
+
+    Not a function of the rule's input: Snakemake compares only params that are not, and a new network has to be seen.
+    """
+    dataset, planned = wildcards.dataset, []
+    if dataset in SETTINGS.targets.datasets:
+        summary = Path(DIAGNOSIS.format(dataset=dataset), "summary.json")
+        follows = dataset in SETTINGS.targets.follow_verdict and summary.exists()
+        planned = networks_with(dataset, json.loads(summary.read_text(encoding="utf-8"))["model"] if follows else None)
+    trained = Path().glob(f"results/learning/{dataset}/*/*/*-scale/evaluation.csv")
+    return sorted(set(map(str, trained)) - set(planned))
 
 
 def verdicts(wildcards):
