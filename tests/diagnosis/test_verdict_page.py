@@ -193,6 +193,12 @@ def test_the_page_says_what_to_do_whatever_the_verdict(story, template, changes,
     assert expected in write_page(changed, template)
 
 
+def test_values_on_the_page_are_those_of_the_model_that_was_found(story, template):
+    richer = {"base+joint_damping": {"joint_damping.c": {"value": 1.4321, "se": 0.0123, "error_pct": None}}}
+    verdict = {**story.verdict, "parameters": {**story.verdict["parameters"], **richer}}
+    assert "c = 1.432 ± 0.012" in write_page(Story(**{**vars(story), "verdict": verdict}), template)
+
+
 def test_text_from_data_is_escaped(story, template):
     changed = Story(**{**vars(story), "verdict": {**story.verdict, "where": "<script>alert(1)</script>"}})
     assert "<script>" not in write_page(changed, template)

@@ -115,9 +115,16 @@ def _strength(story: Story) -> str:
             row = found.iloc[0]
             texts.append(
                 f"{added}: delta BIC {row['delta_bic']:.0f} where 10 is very strong evidence, better in "
-                f"{row['folds_won']} of {row['folds']} trials left out, {row['estimate'].replace('+-', '±')}."
+                f"{row['folds_won']} of {row['folds']} trials left out, {_estimates(verdict, added)}."
             )
     return " ".join(texts)
+
+
+def _estimates(verdict: Mapping[str, Any], effect: str) -> str:
+    """The parameters of an effect in the model that was found, with their standard errors."""
+    found = verdict["parameters"][verdict["model"]]
+    mine = {name.removeprefix(f"{effect}."): p for name, p in found.items() if name.startswith(f"{effect}.")}
+    return ", ".join(f"{name} = {p['value']:.4g} ± {p['se']:.2g}" for name, p in mine.items())
 
 
 def _added_to(model: str, ladder: list[str]) -> str:
