@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import pytest
 from project_copy import Project, copy_project
 
-SMALL = {"targets": {"datasets": ["case1", "case2", "bench_elbow"], "scales": [1, 2]}}
+SMALL = {"targets": {"datasets": ["case1", "case2", "bench_elbow"], "scales": [1, 2], "follow_verdict": []}}
 CONFIG = ("--configfile", "config.yaml", "mine.yaml")
 LEARNING = {"train_scale", "evaluate_model", "summarize_models", "publish_runs"}
 WATCHING = {"watch_ladder", "draw_diagnosis", "tell_verdict"}
