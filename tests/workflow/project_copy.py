@@ -13,6 +13,11 @@ import yaml
 
 ROOT = Path(__file__).parents[2]
 PARTS = ("Snakefile", "config.yaml", "workflow", "profiles", "src", "data")
+# A sweep of seconds; a test adds how many trials it wants.
+SMALL_SWEEP = {
+    "recipe": "rollout", "scales": 2, "epochs": 6, "seeds": 2,
+    "dimensions": {"beta": None, "history_steps": {"low": 2, "high": 5}, "hidden": {"low": 4, "high": 12}},
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

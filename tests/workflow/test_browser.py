@@ -12,7 +12,7 @@ from pathlib import Path
 import mlflow
 import pandas as pd
 import pytest
-from project_copy import ROOT, Project, copy_project
+from project_copy import ROOT, SMALL_SWEEP, Project, copy_project
 
 pytestmark = [
     pytest.mark.browser,
@@ -26,12 +26,9 @@ SMALL = {
     "learning": {
         "seeds": 2,
         "recipes": {"rollout": {"epochs": 12, "hidden": 8, "simulated_trials": 2}},
-        "sweep": {
-            "recipe": "rollout", "scales": 2, "trials": 5, "epochs": 6, "seeds": 2,
-            "dimensions": {"beta": None, "history_steps": {"low": 2, "high": 5}, "hidden": {"low": 4, "high": 12}},
-        },
+        "sweep": SMALL_SWEEP | {"trials": 5},
     },
-}  # fmt: skip
+}
 CONFIG = ("--configfile", "config.yaml", "mine.yaml")
 SCREENSHOTS = ROOT / "results/screenshots"
 # MLflow asks who is logged in and takes the 404 for "nobody": its only line of level SEVERE.

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from project_copy import Project, copy_project
+from project_copy import SMALL_SWEEP, Project, copy_project
 from slurm_node import one_node, why_not
 
 pytestmark = pytest.mark.slurm
@@ -22,12 +22,9 @@ SMALL = {
     "learning": {
         "seeds": 2,
         "recipes": {"rollout": {"epochs": 20, "hidden": 8, "simulated_trials": 2}},
-        "sweep": {
-            "recipe": "rollout", "scales": 2, "trials": 4, "epochs": 6, "seeds": 2,
-            "dimensions": {"beta": None, "history_steps": {"low": 2, "high": 5}, "hidden": {"low": 4, "high": 12}},
-        },
+        "sweep": SMALL_SWEEP | {"trials": 4},
     },
-}  # fmt: skip
+}
 CONFIG = ("--configfile", "config.yaml", "mine.yaml")
 TARGETS = ("results/summary.csv", "results/learning/case1/base/rollout/2-scale/sweep/test_scores.csv")
 ON_SLURM = ("--profile", "profiles/slurm", "--latency-wait", "5", "--slurm-init-seconds-before-status-checks", "3")

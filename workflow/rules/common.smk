@@ -116,32 +116,14 @@ def truth_of(wildcards):
     return f"results/data/{wildcards.dataset}/truth.json" if wildcards.dataset in SIMULATED else []
 
 
-def for_targets(pattern):
-    """The pattern for every dataset, model and recipe that `rule all` makes, and every number of scales in it."""
+def for_targets(pattern, datasets=SETTINGS.targets.datasets):
+    """The pattern for every dataset with the models, recipes and numbers of scales that the targets name."""
+    targets = SETTINGS.targets
     return [
         path
-        for dataset in SETTINGS.targets.datasets
+        for dataset in datasets
         for path in expand(
-            pattern,
-            dataset=dataset,
-            model=models_of(dataset),
-            recipe=SETTINGS.targets.recipes,
-            scales=SETTINGS.targets.scales,
-        )
-    ]
-
-
-def for_subjects(pattern):
-    """The pattern for every subject, with the models, recipes and numbers of scales of the targets."""
-    return [
-        path
-        for subject in SUBJECTS
-        for path in expand(
-            pattern,
-            dataset=subject,
-            model=models_of(subject),
-            recipe=SETTINGS.targets.recipes,
-            scales=SETTINGS.targets.scales,
+            pattern, dataset=dataset, model=models_of(dataset), recipe=targets.recipes, scales=targets.scales
         )
     ]
 
@@ -172,6 +154,10 @@ def sweep_section(*left_out):
     return {key: value for key, value in dump(SETTINGS.sweep()).items() if key not in left_out}
 
 
+def sweep_labels(figure):
+    return {"dataset": SWEEP.dataset, "model": SWEEP.model, "recipe": SWEEP.recipe, "figure": figure}
+
+
 # ---- diagnosis
 
 
@@ -193,10 +179,9 @@ def networks_of(wildcards):
 def networks_with(dataset, followed):
     """Evaluations of the networks of a dataset, with the model that its verdict found, or None."""
     targets, pattern = SETTINGS.targets, f"results/learning/{LADDER}/evaluation.csv"
-    named = {"dataset": dataset, "recipe": targets.recipes}
-    paths = expand(pattern, model=models_of(dataset), scales=targets.scales, **named)
+    paths = for_targets(pattern, [dataset])
     if followed is not None:
-        paths += expand(pattern, model=followed, scales=min(targets.scales), **named)
+        paths += expand(pattern, dataset=dataset, model=followed, recipe=targets.recipes, scales=min(targets.scales))
     return list(dict.fromkeys(paths))
 
 
@@ -308,7 +293,3 @@ def paper_runs(file):
     """A file of every network of the paper's protocols."""
     protocols = paper_evaluations(PAPER_CASES, "paper", file) + paper_evaluations(PAPER_SUBJECTS, "paper_subject", file)
     return list(dict.fromkeys(protocols + expand(PAPER_CHOICE, recipe=PAPER_CHOICES, file=file)))
-
-
-def sweep_labels(figure):
-    return {"dataset": SWEEP.dataset, "model": SWEEP.model, "recipe": SWEEP.recipe, "figure": figure}

@@ -3,7 +3,7 @@
 
 rule subjects:
     input:
-        for_subjects(f"results/learning/{LADDER}/evaluation.csv"),
+        for_targets(f"results/learning/{LADDER}/evaluation.csv", SUBJECTS),
         "results/subjects.csv",
         "results/figures/subjects.png",
 

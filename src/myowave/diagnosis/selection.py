@@ -20,7 +20,7 @@ from myowave.physics.model import Model
 
 MOST_EFFECTS = 4
 SAME = 1e-3  # fits of one model whose sums of squares differ by less are taken for the same
-ROUNDS = 6  # of dropping and swapping; each lowers the BIC, so they end by themselves
+ROUNDS = 6  # of dropping and swapping; each is for the better, so they end by themselves
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,7 @@ from myowave.diagnosis.diagnose import Diagnosis
 from myowave.diagnosis.rank import EVIDENCE, Candidate
 from myowave.diagnosis.record import SMALLEST_NOISE_DEG, Record
 from myowave.diagnosis.score import confusion
-from myowave.physics.joint import JOINT_CONSTANTS
-from myowave.physics.model import Model
-from myowave.physics.muscle import MUSCLE_CONSTANTS
+from myowave.physics.model import Model, constant_unit
 
 CONFUSED = 0.8  # one effect imitates at least this much of another
 
@@ -271,7 +269,7 @@ def _parts(diagnosis: Diagnosis, rung: Any) -> list[tuple[str, Record, np.ndarra
 def _unit(model: Model, name: str) -> str:
     if name in model.effect_parameters:
         return model.effect_parameters[name].unit
-    return (MUSCLE_CONSTANTS | JOINT_CONSTANTS)[name.split("_")[0]][0]
+    return constant_unit(name)
 
 
 def _r2(residual: np.ndarray, record: Record) -> float:

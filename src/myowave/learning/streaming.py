@@ -64,8 +64,11 @@ class Predictor:
         self._start = np.zeros((len(chosen), 1, network.architecture.hidden))
         self._hidden, (self._z, self._v) = self._start, self._given[0]
 
-    def step(self, emg: Sequence[float]) -> np.ndarray:
+    def step(self, emg: Sequence[float], where: str | None = None) -> np.ndarray:
         """The angle [rad] at the next sample for every seed, (S,), from its EMG (one number a channel).
+
+        Args:
+            where: what messages call the sample; its number by default.
 
         Raises:
             ValueError: for another number of channels, or EMG that is not normalised; the sample then does not count.
@@ -73,7 +76,7 @@ class Predictor:
         if len(emg) != len(self._mean):
             raise ValueError(f"a sample of EMG has {len(emg)} numbers; the network takes {len(self._mean)} channels.")
         n, weights = self._count, self._weights
-        _check_emg(self._channels, emg, f"sample {n + 1}")
+        _check_emg(self._channels, emg, where or f"sample {n + 1}")
         driven = self._encode(emg) @ weights["input"] + weights["bias"]
         if n >= self.history:
             recurrent = self._remember()
@@ -171,14 +174,14 @@ def predict_lines(checkpoint: Checkpoint, predictor: Predictor, lines: Iterable[
     for row in rows:
         if not row:
             continue
-        values = _read_numbers(row, header, places, f"{source}, line {rows.line_num}")
+        where = f"{source}, line {rows.line_num}"
+        values = _read_numbers(row, header, places, where)
         if timed:
             time, *values = values
-            _check_rate(before, time, checkpoint.dt, f"{source}, line {rows.line_num}")
+            _check_rate(before, time, checkpoint.dt, where)
         else:
             time = 0.0 if before is None else before + checkpoint.dt
-        _check_emg(checkpoint.channels, values, f"{source}, line {rows.line_num}")
-        angle = predictor.step(values)
+        angle = predictor.step(values, where)
         if before is None:
             several = len(angle) > 1
             yield "time_s,angle_rad,spread_rad" if several else "time_s,angle_rad"

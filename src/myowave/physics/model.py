@@ -203,6 +203,11 @@ def bind(model: Model, params: Params, like: Tensor) -> Bound:
     return Bound(model, muscle, joint, effect)
 
 
+def constant_unit(name: str) -> str:
+    """Unit of a constant of a muscle or of the joint, such as `f0_Bi` or `mass`."""
+    return (MUSCLE_CONSTANTS | JOINT_CONSTANTS)[name.partition("_")[0]][0]
+
+
 def _value(value: Tensor | float, like: Tensor) -> Tensor:
     return torch.atleast_1d(torch.as_tensor(value, dtype=like.dtype, device=like.device))
 

@@ -108,7 +108,7 @@ def solve(
         return solve(model, params, emg, dt, q0, qdot0, wrt=wrt, substeps=substeps, iterations=iterations)
     motion = Motion(observe(bound.along(1), state[..., 0], state[..., 1], dt), state)
     tangent = _tangents(model, params, emg, dt, linear, [*wrt.items()], substeps, NUDGE, starts=True)
-    derivatives = _observed(model, params, emg, dt, linear, [*wrt.items(), ("", 1.0), ("", 1.0)], tangent)
+    derivatives = _observed(model, params, emg, dt, linear, [*wrt.items()], tangent)
     return Sensitive(motion, derivatives[: len(wrt)], derivatives[len(wrt) :], tangent, gap, linear)
 
 
@@ -219,22 +219,18 @@ def _observed(
     tangent: Tensor,
     reach: float = NUDGE,
 ) -> Tensor:
-    """Derivatives of the observed angle (P, ..., T, N) from those of the state; a start's name is empty."""
-    base = bind(model, params, emg).along(1)
+    """Derivatives of the observed angle (P [+ 2], ..., T, N) from those of the state, by parameters [and the start]."""
     if not model.on("observation"):
         return tangent[..., 0, :].movedim(-1, 0)
-    angle = observe(base, linear.at[..., 0], linear.at[..., 1], dt)
-    derivatives = []
-    for i, (name, scale) in enumerate(wrt):
-        nudge = reach * scale
-        moved = linear.at + nudge * tangent[..., i]
-        bound = base
-        if name:
-            nudged, _ = _nudged(model, params, [(name, scale)], reach, linear.at[..., 0, 0])
-            bound = bind(model, nudged, emg).along(1)
-            moved = moved.unsqueeze(0)
-        derivatives.append((observe(bound, moved[..., 0], moved[..., 1], dt).reshape(angle.shape) - angle) / nudge)
-    return torch.stack(derivatives)
+    bound = bind(model, params, emg).along(1)
+    nudged, nudges = _nudged(model, params, wrt, reach, linear.at[..., 0, 0])
+    moving = bind(model, nudged, emg).along(1)
+    nudges = torch.cat([nudges, nudges.new_full((tangent.shape[-1] - len(wrt),), NUDGE)])
+    nudges = nudges.reshape(-1, *(1,) * (linear.at.ndim - 1))
+    moved = linear.at + nudges.unsqueeze(-1) * tangent.movedim(-1, 0)
+    parts = ((moving, moved[: len(wrt)]), (bound, moved[len(wrt) :]))
+    angles = torch.cat([observe(values, at[..., 0], at[..., 1], dt) for values, at in parts if len(at)])
+    return (angles - observe(bound, linear.at[..., 0], linear.at[..., 1], dt)) / nudges
 
 
 def _nudged(

@@ -5,11 +5,11 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
+from myowave.physics.model import constant_unit
 from myowave.plotting import BLUE, GREY, RED, canvas, title
 
 _PARAMETERS = 6  # panels that can still be read
 _NAMES = 12  # subjects whose names have room below an axis; more are numbered as in the table, from 1
-_UNITS = {"f0": "N", "vmax": "m/s", "pennation": "rad", "delay": "s", "shape": "-", "mass": "kg", "load": "kg"}
 
 
 def draw_subjects(table: pd.DataFrame) -> Figure:
@@ -42,7 +42,7 @@ def draw_subjects(table: pd.DataFrame) -> Figure:
     figure.legend(loc="outside lower center", ncols=2, frameon=False)
     for axis, name in zip(axes.flat[2:], names, strict=False):
         axis.errorbar(x, last[name], yerr=last[f"{name}_se"].fillna(0), fmt="o", color=BLUE, markersize=4, capsize=2)
-        axis.set(title=name, ylabel=f"{name} [{_UNITS.get(name.partition('_')[0], 'm')}]")
+        axis.set(title=name, ylabel=f"{name} [{constant_unit(name)}]")
     for axis in axes.flat[1:columns]:
         if len(last) <= _NAMES:
             axis.set_xticks(x, last["subject"], rotation=30 if len(last) > 6 else 0)

@@ -17,12 +17,12 @@ Teacher forcing teaches one step ahead; a free run, the test mode of Fig. 4b, fe
 between the two R2. Three choices decide the rest:
 
 - **Derivative.** By autodiff over t_n, EMG and history are held fixed, so it is not the derivative of the motion. The
-  network can lower the residual with any parameters, and these drift for as long as it trains.
+  network can lower the residual with any parameters, so that nothing keeps these from drifting as it trains.
 - **Weight of the residual.** A one-step error e is about e/dt^2 in the acceleration, so with beta = dt^2 / I the
   residual counts I/dt^2 = 1000 times as much as the data (Eqs. 16-18 are not normalised). With beta = dt^4 / I^2 both
   are in rad^2.
-- **Noise in the history.** Along the sequence the residual differentiates it twice. With the heavy weight the cheapest
-  way out is not to look at measured angles at all; with the light one the noise still moves parameters.
+- **Noise in the history.** Along the sequence the residual differentiates it twice. With the heavy weight it can be
+  cheapest not to look at measured angles at all; with the light one the noise can still move parameters.
 """
 
 
