@@ -145,11 +145,11 @@ def tabulate(search: Search) -> pd.DataFrame:
     """A row a trial: number, state, error, settings, error after each scale and of each seed, duration, worker.
 
     Columns `scale_{level}` are means over the seeds, `seed_{i}` those of the last scale that was reached. Trials that
-    were never begun, because the study was full, are left out.
+    were never begun, as the study was full or another worker had the default, are left out.
     """
     rows = []
     for trial in search.trials():
-        if not trial.params:
+        if not trial.params or "refused" in trial.user_attrs:
             continue
         scores = {f"scale_{level}": error for level, error in sorted(trial.user_attrs.get("scales", {}).items())}
         seeds = {f"seed_{i}": error for i, error in enumerate(trial.user_attrs.get("errors", []))}
@@ -229,6 +229,7 @@ def _begin(search: Search, worker: str) -> Trial | None:
     trial = Trial(search.study, search.storage.create_new_trial(study_id, template))
     before = [t for t in search.trials(*COUNTED) if t.number < trial.number]
     if len(before) >= search.sweep.trials or (default and any(map(_is_default, before))):
+        trial.set_user_attr("refused", True)
         search.study.tell(trial, state=TrialState.FAIL)
         return None
     return trial
