@@ -14,10 +14,10 @@ import yaml
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
-from myowave.diagnosis.fit import fit_model, free_parameters
-from myowave.diagnosis.record import Record, make_record
-from myowave.diagnosis.selection import select_effects
-from myowave.diagnosis.study import Case, add_noise, clean_trials, simulate_case
+from myowave.diagnosis.search.selection import select_effects
+from myowave.diagnosis.study.cases import Case, add_noise, clean_trials, simulate_case
+from myowave.identification.fit import fit_model, free_parameters
+from myowave.identification.record import Record, make_record
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model

@@ -250,10 +250,14 @@ def make_up(trials: int, samples: int) -> Trials:
     random = np.random.default_rng(0)
     names = [str(i) for i in range(trials + 1)]
     return Trials.from_sequences(
-        dataset="made_up", dt=0.0316227766, names=names, channels=["emg_biceps", "emg_triceps"],
-        emg=[random.random((samples, 2)) for _ in names], angle=[random.random(samples) for _ in names],
+        dataset="made_up",
+        dt=0.0316227766,
+        names=names,
+        channels=["emg_biceps", "emg_triceps"],
+        emg=[random.random((samples, 2)) for _ in names],
+        angle=[random.random(samples) for _ in names],
         test=names[-1:],
-    )  # fmt: skip
+    )
 
 
 def compare_time_to_accuracy(
@@ -371,9 +375,13 @@ def show(result: Mapping) -> None:
     table = Table("seeds", "epoch [ms]", "seed-epochs/s", "plain program", "times faster", "share of matrix rate")
     for seeds, row in result["training"]["seeds"].items():
         table.add_row(
-            seeds, f"{1e3 * row['ours_epoch_s']:.1f}", f"{row['ours_seed_epochs_per_s']:.1f}",
-            f"{row['plain_seed_epochs_per_s']:.1f}", f"{row['times_faster']:.1f}", f"{row['share_of_matrix_rate']:.0%}",
-        )  # fmt: skip
+            seeds,
+            f"{1e3 * row['ours_epoch_s']:.1f}",
+            f"{row['ours_seed_epochs_per_s']:.1f}",
+            f"{row['plain_seed_epochs_per_s']:.1f}",
+            f"{row['times_faster']:.1f}",
+            f"{row['share_of_matrix_rate']:.0%}",
+        )
     console.print(table)
     table = Table("epochs", *(f"{side} {what}" for side in ("ours", "plain") for what in ("[s]", "test R2")))
     runs = [{run["epochs"]: run for run in result["time_to_accuracy"][side]["runs"]} for side in ("ours", "plain")]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from myowave.job import JobLog, follow, job_log
+from myowave.workflow.job import JobLog, follow, job_log
 
 
 class Terminal(io.StringIO):

@@ -147,14 +147,16 @@ def test_the_curves_of_the_settings_are_those_of_the_physics():
     from myowave.physics import curves
 
     for field, known in (
-        ("active_length", curves.ACTIVE_LENGTH), ("passive", curves.PASSIVE), ("force_velocity", curves.FORCE_VELOCITY)
-    ):  # fmt: skip
+        ("active_length", curves.ACTIVE_LENGTH),
+        ("passive", curves.PASSIVE),
+        ("force_velocity", curves.FORCE_VELOCITY),
+    ):
         assert set(Curves.model_fields[field].annotation.__args__) == set(known)
 
 
 def test_reading_settings_loads_nothing_heavy():
     code = (
-        "import sys, myowave.settings, myowave.code_digest, myowave.cli\n"
+        "import sys, myowave.settings, myowave.workflow.digest, myowave.cli\n"
         "heavy = {'torch', 'mlflow', 'pandas', 'numpy', 'scipy', 'matplotlib', 'snakemake'} & set(sys.modules)\n"
         "sys.exit(', '.join(sorted(heavy)) or 0)"
     )

@@ -6,7 +6,7 @@ import pytest
 
 from myowave.diagnosis.subjects.figures import draw_subjects
 from myowave.diagnosis.subjects.table import tabulate_subjects
-from myowave.subjects import add_subjects
+from myowave.settings.subjects import add_subjects
 
 TABLE = """subject,files,test,mass,length,trial4.load
 ann,data/ann/*.csv,trial3 trial5,1.2,0.35,1.5
@@ -33,9 +33,12 @@ def test_each_row_is_a_measured_dataset(config):
     datasets = add_subjects(config())["data"]["datasets"]
     assert list(datasets) == ["case1", "ann", "bob"]
     assert datasets["ann"] == {
-        "kind": "measured", "files": ["data/ann/*.csv"], "test": ["trial3", "trial5"],
-        "constants": {"mass": 1.2, "length": 0.35}, "conditions": {"trial4": {"load": 1.5}},
-    }  # fmt: skip
+        "kind": "measured",
+        "files": ["data/ann/*.csv"],
+        "test": ["trial3", "trial5"],
+        "constants": {"mass": 1.2, "length": 0.35},
+        "conditions": {"trial4": {"load": 1.5}},
+    }
     assert datasets["bob"]["constants"] == {"mass": 1.4} and datasets["bob"]["conditions"] == {}
 
 
@@ -75,11 +78,13 @@ def test_a_table_that_is_not_there(config):
 def verdict(subject: str, effects: list[str], errors: list[float]) -> dict:
     models = ["+".join(["base", *effects[:i]]) for i in range(len(errors))]
     return {
-        "dataset": subject, "verdict": "named" if effects else "adequate", "effects": effects,
+        "dataset": subject,
+        "verdict": "named" if effects else "adequate",
+        "effects": effects,
         "model": models[-1],
         "rmse_deg": {m: {"train": e, "heldout": 2 * e, "noise": 1.0} for m, e in zip(models, errors, strict=True)},
         "parameters": {m: {"f0_Bi": {"value": 300.0 + e, "se": 1.0}} for m, e in zip(models, errors, strict=True)},
-    }  # fmt: skip
+    }
 
 
 def test_all_subjects_are_in_one_table_and_picture(tmp_path):

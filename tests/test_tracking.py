@@ -17,8 +17,8 @@ import pandas as pd
 import pytest
 
 from myowave.data.store import write_table
-from myowave.run_contents import CURVE_POINTS, LEARNING, SWEEPS, Swept, TrainedModel, from_model, from_sweep
-from myowave.tracking import publish, serve, start_page
+from myowave.tracking.contents import CURVE_POINTS, LEARNING, SWEEPS, Swept, TrainedModel, from_model, from_sweep
+from myowave.tracking.store import publish, serve, start_page
 
 SEEDS = 3
 EPOCHS = {1: 150, 0: 250}
@@ -32,11 +32,17 @@ def trained(tmp_path):
     random = np.random.default_rng(0)
     pd.DataFrame(
         {
-            "dataset": "case1", "model": "base", "recipe": "rollout", "scales": 2, "seed": range(SEEDS),
-            "test_mse": random.random(SEEDS), "test_r2": random.random(SEEDS), "f0_Bi": 300 + random.random(SEEDS),
+            "dataset": "case1",
+            "model": "base",
+            "recipe": "rollout",
+            "scales": 2,
+            "seed": range(SEEDS),
+            "test_mse": random.random(SEEDS),
+            "test_r2": random.random(SEEDS),
+            "f0_Bi": 300 + random.random(SEEDS),
             "seconds": 12.0,
         }
-    ).to_csv(folder / "evaluation.csv", index=False)  # fmt: skip
+    ).to_csv(folder / "evaluation.csv", index=False)
     for level, epochs in EPOCHS.items():
         history = [
             pd.DataFrame({"epoch": np.arange(1, epochs + 1), "seed": seed, "loss": random.random(epochs)})
@@ -166,13 +172,23 @@ def running_server(folder, port):
     log = (folder / "server.log").open("a")
     server = subprocess.Popen(
         [
-            sys.executable, "-m", "mlflow", "server", "--port", str(port), "--workers", "1",
-            "--backend-store-uri", f"sqlite:///{folder}/server.db", "--artifacts-destination", str(folder / "kept"),
+            sys.executable,
+            "-m",
+            "mlflow",
+            "server",
+            "--port",
+            str(port),
+            "--workers",
+            "1",
+            "--backend-store-uri",
+            f"sqlite:///{folder}/server.db",
+            "--artifacts-destination",
+            str(folder / "kept"),
         ],
         env=os.environ | {"MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false"},
         stdout=log,
         stderr=log,
-    )  # fmt: skip
+    )
     try:
         for _ in range(300):
             try:
@@ -233,18 +249,32 @@ def test_the_ui_says_where_there_is_nothing_to_show(tmp_path):
 def test_a_sweep_has_a_run_for_each_trial_below_its_study(tmp_path, empty_store):
     trials = pd.DataFrame(
         {
-            "trial": [0, 1, 2], "state": ["complete", "pruned", "fail"], "error": [2.0, np.nan, np.nan],
-            "hidden": [50, 20, 30], "beta": [0.1, 0.2, 0.3], "scale_0": [2.0, np.nan, np.nan],
-            "scale_1": [3.0, 9.0, np.nan], "seed_0": [1.5, 8.0, np.nan], "seed_1": [2.5, 10.0, np.nan],
-            "is_default": [True, False, False], "duration_s": [4.0, 1.0, np.nan], "worker": "w 0",
+            "trial": [0, 1, 2],
+            "state": ["complete", "pruned", "fail"],
+            "error": [2.0, np.nan, np.nan],
+            "hidden": [50, 20, 30],
+            "beta": [0.1, 0.2, 0.3],
+            "scale_0": [2.0, np.nan, np.nan],
+            "scale_1": [3.0, 9.0, np.nan],
+            "seed_0": [1.5, 8.0, np.nan],
+            "seed_1": [2.5, 10.0, np.nan],
+            "is_default": [True, False, False],
+            "duration_s": [4.0, 1.0, np.nan],
+            "worker": "w 0",
         }
-    )  # fmt: skip
+    )
     scores = pd.DataFrame(
         {
-            "setting": ["default", "best"], "dataset": "case1", "model": "base", "recipe": ["rollout", "rollout_best"],
-            "scales": 2, "seed": 0, "test_mse": [0.2, 0.1], "test_r2": [0.8, 0.9],
+            "setting": ["default", "best"],
+            "dataset": "case1",
+            "model": "base",
+            "recipe": ["rollout", "rollout_best"],
+            "scales": 2,
+            "seed": 0,
+            "test_mse": [0.2, 0.1],
+            "test_r2": [0.8, 0.9],
         }
-    )  # fmt: skip
+    )
     trials.to_csv(tmp_path / "trials.csv", index=False)
     scores.to_csv(tmp_path / "test_scores.csv", index=False)
     (tmp_path / "best.yaml").write_text("learning: {}")

@@ -110,7 +110,7 @@ def ui(
 ) -> None:
     """Browse the results with MLflow, on this machine only."""
     settings = read_settings(config)
-    from myowave.tracking import serve
+    from myowave.tracking.store import serve
 
     serve(settings.tracking.uri, port)
 
@@ -122,7 +122,7 @@ def read_settings(paths: Sequence[Path]):
         ValueError: for a file that is not there, is not YAML, or has wrong keys.
     """
     from myowave.settings import parse_settings
-    from myowave.subjects import add_subjects
+    from myowave.settings.subjects import add_subjects
 
     config: dict = {}
     for path in paths:

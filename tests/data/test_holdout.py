@@ -14,10 +14,16 @@ def trials_with(test_value: float = 0.0) -> Trials:
     angle = [random.normal(size=n) for n in lengths]
     angle[1] = np.full(25, test_value)
     return Trials.from_sequences(
-        dataset="d", dt=0.03, names=("a", "b", "c"), channels=("emg_biceps",), test=("b",),
-        emg=[random.random((n, 1)) for n in lengths], angle=angle,
-        conditions={"c": {"load": 1.0}, "b": {"load": 2.0}}, constants={"mass": 1.2},
-    )  # fmt: skip
+        dataset="d",
+        dt=0.03,
+        names=("a", "b", "c"),
+        channels=("emg_biceps",),
+        test=("b",),
+        emg=[random.random((n, 1)) for n in lengths],
+        angle=angle,
+        conditions={"c": {"load": 1.0}, "b": {"load": 2.0}},
+        constants={"mass": 1.2},
+    )
 
 
 def test_beginning_and_end_together_are_the_training_trial():

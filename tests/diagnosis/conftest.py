@@ -8,10 +8,10 @@ import torch
 import yaml
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.fit import Fit, fit_model, free_parameters
-from myowave.diagnosis.normal import Free
-from myowave.diagnosis.record import Record, make_record
-from myowave.diagnosis.study import Case, add_noise, clean_trials, simulate_case
+from myowave.diagnosis.study.cases import Case, add_noise, clean_trials, simulate_case
+from myowave.identification.fit import Fit, fit_model, free_parameters
+from myowave.identification.normal import Free
+from myowave.identification.record import Record, make_record
 from myowave.physics.build import build_model
 from myowave.physics.effect import Effect
 from myowave.physics.effects import catalogue

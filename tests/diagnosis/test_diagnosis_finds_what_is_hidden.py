@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from myowave.data.simulate import simulate_trials
-from myowave.diagnosis.diagnose import diagnose
-from myowave.diagnosis.selection import select_effects
-from myowave.diagnosis.tables import TABLES, add_errors, predictions_table, verdict_summary
+from myowave.diagnosis.report.tables import TABLES, add_errors, predictions_table, verdict_summary
+from myowave.diagnosis.search.diagnose import diagnose
+from myowave.diagnosis.search.selection import select_effects
 from myowave.settings import Diagnosis as DiagnosisSettings
 from myowave.settings import SimulatedDataset
 
@@ -17,9 +17,17 @@ KEYS = {"verdict", "effects", "alternatives", "rmse_deg", "parameters", "next_tr
 
 
 FEW = (
-    "joint_damping", "emg_crosstalk", "vmax_change", "moment_arm_offset", "gravity_tilt", "fatigue", "hand_load",
-    "extra_delay", "clock_shift", "activation_dynamics",
-)  # fmt: skip
+    "joint_damping",
+    "emg_crosstalk",
+    "vmax_change",
+    "moment_arm_offset",
+    "gravity_tilt",
+    "fatigue",
+    "hand_load",
+    "extra_delay",
+    "clock_shift",
+    "activation_dynamics",
+)
 
 
 @pytest.fixture(scope="module")

@@ -6,20 +6,29 @@ import os
 import pandas as pd
 import pytest
 
-from myowave.run_contents import from_diagnosis
+from myowave.tracking.contents import from_diagnosis
 
 LADDER = pd.DataFrame(
     {
-        "model": ["base", "base+tilt", "base+fatigue"], "effects": [0, 1, 1], "named": [False, False, True],
-        "train_rmse_deg": [3.0, 0.5, 2.0], "heldout_rmse_deg": [4.0, 0.6, 5.0], "noise_deg": [0.5, 0.5, 0.5],
+        "model": ["base", "base+tilt", "base+fatigue"],
+        "effects": [0, 1, 1],
+        "named": [False, False, True],
+        "train_rmse_deg": [3.0, 0.5, 2.0],
+        "heldout_rmse_deg": [4.0, 0.6, 5.0],
+        "noise_deg": [0.5, 0.5, 0.5],
         "missing_torque_Nm": [1.0, 0.0, 0.7],
     }
-)  # fmt: skip
+)
 VERDICT = {
-    "dataset": "me", "verdict": "effect", "effects": ["tilt"], "model": "base+tilt", "sentence": "Missing: tilt.",
-    "where": "The misfit grows.", "command": "snakemake --cores 2 this --configfile mine.yaml",
+    "dataset": "me",
+    "verdict": "effect",
+    "effects": ["tilt"],
+    "model": "base+tilt",
+    "sentence": "Missing: tilt.",
+    "where": "The misfit grows.",
+    "command": "snakemake --cores 2 this --configfile mine.yaml",
     "parameters": {m: {"f0_Bi": {"value": 300.0, "se": 1.0, "error_pct": None}} for m in LADDER["model"]},
-}  # fmt: skip
+}
 ENDED, LASTED = 1_700_000_000.0, 42.5
 
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from myowave.diagnosis.fit import correlation_time, fit_model, free_parameters, polish
-from myowave.diagnosis.record import make_record
-from myowave.diagnosis.score import score_effect
+from myowave.diagnosis.search.score import score_effect
+from myowave.identification.fit import correlation_time, fit_model, free_parameters, polish
+from myowave.identification.record import make_record
 from myowave.settings import Identify
 
 

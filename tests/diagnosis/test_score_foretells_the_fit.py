@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from myowave.diagnosis.fit import fit_model, free_parameters, polish
-from myowave.diagnosis.record import make_record
-from myowave.diagnosis.score import confusion, score_effect, score_effects
+from myowave.diagnosis.search.score import confusion, score_effect, score_effects
+from myowave.identification.fit import fit_model, free_parameters, polish
+from myowave.identification.record import make_record
 
 
 @pytest.mark.parametrize("name", ["joint_damping", "fatigue", "extra_delay", "vmax_change"])

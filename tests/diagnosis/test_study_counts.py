@@ -5,8 +5,7 @@ import pandas as pd
 import pytest
 import torch
 
-from myowave.diagnosis.figures.study import NOTHING, answers, hit_rates
-from myowave.diagnosis.study import (
+from myowave.diagnosis.study.cases import (
     Case,
     add_noise,
     confusion_matrix,
@@ -15,6 +14,7 @@ from myowave.diagnosis.study import (
     single_cases,
     summarize,
 )
+from myowave.diagnosis.study.figures import NOTHING, answers, hit_rates
 from myowave.physics.motion import channels_of, simulate
 
 
@@ -49,10 +49,19 @@ def test_a_pair_hides_both(base, effects):
 
 def test_only_visible_effects_count_and_false_alarms_are_counted():
     row = {
-        "strength": 1.0, "noise_deg": 1.0, "worst_error_base_pct": 5.0, "worst_error_final_pct": 0.5,
-        "heldout_deg": 1.0, "heldout_base_deg": 1.5, "rmse_over_noise": 1.0, "intervals": 5, "covered": 5,
-        "seconds": 1.0, "wrong_name": False, "absorbed": "",
-    }  # fmt: skip
+        "strength": 1.0,
+        "noise_deg": 1.0,
+        "worst_error_base_pct": 5.0,
+        "worst_error_final_pct": 0.5,
+        "heldout_deg": 1.0,
+        "heldout_base_deg": 1.5,
+        "rmse_over_noise": 1.0,
+        "intervals": 5,
+        "covered": 5,
+        "seconds": 1.0,
+        "wrong_name": False,
+        "absorbed": "",
+    }
     rows = pd.DataFrame(
         [
             row | {"hidden": "a", "signal": 2.0, "hit": True, "found": "a", "verdict": "effect"},
@@ -72,10 +81,15 @@ def test_only_visible_effects_count_and_false_alarms_are_counted():
 
 def test_the_picture_shows_what_an_effect_was_taken_for_and_how_often_the_answer_was_right():
     cases = pd.DataFrame(
-        [("a", 1.0, "a/b", True, "class"), ("a", 3.0, "", False, "adequate"), ("b", 1.0, "b", True, "effect"),
-         ("a+b", 1.0, "a + b", True, "effect"), ("none", 1.0, "", False, "adequate")],
+        [
+            ("a", 1.0, "a/b", True, "class"),
+            ("a", 3.0, "", False, "adequate"),
+            ("b", 1.0, "b", True, "effect"),
+            ("a+b", 1.0, "a + b", True, "effect"),
+            ("none", 1.0, "", False, "adequate"),
+        ],
         columns=["hidden", "noise_deg", "found", "hit", "verdict"],
-    )  # fmt: skip
+    )
     held = answers(cases)
     assert list(held.index) == ["a", "b", "a+b", "none"]
     assert held.loc["a"].to_dict() == {"a": 50.0, "b": 50.0, NOTHING: 50.0}

@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from myowave.diagnosis.command import adding_command
-from myowave.diagnosis.diagnose import diagnose
-from myowave.diagnosis.figures import draw_diagnosis
-from myowave.diagnosis.ladder import join_ladder, join_parameters
-from myowave.diagnosis.page import Story, write_page
-from myowave.diagnosis.tables import TABLES, add_errors, predictions_table, verdict_summary
+from myowave.diagnosis.report.command import adding_command
+from myowave.diagnosis.report.figures import draw_diagnosis
+from myowave.diagnosis.report.ladder import join_ladder, join_parameters
+from myowave.diagnosis.report.page import Story, write_page
+from myowave.diagnosis.report.tables import TABLES, add_errors, predictions_table, verdict_summary
+from myowave.diagnosis.search.diagnose import diagnose
 from myowave.plotting import save
 from myowave.settings import Diagnosis as DiagnosisSettings
 
@@ -52,10 +52,17 @@ def network():
     model = "base+joint_damping+fatigue"
     return pd.DataFrame(
         {
-            "dataset": "x", "model": model, "recipe": "rollout", "scales": 1, "seed": [0, 1], "test_mse": [1e-4, 3e-4],
-            "test_r2": [0.99, 0.97], "f0_Bi": [310.0, 330.0], "f0_Bi_error_pct": [10 / 3, 10.0],
+            "dataset": "x",
+            "model": model,
+            "recipe": "rollout",
+            "scales": 1,
+            "seed": [0, 1],
+            "test_mse": [1e-4, 3e-4],
+            "test_r2": [0.99, 0.97],
+            "f0_Bi": [310.0, 330.0],
+            "f0_Bi_error_pct": [10 / 3, 10.0],
         }
-    )  # fmt: skip
+    )
 
 
 @pytest.fixture(scope="module")

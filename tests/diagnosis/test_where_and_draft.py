@@ -8,12 +8,12 @@ import pytest
 import torch
 from scipy.signal import lfilter
 
-from myowave.diagnosis.draft import LIBRARY, draft_effect
-from myowave.diagnosis.fit import correlation_time, fit_model
-from myowave.diagnosis.independence import check_independence
-from myowave.diagnosis.next_trial import propose_trials
-from myowave.diagnosis.record import make_record
-from myowave.diagnosis.where import describe, misfit_by, missing_torque
+from myowave.diagnosis.misfit.draft import LIBRARY, draft_effect
+from myowave.diagnosis.misfit.independence import check_independence
+from myowave.diagnosis.misfit.where import describe, misfit_by, missing_torque
+from myowave.diagnosis.search.next_trial import propose_trials
+from myowave.identification.fit import correlation_time, fit_model
+from myowave.identification.record import make_record
 from myowave.physics.effect_files import load_effects
 
 

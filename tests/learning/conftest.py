@@ -48,10 +48,20 @@ def rollout() -> Recipe:
 @pytest.fixture
 def teacher_forced() -> Recipe:
     return Recipe(
-        hidden=8, epochs=4, rollout_s=0.0, simulated_trials=0, hidden_state="windowed", output="absolute",
-        time_input=True, history_steps=2, history_noise=0.01, beta=1e-3, identification="joint", schedule="constant",
+        hidden=8,
+        epochs=4,
+        rollout_s=0.0,
+        simulated_trials=0,
+        hidden_state="windowed",
+        output="absolute",
+        time_input=True,
+        history_steps=2,
+        history_noise=0.01,
+        beta=1e-3,
+        identification="joint",
+        schedule="constant",
         learning_rate=1e-3,
-    )  # fmt: skip
+    )
 
 
 @pytest.fixture(autouse=True)

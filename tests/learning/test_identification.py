@@ -8,9 +8,9 @@ import pytest
 import torch
 
 from myowave.data.simulate import simulate_trials
+from myowave.identification.parameters import identify
+from myowave.identification.weak import WeakResidual, gauss_newton
 from myowave.learning.identification import Identification
-from myowave.learning.parameters import identify
-from myowave.learning.weak import WeakResidual, gauss_newton
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
 from myowave.settings import Identify, SimulatedDataset
@@ -115,9 +115,14 @@ def test_trials_of_different_length_identify_as_well(model, trials, four):
     lengths = (200, 150, 200)
     pieces = [slice(0, n) for n in lengths]
     uneven = type(trials).from_sequences(
-        dataset="uneven", dt=trials.dt, names=trials.names, channels=trials.channels, test=trials.test,
-        emg=[trials.emg[i, p] for i, p in enumerate(pieces)], angle=[trials.angle[i, p] for i, p in enumerate(pieces)],
-    )  # fmt: skip
+        dataset="uneven",
+        dt=trials.dt,
+        names=trials.names,
+        channels=trials.channels,
+        test=trials.test,
+        emg=[trials.emg[i, p] for i, p in enumerate(pieces)],
+        angle=[trials.angle[i, p] for i, p in enumerate(pieces)],
+    )
     identified, _, values, identification = search(model, uneven, four)
     assert relative_error(values, identified.names, model).max() < 1e-3
     assert math.isfinite(identification.mse.max())

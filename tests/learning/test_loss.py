@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 import torch
 
+from myowave.identification.parameters import identify
 from myowave.learning.loss import Noise, TeacherForcedLoss, predict_with_time_derivatives
 from myowave.learning.network import Architecture, Scaling, apply_cell, initialise
-from myowave.learning.parameters import identify
 from myowave.learning.prediction import Network, predict_teacher_forced, to_tensors
 from myowave.learning.training import train_scale
 from myowave.physics.build import build_model
@@ -84,9 +84,7 @@ def test_what_validates_is_in_no_loss(derivative, network, trials, model):
 def teacher_forced_loss(network, trials, model, identified, *, beta=1e-3, derivative="sequence", usable=None):
     """The loss without noise, on all samples or the first `usable`."""
     lengths = torch.tensor(trials.lengths if usable is None else [usable] * len(trials.lengths))
-    return TeacherForcedLoss(
-        network, model, identified, trials, lengths, beta, derivative, Noise(0.0, (0, 1), 0), CPU
-    )  # fmt: skip
+    return TeacherForcedLoss(network, model, identified, trials, lengths, beta, derivative, Noise(0.0, (0, 1), 0), CPU)
 
 
 def test_identified_parameters_get_a_gradient_only_through_the_residual(network, trials, model):

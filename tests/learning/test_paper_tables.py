@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 import torch
 
+from myowave.identification.parameters import identify
 from myowave.learning.paper import tables
-from myowave.learning.parameters import identify
 from myowave.settings import Identify
 
 SAMPLES = 500
@@ -16,13 +16,22 @@ def runs(gain: float, scatter: float, seeds: int = 5) -> pd.DataFrame:
     """Evaluations of 1- and 3-scale training whose R2 differs by `gain`, give or take `scatter`."""
     sway = np.linspace(-scatter, scatter, seeds)
     return pd.concat(
-        pd.DataFrame({
-            "dataset": "case1", "recipe": "paper", "scales": scales, "seed": range(seeds), "test_r2": r2,
-            "test_nmse": (1 - r2) / SAMPLES, "f0_Bi_error_pct": 1.0 + sway, "f0_Tri_error_pct": 0.0,
-            "l0_Bi_error_pct": 0.0, "l0_Tri_error_pct": 0.0,
-        })
+        pd.DataFrame(
+            {
+                "dataset": "case1",
+                "recipe": "paper",
+                "scales": scales,
+                "seed": range(seeds),
+                "test_r2": r2,
+                "test_nmse": (1 - r2) / SAMPLES,
+                "f0_Bi_error_pct": 1.0 + sway,
+                "f0_Tri_error_pct": 0.0,
+                "l0_Bi_error_pct": 0.0,
+                "l0_Tri_error_pct": 0.0,
+            }
+        )
         for scales, r2 in ((1, np.full(seeds, 0.6)), (3, 0.6 + gain + sway))
-    )  # fmt: skip
+    )
 
 
 def test_the_printed_errors_are_of_500_samples():

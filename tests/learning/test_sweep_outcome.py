@@ -12,10 +12,13 @@ from myowave.settings import Dimension, Recipe, Sweep
 SWEEP = Sweep(dataset="case1", recipe="rollout", scales=2, dimensions={"hidden": {"low": 4, "high": 64}})
 TABLE = pd.DataFrame(
     {
-        "trial": [0, 1, 2], "state": ["complete", "complete", "pruned"], "error": [2.0, 1.5, np.nan],
-        "hidden": [50, 20, 4], "is_default": [True, False, False],
+        "trial": [0, 1, 2],
+        "state": ["complete", "complete", "pruned"],
+        "error": [2.0, 1.5, np.nan],
+        "hidden": [50, 20, 4],
+        "is_default": [True, False, False],
     }
-)  # fmt: skip
+)
 
 
 def test_the_file_with_the_best_settings_adds_a_recipe_and_changes_none():

@@ -16,9 +16,16 @@ def train(scales, model, recipe, wanted, *, seeds=(0, 1), total=1):
     checkpoint, reports = None, []
     for level in reversed(range(total)):
         reports += train_scale(
-            scales, model, recipe, wanted, level=level, total=total, seeds=seeds, start=checkpoint,
+            scales,
+            model,
+            recipe,
+            wanted,
+            level=level,
+            total=total,
+            seeds=seeds,
+            start=checkpoint,
             device=torch.device("cpu"),
-        )  # fmt: skip
+        )
         checkpoint = reports[-1].checkpoint
     return reports, checkpoint
 

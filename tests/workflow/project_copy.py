@@ -15,9 +15,12 @@ ROOT = Path(__file__).parents[2]
 PARTS = ("Snakefile", "config.yaml", "workflow", "profiles", "src", "data")
 # A sweep of seconds; a test adds how many trials it wants.
 SMALL_SWEEP = {
-    "recipe": "rollout", "scales": 2, "epochs": 6, "seeds": 2,
+    "recipe": "rollout",
+    "scales": 2,
+    "epochs": 6,
+    "seeds": 2,
     "dimensions": {"beta": None, "history_steps": {"low": 2, "high": 5}, "hidden": {"low": 4, "high": 12}},
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)
@@ -84,4 +87,3 @@ def copy_project(folder: Path) -> Project:
         else:
             shutil.copy2(source, folder / part)
     return Project(folder)
-

@@ -110,9 +110,7 @@ def page(finished) -> Iterator[str]:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     command = [sys.executable, "-c", "from myowave.cli import app; app()", "ui", "--port", str(port)]
-    server = subprocess.Popen(
-        command, cwd=finished.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    )
+    server = subprocess.Popen(command, cwd=finished.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     address = None
     for line in server.stdout:
         address = address or (re.search(r"http://\S+", line) or [None])[0]

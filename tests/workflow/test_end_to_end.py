@@ -10,7 +10,9 @@ from project_copy import Project, copy_project
 
 TINY = {
     "targets": {
-        "datasets": ["case1", "bench_elbow"], "models": {"bench_elbow": ["base+joint_damping"]}, "scales": [2],
+        "datasets": ["case1", "bench_elbow"],
+        "models": {"bench_elbow": ["base+joint_damping"]},
+        "scales": [2],
         "follow_verdict": ["bench_elbow"],
     },
     "data": {"datasets": {"case1": {"samples": 120}}},

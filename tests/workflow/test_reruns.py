@@ -46,13 +46,13 @@ def test_changed_physics_reruns_all_that_stands_on_it(finished):
     assert set(planned) >= {"simulate_trials", "decompose_scales"} | LEARNING | {"draw_models"}
 
 
-def test_changed_learning_reruns_training_and_what_follows(finished):
-    with edited(finished, "src/myowave/learning/__init__.py", "", "CHANGED = 1\n"):
-        assert set(finished.planned(*CONFIG)) == LEARNING | DIAGNOSIS | {"draw_models"}
+def test_changed_networks_rerun_training_and_what_follows_but_no_diagnosis(finished):
+    with edited(finished, "src/myowave/learning/network.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "):
+        assert set(finished.planned(*CONFIG)) == LEARNING | WATCHING | {"draw_models"}
 
 
 def test_publishing_makes_nothing_but_the_store(finished):
-    with edited(finished, "src/myowave/learning/__init__.py", "", "CHANGED = 1\n"):
+    with edited(finished, "src/myowave/learning/network.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "):
         assert finished.planned(*CONFIG, "--", "publish") == {"publish": 1}
 
 

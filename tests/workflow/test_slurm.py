@@ -75,9 +75,12 @@ def test_a_killed_job_is_made_again_and_the_results_are_those_of_one_machine(slu
     local, cluster = fresh(tmp_path / "local"), fresh(tmp_path / "cluster")
     first = subprocess.Popen(
         [sys.executable, "-m", "snakemake", *ON_SLURM, *CONFIG, "--", *TARGETS],
-        cwd=cluster.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        cwd=cluster.folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
         env=os.environ | {"PYTHONPATH": str(cluster.folder / "src"), "OMP_NUM_THREADS": "1"},
-    )  # fmt: skip
+    )
     kill_when_running("train_scale", cluster, first, 240)
     told = first.communicate(timeout=400)[0]
     assert first.returncode != 0 and "train_scale" in told, told

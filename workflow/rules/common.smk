@@ -7,9 +7,9 @@ from types import SimpleNamespace
 
 from snakemake.exceptions import WorkflowError
 
-from myowave.code_digest import digest_layers
+from myowave.workflow.digest import digest_module, digest_script
 from myowave.settings import SimulatedDataset, check_effects, dump, parse_settings, public
-from myowave.subjects import add_subjects, read_subjects
+from myowave.settings.subjects import add_subjects, read_subjects
 
 try:
     SETTINGS = parse_settings(add_subjects(config))
@@ -43,6 +43,11 @@ wildcard_constraints:
 def one_of(names):
     """A wildcard constraint: one of these names, and nothing where there are none."""
     return "|".join(names) or "$^"
+
+
+def digest(script):
+    """Digest of a rule's script and of all the code that it uses, for `params`."""
+    return digest_script(Path(workflow.basedir) / "workflow/scripts" / f"{script}.py")
 
 
 def section(name):

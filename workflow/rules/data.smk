@@ -14,7 +14,7 @@ rule simulate_trials:
     params:
         physics=section("physics"),
         dataset=lambda wildcards: dump(DATASETS[wildcards.dataset]),  # with what is hidden: this rule puts it in
-        code=digest_layers("data"),
+        code=digest("simulate_trials"),
     script:
         "../scripts/simulate_trials.py"
 
@@ -31,7 +31,7 @@ rule import_trials:
     params:
         dataset=dataset_section,
         channels=list(dict.fromkeys(muscle.emg for muscle in SETTINGS.physics.muscles.values())),
-        code=digest_layers("data"),
+        code=digest("import_trials"),
     script:
         "../scripts/import_trials.py"
 
@@ -45,7 +45,7 @@ rule decompose_scales:
         "results/logs/decompose_scales/{dataset}.log",
     params:
         wavelet=dump(SETTINGS.data.wavelet),
-        code=digest_layers("data"),
+        code=digest("decompose_scales"),
     script:
         "../scripts/decompose_scales.py"
 
@@ -70,6 +70,6 @@ rule draw_trials:
     log:
         "results/logs/draw_trials/{dataset}.log",
     params:
-        code=digest_layers("data", drawing=True),
+        code=digest("draw_trials"),
     script:
         "../scripts/draw_trials.py"

@@ -6,7 +6,7 @@ STUDY = SETTINGS.diagnosis.study
 STUDIED = [*STUDY.effects, *("+".join(pair) for pair in STUDY.pairs), "none"]
 DIAGNOSIS_TABLES = [
     "ladder", "ranking", "parameters", "correlations", "errors", "misfit", "missing_torque", "independence", "next_trials"
-]  # as in myowave.diagnosis.tables.TABLES, which takes a second to load
+]  # as in myowave.diagnosis.report.tables.TABLES, which takes a second to load
 DIAGNOSIS_FIGURES = [
     "overlay", "errors", "independence", "correlations", "misfit", "missing_torque", "ranking", "ladder", "parameters"
 ]
@@ -32,7 +32,7 @@ checkpoint diagnose_dataset:
         identify=identify_section,
         models=lambda wildcards: models_of(wildcards.dataset),
         diagnosis=lambda wildcards: {k: v for k, v in section("diagnosis").items() if k != "study"},
-        code=digest_layers("diagnosis"),
+        code=digest("diagnose_dataset"),
     script:
         "../scripts/diagnose_dataset.py"
 
@@ -47,7 +47,7 @@ rule score_verdict:
         "results/logs/score_verdict/{dataset}.log",
     params:
         run=dict(recipes=list(SETTINGS.targets.recipes), config_files=CONFIG_FILES),
-        code=digest_layers("diagnosis"),
+        code=digest("score_verdict"),
     script:
         "../scripts/score_verdict.py"
 
@@ -66,7 +66,7 @@ rule watch_ladder:
         "results/logs/watch_ladder/{dataset}.log",
     params:
         beside=networks_beside,
-        code=digest_layers("diagnosis"),
+        code=digest("watch_ladder"),
     script:
         "../scripts/watch_ladder.py"
 
@@ -92,7 +92,7 @@ rule draw_diagnosis:
     log:
         "results/logs/draw_diagnosis/{dataset}.log",
     params:
-        code=digest_layers("diagnosis", drawing=True),
+        code=digest("draw_diagnosis"),
     script:
         "../scripts/draw_diagnosis.py"
 
@@ -118,7 +118,7 @@ rule tell_verdict:
     log:
         "results/logs/tell_verdict/{dataset}.log",
     params:
-        code=digest_layers("diagnosis", drawing=True),
+        code=digest("tell_verdict"),
     script:
         "../scripts/tell_verdict.py"
 
@@ -133,7 +133,7 @@ rule simulate_study:
     params:
         physics=section("physics"),
         dataset=dump(DATASETS[STUDY.dataset]),
-        code=digest_layers("diagnosis/study.py"),
+        code=digest("simulate_study"),
     script:
         "../scripts/simulate_study.py"
 
@@ -153,7 +153,7 @@ rule study_effect:
         physics=section("physics"),
         dataset=dump(DATASETS[STUDY.dataset]),
         diagnosis=section("diagnosis"),
-        code=digest_layers("diagnosis/study.py"),
+        code=digest("study_effect"),
     script:
         "../scripts/study_effect.py"
 
@@ -168,7 +168,7 @@ rule summarize_study:
     log:
         "results/logs/summarize_study.log",
     params:
-        code=digest_layers("diagnosis/study.py"),
+        code=digest("summarize_study"),
     script:
         "../scripts/summarize_study.py"
 
@@ -182,7 +182,7 @@ rule draw_study:
     log:
         "results/logs/draw_study.log",
     params:
-        code=digest_layers("diagnosis/study.py", drawing=True),
+        code=digest("draw_study"),
     script:
         "../scripts/draw_study.py"
 

@@ -19,7 +19,7 @@ rule train_scale:
         identify=identify_section,
         recipe=recipe_section,
         seeds=SETTINGS.learning.seeds,
-        code=digest_layers("learning"),
+        code=digest("train_scale"),
     script:
         "../scripts/train_scale.py"
 
@@ -36,7 +36,7 @@ rule evaluate_model:
     log:
         f"results/logs/evaluate_model/{LADDER}.log",
     params:
-        code=digest_layers("learning"),
+        code=digest("evaluate_model"),
     script:
         "../scripts/evaluate_model.py"
 
@@ -54,7 +54,7 @@ rule summarize_models:
     log:
         "results/logs/summarize_models.log",
     params:
-        code=digest_layers("learning"),
+        code=digest("summarize_models"),
     script:
         "../scripts/summarize_models.py"
 
@@ -95,6 +95,6 @@ rule draw_models:
         f"results/logs/draw_models/{RUNS}.log",
     params:
         identify=identify_section,
-        code=digest_layers("learning", drawing=True),
+        code=digest("draw_models"),
     script:
         "../scripts/draw_models.py"

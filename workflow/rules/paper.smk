@@ -19,7 +19,7 @@ rule score_one_step:
     log:
         "results/logs/score_one_step.log",
     params:
-        code=digest_layers("learning/paper"),
+        code=digest("score_one_step"),
     script:
         "../scripts/score_one_step.py"
 
@@ -45,7 +45,7 @@ rule compare_paper:
     params:
         recipes={name: dump(SETTINGS.learning.recipes[name]) for name in PAPER_CHOICES},
         identify={name: public(DATASETS[name])["identify"] for name in PAPER_SUBJECTS},
-        code=digest_layers("learning/paper", drawing=True),
+        code=digest("compare_paper"),
     script:
         "../scripts/compare_paper.py"
 
@@ -63,6 +63,6 @@ rule draw_paper:
         f"results/logs/draw_paper/{RUNS}.log",
     params:
         identify=identify_section,
-        code=digest_layers("learning", drawing=True),
+        code=digest("draw_models"),
     script:
         "../scripts/draw_models.py"

@@ -27,6 +27,6 @@ rule summarize_subjects:
     log:
         "results/logs/summarize_subjects.log",
     params:
-        code=digest_layers("diagnosis/subjects", drawing=True),
+        code=digest("summarize_subjects"),
     script:
         "../scripts/summarize_subjects.py"

@@ -11,7 +11,7 @@ judged_section = dict(
     physics=section("physics"),
     identify=public(DATASETS[SWEEP.dataset])["identify"],
     recipe=dump(SETTINGS.learning.recipes[SWEEP.recipe]),
-    code=digest_layers("learning/sweep/objective.py"),
+    code=digest_module("learning/sweep/objective.py"),
 )
 
 
@@ -60,7 +60,7 @@ rule search_settings:
         sweep=sweep_section("workers", "storage"),
         storage=STORAGE,
         judged=judged_section,
-        code=digest_layers("learning/sweep"),  # a study that is full stays as it is
+        code=digest("search_settings"),  # a study that is full stays as it is
     script:
         "../scripts/search_settings.py"
 
@@ -103,7 +103,7 @@ rule summarize_sweep:
         sweep=sweep_section("workers", "storage"),
         storage=STORAGE,
         recipe=judged_section["recipe"],
-        code=digest_layers("learning/sweep", drawing=True),
+        code=digest("summarize_sweep"),
     script:
         "../scripts/summarize_sweep.py"
 
@@ -131,7 +131,7 @@ rule score_sweep:
         sweep=sweep_section("workers", "storage", "trials"),
         seeds=SETTINGS.learning.seeds,
         judged=judged_section,
-        code=digest_layers("learning/sweep/outcome.py"),
+        code=digest("score_sweep"),
     script:
         "../scripts/score_sweep.py"
 

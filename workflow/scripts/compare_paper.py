@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from myowave.job import job_log
 from myowave.learning.paper import figures, tables
 from myowave.learning.paper.page import write_page
 from myowave.learning.tables import join_histories, read_evaluations
 from myowave.plotting import save
+from myowave.workflow.job import job_log
 
 output, recipes = snakemake.output, snakemake.params.recipes
 with job_log("compare with the paper", snakemake.log[0]):

@@ -2,8 +2,8 @@
 
 from myowave.data.store import read_trials, write_scales
 from myowave.data.wavelets import decompose
-from myowave.job import job_log
 from myowave.settings import Wavelet
+from myowave.workflow.job import job_log
 
 with job_log(f"decompose {snakemake.wildcards.dataset}", snakemake.log[0]):
     wavelet = Wavelet.model_validate(snakemake.params.wavelet)

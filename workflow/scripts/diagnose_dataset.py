@@ -1,12 +1,12 @@
 """Diagnose a dataset: what its trials say that the physical model misses."""
 
 from myowave.data.store import read_trials, write_json, write_table
-from myowave.diagnosis.diagnose import diagnose
-from myowave.diagnosis.tables import TABLES, predictions_table, verdict_summary
-from myowave.job import job_log
+from myowave.diagnosis.report.tables import TABLES, predictions_table, verdict_summary
+from myowave.diagnosis.search.diagnose import diagnose
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
 from myowave.settings import Identify, parse_section
+from myowave.workflow.job import job_log
 
 name = snakemake.wildcards.dataset
 with job_log(f"diagnose {name}", snakemake.log[0]) as log:

@@ -6,9 +6,9 @@ from pathlib import Path
 import pandas as pd
 
 from myowave.data.store import read_table
-from myowave.diagnosis.figures import draw_diagnosis
-from myowave.job import job_log
+from myowave.diagnosis.report.figures import draw_diagnosis
 from myowave.plotting import save
+from myowave.workflow.job import job_log
 
 with job_log(f"draw diagnosis of {snakemake.wildcards.dataset}", snakemake.log[0]):
     tables = {Path(path).stem: pd.read_csv(path) for path in snakemake.input.tables}

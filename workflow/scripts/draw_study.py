@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from myowave.diagnosis.figures.study import draw_study
-from myowave.job import job_log
+from myowave.diagnosis.study.figures import draw_study
 from myowave.plotting import save
+from myowave.workflow.job import job_log
 
 with job_log("draw study", snakemake.log[0]):
     cases = pd.read_csv(snakemake.input.cases, keep_default_na=False)

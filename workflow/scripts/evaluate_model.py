@@ -4,9 +4,9 @@ import json
 from pathlib import Path
 
 from myowave.data.store import read_trials, write_table
-from myowave.job import job_log
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import evaluate, predict_trials, tabulate_parameters, tabulate_predictions
+from myowave.workflow.job import job_log
 
 where = snakemake.wildcards
 with job_log(f"evaluate {where.dataset} {where.model} {where.recipe} {where.scales}-scale", snakemake.log[0]):

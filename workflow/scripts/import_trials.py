@@ -2,8 +2,8 @@
 
 from myowave.data.importing import import_trials
 from myowave.data.store import write_trials
-from myowave.job import job_log
 from myowave.settings import parse_section
+from myowave.workflow.job import job_log
 
 name = snakemake.wildcards.dataset
 with job_log(f"import trials of {name}", snakemake.log[0]):

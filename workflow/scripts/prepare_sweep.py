@@ -7,10 +7,10 @@ from pathlib import Path
 from myowave.data.holdout import hold_out_ends
 from myowave.data.store import read_trials, write_scales
 from myowave.data.wavelets import decompose
-from myowave.job import job_log
 from myowave.learning.sweep.outcome import study_name
 from myowave.learning.sweep.study import open_search
 from myowave.settings import Sweep, Wavelet
+from myowave.workflow.job import job_log
 
 params, output = snakemake.params, snakemake.output
 with job_log("prepare sweep", snakemake.log[0]) as log:

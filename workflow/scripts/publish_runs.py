@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from myowave.job import job_log
-from myowave.run_contents import Swept, TrainedModel, from_diagnosis, from_model, from_sweep
-from myowave.tracking import publish
+from myowave.tracking.contents import Swept, TrainedModel, from_diagnosis, from_model, from_sweep
+from myowave.tracking.store import publish
+from myowave.workflow.job import job_log
 
 with job_log("publish runs", snakemake.log[0]) as log:
     groups = [

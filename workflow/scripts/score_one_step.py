@@ -1,7 +1,7 @@
 """Score the networks of the paper's protocols one step ahead."""
 
-from myowave.job import job_log
 from myowave.learning.paper.one_step import tabulate_one_step
+from myowave.workflow.job import job_log
 
 with job_log("score the paper's networks one step ahead", snakemake.log[0]):
     table = tabulate_one_step(snakemake.input.checkpoints, snakemake.input.trials)

@@ -7,12 +7,12 @@ import pandas as pd
 import yaml
 
 from myowave.data.store import read_scales, read_trials
-from myowave.job import job_log
 from myowave.learning.evaluation import evaluate, predict_trials
 from myowave.learning.sweep.objective import train_scales
 from myowave.learning.sweep.outcome import BEST, compare_scores
 from myowave.physics.build import build_model
 from myowave.settings import Identify, Sweep, parse_section
+from myowave.workflow.job import job_log
 
 inputs, params, judged = snakemake.input, snakemake.params, snakemake.params.judged
 sweep = Sweep.model_validate(params.sweep)

@@ -4,9 +4,9 @@ import json
 from pathlib import Path
 
 from myowave.data.store import write_json
-from myowave.diagnosis.command import adding_command
-from myowave.diagnosis.tables import add_errors
-from myowave.job import job_log
+from myowave.diagnosis.report.command import adding_command
+from myowave.diagnosis.report.tables import add_errors
+from myowave.workflow.job import job_log
 
 with job_log(f"verdict of {snakemake.wildcards.dataset}", snakemake.log[0]):
     summary = json.loads(Path(snakemake.input.summary).read_text(encoding="utf-8"))

@@ -5,11 +5,11 @@ from functools import partial
 from pathlib import Path
 
 from myowave.data.store import read_scales
-from myowave.job import job_log
 from myowave.learning.sweep.objective import judge
 from myowave.learning.sweep.study import describe, open_search, work
 from myowave.physics.build import build_model
 from myowave.settings import Identify, Sweep, parse_section
+from myowave.workflow.job import job_log
 
 params, judged, worker = snakemake.params, snakemake.params.judged, int(snakemake.wildcards.worker)
 sweep = Sweep.model_validate(params.sweep)

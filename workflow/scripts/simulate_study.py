@@ -1,10 +1,10 @@
 """Simulate the trials that the study hides effects in: a dataset a seed, without effect or noise of the angle."""
 
 from myowave.data.store import write_trials
-from myowave.diagnosis.study import clean_trials
-from myowave.job import job_log
+from myowave.diagnosis.study.cases import clean_trials
 from myowave.physics.build import build_model
 from myowave.settings import parse_section
+from myowave.workflow.job import job_log
 
 with job_log("simulate study", snakemake.log[0]) as log:
     base = build_model("base", parse_section("physics", snakemake.params.physics))

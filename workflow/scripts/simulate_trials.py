@@ -2,10 +2,10 @@
 
 from myowave.data.simulate import simulate_trials, write_truth
 from myowave.data.store import write_trials
-from myowave.job import job_log
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
 from myowave.settings import parse_section
+from myowave.workflow.job import job_log
 
 name = snakemake.wildcards.dataset
 with job_log(f"simulate trials of {name}", snakemake.log[0]):

@@ -1,11 +1,11 @@
 """Hide an effect in simulated trials, in all strengths, seeds and noises, and diagnose each."""
 
 from myowave.data.store import read_trials
-from myowave.diagnosis.study import study_effect
-from myowave.job import job_log
+from myowave.diagnosis.study.cases import study_effect
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
 from myowave.settings import parse_section
+from myowave.workflow.job import job_log
 
 hidden = snakemake.wildcards.hidden
 with job_log(f"study {hidden}", snakemake.log[0]) as log:

@@ -3,8 +3,8 @@
 import pandas as pd
 
 from myowave.data.store import write_json
-from myowave.diagnosis.study import confusion_matrix, summarize
-from myowave.job import job_log
+from myowave.diagnosis.study.cases import confusion_matrix, summarize
+from myowave.workflow.job import job_log
 
 with job_log("summarize study", snakemake.log[0]):
     cases = pd.concat([pd.read_csv(path, keep_default_na=False) for path in snakemake.input.cases], ignore_index=True)

@@ -2,8 +2,8 @@
 
 from myowave.diagnosis.subjects.figures import draw_subjects
 from myowave.diagnosis.subjects.table import tabulate_subjects
-from myowave.job import job_log
 from myowave.plotting import save
+from myowave.workflow.job import job_log
 
 with job_log("summarize subjects", snakemake.log[0]):
     table = tabulate_subjects(snakemake.input.verdicts)

@@ -3,12 +3,12 @@
 import json
 from pathlib import Path
 
-from myowave.job import job_log
 from myowave.learning.sweep import figures
 from myowave.learning.sweep.outcome import override_text, summary_text
 from myowave.learning.sweep.study import best_settings, importances, open_search, tabulate
 from myowave.plotting import save
 from myowave.settings import Sweep, parse_section
+from myowave.workflow.job import job_log
 
 params, output = snakemake.params, snakemake.output
 sweep = Sweep.model_validate(params.sweep)

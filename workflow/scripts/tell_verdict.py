@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from myowave.diagnosis.page import Story, write_page
-from myowave.job import job_log
+from myowave.diagnosis.report.page import Story, write_page
+from myowave.workflow.job import job_log
 
 inputs = snakemake.input
 with job_log(f"tell verdict of {snakemake.wildcards.dataset}", snakemake.log[0]):

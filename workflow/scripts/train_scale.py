@@ -3,11 +3,11 @@
 import pandas as pd
 
 from myowave.data.store import read_scales, write_table
-from myowave.job import follow, job_log
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.training import count_epochs, train_scale
 from myowave.physics.build import build_model
 from myowave.settings import Identify, parse_section
+from myowave.workflow.job import follow, job_log
 
 where, params = snakemake.wildcards, snakemake.params
 level, total = int(where.level), int(where.scales)

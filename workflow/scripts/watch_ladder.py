@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from myowave.diagnosis.ladder import join_ladder, join_parameters
-from myowave.job import job_log
+from myowave.diagnosis.report.ladder import join_ladder, join_parameters
+from myowave.workflow.job import job_log
 
 with job_log(f"watch {snakemake.wildcards.dataset}", snakemake.log[0]):
     evaluations = [pd.read_csv(path) for path in [*snakemake.input.evaluations, *snakemake.params.beside]]

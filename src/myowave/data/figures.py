@@ -13,9 +13,13 @@ def draw_trials(trials: Trials) -> Figure:
     """EMG of every channel and the joint angle, a column a trial."""
     rows = len(trials.channels) + 1
     figure, axes = canvas(
-        rows, len(trials.names), width=max(7.0, 2.6 * len(trials.names)), height=1.7 * rows + 0.9,
-        sharex=True, sharey="row",
-    )  # fmt: skip
+        rows,
+        len(trials.names),
+        width=max(7.0, 2.6 * len(trials.names)),
+        height=1.7 * rows + 0.9,
+        sharex=True,
+        sharey="row",
+    )
     degrees = np.rad2deg(trials.angle)
     for column, (name, length) in enumerate(zip(trials.names, trials.lengths, strict=True)):
         time = trials.time[:length]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from myowave.data.store import read_table
 from myowave.data.trials import EMG_PREFIX
-from myowave.schema_keys import did_you_mean
+from myowave.settings.keys import did_you_mean
 
 TIME, ANGLES = "time_s", ("angle_rad", "angle_deg")
 SUFFIXES = (".csv", ".parquet")

@@ -14,7 +14,7 @@ from torch import Tensor
 
 from myowave.data.trials import Trials
 from myowave.data.wavelets import estimate_noise, max_level, project
-from myowave.learning.weak import known_params
+from myowave.identification.weak import known_params
 from myowave.physics.model import Model
 from myowave.physics.motion import channels_of, simulate
 

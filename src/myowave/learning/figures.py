@@ -51,9 +51,13 @@ def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame
     panels = sorted(predictions)
     trials = sorted(predictions[panels[0]].query("role == 'test'")["trial"].unique())
     figure, axes = canvas(
-        len(trials), len(panels), width=max(6.5, 4.0 * len(panels)), height=2.7 * len(trials) + 1.2,
-        sharex=True, sharey=True,
-    )  # fmt: skip
+        len(trials),
+        len(panels),
+        width=max(6.5, 4.0 * len(panels)),
+        height=2.7 * len(trials) + 1.2,
+        sharex=True,
+        sharey=True,
+    )
     for column, scales in enumerate(panels):
         table = predictions[scales].query("role == 'test'")
         for row, trial in enumerate(trials):

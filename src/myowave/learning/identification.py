@@ -12,9 +12,9 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.learning.parameters import Identified, slope_of
-from myowave.learning.shooting import Shooting
-from myowave.learning.weak import WeakResidual, gauss_newton, hidden_effects
+from myowave.identification.parameters import Identified, slope_of
+from myowave.identification.shooting import Shooting
+from myowave.identification.weak import WeakResidual, gauss_newton, hidden_effects
 from myowave.physics.model import Model
 
 WEAK_STEPS = 8

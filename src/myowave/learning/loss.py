@@ -15,11 +15,11 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
+from myowave.identification.parameters import Identified
+from myowave.identification.weak import hidden_effects, known_params
 from myowave.learning.network import differentiate_cell
-from myowave.learning.parameters import Identified
 from myowave.learning.prediction import Network, follow, predict_teacher_forced
 from myowave.learning.rollout import Workspace, roll_out, roll_out_gru
-from myowave.learning.weak import hidden_effects, known_params
 from myowave.learning.windows import Corpus, count_windows
 from myowave.physics.model import Model, bind, torques
 from myowave.physics.motion import activate, channels_of

@@ -80,9 +80,7 @@ def warm_up(architecture: Architecture, weights: Weights, driven: Tensor, z: Ten
     return hidden
 
 
-def roll_out(
-    architecture: Architecture, units: Units, weights: Weights, x: Tensor, z: Tensor, v: Tensor
-) -> Tensor:
+def roll_out(architecture: Architecture, units: Units, weights: Weights, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
     """Predict windows from their history.
 
     Args:

@@ -13,12 +13,12 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
+from myowave.identification.parameters import Identified, identify
 from myowave.learning.augmentation import imagine_emg, simulate_imagined
 from myowave.learning.checkpoint import Checkpoint, digest_model, digest_trials
 from myowave.learning.identification import Identification
 from myowave.learning.loss import Losses, Noise, RolloutLoss, TeacherForcedLoss
 from myowave.learning.network import Architecture, Scaling, initialise
-from myowave.learning.parameters import Identified, identify
 from myowave.learning.prediction import Network, run_free
 from myowave.learning.windows import Corpus, Validation, count_training_samples
 from myowave.physics.model import Model
@@ -158,9 +158,21 @@ class _Run:
         corpus = Corpus.of(architecture, scaling, emg, angle.unsqueeze(0), trials.dt, usable)
         validation = Validation.of(corpus, scaling, trials.lengths, history)
         return cls(
-            trials, model, recipe, level, total, seeds, device, network, identified, raw.clone(),
-            corpus, validation, start, labels,
-        )  # fmt: skip
+            trials,
+            model,
+            recipe,
+            level,
+            total,
+            seeds,
+            device,
+            network,
+            identified,
+            raw.clone(),
+            corpus,
+            validation,
+            start,
+            labels,
+        )
 
     def epochs(self) -> Iterator[EpochReport]:
         started = time.perf_counter()
@@ -219,9 +231,16 @@ class _Run:
             steps = max(1, round(recipe.rollout_s / self.trials.dt))
             return RolloutLoss(self.network, self.corpus, steps, noise, random)
         return TeacherForcedLoss(
-            self.network, self.model, self.identified, self.trials, self.corpus.usable,
-            recipe.beta, recipe.derivative, noise, self.device,
-        )  # fmt: skip
+            self.network,
+            self.model,
+            self.identified,
+            self.trials,
+            self.corpus.usable,
+            recipe.beta,
+            recipe.derivative,
+            noise,
+            self.device,
+        )
 
     def _decay(self, epoch: int, count: int) -> float:
         """Factor on the step; the cosine runs over all scales together."""
@@ -244,9 +263,13 @@ class _Run:
         angle, usable = simulate_imagined(self.model, params, self.trials, emg, DATA_SEED)
         length = torch.full((len(emg),), emg.shape[1])
         corpus = Corpus.of(
-            self.network.architecture, self.network.scaling, torch.from_numpy(emg).to(self.device),
-            angle.to(self.device), self.trials.dt, length,
-        )  # fmt: skip
+            self.network.architecture,
+            self.network.scaling,
+            torch.from_numpy(emg).to(self.device),
+            angle.to(self.device),
+            self.trials.dt,
+            length,
+        )
         loss.add_simulated(corpus, usable.to(self.device))
 
     def _values(self, raw: Tensor) -> dict[str, Tensor]:

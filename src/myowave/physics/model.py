@@ -309,9 +309,14 @@ def torques(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor, states: M
     extra = torch.zeros_like(muscle_torque)
     for effect in model.on("joint"):
         quantities = {
-            **bound.muscle, **bound.joint, "curves": model.curves,
-            "q": q, "qdot": qdot, "activation": activation, "torque": muscle_torque,
-        }  # fmt: skip
+            **bound.muscle,
+            **bound.joint,
+            "curves": model.curves,
+            "q": q,
+            "qdot": qdot,
+            "activation": activation,
+            "torque": muscle_torque,
+        }
         extra = extra + call(effect.function, quantities, bound.values(effect))
     for effect in model.on("inertia"):
         inertia = inertia + call(effect.function, {**bound.joint, "q": q}, bound.values(effect))

@@ -4,9 +4,9 @@ from collections.abc import Collection
 
 from pydantic import ValidationError, model_validator
 
-from myowave.schema_keys import did_you_mean, explain, list_keys
 from myowave.settings.data import Data
 from myowave.settings.diagnosis import Diagnosis
+from myowave.settings.keys import did_you_mean, explain, list_keys
 from myowave.settings.learning import SEARCHABLE, Learning, Recipe, Sweep
 from myowave.settings.physics import Physics
 from myowave.settings.section import Section, dump, setting

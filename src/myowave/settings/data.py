@@ -65,8 +65,10 @@ class SimulatedDataset(_Dataset):
     seed: Whole = setting("seed of EMG and noise", "-", 1, ge=0)
     hidden_effect: dict[str, dict[str, Real]] = setting(
         "effects in the data that nothing but simulation and scoring may know, {effect: {parameter: value}}",
-        "SI", dict, each="effect",
-    )  # fmt: skip
+        "SI",
+        dict,
+        each="effect",
+    )
 
     @model_validator(mode="after")
     def _test_exists(self) -> "SimulatedDataset":

@@ -9,9 +9,11 @@ class Study(Section):
     dataset: Name = setting("simulated dataset whose trials the effects are hidden in", "", "case1")
     effects: tuple[Name, ...] = setting("effects to hide, one at a time", default=("joint_damping",), min_length=1)
     strengths: tuple[Real, ...] = setting(
-        "strengths of the hidden effects, as fractions of twice the typical one, or of what bounds allow", "-",
-        (0.25, 0.5, 1.0), min_length=1,
-    )  # fmt: skip
+        "strengths of the hidden effects, as fractions of twice the typical one, or of what bounds allow",
+        "-",
+        (0.25, 0.5, 1.0),
+        min_length=1,
+    )
     seeds: Whole = setting("datasets for each effect and strength", "-", 3, ge=1, le=100)
     angle_noises_deg: tuple[Real, ...] = setting("noises of the angle", "deg", (0.3, 1.0, 3.0), min_length=1)
     clean_sets: Whole = setting("datasets without an effect for each noise", "-", 20, ge=1, le=1000)

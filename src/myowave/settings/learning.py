@@ -15,8 +15,9 @@ class Recipe(Section):
     hidden: Whole = setting("hidden units", "-", 50, ge=1, le=4096)
     hidden_state: Literal["carried", "windowed"] = setting(
         "carried: handed on from sample to sample (Fig. 5); windowed: starts at 0 for every prediction (Eq. 15)",
-        "", "carried",
-    )  # fmt: skip
+        "",
+        "carried",
+    )
     output: Literal["increment", "absolute"] = setting(
         "absolute: the network gives the angle (Eq. 13); increment: what linear extrapolation lacks", "", "increment"
     )
@@ -85,8 +86,9 @@ class Sweep(Section):
     )
     dimensions: dict[Name, Dimension] = setting(
         "ranges to search, {numeric setting of the recipe: range}; null instead of a range: not searched",
-        default=dict, each="setting",
-    )  # fmt: skip
+        default=dict,
+        each="setting",
+    )
     trials: Whole = setting("settings to try; a larger number later goes on from there", "-", 20, ge=1)
     workers: Whole = setting("jobs that search side by side", "-", 2, ge=1, le=1000)
     seeds: Whole = setting("independent starts of each setting; their mean error counts", "-", 2, ge=1, le=1000)
@@ -98,9 +100,11 @@ class Sweep(Section):
     unpruned: Whole = setting("settings that are tried to the end before any is given up", "-", 5, ge=1)
     seed: Whole = setting("seed of the search", "-", 0, ge=0)
     storage: str = setting(
-        "where the study is: journal, a file beside its results, or postgresql://USER@HOST/DATABASE", "", "journal",
+        "where the study is: journal, a file beside its results, or postgresql://USER@HOST/DATABASE",
+        "",
+        "journal",
         pattern=r"^(journal|postgresql(\+\w+)?://.+)$",
-    )  # fmt: skip
+    )
 
     @field_validator("dimensions", mode="before")
     @classmethod

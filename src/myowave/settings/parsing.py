@@ -6,9 +6,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from myowave.schema_keys import explain, list_keys
 from myowave.settings.configuration import Settings, unless_known
 from myowave.settings.data import MeasuredDataset, SimulatedDataset
+from myowave.settings.keys import explain, list_keys
 from myowave.settings.learning import Recipe
 from myowave.settings.section import Section
 

@@ -7,6 +7,8 @@ class Tracking(Section):
     """Where MLflow shows the results; they are on disk with or without it."""
 
     uri: str = setting(
-        "MLflow store: sqlite:///FILE, or the http(s) address of a server", "", "sqlite:///results/mlflow.db",
+        "MLflow store: sqlite:///FILE, or the http(s) address of a server",
+        "",
+        "sqlite:///results/mlflow.db",
         pattern=r"^(sqlite:///|postgresql\S*://|https?://).+",
-    )  # fmt: skip
+    )

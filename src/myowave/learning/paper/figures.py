@@ -42,9 +42,14 @@ def draw_errors(summary: pd.DataFrame) -> Figure:
         printed = np.array([PRINTED_ERROR_PCT[case][name] for case in cases])
         place = np.arange(len(cases))
         axis.errorbar(
-            place - 0.1, errors.mean()[cases], yerr=errors.std(ddof=0)[cases], fmt="o", color=CYCLE[0], capsize=4,
+            place - 0.1,
+            errors.mean()[cases],
+            yerr=errors.std(ddof=0)[cases],
+            fmt="o",
+            color=CYCLE[0],
+            capsize=4,
             label="here",
-        )  # fmt: skip
+        )
         axis.errorbar(
             place + 0.1, printed[:, 0], yerr=printed[:, 1], fmt="x", color=GREY, capsize=4, label="paper, Table 3"
         )

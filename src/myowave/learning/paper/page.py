@@ -135,9 +135,17 @@ def _scores_of_cases(cases: pd.DataFrame, one_step: pd.DataFrame) -> tuple[list[
 
 def _choices(choices: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
     header = [
-        "recipe", "derivative", "beta", "noise [rad]", "epochs", "R2 one step ahead", "R2 running free",
-        "worst parameter, rms [%]", "J_data [rad²]", "beta J_res",
-    ]  # fmt: skip
+        "recipe",
+        "derivative",
+        "beta",
+        "noise [rad]",
+        "epochs",
+        "R2 one step ahead",
+        "R2 running free",
+        "worst parameter, rms [%]",
+        "J_data [rad²]",
+        "beta J_res",
+    ]
     rows = [
         [
             f"`{row.recipe}`",

@@ -273,4 +273,3 @@ def _distribution(name: str, sweep: Sweep) -> IntDistribution | FloatDistributio
 
 def _inside(settings: Settings, sweep: Sweep) -> bool:
     return all(d.low <= settings[name] <= d.high for name, d in sweep.dimensions.items())
-

@@ -16,9 +16,18 @@ ORIGIN, INSERTION, FIBRE, BEST_ANGLE = 0.4, 0.7, 0.75, math.pi / 3
 
 
 def brachialis_torque(
-    q: Tensor, qdot: Tensor, activation: Tensor, side: Tensor, curves: Curves,
-    l0: Tensor, vmax: Tensor, l1: Tensor, l2: Tensor, *, f0: Tensor,
-) -> Tensor:  # fmt: skip
+    q: Tensor,
+    qdot: Tensor,
+    activation: Tensor,
+    side: Tensor,
+    curves: Curves,
+    l0: Tensor,
+    vmax: Tensor,
+    l1: Tensor,
+    l2: Tensor,
+    *,
+    f0: Tensor,
+) -> Tensor:
     """Active torque [N m] of a muscle of strength f0 [N] beside the flexors; its passive force is left out."""
     flexors = (side > 0).to(q.dtype)
     share = flexors / flexors.sum().clamp(min=1.0)

@@ -16,9 +16,17 @@ def tendon_force(state: Tensor) -> Tensor:
 
 
 def stretch(
-    state: Tensor, activation: Tensor, hill: Callable[..., Tensor], fibre_length: Tensor, fibre_velocity: Tensor,
-    l0: Tensor, vmax: Tensor, slack: Tensor, *, strain: Tensor,
-) -> tuple[Tensor, Tensor, Tensor]:  # fmt: skip
+    state: Tensor,
+    activation: Tensor,
+    hill: Callable[..., Tensor],
+    fibre_length: Tensor,
+    fibre_velocity: Tensor,
+    l0: Tensor,
+    vmax: Tensor,
+    slack: Tensor,
+    *,
+    strain: Tensor,
+) -> tuple[Tensor, Tensor, Tensor]:
     """The tendon's force y relaxes to the force of a fibre that moves as if the tendon were rigid.
 
     The tendon is longer by x = strain slack y, the fibre shorter by as much. It moves by dx/dt less than with a rigid
@@ -36,9 +44,16 @@ def stretch(
 
 
 def balanced(
-    activation: Tensor, hill: Callable[..., Tensor], fibre_length: Tensor, fibre_velocity: Tensor, force: Tensor,
-    l0: Tensor, slack: Tensor, *, strain: Tensor,
-) -> Tensor:  # fmt: skip
+    activation: Tensor,
+    hill: Callable[..., Tensor],
+    fibre_length: Tensor,
+    fibre_velocity: Tensor,
+    force: Tensor,
+    l0: Tensor,
+    slack: Tensor,
+    *,
+    strain: Tensor,
+) -> Tensor:
     """At the first sample tendon and fibre carry the same force, and the tendon's length stands still."""
     for _ in range(ROUNDS):
         force = (force + hill(activation, fibre_length - strain * slack * force / l0, fibre_velocity)) / 2.0

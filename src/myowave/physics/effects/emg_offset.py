@@ -17,8 +17,13 @@ EFFECT = Effect(
     function=without_rest,
     parameters={
         "b": Parameter(
-            unit="-", low=-0.3, high=0.3, typical=0.05, per_muscle=True, meaning="EMG of the muscle at rest",
+            unit="-",
+            low=-0.3,
+            high=0.3,
+            typical=0.05,
+            per_muscle=True,
+            meaning="EMG of the muscle at rest",
         ),
     },
     source="offset of rectified surface EMG, e.g. De Luca 1997, J. Appl. Biomech. 13",
-)  # fmt: skip
+)

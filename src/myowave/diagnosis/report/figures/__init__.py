@@ -1,0 +1,44 @@
+"""Pictures of a diagnosis, a module a step: compare, where, which, watch. Drawn from its tables, nothing else.
+
+Where there are several models, the first (without any effect added) and the one that was found are shown.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from myowave.diagnosis.report.figures.compare import draw_correlations, draw_errors, draw_independence, draw_overlay
+from myowave.diagnosis.report.figures.watch import draw_ladder, draw_parameters
+from myowave.diagnosis.report.figures.where import draw_misfit, draw_missing_torque
+from myowave.diagnosis.report.figures.which import draw_ranking
+
+
+def draw_diagnosis(
+    tables: Mapping[str, pd.DataFrame], predictions: pd.DataFrame, summary: Mapping[str, Any]
+) -> dict[str, Figure]:
+    """All pictures of a dataset, by name.
+
+    Args:
+        tables: those of `tables.TABLES`, with `ladder` and `parameters` as `ladder` joins them.
+        predictions: measured and simulated angle, from `tables.predictions_table`.
+        summary: from `tables.verdict_summary`.
+    """
+    errors, found = tables["errors"], summary["model"]
+    ends = (next(iter(summary["rmse_deg"])), found)
+
+    def of_ends(table: pd.DataFrame) -> pd.DataFrame:
+        return table[table["model"].isin(ends)]
+
+    return {
+        "overlay": draw_overlay(of_ends(predictions), of_ends(errors)),
+        "errors": draw_errors(errors, found),
+        "independence": draw_independence(of_ends(tables["independence"])),
+        "correlations": draw_correlations(of_ends(tables["correlations"])),
+        "misfit": draw_misfit(of_ends(tables["misfit"]), errors["noise_deg"].iloc[0], summary["where"]),
+        "missing_torque": draw_missing_torque(of_ends(tables["missing_torque"])),
+        "ranking": draw_ranking(tables["ranking"].fillna({"absorbed_by": "", "confused_with": ""})),
+        "ladder": draw_ladder(tables["ladder"], found),
+        "parameters": draw_parameters(tables["parameters"], found),
+    }

@@ -1,0 +1,149 @@
+"""Compare: measured and simulated motion, errors by trial, what the residual depends on, correlated estimates."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from myowave.diagnosis.report.figures.style import WIDE, legend, ramp, rms, sentence, short, style, unique
+from myowave.plotting import GREY, MEASURED, canvas, title
+
+
+def draw_overlay(predictions: pd.DataFrame, errors: pd.DataFrame) -> Figure:
+    """Measured and simulated angle of every trial, and what is left, a column a trial.
+
+    Args:
+        predictions: columns model, trial, role, time_s, angle_rad, predicted_rad.
+        errors: columns model, trial, role, rmse_deg, r2, noise_deg.
+    """
+    models = unique(predictions["model"])
+    trials = unique(predictions["trial"])
+    figure, axes = canvas(
+        2,
+        len(trials),
+        width=max(8.0, 2.9 * len(trials)),
+        height=4.9,
+        sharex="col",
+        sharey="row",
+        gridspec_kw={"height_ratios": [3, 2]},
+    )
+    for column, trial in enumerate(trials):
+        rows = predictions[predictions["trial"] == trial]
+        top, bottom = axes[:, column]
+        for order, model in enumerate(models):
+            one, look = rows[rows["model"] == model], style(order)
+            if order == 0:
+                top.plot(one["time_s"], np.degrees(one["angle_rad"]), color=MEASURED, linewidth=2.2, label="measured")
+            top.plot(one["time_s"], np.degrees(one["predicted_rad"]), linewidth=1.2, label=short(model), **look)
+            left = np.degrees(one["angle_rad"] - one["predicted_rad"])
+            bottom.plot(one["time_s"], left, color=look["color"], linewidth=0.8)
+        bottom.axhline(0, color=GREY, linewidth=0.8)
+        role = "training" if rows["role"].iloc[0] == "train" else "held out"
+        top.set_title(f"trial {_trial(trial)}, {role}")
+        bottom.set_xlabel("time [s]")
+    axes[0, 0].set_ylabel("elbow angle [deg]")
+    axes[1, 0].set_ylabel("measured -\nsimulated [deg]")
+    legend(figure, axes[0, 0], columns=3)
+    by_model = errors.groupby("model", sort=False)["rmse_deg"]
+    ranges = [f"{short(m)} misses by {by_model.min()[m]:.2g} to {by_model.max()[m]:.2g} deg" for m in models]
+    title(figure, f"{'; '.join(ranges)}; noise is {errors['noise_deg'].iloc[0]:.2g} deg")
+    return figure
+
+
+def draw_errors(errors: pd.DataFrame, found: str) -> Figure:
+    """RMSE of every model on every trial against the noise of the measurement.
+
+    Args:
+        found: the model that was found.
+    """
+    models, trials = unique(errors["model"]), unique(errors["trial"])
+    noise = errors["noise_deg"].iloc[0]
+    figure, axes = canvas(1, 1, width=max(7.0, 1.6 * len(trials) + 2), height=4.0)
+    axis, width = axes[0, 0], 0.8 / len(models)
+    floor = min(errors["rmse_deg"].min(), noise) / 3
+    for i, (model, color) in enumerate(zip(models, ramp(models, found), strict=True)):
+        rows = errors[errors["model"] == model].set_index("trial").loc[trials]
+        x = np.arange(len(trials)) + (i + 0.5) * width - 0.4
+        axis.bar(x, rows["rmse_deg"], width * 0.92, color=color, label=short(model), hatch="//" * (i == 0), ec="white")
+    axis.axhline(noise, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise:.2g} deg")
+    if errors["rmse_deg"].max() > WIDE * errors["rmse_deg"].min():
+        axis.set_yscale("log")
+        axis.yaxis.set_major_formatter("{x:g}")
+        axis.set_ylim(bottom=floor)
+    axis.grid(axis="x", visible=False)
+    roles = errors.drop_duplicates("trial").set_index("trial")["role"]
+    names = [f"trial {_trial(t)}\n{'held out' if roles[t] == 'test' else 'training'}" for t in trials]
+    axis.set_xticks(range(len(trials)), names)
+    axis.set_ylabel("RMSE [deg]")
+    legend(figure, axis, columns=2)
+    ratio = [rms(errors[errors["model"] == m]["rmse_deg"]) / noise for m in (models[0], found)]
+    finding = f"{short(models[0])} leaves {ratio[0]:.3g} times the noise"
+    title(figure, finding + (f", {short(found)} {ratio[1]:.2g} times" if found != models[0] else ""))
+    return figure
+
+
+def draw_independence(independence: pd.DataFrame) -> Figure:
+    """Correlation of the residual with what drives the arm, in units of the bound for independent signals."""
+    models, inputs = unique(independence["model"]), unique(independence["input"])
+    columns = 3
+    figure, axes = canvas(
+        -(-len(inputs) // columns),
+        columns,
+        width=9.5,
+        height=2.3 * -(-len(inputs) // columns) + 1.2,
+        sharex=True,
+        sharey=True,
+    )
+    ratio = independence["correlation"] / independence["bound"]
+    for axis, name in zip(axes.flat, inputs, strict=False):
+        axis.axhspan(-1, 1, color="#e9e9e9", zorder=0, label="as independent signals do")
+        for order, model in enumerate(models):
+            chosen = (independence["model"] == model) & (independence["input"] == name)
+            lags = independence["lag_s"][chosen]
+            axis.plot(lags, ratio[chosen], marker="o", markersize=3, label=short(model), **style(order))
+        axis.set_title(name)
+    for axis in list(axes.flat)[len(inputs) :]:
+        axis.set_visible(False)
+    for axis in axes[-1]:
+        axis.set_xlabel("input ahead by [s]")
+    for axis in axes[:, 0]:
+        axis.set_ylabel("correlation / bound [-]")
+    legend(figure, axes[0, 0], columns=3)
+    worst = ratio.abs().groupby([independence["model"], independence["input"]]).max()
+    texts = []
+    for model in models:
+        name, value = worst[model].idxmax(), worst[model].max()
+        state = f"depends on {name}, {value:.2g} times the bound" if value > 1 else "is independent of every input"
+        texts.append(f"what {short(model)} leaves {state}")
+    title(figure, sentence("; ".join(texts)))
+    return figure
+
+
+def draw_correlations(correlations: pd.DataFrame) -> Figure:
+    """Correlation of the estimates of the parameters, of the first and of the last model."""
+    models = unique(correlations["model"])
+    figure, axes = canvas(1, len(models), width=4.6 * len(models) + 1.0, height=4.6)
+    worst = []
+    for axis, model in zip(axes[0], models, strict=True):
+        table = correlations[correlations["model"] == model]
+        names = unique(table["parameter"])
+        matrix = table.pivot(index="parameter", columns="other", values="correlation").loc[names, names].to_numpy()
+        image = axis.imshow(matrix, cmap="RdBu_r", vmin=-1, vmax=1)
+        ticks = [name.replace(".", ".\n") for name in names]
+        axis.set_xticks(range(len(names)), ticks, rotation=60, ha="right", fontsize=9)
+        axis.set_yticks(range(len(names)), ticks, fontsize=9)
+        axis.grid(visible=False)
+        for (i, j), value in np.ndenumerate(matrix):
+            axis.text(
+                j, i, f"{value:.2f}", ha="center", va="center", fontsize=8, color="w" if abs(value) > 0.6 else "k"
+            )
+        axis.set_title(short(model))
+        off = np.triu(np.abs(matrix), 1)
+        i, j = np.unravel_index(off.argmax(), off.shape)
+        worst.append(f"{names[i]} and {names[j]} ({matrix[i, j]:+.2f}) in {short(model)}")
+    figure.colorbar(image, ax=axes, label="correlation [-]", shrink=0.8)
+    title(figure, f"Estimates most alike: {'; '.join(worst)}")
+    return figure
+
+
+def _trial(name: object) -> str:
+    return str(name).removeprefix("trial")

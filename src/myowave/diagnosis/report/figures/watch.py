@@ -1,0 +1,125 @@
+"""Watch: errors and parameters from model to model, of the physics and of the networks trained with it."""
+
+from itertools import chain, cycle
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from myowave.diagnosis.report.figures.style import WIDE, legend, unique
+from myowave.plotting import BLUE, GREEN, MEASURED, MODEL, ORANGE, PINK, SKY, canvas, title
+
+NETWORKS = ((GREEN, "^"), (ORANGE, "v"), (PINK, "D"), (MODEL, "P"))  # colour and marker of each kind of network
+
+
+def draw_ladder(ladder: pd.DataFrame, found: str) -> Figure:
+    """Error and missing torque against the effects added.
+
+    Args:
+        ladder: columns source, model, named, train_rmse_deg, heldout_rmse_deg, noise_deg, missing_torque_Nm.
+        found: the model that was found.
+    """
+    models = unique(ladder["model"])
+    ratios = {"width_ratios": [4, 3]}
+    figure, axes = canvas(1, 2, width=max(9.5, 2.6 * len(models) + 4), height=4.5, gridspec_kw=ratios)
+    error, torque = axes[0]
+    physics = ladder[ladder["source"] == "physics"]
+    for name, column, color, marker, dashes in (
+        ("training trials", "train_rmse_deg", BLUE, "o", "-"),
+        ("held out", "heldout_rmse_deg", MODEL, "s", "--"),
+    ):
+        for named, rows in physics.groupby("named"):
+            look = {"linestyle": "none", "markerfacecolor": "white"} if named else {"linestyle": dashes}
+            label = f"physical model{' (named in targets.models)' if named else ''}, {name}"
+            error.plot(rows["model"].map(models.index), rows[column], color=color, marker=marker, label=label, **look)
+    networks = ladder[ladder["source"] != "physics"].groupby("source", sort=False)
+    for (color, marker), (source, rows) in zip(cycle(NETWORKS), networks, strict=False):
+        x = rows["model"].map(models.index)
+        error.plot(x, rows["heldout_rmse_deg"], color=color, marker=marker, linestyle="-.", label=f"{source}, held out")
+    noise = ladder["noise_deg"].iloc[0]
+    error.axhline(noise, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise:.2g} deg")
+    values = ladder[["train_rmse_deg", "heldout_rmse_deg"]].stack()
+    if values.max() > WIDE / 2 * values.min():
+        error.set_yscale("log")
+        error.yaxis.set_major_formatter("{x:g}")
+    else:
+        error.set_ylim(bottom=0)
+    error.set_ylabel("RMSE [deg]")
+    torque.bar(physics["model"].map(models.index), physics["missing_torque_Nm"], 0.55, color=SKY)
+    torque.set_ylabel("missing torque, RMS [N m]")
+    for axis in (error, torque):
+        axis.set_xticks(range(len(models)), [m.replace("+", "\n+") for m in models], fontsize=9)
+        axis.set_xlim(-0.5, len(models) - 0.5)
+        axis.grid(axis="x", visible=False)
+    legend(figure, error, columns=2)
+    first, last = physics.iloc[0], physics[physics["model"] == found].iloc[0]
+    if found == first["model"]:
+        finding = f"Nothing to add: {first['heldout_rmse_deg']:.2g} deg on held-out trials, noise is {noise:.2g} deg"
+    else:
+        finding = (
+            f"With what was found the held-out error falls from {first['heldout_rmse_deg']:.2g} to "
+            f"{last['heldout_rmse_deg']:.2g} deg, missing torque from {first['missing_torque_Nm']:.2g} to "
+            f"{last['missing_torque_Nm']:.2g} N m"
+        )
+    title(figure, finding)
+    return figure
+
+
+def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
+    """Each identified parameter along the ladder with 95 % intervals, and its true value where that is known.
+
+    Args:
+        parameters: columns source, model, parameter, unit, value, se, error_pct.
+        found: the model that was found.
+    """
+    models, names = (unique(parameters[c]) for c in ("model", "parameter"))
+    columns = min(4, len(names))
+    rows = -(-len(names) // columns)
+    figure, axes = canvas(rows, columns, width=max(6.0, 3.0 * columns), height=2.9 * rows + 1.2, sharex=True)
+    sources = unique(parameters["source"])
+    looks = dict(zip(sources, chain([(BLUE, "o")], cycle(NETWORKS)), strict=False))
+    for axis, name in zip(axes.flat, names, strict=False):
+        table = parameters[parameters["parameter"] == name]
+        for source, group in table.groupby("source", sort=False):
+            color, marker = looks[source]
+            x = group["model"].map(models.index) + 0.12 * sources.index(source)
+            interval = 1.96 * group["se"].fillna(0)
+            axis.errorbar(x, group["value"], interval, fmt=marker, color=color, capsize=4, label=source)
+        if (truth := _truth(table)) is not None:
+            axis.axhline(truth, color=MEASURED, linestyle=":", linewidth=1.8, label="true value")
+        unit = table["unit"].dropna()
+        axis.set_title(f"{name} [{unit.iloc[0]}]" if len(unit) else name)
+        axis.margins(y=0.15)
+        axis.grid(axis="x", visible=False)
+        axis.ticklabel_format(axis="y", useOffset=False)
+    for axis in list(axes.flat)[len(names) :]:
+        axis.set_visible(False)
+    for axis in list(axes.flat)[: len(names)][-columns:]:  # the lowest panel of each column
+        axis.tick_params(labelbottom=True)
+    for axis in axes.flat:
+        axis.set_xlim(-0.4, len(models) - 0.4)
+        axis.set_xticks(range(len(models)), [str(i) if i else models[0] for i in range(len(models))])
+    names_of_models = "    ".join(f"{i}: {m}" for i, m in enumerate(models) if i)
+    figure.supxlabel(names_of_models, x=0.01, ha="left", fontsize=10)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside right upper", frameon=False)
+    physics = parameters[parameters["source"] == "physics"]
+    ends = [physics[physics["model"] == m] for m in (models[0], found)]
+    if physics["error_pct"].notna().any():
+        errors = [rows["error_pct"].abs().max() for rows in ends]
+        finding = f"Worst parameter error {errors[0]:.2g} %" + (
+            f" without, {errors[1]:.2g} % with what was found" if found != models[0] else "; 95 % intervals"
+        )
+    elif found == models[0]:
+        finding = "Parameters with 95 % intervals"
+    else:
+        shared = ends[0].merge(ends[1], on="parameter", suffixes=("_0", "_1"))
+        moved = 100 * (shared["value_1"] / shared["value_0"] - 1)
+        worst = moved.abs().idxmax()
+        finding = f"Adding what was missing moves {shared['parameter'][worst]} by {moved[worst]:+.0f} %"
+    title(figure, finding)
+    return figure
+
+
+def _truth(rows: pd.DataFrame) -> float | None:
+    """The true value of a parameter, told from an estimate and its error."""
+    known = rows[rows["error_pct"].notna()]
+    return None if known.empty else float(known["value"].iloc[0] / (1 + known["error_pct"].iloc[0] / 100))

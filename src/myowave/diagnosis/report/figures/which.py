@@ -1,0 +1,72 @@
+"""Which: the catalogue weighed."""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from myowave.diagnosis.report.figures.style import short, unique
+from myowave.plotting import BLUE, GREY, MEASURED, ORANGE, PINK, SKY, canvas, title
+
+THRESHOLD = 10.0  # delta BIC that counts as very strong evidence
+SHOWN = 10  # candidates a panel
+REMARK_WIDTH = 62  # letters beside a bar; the page has a table with all there is
+STATUS = {"supported": BLUE, "refused": ORANGE, "behind": PINK, "absorbed": GREY, "not needed": SKY}
+MEANING = {
+    "supported": "the data support it",
+    "refused": "better fit, but at a bound or not in held-out folds",
+    "behind": "promises less than those fitted",
+    "absorbed": "parameters absorb it",
+    "not needed": "no evidence",
+}
+
+
+def draw_ranking(ranking: pd.DataFrame) -> Figure:
+    """The catalogue weighed at each model, the most evident effects of each, a panel a model."""
+    models = unique(ranking["model"])
+    figure, axes = canvas(len(models), 1, width=12.0, height=3.3 * len(models) + 1.1)
+    figure.get_layout_engine().set(rect=(0.01, 0, 0.98, 1))  # the longest texts beside the panels need all of the width
+    for axis, model in zip(axes[:, 0], models, strict=True):
+        rows = ranking[ranking["model"] == model]
+        rows = pd.concat([rows.head(SHOWN), rows.iloc[SHOWN:].query("status == 'absorbed'")]).iloc[::-1]
+        y = np.arange(len(rows))
+        axis.barh(y, rows["delta_bic"], color=[STATUS[s] for s in rows["status"]], height=0.7)
+        axis.set_xscale("symlog", linthresh=10, linscale=0.7)
+        axis.xaxis.set_major_formatter("{x:g}")
+        axis.axvline(THRESHOLD, color=MEASURED, linestyle=":", linewidth=2)
+        axis.axvline(0, color=GREY, linewidth=0.8)
+        axis.set_yticks(y, rows["effect"])
+        axis.set_xlim(min(-10.0, rows["delta_bic"].min() * 1.2), max(40.0, rows["delta_bic"].max() * 1.5))
+        beside = axis.get_yaxis_transform()
+        for place, row in zip(y, rows.itertuples(), strict=True):
+            axis.text(1.01, place, _remark(row), va="center", fontsize=8.5, color="#333333", transform=beside)
+        axis.set_title(f"what to add to {short(model)}? best {len(rows)} of {(ranking['model'] == model).sum()}")
+        axis.grid(axis="y", visible=False)
+    axes[-1, 0].set_xlabel(f"evidence for adding the effect, $\\Delta$BIC [-]; dotted: {THRESHOLD:.0f}, very strong")
+    seen = [s for s in STATUS if (ranking["status"] == s).any()]
+    handles = [Patch(color=STATUS[s]) for s in seen]
+    figure.legend(handles, [MEANING[s] for s in seen], loc="outside lower left", ncols=3, frameon=False, fontsize=9)
+    added = []
+    for model, richer in pairwise(models):
+        effect = richer.removeprefix(model).strip("+")
+        rows = ranking[(ranking["model"] == model) & (ranking["effect"] == effect)]
+        added.append(f"{effect} ($\\Delta$BIC {rows['delta_bic'].iloc[0]:.0f})" if len(rows) else effect)
+    if added:
+        title(figure, f"The evidence asks for {', then '.join(added)}, then nothing more")
+    else:
+        title(figure, f"The evidence asks for no effect beside {short(models[0])}")
+    return figure
+
+
+def _remark(row: Any) -> str:
+    """What is known of a candidate, in a few words."""
+    if row.status == "absorbed":
+        return f"absorbed by {row.absorbed_by.replace(' ', ', ')}"
+    if row.delta_bic <= 0:
+        return ""
+    found = f"{row.estimate.replace('+-', '±')}; won {row.folds_won} of {row.folds}"
+    alike = f"{found}; like {row.confused_with.split(' ')[0]}" if row.confused_with else found
+    return alike if len(alike) <= REMARK_WIDTH else found

@@ -1,0 +1,77 @@
+"""The ladder: all models of a dataset side by side, the fitted physics and the networks trained with it."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+COLUMNS = [
+    "source",
+    "model",
+    "effects",
+    "named",
+    "train_rmse_deg",
+    "heldout_rmse_deg",
+    "noise_deg",
+    "heldout_r2",
+    "missing_torque_Nm",
+]
+PHYSICS = "physics"
+
+
+def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.DataFrame:
+    """A row for each fitted model and each trained network, models with few effects first.
+
+    Args:
+        rungs: as `tables.ladder_table` gives them.
+        evaluations: rows of evaluation.csv, one table for each trained network of the dataset; medians over its seeds.
+    """
+    physics = rungs.assign(source=PHYSICS)
+    networks = [
+        {
+            "source": source_of(table),
+            "model": table["model"].iloc[0],
+            "effects": table["model"].iloc[0].count("+"),
+            "named": False,
+            "heldout_rmse_deg": float(np.degrees(np.sqrt(table["test_mse"].median()))),
+            "noise_deg": rungs["noise_deg"].iloc[0],
+            "heldout_r2": table["test_r2"].median(),
+        }
+        for table in evaluations
+    ]
+    joined = pd.concat([physics, pd.DataFrame(networks, columns=COLUMNS)]) if networks else physics
+    return joined[COLUMNS].sort_values("effects", kind="stable", ignore_index=True)
+
+
+def join_parameters(
+    verdict: Mapping[str, Any], evaluations: Sequence[pd.DataFrame], units: Mapping[str, str]
+) -> pd.DataFrame:
+    """Every identified parameter of every model: unit, value, standard error, and error where the truth is known.
+
+    Args:
+        verdict: verdict.json, its errors filled in where they are known.
+        evaluations: as in `join_ladder`; the spread over the seeds stands for the standard error.
+        units: by parameter.
+    """
+    rows = [
+        (PHYSICS, model, name, entry["value"], entry["se"], entry["error_pct"])
+        for model, values in verdict["parameters"].items()
+        for name, entry in values.items()
+    ]
+    for table in evaluations:
+        for name in [c.removesuffix("_error_pct") for c in table.columns if c.endswith("_error_pct")]:
+            error = table[f"{name}_error_pct"].median()
+            spread = table[name].std(ddof=0)
+            rows.append((source_of(table), table["model"].iloc[0], name, table[name].median(), spread, error))
+    joined = pd.DataFrame(rows, columns=["source", "model", "parameter", "value", "se", "error_pct"])
+    joined.insert(3, "unit", joined["parameter"].map(units))
+    joined["error_pct"] = joined["error_pct"].astype(float)
+    order = joined["model"].str.count(r"\+")
+    return joined.iloc[np.argsort(order, kind="stable")].reset_index(drop=True)
+
+
+def source_of(evaluation: pd.DataFrame) -> str:
+    """What a row of the ladder comes from: `network, rollout, 1-scale`."""
+    first = evaluation.iloc[0]
+    return f"network, {first['recipe']}, {first['scales']}-scale"

@@ -1,0 +1,313 @@
+"""A diagnosis as tables and as verdict.json: plain data, from which pictures and pages are drawn."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from myowave.diagnosis.search.diagnose import Diagnosis
+from myowave.diagnosis.search.rank import EVIDENCE, Candidate
+from myowave.diagnosis.search.score import confusion
+from myowave.identification.record import SMALLEST_NOISE_DEG, Record
+from myowave.physics.model import Model, constant_unit
+
+CONFUSED = 0.8  # one effect imitates at least this much of another
+
+
+def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
+    """What verdict.json holds, but for the errors of the parameters, which only scoring can know, and the command."""
+    verdict = diagnosis.verdict
+    best = best_proposal(diagnosis)
+    return {
+        "dataset": diagnosis.dataset,
+        "verdict": verdict.kind,
+        "effects": [] if verdict.kind == "unknown" else list(verdict.effects),
+        "model": diagnosis.selection.fit.model.name,
+        "alternatives": [list(c) for c in verdict.alternatives],
+        "sentence": sentence(diagnosis),
+        "where": diagnosis.where,
+        "rmse_deg": {
+            rung.name: {
+                "train": float(np.degrees(rung.fit.rmse())),
+                "heldout": float(np.degrees(rung.heldout.rmse)),
+                "noise": diagnosis.noise_deg,
+            }
+            for rung in diagnosis.tried
+        },
+        "parameters": {
+            rung.name: {
+                name: {"value": value, "se": rung.fit.standard_errors()[name]}
+                for name, value in rung.fit.parameters.items()
+            }
+            for rung in diagnosis.tried
+        },
+        "next_trial": best,
+        "absorbed": {name: list(by) for name, by in verdict.absorbed.items()},
+        "outside_usual_range": {name: list(by) for name, by in verdict.hidden.items()},
+        "explained": verdict.explained,
+        "structure_left": verdict.structure_left,
+        "nearest": list(verdict.effects) if verdict.kind == "unknown" else [],
+        "formula": diagnosis.draft.formula,
+    }
+
+
+def add_errors(summary: Mapping[str, Any], truth: Mapping[str, Any] | None) -> dict[str, Any]:
+    """verdict.json: the summary with the error of each parameter in percent and whether what was hidden was found
+    (named, or in a class of at most two); null where the truth is not known.
+
+    Args:
+        summary: from `verdict_summary`.
+        truth: of a simulated dataset; None for a measured one.
+    """
+    known = {} if truth is None else truth["parameters"]
+    parameters = {
+        model: {name: {**entry, "error_pct": _error(entry["value"], known, name)} for name, entry in values.items()}
+        for model, values in summary["parameters"].items()
+    }
+    hidden = None if truth is None else list(truth["effects"])
+    hit = None if hidden is None else _hit(summary, hidden)
+    return {**summary, "parameters": parameters, "hidden": hidden, "hit": hit}
+
+
+def _hit(summary: Mapping[str, Any], hidden: Sequence[str]) -> bool:
+    """Whether each hidden effect was named, alone or in a class of at most two, and no other."""
+    named = {c[0]: c for c in summary["alternatives"]}
+    classes = [named.get(name, [name]) for name in summary["effects"]]
+    held = [any(name in c and len(c) <= 2 for c in classes) for name in hidden]
+    return all(held) and len(classes) == len(hidden) and (bool(hidden) or summary["verdict"] == "adequate")
+
+
+def _error(value: float, known: Mapping[str, float], name: str) -> float | None:
+    true = known.get(name, 0.0)
+    return None if true == 0.0 else 100.0 * (value / true - 1)
+
+
+def sentence(diagnosis: Diagnosis) -> str:
+    """The verdict for people."""
+    verdict, last = diagnosis.verdict, diagnosis.rungs[-1]
+    classes = {c[0]: c for c in verdict.alternatives}
+    named = [" or ".join(classes.get(name, (name,))) for name in verdict.effects]
+    known = "at most " if diagnosis.noise_deg <= SMALLEST_NOISE_DEG else ""
+    rmse = f"{np.degrees(last.fit.rmse()):.2g} deg; the noise is {known}{diagnosis.noise_deg:.2g} deg"
+    them = "it" if len(named) == 1 else "them"
+    texts = {
+        "adequate": f"The model is adequate: it leaves {rmse}, and no effect in the catalogue would explain more.",
+        "effect": f"Missing: {' and '.join(named)}. With {them} the model leaves {rmse}.",
+        "class": f"Missing: {' and '.join(named)}; these data cannot tell which. The model then leaves {rmse}.",
+        "unknown": "Something is missing that no effect in the catalogue explains"
+        + (f"; {', '.join(named)} would explain {verdict.explained:.0%} of it" if named else "")
+        + f". As a formula: missing torque = {diagnosis.draft.formula} N m.",
+        "undecidable": "Not decidable: "
+        + "; ".join(f"{p} is outside its usual range, and absorbs {', '.join(e)}" for p, e in verdict.hidden.items())
+        + ".",
+    }
+    text = texts[verdict.kind]
+    if verdict.kind in ("effect", "class") and verdict.structure_left:
+        text += f" Something small is left that depends on the {last.independence.worst}."
+    if verdict.absorbed and verdict.kind != "undecidable":
+        hidden = "; ".join(f"{name} ({', '.join(by)})" for name, by in verdict.absorbed.items())
+        text += f" Not decidable with these data, because parameters absorb them: {hidden}."
+    return text
+
+
+def best_proposal(diagnosis: Diagnosis) -> dict[str, Any] | None:
+    """The trial to record next, if one would tell candidates apart."""
+    for question, proposals in diagnosis.proposals.items():
+        if proposals and proposals[0].separates:
+            best = proposals[0]
+            return {"question": question, "trial": best.trial, "separation": best.separation, "now": best.now}
+    return None
+
+
+def proposals_table(diagnosis: Diagnosis) -> pd.DataFrame:
+    """Every trial of the menu for every open question."""
+    rows = [
+        (question, p.trial, p.separation, p.now, p.separates)
+        for question, proposals in diagnosis.proposals.items()
+        for p in proposals
+    ]
+    return pd.DataFrame(rows, columns=["question", "trial", "separation", "now", "separates"])
+
+
+def ranking_table(diagnosis: Diagnosis) -> pd.DataFrame:
+    """Every candidate at every rung: score, refitted error, evidence, folds, value, what it may be confused with."""
+    rows = []
+    for fit, ranking in zip(diagnosis.selection.ladder, diagnosis.selection.rankings, strict=True):
+        scores = {c.name: c.score for c in ranking}
+        for c in ranking:
+            others = {n: confusion(scores, c.name, n) for n in scores if n != c.name and not scores[n].absorbed}
+            like = sorted((n for n, share in others.items() if share > CONFUSED), key=lambda n: -others[n])
+            rows.append(
+                {
+                    "model": fit.model.name,
+                    "effect": c.name,
+                    "status": _status(c),
+                    "score": c.score.drop / fit.variance,
+                    "rmse_deg": None if c.fit is None else np.degrees(c.fit.rmse()),
+                    "delta_bic": c.evidence,
+                    "folds_won": c.folds_won,
+                    "folds": c.folds,
+                    **_estimates(c),
+                    "visible_share": c.score.visible,
+                    "smallest_detectable": c.detectable,
+                    "absorbed_by": " ".join(c.score.absorbed_by) if c.score.absorbed else "",
+                    "confused_with": " ".join(like[:3]) if not c.score.absorbed else "",
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def ladder_table(diagnosis: Diagnosis) -> pd.DataFrame:
+    """A row for each model: errors, and what is left. `named` are those that the search did not visit."""
+    named = {rung.name for rung in diagnosis.named}
+    return pd.DataFrame(
+        {
+            "model": rung.name,
+            "effects": len(rung.fit.model.effects),
+            "named": rung.name in named,
+            "train_rmse_deg": np.degrees(rung.fit.rmse()),
+            "heldout_rmse_deg": np.degrees(rung.heldout.rmse),
+            "noise_deg": diagnosis.noise_deg,
+            "train_r2": _r2(rung.fit.normal.residual, rung.fit.record),
+            "heldout_r2": _r2(rung.heldout.residual, diagnosis.test),
+            "missing_torque_Nm": rung.missing.rms,
+            "independent": rung.independence.holds,
+            "converged": rung.fit.converged,
+        }
+        for rung in diagnosis.tried
+    )
+
+
+def parameters_table(diagnosis: Diagnosis) -> pd.DataFrame:
+    """Every estimated parameter of every model: value, standard error, bounds, unit."""
+    rows = []
+    for rung in diagnosis.tried:
+        errors = rung.fit.standard_errors()
+        for p, value in zip(rung.fit.free, rung.fit.values, strict=True):
+            unit = _unit(rung.fit.model, p.name)
+            rows.append((rung.name, p.name, float(value), errors[p.name], p.low, p.high, unit))
+    return pd.DataFrame(rows, columns=["model", "parameter", "value", "se", "low", "high", "unit"])
+
+
+def correlations_table(diagnosis: Diagnosis) -> pd.DataFrame:
+    """Correlations of the estimates, model by model."""
+    rows = []
+    for rung in diagnosis.tried:
+        covariance = rung.fit.covariance()
+        size = np.sqrt(np.diag(covariance)).clip(1e-300)
+        for i, p in enumerate(rung.fit.free):
+            for j, other in enumerate(rung.fit.free):
+                rows.append((rung.name, p.name, other.name, covariance[i, j] / size[i] / size[j]))
+    return pd.DataFrame(rows, columns=["model", "parameter", "other", "correlation"])
+
+
+def errors_by_trial(diagnosis: Diagnosis) -> pd.DataFrame:
+    """RMSE and R2 of every model on every trial."""
+    rows = []
+    for rung in diagnosis.tried:
+        for role, record, residual in _parts(diagnosis, rung):
+            for i, name in enumerate(record.names):
+                one = record.take([i])
+                left = residual[i : i + 1, : one.angle.shape[1]]
+                rmse = np.degrees(np.sqrt((left**2).sum() / one.samples))
+                rows.append((rung.name, name, role, rmse, _r2(left, one), diagnosis.noise_deg))
+    return pd.DataFrame(rows, columns=["model", "trial", "role", "rmse_deg", "r2", "noise_deg"])
+
+
+def predictions_table(diagnosis: Diagnosis) -> pd.DataFrame:
+    """Measured and simulated angle of every trial and model."""
+    tables = []
+    for rung in diagnosis.tried:
+        for role, record, residual in _parts(diagnosis, rung):
+            for i, name in enumerate(record.names):
+                length = int(record.valid[i].sum())
+                measured = record.angle[i, :length]
+                tables.append(
+                    pd.DataFrame(
+                        {
+                            "model": rung.name,
+                            "trial": name,
+                            "role": role,
+                            "time_s": np.arange(length) * record.dt,
+                            "angle_rad": measured,
+                            "predicted_rad": measured - residual[i, :length],
+                        }
+                    )
+                )
+    return pd.concat(tables, ignore_index=True)
+
+
+def independence_table(diagnosis: Diagnosis) -> pd.DataFrame:
+    """Correlation of the residual with every input at every lag, with its bound."""
+    rows = [
+        (rung.name, name, lag, rung.independence.correlation[i, j], rung.independence.bound[i])
+        for rung in diagnosis.tried
+        for i, name in enumerate(rung.independence.inputs)
+        for j, lag in enumerate(rung.independence.lags_s)
+    ]
+    return pd.DataFrame(rows, columns=["model", "input", "lag_s", "correlation", "bound"])
+
+
+def misfit_table(diagnosis: Diagnosis) -> pd.DataFrame:
+    """RMSE of every model in parts of the data."""
+    return pd.concat([rung.misfit.assign(model=rung.name) for rung in diagnosis.tried], ignore_index=True)
+
+
+def missing_torque_table(diagnosis: Diagnosis) -> pd.DataFrame:
+    """Missing torque of every model in cells of angle and velocity."""
+    return pd.concat([rung.missing.map().assign(model=rung.name) for rung in diagnosis.tried], ignore_index=True)
+
+
+def _parts(diagnosis: Diagnosis, rung: Any) -> list[tuple[str, Record, np.ndarray]]:
+    return [
+        ("train", rung.fit.record, rung.fit.normal.residual),
+        ("test", diagnosis.test, rung.heldout.residual),
+    ]
+
+
+def _unit(model: Model, name: str) -> str:
+    if name in model.effect_parameters:
+        return model.effect_parameters[name].unit
+    return constant_unit(name)
+
+
+def _r2(residual: np.ndarray, record: Record) -> float:
+    measured = record.angle[record.valid]
+    return float(1 - (residual**2).sum() / ((measured - measured.mean()) ** 2).sum())
+
+
+def _status(candidate: Candidate) -> str:
+    if candidate.score.absorbed:
+        return "absorbed"
+    if candidate.acceptable:
+        return "supported"
+    if candidate.evidence <= EVIDENCE:
+        return "not needed"
+    return "behind" if candidate.fit is None else "refused"
+
+
+def _estimates(candidate: Candidate) -> dict[str, Any]:
+    """Values and standard errors of the effect's parameters as text, and the first one as numbers."""
+    if candidate.fit is None:
+        score = candidate.score
+        pairs = [(p.name, float(e) * p.scale, None) for p, e in zip(score.free, score.estimate, strict=True)]
+    else:
+        values, errors = candidate.fit.parameters, candidate.fit.standard_errors()
+        pairs = [(p.name, values[p.name], errors[p.name]) for p in candidate.score.free]
+    text = ", ".join(f"{n.split('.', 1)[1]} = {v:.3g}" + ("" if e is None else f" +- {e:.2g}") for n, v, e in pairs)
+    return {"estimate": text, "value": pairs[0][1], "se": pairs[0][2]}
+
+
+# The CSV files of a diagnosis, by name.
+TABLES = {
+    "ladder": ladder_table,
+    "ranking": ranking_table,
+    "parameters": parameters_table,
+    "correlations": correlations_table,
+    "errors": errors_by_trial,
+    "misfit": misfit_table,
+    "missing_torque": missing_torque_table,
+    "independence": independence_table,
+    "next_trials": proposals_table,
+}

@@ -1,0 +1,151 @@
+"""The loop on one dataset: compare, where, which, add, watch; and what to do where the answer is not an effect."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from myowave.data.trials import Trials
+from myowave.diagnosis.misfit.draft import Draft, draft_effect
+from myowave.diagnosis.misfit.independence import Independence, check_independence
+from myowave.diagnosis.misfit.where import MissingTorque, describe, misfit_by, missing_torque
+from myowave.diagnosis.search.next_trial import Proposal, propose_trials
+from myowave.diagnosis.search.selection import Selection, select_effects
+from myowave.diagnosis.search.verdict import Verdict, judge
+from myowave.identification.fit import Fit, fit_model, free_parameters, refit
+from myowave.identification.heldout import Prediction, predict
+from myowave.identification.record import Record, make_record
+from myowave.physics.effect import Effect
+from myowave.physics.model import Model
+from myowave.settings import Diagnosis as DiagnosisSettings
+from myowave.settings import Identify
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A model fitted to the training trials and tried on the others."""
+
+    fit: Fit
+    heldout: Prediction
+    independence: Independence
+    misfit: pd.DataFrame
+    missing: MissingTorque
+
+    @property
+    def name(self) -> str:
+        return self.fit.model.name
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """All that was found; tables and pictures only show it.
+
+    Args:
+        record, test: all trials, and those that no fit has seen.
+        rungs: the base model, then what the search added, one effect more each.
+        named: further models that somebody asked for; they decide nothing.
+        where: the base model's misfit in a sentence.
+        proposals: trials to record next, for each pair of candidates or absorbed effect that wants one:
+            {"joint_damping or muscle_damping": [...]}.
+        draft: a formula for what is missing; of the base model where the verdict is unknown, else of the last one.
+    """
+
+    dataset: str
+    record: Record
+    test: Record
+    selection: Selection
+    rungs: tuple[Rung, ...]
+    named: tuple[Rung, ...]
+    verdict: Verdict
+    where: str
+    proposals: Mapping[str, list[Proposal]]
+    draft: Draft
+
+    @property
+    def tried(self) -> tuple[Rung, ...]:
+        """All models, those of the search first."""
+        return self.rungs + self.named
+
+    @property
+    def noise_deg(self) -> float:
+        return float(np.degrees(self.record.noise))
+
+
+def diagnose(
+    trials: Trials,
+    base: Model,
+    effects: Iterable[Effect],
+    identify: Mapping[str, Identify],
+    settings: DiagnosisSettings,
+    report: Callable[[str], None] = lambda line: None,
+    models: Iterable[Model] = (),
+) -> Diagnosis:
+    """Diagnose one dataset.
+
+    Args:
+        trials: training and test trials; the test trials take no part in any decision.
+        base: the model to start from.
+        effects: the catalogue.
+        identify: constants to estimate beside the parameters of effects.
+        report: is told what happens.
+        models: to fit and try beside those that the search visits.
+
+    Raises:
+        ValueError: if a muscle's channel was not recorded, or the base model cannot be fitted at all.
+    """
+    effects = {e.name: e for e in effects}
+    record = make_record(trials, base, settings.angle_noise_deg, settings.at_rest)
+    test = record.take(np.flatnonzero(~record.training))
+    free = free_parameters(base, identify, record.known)
+    fit = fit_model(base, record.train, free, starts=settings.starts)
+    report(f"compare: {base.name} leaves {np.degrees(fit.rmse()):.3g} deg; the noise is {np.degrees(record.noise):.3g}")
+    selection = select_effects(fit, effects.values(), record.known)
+    rungs = tuple(make_rung(fit, test) for fit in selection.ladder)
+    visited = {rung.name for rung in rungs}
+    named = tuple(
+        make_rung(fit_beside(selection.ladder, model, identify), test) for model in models if model.name not in visited
+    )
+    for rung in rungs + named:
+        train, heldout = np.degrees(rung.fit.rmse()), np.degrees(rung.heldout.rmse)
+        report(f"{rung.name}: training {train:.3g} deg, held-out {heldout:.3g} deg")
+    verdict = judge(selection, rungs[-1].independence)
+    where = describe(rungs[0].misfit, float(np.degrees(record.noise)))
+    report(f"verdict: {verdict.kind}, {', '.join(verdict.effects) or 'no effect'}")
+    draft = draft_effect(rungs[0].fit if verdict.kind == "unknown" else selection.fit, trials.dataset)
+    proposals = _proposals(selection, verdict, effects)
+    return Diagnosis(trials.dataset, record, test, selection, rungs, named, verdict, where, proposals, draft)
+
+
+def fit_beside(ladder: Sequence[Fit], model: Model, identify: Mapping[str, Identify]) -> Fit:
+    """Fit a model to the trials of a ladder, from the rung that has most of its effects and none besides.
+
+    Args:
+        ladder: fits, the base model's first.
+        identify: constants to estimate beside the parameters of effects.
+    """
+    wanted = {effect.name for effect in model.effects}
+    within = [fit for fit in ladder if {effect.name for effect in fit.model.effects} <= wanted]
+    record = ladder[0].record
+    return refit(within[-1], model, free_parameters(model, identify, record.known))
+
+
+def make_rung(fit: Fit, test: Record) -> Rung:
+    """Try a fitted model on trials it has not seen, and look at what it leaves.
+
+    Args:
+        test: the trials kept for testing.
+    """
+    return Rung(fit, predict(fit, test), check_independence(fit), misfit_by(fit), missing_torque(fit))
+
+
+def _proposals(selection: Selection, verdict: Verdict, effects: Mapping[str, Effect]) -> dict[str, list[Proposal]]:
+    """Trials that separate the members of a class, and those that show an absorbed effect a verdict hinges on."""
+    proposals = {}
+    for members in verdict.alternatives:
+        without = next(f for f in reversed(selection.ladder) if members[0] not in {e.name for e in f.model.effects})
+        one, other = (effects[name] for name in members[:2])
+        proposals[f"{one.name} or {other.name}"] = propose_trials(without, one, other)
+    for name in sorted({name for names in verdict.hidden.values() for name in names}):
+        proposals[f"{name} or its absence"] = propose_trials(selection.fit, effects[name])
+    return proposals

@@ -1,0 +1,153 @@
+"""Which trial would tell candidates apart that the recorded ones do not?
+
+For each trial on a menu the motion is simulated with the fitted parameters, and its derivatives say how far the two
+candidates would be apart after all parameters, old and new, were fitted again to all trials together.
+
+Shapes: T trials, N samples, M muscles, P parameters.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from myowave.data.simulate import MANOEUVRES, Manoeuvre, synthetic_emg
+from myowave.diagnosis.search.score import effect_parameters, score_effect
+from myowave.identification.fit import Fit, bind_values, polish
+from myowave.identification.normal import Free, normal_equations
+from myowave.identification.record import Record
+from myowave.physics.effect import Effect
+from myowave.physics.trajectory import solve
+
+Array = NDArray[np.float64]
+
+LOAD_KG, TILT_RAD = 1.0, np.pi / 6
+START_RAD = np.pi / 6
+SEED = 2
+# What to do, and the constants that are then known to differ from the recorded trials.
+MENU: dict[str, tuple[Manoeuvre, dict[str, float]]] = {
+    **{name: (manoeuvre, {}) for name, manoeuvre in MANOEUVRES.items()},
+    "known load of 1 kg": (Manoeuvre(effort=2.0), {"load": LOAD_KG}),
+    "other posture, upper arm 30 deg forward": (Manoeuvre(effort=1.5), {"tilt": TILT_RAD}),
+}
+SEPARATED = 10.0  # chi-square that tells two candidates apart
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A trial that could be recorded next.
+
+    Args:
+        trial: what to do.
+        separation: expected chi-square between the candidates with this trial added to the recorded ones.
+        now: the same without it.
+    """
+
+    trial: str
+    separation: float
+    now: float
+
+    @property
+    def separates(self) -> bool:
+        return self.separation > SEPARATED
+
+
+def propose_trials(fit: Fit, one: Effect, other: Effect | None = None) -> list[Proposal]:
+    """Trials of the menu, the one that tells most first.
+
+    Args:
+        fit: to the recorded trials, without either effect.
+        one: the effect taken to be real, as strong as the trials say (or of its typical strength where they cannot).
+        other: the effect that imitates it; None asks whether the fitted parameters alone can imitate it.
+    """
+    strength = _strength(fit, one)
+    own = effect_parameters(fit.model.with_effects([one]), one)
+    rival = effect_parameters(fit.model.with_effects([other]), other) if other is not None else ()
+    imitators = (*fit.free, *rival)
+    recorded = _slopes(fit, fit.record, [one, *([other] if other else [])], own, imitators)
+    menu = _menu(fit)
+    trials = _slopes(fit, menu, [one, *([other] if other else [])], own, imitators)
+    before = _separation([recorded], strength, fit.record.noise)
+    proposals = []
+    for i, name in enumerate(menu.names):
+        one_trial = tuple(part[i : i + 1] for part in trials)
+        if np.isfinite(one_trial[0]).all():
+            after = _separation([recorded, one_trial], strength, fit.record.noise)
+            proposals.append(Proposal(name, after, before))
+    return sorted(proposals, key=lambda p: -p.separation)
+
+
+def _strength(fit: Fit, effect: Effect) -> Array:
+    score = score_effect(fit, effect)
+    if score.absorbed or not np.any(score.estimate):
+        return np.ones(len(score.free))
+    found = polish(score.start).parameters
+    return np.array([found[p.name] / p.scale for p in score.free])
+
+
+def _menu(fit: Fit) -> Record:
+    """The trials of the menu as a record: as long as the recorded ones, with synthetic EMG."""
+    record = fit.record
+    sides = [m.side for m in fit.model.muscles]
+    samples = record.angle.shape[1]
+    manoeuvres = [m for m, _ in MENU.values()]
+    emg = synthetic_emg(SEED, sides=sides, trials=len(MENU), samples=samples, dt=record.dt, manoeuvres=manoeuvres)
+    usual = {name: float(values.median()) for name, values in record.known.items()}
+    defaults = fit.model.defaults
+    changed = {name for _, values in MENU.values() for name in values}
+    known = {}
+    for name in sorted(changed | set(usual)):
+        values = [constants.get(name, usual.get(name, defaults[name])) for _, constants in MENU.values()]
+        known[name] = torch.tensor(values, dtype=torch.float64)
+    return replace(
+        record,
+        names=tuple(MENU),
+        emg=torch.from_numpy(emg),
+        angle=np.zeros((len(MENU), samples)),
+        valid=np.ones((len(MENU), samples), dtype=bool),
+        training=np.ones(len(MENU), dtype=bool),
+        known=known,
+    )
+
+
+def _slopes(
+    fit: Fit, record: Record, effects: Sequence[Effect], own: tuple[Free, ...], imitators: tuple[Free, ...]
+) -> tuple[Array, Array, Array]:
+    """Derivatives of the angle by the effect's own parameters, by all that may imitate it, and by the starts."""
+    everything = (*own, *imitators)
+    values = np.array([fit.parameters.get(p.name, 0.0) for p in everything])
+    model = fit.model.with_effects(effects)
+    if record is fit.record:
+        start = torch.from_numpy(fit.starts)
+    else:
+        start = torch.tensor([[START_RAD, 0.0]], dtype=torch.float64).expand(len(record.names), 2)
+    result = solve(
+        model,
+        bind_values(everything, values, record),
+        record.emg,
+        record.dt,
+        start[:, 0],
+        start[:, 1],
+        wrt={p.name: p.scale for p in everything},
+    )
+    normal = normal_equations(result, record, everything)
+    count = len(own)
+    return normal.slope[..., :count], normal.slope[..., count:], normal.by_start
+
+
+def _separation(parts: Sequence[tuple[Array, Array, Array]], strength: Array, noise: float) -> float:
+    """Chi-square of an effect of this strength that no change of the imitators and of the starts can make up for."""
+    size = parts[0][1].shape[-1]
+    matrix, vector, total = np.zeros((size, size)), np.zeros(size), 0.0
+    for own, imitators, by_start in parts:
+        signal = own @ strength
+        for t in range(len(signal)):
+            q, _ = np.linalg.qr(by_start[t])
+            left, columns = (x - q @ (q.T @ x) for x in (signal[t], imitators[t]))
+            matrix += columns.T @ columns
+            vector += columns.T @ left
+            total += float(left @ left)
+    imitated = vector @ np.linalg.pinv(matrix, rcond=1e-10, hermitian=True) @ vector
+    return max(total - float(imitated), 0.0) / noise**2

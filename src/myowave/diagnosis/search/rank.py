@@ -1,0 +1,219 @@
+"""Rank the effects that a fitted model may lack: score all, refit the best, weigh the evidence, test it on folds.
+
+Evidence is a difference of BIC: n ln(RSS without / RSS with) - k ln n, with n the number of *independent* samples of
+the residual that the best candidate leaves. While a model misses something, its residual is slow, a few seconds
+of it are worth few samples, and nothing is decided by thousands of them.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from myowave.diagnosis.search.score import Score, best_within, score_effects
+from myowave.identification.fit import Fit, correlation_time, descend, promised
+from myowave.identification.record import SMALLEST_NOISE_DEG
+from myowave.physics.effect import Effect
+
+EVIDENCE = 10.0  # difference of BIC that counts as very strong (Kass & Raftery 1995)
+MARGIN = 6.0  # between two effects, below which they are not told apart (strong: odds of 20 to 1)
+FOLDS = 0.8  # share of folds, rounded down, in which the model with the effect must predict better
+PAIRS = 2  # pairs of effects that are fitted where scores promise more than one effect gives
+OPTIMISM = 3.0  # a fit that is behind may still gain this many times what its next step promises
+WORTH_A_REFIT, NEAR, SHARE, MOST = 2.0, 25.0, 0.4, 7  # which candidates are refitted, see `_worth_refitting`
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One effect, weighed.
+
+    Args:
+        score: what the fit without it says.
+        fit: with it; None where the score left no hope.
+        evidence: difference of BIC in its favour; from the score where it was not refitted.
+        folds_won, folds: trials that are predicted better with it, by parameters estimated from the others.
+        detectable: smallest value of its first parameter that 9 of 10 such recordings would show.
+    """
+
+    effect: Effect
+    score: Score
+    fit: Fit | None
+    evidence: float
+    folds_won: int
+    folds: int
+    detectable: float
+
+    @property
+    def name(self) -> str:
+        return self.effect.name
+
+    @property
+    def weight(self) -> float:
+        """Evidence less what the parameters that it leads to are beyond belief: decides between effects that the data
+        alone do not tell apart, and nothing else."""
+        return self.evidence - (0.0 if self.fit is None else surprise(self.fit))
+
+    @property
+    def acceptable(self) -> bool:
+        """Whether the evidence would do for adding it."""
+        return (
+            self.fit is not None
+            and not self.score.absorbed
+            and self.evidence > EVIDENCE
+            and self.folds_won >= int(FOLDS * self.folds)
+            and not any(self.fit.at_bound(p.name) for p in self.score.free)
+        )
+
+
+def rank_effects(
+    fit: Fit, effects: Iterable[Effect], known: Iterable[str] = (), fitted: Mapping[str, Fit] | None = None
+) -> list[Candidate]:
+    """All effects that a fitted model does not have, the most evident first.
+
+    Args:
+        known: names of parameters that are known and so not to be estimated.
+        fitted: fits with an effect that are there already, by its name.
+    """
+    effects = {e.name: e for e in effects}
+    scores = score_effects(fit, effects.values(), known)
+    fits = dict(fitted or {})
+    hopeful = [name for name in _worth_refitting(fit, scores) if name not in fits]
+    fits |= _race({name: scores[name].start for name in hopeful}, fits.values())
+    best = min(fits.values(), key=lambda f: f.rss, default=fit)
+    samples = independent_samples(best)
+    statistic = EVIDENCE + np.log(samples)
+    candidates = []
+    for name, score in scores.items():
+        with_it = fits.get(name)
+        rss = fit.rss - score.drop if with_it is None else with_it.rss
+        won, folds = (0, len(fit.record.names)) if with_it is None else folds_won(fit, with_it)
+        candidates.append(
+            Candidate(
+                effect=effects[name],
+                score=score,
+                fit=with_it,
+                evidence=evidence(fit, rss, len(score.free), samples),
+                folds_won=won,
+                folds=folds,
+                detectable=score.detectable(best.rss / samples, statistic),
+            )
+        )
+    return sorted(candidates, key=lambda c: -c.evidence)
+
+
+def independent_samples(fit: Fit) -> float:
+    """Number of independent samples of a fit's residual."""
+    return fit.record.samples / correlation_time(fit.normal.residual, fit.record)
+
+
+def evidence(fit: Fit, rss: float, parameters: int, samples: float) -> float:
+    """Difference of BIC in favour of `parameters` more that lower a fit's sum of squares to `rss` [rad^2]."""
+    floor = fit.record.samples * np.radians(SMALLEST_NOISE_DEG) ** 2
+    return float(samples * np.log((fit.rss + floor) / (rss + floor)) - parameters * np.log(samples))
+
+
+def surprise(fit: Fit) -> float:
+    """How far a fit's constants are from where they are expected: minus twice the logarithm of their prior [-]."""
+    # ASSUME: a constant is expected around its value in the settings, with the standard deviation of a uniform
+    # distribution over the range in which its searches start.
+    usual = [(p.start, p.spread * abs(p.start) / np.sqrt(3), v) for p, v in zip(fit.free, fit.values, strict=True)]
+    return float(sum(((value - start) / scatter) ** 2 for start, scatter, value in usual if scatter > 0))
+
+
+def similar(candidates: list[Candidate], to: Candidate) -> list[Candidate]:
+    """The candidates that the data do not tell from one of them."""
+    return [c for c in candidates if c.fit is not None and not c.score.absorbed and c.evidence > to.evidence - MARGIN]
+
+
+def promising_pairs(ranking: list[Candidate]) -> list[tuple[str, str]]:
+    """Pairs of effects whose scores promise far more together than the best single effect, the best pairs first.
+
+    To first order: the signals of all effects are there, so a pair costs no more than a product of small matrices.
+    """
+    scores = [c.score for c in ranking if not c.score.absorbed]
+    if len(scores) < 2:
+        return []
+    signals = np.concatenate([s.signal for s in scores], -1)
+    products = np.einsum("tne,tnf->ef", signals, signals)
+    residual = scores[0].start.normal.residual
+    with_residual = np.einsum("tne,tn->e", signals, residual)
+    ends = np.cumsum([len(s.free) for s in scores])
+    columns = [slice(end - len(s.free), end) for s, end in zip(scores, ends, strict=True)]
+    fit = scores[0].start
+    samples = fit.record.samples
+
+    def promise(*members: int) -> float:
+        chosen = np.r_[tuple(columns[m] for m in members)]
+        free = tuple(p for m in members for p in scores[m].free)
+        _, drop = best_within(products[np.ix_(chosen, chosen)], with_residual[chosen], free)
+        return evidence(fit, max(fit.rss - drop, 0.0), len(free), samples)
+
+    count = range(len(scores))
+    single = max(promise(i) for i in count)
+    pairs = {(i, j): promise(i, j) for i in count for j in count if i < j}
+    hopeful = sorted((p for p in pairs if pairs[p] > single + EVIDENCE), key=lambda p: -pairs[p])[:PAIRS]
+    return [(scores[i].effect, scores[j].effect) for i, j in hopeful]
+
+
+def folds_won(without: Fit, with_it: Fit) -> tuple[int, int]:
+    """In how many folds, each leaving out one trial, the richer model predicts the trial left out better."""
+    gains = (left_out_residuals(without) ** 2).sum(-1) - (left_out_residuals(with_it) ** 2).sum(-1)
+    return int((gains > 0).sum()), len(gains)
+
+
+def left_out_residuals(fit: Fit) -> NDArray[np.float64]:
+    """Residual of each trial predicted with parameters estimated from all others, (T, N) [rad].
+
+    One Gauss-Newton step from the fit to all of them; the trial's own angle and velocity at the start are estimated
+    from it, as nothing else can tell them.
+    """
+    normal = fit.normal
+    projected = normal.without_starts(normal.slope)
+    own = np.einsum("tnp,tnq->tpq", projected, normal.slope)
+    product = np.einsum("tnp,tn->tp", projected, normal.residual)
+    scale = np.array([p.scale for p in fit.free])
+    low, high = (np.array([getattr(p, n) for p in fit.free]) for n in ("low", "high"))
+    loose = (fit.values > low + 1e-9 * scale) & (fit.values < high - 1e-9 * scale)
+    others = (normal.matrix - own)[:, loose][:, :, loose]
+    ridge = 1e-9 * np.einsum("tpp->tp", others).max(-1, initial=0.0)[:, None, None] * np.eye(int(loose.sum()))
+    step = np.zeros((len(own), len(fit.free)))
+    step[:, loose] = np.linalg.solve(others + ridge, (product.sum(0) - product)[:, loose, None])[..., 0]
+    step = step.clip((low - fit.values) / scale, (high - fit.values) / scale)
+    left = normal.residual - np.einsum("tnp,tp->tn", normal.slope, step)
+    return normal.without_starts(left[..., None])[..., 0]
+
+
+def _race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> dict[str, Fit]:
+    """Fit the candidates side by side, step by step; those that fall behind too far to win stop early."""
+    fits = dict(starts)
+    running = {name: descend(start) for name, start in starts.items()}
+    best_rival = min((f.rss for f in rivals), default=np.inf)
+    while running:
+        for name in list(running):
+            step = next(running[name], None)
+            if step is None:
+                del running[name]
+            else:
+                fits[name] = step
+        leader = min(best_rival, *(f.rss for f in fits.values()))
+        for name in list(running):
+            hoped = fits[name].rss - OPTIMISM * (fits[name].rss - promised(fits[name]))
+            if fits[name].record.samples * np.log(max(hoped, 1e-300) / leader) > NEAR:
+                del running[name]
+    return fits
+
+
+def _worth_refitting(fit: Fit, scores: Mapping[str, Score]) -> list[str]:
+    """Names of the candidates whose score promises evidence, or nearly as much as the best."""
+    possible = {name: s for name, s in scores.items() if not s.absorbed and s.drop > 0}
+    if not possible:
+        return []
+    samples = independent_samples(fit)
+    hopes = {n: evidence(fit, max(fit.rss - s.drop, 0.0), len(s.free), samples) for n, s in possible.items()}
+    best = max(hopes.values())
+    most = max(s.drop for s in possible.values())
+    if best < WORTH_A_REFIT:
+        return []
+    near = [n for n in possible if hopes[n] > max(best - NEAR, 0.0) or possible[n].drop > SHARE * most]
+    return sorted(near, key=lambda n: -hopes[n])[:MOST]

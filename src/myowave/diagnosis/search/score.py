@@ -1,0 +1,203 @@
+"""Score test of an effect that a fitted model lacks: what would it gain, seen from where the fit stands?
+
+The derivative of the motion by the effect's parameters at 0, with all that the free parameters and the trials' starts
+could imitate taken out, is what the effect alone can do. Its product with the residual says how much the sum of
+squares would fall, without a fit of the richer model. What is left of the derivative (the *visible share*) says
+whether these data can show the effect at all, and what took it out says which parameters absorb it.
+
+Shapes: T trials, N samples, P free parameters of the fit, E parameters of the effect.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from myowave.identification.fit import TOLERANCE, Fit, bind_values, with_states
+from myowave.identification.normal import Free, scaled_slope
+from myowave.physics.effect import Effect
+from myowave.physics.model import Model
+from myowave.physics.trajectory import Sensitive, derivatives_of, solve
+
+Array = NDArray[np.float64]
+
+REACH = 0.3  # step of the differences by an effect's parameters, in units of a typical strength
+ABSORBED = 0.01  # visible share below which an effect is as good as a change of the parameters fitted already
+LARGE_PART = 0.1  # parameters that imitate at least this part of what the largest imitator does are named
+
+
+@dataclass(frozen=True)
+class Score:
+    """What one effect could do for a fit.
+
+    Args:
+        effect: its name.
+        free: its parameters.
+        start: the fit of the model with the effect at 0, to descend from.
+        signal: derivatives by its parameters, in units of their scale, without what other parameters and starts
+            imitate, (T, N, E).
+        information: signal^T signal (E, E) [rad^2].
+        estimate: best values within the bounds, (E,), in units of the scale.
+        drop: fall of the sum of squares that they promise [rad^2].
+        visible: share of the derivative that is left, of the combination of parameters that keeps the most [-].
+        absorbed_by: free parameters that imitate the rest, the largest first.
+    """
+
+    effect: str
+    free: tuple[Free, ...]
+    start: Fit
+    signal: Array
+    information: Array
+    estimate: Array
+    drop: float
+    visible: float
+    absorbed_by: tuple[str, ...]
+
+    @property
+    def absorbed(self) -> bool:
+        return self.visible < ABSORBED
+
+    def detectable(self, variance: float, statistic: float) -> float:
+        """Smallest value of the first parameter that 9 of 10 recordings would show [its unit].
+
+        Args:
+            variance: of an independent sample of the residual [rad^2].
+            statistic: chi-square that counts as found.
+        """
+        information = max(float(self.information[0, 0]), 1e-300)
+        return self.free[0].scale * (np.sqrt(statistic) + 1.2816) * np.sqrt(variance / information)
+
+
+def score_effects(fit: Fit, effects: Iterable[Effect], known: Iterable[str] = ()) -> dict[str, Score]:
+    """Score every effect that the fitted model does not have.
+
+    Args:
+        known: names of parameters that are known and so not to be estimated.
+    """
+    present = {e.name for e in fit.model.effects}
+    return {e.name: score_effect(fit, e, known) for e in effects if e.name not in present}
+
+
+def score_effect(fit: Fit, effect: Effect, known: Iterable[str] = ()) -> Score:
+    """Score one effect; see the module."""
+    model = fit.model.with_effects([effect])
+    free = effect_parameters(model, effect, known)
+    start = _start(fit, model, free)
+    count, normal = len(fit.free), fit.normal
+    raw = start.normal.slope[..., count:]
+    inverse = np.linalg.pinv(normal.matrix, rcond=1e-12, hermitian=True)
+    imitation = inverse @ start.normal.matrix[:count, count:]
+    signal = normal.without_starts(raw - normal.slope @ imitation)
+    information = np.einsum("tne,tnf->ef", signal, signal)
+    estimate, drop = best_within(information, np.einsum("tne,tn->e", signal, normal.residual), free)
+    visible, direction = _visible(information, np.einsum("tne,tnf->ef", raw, raw))
+    size = np.abs(imitation @ direction) * np.sqrt(np.einsum("tnp,tnp->p", normal.slope, normal.slope))
+    order = np.argsort(-size)
+    absorbers = tuple(fit.free[i].name for i in order if size[i] > LARGE_PART * size[order[0]])
+    return Score(effect.name, free, start, signal, information, estimate, drop, visible, absorbers)
+
+
+def effect_parameters(model: Model, effect: Effect, known: Iterable[str] = ()) -> tuple[Free, ...]:
+    """An effect's parameters as a fit takes them, from 0."""
+    known = set(known)
+    return tuple(
+        Free(name, 0.0, p.low, p.high, abs(p.typical))
+        for name, p in model.parameters_of(effect).items()
+        if name not in known
+    )
+
+
+def confusion(scores: Mapping[str, Score], one: str, other: str) -> float:
+    """How much of what one effect does another can imitate: 1 for all of it [-]. Both as `score_effects` gave them."""
+    a, b = scores[one], scores[other]
+    towards = _strongest(a)
+    signal = a.signal @ towards
+    product = np.einsum("tne,tn->e", b.signal, signal)
+    imitated = product @ np.linalg.pinv(b.information, rcond=1e-10, hermitian=True) @ product
+    return float(np.sqrt(np.clip(imitated / max((signal**2).sum(), 1e-300), 0.0, 1.0)))
+
+
+def _strongest(score: Score) -> Array:
+    """The values that the data call for, or the most visible combination where they call for none."""
+    if np.any(score.estimate):
+        return score.estimate
+    return np.linalg.eigh(score.information)[1][:, -1]
+
+
+def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
+    """The fit of a model with an effect more, that is still 0: the same motion, with derivatives by its parameters."""
+    record, old = fit.record, fit.sensitive
+    params = bind_values(fit.free, fit.values, record)
+    wrt = {p.name: p.scale for p in free}
+    if model.stateful == fit.model.stateful:
+        # Where the effect is one-sided the difference must reach to the side that is allowed.
+        reach = REACH * (1 if all(p.high > 0 for p in free) else -1)
+        added, tangent = derivatives_of(model, params, record.emg, record.dt, fit.linear, wrt, reach=reach)
+        motion, linear, of_others = old.motion, old.linear, old.tangent
+    else:
+        begin = torch.from_numpy(fit.starts)
+        guess = with_states(model, record, fit.free, fit.values, old.motion.state)
+        solved = solve(
+            model, params, record.emg, record.dt, begin[:, 0], begin[:, 1], guess=guess, wrt=wrt, tolerance=TOLERANCE
+        )
+        added, tangent = solved.by_parameter, solved.tangent[..., : len(free)]
+        motion, linear = solved.motion, solved.linear
+        # How other parameters move the new states is not known here; a fit's next step finds it.
+        of_others = torch.nn.functional.pad(old.tangent, (0, 0, 0, model.state_size - fit.model.state_size))
+    count = len(fit.free)
+    sensitive = Sensitive(
+        motion=motion,
+        by_parameter=torch.cat([old.by_parameter, added]),
+        by_start=old.by_start,
+        tangent=torch.cat([of_others[..., :count], tangent, of_others[..., count:]], -1),
+        gap=old.gap,
+        linear=linear,
+    )
+    everything = (*fit.free, *free)
+    values = np.concatenate([fit.values, np.zeros(len(free))])
+    # The motion is that of the fit, so its normal equations hold, with a few columns more.
+    normal = fit.normal.extended(scaled_slope(added, np.array([p.scale for p in free]), record.valid))
+    return Fit(model, everything, values, fit.starts, normal, sensitive, record, converged=False)
+
+
+def best_within(information: Array, product: Array, free: tuple[Free, ...]) -> tuple[Array, float]:
+    """Least squares within the bounds, and the fall of the sum of squares.
+
+    Args:
+        information, product: signal^T signal (E, E) and signal^T residual (E,).
+        free: the parameters, whose bounds and scales count.
+
+    Returns:
+        The values in units of the scales, (E,), and the fall, at least 0.
+    """
+    low, high = (np.array([getattr(p, n) / p.scale for p in free]) for n in ("low", "high"))
+    ridge = information + 1e-9 * np.trace(information) * np.eye(len(free)) + 1e-300 * np.eye(len(free))
+    estimate = np.linalg.solve(ridge, product)
+    for _ in free:
+        held = (estimate <= low) | (estimate >= high)
+        if not held.any():
+            break
+        estimate = estimate.clip(low, high)
+        loose = np.flatnonzero(~held)
+        if not len(loose):
+            break
+        right = product[loose] - ridge[np.ix_(loose, np.flatnonzero(held))] @ estimate[held]
+        estimate[loose] = np.linalg.solve(ridge[np.ix_(loose, loose)], right)
+    estimate = estimate.clip(low, high)
+    return estimate, max(float(2 * estimate @ product - estimate @ information @ estimate), 0.0)
+
+
+def _visible(left: Array, whole: Array) -> tuple[float, Array]:
+    """Largest share of a combination's derivative that is left, and the combination."""
+    size = np.sqrt(np.diag(whole))
+    if not (size > 0).any():
+        return 0.0, np.eye(len(size))[0]
+    keep = size > 1e-12 * size.max()
+    inverse = np.where(keep, 1 / np.where(keep, size, 1.0), 0.0)
+    values, vectors = np.linalg.eigh(whole * np.outer(inverse, inverse))
+    sound = values > 1e-8 * values.max()
+    root = vectors[:, sound] / np.sqrt(values[sound])
+    shares, directions = np.linalg.eigh(root.T @ (left * np.outer(inverse, inverse)) @ root)
+    return float(np.sqrt(max(shares[-1], 0.0))), inverse * (root @ directions[:, -1])

@@ -1,0 +1,173 @@
+"""Add effects one by one while the evidence asks for it, drop those a later one made needless, try swaps."""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+
+from myowave.diagnosis.search.rank import (
+    EVIDENCE,
+    Candidate,
+    evidence,
+    independent_samples,
+    promising_pairs,
+    rank_effects,
+    similar,
+)
+from myowave.diagnosis.search.score import score_effect
+from myowave.identification.fit import Fit, polish, refit
+from myowave.physics.effect import Effect
+from myowave.physics.model import Model
+
+MOST_EFFECTS = 4
+SAME = 1e-3  # fits of one model whose sums of squares differ by less are taken for the same
+ROUNDS = 6  # of dropping and swapping; each is for the better, so they end by themselves
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Which effects the data ask for.
+
+    Args:
+        ladder: the fits of base, base + first effect, ... in the order of their evidence.
+        rankings: what was weighed at each rung, for each what to add to it; the last found nothing to add.
+        classes: for each accepted effect the names that the data do not tell from it, itself first.
+    """
+
+    ladder: tuple[Fit, ...]
+    rankings: tuple[list[Candidate], ...]
+    classes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def fit(self) -> Fit:
+        return self.ladder[-1]
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        return tuple(effect.name for effect in self.fit.model.effects)
+
+
+def select_effects(fit: Fit, effects: Iterable[Effect], known: Iterable[str] = ()) -> Selection:
+    """Search for the effects that a fitted model lacks.
+
+    Args:
+        fit: of the model to start from; effects that it has stay.
+        effects: the catalogue.
+        known: names of parameters that are known and so not to be estimated.
+    """
+    search = _Search(fit, tuple(effects), frozenset(known))
+    ranking = search.rank(fit)
+    best, classes = _best(ranking), {}
+    top = search.better_pair(fit if best is None else best.fit, ranking)
+    if top is not None:
+        top, classes = search.settle(top, classes)
+    elif best is not None:
+        top, classes = best.fit, {best.name: _names(best, ranking)}
+    while top is not None and len(classes) < MOST_EFFECTS and (best := _best(search.rank(top))) is not None:
+        classes[best.name] = _names(best, search.rank(top))
+        name = top.model.name
+        top, classes = search.settle(best.fit, classes)
+        if top.model.name == name:  # what was added went again
+            break
+    ladder = [fit] if top is None else search.climb(top)
+    return Selection(tuple(ladder), tuple(search.rank(rung) for rung in ladder), classes)
+
+
+@dataclass
+class _Search:
+    """What one search works on, and the rankings it has made: they are the costly part."""
+
+    start: Fit
+    effects: tuple[Effect, ...]
+    known: frozenset[str]
+    ranked: dict[frozenset[str], tuple[float, list[Candidate]]] = field(default_factory=dict)
+
+    def rank(self, fit: Fit, fitted: Mapping[str, Fit] | None = None) -> list[Candidate]:
+        """The ranking at a fit; that of an earlier fit of the same model will do if it is as good."""
+        key = frozenset(effect.name for effect in fit.model.effects)
+        rss, ranking = self.ranked.get(key, (math.inf, []))
+        if rss > fit.rss * (1 + SAME) or fitted is not None:
+            ranking = rank_effects(fit, self.effects, self.known, fitted)
+            self.ranked[key] = (fit.rss, ranking)
+        return ranking
+
+    def added(self, fit: Fit) -> tuple[Effect, ...]:
+        """The effects that a model has more than the one at the start."""
+        return fit.model.effects[len(self.start.model.effects) :]
+
+    def better_pair(self, found: Fit, ranking: list[Candidate]) -> Fit | None:
+        """A pair of effects that fits far better than the best single effect, if there is one.
+
+        One effect may do the work of two, and then neither of them is asked for any more; or two hide one another.
+        The scores of the first ranking foretell what pairs would gain; the most promising are fitted.
+        """
+        candidates, catalogue = {c.name: c for c in ranking}, {e.name: e for e in self.effects}
+        needed = EVIDENCE + 2 * math.log(len(ranking))  # there are as many pairs as effects, squared
+        for one, other in promising_pairs(ranking):
+            first = polish(candidates[one].fit or candidates[one].score.start)
+            second = polish(score_effect(first, catalogue[other], self.known).start)
+            parameters = len(second.free) - len(found.free)
+            if evidence(found, second.rss, parameters, independent_samples(second)) > needed:
+                return second
+        return None
+
+    def settle(self, fit: Fit, classes: Mapping[str, tuple[str, ...]]) -> tuple[Fit, dict[str, tuple[str, ...]]]:
+        """Drop effects that are needless beside the others, and exchange those for which a better one is found."""
+        classes = dict(classes)
+        for _ in range(ROUNDS if len(self.added(fit)) > 1 else 0):
+            changed = False
+            for effect in self.added(fit):
+                without = _without(fit, effect)
+                ranking = self.rank(without, {effect.name: fit})
+                own = next(c for c in ranking if c.name == effect.name)
+                best = _best(ranking) or own
+                if own.evidence < EVIDENCE:
+                    fit, changed = without, True
+                    break
+                if best.name != effect.name and (own not in similar(ranking, best) or best.weight > own.weight):
+                    fit, changed = best.fit, True
+                    classes[best.name] = _names(best, ranking)
+                    break
+                classes[effect.name] = _names(own, ranking)
+            if not changed:
+                break
+        return fit, {e.name: classes.get(e.name, (e.name,)) for e in self.added(fit)}
+
+    def climb(self, top: Fit) -> list[Fit]:
+        """The fits from the start to a richer model, each time with the effect that lowers the error most."""
+        ladder, left = [self.start], list(self.added(top))
+        while len(left) > 1:
+            fits = {effect.name: self._extended(ladder[-1], effect, top) for effect in left}
+            best = min(left, key=lambda effect: fits[effect.name].rss)
+            ladder.append(fits[best.name])
+            left.remove(best)
+        if not left:
+            return ladder
+        return [*ladder, refit(top, ladder[-1].model.with_effects(left), top.free)]
+
+    def _extended(self, fit: Fit, effect: Effect, top: Fit) -> Fit:
+        model = fit.model.with_effects([effect])
+        new = model.parameters_of(effect)
+        return refit(fit, model, [*fit.free, *(replace(p, start=0.0) for p in top.free if p.name in new)])
+
+
+def _best(ranking: list[Candidate]) -> Candidate | None:
+    """The effect to add: of those that the data do not tell from the most evident one, that with usual parameters."""
+    leader = next((c for c in ranking if c.acceptable), None)
+    if leader is None:
+        return None
+    return max((c for c in similar(ranking, leader) if c.acceptable), key=lambda c: c.weight)
+
+
+def _names(best: Candidate, ranking: list[Candidate]) -> tuple[str, ...]:
+    """The effects that the data do not tell from the one added, which comes first."""
+    leader = max((c for c in similar(ranking, best) if c.acceptable), key=lambda c: c.evidence, default=best)
+    others = [c.name for c in similar(ranking, leader) if c.name != best.name]
+    return (best.name, *others)
+
+
+def _without(fit: Fit, effect: Effect) -> Fit:
+    """The fit of the same model less one effect."""
+    rest = tuple(e for e in fit.model.effects if e.name != effect.name)
+    model = Model(fit.model.muscles, fit.model.joint, fit.model.curves, rest)
+    gone = fit.model.parameters_of(effect)
+    return refit(fit, model, [p for p in fit.free if p.name not in gone])

@@ -1,0 +1,87 @@
+"""Many subjects from one table: each row becomes a measured dataset.
+
+Columns: `subject`, its name; `files`, a pattern such as data/s01/*.csv; `test`, names of the test trials, separated by
+spaces; every further column is a known constant of the subject in SI units, such as `mass` or `l1_Bi`, or, named
+`{trial}.{constant}`, one that differs between trials, such as `trial4.load`. An empty cell is not known.
+"""
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+WORD = "subjects"  # in targets, stands for all subjects of the table
+_NAMED = ("subject", "files", "test")
+
+
+def add_subjects(config: Mapping[str, Any]) -> dict[str, Any]:
+    """A parsed config.yaml with the datasets of `data.subjects` in it, and `subjects` in the targets replaced by them.
+
+    Raises:
+        ValueError: if the table cannot be read, or a subject is named twice or as another dataset is.
+    """
+    data = config.get("data")
+    table = data.get("subjects") if isinstance(data, Mapping) else None
+    if not table:
+        return dict(config)
+    subjects = read_subjects(Path(table))
+    datasets = data.get("datasets") or {}
+    if both := sorted(set(subjects) & set(datasets)):
+        raise ValueError(f"data.subjects: {', '.join(both)} in {table} is also in data.datasets; rename one.")
+    targets = dict(config.get("targets") or {})
+    for key in ("datasets", "follow_verdict"):
+        if key in targets:
+            targets[key] = [name for entry in targets[key] for name in (subjects if entry == WORD else [entry])]
+    models = dict(targets.get("models") or {})
+    for_all = models.pop(WORD, None)
+    targets["models"] = models | (dict.fromkeys(subjects, for_all) if for_all else {})
+    return {**config, "targets": targets, "data": {**data, "datasets": {**datasets, **subjects}}}
+
+
+def read_subjects(path: Path) -> dict[str, dict[str, Any]]:
+    """Sections of `data.datasets`, by subject, from a table.
+
+    Raises:
+        ValueError: naming the row and column that is wrong.
+    """
+    if not path.exists():
+        raise ValueError(f"data.subjects: there is no table {path}, looked up from {Path.cwd()}.")
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        reader = csv.DictReader(file)
+        if missing := [name for name in _NAMED if name not in (reader.fieldnames or ())]:
+            raise ValueError(f"{path}: column {', '.join(missing)} is missing; found {reader.fieldnames}.")
+        subjects: dict[str, dict[str, Any]] = {}
+        for row in reader:
+            where = f"{path}, row {reader.line_num}"
+            if row["subject"] in subjects:
+                raise ValueError(f"{where}: subject {row['subject']!r} is there already; a subject has one row.")
+            subjects[row["subject"]] = _dataset(row, where)
+    return subjects
+
+
+def _dataset(row: Mapping[str, str], where: str) -> dict[str, Any]:
+    constants: dict[str, float] = {}
+    conditions: dict[str, dict[str, float]] = {}
+    for column, cell in row.items():
+        if column in _NAMED or not cell:
+            continue
+        if column is None:
+            raise ValueError(f"{where}: more cells than columns; quote cells that hold a comma.")
+        trial, _, constant = column.rpartition(".")
+        known = conditions.setdefault(trial, {}) if trial else constants
+        known[constant] = _number(cell, f"{where}, column {column}")
+    test = row["test"].split()
+    return {
+        "kind": "measured",
+        "files": [row["files"]],
+        "test": test,
+        "constants": constants,
+        "conditions": conditions,
+    }
+
+
+def _number(cell: str, where: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        raise ValueError(f"{where}: {cell!r} is not a number; give it in SI units, or leave the cell empty.") from None

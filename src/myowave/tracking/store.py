@@ -1,0 +1,259 @@
+"""MLflow shows the results: the only module that imports it.
+
+The store is a projection of the files in results/ and can be made again at any time. `publish` writes it, one process
+at a time, so that no two ever open a fresh sqlite file at once. Each run carries a tag `job_key`, what it stands for,
+and `content`, a digest of the files it was made from: unchanged runs are left alone, changed ones replaced.
+
+What runs hold is decided in `run_contents`, and how an experiment looks when it is opened in `run_views`.
+"""
+
+import fcntl
+import json
+import logging
+import os
+import re
+import sys
+import urllib.request
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from urllib.error import HTTPError, URLError
+
+import pandas as pd
+
+from myowave.tracking.contents import LEARNING, RunContent, RunGroup, describe_experiment
+from myowave.tracking.views import VIEW, views_of
+
+os.environ.setdefault("MLFLOW_DISABLE_TELEMETRY", "true")  # read at import
+os.environ.setdefault("MLFLOW_SUPPRESS_PRINTING_URL_TO_STDOUT", "true")  # two lines for every run on a server
+os.environ.setdefault("MLFLOW_HTTP_REQUEST_MAX_RETRIES", "3")  # 7 of them keep a run waiting for minutes
+
+import mlflow
+from mlflow.entities import Metric, Param, Run, RunTag
+
+for _name in ("alembic", "mlflow.store.db.utils"):  # progress of creating the tables, of no use to a reader
+    logging.getLogger(_name).setLevel(logging.WARNING)
+
+SQLITE = "sqlite:///"
+_ANSWER_S = 10.0  # a server that needs longer to say that it is there is not there
+_BATCH = 1000  # MLflow's limit for metrics in one call
+_PARAM_LENGTH = 500  # MLflow's limit for the text of a parameter is higher; longer ones cannot be read in a table
+
+
+def publish(groups: Iterable[RunGroup], uri: str, *, needed: bool = False) -> str:
+    """Project results into the MLflow store and say what was done.
+
+    Results never depend on MLflow: where it fails, the returned note says why.
+
+    Args:
+        groups: what to show.
+        uri: `tracking.uri` of the settings.
+        needed: whether a failure is an error, as it is for who asks for nothing else.
+
+    Returns:
+        A note in Markdown.
+
+    Raises:
+        ValueError: with the note, if it was needed and failed.
+    """
+    groups = list(groups)
+    try:
+        if is_server(uri):
+            _knock(uri)
+        with _alone(uri):
+            written, kept = _publish(groups, uri)
+    except Exception as error:  # whatever a store or a server may raise; training must not fail because of it
+        what = error if isinstance(error, ConnectionError) else f"MLflow failed: {type(error).__name__}: {error}"
+        note = (
+            f"**Not published** to tracking.uri = {uri}. {what}\n\n"
+            "The results are complete without it; `snakemake --cores 1 publish` shows them later.\n"
+        )
+        if needed:
+            raise ValueError(note) from None
+        return note
+    where = f"at {uri}{start_page(uri)}" if is_server(uri) else "with `make ui`"
+    return f"{written} runs written to {uri}, {kept} there already. Browse them {where}\n"
+
+
+def is_server(uri: str) -> bool:
+    """Whether the store is a server of its own and no file or database."""
+    return uri.startswith(("http://", "https://"))
+
+
+def serve(uri: str, port: int = 5000) -> None:
+    """Replace this process by the MLflow UI, reachable from this machine only.
+
+    Raises:
+        ValueError: if there is no store yet.
+    """
+    if is_server(uri):
+        raise ValueError(f"tracking.uri is the server {uri}; open that address in a browser.")
+    if uri.startswith(SQLITE) and not Path(uri.removeprefix(SQLITE)).exists():
+        raise ValueError(
+            f"There is no MLflow store at {uri.removeprefix(SQLITE)} yet; it is made by `make run`, or from existing "
+            "results by `snakemake --cores 1 publish`."
+        )
+    print(f"Results in the browser: http://127.0.0.1:{port}{start_page(uri)} (stop with Ctrl-C)", flush=True)
+    os.environ["MLFLOW_SERVER_ENABLE_JOB_EXECUTION"] = "false"  # starts in half the time
+    command = ["mlflow", "ui", "--backend-store-uri", uri, "--host", "127.0.0.1", "--port", str(port), "--workers", "1"]
+    os.execv(sys.executable, [sys.executable, "-m", *command])
+
+
+def start_page(uri: str) -> str:
+    """Path of the page to open first: the learning experiment in its prepared view, where it is there."""
+    found = mlflow.MlflowClient(tracking_uri=uri).get_experiment_by_name(LEARNING)
+    return f"/{_prepared_view(found.experiment_id)}" if found else ""
+
+
+def _prepared_view(experiment: str) -> str:
+    return f"#/experiments/{experiment}/runs?viewStateShareKey={VIEW}&compareRunsMode=CHART"
+
+
+def _publish(groups: Iterable[RunGroup], uri: str) -> tuple[int, int]:
+    """Numbers of runs written and of runs that were there already."""
+    client = mlflow.MlflowClient(tracking_uri=uri)
+    experiments: dict[str, tuple[str, dict[str, list[Run]]]] = {}
+    written = kept = 0
+    for group in groups:
+        if group.experiment not in experiments:
+            found = _experiment(client, group.experiment, uri)
+            _describe(client, found, group.experiment)
+            experiments[group.experiment] = found, _runs_by_key(client, found)
+        experiment, there = experiments[group.experiment]
+        expected = [group.parent, *group.children]
+        if all(_is_current(there.get(run.job_key, []), group.digest) for run in expected):
+            kept += len(expected)
+            continue
+        for run in _below(there, group.parent.job_key):
+            client.delete_run(run.info.run_id)
+        tags = {"content": group.digest}
+        parent_id = _write(client, experiment, group.parent, tags)
+        for child in group.children:
+            _write(client, experiment, child, tags | {"mlflow.parentRunId": parent_id})
+        written += len(expected)
+    if experiments and not is_server(uri):
+        _hide_default(client)
+    return written, kept
+
+
+def _knock(uri: str) -> None:
+    """Whether a server answers, whatever it says.
+
+    Raises:
+        ConnectionError: if it does not; MLflow itself would try for a minute, and then say it in 30 lines.
+    """
+    try:
+        urllib.request.urlopen(f"{uri.rstrip('/')}/health", timeout=_ANSWER_S).close()
+    except HTTPError:  # it answers; whether it lets us in, MLflow finds out
+        return
+    except (URLError, OSError) as error:
+        raise ConnectionError(
+            f"No server answers there ({getattr(error, 'reason', error)}): start it, or correct the address."
+        ) from None
+
+
+@contextmanager
+def _alone(uri: str) -> Iterator[None]:
+    """Wait until no other process of this machine writes the sqlite store; make its folder."""
+    if not uri.startswith(SQLITE):
+        yield
+        return
+    path = Path(uri.removeprefix(SQLITE))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.with_name(path.name + ".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def _below(there: Mapping[str, list[Run]], job_key: str) -> Iterator[Run]:
+    """Runs that stand for a job or a part of it, such as a seed."""
+    for key, runs in there.items():
+        if key == job_key or key.startswith(job_key + "/"):
+            yield from runs
+
+
+def _experiment(client: mlflow.MlflowClient, name: str, uri: str) -> str:
+    """Id of an experiment, made where it is not there; only a server decides for itself where artifacts lie.
+
+    A file store keeps absolute paths of its artifacts and nothing can change them. Where it was moved, the experiment
+    of old is put away and a new one takes its name.
+    """
+    location = None if is_server(uri) else _artifact_folder(name, uri).as_uri()
+    found = client.get_experiment_by_name(name)
+    if found is not None and location not in (None, found.artifact_location):
+        client.rename_experiment(found.experiment_id, f"{name} (moved, {found.experiment_id})")
+        client.delete_experiment(found.experiment_id)
+        found = None
+    if found is not None:
+        if found.lifecycle_stage == "deleted":
+            client.restore_experiment(found.experiment_id)
+        return found.experiment_id
+    return client.create_experiment(name, artifact_location=location)
+
+
+def _describe(client: mlflow.MlflowClient, experiment: str, name: str) -> None:
+    """Say what an experiment holds, prepare its views, and link to the first of them."""
+    tags = {f"mlflow.sharedViewState.{key}": json.dumps(view) for key, view in views_of(name).items()}
+    link = f" [With columns and charts chosen]({_prepared_view(experiment)})" if VIEW in views_of(name) else ""
+    tags |= {"mlflow.note.content": describe_experiment(name) + link}
+    tags |= {"mlflow.experimentKind": "custom_model_development"}
+    for key, value in tags.items():
+        client.set_experiment_tag(experiment, key, value)
+
+
+def _hide_default(client: mlflow.MlflowClient) -> None:
+    """Take MLflow's own empty experiment out of the list."""
+    default = client.get_experiment("0")
+    if default.lifecycle_stage == "active" and not client.search_runs(["0"], max_results=1):
+        client.delete_experiment("0")
+
+
+def _artifact_folder(name: str, uri: str) -> Path:
+    """Where artifacts of an experiment lie: beside a sqlite file, or in results/ where the store is a database."""
+    beside = Path(uri.removeprefix(SQLITE)).parent if uri.startswith(SQLITE) else Path("results")
+    return beside.resolve() / "mlartifacts" / re.sub(r"\W+", "-", name).strip("-")
+
+
+def _runs_by_key(client: mlflow.MlflowClient, experiment: str) -> dict[str, list[Run]]:
+    runs: dict[str, list[Run]] = {}
+    token = None
+    while True:
+        page = client.search_runs([experiment], max_results=1000, page_token=token)
+        for run in page:
+            runs.setdefault(run.data.tags.get("job_key", ""), []).append(run)
+        token = page.token
+        if not token:
+            return runs
+
+
+def _is_current(runs: list[Run], content: str) -> bool:
+    return len(runs) == 1 and runs[0].data.tags.get("content") == content and runs[0].info.status == "FINISHED"
+
+
+def _write(client: mlflow.MlflowClient, experiment: str, content: RunContent, tags: Mapping[str, str]) -> str:
+    """Write one run; its state is FINISHED only when all of it is there."""
+    started = content.finished - content.duration_s
+    run_id = client.create_run(experiment, start_time=round(1000 * started), run_name=content.name).info.run_id
+    all_tags = {**content.tags, **tags, "job_key": content.job_key, "mlflow.note.content": content.description}
+    client.log_batch(
+        run_id,
+        params=[Param(k, str(v)[:_PARAM_LENGTH]) for k, v in content.params.items()],
+        tags=[RunTag(k, str(v)) for k, v in all_tags.items()],
+    )
+    metrics = list(_metrics(content))
+    for start in range(0, len(metrics), _BATCH):
+        client.log_batch(run_id, metrics=metrics[start : start + _BATCH])
+    for path in content.artifacts:
+        client.log_artifact(run_id, str(path))
+    client.set_terminated(run_id, end_time=round(1000 * content.finished))
+    return run_id
+
+
+def _metrics(content: RunContent) -> Iterator[Metric]:
+    """Final values, and curves under `curve/`; values that are not there are left out."""
+    for name, value in content.metrics.items():
+        if pd.notna(value):
+            yield Metric(name, float(value), 0, 0)
+    for name, curve in content.curves.items():
+        for epoch, value in curve.dropna().items():
+            yield Metric(f"curve/{name}", float(value), 0, int(epoch))

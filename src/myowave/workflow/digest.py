@@ -1,0 +1,109 @@
+"""Digest of the code that a rule uses, so that a workflow knows when a result is out of date.
+
+It covers the rule's script and every module of the package that the script imports, directly or through others, and no
+other: an edit in the network reruns no diagnosis, one in the physics no import of recordings. Comments, layout and
+docstrings do not count, as they change no result; neither do the modules of `BESIDE`.
+"""
+
+import ast
+import hashlib
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+_PACKAGE = "myowave"
+_SOURCE = Path(__file__).parents[1]
+# A rule's settings are in its params, and its log is no result.
+BESIDE = ("settings", "workflow")
+
+
+def digest_script(script: Path, *, source: Path = _SOURCE) -> str:
+    """Digest of a script and of all that it imports from the package.
+
+    Args:
+        script: a Python file.
+        source: folder of the package.
+
+    Raises:
+        FileNotFoundError: if there is no such script.
+        SyntaxError: if one of the files is no Python.
+    """
+    used = {script} | imported_modules(script, source=source)
+    digest = hashlib.sha256()
+    for path in sorted(used):
+        digest.update((path.relative_to(source).as_posix() if path != script else path.name).encode())
+        digest.update(_digest_file(path))
+    return digest.hexdigest()[:16]
+
+
+def digest_module(path: str, *, source: Path = _SOURCE) -> str:
+    """As `digest_script`, of a module of the package by its path below it, such as `learning/training.py`."""
+    return digest_script(source / path, source=source)
+
+
+def imported_modules(script: Path, *, source: Path = _SOURCE) -> set[Path]:
+    """Files of the package that a script imports, directly or through others, without those of `BESIDE`."""
+    found: set[Path] = set()
+    waiting = [script]
+    while waiting:
+        for path in _imports_of(waiting.pop(), source) - found:
+            found.add(path)
+            waiting.append(path)
+    return found
+
+
+@cache
+def _imports_of(path: Path, source: Path) -> frozenset[Path]:
+    """Files of the package that a file names in its import statements; importing a module runs its packages, too."""
+    found: set[Path] = set()
+    for name in _names_imported(_parse(path)):
+        package, *parts = name.split(".")
+        if package != _PACKAGE or (parts and parts[0] in BESIDE):
+            continue
+        for depth in range(len(parts) + 1):
+            place = source.joinpath(*parts[:depth])
+            found |= {file for file in (place / "__init__.py", place.with_suffix(".py")) if file.is_file()}
+    return frozenset(found)
+
+
+def _names_imported(tree: ast.Module) -> Iterator[str]:
+    """Dotted names that a module imports, inside functions too; the last part may be a name within a module."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+@cache
+def _parse(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"), str(path))
+
+
+@cache
+def _digest_file(path: Path) -> bytes:
+    """Digest of the statements of a file."""
+    tree = _parse(path)
+    for node in _blocks(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            node.body = [s for s in node.body if not _is_docstring(s)] or [ast.Pass()]
+    return hashlib.sha256(ast.dump(tree).encode()).digest()
+
+
+def _blocks(tree: ast.Module) -> Iterator[ast.AST]:
+    """A module and all its statements, without their expressions, which are many and hold no docstring."""
+    stack: list[ast.AST] = [tree]
+    while stack:
+        node = stack.pop()
+        for name in ("body", "orelse", "finalbody", "handlers", "cases"):
+            block = getattr(node, name, ())
+            stack += block if isinstance(block, list) else ()
+        yield node
+
+
+def _is_docstring(statement: ast.stmt) -> bool:
+    return (
+        isinstance(statement, ast.Expr)
+        and isinstance(statement.value, ast.Constant)
+        and isinstance(statement.value.value, str)
+    )
