@@ -14,7 +14,9 @@ from myowave.physics.effects import SHIPPED, catalogue
 from myowave.physics.model import parse_model
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
+from myowave.workflow.digest import imported_modules
 
+FILES = set(Path(effects.__file__).parent.glob("[!_]*.py"))
 NAMES = [effect.name for effect in SHIPPED]
 PARAMETER = {"c": Parameter(unit="-", low=0.0, high=1.0, typical=0.5, meaning="strength")}
 
@@ -115,7 +117,11 @@ def test_a_wrong_definition_is_an_error_at_once(make, message):
         make()
 
 
-def test_an_effect_is_called_as_its_file_is():
+def test_every_file_of_an_effect_is_in_the_catalogue_by_its_own_name():
     """The settings know the names of effects from the names of files, without loading them."""
-    files = {path.stem for path in Path(effects.__file__).parent.glob("[!_]*.py")}
-    assert files == {effect.name for effect in SHIPPED}
+    assert {path.stem for path in FILES} == {effect.name for effect in SHIPPED}
+
+
+def test_a_rule_that_uses_the_catalogue_reruns_when_any_effect_changes():
+    used = imported_modules(Path(effects.__file__).parents[1] / "build.py")
+    assert used >= FILES

@@ -33,6 +33,11 @@ def value(simulation, name):
     return simulation.params.get(name, simulation.model.defaults[name])
 
 
+def one_of(count, i, axes):
+    """1 at place i of `count`, else 0, with `axes` axes of length 1 behind, (count, 1, ...)."""
+    return torch.eye(count, dtype=torch.float64)[i].reshape(-1, *(1,) * axes)
+
+
 def sizes(model):
     """A usual change of every parameter of a model."""
     constants = {name: 0.3 * abs(value) or 0.05 for name, value in model.defaults.items()}
@@ -53,19 +58,21 @@ def test_solution_is_the_integrated_motion_and_its_derivatives(case, elbow, nois
     found = solve(simulation, q0, qdot0, guess=reference.state + 0.01, wrt=wrt)
     torch.testing.assert_close(found.motion.angle, reference.angle, rtol=0, atol=1e-8)
 
-    def moved(name, step):
-        return simulate(simulation.with_params({name: value(simulation, name) + step}), q0, qdot0).angle
+    step = 1e-4 * torch.tensor([*wrt.values()], dtype=torch.float64)
 
-    for derivative, (name, scale) in zip(found.by_parameter, wrt.items(), strict=True):
-        step = 1e-4 * scale
-        difference = (moved(name, step) - moved(name, -step)) / (2 * step)
-        torch.testing.assert_close(derivative * scale, difference * scale, rtol=2e-3, atol=2e-5)
+    def moved(sign):
+        copies = {n: value(simulation, n) + sign * step[i] * one_of(len(wrt), i, 2) for i, n in enumerate(wrt)}
+        return simulate(simulation.with_params(copies), q0, qdot0).angle
+
+    scale = 1e4 * step[:, None, None, None]
+    difference = (moved(1) - moved(-1)) / 2e-4
+    torch.testing.assert_close(found.by_parameter * scale, difference, rtol=2e-3, atol=2e-5)
 
     def started(dq, dqdot):
         return simulate(simulation, q0 + dq, qdot0 + dqdot).angle
 
-    step = 1e-5
-    by_start = [(started(a, b) - started(-a, -b)) / (2 * step) for a, b in ((step, 0.0), (0.0, step))]
+    h = 1e-5
+    by_start = [(started(a, b) - started(-a, -b)) / (2 * h) for a, b in ((h, 0.0), (0.0, h))]
     torch.testing.assert_close(found.by_start, torch.stack(by_start), rtol=1e-3, atol=1e-4)
 
 
@@ -76,7 +83,7 @@ def test_derivatives_by_every_parameter_of_every_effect_are_those_of_the_simulat
     found = solve(everything, *START, guess=still.state, wrt=wrt)
     step = 1e-5
     copies = {
-        name: value(everything, name) + step * size * torch.eye(len(wrt), dtype=torch.float64)[i, :, None]
+        name: value(everything, name) + step * size * one_of(len(wrt), i, 1)
         for i, (name, size) in enumerate(wrt.items())
     }
     moved = simulate(Simulation(everything.model, copies, everything.emg, everything.dt), *START)
