@@ -19,9 +19,10 @@ from torch import Tensor
 
 from myowave.identification.normal import Array, Free, Normal, bounded_step, normal_equations
 from myowave.identification.record import Record
-from myowave.physics.model import Model, bind
-from myowave.physics.motion import drive_muscles, resting_states
-from myowave.physics.trajectory import Linear, Sensitive, solve
+from myowave.physics.model import Model
+from myowave.physics.motion import resting_states
+from myowave.physics.simulation import Simulation
+from myowave.physics.trajectory import Linear, Newton, Sensitive, solve
 
 TOLERANCE = 1e-5  # of the simulated state [rad, rad/s]
 GAIN = 1e-3  # stop where the next step would lower the sum of squares by less than this many residual variances
@@ -198,26 +199,20 @@ def with_states(model: Model, record: Record, free: Sequence[Free], values: Arra
     Args:
         state: q and qdot, then states of another model, which are left out, (..., T, N, K).
     """
-    bound = bind(model, bind_values(free, values, record), record.emg)
-    drive = drive_muscles(bound, record.emg, record.dt)
-    return resting_states(bound, drive, state[..., 0], state[..., 1])
+    simulation = Simulation(model, bind_values(free, values, record), record.emg, record.dt)
+    return resting_states(simulation, state[..., 0], state[..., 1])
 
 
 def _solve(
     model: Model, record: Record, free: Sequence[Free], values: Array, begin: Array, guess: Tensor, iterations: int = 25
 ) -> Sensitive:
     return solve(
-        model,
-        bind_values(free, values, record),
-        record.emg,
-        record.dt,
+        Simulation(model, bind_values(free, values, record), record.emg, record.dt),
         torch.from_numpy(begin[..., 0].copy()),
         torch.from_numpy(begin[..., 1].copy()),
         guess=guess,
         wrt={p.name: p.scale for p in free},
-        iterations=iterations,
-        tolerance=TOLERANCE,
-        rescue=False,
+        newton=Newton(iterations, TOLERANCE, rescue=False),
     )
 
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from myowave.identification.fit import Fit, bind_values, with_states
 from myowave.identification.record import Record
-from myowave.physics.trajectory import solve
+from myowave.physics.simulation import Simulation
+from myowave.physics.trajectory import Newton, solve
 
 Array = NDArray[np.float64]
 
@@ -39,15 +40,14 @@ def predict(fit: Fit, record: Record) -> Prediction:
     begin = guess[:, 0].numpy().copy()
     if record.at_rest:
         begin[:, 1] = 0.0
-    params = bind_values(fit.free, fit.values, record)
+    simulation = Simulation(fit.model, bind_values(fit.free, fit.values, record), record.emg, record.dt)
+    lifted = Newton(iterations=1, rescue=False)
     guess = with_states(fit.model, record, fit.free, fit.values, guess)
     early = record.valid & (np.arange(record.angle.shape[1]) * record.dt <= BEGINNING_S)
     count = 1 if record.at_rest else 2
     for _ in range(LIFTED_STEPS):
         start = torch.from_numpy(begin)
-        result = solve(
-            fit.model, params, record.emg, record.dt, start[:, 0], start[:, 1], guess=guess, iterations=1, rescue=False
-        )
+        result = solve(simulation, start[:, 0], start[:, 1], guess=guess, newton=lifted)
         slope = np.moveaxis(result.by_start.numpy(), 0, -1)[..., :count] * early[..., None]
         residual = np.where(early, record.angle - result.motion.angle.numpy(), 0.0)
         gram = np.einsum("tni,tnj->tij", slope, slope) + 1e-12 * np.eye(count)
@@ -56,7 +56,7 @@ def predict(fit: Fit, record: Record) -> Prediction:
         begin = begin + shift
         guess = result.motion.state + torch.einsum("tnkp,tp->tnk", result.tangent, torch.from_numpy(shift))
     start = torch.from_numpy(begin)
-    angle = solve(fit.model, params, record.emg, record.dt, start[:, 0], start[:, 1], guess=guess).motion.angle.numpy()
+    angle = solve(simulation, start[:, 0], start[:, 1], guess=guess).motion.angle.numpy()
     residual = np.where(record.valid, record.angle - angle, 0.0)
     squares = (residual**2).sum(-1)
     return Prediction(

@@ -14,8 +14,8 @@ from torch import Tensor
 
 from myowave.data.trials import Trials
 from myowave.data.wavelets import estimate_noise
+from myowave.physics.drive import channels_of
 from myowave.physics.model import Model
-from myowave.physics.motion import channels_of
 
 # ASSUME: no goniometer is better than this, and no model need be: structure below it is not chased.
 SMALLEST_NOISE_DEG = 0.05

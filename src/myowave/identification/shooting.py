@@ -16,8 +16,9 @@ from torch import Tensor
 from myowave.data.trials import Trials
 from myowave.identification.parameters import Identified, slope_of
 from myowave.identification.weak import known_params
+from myowave.physics.drive import channels_of
 from myowave.physics.model import Model
-from myowave.physics.motion import channels_of
+from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import Sensitive, solve
 
 LARGEST_STEP = 0.2  # of raw numbers
@@ -107,4 +108,4 @@ def _solve(
     emg = channels_of(model, trials.channels, torch.from_numpy(trials.emg))
     params = {**known_params(trials, model), **identified.params(raw)}
     sizes = dict(zip(identified.names, identified.values(raw).abs().amax(0).clamp(min=1e-3).tolist(), strict=True))
-    return solve(model, params, emg, trials.dt, start[..., 0], start[..., 1], guess=guess, wrt=sizes)
+    return solve(Simulation(model, params, emg, trials.dt), start[..., 0], start[..., 1], guess=guess, wrt=sizes)

@@ -21,8 +21,9 @@ from torch import Tensor
 
 from myowave.data.trials import Trials
 from myowave.identification.parameters import Identified
+from myowave.physics.drive import breakpoints, channels_of
 from myowave.physics.model import Model, acceleration, bind
-from myowave.physics.motion import activate, breakpoints, channels_of
+from myowave.physics.simulation import Simulation
 
 HALF_WIDTH_S = 0.5  # of a test function [s]
 STRIDE = 4  # test functions stand a quarter of their half width apart
@@ -106,11 +107,11 @@ class Sequence:
     def residual(self, params: dict[str, Tensor]) -> Tensor:
         """Weak residual (..., S, T, K) [rad]; parameters broadcast to (..., S, T)."""
         form = self.form
-        bound = bind(form.model, {**form.known, **params}, form.emg)
+        simulation = Simulation(form.model, {**form.known, **params}, form.emg, form.dt)
         start = torch.arange(form.emg.shape[-2] - 1, dtype=torch.float64)
         position = start[:, None, None] + form.points[:, None]
-        _, activation = activate(bound, form.emg, position, form.dt)
-        qddot = acceleration(bound.along(2), self.q, self.qdot, activation, {})
+        _, activation = simulation.activate(position)
+        qddot = acceleration(simulation.bound.along(2), self.q, self.qdot, activation, {})
         residual = form.project(self.q, 2) - form.project(qddot, 0)
         return residual * form.inside
 

@@ -19,6 +19,7 @@ from myowave.identification.fit import Fit, bind_values, polish
 from myowave.identification.normal import Free, normal_equations
 from myowave.identification.record import Record
 from myowave.physics.effect import Effect
+from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
 
 Array = NDArray[np.float64]
@@ -123,15 +124,8 @@ def _slopes(
         start = torch.from_numpy(fit.starts)
     else:
         start = torch.tensor([[START_RAD, 0.0]], dtype=torch.float64).expand(len(record.names), 2)
-    result = solve(
-        model,
-        bind_values(everything, values, record),
-        record.emg,
-        record.dt,
-        start[:, 0],
-        start[:, 1],
-        wrt={p.name: p.scale for p in everything},
-    )
+    simulation = Simulation(model, bind_values(everything, values, record), record.emg, record.dt)
+    result = solve(simulation, start[:, 0], start[:, 1], wrt={p.name: p.scale for p in everything})
     normal = normal_equations(result, record, everything)
     count = len(own)
     return normal.slope[..., :count], normal.slope[..., count:], normal.by_start
