@@ -106,7 +106,7 @@ rule tell_verdict:
         proposals=f"{DIAGNOSIS}/next_trials.csv",
         draft=f"{DIAGNOSIS}/draft_effect.py",
         figures=rules.draw_diagnosis.output.figures,
-        template=Path(workflow.basedir) / "workflow/report/verdict.html.j2",
+        template=os.path.relpath(Path(workflow.basedir, "workflow/report/verdict.html.j2")),  # the same after a move
     output:
         page=report(
             f"{DIAGNOSIS}/verdict.html",
