@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from myowave.data.simulate import simulate_trials
-from myowave.diagnosis.report.tables import TABLES, add_errors, predictions_table, verdict_summary
+from myowave.diagnosis.report.tables import TABLES, predictions_table, verdict_summary
+from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.diagnosis.search.selection import select_effects
 from myowave.settings import Diagnosis as DiagnosisSettings
@@ -56,13 +57,13 @@ def test_adding_the_effect_lowers_both_errors_to_the_noise(damped):
 
 
 def test_the_verdict_has_its_keys_and_survives_json(damped):
-    summary = json.loads(json.dumps(add_errors(verdict_summary(damped), None)))
+    summary = json.loads(json.dumps(add_truth(verdict_summary(damped), None)))
     assert set(summary) >= KEYS
     assert summary["parameters"]["base"]["f0_Bi"]["error_pct"] is None
 
 
 def test_only_scoring_brings_in_the_truth(damped):
-    scored = add_errors(verdict_summary(damped), {"parameters": {"f0_Bi": 200.0}, "effects": ["joint_damping"]})
+    scored = add_truth(verdict_summary(damped), {"parameters": {"f0_Bi": 200.0}, "effects": ["joint_damping"]})
     entry = scored["parameters"]["base"]["f0_Bi"]
     assert entry["error_pct"] == pytest.approx(100 * (entry["value"] / 200.0 - 1))
 

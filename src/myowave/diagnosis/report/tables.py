@@ -1,6 +1,5 @@
 """A diagnosis as tables and as verdict.json: plain data, from which pictures and pages are drawn."""
 
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -44,43 +43,12 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         },
         "next_trial": best,
         "absorbed": {name: list(by) for name, by in verdict.absorbed.items()},
-        "outside_usual_range": {name: list(by) for name, by in verdict.hidden.items()},
+        "outside_usual_range": {name: list(by) for name, by in verdict.masked.items()},
         "explained": verdict.explained,
         "structure_left": verdict.structure_left,
         "nearest": list(verdict.effects) if verdict.kind == "unknown" else [],
         "formula": diagnosis.draft.formula,
     }
-
-
-def add_errors(summary: Mapping[str, Any], truth: Mapping[str, Any] | None) -> dict[str, Any]:
-    """verdict.json: the summary with the error of each parameter in percent and whether what was hidden was found
-    (named, or in a class of at most two); null where the truth is not known.
-
-    Args:
-        summary: from `verdict_summary`.
-        truth: of a simulated dataset; None for a measured one.
-    """
-    known = {} if truth is None else truth["parameters"]
-    parameters = {
-        model: {name: {**entry, "error_pct": _error(entry["value"], known, name)} for name, entry in values.items()}
-        for model, values in summary["parameters"].items()
-    }
-    hidden = None if truth is None else list(truth["effects"])
-    hit = None if hidden is None else _hit(summary, hidden)
-    return {**summary, "parameters": parameters, "hidden": hidden, "hit": hit}
-
-
-def _hit(summary: Mapping[str, Any], hidden: Sequence[str]) -> bool:
-    """Whether each hidden effect was named, alone or in a class of at most two, and no other."""
-    named = {c[0]: c for c in summary["alternatives"]}
-    classes = [named.get(name, [name]) for name in summary["effects"]]
-    held = [any(name in c and len(c) <= 2 for c in classes) for name in hidden]
-    return all(held) and len(classes) == len(hidden) and (bool(hidden) or summary["verdict"] == "adequate")
-
-
-def _error(value: float, known: Mapping[str, float], name: str) -> float | None:
-    true = known.get(name, 0.0)
-    return None if true == 0.0 else 100.0 * (value / true - 1)
 
 
 def sentence(diagnosis: Diagnosis) -> str:
@@ -99,7 +67,7 @@ def sentence(diagnosis: Diagnosis) -> str:
         + (f"; {', '.join(named)} would explain {verdict.explained:.0%} of it" if named else "")
         + f". As a formula: missing torque = {diagnosis.draft.formula} N m.",
         "undecidable": "Not decidable: "
-        + "; ".join(f"{p} is outside its usual range, and absorbs {', '.join(e)}" for p, e in verdict.hidden.items())
+        + "; ".join(f"{p} is outside its usual range, and absorbs {', '.join(e)}" for p, e in verdict.masked.items())
         + ".",
     }
     text = texts[verdict.kind]

@@ -146,6 +146,6 @@ def _proposals(selection: Selection, verdict: Verdict, effects: Mapping[str, Eff
         without = next(f for f in reversed(selection.ladder) if members[0] not in {e.name for e in f.model.effects})
         one, other = (effects[name] for name in members[:2])
         proposals[f"{one.name} or {other.name}"] = propose_trials(without, one, other)
-    for name in sorted({name for names in verdict.hidden.values() for name in names}):
+    for name in sorted({name for names in verdict.masked.values() for name in names}):
         proposals[f"{name} or its absence"] = propose_trials(selection.fit, effects[name])
     return proposals
