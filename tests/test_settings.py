@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from myowave.settings import KEYS, Curves, Recipe, dump, parse_section, parse_settings, public
+from myowave.settings import KEYS, Curves, Recipe, check_effects, dump, parse_section, parse_settings, public
 
 ROOT = Path(__file__).parents[1]
 SHIPPED = yaml.safe_load((ROOT / "config.yaml").read_text())
@@ -136,6 +136,29 @@ def test_every_key_says_what_it_means_and_numbers_have_a_unit():
         assert key.meaning, f"{key.name} has no description"
         if key.allowed.startswith(("a number", "a whole number")):
             assert key.unit, f"{key.name} has no unit"
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["targets.models.case1", "data.datasets.case1.hidden_effect", "diagnosis.study.effects", "diagnosis.study.pairs"],
+)
+def test_an_effect_that_does_not_ship_is_refused_wherever_it_is_named(path):
+    named = {
+        "models": ["base+fatigu"],
+        "hidden": {"fatigu": {}},
+        "effects": ["fatigu"],
+        "pairs": [["fatigue", "fatigu"]],
+    }
+    value = next(value for word, value in named.items() if word in path)
+    with pytest.raises(ValueError, match=rf"{path}: there is no 'fatigu'; did you mean 'fatigue'\?") as caught:
+        check_effects(parse_settings(changed(path, value)))
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_users_own_effects_are_left_to_the_jobs():
+    config = changed("targets.models.case1", ["base+my_effect"])
+    config["physics"]["effect_files"] = ["my_effect.py"]
+    check_effects(parse_settings(config))
 
 
 def test_the_shipped_file_spells_out_every_key_of_its_recipes():

@@ -1,6 +1,14 @@
 # How often the diagnosis is right: effects hidden in simulated trials, `snakemake hidden_effects --cores 2`.
+from myowave.settings import shipped_effects
+
 STUDY = SETTINGS.diagnosis.study
-STUDIED = [*STUDY.effects, *("+".join(pair) for pair in STUDY.pairs), "none"]
+STUDIED = [*(STUDY.effects or shipped_effects()), *("+".join(pair) for pair in STUDY.pairs), "none"]
+
+
+def study_section():
+    """Settings of the diagnosis without the lists of what is hidden, so that a further effect reruns no other."""
+    diagnosis = section("diagnosis")
+    return diagnosis | {"study": {k: v for k, v in diagnosis["study"].items() if k not in ("effects", "pairs")}}
 
 
 rule simulate_study:
@@ -32,7 +40,7 @@ rule study_effect:
     params:
         physics=section("physics"),
         dataset=dump(DATASETS[STUDY.dataset]),
-        diagnosis=section("diagnosis"),
+        diagnosis=study_section(),
         code=digest("study_effect"),
     script:
         "../scripts/study_effect.py"

@@ -9,7 +9,7 @@ from myowave.settings.configuration import Settings
 from myowave.settings.data import Data, Dataset, Identify, MeasuredDataset, SimulatedDataset, Wavelet, public
 from myowave.settings.diagnosis import Diagnosis, Study
 from myowave.settings.learning import SEARCHABLE, Dimension, Learning, Recipe, Sweep
-from myowave.settings.parsing import KEYS, check_effects, parse_section, parse_settings
+from myowave.settings.parsing import KEYS, check_effects, parse_section, parse_settings, shipped_effects
 from myowave.settings.physics import Curves, Joint, Muscle, Physics
 from myowave.settings.section import Section, dump
 from myowave.settings.targets import Targets
@@ -43,4 +43,5 @@ __all__ = [
     "parse_section",
     "parse_settings",
     "public",
+    "shipped_effects",
 ]

@@ -39,8 +39,14 @@ def parse_section(path: str, values: Mapping[str, Any]) -> Any:
     return _parse(kind, values, parts)
 
 
+def shipped_effects() -> list[str]:
+    """Names of the effects that ship, told from file names: loading the physics takes a second."""
+    folder = Path(__file__).parents[1] / "physics" / "effects"
+    return sorted(path.stem for path in folder.glob("[!_]*.py"))
+
+
 def check_effects(settings: Settings) -> None:
-    """Whether the effects that the settings name are there, told from file names: loading the physics takes a second.
+    """Whether the effects that the settings name are there.
 
     With effect files of the user's own, whose names are known only once they are loaded, a job finds out instead.
 
@@ -49,8 +55,6 @@ def check_effects(settings: Settings) -> None:
     """
     if settings.physics.effect_files:
         return
-    folder = Path(__file__).parents[1] / "physics" / "effects"
-    known = [path.stem for path in folder.glob("[!_]*.py")]
     named = [
         (f"targets.models.{dataset}", effect)
         for dataset, models in settings.targets.models.items()
@@ -59,6 +63,10 @@ def check_effects(settings: Settings) -> None:
     ]
     for name, dataset in settings.data.datasets.items():
         named += [(f"data.datasets.{name}.hidden_effect", effect) for effect in getattr(dataset, "hidden_effect", ())]
+    study = settings.diagnosis.study
+    named += [("diagnosis.study.effects", effect) for effect in study.effects or ()]
+    named += [("diagnosis.study.pairs", effect) for pair in study.pairs for effect in pair]
+    known = shipped_effects()
     if problems := [line for path, effect in named for line in unless_known(path, effect, known)]:
         raise ValueError("\n".join(problems))
 
