@@ -10,7 +10,7 @@ import yaml
 
 from myowave.settings import KEYS, Curves, Recipe, check_effects, dump, parse_section, parse_settings, public
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 SHIPPED = yaml.safe_load((ROOT / "config.yaml").read_text())
 
 
