@@ -7,18 +7,18 @@ from myowave.diagnosis.report.tables import TABLES, predictions_table, verdict_s
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
-from myowave.settings import Identify, parse_section
+from myowave.settings import Diagnosis, Identify, Physics
 from myowave.workflow.job import job_log
 
 name = snakemake.wildcards.dataset
 with job_log(f"diagnose {name}", snakemake.log[0]) as log:
-    physics = parse_section("physics", snakemake.params.physics)
+    physics = Physics.model_validate(snakemake.params.physics)
     diagnosis = diagnose(
         read_trials(snakemake.input.trials),
         build_model("base", physics),
         catalogue(physics.effect_files).values(),
         {n: Identify.model_validate(values) for n, values in snakemake.params.identify.items()},
-        parse_section("diagnosis", snakemake.params.diagnosis),
+        Diagnosis.model_validate(snakemake.params.diagnosis),
         log.say,
         [build_model(model, physics) for model in snakemake.params.models],
     )

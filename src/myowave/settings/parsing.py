@@ -7,10 +7,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from myowave.settings.configuration import Settings, unless_known
-from myowave.settings.data import MeasuredDataset, SimulatedDataset
 from myowave.settings.keys import explain, list_keys
-from myowave.settings.learning import Recipe
-from myowave.settings.section import Section
 
 KEYS = tuple(list_keys(Settings))
 
@@ -19,24 +16,12 @@ def parse_settings(config: Mapping[str, Any]) -> Settings:
     """Check a parsed config.yaml.
 
     Raises:
-        ValueError: one line a problem, each with the key, what was found and what is allowed.
+        ValueError: one line per problem, each with the key, what was found and what is allowed.
     """
-    return _parse(Settings, config, ())
-
-
-def parse_section(path: str, values: Mapping[str, Any]) -> Any:
-    """The settings object for one part of the configuration, such as `physics` or `learning.recipes.rollout`.
-
-    Args:
-        path: dotted path of the part.
-        values: the part, as `dump` gives it.
-    """
-    parts = tuple(path.split("."))
-    kinds = {1: _SECTIONS, 3: {"datasets": MeasuredDataset, "recipes": Recipe}}[len(parts)]
-    kind = kinds[parts[0] if len(parts) == 1 else parts[1]]
-    if kind is MeasuredDataset and values.get("kind") == "simulated":
-        kind = SimulatedDataset
-    return _parse(kind, values, parts)
+    try:
+        return Settings.model_validate(config)
+    except ValidationError as error:
+        raise ValueError("\n".join(explain(error, KEYS))) from None
 
 
 def shipped_effects() -> list[str]:
@@ -69,15 +54,3 @@ def check_effects(settings: Settings) -> None:
     known = shipped_effects()
     if problems := [line for path, effect in named for line in unless_known(path, effect, known)]:
         raise ValueError("\n".join(problems))
-
-
-_SECTIONS = {name: field.annotation for name, field in Settings.model_fields.items()}
-
-
-def _parse(kind: type[Section], values: Mapping[str, Any], path: tuple[str, ...]) -> Any:
-    try:
-        return kind.model_validate(values)
-    except ValidationError as error:
-        lines = explain(error, KEYS if not path else tuple(list_keys(kind)))
-        prefix = ".".join(path) + "." if path else ""
-        raise ValueError("\n".join(prefix + line for line in lines)) from None
