@@ -39,7 +39,7 @@ BESIDE = {
     "settings": (),
     "workflow": (),
     "plotting.py": (),
-    "tracking": ("data",),
+    "tracking": ("data", "learning"),
     "cli.py": ("physics", "learning"),
     "__init__.py": (),
 }
