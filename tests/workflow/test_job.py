@@ -73,11 +73,8 @@ def test_jobs_side_by_side_share_one_line_of_the_terminal(tmp_path, monkeypatch)
     other.write_text("40%, 0:00:03 left: train case2, " + "many numbers " * 20)
     log.progress(1, 2, "loss 0.1")
     shown = re.split(r"\r\x1b\[K", terminal.getvalue())[-1]
-    assert (
-        "50%, 0:00:00 left: train case1, loss" in shown
-        and "40%, 0:00:03 left: train case2" in shown
-        and len(shown) <= 80
-    )
+    assert "50%, 0:00:00 left: train case1, loss" in shown and "40%, 0:00:03 left: train case2" in shown
+    assert len(shown) <= 80
     assert shown.endswith("\r") and "\n" not in shown, "the next to print overwrites the line"
     log.close()
     assert "case1" not in re.split(r"\r\x1b\[K", terminal.getvalue())[-1]

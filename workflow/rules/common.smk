@@ -13,7 +13,7 @@ try:
 except ValueError as error:
     sys.exit(f"The configuration has problems; nothing was run.\n{error}\n`myowave settings` lists all keys.")
 
-# What this run was given after --configfile, as one would type it here.
+# The files after --configfile, relative to this folder.
 CONFIG_FILES = [os.path.relpath(path) for path in workflow.overwrite_configfiles]
 
 # Jobs see their rule's params, not the configuration: it may hold what is hidden in a dataset.
