@@ -5,10 +5,12 @@ configfile: Path(workflow.basedir) / "config.yaml"  # lay your own over it: --co
 
 
 include: "workflow/rules/common.smk"
+include: "workflow/rules/targets.smk"
 include: "workflow/rules/data.smk"
 include: "workflow/rules/learning.smk"
 include: "workflow/rules/sweep.smk"
 include: "workflow/rules/diagnosis.smk"
+include: "workflow/rules/study.smk"
 include: "workflow/rules/tracking.smk"
 include: "workflow/rules/subjects.smk"
 include: "workflow/rules/paper.smk"

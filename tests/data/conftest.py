@@ -6,7 +6,7 @@ import yaml
 
 from myowave.data.trials import Trials
 from myowave.physics.build import build_model
-from myowave.settings import parse_section
+from myowave.settings import Physics
 
 ROOT = Path(__file__).parents[2]
 
@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 def base():
     """The model of Table 1, as config.yaml has it."""
     config = yaml.safe_load((ROOT / "config.yaml").read_text())
-    return build_model("base", parse_section("physics", config["physics"]))
+    return build_model("base", Physics.model_validate(config["physics"]))
 
 
 @pytest.fixture

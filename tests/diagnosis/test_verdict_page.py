@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from myowave.diagnosis.report.command import adding_command
+from myowave.diagnosis.report.contents import FIGURE_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.figures import draw_diagnosis
 from myowave.diagnosis.report.ladder import join_ladder, join_parameters
 from myowave.diagnosis.report.page import Story, write_page
@@ -96,6 +97,10 @@ def test_verdict_json_says_what_was_found_and_how_well(verdict):
         assert all(set(entry) == {"value", "se", "true", "error_pct"} for entry in values.values())
     found = verdict["parameters"]["base+joint_damping"]["joint_damping.c"]
     assert found["error_pct"] == pytest.approx(100 * (found["value"] / 0.6 - 1))
+
+
+def test_every_table_and_picture_has_the_name_that_the_workflow_knows(tables, story):
+    assert set(tables) == set(TABLE_NAMES) and set(story.images) == set(FIGURE_NAMES)
 
 
 def test_the_command_trains_every_recipe_with_the_settings_of_the_run(verdict):

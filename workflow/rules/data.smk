@@ -1,4 +1,30 @@
 # Trials, simulated or measured, become one table; after it nobody asks which they were.
+from glob import glob
+
+from snakemake.exceptions import WorkflowError
+
+
+def recordings(wildcards):
+    """Files of a measured dataset; a pattern stands for the files it matches now."""
+    return expand_patterns(DATASETS[wildcards.dataset].files, f"data.datasets.{wildcards.dataset}.files")
+
+
+def expand_patterns(patterns, key):
+    """Files that the patterns match, each pattern's in order.
+
+    Raises:
+        WorkflowError: for a pattern that matches nothing.
+    """
+    files = []
+    for pattern in patterns:
+        matched = sorted(glob(pattern, recursive=True))
+        if not matched:
+            raise WorkflowError(
+                f"{key}: {pattern!r} matches no file, looked up from {Path.cwd()}. Correct the name, or run snakemake "
+                "from the folder that the name starts from."
+            )
+        files += matched
+    return list(dict.fromkeys(files))
 
 
 rule simulate_trials:

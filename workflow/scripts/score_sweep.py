@@ -11,7 +11,7 @@ from myowave.learning.evaluation import evaluate, predict_trials
 from myowave.learning.sweep.objective import train_scales
 from myowave.learning.sweep.outcome import BEST, compare_scores
 from myowave.physics.build import build_model
-from myowave.settings import Identify, Sweep, parse_section
+from myowave.settings import Identify, Physics, Recipe, Sweep
 from myowave.workflow.job import job_log
 
 inputs, params, judged = snakemake.input, snakemake.params, snakemake.params.judged
@@ -22,8 +22,8 @@ with job_log(label, snakemake.log[0]) as log:
     best = yaml.safe_load(Path(inputs.best).read_text())["learning"]["recipes"][name]
     checkpoints = train_scales(
         read_scales(inputs.scales),
-        build_model(sweep.model, parse_section("physics", judged["physics"])),
-        parse_section(f"learning.recipes.{name}", best),
+        build_model(sweep.model, Physics.model_validate(judged["physics"])),
+        Recipe.model_validate(best),
         {key: Identify.model_validate(values) for key, values in judged["identify"].items()},
         total=sweep.scales,
         seeds=range(params.seeds),

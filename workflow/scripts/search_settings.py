@@ -8,7 +8,7 @@ from myowave.data.store import read_scales
 from myowave.learning.sweep.objective import judge
 from myowave.learning.sweep.study import describe, open_search, work
 from myowave.physics.build import build_model
-from myowave.settings import Identify, Sweep, parse_section
+from myowave.settings import Identify, Physics, Recipe, Sweep
 from myowave.workflow.job import job_log
 
 params, judged, worker = snakemake.params, snakemake.params.judged, int(snakemake.wildcards.worker)
@@ -21,8 +21,8 @@ with job_log(label, snakemake.log[0]) as log:
         judge,
         sweep=sweep,
         scales=read_scales(snakemake.input.scales),
-        model=build_model(sweep.model, parse_section("physics", judged["physics"])),
-        recipe=parse_section(f"learning.recipes.{sweep.recipe}", judged["recipe"]),
+        model=build_model(sweep.model, Physics.model_validate(judged["physics"])),
+        recipe=Recipe.model_validate(judged["recipe"]),
         wanted={name: Identify.model_validate(values) for name, values in judged["identify"].items()},
     )
     tried = 0

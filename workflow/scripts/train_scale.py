@@ -6,17 +6,17 @@ from myowave.data.store import read_scales, write_table
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.training import count_epochs, train_scale
 from myowave.physics.build import build_model
-from myowave.settings import Identify, parse_section
+from myowave.settings import Identify, Physics, Recipe
 from myowave.workflow.job import follow, job_log
 
 where, params = snakemake.wildcards, snakemake.params
 level, total = int(where.level), int(where.scales)
 label = f"train {where.dataset} {where.model} {where.recipe} {total}-scale, scale {-level}"
 with job_log(label, snakemake.log[0]) as log:
-    recipe = parse_section(f"learning.recipes.{where.recipe}", params.recipe)
+    recipe = Recipe.model_validate(params.recipe)
     reports = train_scale(
         read_scales(snakemake.input.scales),
-        build_model(where.model, parse_section("physics", params.physics)),
+        build_model(where.model, Physics.model_validate(params.physics)),
         recipe,
         {name: Identify.model_validate(values) for name, values in params.identify.items()},
         level=level,

@@ -7,7 +7,9 @@ class Study(Section):
     """How often the diagnosis is right: effects hidden in simulated trials, `snakemake hidden_effects`."""
 
     dataset: Name = setting("simulated dataset whose trials the effects are hidden in", "", "case1")
-    effects: tuple[Name, ...] = setting("effects to hide, one at a time", default=("joint_damping",), min_length=1)
+    effects: tuple[Name, ...] | None = setting(
+        "effects to hide, one at a time; null: all that ship", default=None, min_length=1
+    )
     strengths: tuple[Real, ...] = setting(
         "strengths of the hidden effects, as fractions of twice the typical one, or of what bounds allow",
         "-",

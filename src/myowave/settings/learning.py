@@ -52,7 +52,7 @@ class Recipe(Section):
         if self.derivative == "time" and not self.time_input:
             raise ValueError("derivative: time needs time_input: true; there is no t_n to differentiate by")
         if self.derivative == "time" and self.output != "absolute":
-            raise ValueError("derivative: time needs output: absolute; an increment is no function of t_n alone")
+            raise ValueError("derivative: time needs output: absolute; an increment is not a function of t_n only")
         return self
 
 

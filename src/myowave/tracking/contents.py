@@ -14,7 +14,7 @@ from typing import Any
 
 import pandas as pd
 
-from myowave.data.store import read_table
+from myowave.learning.tables import join_histories
 
 LEARNING = "Learning: how well is motion predicted?"
 SWEEPS = "Sweeps: which settings are best?"
@@ -103,8 +103,8 @@ def describe_experiment(name: str) -> str:
 def from_model(model: TrainedModel) -> RunGroup:
     """A run with the medians over the seeds, and below it a run for each seed."""
     table = pd.read_csv(model.folder / "evaluation.csv")
-    curves = _curves(model.folder)
     where = {name: table[name].iloc[0] for name in COORDINATES}
+    curves = _curves(model.folder, where["scales"])
     name = "{dataset} {model} {recipe} {scales}-scale".format(**where)
     job_key = "learning/{dataset}/{model}/{recipe}/{scales}-scale".format(**where)
     params = {**where, **model.settings, "seeds": len(table)}
@@ -251,25 +251,16 @@ def _metric_name(column: str) -> str:
     return "held_out_error_deg" if column == "error" else f"held_out_error_deg/{column}"
 
 
-def _curves(folder: Path) -> pd.DataFrame:
-    """Histories of all scales, coarsest first, thinned out; indexed by the epoch over all scales."""
-    parts, done = [], 0
-    levels = sorted(folder.glob("history-*.parquet"), key=lambda p: -int(p.stem.removeprefix("history-")))
-    for path in levels:
-        history, _ = read_table(path)
-        history["epoch"] += done
-        done = history["epoch"].max()
-        parts.append(history)
-    history = pd.concat(parts).select_dtypes("number")
+def _curves(folder: Path, scales: int) -> pd.DataFrame:
+    """Histories of all scales, thinned out; indexed by the epoch over all scales."""
+    history = join_histories(folder, scales).select_dtypes("number")
     epochs = history["epoch"].drop_duplicates()
     shown = epochs.iloc[:: max(1, len(epochs) // CURVE_POINTS)]
-    return history[history["epoch"].isin([*shown, done])].set_index("epoch")
+    return history[history["epoch"].isin([*shown, epochs.max()])].set_index("epoch")
 
 
 def _markdown(table: pd.DataFrame) -> str:
-    rows = [f"| {name} | " + " | ".join(f"{v:.4g}" for v in row) + " |" for name, row in table.iterrows()]
-    head = f"| | {' | '.join(map(str, table.columns))} |\n|---|{'---|' * len(table.columns)}"
-    return "\n".join([head, *rows])
+    return table.to_markdown(floatfmt=".4g")
 
 
 def _digest(settings: Mapping[str, Any], files: Iterable[str | Path]) -> str:

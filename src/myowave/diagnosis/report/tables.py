@@ -268,7 +268,7 @@ def _estimates(candidate: Candidate) -> dict[str, Any]:
     return {"estimate": text, "value": pairs[0][1], "se": pairs[0][2]}
 
 
-# The CSV files of a diagnosis, by name.
+# The CSV files of a diagnosis, by the names in `contents.TABLE_NAMES`.
 TABLES = {
     "ladder": ladder_table,
     "ranking": ranking_table,

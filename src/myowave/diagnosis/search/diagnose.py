@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.misfit.draft import Draft, draft_effect
 from myowave.diagnosis.misfit.independence import Independence, check_independence
 from myowave.diagnosis.misfit.where import MissingTorque, describe, misfit_by, missing_torque
+from myowave.diagnosis.search.draft import Draft, draft_effect
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
 from myowave.diagnosis.search.selection import Selection, select_effects
 from myowave.diagnosis.search.verdict import Verdict, judge

@@ -1,12 +1,12 @@
-"""What the command `myowave` reads."""
+"""Settings from files, each laid over those before."""
 
 from pathlib import Path
 
 import pytest
 
-from myowave.cli import read_settings
+from myowave.settings.files import read_settings
 
-CONFIG = Path(__file__).parents[1] / "config.yaml"
+CONFIG = Path(__file__).parents[2] / "config.yaml"
 
 
 def test_a_second_configuration_is_laid_over_the_first(tmp_path):

@@ -1,6 +1,7 @@
 """Settings: what is refused, and whether the message helps."""
 
 import copy
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -8,9 +9,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from myowave.settings import KEYS, Curves, Recipe, dump, parse_section, parse_settings, public
+from myowave.settings import KEYS, Curves, Recipe, SimulatedDataset, check_effects, dump, parse_settings, public
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 SHIPPED = yaml.safe_load((ROOT / "config.yaml").read_text())
 
 
@@ -112,7 +113,7 @@ def test_what_is_hidden_in_a_dataset_is_not_public():
     assert dump(dataset)["hidden_effect"] == {"joint_damping": {"c": 1.2}}
     shown = public(dataset)
     assert "hidden" not in str(shown) and "joint_damping" not in str(shown)
-    assert parse_section("data.datasets.case1", shown).samples == dataset.samples
+    assert SimulatedDataset.model_validate(shown).samples == dataset.samples
 
 
 @pytest.mark.parametrize(
@@ -122,7 +123,7 @@ def test_a_section_given_to_a_job_is_the_section_of_the_settings(path):
     section = parse_settings(SHIPPED)
     for part in path.split("."):
         section = section[part] if isinstance(section, dict) else getattr(section, part)
-    assert parse_section(path, dump(section)) == section
+    assert type(section).model_validate(json.loads(json.dumps(dump(section)))) == section
 
 
 def test_settings_cannot_be_changed():
@@ -136,6 +137,29 @@ def test_every_key_says_what_it_means_and_numbers_have_a_unit():
         assert key.meaning, f"{key.name} has no description"
         if key.allowed.startswith(("a number", "a whole number")):
             assert key.unit, f"{key.name} has no unit"
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["targets.models.case1", "data.datasets.case1.hidden_effect", "diagnosis.study.effects", "diagnosis.study.pairs"],
+)
+def test_an_effect_that_does_not_ship_is_refused_wherever_it_is_named(path):
+    named = {
+        "models": ["base+fatigu"],
+        "hidden": {"fatigu": {}},
+        "effects": ["fatigu"],
+        "pairs": [["fatigue", "fatigu"]],
+    }
+    value = next(value for word, value in named.items() if word in path)
+    with pytest.raises(ValueError, match=rf"{path}: there is no 'fatigu'; did you mean 'fatigue'\?") as caught:
+        check_effects(parse_settings(changed(path, value)))
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_users_own_effects_are_left_to_the_jobs():
+    config = changed("targets.models.case1", ["base+my_effect"])
+    config["physics"]["effect_files"] = ["my_effect.py"]
+    check_effects(parse_settings(config))
 
 
 def test_the_shipped_file_spells_out_every_key_of_its_recipes():

@@ -51,7 +51,7 @@ def test_following_hands_on_every_report_and_logs_the_last(tmp_path):
     with job_log("train case1", path) as log:
         assert [report.epoch for report in follow(map(Report, range(1, 101)), 100, log)] == list(range(1, 101))
     lines = path.read_text().splitlines()
-    assert lines[-1] == "100/100 (100%) loss 1.0e-02, 0:00 left"
+    assert lines[-1] == "100/100 (100%) loss 1.0e-02, 0:00:00 left"
     assert len(lines) < 10, "a fast job writes few lines"
 
 
@@ -62,7 +62,7 @@ def test_the_time_left_is_that_of_the_steps_to_come(tmp_path, monkeypatch):
     log = JobLog("train", text, tmp_path, io.StringIO())
     now += 60
     log.progress(25, 100)
-    assert text.getvalue().rstrip().endswith("3:00 left")
+    assert text.getvalue().rstrip().endswith("0:03:00 left")
 
 
 def test_jobs_side_by_side_share_one_line_of_the_terminal(tmp_path, monkeypatch):
@@ -70,10 +70,11 @@ def test_jobs_side_by_side_share_one_line_of_the_terminal(tmp_path, monkeypatch)
     other = tmp_path / str(os.getpid() + 1)
     log = JobLog("train case1", io.StringIO(), tmp_path, terminal)
     monkeypatch.setenv("COLUMNS", "80")
-    other.write_text("40%, 0:03 left: train case2, " + "many numbers " * 20)
+    other.write_text("40%, 0:00:03 left: train case2, " + "many numbers " * 20)
     log.progress(1, 2, "loss 0.1")
     shown = re.split(r"\r\x1b\[K", terminal.getvalue())[-1]
-    assert "50%, 0:00 left: train case1, loss" in shown and "40%, 0:03 left: train case2" in shown and len(shown) <= 80
+    assert "50%, 0:00:00 left: train case1, loss" in shown and "40%, 0:00:03 left: train case2" in shown
+    assert len(shown) <= 80
     assert shown.endswith("\r") and "\n" not in shown, "the next to print overwrites the line"
     log.close()
     assert "case1" not in re.split(r"\r\x1b\[K", terminal.getvalue())[-1]
