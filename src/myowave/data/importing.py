@@ -19,7 +19,7 @@ from myowave.data.checks.time import time_problems
 from myowave.data.checks.values import length_problems, value_problems
 from myowave.data.files import find_files
 from myowave.data.processing.units import to_radians
-from myowave.data.readers import READERS, RawRecording
+from myowave.data.readers import TABLES, RawRecording
 from myowave.data.recording import Recording
 from myowave.data.trials import Trials
 from myowave.settings import MeasuredDataset
@@ -42,7 +42,7 @@ def import_trials(
     Raises:
         ValueError: one line for each problem found in any of the files.
     """
-    files = find_files(dataset, settings.files, READERS, root)
+    files = find_files(dataset, settings.files, TABLES, root)
     recordings: dict[str, Recording] = {}
     problems: list[str] = []
     for name, path in files.items():
@@ -84,14 +84,14 @@ def read_recording(path: Path, channels: Sequence[str] | None = None) -> tuple[R
     """Read, check and convert one file.
 
     Args:
-        path: a file of one of `READERS`' endings.
+        path: a file of one of `TABLES`' endings.
         channels: the EMG columns there must be; None takes whichever there are.
 
     Returns:
         The recording, or None where it cannot be used, and the problems found: exactly one of the two is empty.
     """
     try:
-        raw = READERS[path.suffix.lower()](path)
+        raw = TABLES[path.suffix.lower()](path)
     except ValueError as error:
         return None, [str(error)]
     if problems := _problems_of(raw, channels):
@@ -99,7 +99,7 @@ def read_recording(path: Path, channels: Sequence[str] | None = None) -> tuple[R
     names = tuple(channels or emg_columns(raw.header))
     time, column = raw[TIME].values, _angle_column(raw)
     return Recording(
-        path=path,
+        origin=str(path),
         dt=(time[-1] - time[0]) / (len(time) - 1),
         channels=names,
         emg=np.stack([raw[name].values for name in names], axis=1),
@@ -120,7 +120,7 @@ def _rounds(raw: RawRecording, channels: Sequence[str] | None) -> Iterator[Itera
 
 
 def _problems_of_signals(raw: RawRecording, channels: Sequence[str]) -> Iterator[str]:
-    yield from time_problems(raw, TIME)
+    yield from time_problems(raw, raw[TIME].values, TIME)
     yield from emg_problems(raw, channels)
     yield from angle_problems(raw, _angle_column(raw))
 

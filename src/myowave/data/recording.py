@@ -1,7 +1,6 @@
 """One trial in the form that all trials have, before they are stacked."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +11,14 @@ class Recording:
     """EMG and motion of one trial.
 
     Args:
-        path: where it was read from, for messages.
+        origin: the file it was read from, or the trial's name, as messages begin.
         dt: time between samples [s].
         channels: column name of each EMG channel, length C.
         emg: as a fraction of maximum voluntary contraction [-], (N, C).
         angle: elbow angle [rad], (N,).
     """
 
-    path: Path
+    origin: str
     dt: float
     channels: tuple[str, ...]
     emg: NDArray[np.float64]

@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from myowave.settings.configuration import Settings, unless_known
-from myowave.settings.data import MeasuredDataset, SimulatedDataset
+from myowave.settings.data import MeasuredDataset, RecordedDataset, SimulatedDataset
 from myowave.settings.keys import explain, list_keys
 from myowave.settings.learning import Recipe
 from myowave.settings.section import Section
@@ -34,8 +34,8 @@ def parse_section(path: str, values: Mapping[str, Any]) -> Any:
     parts = tuple(path.split("."))
     kinds = {1: _SECTIONS, 3: {"datasets": MeasuredDataset, "recipes": Recipe}}[len(parts)]
     kind = kinds[parts[0] if len(parts) == 1 else parts[1]]
-    if kind is MeasuredDataset and values.get("kind") == "simulated":
-        kind = SimulatedDataset
+    if kind is MeasuredDataset:
+        kind = {"simulated": SimulatedDataset, "recorded": RecordedDataset}.get(values.get("kind"), kind)
     return _parse(kind, values, parts)
 
 

@@ -19,8 +19,8 @@ def rate_problems(recordings: Mapping[str, Recording]) -> Iterator[str]:
     for recording in recordings.values():
         if abs(recording.dt / common - 1) > RATE_TOLERANCE:
             yield (
-                f"{recording.path}: sampled every {recording.dt:.4g} s; expected {common:.4g} s like the other trials. "
-                "Resample all trials to one rate."
+                f"{recording.origin}: sampled every {recording.dt:.4g} s; expected {common:.4g} s like the other "
+                "trials. Resample all trials to one rate."
             )
 
 
@@ -32,8 +32,8 @@ def duplicate_problems(recordings: Mapping[str, Recording]) -> Iterator[str]:
         first = seen.setdefault(hashlib.sha256(content).digest(), recording)
         if first is not recording:
             yield (
-                f"{recording.path}: the same samples as {first.path}. A trial that is there twice counts twice, and "
-                "may both train and test; remove one."
+                f"{recording.origin}: the same samples as {first.origin}. A trial that is there twice counts twice, "
+                "and may both train and test; remove one."
             )
 
 

@@ -11,14 +11,14 @@ STEP_TOLERANCE = 0.01
 """Jitter of the sampling allowed beyond the rounding of `time_s`, as a fraction of a step."""
 
 
-def time_problems(recording: RawRecording, column: str) -> Iterator[str]:
+def time_problems(recording: RawRecording, time: NDArray[np.float64], column: str) -> Iterator[str]:
     """The first sample where time goes back, leaps, or drifts away from even sampling.
 
     Args:
-        recording: of one file, all cells finite numbers.
-        column: its column of times [s].
+        recording: of one file, for messages.
+        time: of its samples [s], finite, (N,).
+        column: what the times are called there.
     """
-    time = recording[column].values
     steps = np.diff(time)
     back = (steps <= 0).nonzero()[0]
     if len(back):
