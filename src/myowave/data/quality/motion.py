@@ -18,14 +18,17 @@ LITTLE_DEG = 20.0
 def jumps(trial: str, signal: str, angle: Sampled) -> Iterator[Finding]:
     """Single steps that no arm makes."""
     steps = np.diff(np.degrees(angle.values))
-    beyond = np.abs(steps[1:-1] - (steps[:-2] + steps[2:]) / 2)
-    where = np.flatnonzero(beyond > JUMP_DEG + JUMP_DEG_S2 / angle.rate**2) + 1
+    beyond = np.pad(np.abs(steps[1:-1] - (steps[:-2] + steps[2:]) / 2), 1)
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(beyond, 2), 5).max(
+        axis=1
+    )  # a jump shows in its neighbours
+    where = np.flatnonzero((beyond == around) & (beyond > JUMP_DEG + JUMP_DEG_S2 / angle.rate**2))
     if len(where):
         first = where[0]
+        when = angle.start + (first + 1) / angle.rate
         yield Finding(
             "jump of the angle",
-            f"goes by {steps[first]:.1f} deg from one sample to the next at {angle.start + first / angle.rate:.2f} s "
-            f"({len(where)} such steps)",
+            f"goes by {steps[first]:.1f} deg from one sample to the next at {when:.2f} s ({len(where)} such steps)",
             "A marker or sensor was lost, or an angle leapt by a turn: cut the trial there with cut_s, or repair it.",
             trial,
             signal,
