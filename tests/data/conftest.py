@@ -34,4 +34,5 @@ def trials():
         conditions={"long": {"load": 1.0}},
         constants={"mass": 1.1},
         provenance={"source": "a test", "nested": {"seed": 3}},
+        signals={"tilt_rad": [0.1 * random.standard_normal(n) for n in lengths]},
     )

@@ -3,7 +3,7 @@ import os
 import sys
 from pathlib import Path
 
-from myowave.settings import SimulatedDataset, check_effects, dump, parse_settings, public
+from myowave.settings import check_effects, dump, parse_settings, public
 from myowave.settings.subjects import add_subjects
 from myowave.workflow.digest import digest_script
 
@@ -20,8 +20,9 @@ CONFIG_FILES = [os.path.relpath(path) for path in workflow.overwrite_configfiles
 config.clear()
 
 DATASETS = SETTINGS.data.datasets
-SIMULATED = [name for name, dataset in DATASETS.items() if isinstance(dataset, SimulatedDataset)]
-MEASURED = [name for name in DATASETS if name not in SIMULATED]
+SIMULATED, MEASURED, RECORDED = (
+    [name for name, dataset in DATASETS.items() if dataset.kind == kind] for kind in ("simulated", "measured", "recorded")
+)
 
 # The coordinates of a network are the folders of its results.
 RUNS = "{dataset}/{model}/{recipe}"

@@ -34,6 +34,7 @@ class Trials:
         conditions: known physical parameters that differ between trials, {trial: {parameter: value in SI units}}.
         constants: known physical parameters of the subject, {parameter: value in SI units}.
         provenance: where the numbers come from; JSON-able, read by people only.
+        signals: further angles over time [rad], {name such as tilt_rad: (T, N)}, padded as the others are.
     """
 
     dataset: str
@@ -47,6 +48,7 @@ class Trials:
     conditions: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     constants: Mapping[str, float] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    signals: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("emg", "angle"):
@@ -58,12 +60,20 @@ class Trials:
         self._check_values()
 
     @classmethod
-    def from_sequences(cls, *, emg: Sequence[ArrayLike], angle: Sequence[ArrayLike], **fields: Any) -> Trials:
+    def from_sequences(
+        cls,
+        *,
+        emg: Sequence[ArrayLike],
+        angle: Sequence[ArrayLike],
+        signals: Mapping[str, Sequence[ArrayLike]] | None = None,
+        **fields: Any,
+    ) -> Trials:
         """Stack trials of different lengths, padding the shorter ones by holding their last value.
 
         Args:
-            emg: one (N_i, C) array a trial [-].
-            angle: one (N_i,) array a trial [rad].
+            emg: one (N_i, C) array per trial [-].
+            angle: one (N_i,) array per trial [rad].
+            signals: {name: one (N_i,) array per trial [rad]}.
             **fields: the other fields of `Trials`, without `lengths`.
         """
         emg = [np.asarray(values, dtype=np.float64) for values in emg]
@@ -77,7 +87,8 @@ class Trials:
         longest = max(lengths)
         return cls(
             emg=np.stack([np.pad(e, ((0, longest - len(e)), (0, 0)), mode="edge") for e in emg]),
-            angle=np.stack([np.pad(q, (0, longest - len(q)), mode="edge") for q in angle]),
+            angle=_stack(angle, longest),
+            signals={name: _stack(values, longest) for name, values in (signals or {}).items()},
             lengths=lengths,
             **fields,
         )
@@ -125,6 +136,7 @@ class Trials:
             conditions={name: values for name, values in self.conditions.items() if name in names},
             constants=self.constants,
             provenance=self.provenance,
+            signals={name: values[index, : max(lengths)] for name, values in self.signals.items()},
         )
 
     def condition(self, parameter: str, default: float) -> NDArray[np.float64]:
@@ -135,11 +147,12 @@ class Trials:
     def _check_shapes(self) -> None:
         trials, channels = len(self.names), len(self.channels)
         samples = max(self.lengths, default=0)
-        expected = {"emg": (trials, samples, channels), "angle": (trials, samples)}
-        for name, shape in expected.items():
-            if getattr(self, name).shape != shape or len(self.lengths) != trials or min(shape) < 1:
+        arrays = {"emg": self.emg, "angle": self.angle, **self.signals}
+        for name, array in arrays.items():
+            shape = (trials, samples, channels) if name == "emg" else (trials, samples)
+            if array.shape != shape or len(self.lengths) != trials or min(shape) < 1:
                 raise ValueError(
-                    f"dataset {self.dataset!r}: {name} has shape {getattr(self, name).shape}, expected {shape} for "
+                    f"dataset {self.dataset!r}: {name} has shape {array.shape}, expected {shape} for "
                     f"{trials} trials with lengths {self.lengths} and {channels} channels (at least one of each)."
                 )
         if min(self.lengths) < 1:
@@ -177,3 +190,9 @@ class Trials:
                     f"dataset {self.dataset!r}, trial {name!r}: samples after the {length} recorded ones do not hold "
                     "the last value; build the trials with Trials.from_sequences."
                 )
+
+
+def _stack(sequences: Sequence[ArrayLike], samples: int) -> NDArray[np.float64]:
+    """Sequences of different lengths as rows of one array, the last value held up to `samples`."""
+    rows = [np.asarray(values, dtype=np.float64) for values in sequences]
+    return np.stack([np.pad(row, (0, samples - len(row)), mode="edge") for row in rows])

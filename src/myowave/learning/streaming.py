@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 import torch
 
-from myowave.data.recording import EMG_LIMIT
+from myowave.data.checks.ranges import EMG_LIMIT
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.network import encode_angle
 from myowave.learning.prediction import Network

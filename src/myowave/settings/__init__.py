@@ -6,11 +6,21 @@ settings` prints the keys as a table. Nothing heavy is imported here: the Snakef
 """
 
 from myowave.settings.configuration import Settings
-from myowave.settings.data import Data, Dataset, Identify, MeasuredDataset, SimulatedDataset, Wavelet, public
+from myowave.settings.data import (
+    Data,
+    Dataset,
+    Identify,
+    MeasuredDataset,
+    RecordedDataset,
+    SimulatedDataset,
+    Wavelet,
+    public,
+)
 from myowave.settings.diagnosis import Diagnosis, Study
 from myowave.settings.learning import SEARCHABLE, Dimension, Learning, Recipe, Sweep
 from myowave.settings.parsing import KEYS, check_effects, parse_settings, shipped_effects
 from myowave.settings.physics import Curves, Joint, Muscle, Physics
+from myowave.settings.recording import EmgChannel, Processing, RawSignal, TextLayout
 from myowave.settings.section import Section, dump
 from myowave.settings.targets import Targets
 from myowave.settings.tracking import Tracking
@@ -23,19 +33,24 @@ __all__ = [
     "Dataset",
     "Diagnosis",
     "Dimension",
+    "EmgChannel",
     "Identify",
     "Joint",
     "Learning",
     "MeasuredDataset",
     "Muscle",
     "Physics",
+    "Processing",
+    "RawSignal",
     "Recipe",
+    "RecordedDataset",
     "Section",
     "Settings",
     "SimulatedDataset",
     "Study",
     "Sweep",
     "Targets",
+    "TextLayout",
     "Tracking",
     "Wavelet",
     "check_effects",

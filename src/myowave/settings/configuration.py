@@ -87,6 +87,8 @@ class Settings(Section):
             named = [(f"{where}.identify.{p}", p) for p in dataset.identify]
             named += [(f"{where}.constants.{p}", p) for p in dataset.constants]
             named += [(f"{where}.conditions.{t}.{p}", p) for t, c in dataset.conditions.items() for p in c]
+            signals = getattr(dataset, "signals", {})
+            named += [(f"{where}.signals.{s}.condition", v.condition) for s, v in signals.items() if v.condition]
             for path, parameter in named:
                 if "." not in parameter:  # a parameter of an effect is checked where effects are known
                     problems += unless_known(path, parameter, self.physics.parameters)
