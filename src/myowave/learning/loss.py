@@ -1,6 +1,6 @@
 """What the losses of all recipes have in common.
 
-Losses are kept apart by seed, so that a seed trains the same alone or among others.
+Losses are kept apart by seed, so that a seed trains the same by itself or among others.
 """
 
 from collections.abc import Sequence
