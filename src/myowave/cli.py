@@ -76,7 +76,8 @@ def predict(
 ) -> None:
     """Predict the angle from EMG, a line for each line, as soon as it is there."""
     from myowave.learning.checkpoint import Checkpoint
-    from myowave.learning.streaming import Predictor, predict_lines, start_angles
+    from myowave.learning.streaming.command import predict_lines, start_angles
+    from myowave.learning.streaming.predictor import Predictor
 
     trained = Checkpoint.load(checkpoint)
     angles = start_angles(trained, read_numbers("--start-deg", start_deg))

@@ -10,6 +10,7 @@ from myowave.data.store import read_scales, read_trials
 from myowave.learning.evaluation import evaluate, predict_trials
 from myowave.learning.sweep.objective import train_scales
 from myowave.learning.sweep.outcome import BEST, compare_scores
+from myowave.learning.task import Task
 from myowave.physics.build import build_model
 from myowave.settings import Identify, Physics, Recipe, Sweep
 from myowave.workflow.job import job_log
@@ -20,7 +21,7 @@ name = sweep.recipe + BEST
 label = f"score {sweep.dataset} {sweep.model} {name} {sweep.scales}-scale"
 with job_log(label, snakemake.log[0]) as log:
     best = yaml.safe_load(Path(inputs.best).read_text())["learning"]["recipes"][name]
-    checkpoints = train_scales(
+    task = Task(
         read_scales(inputs.scales),
         build_model(sweep.model, Physics.model_validate(judged["physics"])),
         Recipe.model_validate(best),
@@ -28,7 +29,7 @@ with job_log(label, snakemake.log[0]) as log:
         total=sweep.scales,
         seeds=range(params.seeds),
     )
-    for checkpoint in checkpoints:
+    for checkpoint in train_scales(task):
         log.progress(sweep.scales - checkpoint.level, sweep.scales, f"scale {-checkpoint.level} is trained")
     trials = read_trials(inputs.trials)
     truth = json.loads(Path(inputs.truth).read_text())["parameters"] if inputs.truth else None

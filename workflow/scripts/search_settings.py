@@ -7,6 +7,7 @@ from pathlib import Path
 from myowave.data.store import read_scales
 from myowave.learning.sweep.objective import judge
 from myowave.learning.sweep.study import describe, open_search, work
+from myowave.learning.task import Task
 from myowave.physics.build import build_model
 from myowave.settings import Identify, Physics, Recipe, Sweep
 from myowave.workflow.job import job_log
@@ -17,14 +18,15 @@ label = f"sweep {sweep.dataset} {sweep.model} {sweep.recipe} {sweep.scales}-scal
 with job_log(label, snakemake.log[0]) as log:
     study = json.loads(Path(snakemake.input.study).read_text())
     search = open_search(study["name"], params.storage, sweep, judged["recipe"], seed=sweep.seed + worker)
-    objective = partial(
-        judge,
-        sweep=sweep,
-        scales=read_scales(snakemake.input.scales),
-        model=build_model(sweep.model, Physics.model_validate(judged["physics"])),
-        recipe=Recipe.model_validate(judged["recipe"]),
-        wanted={name: Identify.model_validate(values) for name, values in judged["identify"].items()},
+    task = Task(
+        read_scales(snakemake.input.scales),
+        build_model(sweep.model, Physics.model_validate(judged["physics"])),
+        Recipe.model_validate(judged["recipe"]),
+        {name: Identify.model_validate(values) for name, values in judged["identify"].items()},
+        total=sweep.scales,
+        seeds=range(sweep.seeds),
     )
+    objective = partial(judge, task=task, epochs=sweep.epochs)
     tried = 0
     for trial in work(search, objective, f"{study['owner']} {worker}"):
         tried += 1

@@ -56,7 +56,7 @@ def draw_importance(importances: Mapping[str, float], what: str) -> Figure:
 
 
 def draw_slices(table: pd.DataFrame, dimensions: Mapping[str, Dimension], what: str) -> Figure:
-    """Error against each setting alone."""
+    """Error against one setting at a time."""
     done, given_up = _complete(table), table[table["state"] == "pruned"]
     figure, axes = canvas(1, len(dimensions), width=max(7.0, 3.3 * len(dimensions)), height=4.0, sharey=True)
     for axis, (name, dimension) in zip(axes[0], dimensions.items(), strict=True):

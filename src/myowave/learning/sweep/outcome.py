@@ -98,6 +98,6 @@ def _finding(table: pd.DataFrame) -> str:
 
 
 def compare_scores(default: pd.DataFrame, best: pd.DataFrame) -> pd.DataFrame:
-    """Test scores of both settings: a row a setting and seed, columns those of summary.csv after `setting`."""
+    """Test scores of both settings: one row per setting and seed, columns those of summary.csv after `setting`."""
     both = pd.concat({"default": default, "best": best}, names=["setting", None])
     return both.reset_index(level="setting").reset_index(drop=True)

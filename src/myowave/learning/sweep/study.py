@@ -37,7 +37,7 @@ class Score:
 
     Args:
         level: of the scale; 0 is the last.
-        errors: free-running error on the held-out data, one a seed.
+        errors: free-running error on the held-out data, one per seed.
     """
 
     level: int
@@ -142,7 +142,7 @@ def describe(trial: FrozenTrial) -> str:
 
 
 def tabulate(search: Search) -> pd.DataFrame:
-    """A row a trial: number, state, error, settings, error after each scale and of each seed, duration, worker.
+    """One row per trial: number, state, error, settings, error after each scale and of each seed, duration, worker.
 
     Columns `scale_{level}` are means over the seeds, `seed_{i}` those of the last scale that was reached. Trials that
     were never begun, as the study was full or another worker had the default, are left out.

@@ -1,0 +1,81 @@
+"""How a network learns from rollouts: its own predictions feed it, and physics tells it what was never measured.
+
+In the first epochs at a scale, a Gauss-Newton search identifies the parameters, a step in each epoch. At scale [0],
+motion is then simulated with them, and half of the windows to train on come from it.
+"""
+
+from collections.abc import Iterable
+
+import torch
+from torch import Tensor
+
+from myowave.learning.augmentation import imagine_emg, simulate_imagined
+from myowave.learning.identification import Identification
+from myowave.learning.loss import Losses, Noise
+from myowave.learning.rollouts.loss import RolloutLoss, Simulated
+from myowave.learning.task import Stage
+from myowave.learning.windows import Corpus
+
+CLIP = 1.0  # largest norm of a seed's gradient through a rollout
+DATA_SEED = 20230  # of windows and made-up EMG, which all seeds share
+
+
+class RolloutTraining:
+    """An epoch is one step of Adam on windows of all training trials; see `recipes.Method`."""
+
+    betas = (0.9, 0.99)
+
+    def __init__(self, stage: Stage) -> None:
+        recipe, finest = stage.task.recipe, stage.level == 0
+        self.trained = list(stage.network.weights.values())
+        self._stage = stage
+        self._search = Identification(stage.task.model, stage.trials, stage.identified, stage.raw, finest=finest)
+        self._loss = RolloutLoss(
+            stage.network,
+            stage.corpus,
+            max(1, round(recipe.rollout_s / stage.trials.dt)),
+            Noise(recipe.history_noise, stage.task.seeds, stage.level),
+            torch.Generator().manual_seed(DATA_SEED + stage.level),
+        )
+        self._simulates = finest and recipe.simulated_trials > 0
+        self._simulated: Simulated | None = None
+
+    def differentiate(self, val_mse: Tensor) -> Losses:
+        if not self._search.done:
+            self._search.step()
+        elif self._simulates and self._simulated is None:
+            self._simulated = self._simulate()
+        losses = self._loss.backward(self._simulated, self._trust(val_mse))
+        clip_gradients(self.trained)
+        return losses
+
+    @property
+    def raw(self) -> Tensor:
+        return self._search.raw
+
+    def uncertainty(self) -> tuple[Tensor, Tensor]:
+        return self._search.uncertainty()
+
+    def _trust(self, val_mse: Tensor) -> Tensor | None:
+        """How much simulated motion counts: as measured where physics fits the trials no worse than the network."""
+        return None if self._simulated is None else (val_mse / self._search.mse.to(val_mse.device)).clamp(max=1.0)
+
+    def _simulate(self) -> Simulated:
+        """Trials that physics makes with the identified parameters."""
+        stage, device = self._stage, self._stage.task.device
+        params = stage.identified.params(self.raw)
+        emg = imagine_emg(stage.trials, stage.task.recipe.simulated_trials, DATA_SEED)
+        angle, inside = simulate_imagined(stage.task.model, params, stage.trials, emg, DATA_SEED)
+        usable = torch.full((len(emg),), emg.shape[1])
+        corpus = Corpus.of(stage.network, torch.from_numpy(emg).to(device), angle.to(device), stage.trials.dt, usable)
+        return Simulated(corpus, inside.to(device))
+
+
+@torch.no_grad()
+def clip_gradients(weights: Iterable[Tensor]) -> None:
+    """Scale each seed's gradient down to a norm of at most `CLIP`; weights have the seeds as leading axis."""
+    weights = list(weights)
+    norm = sum(value.grad.square().sum((1, 2)) for value in weights).sqrt()
+    factor = (CLIP / norm.clamp(min=CLIP))[:, None, None]
+    for value in weights:
+        value.grad *= factor
