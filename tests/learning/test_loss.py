@@ -5,14 +5,12 @@ from dataclasses import replace
 import pytest
 import torch
 
-from myowave.identification.parameters import identify
 from myowave.learning.loss import Noise, TeacherForcedLoss, predict_with_time_derivatives
 from myowave.learning.network import Architecture, Scaling, apply_cell, initialise
 from myowave.learning.prediction import Network, predict_teacher_forced, to_tensors
 from myowave.learning.training import train_scale
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
-from myowave.settings import Identify
 
 CPU = torch.device("cpu")
 
@@ -56,24 +54,22 @@ def test_the_residual_is_small_along_a_true_motion_and_grows_with_wrong_paramete
     monkeypatch.setattr(
         "myowave.learning.loss.predict_teacher_forced", lambda network, x, angle: angle.expand(2, -1, -1)
     )
-    identified, raw = identify(model, {"f0_Bi": Identify(start_spread=0.0)}, {}, (0, 1))
-    loss = teacher_forced_loss(network, trials, model, identified)
-    true, wrong = (
-        loss.backward(network.weights, (factor * raw).requires_grad_()).residual.max() for factor in (1.0, 1.2)
-    )
+    weights = network.weights
+    loss = teacher_forced_loss(network, trials, model)
+    params = [{n: v.requires_grad_() for n, v in strength(model, factor).items()} for factor in (1.0, 1.2)]
+    true, wrong = (loss.backward(weights, each).residual.max() for each in params)
     assert wrong > 5 * true
 
 
 @pytest.mark.parametrize("derivative", ["sequence", "time"])
 def test_what_validates_is_in_no_loss(derivative, network, trials, model):
-    identified, raw = identify(model, {"f0_Bi": Identify()}, {}, (0, 1))
     usable = 150
     moved = replace(trials, angle=trials.angle.copy(), emg=trials.emg.copy())
     moved.angle[:, usable:] += 0.5
     moved.emg[:, usable:] = 0.9
     losses = [
-        teacher_forced_loss(network, each, model, identified, derivative=derivative, usable=usable).backward(
-            {name: value.requires_grad_() for name, value in network.weights.items()}, raw.clone().requires_grad_()
+        teacher_forced_loss(network, each, model, derivative=derivative, usable=usable).backward(
+            {name: value.requires_grad_() for name, value in network.weights.items()}, strength(model, 1.1)
         )
         for each in (trials, moved)
     ]
@@ -81,22 +77,26 @@ def test_what_validates_is_in_no_loss(derivative, network, trials, model):
     torch.testing.assert_close(losses[0].residual, losses[1].residual)
 
 
-def teacher_forced_loss(network, trials, model, identified, *, beta=1e-3, derivative="sequence", usable=None):
+def strength(model, factor):
+    """A parameter of both seeds, as a loss takes it."""
+    return {"f0_Bi": torch.full((2, 1), factor * model.defaults["f0_Bi"], dtype=torch.float64)}
+
+
+def teacher_forced_loss(network, trials, model, *, beta=1e-3, derivative="sequence", usable=None):
     """The loss without noise, on all samples or the first `usable`."""
     lengths = torch.tensor(trials.lengths if usable is None else [usable] * len(trials.lengths))
-    return TeacherForcedLoss(network, model, identified, trials, lengths, beta, derivative, Noise(0.0, (0, 1), 0), CPU)
+    return TeacherForcedLoss(network, model, trials, lengths, beta, derivative, Noise(0.0, (0, 1), 0), CPU)
 
 
 def test_identified_parameters_get_a_gradient_only_through_the_residual(network, trials, model):
-    identified, raw = identify(model, {"f0_Bi": Identify()}, {}, (0, 1))
     weights = {name: value.requires_grad_() for name, value in network.weights.items()}
     gradients = []
     for beta in (1e-3, 2e-3):
-        raw = raw.detach().requires_grad_()
-        loss = teacher_forced_loss(network, trials, model, identified, beta=beta)
-        losses = loss.backward(weights, raw)
+        params = strength(model, 1.1)
+        params["f0_Bi"].requires_grad_()
+        losses = teacher_forced_loss(network, trials, model, beta=beta).backward(weights, params)
         torch.testing.assert_close(losses.total, losses.data + beta * losses.residual)
-        gradients.append(raw.grad)
+        gradients.append(params["f0_Bi"].grad)
     torch.testing.assert_close(gradients[1], 2 * gradients[0])
 
 

@@ -15,8 +15,7 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.identification.parameters import Identified
-from myowave.identification.weak import hidden_effects, known_params
+from myowave.identification.weak_form import hidden_effects
 from myowave.learning.network import differentiate_cell
 from myowave.learning.prediction import Network, follow, predict_teacher_forced
 from myowave.learning.rollout import Workspace, roll_out, roll_out_gru
@@ -64,8 +63,8 @@ class RolloutLoss:
         """Train on simulated trials, too; `usable` (S, T) says which of them count."""
         self._simulated, self._usable = corpus, usable
 
-    def backward(self, weights: Mapping[str, Tensor], raw: Tensor) -> Losses:
-        """Losses of one epoch; leaves gradients in the weights. `raw` is not used: identification goes its own way."""
+    def backward(self, weights: Mapping[str, Tensor], params: Mapping[str, Tensor]) -> Losses:
+        """Losses of one epoch; leaves gradients in the weights. `params` are not used: no physics is in this loss."""
         simulated = self._count // 2 if self._simulated is not None else 0
         x, z, v = self._draw(self._corpus, self._count - simulated)
         weight = z.new_ones(z.shape[0], self._count - simulated)
@@ -128,7 +127,6 @@ class TeacherForcedLoss:
         self,
         network: Network,
         model: Model,
-        identified: Identified,
         trials: Trials,
         usable: Tensor,
         beta: float,
@@ -141,12 +139,12 @@ class TeacherForcedLoss:
                 f"model {model.name}: the residual of Eq. 38 cannot hold {', '.join(hidden)}, which has a state of its "
                 "own or acts on the measured angle. Train with identification: gauss_newton, or leave the effect out."
             )
-        self._network, self._model, self._identified = network, model, identified
+        self._network, self._model = network, model
         self._beta, self._derivative, self._noise, self._dt = beta, derivative, noise, trials.dt
         emg = torch.from_numpy(trials.emg).to(device)
         self._x, self._angle = network.encode(emg, trials.dt), torch.from_numpy(trials.angle).to(device)
         self._emg = channels_of(model, trials.channels, emg)
-        self._known = {name: value.to(device) for name, value in known_params(trials, model).items()}
+        self._known = {n: torch.from_numpy(v).to(device) for n, v in trials.known(model.defaults).items()}
         sample = torch.arange(trials.angle.shape[1], device=device)
         first = max(network.history, network.architecture.features)
         self._counts = (sample < usable.unsqueeze(-1).to(device)) & (sample >= first)
@@ -156,9 +154,13 @@ class TeacherForcedLoss:
         inner[:, -1] = False
         self._inner = inner
 
-    def backward(self, weights: Mapping[str, Tensor], raw: Tensor) -> Losses:
-        """Losses of one epoch; leaves gradients in the weights and in the raw numbers of the parameters."""
-        for value in (*weights.values(), raw):
+    def backward(self, weights: Mapping[str, Tensor], params: Mapping[str, Tensor]) -> Losses:
+        """Losses of one epoch; leaves gradients in the weights, and adds them to what the parameters come from.
+
+        Args:
+            params: physical parameters by name, (S, 1) each.
+        """
+        for value in weights.values():
             value.grad = None
         angle = self._angle
         if self._noise.std:
@@ -174,13 +176,13 @@ class TeacherForcedLoss:
         data = ((q - self._angle).square() * self._counts).sum((1, 2)) / self._counts.sum()
         residual = torch.zeros_like(data)
         if self._beta:
-            misfit = self._residual(self._identified.params(raw), q, qdot, qddot)
+            misfit = self._residual(params, q, qdot, qddot)
             residual = (misfit.square() * counts).sum((1, 2)) / counts.sum()
         total = data + self._beta * residual
         total.sum().backward()
         return Losses(total.detach(), data.detach(), residual.detach())
 
-    def _residual(self, params: dict[str, Tensor], q: Tensor, qdot: Tensor, qddot: Tensor) -> Tensor:
+    def _residual(self, params: Mapping[str, Tensor], q: Tensor, qdot: Tensor, qddot: Tensor) -> Tensor:
         """I qddot - E - T^MT - (torques of effects) at every sample [N m], (S, T, N), Eq. 38."""
         bound = bind(self._model, {**self._known, **params}, self._emg)
         sample = torch.arange(q.shape[-1], dtype=q.dtype, device=q.device)

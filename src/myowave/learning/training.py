@@ -13,12 +13,13 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.identification.parameters import Identified, identify
+from myowave.identification.free_parameters import Free, free_parameters, start_values
 from myowave.learning.augmentation import imagine_emg, simulate_imagined
 from myowave.learning.checkpoint import Checkpoint, digest_model, digest_trials
 from myowave.learning.identification import Identification
 from myowave.learning.loss import Losses, Noise, RolloutLoss, TeacherForcedLoss
 from myowave.learning.network import Architecture, Scaling, initialise
+from myowave.learning.paper.joint_identification import JointIdentification
 from myowave.learning.prediction import Network, run_free
 from myowave.learning.windows import Corpus, Validation, count_training_samples
 from myowave.physics.model import Model
@@ -118,8 +119,9 @@ class _Run:
     seeds: tuple[int, ...]
     device: torch.device
     network: Network
-    identified: Identified
-    raw: Tensor
+    wanted: Mapping[str, Identify]
+    free: tuple[Free, ...]
+    values: Tensor  # of the free parameters where this scale starts, (S, P)
     corpus: Corpus
     validation: Validation
     before: Checkpoint | None
@@ -137,7 +139,8 @@ class _Run:
             "scales": total,
             "seeds": seeds,
         }
-        identified, raw = identify(model, wanted, trials.constants, seeds)
+        free = free_parameters(model, wanted, trials.known(model.defaults))
+        values = torch.from_numpy(start_values(free, seeds))
         if start is None:
             if level != total - 1:
                 raise ValueError(f"scale -{level} of {total} starts from the checkpoint of -{level + 1}; none given.")
@@ -146,10 +149,10 @@ class _Run:
             )
             scaling, weights = Scaling.of(finest), initialise(architecture, seeds, device)
         else:
-            start.require(**labels, level=level + 1, names=identified.names)
+            start.require(**labels, level=level + 1, names=tuple(p.name for p in free))
             architecture, scaling = start.architecture, start.scaling
             weights = {name: value.to(device) for name, value in start.weights.items()}
-            raw = start.raw.cpu()
+            values = start.values.cpu()
         history = recipe.history_steps
         usable = torch.tensor(count_training_samples(trials, recipe.validation_fraction, history))
         weights = {name: value.clone().requires_grad_() for name, value in weights.items()}
@@ -166,8 +169,9 @@ class _Run:
             seeds,
             device,
             network,
-            identified,
-            raw.clone(),
+            wanted,
+            free,
+            values,
             corpus,
             validation,
             start,
@@ -177,46 +181,45 @@ class _Run:
     def epochs(self) -> Iterator[EpochReport]:
         started = time.perf_counter()
         recipe, network, count = self.recipe, self.network, count_epochs(self.recipe, self.level, self.total)
-        joint = recipe.identification == "joint"
-        weights = dict(network.weights)
-        if joint:
-            self.identified = self.identified.to(self.device)
-            self.raw = self.raw.to(self.device).requires_grad_()
+        weights, trained = dict(network.weights), list(network.weights.values())
+        if recipe.identification == "joint":
+            first = torch.from_numpy(start_values(self.free, self.seeds))
+            search = JointIdentification(self.free, self.wanted, first, self.values, self.device)
+            trained.append(search.raw)
+        else:
+            search = Identification(self.model, self.trials, self.free, self.values, finest=self.level == 0)
         loss = self._loss()
         rolls_out = network.carried  # teacher forcing, Eq. 16, is trained by Adam as it stands
         optimizer = torch.optim.Adam(
-            [*weights.values(), *([self.raw] if joint else [])],
+            trained,
             lr=recipe.learning_rate,
             betas=(0.9, 0.99 if rolls_out else 0.999),
         )
-        search = None
-        if not joint:
-            search = Identification(self.model, self.trials, self.identified, self.raw, finest=self.level == 0)
-        simulates = search is not None and self.level == 0 and recipe.simulated_trials > 0
+        simulates = recipe.identification != "joint" and self.level == 0 and recipe.simulated_trials > 0
         simulated = False
-        best = _Best(weights, self.raw)
+        best = _Best(weights)
         val_mse, val_r2 = self._validate()
         for epoch in range(1, count + 1):
             optimizer.param_groups[0]["lr"] = recipe.learning_rate * self._decay(epoch, count)
-            if search and not search.done:
+            optimizer.zero_grad()
+            if not search.done:
                 search.step()
-                self.raw = search.raw
             elif simulates and not simulated:
-                self._simulate(loss)
+                self._simulate(loss, search.params)
                 simulated = True
             if simulated:
                 # Simulated motion counts beside measured as long as physics explains the trials as well as the network.
                 loss.trust = (val_mse / search.mse.to(self.device)).clamp(max=1.0)
-            losses = loss.backward(weights, self.raw)
+            losses = loss.backward(weights, search.params)
             if rolls_out:
                 clip_gradients(weights)
             optimizer.step()
             last = epoch == count
             if epoch % VALIDATE_EVERY == 0 or last:
                 val_mse, val_r2 = self._validate()
-                best.update(epoch, val_mse, val_r2, weights, self.raw)
+                best.update(epoch, val_mse, val_r2, weights)
                 last = last or best.exhausted(epoch, recipe.patience)
-            report = EpochReport(epoch, self.seeds, losses, val_mse, self._values(self.raw))
+            report = EpochReport(epoch, self.seeds, losses, val_mse, self._by_name(search.values))
             if not last:
                 yield report
                 continue
@@ -233,7 +236,6 @@ class _Run:
         return TeacherForcedLoss(
             self.network,
             self.model,
-            self.identified,
             self.trials,
             self.corpus.usable,
             recipe.beta,
@@ -256,9 +258,8 @@ class _Run:
         z, step = (given.expand(len(self.seeds), -1, -1) for given in (v.z, v.v))
         return v.score(network.to_rad(run_free(network, v.x, z, step)))
 
-    def _simulate(self, loss: RolloutLoss) -> None:
+    def _simulate(self, loss: RolloutLoss, params: dict[str, Tensor]) -> None:
         """Give the loss trials that physics makes with the identified parameters."""
-        params = self.identified.params(self.raw)
         emg = imagine_emg(self.trials, self.recipe.simulated_trials, DATA_SEED)
         angle, usable = simulate_imagined(self.model, params, self.trials, emg, DATA_SEED)
         length = torch.full((len(emg),), emg.shape[1])
@@ -272,15 +273,16 @@ class _Run:
         )
         loss.add_simulated(corpus, usable.to(self.device))
 
-    def _values(self, raw: Tensor) -> dict[str, Tensor]:
-        values = self.identified.values(raw.detach()).cpu()
-        return {name: values[:, i] for i, name in enumerate(self.identified.names)}
+    def _by_name(self, values: Tensor) -> dict[str, Tensor]:
+        return {p.name: values[:, i] for i, p in enumerate(self.free)}
 
-    def _checkpoint(self, best: "_Best", search: Identification | None, epochs: int, seconds: float) -> Checkpoint:
+    def _checkpoint(
+        self, best: "_Best", search: Identification | JointIdentification, epochs: int, seconds: float
+    ) -> Checkpoint:
         before = self.before
-        values = self.identified.values(best.raw).cpu()
+        values = search.values
         errors, correlations = torch.full_like(values, math.nan), torch.full((*values.shape, values.shape[1]), math.nan)
-        if search is not None and self.level == 0:
+        if self.level == 0:
             errors, correlations = search.uncertainty()
         return Checkpoint(
             **self.labels,
@@ -292,11 +294,10 @@ class _Run:
             architecture=self.network.architecture,
             scaling=self.network.scaling,
             weights=best.weights,
-            names=self.identified.names,
+            names=tuple(p.name for p in self.free),
             values=values,
             errors=errors,
             correlations=correlations,
-            raw=best.raw.cpu(),
             val_mse=best.mse.cpu(),
             val_r2=best.r2.cpu(),
         )
@@ -308,22 +309,20 @@ class _Best:
     It stops weights alone: parameters are the last ones, "final converged values" in the paper.
     """
 
-    def __init__(self, weights: Mapping[str, Tensor], raw: Tensor) -> None:
+    def __init__(self, weights: Mapping[str, Tensor]) -> None:
         self.weights = {name: value.detach().clone() for name, value in weights.items()}
-        self.raw = raw.detach().clone()
-        seeds = raw.shape[0]
-        device = next(iter(weights.values())).device
+        first = next(iter(weights.values()))
+        seeds, device = first.shape[0], first.device
         self.mse = torch.full((seeds,), float("inf"), dtype=torch.float64, device=device)
         self.r2 = torch.full_like(self.mse, float("-inf"))
         self._epoch = torch.zeros(seeds, device=device)
 
-    def update(self, epoch: int, mse: Tensor, r2: Tensor, weights: Mapping[str, Tensor], raw: Tensor) -> None:
+    def update(self, epoch: int, mse: Tensor, r2: Tensor, weights: Mapping[str, Tensor]) -> None:
         better = mse < self.mse
         self.mse, self.r2 = torch.where(better, mse, self.mse), torch.where(better, r2, self.r2)
         self._epoch = torch.where(better, epoch, self._epoch)
         for name, value in weights.items():
             self.weights[name] = torch.where(better[:, None, None], value.detach(), self.weights[name])
-        self.raw = raw.detach().clone()
 
     def exhausted(self, epoch: int, patience: int) -> bool:
         """Whether no seed has improved for `patience` epochs."""
