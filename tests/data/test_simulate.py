@@ -18,9 +18,11 @@ from myowave.data.simulate import (
     write_truth,
 )
 from myowave.data.store import write_trials
+from myowave.physics.drive import channels_of
 from myowave.physics.effects import catalogue
-from myowave.physics.motion import channels_of, simulate
+from myowave.physics.motion import simulate
 from myowave.physics.muscle import EXTENSOR, FLEXOR
+from myowave.physics.simulation import Simulation
 from myowave.settings import SimulatedDataset
 
 
@@ -79,7 +81,7 @@ def test_the_angle_stays_in_range_from_rest_at_30_degrees(base, emg_noise):
 def test_the_stored_emg_with_its_noise_drives_the_motion(case3, base):
     trials, truth = case3
     drive = channels_of(base, trials.channels, torch.from_numpy(trials.emg))
-    again = simulate(base, truth["parameters"], drive, trials.dt, trials.angle[0, 0])
+    again = simulate(Simulation(base, truth["parameters"], drive, trials.dt), trials.angle[0, 0])
     assert np.abs(again.angle.numpy() - trials.angle).max() < 2e-4  # one step between kinks; stored motion has more
 
 
@@ -131,7 +133,7 @@ def test_known_loads_act_in_their_trials_alone(base, plain):
     same = [np.abs(loaded.angle[i] - plain.angle[i]).max() < 1e-8 for i in range(5)]
     assert same == [True, True, True, False, True]
     drive = channels_of(base, loaded.channels, torch.from_numpy(loaded.emg[3:4]))
-    again = simulate(base, {"load": 0.5}, drive, loaded.dt, settings.start_rad)
+    again = simulate(Simulation(base, {"load": 0.5}, drive, loaded.dt), settings.start_rad)
     assert np.abs(again.angle.numpy() - loaded.angle[3]).max() < 2e-4
 
 

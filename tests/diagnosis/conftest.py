@@ -17,6 +17,7 @@ from myowave.physics.effect import Effect
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
+from myowave.physics.simulation import Simulation
 from myowave.settings import Identify, SimulatedDataset, parse_section
 
 
@@ -86,7 +87,7 @@ def loaded(clean, base, effects) -> Callable[[dict[str, dict[str, float]]], Reco
         record = make_record(trials, base)
         model = base.with_effects([effects["hand_load"]])
         params = {**record.known, "hand_load.m": 0.5}
-        motion = simulate(model, params, record.emg, record.dt, torch.tensor(0.6, dtype=torch.float64))
+        motion = simulate(Simulation(model, params, record.emg, record.dt), torch.tensor(0.6, dtype=torch.float64))
         return make_record(add_noise(replace(trials, angle=motion.angle.numpy()), 0.5, 3), base)
 
     return make

@@ -15,7 +15,9 @@ from myowave.diagnosis.study.cases import (
     summarize,
 )
 from myowave.diagnosis.study.figures import NOTHING, answers, hit_rates
-from myowave.physics.motion import channels_of, simulate
+from myowave.physics.drive import channels_of
+from myowave.physics.motion import simulate
+from myowave.physics.simulation import Simulation
 
 
 def test_every_hidden_value_is_within_its_bounds_and_not_zero(base, effects):
@@ -31,7 +33,7 @@ def test_a_case_moves_as_the_simulator_says(base, effects, clean, dataset):
     trials = simulate_case(case, clean, dataset, base, effects)
     model = base.with_effects([effects["joint_damping"]])
     emg = channels_of(base, clean.channels, torch.from_numpy(clean.emg))
-    motion = simulate(model, {"joint_damping.c": 1.0}, emg, clean.dt, dataset.start_rad)
+    motion = simulate(Simulation(model, {"joint_damping.c": 1.0}, emg, clean.dt), dataset.start_rad)
     np.testing.assert_allclose(trials.angle, motion.angle.numpy(), atol=1e-8)
     assert simulate_case(Case({}, 3), clean, dataset, base, effects) is clean
 

@@ -6,6 +6,7 @@ import torch
 
 from myowave.physics.effects import catalogue
 from myowave.physics.motion import _relax, simulate
+from myowave.physics.simulation import Simulation
 
 DOUBLE = torch.float64
 
@@ -51,9 +52,9 @@ def test_rise_lags_rising_and_decay_lags_falling_activation(elbow, dt):
     ramp = torch.cat([torch.full((10,), 0.3), torch.linspace(0.3, 0.8, 30), torch.linspace(0.8, 0.3, 30)]).to(DOUBLE)
     emg = torch.stack([ramp, torch.full_like(ramp, 0.2)], -1)[None]
     model = elbow.with_effects([catalogue()["activation_dynamics"]])
-    plain = simulate(model, {}, emg, dt, 1.0).state[0, :, 2]
-    rise = simulate(model, {"activation_dynamics.rise": 0.1}, emg, dt, 1.0).state[0, :, 2]
-    decay = simulate(model, {"activation_dynamics.decay": 0.1}, emg, dt, 1.0).state[0, :, 2]
+    plain = simulate(Simulation(model, {}, emg, dt), 1.0).state[0, :, 2]
+    rise = simulate(Simulation(model, {"activation_dynamics.rise": 0.1}, emg, dt), 1.0).state[0, :, 2]
+    decay = simulate(Simulation(model, {"activation_dynamics.decay": 0.1}, emg, dt), 1.0).state[0, :, 2]
     going_up, going_down = slice(18, 38), slice(50, 68)
     assert (rise[going_up] < plain[going_up] - 0.01).all()
     torch.testing.assert_close(decay[going_up], plain[going_up], rtol=0, atol=1e-9)
@@ -65,7 +66,7 @@ def test_a_stretching_tendon_carries_the_force_of_a_shorter_fibre_at_rest(elbow,
     emg = torch.tensor([0.5, 0.3], dtype=DOUBLE).expand(1, 130, 2)
     model = elbow.with_effects([catalogue()["compliant_tendon"], catalogue()["joint_damping"]])
     strain = 0.1
-    motion = simulate(model, {"compliant_tendon.strain": strain, "joint_damping.c": 8.0}, emg, dt, 1.0)
+    motion = simulate(Simulation(model, {"compliant_tendon.strain": strain, "joint_damping.c": 8.0}, emg, dt), 1.0)
     q, force = motion.q[0, -1], motion.state[0, -1, 2:]
     assert motion.qdot[0, -1].abs() < 1e-6
     path = torch.sqrt(0.3**2 + 0.8**2 + 2 * 0.3 * 0.8 * torch.cos(q))
@@ -78,5 +79,17 @@ def test_a_stretching_tendon_carries_the_force_of_a_shorter_fibre_at_rest(elbow,
 def test_fatigue_weakens_a_muscle_that_works(elbow, dt):
     emg = torch.tensor([0.7, 0.2], dtype=DOUBLE).expand(1, 300, 2)
     model = elbow.with_effects([catalogue()["fatigue"]])
-    q = simulate(model, {"fatigue.k": 0.5}, emg, dt, 1.2).q[0]
+    q = simulate(Simulation(model, {"fatigue.k": 0.5}, emg, dt), 1.2).q[0]
     assert q[280:].mean() < q[100:120].mean() - 0.01
+
+
+def test_a_piece_of_a_step_without_length_leaves_a_state_where_it_is(elbow, dt):
+    """Copies whose delays coincide have such pieces, if they are simulated beside copies whose delays do not."""
+    emg = torch.tensor([0.5, 0.3], dtype=DOUBLE).expand(1, 10, 2) * torch.linspace(0.5, 1.0, 10, dtype=DOUBLE)[:, None]
+    model = elbow.with_effects([catalogue()["activation_dynamics"]])
+    lag = {"activation_dynamics.rise": 0.03, "activation_dynamics.decay": 0.06}
+    delays = torch.tensor([[0.08], [0.07]], dtype=DOUBLE)
+    both = simulate(Simulation(model, lag | {"delay_Tri": delays}, emg, dt), 1.0)
+    for row, delay in zip(both.state, delays.flatten().tolist(), strict=True):
+        one = simulate(Simulation(model, lag | {"delay_Tri": delay}, emg, dt), 1.0)
+        torch.testing.assert_close(row, one.state, rtol=0, atol=1e-9)

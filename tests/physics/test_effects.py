@@ -13,7 +13,10 @@ from myowave.physics.effect_check import check_effect
 from myowave.physics.effects import SHIPPED, catalogue
 from myowave.physics.model import parse_model
 from myowave.physics.motion import simulate
+from myowave.physics.simulation import Simulation
+from myowave.workflow.digest import imported_modules
 
+FILES = set(Path(effects.__file__).parent.glob("[!_]*.py"))
 NAMES = [effect.name for effect in SHIPPED]
 PARAMETER = {"c": Parameter(unit="-", low=0.0, high=1.0, typical=0.5, meaning="strength")}
 
@@ -25,7 +28,7 @@ def drive(noisy_emg):
 
 @pytest.fixture(scope="module")
 def plain(elbow, drive, dt):
-    return simulate(elbow, {}, drive, dt, 1.0)
+    return simulate(Simulation(elbow, {}, drive, dt), 1.0)
 
 
 def test_names_are_unique_and_form_model_coordinates(elbow):
@@ -44,29 +47,29 @@ def test_effect_is_absent_at_zero_and_felt_at_its_typical_strength(name, elbow, 
     effect = catalogue()[name]
     model = elbow.with_effects([effect])
     parameters = model.parameters_of(effect)
-    absent = simulate(model, dict.fromkeys(parameters, 0.0), drive, dt, 1.0)
+    absent = simulate(Simulation(model, dict.fromkeys(parameters, 0.0), drive, dt), 1.0)
     torch.testing.assert_close(absent.angle, plain.angle, rtol=0, atol=1e-9)
     for parameter, values in parameters.items():  # each alone
-        felt = simulate(model, {parameter: values.typical}, drive, dt, 1.0)
+        felt = simulate(Simulation(model, {parameter: values.typical}, drive, dt), 1.0)
         assert torch.isfinite(felt.angle).all()
         assert (felt.angle - plain.angle).abs().max() > 1e-4, parameter
 
 
 def test_all_effects_together_change_nothing_at_zero(elbow, drive, plain, dt):
-    motion = simulate(elbow.with_effects(SHIPPED), {}, drive[:, :20], dt, 1.0)
+    motion = simulate(Simulation(elbow.with_effects(SHIPPED), {}, drive[:, :20], dt), 1.0)
     torch.testing.assert_close(motion.angle, plain.angle[:, :20], rtol=0, atol=1e-9)
 
 
 def test_curve_effects_at_full_strength_are_the_other_curves(elbow, drive, dt):
     for name, curves in (("millard_curves", MILLARD), ("degroote_curves", DEGROOTE)):
-        blended = simulate(elbow.with_effects([catalogue()[name]]), {f"{name}.w": 1.0}, drive, dt, 1.0)
-        other = simulate(replace(elbow, curves=curves), {}, drive, dt, 1.0)
+        blended = simulate(Simulation(elbow.with_effects([catalogue()[name]]), {f"{name}.w": 1.0}, drive, dt), 1.0)
+        other = simulate(Simulation(replace(elbow, curves=curves), {}, drive, dt), 1.0)
         torch.testing.assert_close(blended.q, other.q, rtol=0, atol=1e-9)
 
 
 def test_a_clock_shift_by_whole_samples_moves_the_record(elbow, drive, plain, dt):
     model = elbow.with_effects([catalogue()["clock_shift"]])
-    late = simulate(model, {"clock_shift.d": 3 * dt}, drive, dt, 1.0)
+    late = simulate(Simulation(model, {"clock_shift.d": 3 * dt}, drive, dt), 1.0)
     torch.testing.assert_close(late.angle[..., 3:], plain.angle[..., :-3], rtol=0, atol=1e-12)
 
 
@@ -82,9 +85,9 @@ def test_crosstalk_is_taken_out_of_a_recording_to_first_order(elbow):
 def test_more_strength_of_an_effect_at_once_is_a_batch(elbow, drive, dt):
     model = elbow.with_effects([catalogue()["joint_damping"], catalogue()["fatigue"]])
     strengths = torch.tensor([[0.0], [0.5], [1.0]], dtype=torch.float64)
-    batch = simulate(model, {"joint_damping.c": strengths, "fatigue.k": strengths / 2}, drive, dt, 1.0)
+    batch = simulate(Simulation(model, {"joint_damping.c": strengths, "fatigue.k": strengths / 2}, drive, dt), 1.0)
     for row, c in zip(batch.angle, strengths.flatten().tolist(), strict=True):
-        one = simulate(model, {"joint_damping.c": c, "fatigue.k": c / 2}, drive, dt, 1.0)
+        one = simulate(Simulation(model, {"joint_damping.c": c, "fatigue.k": c / 2}, drive, dt), 1.0)
         torch.testing.assert_close(row, one.angle, rtol=0, atol=1e-12)
 
 
@@ -114,7 +117,11 @@ def test_a_wrong_definition_is_an_error_at_once(make, message):
         make()
 
 
-def test_an_effect_is_called_as_its_file_is():
+def test_every_file_of_an_effect_is_in_the_catalogue_by_its_own_name():
     """The settings know the names of effects from the names of files, without loading them."""
-    files = {path.stem for path in Path(effects.__file__).parent.glob("[!_]*.py")}
-    assert files == {effect.name for effect in SHIPPED}
+    assert {path.stem for path in FILES} == {effect.name for effect in SHIPPED}
+
+
+def test_a_rule_that_uses_the_catalogue_reruns_when_any_effect_changes():
+    used = imported_modules(Path(effects.__file__).parents[1] / "build.py")
+    assert used >= FILES

@@ -7,6 +7,7 @@ import torch
 from myowave.physics.effects import catalogue
 from myowave.physics.model import bind, muscle_quantities, torques
 from myowave.physics.motion import simulate
+from myowave.physics.simulation import Simulation
 
 ANGLES = torch.linspace(0.15, 2.2, 60, dtype=torch.float64)
 REST = torch.zeros_like(ANGLES)
@@ -96,25 +97,25 @@ def test_friction_and_damping_only_take_energy(name, elbow):
 
 def test_a_load_is_the_same_motion_as_weaker_muscles(elbow, noisy_emg, dt):
     emg, load = noisy_emg[0.10][:2, :150], 0.35
-    loaded = simulate(elbow, {"load": load}, emg, dt, 1.0)
-    weaker = simulate(elbow, {"f0_Bi": 300 / (1 + load), "f0_Tri": 300 / (1 + load)}, emg, dt, 1.0)
-    assert (loaded.q - simulate(elbow, {}, emg, dt, 1.0).q).abs().max() > 0.05
+    loaded = simulate(Simulation(elbow, {"load": load}, emg, dt), 1.0)
+    weaker = simulate(Simulation(elbow, {"f0_Bi": 300 / (1 + load), "f0_Tri": 300 / (1 + load)}, emg, dt), 1.0)
+    assert (loaded.q - simulate(Simulation(elbow, {}, emg, dt), 1.0).q).abs().max() > 0.05
     torch.testing.assert_close(loaded.q, weaker.q, rtol=0, atol=1e-9)
 
 
 def test_a_known_tilt_in_one_trial_is_the_effect_there_and_adds_to_it(elbow, noisy_emg, dt):
     emg = noisy_emg[0.10][:2, :150]
     model = elbow.with_effects([catalogue()["gravity_tilt"]])
-    known = simulate(model, {"tilt": torch.tensor([0.0, 0.3]), "gravity_tilt.phi": 0.1}, emg, dt, 1.0)
-    effect = simulate(model, {"gravity_tilt.phi": torch.tensor([0.1, 0.4])}, emg, dt, 1.0)
+    known = simulate(Simulation(model, {"tilt": torch.tensor([0.0, 0.3]), "gravity_tilt.phi": 0.1}, emg, dt), 1.0)
+    effect = simulate(Simulation(model, {"gravity_tilt.phi": torch.tensor([0.1, 0.4])}, emg, dt), 1.0)
     torch.testing.assert_close(known.q, effect.q, rtol=0, atol=1e-6)
-    assert (known.q - simulate(elbow, {}, emg, dt, 1.0).q).abs().amax(-1).min() > 0.02
+    assert (known.q - simulate(Simulation(elbow, {}, emg, dt), 1.0).q).abs().amax(-1).min() > 0.02
 
 
 def test_an_emg_gain_is_strength_where_activation_is_proportional_to_emg(elbow, noisy_emg, dt):
     emg = noisy_emg[0.10][:2, :150]
     model = elbow.with_effects([catalogue()["emg_gain"]])
     linear = {"shape_Bi": 0.0, "shape_Tri": 0.0, "slack_Bi": 0.6, "slack_Tri": 0.5}  # no passive force either
-    gain = simulate(model, {**linear, "emg_gain.g_Bi": 0.1, "emg_gain.g_Tri": -0.05}, emg, dt, 1.0)
-    strength = simulate(model, {**linear, "f0_Bi": 330.0, "f0_Tri": 285.0}, emg, dt, 1.0)
+    gain = simulate(Simulation(model, {**linear, "emg_gain.g_Bi": 0.1, "emg_gain.g_Tri": -0.05}, emg, dt), 1.0)
+    strength = simulate(Simulation(model, {**linear, "f0_Bi": 330.0, "f0_Tri": 285.0}, emg, dt), 1.0)
     torch.testing.assert_close(gain.q, strength.q, rtol=0, atol=1e-9)

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 from myowave.physics.curves import DEGROOTE
 from myowave.physics.motion import simulate
+from myowave.physics.simulation import Simulation
 
 MASS, LENGTH, GRAVITY = 1.0, 1.0, 9.80665
 FLEXOR = {"f0": 300.0, "l0": 0.6, "vmax": 6.0, "slack": 0.55, "l1": 0.3, "l2": 0.8}
@@ -72,7 +73,7 @@ def reference(emg, dt, q0):
 
 def test_motion_agrees_with_an_independent_solver_on_noisy_emg(elbow, noisy_emg, dt):
     emg = torch.stack([emg[0] for emg in noisy_emg.values()])
-    q = simulate(elbow, {}, emg, dt, 1.0, substeps=SUBSTEPS).q.numpy()
+    q = simulate(Simulation(elbow, {}, emg, dt, SUBSTEPS), 1.0).q.numpy()
     assert q.min() > 0.1 and q.max() < 1.7
     expected = np.stack([reference(trial, dt, 1.0) for trial in emg.numpy()])
     np.testing.assert_allclose(q, expected, rtol=0, atol=1e-6)
@@ -85,7 +86,7 @@ def test_integrator_converges_with_fourth_order_where_the_equations_are_smooth(e
     emg = torch.stack([0.5 + time, 0.2 + 0.1 * time], dim=-1)[None]
 
     def end(substeps):
-        return simulate(smooth, {}, emg, dt, 0.7, 1.5, substeps=substeps).q[0, -1].item()
+        return simulate(Simulation(smooth, {}, emg, dt, substeps), 0.7, 1.5).q[0, -1].item()
 
     exact = end(40)
     errors = [abs(end(n) - exact) for n in (2, 4, 8)]
@@ -99,6 +100,6 @@ def test_motion_derivatives_are_those_of_the_motion(elbow, noisy_emg, dt):
     l0 = torch.tensor(0.4, dtype=torch.float64, requires_grad=True)
 
     def last(f0, l0):
-        return simulate(elbow, {"f0_Bi": f0, "l0_Tri": l0}, emg, dt, 1.0).q[0, -1]
+        return simulate(Simulation(elbow, {"f0_Bi": f0, "l0_Tri": l0}, emg, dt), 1.0).q[0, -1]
 
     torch.autograd.gradcheck(last, (f0, l0), eps=1e-6, atol=1e-7)

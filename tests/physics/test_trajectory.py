@@ -3,9 +3,10 @@
 import pytest
 import torch
 
-from myowave.physics.effects import catalogue
+from myowave.physics.effects import SHIPPED, catalogue
 from myowave.physics.motion import simulate
-from myowave.physics.trajectory import solve
+from myowave.physics.simulation import Simulation
+from myowave.physics.trajectory import Newton, derivatives_of, solve
 
 CASES = {
     "base": {},
@@ -13,35 +14,128 @@ CASES = {
     "observation": {"angle_offset": 0.05, "clock_shift": 0.02},
     "joint": {"joint_damping": 0.5, "extra_delay": 0.013},
 }
+START = torch.tensor([1.0, 0.9], dtype=torch.float64), torch.tensor([0.0, 0.2], dtype=torch.float64)
+
+
+@pytest.fixture(scope="module")
+def everything(elbow, noisy_emg, dt):
+    """Every effect at once, at a quarter of its typical strength, and delays that differ between the muscles.
+
+    Activation rises as fast as it falls: otherwise its derivatives jump where it is at rest, before the delay ends.
+    """
+    model = elbow.with_effects(SHIPPED)
+    params = {name: 0.25 * p.typical for name, p in model.effect_parameters.items()}
+    params |= {"delay_Tri": 0.07, "activation_dynamics.rise": 0.01, "activation_dynamics.decay": 0.01}
+    return Simulation(model, params, noisy_emg[0.10][:2, :8], dt)
+
+
+def value(simulation, name):
+    return simulation.params.get(name, simulation.model.defaults[name])
+
+
+def one_of(count, i, axes):
+    """1 at place i of `count`, else 0, with `axes` axes of length 1 behind, (count, 1, ...)."""
+    return torch.eye(count, dtype=torch.float64)[i].reshape(-1, *(1,) * axes)
+
+
+def sizes(model):
+    """A usual change of every parameter of a model."""
+    constants = {name: 0.3 * abs(value) or 0.05 for name, value in model.defaults.items()}
+    return constants | {name: abs(p.typical) for name, p in model.effect_parameters.items()}
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_solution_is_the_integrated_motion_and_its_derivatives(case, elbow, noisy_emg, dt):
     effects = [catalogue()[name] for name in CASES[case]]
     model = elbow.with_effects(effects)
-    emg = noisy_emg[0.10][:2, :15]
     params = {full: CASES[case][e.name] for e in effects for full in model.parameters_of(e)}
     params["f0_Bi"] = torch.tensor([[300.0], [320.0]], dtype=torch.float64)  # a batch of two
-    q0, qdot0 = torch.tensor([1.0, 0.9], dtype=torch.float64), torch.tensor([0.0, 0.2], dtype=torch.float64)
-    wrt = {"f0_Bi": 30.0, "l0_Tri": 0.02} | {n: p.typical for e in effects for n, p in model.parameters_of(e).items()}
+    simulation = Simulation(model, params, noisy_emg[0.10][:2, :15], dt)
+    wrt = {name: size for name, size in sizes(model).items() if name in ("f0_Bi", "l0_Tri", *model.effect_parameters)}
+    q0, qdot0 = START
 
-    reference = simulate(model, params, emg, dt, q0, qdot0)
-    guess = reference.state + 0.01
-    found = solve(model, params, emg, dt, q0, qdot0, guess=guess, wrt=wrt)
+    reference = simulate(simulation, q0, qdot0)
+    found = solve(simulation, q0, qdot0, guess=reference.state + 0.01, wrt=wrt)
     torch.testing.assert_close(found.motion.angle, reference.angle, rtol=0, atol=1e-8)
 
-    def moved(name, step):
-        nudged = {**params, name: params.get(name, model.defaults[name]) + step}
-        return simulate(model, nudged, emg, dt, q0, qdot0).angle
+    step = 1e-4 * torch.tensor([*wrt.values()], dtype=torch.float64)
 
-    for derivative, (name, scale) in zip(found.by_parameter, wrt.items(), strict=True):
-        step = 1e-4 * scale
-        difference = (moved(name, step) - moved(name, -step)) / (2 * step)
-        torch.testing.assert_close(derivative * scale, difference * scale, rtol=2e-3, atol=2e-5)
+    def moved(sign):
+        copies = {n: value(simulation, n) + sign * step[i] * one_of(len(wrt), i, 2) for i, n in enumerate(wrt)}
+        return simulate(simulation.with_params(copies), q0, qdot0).angle
+
+    scale = 1e4 * step[:, None, None, None]
+    difference = (moved(1) - moved(-1)) / 2e-4
+    torch.testing.assert_close(found.by_parameter * scale, difference, rtol=2e-3, atol=2e-5)
 
     def started(dq, dqdot):
-        return simulate(model, params, emg, dt, q0 + dq, qdot0 + dqdot).angle
+        return simulate(simulation, q0 + dq, qdot0 + dqdot).angle
 
-    step = 1e-5
-    by_start = [(started(a, b) - started(-a, -b)) / (2 * step) for a, b in ((step, 0.0), (0.0, step))]
+    h = 1e-5
+    by_start = [(started(a, b) - started(-a, -b)) / (2 * h) for a, b in ((h, 0.0), (0.0, h))]
     torch.testing.assert_close(found.by_start, torch.stack(by_start), rtol=1e-3, atol=1e-4)
+
+
+def test_derivatives_by_every_parameter_of_every_effect_are_those_of_the_simulated_motion(everything):
+    """The simulated motions know nothing of which parameters share the drive: each copy computes its own."""
+    wrt = sizes(everything.model)
+    still = simulate(everything, *START)
+    found = solve(everything, *START, guess=still.state, wrt=wrt)
+    step = 1e-5
+    copies = {
+        name: value(everything, name) + step * size * one_of(len(wrt), i, 1)
+        for i, (name, size) in enumerate(wrt.items())
+    }
+    moved = simulate(Simulation(everything.model, copies, everything.emg, everything.dt), *START)
+    difference = (moved.angle - still.angle) / step
+    derivative = found.by_parameter * torch.tensor([*wrt.values()], dtype=torch.float64)[:, None, None]
+    for name, one, other in zip(wrt, derivative, difference, strict=True):
+        torch.testing.assert_close(one, other, rtol=5e-3, atol=1e-5, msg=lambda text, name=name: f"{name}: {text}")
+
+
+def test_a_shared_drive_is_the_drive_of_the_changed_parameters(everything):
+    assert everything.drive.activation.shape[-1] == 2
+    shared = set()
+    for name, size in sizes(everything.model).items():
+        changed = everything.with_params({name: value(everything, name) + size})
+        if changed.drive is everything.drive:
+            shared.add(name)
+        alone = Simulation(changed.model, changed.params, changed.emg, changed.dt).drive
+        torch.testing.assert_close(changed.drive.excitation, alone.excitation, rtol=0, atol=0)
+        torch.testing.assert_close(changed.drive.activation, alone.activation, rtol=0, atol=0)
+        torch.testing.assert_close(changed.drive.pieces, alone.pieces, rtol=0, atol=0)
+    assert {"f0_Bi", "mass", "joint_damping.c"} <= shared
+    assert not {"delay_Bi", "shape_Tri", "emg_gain.g_Bi", "extra_delay.d"} & shared
+
+
+def test_an_effect_at_zero_has_the_derivatives_that_it_has_in_its_own_model(elbow, noisy_emg, dt):
+    emg = noisy_emg[0.10][:2, :15]
+    base = solve(Simulation(elbow, {}, emg, dt), *START)
+    effects = [catalogue()[name] for name in ("joint_damping", "emg_crosstalk", "vmax_change", "angle_scale")]
+    richer = Simulation(elbow.with_effects(effects), {}, emg, dt)
+    wrt = {name: p.typical for name, p in richer.model.effect_parameters.items()}
+    by_parameter, tangent = derivatives_of(richer, base.linear, wrt)
+    own = solve(richer, *START, wrt=wrt)
+    torch.testing.assert_close(by_parameter, own.by_parameter, rtol=1e-4, atol=1e-6)
+    torch.testing.assert_close(tangent, own.tangent[..., : len(wrt)], rtol=1e-4, atol=1e-6)
+
+
+def test_a_hopeless_guess_is_rescued_by_the_integrator_only_if_asked(elbow, noisy_emg, dt):
+    simulation = Simulation(elbow, {}, noisy_emg[0.10][:2, :15], dt)
+    reference = simulate(simulation, *START)
+    guess = torch.full_like(reference.state, 40.0)
+    few = Newton(iterations=2)
+    torch.testing.assert_close(solve(simulation, *START, guess=guess, newton=few).motion.angle, reference.angle)
+    left = solve(simulation, *START, guess=guess, newton=Newton(iterations=2, rescue=False))
+    assert not left.gap < few.tolerance
+
+
+def test_a_parameter_that_no_part_of_the_model_has_is_refused(elbow, noisy_emg, dt):
+    simulation = Simulation(elbow, {}, noisy_emg[0.10][:1, :5], dt)
+    for attempt in (
+        lambda: simulate(Simulation(elbow, {"f0_Ba": 1.0}, simulation.emg, dt), 1.0),
+        lambda: simulation.with_params({"f0_Ba": 1.0}),
+        lambda: solve(simulation, *(x[:1] for x in START), wrt={"f0_Ba": 1.0}),
+    ):
+        with pytest.raises(ValueError, match="base: no parameter f0_Ba; it has .*f0_Bi"):
+            attempt()

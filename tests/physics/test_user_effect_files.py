@@ -6,6 +6,7 @@ import torch
 from myowave.physics.effects import catalogue
 from myowave.physics.model import parse_model
 from myowave.physics.motion import simulate
+from myowave.physics.simulation import Simulation
 
 HEADER = "import torch\nfrom myowave.physics.effect import Effect, Parameter\n"
 TEMPLATE = (
@@ -31,8 +32,8 @@ def test_a_users_effect_is_used_like_one_that_ships(tmp_path, elbow, noisy_emg, 
     effects = catalogue([write(tmp_path / "spring.py")])
     model = parse_model("base+joint_damping+hardening_spring", elbow, effects)
     emg = noisy_emg[0.10][:1, :80]
-    held = simulate(model, {"hardening_spring.k": 2.0}, emg, dt, 1.0)
-    free = simulate(model, {}, emg, dt, 1.0)
+    held = simulate(Simulation(model, {"hardening_spring.k": 2.0}, emg, dt), 1.0)
+    free = simulate(Simulation(model, {}, emg, dt), 1.0)
     assert held.q[0, -20:].mean() < free.q[0, -20:].mean() - 0.01
 
 

@@ -20,10 +20,12 @@ from numpy.typing import NDArray
 
 from myowave.data.store import write_json
 from myowave.data.trials import Trials
+from myowave.physics.drive import channels_of
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
-from myowave.physics.motion import channels_of, simulate
+from myowave.physics.motion import simulate
 from myowave.physics.muscle import FLEXOR
+from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
 from myowave.settings import SimulatedDataset
 
@@ -208,7 +210,7 @@ def _draw_in_range(
     for draws in (range(1), range(1, SHAPE_DRAWS * NOISE_DRAWS)):  # the first draw nearly always does; then all at once
         candidates = np.stack([_draw_emg(blank, settings, model, sides, k) for k in draws])
         drive = channels_of(model, blank.channels, torch.from_numpy(candidates))
-        motion = simulate(model, params, drive, settings.dt_s, settings.start_rad)
+        motion = simulate(Simulation(model, params, drive, settings.dt_s), settings.start_rad)
         q = motion.q.numpy()
         inside = ((q > low) & (q < high)).all(axis=-1)
         found = np.flatnonzero((taken < 0) & inside.any(axis=0))
@@ -238,8 +240,8 @@ def _refine(
     """The angle that a perfect sensor sees, (T, N), integrated with `SUBSTEPS` from a coarser solution (T, N, K)."""
     start = torch.full((settings.trials,), settings.start_rad, dtype=torch.float64)
     drive = channels_of(model, blank.channels, torch.from_numpy(emg))
-    guess = torch.from_numpy(states)
-    fine = solve(model, params, drive, settings.dt_s, start, torch.zeros_like(start), guess=guess, substeps=SUBSTEPS)
+    simulation = Simulation(model, params, drive, settings.dt_s, SUBSTEPS)
+    fine = solve(simulation, start, torch.zeros_like(start), guess=torch.from_numpy(states))
     return fine.motion.angle.numpy()
 
 

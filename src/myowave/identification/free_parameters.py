@@ -100,10 +100,9 @@ def _draw(seed: int, name: str) -> float:
     return float(2 * torch.rand((), generator=random, dtype=torch.float64) - 1)
 
 
-def bind_values(free: Sequence[Free], values: Array, known: Mapping[str, Tensor]) -> dict[str, Tensor]:
-    """Known constants and free parameters for the physics; `values` (..., P) give parameters (..., 1)."""
-    given = {p.name: torch.from_numpy(np.ascontiguousarray(values[..., i, None])) for i, p in enumerate(free)}
-    return {**known, **given}
+def bind_values(free: Sequence[Free], values: Array) -> dict[str, Tensor]:
+    """Free parameters for the physics, by name; `values` (..., P) give parameters (..., 1)."""
+    return {p.name: torch.from_numpy(np.ascontiguousarray(values[..., i, None])) for i, p in enumerate(free)}
 
 
 def scales(free: Sequence[Free]) -> Array:

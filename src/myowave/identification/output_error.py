@@ -24,9 +24,10 @@ from myowave.identification.free_parameters import Free, bind_values, moved, sca
 from myowave.identification.least_squares import Normal, bounded_step, normal_equations
 from myowave.identification.record import Record
 from myowave.identification.uncertainty import covariance, residual_variance
-from myowave.physics.model import Model, bind
-from myowave.physics.motion import drive_muscles, resting_states
-from myowave.physics.trajectory import Linear, Sensitive, solve
+from myowave.physics.model import Model, Params
+from myowave.physics.motion import resting_states
+from myowave.physics.simulation import Simulation
+from myowave.physics.trajectory import Linear, Newton, Sensitive, solve
 
 Array = NDArray[np.float64]
 
@@ -42,6 +43,7 @@ class Fit:
     """A fitted model.
 
     Args:
+        simulation: the model with its fitted parameters and the EMG of the trials.
         values: the free parameters, (P,); `free` says which.
         starts: angle and velocity at the start of each trial, (T, 2).
         angle: simulated [rad], (T, N).
@@ -51,14 +53,23 @@ class Fit:
         converged: whether no step could gain anything any more.
     """
 
-    model: Model
+    simulation: Simulation
     free: tuple[Free, ...]
     values: Array
     starts: Array
     normal: Normal
     sensitive: Sensitive
     record: Record
-    converged: bool
+    converged: bool = False
+
+    @property
+    def model(self) -> Model:
+        return self.simulation.model
+
+    @property
+    def params(self) -> Params:
+        """Every parameter that is not at its default, as tensors for the physics."""
+        return self.simulation.params
 
     @property
     def angle(self) -> Array:
@@ -80,11 +91,6 @@ class Fit:
     @property
     def parameters(self) -> dict[str, float]:
         return {p.name: float(v) for p, v in zip(self.free, self.values, strict=True)}
-
-    @property
-    def params(self) -> dict[str, Tensor]:
-        """Every parameter that is not at its default, as tensors for the physics."""
-        return bind_values(self.free, self.values, self.record.known)
 
     def at_bound(self, name: str) -> bool:
         """Whether a parameter ended on a bound that is neither 0, the absence of an effect, nor its usual strength, as
@@ -115,13 +121,14 @@ class Search:
     """Where searches stand before their motion is simulated, B of them as one batch.
 
     Args:
+        simulation: of the model with any parameters.
         values: (B, P).
         starts: angle and velocity at the start of each trial, (B, T, 2).
         guess: the state along each trial, a motion but for gaps, (B, T, N, K).
         rss: sum of squares that the last step started from (B,); infinite before the first.
     """
 
-    model: Model
+    simulation: Simulation
     record: Record
     free: tuple[Free, ...]
     values: Array
@@ -132,18 +139,19 @@ class Search:
     @classmethod
     def begin(cls, model: Model, record: Record, free: Sequence[Free], values: Array) -> "Search":
         """From the measured motion, smoothed, for every row of values (B, P)."""
-        free = tuple(free)
-        measured = record.first_guess().expand(len(values), -1, -1, -1)
-        guess = with_states(model, record, free, values, measured)
-        return cls(model, record, free, values, record.starts_of(guess), guess, np.full(len(values), np.inf))
+        free, measured = tuple(free), record.first_guess().expand(len(values), -1, -1, -1)
+        simulation = record.simulation(model, bind_values(free, values))
+        guess = resting_states(simulation, measured[..., 0], measured[..., 1])
+        return cls(simulation, record, free, values, record.starts_of(guess), guess, np.full(len(values), np.inf))
 
     def lifted(self) -> "Search":
         """A Gauss-Newton step of the parameters that closes the gaps of the guess at the same time."""
-        result = _solve(self.model, self.record, self.free, self.values, self.starts, self.guess, iterations=1)
+        simulation = self.simulation.with_params(bind_values(self.free, self.values))
+        result = _solve(simulation, self.free, self.starts, self.guess, iterations=1)
         normal = normal_equations(result, self.record, self.free)
         step = bounded_step(normal.matrix, normal.vector, self.free, self.values, DAMPING)
         values, starts, guess = _move(self.free, self.values, self.starts, result, normal, step)
-        return replace(self, values=values, starts=starts, guess=guess, rss=normal.rss)
+        return replace(self, simulation=simulation, values=values, starts=starts, guess=guess, rss=normal.rss)
 
     def better_half(self) -> "Search":
         """The half, but at least two, whose last step started from the smallest error."""
@@ -154,7 +162,7 @@ class Search:
     def fits(self) -> Iterator[Fit | None]:
         """The fit where each search stands, None where no motion is found near its guess."""
         for values, starts, guess in zip(self.values, self.starts, self.guess, strict=True):
-            yield _attempt(self.model, self.record, self.free, values, starts, guess)
+            yield _attempt(self.simulation, self.record, self.free, values, starts, guess)
 
 
 def fit_model(
@@ -200,39 +208,19 @@ def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:
     record, free = fit.record, tuple(free)
     known = fit.parameters
     values = within(free, np.array([known.get(p.name, p.start) for p in free]))
-    state = fit.sensitive.motion.state
-    guess = state if model.stateful == fit.model.stateful else with_states(model, record, free, values, state)
-    begun = _attempt(model, record, free, values, fit.starts, guess)
+    simulation, guess = record.simulation(model, bind_values(free, values)), fit.sensitive.motion.state
+    if model.stateful != fit.model.stateful:
+        guess = resting_states(simulation, guess[..., 0], guess[..., 1])
+    begun = _attempt(simulation, record, free, values, fit.starts, guess)
     return fit_model(model, record, free) if begun is None else polish(begun)
 
 
-def with_states(model: Model, record: Record, free: Sequence[Free], values: Array, state: Tensor) -> Tensor:
-    """A guess of a model's state from a known motion: the states of its effects are at rest at every sample.
-
-    Args:
-        state: q and qdot, then states of another model, which are left out, (..., T, N, K).
-    """
-    bound = bind(model, bind_values(free, values, record.known), record.emg)
-    drive = drive_muscles(bound, record.emg, record.dt)
-    return resting_states(bound, drive, state[..., 0], state[..., 1])
-
-
 def _solve(
-    model: Model, record: Record, free: Sequence[Free], values: Array, begin: Array, guess: Tensor, iterations: int = 25
+    simulation: Simulation, free: Sequence[Free], begin: Array, guess: Tensor, iterations: int = 25
 ) -> Sensitive:
-    return solve(
-        model,
-        bind_values(free, values, record.known),
-        record.emg,
-        record.dt,
-        torch.from_numpy(begin[..., 0].copy()),
-        torch.from_numpy(begin[..., 1].copy()),
-        guess=guess,
-        wrt={p.name: p.scale for p in free},
-        iterations=iterations,
-        tolerance=TOLERANCE,
-        rescue=False,
-    )
+    q0, qdot0 = (torch.from_numpy(begin[..., i].copy()) for i in range(2))
+    newton = Newton(iterations, TOLERANCE, rescue=False)
+    return solve(simulation, q0, qdot0, guess=guess, wrt={p.name: p.scale for p in free}, newton=newton)
 
 
 def _move(
@@ -252,13 +240,18 @@ def _padded(shift: Array) -> Array:
 
 
 def _attempt(
-    model: Model, record: Record, free: tuple[Free, ...], values: Array, begin: Array, guess: Tensor
+    simulation: Simulation, record: Record, free: tuple[Free, ...], values: Array, begin: Array, guess: Tensor
 ) -> Fit | None:
-    """The fit at given values, or None where no motion was found near the guess."""
-    result = _solve(model, record, free, values, begin, guess)
+    """The fit at given values, or None where no motion was found near the guess.
+
+    Args:
+        simulation: of the model with any parameters.
+    """
+    simulation = simulation.with_params(bind_values(free, values))
+    result = _solve(simulation, free, begin, guess)
     if not result.gap < TOLERANCE:
         return None
-    return Fit(model, free, values, begin, normal_equations(result, record, free), result, record, converged=False)
+    return Fit(simulation, free, values, begin, normal_equations(result, record, free), result, record)
 
 
 def polish(fit: Fit) -> Fit:
@@ -308,7 +301,7 @@ def _follow(fit: Fit, tried: Fit | None, damping: float) -> Fit | None:
 def _take(fit: Fit, step: Array) -> Fit | None:
     """The fit after a step, or None where no motion was found there."""
     values, begin, guess = _move(fit.free, fit.values, fit.starts, fit.sensitive, fit.normal, step)
-    return _attempt(fit.model, fit.record, fit.free, values, begin, guess)
+    return _attempt(fit.simulation, fit.record, fit.free, values, begin, guess)
 
 
 def promised(fit: Fit) -> float:

@@ -36,17 +36,15 @@ def predict(fit: Fit, record: Record) -> Prediction:
 
     Only angle and velocity at their start are estimated, from the first second (`BEGINNING_S`).
     """
-    record = replace(record, known=bind_values(fit.free, fit.values, record.known))
+    record = replace(record, known={**record.known, **bind_values(fit.free, fit.values)})
     early = record.valid & (np.arange(record.angle.shape[1]) * record.dt <= BEGINNING_S)
     nothing = np.zeros((1, 0))  # no parameter is free: a step moves the starts only
     search = replace(Search.begin(fit.model, record, (), nothing), record=replace(record, valid=early))
     for _ in range(LIFTED_STEPS):
         search = search.lifted()
     (start,) = torch.from_numpy(search.starts)
-    motion = solve(
-        fit.model, record.known, record.emg, record.dt, start[:, 0], start[:, 1], guess=search.guess[0]
-    ).motion
-    angle = motion.angle.numpy()
+    simulation = record.simulation(fit.model, {})
+    angle = solve(simulation, start[:, 0], start[:, 1], guess=search.guess[0]).motion.angle.numpy()
     residual = np.where(record.valid, record.angle - angle, 0.0)
     squares = (residual**2).sum(-1)
     return Prediction(

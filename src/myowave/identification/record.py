@@ -14,8 +14,9 @@ from torch import Tensor
 
 from myowave.data.trials import Trials
 from myowave.data.wavelets import estimate_noise
-from myowave.physics.model import Model
-from myowave.physics.motion import channels_of
+from myowave.physics.drive import channels_of
+from myowave.physics.model import Model, Params
+from myowave.physics.simulation import Simulation
 
 # ASSUME: no goniometer is better than this, and no model need be: structure below it is not chased.
 SMALLEST_NOISE_DEG = 0.05
@@ -82,6 +83,10 @@ class Record:
         if self.at_rest:
             starts[..., 1] = 0.0
         return starts
+
+    def simulation(self, model: Model, params: Params) -> Simulation:
+        """What simulates these trials with a model: their EMG, the constants that are known, and other parameters."""
+        return Simulation(model, {**self.known, **params}, self.emg, self.dt)
 
     def first_guess(self) -> Tensor:
         """State (q, qdot) of the measured motion, smoothed, (T, N, 2)."""

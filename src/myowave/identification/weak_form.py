@@ -28,8 +28,8 @@ from torch import Tensor
 from myowave.identification.free_parameters import Free, bind_values, moved, scales
 from myowave.identification.least_squares import bounded_step
 from myowave.identification.record import Record
-from myowave.physics.model import Model, acceleration, bind
-from myowave.physics.motion import activate, breakpoints
+from myowave.physics.drive import breakpoints
+from myowave.physics.model import Model, acceleration
 
 Array = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ class WeakForm:
     def of(cls, model: Model, record: Record) -> "WeakForm":
         """Along the measured angle of all trials given; the model must have no `hidden_effects`."""
         assert not hidden_effects(model), model.name
-        points, weights = _quadrature(breakpoints(bind(model, record.known, record.emg), record.dt, 1), record.dt)
+        points, weights = _quadrature(breakpoints(record.simulation(model, {}).bound, record.dt, 1), record.dt)
         steps = record.angle.shape[1] - 1
         q, qdot = np.empty((2, len(record.names), steps, len(points)))
         for trial, length in enumerate(record.lengths):
@@ -95,12 +95,10 @@ class WeakForm:
 
     def residual(self, free: Sequence[Free], values: Array) -> Array:
         """Weak residual [rad] of free parameters (..., P), all trials in one row: (..., T K)."""
-        record = self.record
-        bound = bind(self.model, bind_values(free, values, record.known), record.emg)
-        start = torch.arange(record.angle.shape[1] - 1, dtype=torch.float64)
-        position = start[:, None, None] + self.points[:, None]
-        _, activation = activate(bound, record.emg, position, record.dt)
-        qddot = acceleration(bound.along(2), self.q, self.qdot, activation, {})
+        simulation = self.record.simulation(self.model, bind_values(free, values))
+        start = torch.arange(self.record.angle.shape[1] - 1, dtype=torch.float64)
+        _, activation = simulation.activate(start[:, None, None] + self.points[:, None])
+        qddot = acceleration(simulation.bound.along(2), self.q, self.qdot, activation, {})
         residual = self.project(self.q, 2) - self.project(qddot, 0)
         return (residual * self.inside).flatten(-2).numpy()
 

@@ -14,8 +14,10 @@ from torch import Tensor
 
 from myowave.data.trials import Trials
 from myowave.data.wavelets import estimate_noise, max_level, project
+from myowave.physics.drive import channels_of
 from myowave.physics.model import Model
-from myowave.physics.motion import channels_of, simulate
+from myowave.physics.motion import simulate
+from myowave.physics.simulation import Simulation
 
 SMOOTH_S = 0.25  # EMG slower than this is the command, faster is noise
 WARP = (0.6, 1.7)  # range of the factor on time
@@ -72,7 +74,8 @@ def simulate_imagined(
     known = {name: torch.from_numpy(value[donors]) for name, value in trials.known(model.defaults).items()}
     starts = trials.angle[donors, random.integers(min(trials.lengths), size=len(emg))]
     drive = channels_of(model, trials.channels, torch.from_numpy(emg))
-    angle = simulate(model, {**known, **params}, drive, trials.dt, torch.from_numpy(starts)).angle
+    simulation = Simulation(model, {**known, **params}, drive, trials.dt)
+    angle = simulate(simulation, torch.from_numpy(starts)).angle
     low, high = trials.angle.min(), trials.angle.max()
     margin = MARGIN * (high - low)
     inside = ((angle > low - margin) & (angle < high + margin)).all(-1)

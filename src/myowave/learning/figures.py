@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from myowave.physics.muscle import MUSCLE_CONSTANTS
+from myowave.physics.constants import MUSCLE_CONSTANTS
 from myowave.plotting import CYCLE, GREY, MEASURED, MODEL, canvas, shade, title
 
 
@@ -122,4 +122,5 @@ def _words(values: pd.Index) -> str:
 
 
 def _unit(name: str) -> str:
-    return MUSCLE_CONSTANTS.get(name.split("_")[0], ("SI units", ""))[0]
+    constant = MUSCLE_CONSTANTS.get(name.split("_")[0])
+    return constant.unit if constant else "SI units"

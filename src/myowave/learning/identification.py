@@ -54,7 +54,7 @@ class Identification:
     @property
     def params(self) -> dict[str, Tensor]:
         """Parameters by name for the physics, each (S, 1)."""
-        return bind_values(self._free, self._values, {})
+        return bind_values(self._free, self._values)
 
     @property
     def mse(self) -> Tensor:

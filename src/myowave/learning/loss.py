@@ -20,8 +20,9 @@ from myowave.learning.network import differentiate_cell
 from myowave.learning.prediction import Network, follow, predict_teacher_forced
 from myowave.learning.rollout import Workspace, roll_out, roll_out_gru
 from myowave.learning.windows import Corpus, count_windows
-from myowave.physics.model import Model, bind, torques
-from myowave.physics.motion import activate, channels_of
+from myowave.physics.drive import channels_of
+from myowave.physics.model import Model, torques
+from myowave.physics.simulation import Simulation
 
 
 @dataclass(frozen=True)
@@ -184,10 +185,10 @@ class TeacherForcedLoss:
 
     def _residual(self, params: Mapping[str, Tensor], q: Tensor, qdot: Tensor, qddot: Tensor) -> Tensor:
         """I qddot - E - T^MT - (torques of effects) at every sample [N m], (S, T, N), Eq. 38."""
-        bound = bind(self._model, {**self._known, **params}, self._emg)
+        simulation = Simulation(self._model, {**self._known, **params}, self._emg, self._dt)
         sample = torch.arange(q.shape[-1], dtype=q.dtype, device=q.device)
-        _, activation = activate(bound, self._emg, sample[:, None, None], self._dt)
-        result = torques(bound.along(1), q, qdot, activation.squeeze(-2), {})
+        _, activation = simulation.activate(sample[:, None, None])
+        result = torques(simulation.along_time, q, qdot, activation.squeeze(-2), {})
         return result.inertia * qddot - result.total
 
 

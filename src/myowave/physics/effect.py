@@ -17,7 +17,7 @@ keyword-only arguments. It returns what its stage names. With all parameters at 
 `side` (M,) is +1 for flexors and -1 for extensors, and counts among the constants of the muscles; `curves` are the
 base model's muscle curves; `torque` is that of all muscles.
 
-At the stages `activation` and `muscle` an effect may have a state y of its own, one number a muscle, that relaxes:
+At the stages `activation` and `muscle` an effect may have a state y of its own, one number per muscle, that relaxes:
 dy/dt = (target - y) / time constant. Then `relaxation` returns (target, time constant [s] where y rises, where it
 falls) from the same quantities; a time constant of 0 keeps y at its target. `initial` returns y at the first sample,
 0 where it is left out. Effects without a state on the stage `muscle` change what a fibre does, before those with one:
@@ -31,8 +31,7 @@ from dataclasses import dataclass, field
 
 from torch import Tensor
 
-from myowave.physics.joint import JOINT_CONSTANTS
-from myowave.physics.muscle import MUSCLE_CONSTANTS
+from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS
 
 _MUSCLE = frozenset(MUSCLE_CONSTANTS) | {"side"}
 _JOINT = frozenset(JOINT_CONSTANTS)
@@ -51,6 +50,9 @@ STAGES = tuple(QUANTITIES)
 # Stages whose effects may have a state, and what these may ask for besides.
 STATEFUL_STAGES = {"activation": frozenset({"state"}), "muscle": frozenset({"state", "hill"})}
 MUSCLE_STAGES = ("excitation", "activation", "path", "muscle")  # quantities there have muscles on the last axis
+# Stages before the force of the muscles: parameters there change the muscles' drive. An effect on the constants may
+# change any of them, so it counts among these.
+DRIVE_STAGES = ("constants", "excitation", "activation")
 
 
 @dataclass(frozen=True)
@@ -119,8 +121,13 @@ class Effect:
 
     @property
     def stateful(self) -> bool:
-        """Whether the effect has a state of its own, one number a muscle."""
+        """Whether the effect has a state of its own, one number per muscle."""
         return self.relaxation is not None
+
+    @property
+    def drives(self) -> bool:
+        """Whether the effect's parameters change the drive of the muscles."""
+        return self.acts_on in DRIVE_STAGES
 
     @property
     def asks(self) -> frozenset[str]:

@@ -10,6 +10,7 @@ from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
 from myowave.physics.muscle import EXTENSOR, FLEXOR, Muscle
+from myowave.physics.simulation import Simulation
 
 TOLERANCE = 1e-9  # rad: how much an effect may move the angle with all parameters at 0
 DT, SAMPLES = 0.01, 4
@@ -82,7 +83,7 @@ def _try(model: Model, params: Mapping[str, Tensor | float], where: str) -> Tens
     rising = torch.linspace(0.3, 0.6, SAMPLES, dtype=torch.float64)
     emg = rising[:, None].expand(len(angle), SAMPLES, len(model.muscles))
     try:
-        return simulate(model, params, emg, DT, angle, velocity).angle
+        return simulate(Simulation(model, params, emg, DT), angle, velocity).angle
     except Exception as error:
         shapes = f"q {tuple(angle.shape)}, activation {tuple(emg.shape[::2])}"
         raise ValueError(

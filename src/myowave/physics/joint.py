@@ -5,14 +5,6 @@ from torch import Tensor
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 
-# Physical constants of the joint: name -> (unit, meaning).
-JOINT_CONSTANTS = {
-    "mass": ("kg", "forearm mass, at the wrist"),
-    "length": ("m", "forearm length"),
-    "load": ("kg", "known mass held in the hand"),
-    "tilt": ("rad", "known lean of the upper arm from the vertical, forward positive"),
-}
-
 
 def inertia(*, mass: Tensor, length: Tensor, load: Tensor) -> Tensor:
     """Moment of inertia about the elbow [kg m^2], I = (m + load) l^2.

@@ -5,6 +5,7 @@
 Shapes: ... batch (hypotheses, starts, perturbations), T trials, N samples, D points within a sample step, M muscles.
 """
 
+import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -14,10 +15,10 @@ from torch import Tensor
 
 from myowave.physics import joint as joint_physics
 from myowave.physics import muscle as muscle_physics
+from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS
 from myowave.physics.curves import Curves
 from myowave.physics.effect import MUSCLE_STAGES, STAGES, Effect, Parameter, call
-from myowave.physics.joint import JOINT_CONSTANTS
-from myowave.physics.muscle import MUSCLE_CONSTANTS, Muscle
+from myowave.physics.muscle import Muscle
 
 Params = Mapping[str, Tensor | float]
 
@@ -43,7 +44,7 @@ class Model:
 
     @cached_property
     def effect_parameters(self) -> dict[str, Parameter]:
-        """Parameters that the effects bring, by full name: `joint_damping.c`, or `emg_gain.g_Bi` for one a muscle."""
+        """Parameters that the effects bring, by full name: `joint_damping.c`, or `emg_gain.g_Bi`, one per muscle."""
         return {name: p for effect in self.effects for name, p in self.parameters_of(effect).items()}
 
     def parameters_of(self, effect: Effect) -> dict[str, Parameter]:
@@ -72,6 +73,30 @@ class Model:
     @cached_property
     def _by_stage(self) -> dict[str, tuple[Effect, ...]]:
         return {stage: tuple(e for e in self.effects if e.acts_on == stage) for stage in STAGES}
+
+    def check_names(self, names: Iterable[str]) -> None:
+        """Raises a ValueError for names that are no parameters of the model."""
+        if unknown := sorted(set(names) - set(self.defaults)):
+            raise ValueError(
+                f"model {self.name}: no parameter {', '.join(unknown)}; it has {', '.join(sorted(self.defaults))}"
+            )
+
+    def drives(self, name: str) -> bool:
+        """Whether a parameter changes the drive of the muscles: their excitation, or their activation."""
+        effect, dot, _ = name.partition(".")
+        if dot:
+            return next(e for e in self.effects if e.name == effect).drives
+        return (MUSCLE_CONSTANTS | JOINT_CONSTANTS)[name.partition("_")[0]].drives
+
+    @cached_property
+    def early_activation(self) -> tuple[Effect, ...]:
+        """Effects on the activation before the first one with a state: they belong to the muscles' drive."""
+        return tuple(itertools.takewhile(lambda effect: not effect.stateful, self.on("activation")))
+
+    @cached_property
+    def late_activation(self) -> tuple[Effect, ...]:
+        """Effects on the activation from the first one with a state on: they act step by step."""
+        return self.on("activation")[len(self.early_activation) :]
 
     @cached_property
     def fibre_effects(self) -> tuple[Effect, ...]:
@@ -137,6 +162,11 @@ class Bound:
         return self.effect[effect.name]
 
     @cached_property
+    def driving(self) -> Mapping[str, Tensor]:
+        """The side of the muscles and those of their constants that may change their drive."""
+        return {n: v for n, v in self.muscle.items() if n == "side" or MUSCLE_CONSTANTS[n].drives}
+
+    @cached_property
     def combined(self) -> "Combined":
         """Combinations of the constants that the equation of motion needs at every step."""
         c = self.muscle
@@ -176,10 +206,7 @@ def bind(model: Model, params: Params, like: Tensor) -> Bound:
     Raises:
         ValueError: for a name the model does not have.
     """
-    if unknown := sorted(set(params) - set(model.defaults)):
-        raise ValueError(
-            f"model {model.name}: no parameter {', '.join(unknown)}; it has {', '.join(sorted(model.defaults))}"
-        )
+    model.check_names(params)
     full = {n: _value(params.get(n, default), like) for n, default in model.defaults.items()}
     muscle = {c: _stack([full[f"{c}_{m.name}"] for m in model.muscles]) for c in MUSCLE_CONSTANTS}
     muscle["side"] = torch.tensor([m.side for m in model.muscles], dtype=like.dtype, device=like.device)
@@ -201,11 +228,6 @@ def bind(model: Model, params: Params, like: Tensor) -> Bound:
             muscle.update({n: v for n, v in changed.items() if n in muscle})
             joint.update({n: v for n, v in changed.items() if n in joint})
     return Bound(model, muscle, joint, effect)
-
-
-def constant_unit(name: str) -> str:
-    """Unit of a constant of a muscle or of the joint, such as `f0_Bi` or `mass`."""
-    return (MUSCLE_CONSTANTS | JOINT_CONSTANTS)[name.partition("_")[0]][0]
 
 
 def _value(value: Tensor | float, like: Tensor) -> Tensor:

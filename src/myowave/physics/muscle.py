@@ -9,20 +9,8 @@ from dataclasses import dataclass, field
 import torch
 from torch import Tensor
 
+from myowave.physics.constants import MUSCLE_CONSTANTS
 from myowave.physics.curves import Curves
-
-# Physical constants of a muscle: name -> (unit, meaning). The parameter of muscle `Bi` is called `f0_Bi`.
-MUSCLE_CONSTANTS = {
-    "f0": ("N", "maximum isometric force"),
-    "l0": ("m", "optimal fibre length"),
-    "vmax": ("m/s", "maximum contraction velocity"),
-    "slack": ("m", "tendon slack length"),
-    "pennation": ("rad", "pennation angle at optimal fibre length"),
-    "l1": ("m", "distance of the origin from the joint"),
-    "l2": ("m", "distance of the insertion from the joint"),
-    "delay": ("s", "electromechanical delay"),
-    "shape": ("-", "shape factor A of the activation, Eq. 2"),
-}
 
 FLEXOR, EXTENSOR = 1.0, -1.0
 

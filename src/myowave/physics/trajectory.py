@@ -17,11 +17,28 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from myowave.physics.model import Bound, Model, Params, bind, observe
-from myowave.physics.motion import Drive, Motion, batch_shape, drive_muscles, initial_state, simulate, step
+from myowave.physics.model import observe
+from myowave.physics.motion import Motion, batch_shape, initial_state, observed, simulate, step
+from myowave.physics.simulation import Simulation
 
-TOLERANCE = 1e-9  # of the state, rad and rad/s
 NUDGE = 1e-6  # relative step of the one-sided differences; their error is far below what a fit needs
+
+
+@dataclass(frozen=True)
+class Newton:
+    """How far Newton's method goes.
+
+    Args:
+        iterations: at most. With 1 the result is the first-order correction of the guess towards a motion, whatever is
+            left of the gap, and the derivatives are those at the guess.
+        tolerance: of the state [rad, rad/s]; derivatives are accurate to about ten times its square root.
+        rescue: whether to integrate sample after sample, which is slow, where Newton's method does not converge from
+            the guess; otherwise look at `Sensitive.gap`.
+    """
+
+    iterations: int = 25
+    tolerance: float = 1e-9
+    rescue: bool = True
 
 
 @dataclass(frozen=True)
@@ -61,66 +78,45 @@ class Sensitive:
 
 
 def solve(
-    model: Model,
-    params: Params,
-    emg: Tensor,
-    dt: float,
+    simulation: Simulation,
     q0: Tensor,
     qdot0: Tensor,
     *,
     guess: Tensor | None = None,
     wrt: Mapping[str, float] | None = None,
-    substeps: int = 1,
-    iterations: int = 25,
-    tolerance: float = TOLERANCE,
-    rescue: bool = True,
+    newton: Newton = Newton(),
 ) -> Sensitive:
     """Motion and sensitivities for every sample at once.
 
     Args:
-        params, emg, dt, q0, qdot0, substeps: as for `motion.simulate`; everything in double precision.
+        simulation: in double precision.
+        q0, qdot0: joint angle and velocity at the first sample [rad, rad/s], broadcastable to (..., T).
         guess: state to start from, broadcastable to (..., T, N, K); by default the integrator's own result. Where
             Newton's method does not converge from it, the integrator's result is used.
         wrt: parameters to differentiate by, with the size of a usual change of each (sets the step of differences).
-        iterations: of Newton's method. With 1 the result is the first-order correction of `guess` towards a motion,
-            whatever is left of the gap, and the derivatives are those at `guess`.
-        tolerance: of the state; derivatives are accurate to about ten times its square root.
-        rescue: whether to integrate sample after sample where Newton's method does not converge, which is slow;
-            otherwise look at `gap`.
 
     Raises:
-        ValueError: as `motion.simulate`.
+        ValueError: for a parameter that the model does not have.
     """
-    assert emg.dtype == torch.float64, "sensitivities by differences need double precision"
+    assert simulation.emg.dtype == torch.float64, "sensitivities by differences need double precision"
     wrt = dict(wrt or {})
-    bound = bind(model, params, emg)
-    drive = drive_muscles(bound, emg, dt, substeps)
-    batch = batch_shape(bound, drive, q0, qdot0)
+    batch = batch_shape(simulation, q0, qdot0)
     q0, qdot0 = q0.expand(batch), qdot0.expand(batch)
-    start = initial_state(bound, drive, q0, qdot0)
-    if guess is None:
-        state = simulate(model, params, emg, dt, q0, qdot0, substeps=substeps).state
-    else:
-        state = guess.expand(*batch, *guess.shape[-2:]).clone()
+    start = initial_state(simulation, q0, qdot0)
+    state = simulate(simulation, q0, qdot0).state if guess is None else guess
+    state = state.expand(*batch, *state.shape[-2:]).clone()
     state[..., 0, :] = start
-    state, gap, linear = _newton(bound.along(1), drive, state, iterations, tolerance)
-    if guess is not None and iterations > 1 and rescue and not gap < tolerance:
-        return solve(model, params, emg, dt, q0, qdot0, wrt=wrt, substeps=substeps, iterations=iterations)
-    motion = Motion(observe(bound.along(1), state[..., 0], state[..., 1], dt), state)
-    tangent = _tangents(model, params, emg, dt, linear, [*wrt.items()], substeps, NUDGE, starts=True)
-    derivatives = _observed(model, params, emg, dt, linear, [*wrt.items()], tangent)
+    state, gap, linear = _newton(simulation, state, newton)
+    if guess is not None and newton.iterations > 1 and newton.rescue and not gap < newton.tolerance:
+        return solve(simulation, q0, qdot0, wrt=wrt, newton=Newton(newton.iterations))
+    tangent = _tangents(simulation, linear, wrt, NUDGE, starts=True)
+    derivatives = _derivatives_observed(simulation, linear, wrt, tangent, NUDGE)
+    motion = observed(simulation, state)
     return Sensitive(motion, derivatives[: len(wrt)], derivatives[len(wrt) :], tangent, gap, linear)
 
 
 def derivatives_of(
-    model: Model,
-    params: Params,
-    emg: Tensor,
-    dt: float,
-    linear: Linear,
-    wrt: Mapping[str, float],
-    substeps: int = 1,
-    reach: float = NUDGE,
+    simulation: Simulation, linear: Linear, wrt: Mapping[str, float], reach: float = NUDGE
 ) -> tuple[Tensor, Tensor]:
     """Derivatives of a solved motion by parameters of a richer model that moves in the same way.
 
@@ -128,7 +124,7 @@ def derivatives_of(
     evaluation of the step for each parameter is all it takes. The effect must have no state of its own.
 
     Args:
-        model, params: the richer model; its further parameters are at 0.
+        simulation: of the richer model; its further parameters are at 0.
         linear: of the motion solved without them.
         wrt: parameters, with the size of a usual change of each.
         reach: step of the differences in units of that size. A large one takes the secant of the step, which sees
@@ -137,25 +133,24 @@ def derivatives_of(
     Returns:
         d angle / d parameter (P, ..., T, N), and d state / d parameter (..., T, N, K, P).
     """
-    assert model.state_size == linear.at.shape[-1], "the richer model has another state"
-    tangent = _tangents(model, params, emg, dt, linear, [*wrt.items()], substeps, reach, starts=False)
-    return _observed(model, params, emg, dt, linear, [*wrt.items()], tangent, reach), tangent
+    assert simulation.model.state_size == linear.at.shape[-1], "the richer model has another state"
+    tangent = _tangents(simulation, linear, wrt, reach, starts=False)
+    return _derivatives_observed(simulation, linear, wrt, tangent, reach), tangent
 
 
-def _newton(
-    bound: Bound, drive: Drive, state: Tensor, iterations: int, tolerance: float
-) -> tuple[Tensor, float, Linear]:
+def _newton(simulation: Simulation, state: Tensor, newton: Newton) -> tuple[Tensor, float, Linear]:
     """Close the gaps between the samples of a state whose first sample is right.
 
     A Jacobian is used again as long as it makes the change shrink tenfold. Returns the state, the last change, and the
     linearisation at the state before that change.
     """
+    bound, drive = simulation.along_time, simulation.drive
     bumps = NUDGE * torch.eye(state.shape[-1], dtype=state.dtype, device=state.device)
     bumps = bumps.reshape(-1, *(1,) * (state.ndim - 1), state.shape[-1])
     still = torch.zeros_like(state[..., 0, :]).unsqueeze(-1)
-    stale_limit = 10 * tolerance**0.5
+    stale_limit = 10 * newton.tolerance**0.5
     gap, stale, refresh = math.inf, math.inf, True
-    for _ in range(iterations):
+    for _ in range(newton.iterations):
         before = state[..., :-1, :]
         if refresh:
             copies = step(bound, torch.cat([before.unsqueeze(0), before + bumps]), drive)
@@ -167,94 +162,50 @@ def _newton(
         state = state + change
         shrinks = (size := float(change.detach().abs().amax())) < 0.1 * gap
         gap = size
-        if not math.isfinite(gap) or (gap < tolerance and stale < stale_limit):
+        if not math.isfinite(gap) or (gap < newton.tolerance and stale < stale_limit):
             break
-        refresh = not shrinks or gap > 0.1 or gap < tolerance
+        refresh = not shrinks or gap > 0.1 or gap < newton.tolerance
         stale += gap
     return state, gap, linear
 
 
 def _tangents(
-    model: Model,
-    params: Params,
-    emg: Tensor,
-    dt: float,
-    linear: Linear,
-    wrt: list[tuple[str, float]],
-    substeps: int,
-    reach: float,
-    *,
-    starts: bool,
+    simulation: Simulation, linear: Linear, wrt: Mapping[str, float], reach: float, *, starts: bool
 ) -> Tensor:
     """d state / d parameters [and q0, qdot0], (..., T, N, K, P [+ 2]): the linearised recursion along a motion."""
     before, after = linear.at[..., :-1, :], linear.after
     q0, qdot0 = linear.at[..., 0, 0], linear.at[..., 0, 1]
-    base = bind(model, params, emg)
-    base_drive = drive_muscles(base, emg, dt, substeps)
-    base_start = initial_state(base, base_drive, q0, qdot0)
+    base_start = initial_state(simulation, q0, qdot0)
     forcing = after.new_zeros(*after.shape, len(wrt) + (2 if starts else 0))
     begin = base_start.new_zeros(*base_start.shape, forcing.shape[-1])
-    for drives in (True, False):  # parameters that change the muscles' drive, and those that leave it; each one batch
-        group = [i for i, (name, _) in enumerate(wrt) if _drives(model, name) == drives]
+    names, drives = list(wrt), simulation.model.drives
+    for group in ([n for n in wrt if drives(n)], [n for n in wrt if not drives(n)]):  # the second shares the drive
         if group:
-            nudged, nudges = _nudged(model, params, [wrt[i] for i in group], reach, q0)
-            bound = bind(model, nudged, emg)
-            drive = drive_muscles(bound, emg, dt, substeps) if drives else base_drive
-            moved = step(bound.along(1), before, drive) - after
-            forcing[..., group] = (moved / nudges.reshape(-1, *(1,) * after.ndim)).movedim(0, -1)
-            shifted = initial_state(bound, drive, q0, qdot0) - base_start
-            begin[..., group] = (shifted / nudges.reshape(-1, *(1,) * base_start.ndim)).movedim(0, -1)
+            nudged, nudges = simulation.nudged({n: wrt[n] for n in group}, reach, q0.ndim)
+            columns = [names.index(n) for n in group]
+            moved = step(nudged.along_time, before, nudged.drive) - after
+            forcing[..., columns] = (moved / nudges.reshape(-1, *(1,) * after.ndim)).movedim(0, -1)
+            shifted = initial_state(nudged, q0, qdot0) - base_start
+            begin[..., columns] = (shifted / nudges.reshape(-1, *(1,) * base_start.ndim)).movedim(0, -1)
     for i, shift in enumerate(((NUDGE, 0.0), (0.0, NUDGE)) if starts else (), start=len(wrt)):
-        begin[..., i] = (initial_state(base, base_drive, q0 + shift[0], qdot0 + shift[1]) - base_start) / NUDGE
+        begin[..., i] = (initial_state(simulation, q0 + shift[0], qdot0 + shift[1]) - base_start) / NUDGE
     return _recur(linear.jacobian, forcing, begin)
 
 
-def _observed(
-    model: Model,
-    params: Params,
-    emg: Tensor,
-    dt: float,
-    linear: Linear,
-    wrt: list[tuple[str, float]],
-    tangent: Tensor,
-    reach: float = NUDGE,
+def _derivatives_observed(
+    simulation: Simulation, linear: Linear, wrt: Mapping[str, float], tangent: Tensor, reach: float
 ) -> Tensor:
     """Derivatives of the observed angle (P [+ 2], ..., T, N) from those of the state, by parameters [and the start]."""
-    if not model.on("observation"):
+    if not simulation.model.on("observation"):
         return tangent[..., 0, :].movedim(-1, 0)
-    bound = bind(model, params, emg).along(1)
-    nudged, nudges = _nudged(model, params, wrt, reach, linear.at[..., 0, 0])
-    moving = bind(model, nudged, emg).along(1)
+    nudged, nudges = simulation.nudged(wrt, reach, linear.at.ndim - 2)
     nudges = torch.cat([nudges, nudges.new_full((tangent.shape[-1] - len(wrt),), NUDGE)])
     nudges = nudges.reshape(-1, *(1,) * (linear.at.ndim - 1))
     moved = linear.at + nudges.unsqueeze(-1) * tangent.movedim(-1, 0)
-    parts = ((moving, moved[: len(wrt)]), (bound, moved[len(wrt) :]))
-    angles = torch.cat([observe(values, at[..., 0], at[..., 1], dt) for values, at in parts if len(at)])
-    return (angles - observe(bound, linear.at[..., 0], linear.at[..., 1], dt)) / nudges
-
-
-def _nudged(
-    model: Model, params: Params, wrt: list[tuple[str, float]], reach: float, like: Tensor
-) -> tuple[dict[str, Tensor], Tensor]:
-    """Parameters with one more axis in front, along which one after the other is nudged, and the nudges (P,).
-
-    Args:
-        like: a tensor (..., T).
-    """
-    nudges = reach * torch.tensor([scale for _, scale in wrt], dtype=like.dtype, device=like.device)
-    moved = dict(params)
-    for name, shift in zip((name for name, _ in wrt), torch.diag(nudges), strict=True):
-        value = torch.as_tensor(params.get(name, model.defaults[name]), dtype=like.dtype, device=like.device)
-        moved[name] = value + shift.reshape(-1, *(1,) * like.ndim)
-    return moved, nudges
-
-
-def _drives(model: Model, name: str) -> bool:
-    """Whether a parameter changes the drive of the muscles."""
-    effect = next((e for e in model.effects if name in model.parameters_of(e)), None)
-    if effect is None:
-        return name.startswith(("delay_", "shape_"))
-    return effect.acts_on in ("excitation", "activation", "constants")
+    bound = simulation.along_time
+    parts = ((nudged.along_time, moved[: len(wrt)]), (bound, moved[len(wrt) :]))
+    angles = torch.cat([observe(values, at[..., 0], at[..., 1], simulation.dt) for values, at in parts if len(at)])
+    return (angles - observe(bound, linear.at[..., 0], linear.at[..., 1], simulation.dt)) / nudges
 
 
 def _recur(jacobian: Tensor, forcing: Tensor, start: Tensor) -> Tensor:

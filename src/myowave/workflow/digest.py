@@ -3,6 +3,7 @@
 It covers the rule's script and every module of the package that the script imports, directly or through others, and no
 other: an edit in the network reruns no diagnosis, one in the physics no import of recordings. Comments, layout and
 docstrings do not count, as they change no result; neither do the modules of `BESIDE`.
+A package that imports modules by name, as the catalogue of effects does, uses all that stand beside it.
 """
 
 import ast
@@ -63,7 +64,14 @@ def _imports_of(path: Path, source: Path) -> frozenset[Path]:
         for depth in range(len(parts) + 1):
             place = source.joinpath(*parts[:depth])
             found |= {file for file in (place / "__init__.py", place.with_suffix(".py")) if file.is_file()}
+    if path.name == "__init__.py" and _imports_by_name(_parse(path)):
+        found |= set(path.parent.glob("[!_]*.py"))
     return frozenset(found)
+
+
+def _imports_by_name(tree: ast.Module) -> bool:
+    """Whether a module calls `importlib.import_module`; a package may so import any module beside it."""
+    return any(isinstance(node, ast.Attribute) and node.attr == "import_module" for node in ast.walk(tree))
 
 
 def _names_imported(tree: ast.Module) -> Iterator[str]:

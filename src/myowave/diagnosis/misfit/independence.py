@@ -23,8 +23,6 @@ from scipy.stats import norm
 
 from myowave.identification.output_error import Fit
 from myowave.identification.record import SMALLEST_NOISE_DEG
-from myowave.physics.model import bind
-from myowave.physics.motion import drive_muscles
 
 Array = NDArray[np.float64]
 
@@ -115,8 +113,7 @@ def whitening_filter(residual: Array, samples: int, floor: float) -> Array:
 
 def inputs_of(fit: Fit) -> dict[str, Array]:
     """What drives the arm, at every sample: {name: (T, N)}."""
-    bound = bind(fit.model, fit.params, fit.record.emg)
-    drive = drive_muscles(bound, fit.record.emg, fit.record.dt)
+    drive = fit.simulation.drive
     activation = torch.cat([drive.activation[..., 0, :], drive.activation[..., -1:, -1, :]], -2)
     activation = activation.expand(len(fit.record.names), *activation.shape[-2:]).numpy()
     state = fit.sensitive.motion.state.numpy()

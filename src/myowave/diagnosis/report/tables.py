@@ -11,7 +11,8 @@ from myowave.diagnosis.search.rank import EVIDENCE, Candidate
 from myowave.diagnosis.search.score import confusion
 from myowave.identification.record import SMALLEST_NOISE_DEG, Record
 from myowave.identification.uncertainty import correlations
-from myowave.physics.model import Model, constant_unit
+from myowave.physics.constants import constant_unit
+from myowave.physics.model import Model
 
 CONFUSED = 0.8  # one effect imitates at least this much of another
 

@@ -124,15 +124,8 @@ def _slopes(
         start = torch.from_numpy(fit.starts)
     else:
         start = torch.tensor([[START_RAD, 0.0]], dtype=torch.float64).expand(len(record.names), 2)
-    result = solve(
-        model,
-        bind_values(everything, values, record.known),
-        record.emg,
-        record.dt,
-        start[:, 0],
-        start[:, 1],
-        wrt={p.name: p.scale for p in everything},
-    )
+    simulation = record.simulation(model, bind_values(everything, values))
+    result = solve(simulation, start[:, 0], start[:, 1], wrt={p.name: p.scale for p in everything})
     normal = normal_equations(result, record, everything)
     count = len(own)
     return normal.slope[..., :count], normal.slope[..., count:], normal.by_start

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from myowave.identification.free_parameters import Free, bind_values, bounds, effect_parameters, scales
 from myowave.identification.least_squares import minimise_within, pseudo_inverse, scaled_slope
-from myowave.identification.output_error import TOLERANCE, Fit, with_states
+from myowave.identification.output_error import TOLERANCE, Fit
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
-from myowave.physics.trajectory import Sensitive, derivatives_of, solve
+from myowave.physics.motion import resting_states
+from myowave.physics.trajectory import Newton, Sensitive, derivatives_of, solve
 
 Array = NDArray[np.float64]
 
@@ -120,19 +121,18 @@ def _strongest(score: Score) -> Array:
 def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
     """The fit of a model with an effect more, that is still 0: the same motion, with derivatives by its parameters."""
     record, old = fit.record, fit.sensitive
-    params = bind_values(fit.free, fit.values, record.known)
+    simulation = record.simulation(model, bind_values(fit.free, fit.values))
     wrt = {p.name: p.scale for p in free}
     if model.stateful == fit.model.stateful:
         # Where the effect is one-sided the difference must reach to the side that is allowed.
         reach = REACH * (1 if all(p.high > 0 for p in free) else -1)
-        added, tangent = derivatives_of(model, params, record.emg, record.dt, fit.linear, wrt, reach=reach)
+        added, tangent = derivatives_of(simulation, fit.linear, wrt, reach)
         motion, linear, of_others = old.motion, old.linear, old.tangent
     else:
         begin = torch.from_numpy(fit.starts)
-        guess = with_states(model, record, fit.free, fit.values, old.motion.state)
-        solved = solve(
-            model, params, record.emg, record.dt, begin[:, 0], begin[:, 1], guess=guess, wrt=wrt, tolerance=TOLERANCE
-        )
+        guess = resting_states(simulation, old.motion.q, old.motion.qdot)
+        newton = Newton(tolerance=TOLERANCE)
+        solved = solve(simulation, begin[:, 0], begin[:, 1], guess=guess, wrt=wrt, newton=newton)
         added, tangent = solved.by_parameter, solved.tangent[..., : len(free)]
         motion, linear = solved.motion, solved.linear
         # How other parameters move the new states is not known here; a fit's next step finds it.
@@ -150,7 +150,7 @@ def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
     values = np.concatenate([fit.values, np.zeros(len(free))])
     # The motion is that of the fit, so its normal equations hold, with a few columns more.
     normal = fit.normal.extended(scaled_slope(added, scales(free), record.valid))
-    return Fit(model, everything, values, fit.starts, normal, sensitive, record, converged=False)
+    return Fit(simulation, everything, values, fit.starts, normal, sensitive, record)
 
 
 def best_within(information: Array, product: Array, free: tuple[Free, ...]) -> tuple[Array, float]:

@@ -24,9 +24,10 @@ from myowave.identification.free_parameters import Free, free_parameters
 from myowave.identification.output_error import fit_model
 from myowave.identification.prediction import predict
 from myowave.identification.record import make_record
+from myowave.physics.drive import channels_of
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
-from myowave.physics.motion import channels_of
+from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
 from myowave.settings import Diagnosis as DiagnosisSettings
 from myowave.settings import SimulatedDataset
@@ -143,7 +144,7 @@ def simulate_case(
     guess = torch.from_numpy(np.stack([clean.angle, velocity], -1))
     guess = torch.nn.functional.pad(guess, (0, model.state_size - 2))
     params = {name: torch.tensor(value, dtype=torch.float64) for name, value in values.items()}
-    motion = solve(model, params, emg, clean.dt, start, torch.zeros_like(start), guess=guess).motion
+    motion = solve(Simulation(model, params, emg, clean.dt), start, torch.zeros_like(start), guess=guess).motion
     q = motion.q.numpy()
     if np.isfinite(q).all() and ANGLE_RANGE[0] < q.min() and q.max() < ANGLE_RANGE[1]:
         return replace(clean, angle=motion.angle.numpy())

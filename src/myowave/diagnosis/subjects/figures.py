@@ -5,7 +5,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from myowave.physics.model import constant_unit
+from myowave.physics.constants import constant_unit
 from myowave.plotting import BLUE, GREY, RED, canvas, title
 
 _PARAMETERS = 6  # panels that can still be read

@@ -1,0 +1,82 @@
+"""What a motion follows from, but for where it starts: a model, values of its parameters, and the EMG that drives it.
+
+Shapes: ... batch, T trials, N samples, n positions, D points within a step, M muscles, P parameters.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import torch
+from torch import Tensor
+
+from myowave.physics.drive import Drive, activate, drive_muscles
+from myowave.physics.model import Bound, Model, Params, bind
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """A model, ready to be simulated. The parameters are bound once, when they are first needed, and so is the drive.
+
+    Args:
+        params: values by name, each broadcastable to (..., T); the rest take the model's defaults.
+        emg: one channel per muscle, (..., T, N, M), every `dt` seconds; see `drive.channels_of`.
+        dt: sampling interval [s].
+        substeps: Runge-Kutta steps for each piece between two kinks of the activation.
+
+    Raises:
+        ValueError: when parameters are bound or changed, for a name that the model does not have.
+    """
+
+    model: Model
+    params: Params
+    emg: Tensor
+    dt: float
+    substeps: int = 1
+
+    @cached_property
+    def bound(self) -> Bound:
+        """The model with values for all its parameters."""
+        return bind(self.model, self.params, self.emg)
+
+    @cached_property
+    def along_time(self) -> Bound:
+        """The same, broadcastable to quantities (..., T, N)."""
+        return self.bound.along(1)
+
+    @cached_property
+    def drive(self) -> Drive:
+        """Excitation and activation of every muscle at the points of every step."""
+        return drive_muscles(self.bound, self.emg, self.dt, self.substeps)
+
+    def activate(self, position: Tensor) -> tuple[Tensor, Tensor]:
+        """Excitation and activation at other positions (..., T, n, D, 1), in units of samples: (..., T, n, D, M)."""
+        return activate(self.bound, self.emg, position, self.dt)
+
+    def with_params(self, params: Params) -> "Simulation":
+        """The same with other values for some parameters; it shares the drive if none of them changes it."""
+        self.model.check_names(params)
+        changed = replace(self, params={**self.params, **params})
+        if "drive" in vars(self) and not any(self.model.drives(name) for name in params):
+            vars(changed)["drive"] = self.drive  # where a cached property keeps its value
+        return changed
+
+    def nudged(self, wrt: Mapping[str, float], reach: float, axes: int) -> tuple["Simulation", Tensor]:
+        """One more axis in front of the batch, along which one parameter after the other is moved a little.
+
+        Args:
+            wrt: the parameters, with the size of a usual change of each.
+            reach: how far they are moved, in units of that size.
+            axes: of the batch (..., T) in front of which the new one stands.
+
+        Returns:
+            The simulation of all moved copies, (P, ..., T), and by how much each parameter was moved, (P,).
+        """
+        self.model.check_names(wrt)
+        nudges = reach * torch.tensor([*wrt.values()], dtype=self.emg.dtype, device=self.emg.device)
+        moved = {}
+        for name, shift in zip(wrt, torch.diag(nudges), strict=True):
+            value = self.params.get(name, self.model.defaults[name])
+            value = torch.as_tensor(value, dtype=self.emg.dtype, device=self.emg.device)
+            moved[name] = value + shift.reshape(-1, *(1,) * axes)
+        return self.with_params(moved), nudges
