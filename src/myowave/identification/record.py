@@ -68,8 +68,20 @@ class Record:
         )
 
     @property
+    def lengths(self) -> NDArray[np.int64]:
+        """Measured samples of each trial, (T,)."""
+        return self.valid.sum(1)
+
+    @property
     def train(self) -> "Record":
         return self.take(np.flatnonzero(self.training))
+
+    def starts_of(self, guess: Tensor) -> NDArray[np.float64]:
+        """Angle and velocity at the first sample of a guess of the state (..., T, N, K): (..., T, 2)."""
+        starts = guess[..., 0, :2].numpy().copy()
+        if self.at_rest:
+            starts[..., 1] = 0.0
+        return starts
 
     def first_guess(self) -> Tensor:
         """State (q, qdot) of the measured motion, smoothed, (T, N, 2)."""
@@ -93,7 +105,6 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at
     """
     recorded = [angle[:length] for angle, length in zip(trials.angle, trials.lengths, strict=True)]
     noise = estimate_noise(*recorded) if noise_deg is None else np.radians(noise_deg)
-    known = {name for values in trials.conditions.values() for name in values} | set(trials.constants)
     return Record(
         names=trials.names,
         dt=trials.dt,
@@ -101,7 +112,7 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at
         angle=trials.angle,
         valid=trials.valid,
         training=np.array([name not in trials.test for name in trials.names]),
-        known={n: torch.from_numpy(trials.condition(n, model.defaults[n])) for n in sorted(known)},
+        known={name: torch.from_numpy(values) for name, values in trials.known(model.defaults).items()},
         noise=max(float(noise), np.radians(SMALLEST_NOISE_DEG)),
         at_rest=at_rest,
     )

@@ -21,7 +21,7 @@ from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 from scipy.stats import norm
 
-from myowave.identification.fit import Fit
+from myowave.identification.output_error import Fit
 from myowave.identification.record import SMALLEST_NOISE_DEG
 from myowave.physics.model import bind
 from myowave.physics.motion import drive_muscles

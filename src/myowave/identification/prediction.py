@@ -3,13 +3,14 @@
 Shapes: T trials, N samples.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from myowave.identification.fit import Fit, bind_values, with_states
+from myowave.identification.free_parameters import bind_values
+from myowave.identification.output_error import Fit, Search
 from myowave.identification.record import Record
 from myowave.physics.trajectory import solve
 
@@ -35,28 +36,17 @@ def predict(fit: Fit, record: Record) -> Prediction:
 
     Only angle and velocity at their start are estimated, from the first second (`BEGINNING_S`).
     """
-    guess = record.first_guess()
-    begin = guess[:, 0].numpy().copy()
-    if record.at_rest:
-        begin[:, 1] = 0.0
-    params = bind_values(fit.free, fit.values, record)
-    guess = with_states(fit.model, record, fit.free, fit.values, guess)
+    record = replace(record, known=bind_values(fit.free, fit.values, record.known))
     early = record.valid & (np.arange(record.angle.shape[1]) * record.dt <= BEGINNING_S)
-    count = 1 if record.at_rest else 2
+    nothing = np.zeros((1, 0))  # no parameter is free: a step moves the starts only
+    search = replace(Search.begin(fit.model, record, (), nothing), record=replace(record, valid=early))
     for _ in range(LIFTED_STEPS):
-        start = torch.from_numpy(begin)
-        result = solve(
-            fit.model, params, record.emg, record.dt, start[:, 0], start[:, 1], guess=guess, iterations=1, rescue=False
-        )
-        slope = np.moveaxis(result.by_start.numpy(), 0, -1)[..., :count] * early[..., None]
-        residual = np.where(early, record.angle - result.motion.angle.numpy(), 0.0)
-        gram = np.einsum("tni,tnj->tij", slope, slope) + 1e-12 * np.eye(count)
-        shift = np.zeros_like(begin)
-        shift[:, :count] = np.linalg.solve(gram, np.einsum("tni,tn->ti", slope, residual)[..., None])[..., 0]
-        begin = begin + shift
-        guess = result.motion.state + torch.einsum("tnkp,tp->tnk", result.tangent, torch.from_numpy(shift))
-    start = torch.from_numpy(begin)
-    angle = solve(fit.model, params, record.emg, record.dt, start[:, 0], start[:, 1], guess=guess).motion.angle.numpy()
+        search = search.lifted()
+    (start,) = torch.from_numpy(search.starts)
+    motion = solve(
+        fit.model, record.known, record.emg, record.dt, start[:, 0], start[:, 1], guess=search.guess[0]
+    ).motion
+    angle = motion.angle.numpy()
     residual = np.where(record.valid, record.angle - angle, 0.0)
     squares = (residual**2).sum(-1)
     return Prediction(
