@@ -18,7 +18,7 @@ LAYERS = {
 }
 # What the sub-packages of a layer may import of one another; all may use the modules directly in the layer, "".
 PARTS = {
-    "learning": {"": (), "sweep": (), "paper": ()},
+    "learning": {"": ("rollouts", "paper"), "rollouts": (), "paper": (), "streaming": (), "sweep": ()},
     "diagnosis": {
         "": (),
         "misfit": (),

@@ -147,8 +147,7 @@ def simulate_trials(
         conditions=settings.conditions,
         constants=settings.constants,
     )
-    known = sorted(set(settings.constants).union(*settings.conditions.values()))
-    params = {name: torch.from_numpy(blank.condition(name, model.defaults[name])) for name in known}
+    params = {name: torch.from_numpy(values) for name, values in blank.known(model.defaults).items()}
     params |= {name: torch.tensor(value, dtype=torch.float64) for name, value in hidden.items()}
     emg, observed, draws = _draw_in_range(blank, settings, model, params, sides)
     random = np.random.default_rng([settings.seed, 2**31])

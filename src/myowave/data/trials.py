@@ -144,6 +144,15 @@ class Trials:
         constant = self.constants.get(parameter, default)
         return np.array([self.conditions.get(name, {}).get(parameter, constant) for name in self.names])
 
+    def known(self, defaults: Mapping[str, float]) -> dict[str, NDArray[np.float64]]:
+        """Every constant that is known of the subject or of a trial: its value in each trial, {parameter: (T,)}.
+
+        Args:
+            defaults: values for trials whose conditions do not name a parameter.
+        """
+        names = sorted(set(self.constants).union(*self.conditions.values()))
+        return {name: self.condition(name, defaults[name]) for name in names}
+
     def _check_shapes(self) -> None:
         trials, channels = len(self.names), len(self.channels)
         samples = max(self.lengths, default=0)

@@ -14,7 +14,6 @@ from torch import Tensor
 
 from myowave.data.trials import Trials
 from myowave.data.wavelets import estimate_noise, max_level, project
-from myowave.identification.weak import known_params
 from myowave.physics.drive import channels_of
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
@@ -72,7 +71,7 @@ def simulate_imagined(
     """
     random = np.random.default_rng([seed, 11])
     donors = random.integers(len(trials.names), size=len(emg))
-    known = {name: value[donors] for name, value in known_params(trials, model).items()}
+    known = {name: torch.from_numpy(value[donors]) for name, value in trials.known(model.defaults).items()}
     starts = trials.angle[donors, random.integers(min(trials.lengths), size=len(emg))]
     drive = channels_of(model, trials.channels, torch.from_numpy(emg))
     simulation = Simulation(model, {**known, **params}, drive, trials.dt)

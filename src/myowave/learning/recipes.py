@@ -18,20 +18,32 @@ from myowave.learning.rollouts.training import RolloutTraining
 from myowave.learning.task import Stage
 
 
+class Search(Protocol):
+    """What identifies the parameters.
+
+    Args:
+        values: of the parameters as they are now, (S, P), SI units.
+    """
+
+    @property
+    def values(self) -> Tensor: ...
+
+    def uncertainty(self) -> tuple[Tensor, Tensor]:
+        """Standard errors (S, P) of the values and their correlations (S, P, P); NaN where they are not known."""
+
+
 class Method(Protocol):
     """How a network learns and parameters are identified at one scale.
 
     Args:
         trained: tensors that Adam moves, the weights among them.
         betas: of Adam.
-        raw: raw numbers of the identified parameters as they are now, (S, R), see `identification.parameters`.
+        search: for the parameters.
     """
 
     trained: list[Tensor]
     betas: tuple[float, float]
-
-    @property
-    def raw(self) -> Tensor: ...
+    search: Search
 
     def differentiate(self, val_mse: Tensor) -> Losses:
         """The next epoch: a step of the search for parameters, then losses, and gradients added to those of `trained`.
@@ -39,9 +51,6 @@ class Method(Protocol):
         Args:
             val_mse: error of the network on the validation windows [rad^2], (S,).
         """
-
-    def uncertainty(self) -> tuple[Tensor, Tensor] | None:
-        """Standard errors (S, P), SI units, and correlations (S, P, P) of the parameters; None if not known."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from myowave.diagnosis.misfit.independence import inputs_of
-from myowave.identification.fit import Fit
+from myowave.identification.output_error import Fit
 from myowave.physics import joint
 from myowave.physics.model import bind
 

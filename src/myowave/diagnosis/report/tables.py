@@ -9,6 +9,7 @@ from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import EVIDENCE, Candidate
 from myowave.diagnosis.search.score import confusion
 from myowave.identification.record import SMALLEST_NOISE_DEG, Record
+from myowave.identification.uncertainty import correlations
 from myowave.physics.constants import constant_unit
 from myowave.physics.model import Model
 
@@ -163,11 +164,10 @@ def correlations_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Correlations of the estimates, model by model."""
     rows = []
     for rung in diagnosis.tried:
-        covariance = rung.fit.covariance()
-        size = np.sqrt(np.diag(covariance)).clip(1e-300)
+        correlation = correlations(rung.fit.covariance())
         for i, p in enumerate(rung.fit.free):
             for j, other in enumerate(rung.fit.free):
-                rows.append((rung.name, p.name, other.name, covariance[i, j] / size[i] / size[j]))
+                rows.append((rung.name, p.name, other.name, correlation[i, j]))
     return pd.DataFrame(rows, columns=["model", "parameter", "other", "correlation"])
 
 

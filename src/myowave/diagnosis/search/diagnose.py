@@ -13,8 +13,9 @@ from myowave.diagnosis.search.draft import Draft, draft_effect
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
 from myowave.diagnosis.search.selection import Selection, select_effects
 from myowave.diagnosis.search.verdict import Verdict, judge
-from myowave.identification.fit import Fit, fit_model, free_parameters, refit
-from myowave.identification.heldout import Prediction, predict
+from myowave.identification.free_parameters import free_parameters
+from myowave.identification.output_error import Fit, fit_model, refit
+from myowave.identification.prediction import Prediction, predict
 from myowave.identification.record import Record, make_record
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model

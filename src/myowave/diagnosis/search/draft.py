@@ -12,7 +12,7 @@ from torch import Tensor
 
 from myowave.diagnosis.search.rank import EVIDENCE, evidence, independent_samples
 from myowave.diagnosis.search.score import score_effects
-from myowave.identification.fit import Fit, polish
+from myowave.identification.output_error import Fit, polish
 from myowave.physics.effect import Effect, Parameter
 
 MOST_TERMS = 3

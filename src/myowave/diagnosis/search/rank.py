@@ -12,8 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from myowave.diagnosis.search.score import Score, best_within, score_effects
-from myowave.identification.fit import Fit, correlation_time, descend, promised
+from myowave.identification.free_parameters import bounds, scales
+from myowave.identification.least_squares import pseudo_inverse
+from myowave.identification.output_error import Fit, descend, promised
 from myowave.identification.record import SMALLEST_NOISE_DEG
+from myowave.identification.uncertainty import correlation_time
 from myowave.physics.effect import Effect
 
 EVIDENCE = 10.0  # difference of BIC that counts as very strong (Kass & Raftery 1995)
@@ -172,13 +175,12 @@ def left_out_residuals(fit: Fit) -> NDArray[np.float64]:
     projected = normal.without_starts(normal.slope)
     own = np.einsum("tnp,tnq->tpq", projected, normal.slope)
     product = np.einsum("tnp,tn->tp", projected, normal.residual)
-    scale = np.array([p.scale for p in fit.free])
-    low, high = (np.array([getattr(p, n) for p in fit.free]) for n in ("low", "high"))
+    scale, (low, high) = scales(fit.free), bounds(fit.free)
     loose = (fit.values > low + 1e-9 * scale) & (fit.values < high - 1e-9 * scale)
     others = (normal.matrix - own)[:, loose][:, :, loose]
     ridge = 1e-9 * np.einsum("tpp->tp", others).max(-1, initial=0.0)[:, None, None] * np.eye(int(loose.sum()))
     step = np.zeros((len(own), len(fit.free)))
-    step[:, loose] = np.linalg.solve(others + ridge, (product.sum(0) - product)[:, loose, None])[..., 0]
+    step[:, loose] = (pseudo_inverse(others + ridge) @ (product.sum(0) - product)[:, loose, None])[..., 0]
     step = step.clip((low - fit.values) / scale, (high - fit.values) / scale)
     left = normal.residual - np.einsum("tnp,tp->tn", normal.slope, step)
     return normal.without_starts(left[..., None])[..., 0]

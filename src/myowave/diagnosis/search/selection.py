@@ -14,7 +14,7 @@ from myowave.diagnosis.search.rank import (
     similar,
 )
 from myowave.diagnosis.search.score import score_effect
-from myowave.identification.fit import Fit, polish, refit
+from myowave.identification.output_error import Fit, polish, refit
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 

@@ -9,7 +9,7 @@ import numpy as np
 from myowave.diagnosis.misfit.independence import Independence
 from myowave.diagnosis.search.rank import EVIDENCE
 from myowave.diagnosis.search.selection import Selection
-from myowave.identification.fit import Fit
+from myowave.identification.output_error import Fit
 
 Kind = Literal["adequate", "effect", "class", "unknown", "undecidable"]
 

@@ -29,7 +29,7 @@ class RolloutTraining:
         recipe, finest = stage.task.recipe, stage.level == 0
         self.trained = list(stage.network.weights.values())
         self._stage = stage
-        self._search = Identification(stage.task.model, stage.trials, stage.identified, stage.raw, finest=finest)
+        self.search = Identification(stage.task.model, stage.trials, stage.free, stage.values, finest=finest)
         self._loss = RolloutLoss(
             stage.network,
             stage.corpus,
@@ -41,31 +41,23 @@ class RolloutTraining:
         self._simulated: Simulated | None = None
 
     def differentiate(self, val_mse: Tensor) -> Losses:
-        if not self._search.done:
-            self._search.step()
+        if not self.search.done:
+            self.search.step()
         elif self._simulates and self._simulated is None:
             self._simulated = self._simulate()
         losses = self._loss.backward(self._simulated, self._trust(val_mse))
         clip_gradients(self.trained)
         return losses
 
-    @property
-    def raw(self) -> Tensor:
-        return self._search.raw
-
-    def uncertainty(self) -> tuple[Tensor, Tensor]:
-        return self._search.uncertainty()
-
     def _trust(self, val_mse: Tensor) -> Tensor | None:
         """How much simulated motion counts: as measured where physics fits the trials no worse than the network."""
-        return None if self._simulated is None else (val_mse / self._search.mse.to(val_mse.device)).clamp(max=1.0)
+        return None if self._simulated is None else (val_mse / self.search.mse.to(val_mse.device)).clamp(max=1.0)
 
     def _simulate(self) -> Simulated:
         """Trials that physics makes with the identified parameters."""
         stage, device = self._stage, self._stage.task.device
-        params = stage.identified.params(self.raw)
         emg = imagine_emg(stage.trials, stage.task.recipe.simulated_trials, DATA_SEED)
-        angle, inside = simulate_imagined(stage.task.model, params, stage.trials, emg, DATA_SEED)
+        angle, inside = simulate_imagined(stage.task.model, self.search.params, stage.trials, emg, DATA_SEED)
         usable = torch.full((len(emg),), emg.shape[1])
         corpus = Corpus.of(stage.network, torch.from_numpy(emg).to(device), angle.to(device), stage.trials.dt, usable)
         return Simulated(corpus, inside.to(device))

@@ -5,24 +5,31 @@ The motion and its derivatives come from `physics.trajectory.solve`, all samples
    parameters together. Linearised near the data rather than near a wrong simulation, they reach the right basin
    from far away. Several starts run as one batch, and after each step the better half goes on.
 2. Levenberg-Marquardt on simulated motions, with bounds, until a step would gain nothing that noise allows to see.
-The angle and velocity at the start of each trial are estimated with the parameters; nobody measures them (`normal`).
+Noise on the angle averages out, every effect may take part, and where the physics is wrong the fit becomes the best
+simulator of these trials that it can be. The angle and velocity at the start of each trial are estimated with the
+parameters; nobody measures them (`least_squares`).
 
-Shapes: B starts of the search, T trials, N samples, P free parameters, S numbers of a trial's start (1 or 2).
+Shapes: B starts of the search, T trials, N samples, K numbers of a state, P free parameters.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
-from myowave.identification.normal import Array, Free, Normal, bounded_step, normal_equations
+from myowave.identification.free_parameters import Free, bind_values, moved, scales, start_values, within
+from myowave.identification.least_squares import Normal, bounded_step, normal_equations
 from myowave.identification.record import Record
-from myowave.physics.model import Model
+from myowave.identification.uncertainty import covariance, residual_variance
+from myowave.physics.model import Model, Params
 from myowave.physics.motion import resting_states
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import Linear, Newton, Sensitive, solve
+
+Array = NDArray[np.float64]
 
 TOLERANCE = 1e-5  # of the simulated state [rad, rad/s]
 GAIN = 1e-3  # stop where the next step would lower the sum of squares by less than this many residual variances
@@ -36,6 +43,7 @@ class Fit:
     """A fitted model.
 
     Args:
+        simulation: the model with its fitted parameters and the EMG of the trials.
         values: the free parameters, (P,); `free` says which.
         starts: angle and velocity at the start of each trial, (T, 2).
         angle: simulated [rad], (T, N).
@@ -45,14 +53,23 @@ class Fit:
         converged: whether no step could gain anything any more.
     """
 
-    model: Model
+    simulation: Simulation
     free: tuple[Free, ...]
     values: Array
     starts: Array
     normal: Normal
     sensitive: Sensitive
     record: Record
-    converged: bool
+    converged: bool = False
+
+    @property
+    def model(self) -> Model:
+        return self.simulation.model
+
+    @property
+    def params(self) -> Params:
+        """Every parameter that is not at its default, as tensors for the physics."""
+        return self.simulation.params
 
     @property
     def angle(self) -> Array:
@@ -67,22 +84,13 @@ class Fit:
         return float(self.normal.rss)
 
     @property
-    def degrees_of_freedom(self) -> int:
-        return self.record.samples - len(self.free) - self.normal.by_start.shape[-1] * len(self.record.names)
-
-    @property
     def variance(self) -> float:
         """Variance of the residual [rad^2]."""
-        return self.rss / self.degrees_of_freedom
+        return residual_variance(self.normal, self.record)
 
     @property
     def parameters(self) -> dict[str, float]:
         return {p.name: float(v) for p, v in zip(self.free, self.values, strict=True)}
-
-    @property
-    def params(self) -> dict[str, Tensor]:
-        """Every parameter that is not at its default, as tensors for the physics."""
-        return bind_values(self.free, self.values, self.record)
 
     def at_bound(self, name: str) -> bool:
         """Whether a parameter ended on a bound that is neither 0, the absence of an effect, nor its usual strength, as
@@ -93,10 +101,8 @@ class Fit:
         )
 
     def covariance(self) -> Array:
-        """Covariance of the free parameters (P, P), with the variance of the residual times its correlation time."""
-        scale = np.array([p.scale for p in self.free])
-        inverse = np.linalg.pinv(self.normal.matrix, hermitian=True)
-        return inverse * np.outer(scale, scale) * self.variance * correlation_time(self.normal.residual, self.record)
+        """Covariance of the free parameters (P, P), see `uncertainty`."""
+        return covariance(self.normal, self.record, self.free)
 
     def standard_errors(self) -> dict[str, float]:
         return {p.name: float(e) for p, e in zip(self.free, np.sqrt(np.diag(self.covariance())), strict=True)}
@@ -110,24 +116,53 @@ class Fit:
         return np.sqrt((self.normal.residual**2).sum(-1) / self.record.valid.sum(-1))
 
 
-def correlation_time(residual: Array, record: Record) -> float:
-    """How many samples of a residual (T, N) are worth one independent sample; 1 for white noise.
+@dataclass(frozen=True)
+class Search:
+    """Where searches stand before their motion is simulated, B of them as one batch.
 
-    1 + 2 (sum of the autocorrelation up to its first value within the scatter of white noise).
+    Args:
+        simulation: of the model with any parameters.
+        values: (B, P).
+        starts: angle and velocity at the start of each trial, (B, T, 2).
+        guess: the state along each trial, a motion but for gaps, (B, T, N, K).
+        rss: sum of squares that the last step started from (B,); infinite before the first.
     """
-    n = record.samples
-    spectrum = np.fft.rfft(residual, 2 * residual.shape[-1], axis=-1)
-    lags = np.fft.irfft(np.abs(spectrum) ** 2, axis=-1)[..., : residual.shape[-1]].sum(0)
-    correlation = lags / max(lags[0], 1e-300)
-    inside = np.flatnonzero(correlation < 2 / np.sqrt(n))
-    last = inside[0] if len(inside) else len(correlation)
-    return float(1 + 2 * correlation[1:last].sum())
 
+    simulation: Simulation
+    record: Record
+    free: tuple[Free, ...]
+    values: Array
+    starts: Array
+    guess: Tensor
+    rss: Array
 
-def bind_values(free: Sequence[Free], values: Array, record: Record) -> dict[str, Tensor]:
-    """Known constants and free parameters as tensors; `values` (..., P) give parameters (..., 1)."""
-    given = {p.name: torch.from_numpy(np.ascontiguousarray(values[..., i, None])) for i, p in enumerate(free)}
-    return {**record.known, **given}
+    @classmethod
+    def begin(cls, model: Model, record: Record, free: Sequence[Free], values: Array) -> "Search":
+        """From the measured motion, smoothed, for every row of values (B, P)."""
+        free, measured = tuple(free), record.first_guess().expand(len(values), -1, -1, -1)
+        simulation = record.simulation(model, bind_values(free, values))
+        guess = resting_states(simulation, measured[..., 0], measured[..., 1])
+        return cls(simulation, record, free, values, record.starts_of(guess), guess, np.full(len(values), np.inf))
+
+    def lifted(self) -> "Search":
+        """A Gauss-Newton step of the parameters that closes the gaps of the guess at the same time."""
+        simulation = self.simulation.with_params(bind_values(self.free, self.values))
+        result = _solve(simulation, self.free, self.starts, self.guess, iterations=1)
+        normal = normal_equations(result, self.record, self.free)
+        step = bounded_step(normal.matrix, normal.vector, self.free, self.values, DAMPING)
+        values, starts, guess = _move(self.free, self.values, self.starts, result, normal, step)
+        return replace(self, simulation=simulation, values=values, starts=starts, guess=guess, rss=normal.rss)
+
+    def better_half(self) -> "Search":
+        """The half, but at least two, whose last step started from the smallest error."""
+        keep = np.argsort(self.rss, kind="stable")[: max(2, -(-len(self.values) // 2))]  # diverged ones come last
+        guess = self.guess[torch.from_numpy(keep)]
+        return replace(self, values=self.values[keep], starts=self.starts[keep], guess=guess, rss=self.rss[keep])
+
+    def fits(self) -> Iterator[Fit | None]:
+        """The fit where each search stands, None where no motion is found near its guess."""
+        for values, starts, guess in zip(self.values, self.starts, self.guess, strict=True):
+            yield _attempt(self.simulation, self.record, self.free, values, starts, guess)
 
 
 def fit_model(
@@ -149,25 +184,11 @@ def fit_model(
         ValueError: if the model is not able to move from any of the starts.
     """
     free = tuple(free)
-    random = np.random.default_rng(seed)
-    nominal, spread = (np.array([getattr(p, n) for p in free]) for n in ("start", "spread"))
-    shift = random.uniform(-1, 1, (starts, len(free))) * spread
-    shift[0] = 0.0
-    values = _clip(free, nominal * (1 + shift))
-    guess = with_states(model, record, free, values, record.first_guess().expand(starts, -1, -1, -1))
-    begin = guess[..., 0, :2].numpy().copy()
-    if record.at_rest:
-        begin[..., 1] = 0.0
+    values = start_values(free, range(seed + 1, seed + starts))
+    search = Search.begin(model, record, free, np.concatenate([[[p.start for p in free]], values]))
     for _ in range(LIFTED_STEPS):
-        result = _solve(model, record, free, values, begin, guess, iterations=1)
-        normal = normal_equations(result, record, free)
-        step = bounded_step(normal, free, values, DAMPING)
-        values, begin, guess = _move(free, values, begin, result, normal, step)
-        keep = max(2, -(-len(values) // 2))
-        better = np.argsort(normal.rss, kind="stable")[:keep]  # those that diverged come last
-        values, begin, guess = values[better], begin[better], guess[torch.from_numpy(better)]
-    attempts = (_attempt(model, record, free, *search) for search in zip(values, begin, guess, strict=True))
-    best = next((fit for fit in attempts if fit is not None), None)
+        search = search.lifted().better_half()
+    best = next((fit for fit in search.fits() if fit is not None), None)
     if best is None:
         raise ValueError(
             f"model {model.name}: its motion diverges from every start of the fit. Check the units of the recording "
@@ -186,53 +207,31 @@ def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:
     """
     record, free = fit.record, tuple(free)
     known = fit.parameters
-    values = _clip(free, np.array([known.get(p.name, p.start) for p in free]))
-    state = fit.sensitive.motion.state
-    guess = state if model.stateful == fit.model.stateful else with_states(model, record, free, values, state)
-    begun = _attempt(model, record, free, values, fit.starts, guess)
+    values = within(free, np.array([known.get(p.name, p.start) for p in free]))
+    simulation, guess = record.simulation(model, bind_values(free, values)), fit.sensitive.motion.state
+    if model.stateful != fit.model.stateful:
+        guess = resting_states(simulation, guess[..., 0], guess[..., 1])
+    begun = _attempt(simulation, record, free, values, fit.starts, guess)
     return fit_model(model, record, free) if begun is None else polish(begun)
 
 
-def with_states(model: Model, record: Record, free: Sequence[Free], values: Array, state: Tensor) -> Tensor:
-    """A guess of a model's state from a known motion: the states of its effects are at rest at every sample.
-
-    Args:
-        state: q and qdot, then states of another model, which are left out, (..., T, N, K).
-    """
-    simulation = Simulation(model, bind_values(free, values, record), record.emg, record.dt)
-    return resting_states(simulation, state[..., 0], state[..., 1])
-
-
 def _solve(
-    model: Model, record: Record, free: Sequence[Free], values: Array, begin: Array, guess: Tensor, iterations: int = 25
+    simulation: Simulation, free: Sequence[Free], begin: Array, guess: Tensor, iterations: int = 25
 ) -> Sensitive:
-    return solve(
-        Simulation(model, bind_values(free, values, record), record.emg, record.dt),
-        torch.from_numpy(begin[..., 0].copy()),
-        torch.from_numpy(begin[..., 1].copy()),
-        guess=guess,
-        wrt={p.name: p.scale for p in free},
-        newton=Newton(iterations, TOLERANCE, rescue=False),
-    )
+    q0, qdot0 = (torch.from_numpy(begin[..., i].copy()) for i in range(2))
+    newton = Newton(iterations, TOLERANCE, rescue=False)
+    return solve(simulation, q0, qdot0, guess=guess, wrt={p.name: p.scale for p in free}, newton=newton)
 
 
 def _move(
     free: Sequence[Free], values: Array, begin: Array, result: Sensitive, normal: Normal, step: Array
 ) -> tuple[Array, Array, Tensor]:
     """Values, starts and a guess of the state after a step."""
-    scale = np.array([p.scale for p in free])
     shift = _padded(normal.starts_after(step))
-    both = np.concatenate([np.broadcast_to((step * scale)[..., None, :], (*shift.shape[:-1], len(scale))), shift], -1)
+    change = np.broadcast_to((step * scales(free))[..., None, :], (*shift.shape[:-1], len(free)))
+    both = np.concatenate([change, shift], -1)
     change = torch.einsum("...tnkp,...tp->...tnk", result.tangent, torch.from_numpy(both))
-    return _stepped(free, values, step), begin + shift, result.motion.state + change
-
-
-def _stepped(free: Sequence[Free], values: Array, step: Array) -> Array:
-    """Values after a step in units of the scales: positive constants move by a factor, as products are known best."""
-    scale, low = (np.array([getattr(p, n) for p in free]) for n in ("scale", "low"))
-    safe = np.where(low > 0, values, 1.0)
-    factor = np.exp((step * scale / safe).clip(-1.0, 1.0))
-    return _clip(free, np.where(low > 0, values * factor, values + step * scale))
+    return moved(free, values, step), begin + shift, result.motion.state + change
 
 
 def _padded(shift: Array) -> Array:
@@ -240,18 +239,19 @@ def _padded(shift: Array) -> Array:
     return np.concatenate([shift, np.zeros_like(shift)], -1)[..., :2]
 
 
-def _clip(free: Sequence[Free], values: Array) -> Array:
-    return values.clip([p.low for p in free], [p.high for p in free])
-
-
 def _attempt(
-    model: Model, record: Record, free: tuple[Free, ...], values: Array, begin: Array, guess: Tensor
+    simulation: Simulation, record: Record, free: tuple[Free, ...], values: Array, begin: Array, guess: Tensor
 ) -> Fit | None:
-    """The fit at given values, or None where no motion was found near the guess."""
-    result = _solve(model, record, free, values, begin, guess)
+    """The fit at given values, or None where no motion was found near the guess.
+
+    Args:
+        simulation: of the model with any parameters.
+    """
+    simulation = simulation.with_params(bind_values(free, values))
+    result = _solve(simulation, free, begin, guess)
     if not result.gap < TOLERANCE:
         return None
-    return Fit(model, free, values, begin, normal_equations(result, record, free), result, record, converged=False)
+    return Fit(simulation, free, values, begin, normal_equations(result, record, free), result, record)
 
 
 def polish(fit: Fit) -> Fit:
@@ -269,7 +269,7 @@ def descend(fit: Fit) -> Iterator[Fit]:
     damping = DAMPING
     yield fit
     for _ in range(STEPS):
-        step = bounded_step(fit.normal, fit.free, fit.values, damping)
+        step = _step(fit, damping)
         if fit.converged or gain(fit, step) < GAIN * fit.variance:
             yield replace(fit, converged=True)
             return
@@ -283,6 +283,10 @@ def descend(fit: Fit) -> Iterator[Fit]:
         yield fit
 
 
+def _step(fit: Fit, damping: float) -> Array:
+    return bounded_step(fit.normal.matrix, fit.normal.vector, fit.free, fit.values, damping)
+
+
 def _follow(fit: Fit, tried: Fit | None, damping: float) -> Fit | None:
     """What a failed step leads to in a few more, as long as each lowers the sum of squares."""
     limit = WATCHDOG * fit.rss
@@ -290,19 +294,19 @@ def _follow(fit: Fit, tried: Fit | None, damping: float) -> Fit | None:
         if tried is None or tried.rss < fit.rss or tried.rss > limit:
             break
         limit = tried.rss
-        tried = _take(tried, bounded_step(tried.normal, tried.free, tried.values, damping))
+        tried = _take(tried, _step(tried, damping))
     return tried
 
 
 def _take(fit: Fit, step: Array) -> Fit | None:
     """The fit after a step, or None where no motion was found there."""
     values, begin, guess = _move(fit.free, fit.values, fit.starts, fit.sensitive, fit.normal, step)
-    return _attempt(fit.model, fit.record, fit.free, values, begin, guess)
+    return _attempt(fit.simulation, fit.record, fit.free, values, begin, guess)
 
 
 def promised(fit: Fit) -> float:
     """The sum of squares that the next full step promises [rad^2]."""
-    return fit.rss - gain(fit, bounded_step(fit.normal, fit.free, fit.values, DAMPING))
+    return fit.rss - gain(fit, _step(fit, DAMPING))
 
 
 def gain(fit: Fit, step: Array) -> float:
@@ -310,25 +314,3 @@ def gain(fit: Fit, step: Array) -> float:
     normal = fit.normal
     left = normal.without_starts((normal.residual - normal.slope @ step)[..., None])
     return float(normal.rss - (left**2).sum())
-
-
-def free_parameters(model: Model, identify: Mapping[str, object], known: Mapping[str, object]) -> tuple[Free, ...]:
-    """What to estimate: the constants that a dataset wants identified and all parameters of the model's effects.
-
-    Args:
-        identify: {constant: settings with start_spread, low, high}.
-        known: names that are known and so not estimated.
-    """
-    free = []
-    for name, choice in identify.items():
-        if name in model.effect_parameters or name in known:
-            continue
-        value = model.defaults[name]
-        # ASSUME: a constant is within a factor of 5 of the model's value where no bounds are given.
-        low = value / 5 if choice.low is None else choice.low
-        high = value * 5 if choice.high is None else choice.high
-        free.append(Free(name, min(max(value, low), high), low, high, abs(value), choice.start_spread))
-    for name, p in model.effect_parameters.items():
-        if name not in known:
-            free.append(Free(name, 0.0, p.low, p.high, abs(p.typical)))
-    return tuple(free)
