@@ -6,10 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from scipy.linalg import toeplitz
+from scipy.signal import lfilter
 
 from myowave.data.simulate import simulate_trials
 from myowave.learning.identification import Identification
 from myowave.learning.parameters import identify
+from myowave.learning.shooting import Shooting
 from myowave.learning.weak import WeakResidual, gauss_newton
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
@@ -60,6 +63,24 @@ def test_noise_on_the_angle_stays_within_the_standard_errors(model, trials, four
     assert ((values - truth).abs() < 5 * errors).all()
     assert (errors / truth < 0.05).all()
     torch.testing.assert_close(torch.diagonal(correlations[0]), torch.ones(4, dtype=torch.float64))
+
+
+def test_standard_errors_are_those_of_least_squares_in_noise_of_any_colour(model, trials, four):
+    """Estimates H J^T r, H = (J^T J)^-1, scatter by H J^T C J H, with the covariance C of the noise at hand."""
+    names, samples, size = trials.names, trials.angle.shape[1], np.radians(0.3)
+    identified, raw = identify(model, {name: Identify(start_spread=0.0) for name in four}, {}, (0,))
+    slopes = Shooting.of(model, trials, identified, raw).linearise()[1][0].numpy()
+    inverse = np.linalg.inv(np.einsum("tnp,tnq->pq", slopes, slopes))
+    for colour in (0.0, 0.9):
+        white = np.random.default_rng(4).standard_normal((len(names), 100 + samples))
+        noise = size * lfilter([np.sqrt(1 - colour**2)], [1.0, -colour], white)[:, 100:]
+        noise[:, :2] = 0.0  # they tell the starts
+        covariance = size**2 * toeplitz(colour ** np.arange(samples))
+        scatter = inverse @ np.einsum("tnp,nm,tmq->pq", slopes, covariance, slopes) @ inverse
+        expected = identified.values(raw)[0].numpy() * np.sqrt(np.diag(scatter))
+        noisy = replace(trials, angle=trials.angle + noise)
+        errors, _ = Identification(model, noisy, identified, raw, finest=True).uncertainty()
+        assert 0.7 < np.exp(np.log(errors[0].numpy() / expected).mean()) < 1.4, colour
 
 
 def test_an_effect_of_the_model_is_identified_too(settings, model, four):

@@ -5,11 +5,12 @@ from dataclasses import replace
 import pytest
 import torch
 
-from myowave.learning.loss import Noise, TeacherForcedLoss, predict_with_time_derivatives
+from myowave.learning.loss import Noise, RolloutLoss, TeacherForcedLoss, predict_with_time_derivatives
 from myowave.learning.network import Architecture, Scaling, apply_cell, initialise
 from myowave.learning.parameters import identify
 from myowave.learning.prediction import Network, predict_teacher_forced, to_tensors
 from myowave.learning.training import train_scale
+from myowave.learning.windows import Corpus
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
 from myowave.settings import Identify
@@ -81,11 +82,13 @@ def test_what_validates_is_in_no_loss(derivative, network, trials, model):
     torch.testing.assert_close(losses[0].residual, losses[1].residual)
 
 
-def teacher_forced_loss(network, trials, model, identified, *, beta=1e-3, derivative="sequence", usable=None):
-    """The loss without noise, on all samples or the first `usable`."""
+def teacher_forced_loss(
+    network, trials, model, identified, *, beta=1e-3, derivative="sequence", usable=None, noise=0.0
+):
+    """The loss on all samples or the first `usable`."""
     lengths = torch.tensor(trials.lengths if usable is None else [usable] * len(trials.lengths))
     return TeacherForcedLoss(
-        network, model, identified, trials, lengths, beta, derivative, Noise(0.0, (0, 1), 0), CPU
+        network, model, identified, trials, lengths, beta, derivative, Noise(noise, (0, 1), 0), CPU
     )  # fmt: skip
 
 
@@ -115,3 +118,66 @@ def test_an_effect_with_a_state_is_refused_by_the_residual(settings, scales, wan
     model = build_model(f"base+{stateful}", settings.physics)
     with pytest.raises(ValueError, match="state of its own"):
         next(train_scale(scales, model, teacher_forced, wanted, level=0, total=1, seeds=(0,), device=CPU))
+
+
+@pytest.fixture
+def rolled(trials):
+    """What makes a rollout loss of networks whose output weights are 0, {increments: make(noise)}."""
+    seeds, steps, history = range(20), 4, 3
+
+    def make(noise, increments):
+        architecture = Architecture("gru", 6, 2, increments=increments, time_input=False)
+        weights = initialise(architecture, seeds, CPU)
+        weights = {n: torch.zeros_like(w) if "output" in n else w for n, w in weights.items()}
+        weights = {n: w.requires_grad_() for n, w in weights.items()}
+        network = Network(architecture, Scaling.of(trials), weights, carried=True, history=history)
+        emg, angle = to_tensors(trials, CPU)
+        corpus = Corpus.of(architecture, network.scaling, emg, angle[None], trials.dt, torch.tensor(trials.lengths))
+        random = torch.Generator().manual_seed(1)  # the same windows every time
+        loss = RolloutLoss(network, corpus, steps, Noise(noise, seeds, 0), random)
+        return loss.backward(weights, torch.zeros(())).data
+
+    return make
+
+
+def test_noise_on_the_history_of_a_rollout_moves_its_last_angle_and_its_last_step(rolled):
+    """Without output an increment network goes straight on: errors n, n' of the last two angles become n + k (n - n')
+    after k steps, with variance s^2 ((1 + k)^2 + k^2)."""
+    noise = 0.2
+    expected = noise**2 * sum((1 + k) ** 2 + k**2 for k in (1, 2, 3, 4)) / 4
+    gained = rolled(noise, increments=True) - rolled(0.0, increments=True)
+    assert gained.mean().item() == pytest.approx(expected, rel=0.1)
+    assert gained.std() > 0, "each seed has noise of its own"
+
+
+def test_noise_on_the_history_is_not_on_the_target_of_a_rollout(rolled):
+    """Without output an absolute network predicts the mean angle whatever its history was."""
+    torch.testing.assert_close(rolled(0.2, increments=False), rolled(0.0, increments=False))
+
+
+def test_noise_on_the_history_of_one_step_is_not_on_the_target(network, trials, model):
+    """J_data of predictions from noisy angles against measured ones, by hand."""
+    identified, raw = identify(model, {"f0_Bi": Identify()}, {}, (0, 1))
+    emg, angle = to_tensors(trials, CPU)
+    noisy = angle + Noise(0.3, (0, 1), 0).draw(*angle.shape, like=angle)
+    x = network.encode(emg, trials.dt)
+    expected, without = (
+        (predict_teacher_forced(network, x, seen) - angle)[..., network.history :].square().mean((1, 2))
+        for seen in (noisy, angle)
+    )
+    weights = {name: value.requires_grad_() for name, value in network.weights.items()}
+    loss = teacher_forced_loss(network, trials, model, identified, noise=0.3)
+    found = loss.backward(weights, raw.clone().requires_grad_())
+    torch.testing.assert_close(found.data, expected.detach())
+    assert (found.data / without - 1).abs().min() > 1e-3
+
+
+def test_noise_has_its_size_and_differs_between_seeds_scales_and_epochs():
+    like = torch.zeros((), dtype=torch.float64)
+    noise = Noise(0.1, (3, 5), 1)
+    first, second = (noise.draw(4000, like=like) for _ in range(2))
+    alone, coarser = (Noise(0.1, (5,), level).draw(4000, like=like) for level in (1, 2))
+    assert first.std(1).tolist() == pytest.approx([0.1, 0.1], rel=0.05)
+    torch.testing.assert_close(alone[0], first[1], rtol=0, atol=0)
+    rows = torch.stack([first[0], first[1], second[0], second[1], coarser[0]])
+    assert (torch.corrcoef(rows) - torch.eye(5)).abs().max() < 0.1

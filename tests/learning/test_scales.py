@@ -85,15 +85,15 @@ def test_a_scale_is_validated_on_the_ends_of_its_own_projection(level, far_apart
 
 def test_the_finer_scale_begins_with_the_weights_of_the_coarser(scales, trials, model, wanted, printed):
     recipe = printed.model_copy(update={"epochs": 30, "learning_rate": 0.02})
-    coarse_reports = reports_of(scales, model, recipe, wanted, 1)
-    coarse = coarse_reports[-1].checkpoint
-    assert (coarse_reports[-1].losses.data < 0.5 * coarse_reports[0].losses.data).all(), "nothing was learned to hand on"
-    first, *_ = reports_of(scales, model, recipe, wanted, 0, coarse)
-    torch.testing.assert_close(first.losses.data, data_loss(coarse, *projected(trials, 0), trials.dt), rtol=1e-4, atol=0)
+    untrained, *_, last = reports_of(scales, model, recipe, wanted, 1)
+    assert (last.losses.data < 0.5 * untrained.losses.data).all(), "nothing was learned to hand on"
+    first, *_ = reports_of(scales, model, recipe, wanted, 0, last.checkpoint)
+    expected = data_loss(last.checkpoint, *projected(trials, 0), trials.dt)
+    torch.testing.assert_close(first.losses.data, expected, rtol=1e-4, atol=0)
 
 
 def test_the_finer_scale_begins_with_the_parameters_of_the_coarser(scales, trials, model, wanted, printed):
-    """A first step of Adam is as long as the learning rate, in units of the start; many lie behind the coarser scale."""
+    """A first step of Adam is as long as the learning rate, in units of the start; the coarser scale took many."""
     recipe = printed.model_copy(update={"epochs": 40, "learning_rate": 0.01})
     identified, raw = identify(model, wanted, trials.constants, SEEDS)
     start = identified.values(raw)

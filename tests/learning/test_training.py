@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import torch
 
+from myowave.data.wavelets import decompose
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.prediction import Network, run_free, to_tensors
 from myowave.learning.training import CLIP, VALIDATE_EVERY, clip_gradients, count_epochs, train_scale
@@ -68,15 +70,24 @@ def test_the_same_seed_gives_the_same_result_twice(scales, model, wanted, rollou
     assert torch.equal(first.values, second.values)
 
 
-def test_the_test_trial_changes_nothing(scales, trials, model, wanted, rollout):
-    hidden = replace(trials, angle=trials.angle.copy(), emg=trials.emg.copy())
-    test = trials.index(trials.test)
-    hidden.angle[test] = 1.0
-    hidden.emg[test] = 0.5
-    _, seen = train({0: trials}, model, rollout, wanted)
-    _, unseen = train({0: hidden}, model, rollout, wanted)
-    assert all(torch.equal(seen.weights[name], unseen.weights[name]) for name in seen.weights)
-    assert torch.equal(seen.values, unseen.values)
+@pytest.mark.parametrize(("protocol", "total", "epochs"), [("rollout", 1, 16), ("teacher_forced", 2, 6)])
+def test_the_test_trial_changes_nothing(protocol, total, epochs, trials, model, wanted, request):
+    """Neither scaling nor training, early stopping, identification, or the EMG that is made up after its 13 steps."""
+    changes = {"epochs": epochs, "simulated_trials": 2 * (total == 1)}
+    recipe = request.getfixturevalue(protocol).model_copy(update=changes)
+    random, hidden = np.random.default_rng(0), replace(trials, angle=trials.angle.copy(), emg=trials.emg.copy())
+    (test,) = trials.index(trials.test)
+    hidden.angle[test] = 1.0 + 0.3 * random.standard_normal(hidden.angle[test].shape)
+    hidden.emg[test] = random.random(hidden.emg[test].shape)
+    reports, seen = train(decompose(trials, 1), model, recipe, wanted, seeds=(0,), total=total)
+    others, unseen = train(decompose(hidden, 1), model, recipe, wanted, seeds=(0,), total=total)
+    assert seen.scaling == unseen.scaling
+    for name in seen.weights:
+        assert torch.equal(seen.weights[name], unseen.weights[name]), name
+    for field in ("values", "errors", "val_mse", "val_r2"):
+        assert torch.equal(getattr(seen, field).nan_to_num(), getattr(unseen, field).nan_to_num()), field
+    for one, other in zip(reports, others, strict=True):
+        assert torch.equal(one.losses.total, other.losses.total) and torch.equal(one.val_mse, other.val_mse)
 
 
 @pytest.mark.parametrize("total", [1, 2, 3])
