@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from myowave.diagnosis.fit import correlation_time, fit_model, free_parameters, polish
 from myowave.diagnosis.record import make_record
@@ -28,6 +29,21 @@ def test_standard_errors_are_as_large_as_the_errors(make_trials, base, free):
         errors = fit.standard_errors()
         scores += [(value - base.defaults[name]) / errors[name] for name, value in fit.parameters.items()]
     assert 0.7 < np.sqrt(np.mean(np.square(scores))) < 1.4
+
+
+@pytest.mark.parametrize("colour", [0.0, 0.8])
+def test_standard_errors_hold_for_noise_of_any_colour(colour, make_fit):
+    """To first order: what least squares makes of noise that is a motion's whole residual."""
+    fit, random, scores = make_fit(noise_deg=0.1), np.random.default_rng(5), []
+    normal, scale = fit.normal, np.array([p.scale for p in fit.free])
+    for _ in range(40):
+        white = random.standard_normal((len(fit.record.names), 100 + fit.record.angle.shape[1]))
+        noise = np.radians(0.5) * lfilter([1.0], [1.0, -colour], white)[:, 100:]
+        step = np.linalg.solve(normal.matrix, np.einsum("tnp,tn->p", normal.without_starts(normal.slope), noise))
+        left = normal.without_starts((noise - normal.slope @ step)[..., None])[..., 0]
+        noisy = replace(fit, normal=replace(normal, residual=left, rss=(left**2).sum()))
+        scores.append(step * scale / np.sqrt(np.diag(noisy.covariance())))
+    assert 0.8 < np.sqrt(np.mean(np.square(scores))) < 1.3
 
 
 def test_what_pads_a_short_trial_has_no_influence(make_trials, base, free):

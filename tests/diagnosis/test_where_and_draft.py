@@ -25,6 +25,23 @@ def test_the_missing_torque_is_the_hidden_one(make_trials, base):
     assert slope == pytest.approx(-0.3, rel=0.2)
 
 
+@pytest.mark.parametrize("r", [-0.4, 0.5])
+def test_the_missing_torque_counts_with_the_inertia_that_effects_change(r, make_trials, base, effects):
+    """An inertia m (1 + r) l^2 with the weight m g l is that of a mass m / (1 + r) at the length (1 + r) l."""
+    record = make_record(make_trials({"joint_damping": {"c": 0.3}}), base).train
+    mass, length = base.defaults["mass"], base.defaults["length"]
+    aliases = (
+        (base.with_effects([effects["forearm_inertia"]]), {"forearm_inertia.r": r}),
+        (base, {"mass": mass / (1 + r), "length": length * (1 + r)}),
+    )
+    torque = []
+    for model, values in aliases:
+        known = {name: torch.full((len(record.names),), value, dtype=torch.float64) for name, value in values.items()}
+        torque.append(missing_torque(fit_model(model, replace(record, known=known), ())).points["torque_Nm"])
+    np.testing.assert_allclose(torque[0], torque[1], rtol=1e-3, atol=1e-4)
+    assert np.abs(torque[1]).max() > 0.1
+
+
 def test_noise_alone_is_no_missing_torque(make_fit):
     found = missing_torque(make_fit())
     assert found.rms < 0.5 * found.standard_error
