@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from myowave.diagnosis.draft import LIBRARY, draft_effect
 from myowave.diagnosis.fit import correlation_time, fit_model
-from myowave.diagnosis.independence import check_independence
+from myowave.diagnosis.independence import check_independence, inputs_of
 from myowave.diagnosis.next_trial import propose_trials
 from myowave.diagnosis.record import make_record
 from myowave.diagnosis.where import describe, misfit_by, missing_torque
@@ -105,6 +105,16 @@ def test_a_slow_residual_that_the_inputs_drive_is_noticed(make_fit):
     fit = make_fit({"millard_curves": {"w": 1.0}}, noise_deg=0.05)
     assert correlation_time(fit.normal.residual, fit.record) > 5
     assert not check_independence(fit).holds
+
+
+@pytest.mark.parametrize("samples", [-8, 8])
+def test_the_lag_says_how_far_the_input_is_ahead_of_the_residual(samples, make_fit):
+    fit = make_fit()
+    activity = np.diff(inputs_of(fit)["activation Bi"], axis=-1, append=0.5)
+    driven = replace(fit.normal, residual=0.01 * np.roll(activity, samples, axis=-1))
+    found = check_independence(replace(fit, normal=driven))
+    row = np.abs(found.correlation[found.inputs.index("activation Bi")])
+    assert np.sign(found.lags_s[row.argmax()]) == np.sign(samples)
 
 
 @pytest.mark.parametrize("colour", [0.0, 0.7, 0.95])

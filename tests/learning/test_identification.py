@@ -127,6 +127,18 @@ def test_known_constants_replace_nominal_ones(model, trials, four):
     assert identified.values(raw).item() == 500.0
 
 
+def test_a_condition_of_one_trial_is_known_there_and_nowhere_else(model, four):
+    dataset = SimulatedDataset(
+        kind="simulated", trials=3, samples=200, emg_noise=0.1, test=("3",), conditions={"2": {"load": 0.5}}
+    )
+    loaded, _ = simulate_trials("loaded", dataset, model, catalogue(()))
+    identified, _, values, _ = search(model, loaded, four, finest=False)
+    assert relative_error(values, identified.names, model).max() < 1e-3
+    elsewhere = replace(loaded, conditions={"1": {"load": 0.5}})
+    identified, _, values, _ = search(model, elsewhere, four, finest=False)
+    assert relative_error(values, identified.names, model).max() > 1e-2
+
+
 def test_an_unknown_parameter_is_refused(model):
     with pytest.raises(ValueError, match="no parameter f9_Bi"):
         identify(model, {"f9_Bi": Identify()}, {}, (0,))

@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import torch
 
+from myowave.data.wavelets import decompose
 from myowave.learning.loss import Noise, RolloutLoss, TeacherForcedLoss, predict_with_time_derivatives
 from myowave.learning.network import Architecture, Scaling, apply_cell, initialise
 from myowave.learning.parameters import identify
@@ -13,6 +15,8 @@ from myowave.learning.training import train_scale
 from myowave.learning.windows import Corpus
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
+from myowave.physics.model import bind, torques
+from myowave.physics.motion import drive_muscles
 from myowave.settings import Identify
 
 CPU = torch.device("cpu")
@@ -181,3 +185,25 @@ def test_noise_has_its_size_and_differs_between_seeds_scales_and_epochs():
     torch.testing.assert_close(alone[0], first[1], rtol=0, atol=0)
     rows = torch.stack([first[0], first[1], second[0], second[1], coarser[0]])
     assert (torch.corrcoef(rows) - torch.eye(5)).abs().max() < 0.1
+
+
+def test_the_residual_is_eq_38_of_the_predicted_motion(network, trials, model):
+    """I qddot - E - T with central differences of the predictions and the activations at the samples, by hand."""
+    identified, raw = identify(model, {"f0_Bi": Identify()}, {}, (0, 1))
+    trials = decompose(trials, 4)[4]  # slow, or q would be all acceleration
+    lively = {name: 4 * value for name, value in network.weights.items()}  # or it would hardly move
+    network = replace(network, weights=lively)
+    emg, angle = to_tensors(trials, CPU)
+    with torch.no_grad():
+        q = predict_teacher_forced(network, network.encode(emg, trials.dt), angle).numpy()
+    qdot, qddot = np.gradient(q, trials.dt, axis=-1), np.diff(q, 2, axis=-1) / trials.dt**2
+    q, qdot = (torch.from_numpy(x[..., 1:-1]) for x in (q, qdot))
+    bound = bind(model, identified.params(raw), emg)
+    activation = drive_muscles(bound, emg, trials.dt).activation[..., 1:, 0, :]  # at the beginning of each step
+    torque = torques(bound.along(1), q, qdot, activation, {})
+    residual = (torque.inertia * torch.from_numpy(qddot) - torque.total)[..., network.history :]
+    weights = {name: value.requires_grad_() for name, value in lively.items()}
+    loss = teacher_forced_loss(network, trials, model, identified).backward(weights, raw.clone().requires_grad_())
+    torch.testing.assert_close(loss.residual, residual.square().mean((1, 2)), rtol=1e-4, atol=0)
+    slow = torques(bound.along(1), q, 0.5 * qdot, activation, {})
+    assert ((slow.total - torque.total).square().mean() / residual.square().mean()) > 1e-3, "speed does not matter"

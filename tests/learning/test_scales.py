@@ -1,5 +1,6 @@
 """The ladder of scales, Algorithm 1: each trains on its own projection and begins where the coarser one ended."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -102,3 +103,20 @@ def test_the_finer_scale_begins_with_the_parameters_of_the_coarser(scales, trial
     begun = torch.stack([first.values[name] for name in identified.names], dim=-1)
     assert ((coarse.values / start - 1).abs() > 3 * recipe.learning_rate).any()
     assert ((begun - coarse.values).abs() / start <= 1.05 * recipe.learning_rate).all()
+
+
+@pytest.mark.parametrize("level", [0, 1])
+def test_steps_fall_along_one_cosine_over_all_scales(level, scales, trials, model, wanted, printed):
+    """A first step of Adam is as long as the learning rate; each scale begins with a twentieth of it."""
+    changes = {"epochs": 40, "learning_rate": 0.01, "schedule": "cosine"}
+    recipe = printed.model_copy(update=changes)
+    identified, raw = identify(model, wanted, trials.constants, SEEDS)
+    start, before, coarse = identified.values(raw), identified.values(raw), None
+    if level == 0:
+        coarse = reports_of(scales, model, recipe, wanted, 1)[-1].checkpoint
+        before = coarse.values
+    first, *_ = reports_of(scales, model, recipe, wanted, level, coarse)
+    step = (torch.stack([first.values[name] for name in identified.names], dim=-1) - before).abs() / start
+    done = 20 * (1 - level)
+    expected = 0.01 / 20 * 0.5 * (1 + math.cos(math.pi * done / 40))
+    torch.testing.assert_close(step, torch.full_like(step, expected), rtol=1e-3, atol=0)

@@ -167,3 +167,12 @@ def test_early_stopping_keeps_the_best_weights_and_the_last_parameters(scales, m
     torch.testing.assert_close(checkpoint.val_mse, validation.min(0).values)
     last = torch.stack([reports[-1].values[name] for name in checkpoint.names], dim=-1)
     torch.testing.assert_close(checkpoint.values, last)
+
+
+def test_training_stops_once_no_seed_has_improved_for_its_patience(scales, model, wanted, teacher_forced):
+    recipe = teacher_forced.model_copy(update={"epochs": 300, "learning_rate": 0.3, "patience": 15})
+    reports, checkpoint = train(scales, model, recipe, wanted)
+    assert checkpoint.epochs == len(reports) < 300
+    validation = torch.stack([report.val_mse for report in reports[VALIDATE_EVERY - 1 :: VALIDATE_EVERY]])
+    best = VALIDATE_EVERY * (validation.argmin(0) + 1)
+    assert len(reports) - best.max() == 15
