@@ -9,7 +9,7 @@ import torch
 from myowave.data.wavelets import decompose
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.prediction import Network, run_free, to_tensors
-from myowave.learning.training import CLIP, VALIDATE_EVERY, clip_gradients, count_epochs, train_scale
+from myowave.learning.training import CLIP, VALIDATE_EVERY, clip_gradients, count_epochs, train_scale, weigh_physics
 from myowave.learning.windows import Corpus, Validation, count_training_samples
 
 
@@ -35,6 +35,11 @@ def test_a_seed_trains_the_same_alone_and_among_others(recipe, scales, model, wa
     for name, value in alone.weights.items():
         torch.testing.assert_close(together.weights[name][1], value[0], rtol=1e-4, atol=1e-5, msg=name)
     torch.testing.assert_close(together.values[1], alone.values[0], rtol=1e-6, atol=0)
+
+
+def test_simulated_motion_counts_the_less_the_worse_physics_is_beside_the_network():
+    physics, network = torch.tensor([1e-6, 1e-4, 1e-2]), torch.full((3,), 1e-4)
+    assert weigh_physics(physics, network).tolist() == pytest.approx([1.0, 1.0, 0.01])
 
 
 def test_a_gradient_too_large_is_shortened_for_its_seed_alone():

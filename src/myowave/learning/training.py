@@ -193,8 +193,7 @@ class _Run:
                 self._simulate(loss)
                 simulated = True
             if simulated:
-                # Simulated motion counts beside measured as long as physics explains the trials as well as the network.
-                loss.trust = (val_mse / search.mse.to(self.device)).clamp(max=1.0)
+                loss.trust = weigh_physics(search.mse.to(self.device), val_mse)
             losses = loss.backward(weights, self.raw)
             if rolls_out:
                 clip_gradients(weights)
@@ -305,6 +304,16 @@ class _Best:
     def exhausted(self, epoch: int, patience: int) -> bool:
         """Whether no seed has improved for `patience` epochs."""
         return bool((epoch - self._epoch >= patience).all())
+
+
+def weigh_physics(physics_mse: Tensor, network_mse: Tensor) -> Tensor:
+    """Weight of simulated motion beside measured, (S,) [-]: 1 as long as physics explains the trials as well as the
+    network does, then the less the worse it is.
+
+    Args:
+        physics_mse, network_mse: how far each misses measured motion [rad^2], (S,).
+    """
+    return (network_mse / physics_mse).clamp(max=1.0)
 
 
 @torch.no_grad()
