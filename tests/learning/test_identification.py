@@ -139,6 +139,21 @@ def test_a_condition_of_one_trial_is_known_there_and_nowhere_else(model, four):
     assert relative_error(values, identified.names, model).max() > 1e-2
 
 
+def test_trajectories_begin_where_the_measured_ones_do_and_as_fast(model, trials, four):
+    begin, names = 60, trials.names
+    moving = type(trials).from_sequences(
+        dataset="moving", dt=trials.dt, names=names, channels=trials.channels, emg=trials.emg[:, begin:],
+        angle=trials.angle[:, begin:],
+    )  # fmt: skip
+    identified, raw = identify(model, four, {}, (0, 1))
+    angle, speed = Shooting.of(model, moving, identified, raw).start.unbind(-1)
+    expected = np.gradient(trials.angle, trials.dt, axis=1)[:, begin]
+    assert np.abs(expected).max() > 0.3
+    for seed in (0, 1):
+        np.testing.assert_array_equal(angle[seed], trials.angle[:, begin])
+        np.testing.assert_allclose(speed[seed], expected, rtol=0, atol=0.2)
+
+
 def test_an_unknown_parameter_is_refused(model):
     with pytest.raises(ValueError, match="no parameter f9_Bi"):
         identify(model, {"f9_Bi": Identify()}, {}, (0,))
