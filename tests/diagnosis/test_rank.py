@@ -5,8 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from scipy.signal import lfilter
-
 from myowave.diagnosis.fit import fit_model, refit
 from myowave.diagnosis.rank import (
     EVIDENCE,
@@ -17,6 +15,7 @@ from myowave.diagnosis.rank import (
     rank_effects,
 )
 from myowave.diagnosis.record import make_record
+from scipy.signal import lfilter
 
 
 @pytest.fixture(scope="module")
