@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from myowave.diagnosis.heldout import BEGINNING_S, predict
 from myowave.diagnosis.record import make_record
 

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from myowave.diagnosis.independence import Independence
 from myowave.diagnosis.rank import rank_effects
 from myowave.diagnosis.selection import Selection

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from myowave.learning.parameters import identify
 
 from myowave.data.wavelets import decompose, project
-from myowave.learning.parameters import identify
 from myowave.learning.prediction import Network, predict_free_running, predict_teacher_forced
 from myowave.learning.training import train_scale
 
