@@ -3,7 +3,7 @@
 
 rule simulate_trials:
     input:
-        effects=SETTINGS.physics.effect_files,
+        physics=SETTINGS.physics.files,
     output:
         trials="results/data/{dataset}/trials.parquet",
         truth="results/data/{dataset}/truth.json",

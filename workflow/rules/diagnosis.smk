@@ -16,7 +16,7 @@ DIAGNOSIS_FIGURES = [
 checkpoint diagnose_dataset:
     input:
         trials="results/data/{dataset}/trials.parquet",
-        effects=SETTINGS.physics.effect_files,
+        physics=SETTINGS.physics.files,
     output:
         summary=f"{DIAGNOSIS}/summary.json",
         tables=expand(f"{DIAGNOSIS}/{{table}}.csv", table=DIAGNOSIS_TABLES, allow_missing=True),
@@ -141,7 +141,7 @@ rule simulate_study:
 rule study_effect:
     input:
         trials=rules.simulate_study.output.trials,
-        effects=SETTINGS.physics.effect_files,
+        physics=SETTINGS.physics.files,
     output:
         cases="results/diagnosis/study/{hidden}.csv",
     log:

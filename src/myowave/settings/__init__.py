@@ -10,7 +10,7 @@ from myowave.settings.data import Data, Dataset, Identify, MeasuredDataset, Simu
 from myowave.settings.diagnosis import Diagnosis, Study
 from myowave.settings.learning import SEARCHABLE, Dimension, Learning, Recipe, Sweep
 from myowave.settings.parsing import KEYS, check_effects, parse_section, parse_settings
-from myowave.settings.physics import Curves, Joint, Muscle, Physics
+from myowave.settings.physics import Curves, Joint, Muscle, Physics, StraightPath, TablePath
 from myowave.settings.section import Section, dump
 from myowave.settings.targets import Targets
 from myowave.settings.tracking import Tracking
@@ -33,8 +33,10 @@ __all__ = [
     "Section",
     "Settings",
     "SimulatedDataset",
+    "StraightPath",
     "Study",
     "Sweep",
+    "TablePath",
     "Targets",
     "Tracking",
     "Wavelet",
