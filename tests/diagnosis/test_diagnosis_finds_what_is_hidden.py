@@ -124,7 +124,7 @@ def test_the_test_trial_takes_no_part_in_any_decision(make_trials, base, few, id
 
 
 def weighed(candidate):
-    return candidate.name, candidate.evidence, candidate.folds_won, candidate.detectable, candidate.score.visible
+    return candidate.name, candidate.delta_bic, candidate.folds_won, candidate.detectable, candidate.score.visible
 
 
 def test_clean_trials_are_adequate(make_trials, base, few, identify):

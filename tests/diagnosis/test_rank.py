@@ -8,7 +8,7 @@ import torch
 from myowave.diagnosis.fit import fit_model, refit
 from myowave.diagnosis.rank import (
     EVIDENCE,
-    evidence,
+    delta_bic,
     folds_won,
     independent_samples,
     left_out_residuals,
@@ -47,7 +47,7 @@ def coloured(fit, colour, seed=0):
 @pytest.mark.parametrize("parameters", [0, 1, 3])
 def test_parameters_that_gain_nothing_cost_the_logarithm_of_the_samples_each(fit, parameters):
     """The penalty of the BIC (Schwarz 1978)."""
-    assert evidence(fit, fit.rss, parameters, 200.0) == pytest.approx(-parameters * np.log(200.0))
+    assert delta_bic(fit, fit.rss, parameters, 200.0) == pytest.approx(-parameters * np.log(200.0))
 
 
 def test_evidence_is_the_fall_of_the_bic(fit):
@@ -55,7 +55,7 @@ def test_evidence_is_the_fall_of_the_bic(fit):
     loud = with_residual(fit, coloured(fit, 0.0) * 20)
     n, fewer, more = 300.0, 4, 6
     bic = [n * np.log(rss / n) + k * np.log(n) for rss, k in ((loud.rss, fewer), (0.6 * loud.rss, more))]
-    assert evidence(loud, 0.6 * loud.rss, more - fewer, n) == pytest.approx(bic[0] - bic[1], rel=1e-3)
+    assert delta_bic(loud, 0.6 * loud.rss, more - fewer, n) == pytest.approx(bic[0] - bic[1], rel=1e-3)
 
 
 @pytest.mark.parametrize("colour", [0.0, 0.5, 0.8])
@@ -74,12 +74,12 @@ def test_a_ranking_counts_the_independent_samples_of_the_best_candidates_residua
     assert samples < 0.3 * fit.record.samples
     for candidate in ranking:
         rss = candidate.fit.rss if candidate.fit else fit.rss - candidate.score.drop
-        assert candidate.evidence == pytest.approx(evidence(fit, rss, len(candidate.score.free), samples))
-        assert candidate.evidence < samples * np.log(fit.rss / rss)
+        assert candidate.delta_bic == pytest.approx(delta_bic(fit, rss, len(candidate.score.free), samples))
+        assert candidate.delta_bic < samples * np.log(fit.rss / rss)
 
 
 def test_candidates_are_ranked_by_evidence(ranking):
-    values = [c.evidence for c in ranking]
+    values = [c.delta_bic for c in ranking]
     assert values == sorted(values, reverse=True) and values[0] > EVIDENCE
 
 
@@ -138,7 +138,7 @@ def test_an_effect_of_one_trial_wins_few_folds(make_trials, base, free, effects)
     record = make_record(trials, base).train
     without = fit_model(base, record, free)
     (candidate,) = rank_effects(without, [effects["joint_damping"]])
-    assert candidate.evidence > EVIDENCE
+    assert candidate.delta_bic > EVIDENCE
     assert candidate.folds == 3 and candidate.folds_won <= 1
     assert not candidate.acceptable
 

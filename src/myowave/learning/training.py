@@ -1,7 +1,7 @@
 """Training at one scale, for all seeds at once, as a generator of epoch reports (Algorithm 1).
 
 The caller logs, shows, prunes and saves; nothing here knows of it. What an epoch does, and how parameters are
-identified, is up to the kind of recipe: see `recipes`.
+identified, is up to the kind of recipe: see `methods`.
 """
 
 import math
@@ -14,9 +14,9 @@ from torch import Tensor
 
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.loss import Losses
+from myowave.learning.methods import METHODS, Search
 from myowave.learning.network import Network
 from myowave.learning.prediction import run_free
-from myowave.learning.recipes import KINDS, Search
 from myowave.learning.task import Stage, Task, begin_stage
 from myowave.learning.windows import Validation
 
@@ -74,7 +74,7 @@ def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Ite
     """
     started = time.perf_counter()
     stage = begin_stage(task, level, before)
-    method = KINDS[task.recipe.hidden_state].begin(stage)
+    method = METHODS[task.recipe.hidden_state](stage)
     optimizer = torch.optim.Adam(method.trained, betas=method.betas)
     validation, best = Validation.of(stage.corpus, stage.network, stage.trials.lengths), _Best(stage.network)
     val_mse, val_r2 = validate(stage.network, validation)

@@ -10,7 +10,7 @@ from myowave.learning.task import Stage
 
 
 class PaperTraining:
-    """An epoch is one step of Adam on all samples; see `recipes.Method`."""
+    """An epoch is one step of Adam on all samples; see `methods.Method`."""
 
     betas = (0.9, 0.999)
 

@@ -1,19 +1,15 @@
-"""The kinds of recipe, told apart by what becomes of the hidden state: how each network predicts and how it learns.
+"""The methods of training, one for each kind of recipe.
 
-Only this module chooses between them. A further kind is a further entry of `KINDS`.
+Only this module chooses between them. A further kind is a further entry of `METHODS`, and one of `prediction.RUNS`.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Protocol
 
 from torch import Tensor
 
 from myowave.learning.loss import Losses
-from myowave.learning.network import Network
 from myowave.learning.paper.training import PaperTraining
-from myowave.learning.paper.windowed import run_windowed
-from myowave.learning.rollouts.rollout import roll_out
 from myowave.learning.rollouts.training import RolloutTraining
 from myowave.learning.task import Stage
 
@@ -55,21 +51,7 @@ class Method(Protocol):
         """
 
 
-@dataclass(frozen=True)
-class Kind:
-    """A kind of recipe.
-
-    Args:
-        run_free: standardised predictions (S, B, K - m) of windows with inputs (B, K, X) from a history of angles and
-            steps (S, B, m).
-        begin: training at one scale.
-    """
-
-    run_free: Callable[[Network, Tensor, Tensor, Tensor], Tensor]
-    begin: Callable[[Stage], Method]
-
-
-KINDS = {  # by the recipe's hidden_state
-    "carried": Kind(roll_out, RolloutTraining),
-    "windowed": Kind(run_windowed, PaperTraining),
+METHODS: dict[str, Callable[[Stage], Method]] = {  # by the recipe's hidden_state
+    "carried": RolloutTraining,
+    "windowed": PaperTraining,
 }
