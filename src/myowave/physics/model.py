@@ -9,6 +9,7 @@ import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -295,7 +296,7 @@ class Torques:
         return self.muscles + self.gravity + self.effects
 
 
-def muscle_quantities(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor) -> dict[str, object]:
+def muscle_quantities(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor) -> dict[str, Any]:
     """Path, fibre and force of every muscle at a joint state, before the effects that have a state.
 
     Args:

@@ -1,5 +1,6 @@
 """The section `physics`: muscles, joint and curves. Units, meanings and bounds are those of the physics' constants."""
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
@@ -11,7 +12,8 @@ from myowave.settings.section import Name, Real, Section, setting
 def constant(constant: Constant, *, optional: bool = False) -> Any:
     """The key of a physical constant."""
     required = ... if constant.default is None else constant.default
-    return setting(constant.meaning, constant.unit, None if optional else required, **constant.bounds)
+    bounds: Mapping[str, Any] = constant.bounds
+    return setting(constant.meaning, constant.unit, None if optional else required, **bounds)
 
 
 class StraightPath(Section):
