@@ -7,8 +7,8 @@ import pytest
 import torch
 from scipy.signal import lfilter
 
-from myowave.diagnosis.fit import fit_model, refit
-from myowave.diagnosis.rank import (
+from myowave.identification.output_error import fit_model, refit
+from myowave.diagnosis.search.rank import (
     EVIDENCE,
     evidence,
     folds_won,
@@ -16,7 +16,7 @@ from myowave.diagnosis.rank import (
     left_out_residuals,
     rank_effects,
 )
-from myowave.diagnosis.record import make_record
+from myowave.identification.record import make_record
 
 
 @pytest.fixture(scope="module")
