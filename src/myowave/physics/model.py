@@ -327,7 +327,6 @@ def torques(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor, states: M
     pull = bound.muscle["f0"] * force * muscles["cosine"]
     muscle_torque = (pull * muscles["moment_arm"]).sum(-1)
     gravity = joint_physics.gravity_torque(q, bound.combined.weight, bound.combined.tilt)
-    inertia = bound.combined.inertia
     extra = torch.zeros_like(muscle_torque)
     for effect in model.on("joint"):
         quantities = {
@@ -340,9 +339,19 @@ def torques(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor, states: M
             "torque": muscle_torque,
         }
         extra = extra + call(effect.function, quantities, bound.values(effect))
-    for effect in model.on("inertia"):
+    return Torques(muscle_torque, gravity, extra, moment_of_inertia(bound, q))
+
+
+def moment_of_inertia(bound: Bound, q: Tensor) -> Tensor:
+    """Moment of inertia about the elbow at an angle (...) [rad], with effects that act on it, broadcastable to (...)
+    [kg m^2].
+
+    Source: Taneja et al. 2023, Eq. 55.
+    """
+    inertia = bound.combined.inertia
+    for effect in bound.model.on("inertia"):
         inertia = inertia + call(effect.function, {**bound.joint, "q": q}, bound.values(effect))
-    return Torques(muscle_torque, gravity, extra, inertia)
+    return inertia
 
 
 def acceleration(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor, states: Mapping[str, Tensor]) -> Tensor:

@@ -17,7 +17,7 @@ from myowave.settings.data import (
     public,
 )
 from myowave.settings.diagnosis import Diagnosis, Study
-from myowave.settings.learning import SEARCHABLE, Dimension, Learning, Recipe, Sweep
+from myowave.settings.learning import SEARCHABLE, Dimension, Learning, PlannedSweep, Recipe, Sweep
 from myowave.settings.parsing import KEYS, check_effects, parse_settings, shipped_effects
 from myowave.settings.physics import Curves, Joint, Muscle, Physics
 from myowave.settings.recording import EmgChannel, Processing, RawSignal, TextLayout
@@ -40,6 +40,7 @@ __all__ = [
     "MeasuredDataset",
     "Muscle",
     "Physics",
+    "PlannedSweep",
     "Processing",
     "RawSignal",
     "Recipe",

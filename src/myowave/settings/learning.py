@@ -117,6 +117,14 @@ class Sweep(Section):
         return {k: v for k, v in value.items() if v is not None} if isinstance(value, Mapping) else value
 
 
+class PlannedSweep(Sweep):
+    """A sweep without null: what it left open is filled in from the targets."""
+
+    dataset: Name
+    recipe: Name
+    scales: Annotated[int, Field(ge=1, le=5)]
+
+
 class Learning(Section):
     """The surrogate and the identification that comes with it."""
 

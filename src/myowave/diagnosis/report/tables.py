@@ -115,7 +115,7 @@ def ranking_table(diagnosis: Diagnosis) -> pd.DataFrame:
                     "status": _status(c),
                     "score": c.score.drop / fit.variance,
                     "rmse_deg": None if c.fit is None else np.degrees(c.fit.rmse()),
-                    "delta_bic": c.evidence,
+                    "delta_bic": c.delta_bic,
                     "folds_won": c.folds_won,
                     "folds": c.folds,
                     **_estimates(c),
@@ -251,7 +251,7 @@ def _status(candidate: Candidate) -> str:
         return "absorbed"
     if candidate.acceptable:
         return "supported"
-    if candidate.evidence <= EVIDENCE:
+    if candidate.delta_bic <= EVIDENCE:
         return "not needed"
     return "behind" if candidate.fit is None else "refused"
 

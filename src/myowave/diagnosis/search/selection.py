@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from myowave.diagnosis.search.rank import (
     EVIDENCE,
     Candidate,
-    evidence,
+    delta_bic,
     independent_samples,
     promising_pairs,
     rank_effects,
@@ -106,7 +106,7 @@ class _Search:
             first = polish(candidates[one].fit or candidates[one].score.start)
             second = polish(score_effect(first, catalogue[other], self.known).start)
             parameters = len(second.free) - len(found.free)
-            if evidence(found, second.rss, parameters, independent_samples(second)) > needed:
+            if delta_bic(found, second.rss, parameters, independent_samples(second)) > needed:
                 return second
         return None
 
@@ -120,7 +120,7 @@ class _Search:
                 ranking = self.rank(without, {effect.name: fit})
                 own = next(c for c in ranking if c.name == effect.name)
                 best = _best(ranking) or own
-                if own.evidence < EVIDENCE:
+                if own.delta_bic < EVIDENCE:
                     fit, changed = without, True
                     break
                 if best.name != effect.name and (own not in similar(ranking, best) or best.weight > own.weight):
@@ -160,7 +160,7 @@ def _best(ranking: list[Candidate]) -> Candidate | None:
 
 def _names(best: Candidate, ranking: list[Candidate]) -> tuple[str, ...]:
     """The effects that the data do not tell from the one added, which comes first."""
-    leader = max((c for c in similar(ranking, best) if c.acceptable), key=lambda c: c.evidence, default=best)
+    leader = max((c for c in similar(ranking, best) if c.acceptable), key=lambda c: c.delta_bic, default=best)
     others = [c.name for c in similar(ranking, leader) if c.name != best.name]
     return (best.name, *others)
 

@@ -57,7 +57,7 @@ def judge(selection: Selection, independence: Independence) -> Verdict:
         kind = "unknown"
     elif selection.classes:
         kind = "class" if alternatives else "effect"
-    elif structure_left or any(c.evidence > EVIDENCE for c in last if c.fit is not None):
+    elif structure_left or any(c.delta_bic > EVIDENCE for c in last if c.fit is not None):
         kind = "unknown"
     else:
         kind = "undecidable" if masked else "adequate"

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.identification.weak_form import hidden_effects
+from myowave.identification.weak_form import effects_unseen_by_angle
 from myowave.learning.loss import Losses, Noise
 from myowave.learning.paper.derivatives import predict_with_time_derivatives
 from myowave.learning.paper.windowed import first_predicted, predict_teacher_forced
@@ -42,9 +42,9 @@ class Residual:
         Raises:
             ValueError: for a model with effects that the residual cannot hold.
         """
-        if hidden := hidden_effects(model):
+        if unseen := effects_unseen_by_angle(model):
             raise ValueError(
-                f"model {model.name}: the residual of Eq. 38 cannot hold {', '.join(hidden)}, which has a state of its "
+                f"model {model.name}: the residual of Eq. 38 cannot hold {', '.join(unseen)}, which has a state of its "
                 "own or acts on the measured angle. Train with identification: gauss_newton, or leave the effect out."
             )
         emg = channels_of(model, trials.channels, torch.from_numpy(trials.emg).to(device))

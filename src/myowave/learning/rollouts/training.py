@@ -50,8 +50,7 @@ class RolloutTraining:
         return losses
 
     def _trust(self, val_mse: Tensor) -> Tensor | None:
-        """How much simulated motion counts: as measured where physics fits the trials no worse than the network."""
-        return None if self._simulated is None else (val_mse / self.search.mse.to(val_mse.device)).clamp(max=1.0)
+        return None if self._simulated is None else weigh_physics(self.search.mse.to(val_mse.device), val_mse)
 
     def _simulate(self) -> Simulated:
         """Trials that physics makes with the identified parameters."""
@@ -61,6 +60,16 @@ class RolloutTraining:
         usable = torch.full((len(emg),), emg.shape[1])
         corpus = Corpus.of(stage.network, torch.from_numpy(emg).to(device), angle.to(device), stage.trials.dt, usable)
         return Simulated(corpus, inside.to(device))
+
+
+def weigh_physics(physics_mse: Tensor, network_mse: Tensor) -> Tensor:
+    """Weight of simulated motion beside measured, (S,) [-]: 1 as long as physics explains the trials as well as the
+    network does, then the less the worse it is.
+
+    Args:
+        physics_mse, network_mse: how far each misses measured motion [rad^2], (S,).
+    """
+    return (network_mse / physics_mse).clamp(max=1.0)
 
 
 @torch.no_grad()
