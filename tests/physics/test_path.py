@@ -19,7 +19,7 @@ from myowave.physics.muscle import EXTENSOR, FLEXOR
 from myowave.physics.path import MARGIN, SideBySide, StraightPath, TablePath, read_path
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
-from myowave.settings import parse_section
+from myowave.settings import parse_settings
 
 ROOT = Path(__file__).parents[2]
 ARM26 = ROOT / "data/arm26/path_lengths.csv"
@@ -161,29 +161,30 @@ def test_every_other_effect_acts_on_a_model_with_tables(mixed, noisy_emg, dt):
 
 
 @pytest.fixture(scope="module")
-def section():
-    return yaml.safe_load((ROOT / "config.yaml").read_text())["physics"]
+def shipped():
+    return yaml.safe_load((ROOT / "config.yaml").read_text())
 
 
-def with_path(section, path, **changed):
+def with_path(shipped, path, **changed):
+    section = shipped["physics"]
     biceps = {k: v for k, v in section["muscles"]["Bi"].items() if k not in ("l1_m", "l2_m")}
     muscles = section["muscles"] | {"Bi": biceps | changed | ({} if path is None else {"path": path})}
-    return parse_section("physics", section | {"muscles": muscles})
+    return parse_settings(shipped | {"physics": section | {"muscles": muscles}}).physics
 
 
-def test_a_straight_path_may_be_written_in_short(section):
-    short = build_model("base", parse_section("physics", section))
-    long = build_model("base", with_path(section, {"kind": "straight", "l1_m": 0.3, "l2_m": 0.8}))
+def test_a_straight_path_may_be_written_in_short(shipped):
+    short = build_model("base", parse_settings(shipped).physics)
+    long = build_model("base", with_path(shipped, {"kind": "straight", "l1_m": 0.3, "l2_m": 0.8}))
     assert long == short
 
 
-def test_a_table_of_the_configuration_is_a_path_and_a_file_that_the_model_is_made_of(section):
+def test_a_table_of_the_configuration_is_a_path_and_a_file_that_the_model_is_made_of(shipped):
     path = {"kind": "table", "file": str(ARM26), "muscle": "BRA", "scale": 2.0}
-    physics = with_path(section, path)
+    physics = with_path(shipped, path)
     assert physics.files == (str(ARM26),) and {"scale_Bi", "l1_Tri"} < physics.parameters
     model = build_model("base", physics)
     assert model.defaults["scale_Bi"] == 2.0 and set(model.defaults) == physics.parameters
-    assert parse_section("physics", section).files == ()
+    assert parse_settings(shipped).physics.files == ()
 
 
 @pytest.mark.parametrize(
@@ -197,9 +198,9 @@ def test_a_table_of_the_configuration_is_a_path_and_a_file_that_the_model_is_mad
         ({"kind": "table"}, {}, "Bi.path.file: is missing"),
     ],
 )
-def test_a_path_that_is_not_one_is_refused(path, changed, says, section):
+def test_a_path_that_is_not_one_is_refused(path, changed, says, shipped):
     with pytest.raises(ValueError, match=says):
-        with_path(section, path, **changed)
+        with_path(shipped, path, **changed)
 
 
 def table(*rows, header="angle_deg,length_m"):
@@ -239,7 +240,7 @@ def test_a_missing_table_is_explained(tmp_path):
         read_path(str(tmp_path / "none.csv"))
 
 
-def test_a_table_of_the_other_side_is_refused(section):
+def test_a_table_of_the_other_side_is_refused(shipped):
     path = {"kind": "table", "file": str(ARM26), "muscle": "TRIlat"}
     with pytest.raises(ValueError, match=r"muscles.Bi: with flexion, the length .* but a flexor gets shorter"):
-        build_model("base", with_path(section, path))
+        build_model("base", with_path(shipped, path))
