@@ -16,7 +16,7 @@ from myowave.physics.build import build_model
 from myowave.physics.effect import Effect
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
-from myowave.settings import Identify, SimulatedDataset, parse_section
+from myowave.settings import Identify, Physics, SimulatedDataset
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -27,7 +27,7 @@ def _one_thread():
 @pytest.fixture(scope="session")
 def base(pytestconfig) -> Model:
     physics = yaml.safe_load((pytestconfig.rootpath / "config.yaml").read_text(encoding="utf-8"))["physics"]
-    return build_model("base", parse_section("physics", physics))
+    return build_model("base", Physics.model_validate(physics))
 
 
 @pytest.fixture(scope="session")

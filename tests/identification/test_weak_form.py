@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from myowave.identification.free_parameters import free_parameters, start_values
-from myowave.identification.weak_form import DAMPING, WeakForm, hidden_effects
+from myowave.identification.weak_form import DAMPING, WeakForm, effects_unseen_by_angle
 from myowave.settings import Identify
 
 
@@ -47,4 +47,4 @@ def test_bounds_hold_where_the_truth_lies_beyond(exact, base):
 
 def test_effects_that_no_angle_shows_are_named(base, effects):
     model = base.with_effects(effects[name] for name in ("joint_damping", "fatigue", "angle_offset"))
-    assert hidden_effects(model) == ["fatigue", "angle_offset"]
+    assert effects_unseen_by_angle(model) == ["fatigue", "angle_offset"]

@@ -1,4 +1,6 @@
-"""Small trials, models and recipes that train in seconds."""
+"""Small trials, models and tasks that train in seconds."""
+
+from dataclasses import replace
 
 import pytest
 import torch
@@ -7,6 +9,7 @@ import yaml
 from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
 from myowave.data.wavelets import decompose
+from myowave.learning.task import Task
 from myowave.physics.build import build_model
 from myowave.physics.effect import Effect
 from myowave.physics.effects import catalogue
@@ -47,13 +50,14 @@ def wanted() -> dict[str, Identify]:
 
 
 @pytest.fixture
-def rollout() -> Recipe:
-    return Recipe(hidden=8, epochs=6, rollout_s=0.3, simulated_trials=4, patience=100)
+def rollout(scales, model, wanted) -> Task:
+    recipe = Recipe(hidden=8, epochs=6, rollout_s=0.3, simulated_trials=4, patience=100)
+    return Task(scales, model, recipe, wanted, total=1, seeds=(0, 1), device=torch.device("cpu"))
 
 
 @pytest.fixture
-def teacher_forced() -> Recipe:
-    return Recipe(
+def teacher_forced(rollout) -> Task:
+    recipe = Recipe(
         hidden=8,
         epochs=4,
         rollout_s=0.0,
@@ -68,6 +72,7 @@ def teacher_forced() -> Recipe:
         schedule="constant",
         learning_rate=1e-3,
     )
+    return replace(rollout, recipe=recipe)
 
 
 @pytest.fixture(autouse=True)

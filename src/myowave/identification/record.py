@@ -54,7 +54,7 @@ class Record:
         """Number of measured samples."""
         return int(self.valid.sum())
 
-    def take(self, index: Sequence[int]) -> "Record":
+    def take(self, index: Sequence[int] | NDArray[np.intp]) -> "Record":
         """Some of the trials; padding that all of them have is cut."""
         index = list(index)
         longest = int(self.valid[index].sum(axis=1).max())
@@ -105,10 +105,10 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at
 
     Args:
         model: whose muscles say which channels are needed.
-        noise_deg: standard deviation of the noise of the angle; None estimates it from the trials.
+        noise_deg: standard deviation of the noise of the angle; None estimates it from the training trials.
         at_rest: whether every trial is known to start at rest.
     """
-    recorded = [angle[:length] for angle, length in zip(trials.angle, trials.lengths, strict=True)]
+    recorded = [trials.angle[i, : trials.lengths[i]] for i in trials.index(trials.train)]
     noise = estimate_noise(*recorded) if noise_deg is None else np.radians(noise_deg)
     return Record(
         names=trials.names,

@@ -58,8 +58,8 @@ class WeakForm:
 
     @classmethod
     def of(cls, model: Model, record: Record) -> "WeakForm":
-        """Along the measured angle of all trials given; the model must have no `hidden_effects`."""
-        assert not hidden_effects(model), model.name
+        """Along the measured angle of all trials given; the model must have no `effects_unseen_by_angle`."""
+        assert not effects_unseen_by_angle(model), model.name
         points, weights = _quadrature(breakpoints(record.simulation(model, {}).bound, record.dt, 1), record.dt)
         steps = record.angle.shape[1] - 1
         q, qdot = np.empty((2, len(record.names), steps, len(points)))
@@ -127,7 +127,7 @@ class WeakForm:
         return np.where(better[:, None], proposed, values), damping
 
 
-def hidden_effects(model: Model) -> list[str]:
+def effects_unseen_by_angle(model: Model) -> list[str]:
     """Effects that a measured angle does not determine, so that no residual along it holds them."""
     return [effect.name for effect in model.effects if effect.stateful or effect.acts_on == "observation"]
 

@@ -18,7 +18,7 @@ from torch import Tensor
 
 from myowave.data.store import replacing
 from myowave.data.trials import Trials
-from myowave.learning.network import Architecture, Scaling
+from myowave.learning.network import Architecture, Network, Scaling
 
 FORMAT = 1
 
@@ -63,6 +63,12 @@ class Checkpoint:
     correlations: Tensor
     val_mse: Tensor
     val_r2: Tensor
+
+    @property
+    def network(self) -> Network:
+        """The trained network."""
+        hidden_state, history = self.recipe["hidden_state"], self.recipe["history_steps"]
+        return Network(self.architecture, self.scaling, self.weights, hidden_state, history)
 
     def save(self, path: str | Path) -> None:
         """Write the checkpoint, atomically."""

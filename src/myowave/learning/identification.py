@@ -22,7 +22,7 @@ from myowave.identification.free_parameters import Free, bind_values
 from myowave.identification.output_error import LIFTED_STEPS, Fit, Search, descend
 from myowave.identification.record import SMALLEST_NOISE_DEG, make_record
 from myowave.identification.uncertainty import correlations
-from myowave.identification.weak_form import DAMPING, WeakForm, hidden_effects
+from myowave.identification.weak_form import DAMPING, WeakForm, effects_unseen_by_angle
 from myowave.physics.model import Model
 
 WEAK_STEPS = 8
@@ -67,8 +67,8 @@ class Identification:
         self.done = next(self._steps, "end") == "end"
 
     def _search(self, finest: bool) -> Iterator[None]:
-        start, hidden = self._values.copy(), bool(hidden_effects(self._model))
-        if not hidden:
+        start, unseen = self._values.copy(), bool(effects_unseen_by_angle(self._model))
+        if not unseen:
             form, damping = WeakForm.of(self._model, self._record), np.full(len(start), DAMPING)
             for _ in range(WEAK_STEPS):
                 self._values, damping = form.step(self._free, self._values, damping)
@@ -76,7 +76,7 @@ class Identification:
             if not finest:
                 return
         search = self._begin()
-        for _ in range(LIFTED_STEPS if hidden else 0):
+        for _ in range(LIFTED_STEPS if unseen else 0):
             search = search.lifted()
             self._values = search.values
             yield

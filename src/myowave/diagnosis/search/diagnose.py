@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.misfit.draft import Draft, draft_effect
 from myowave.diagnosis.misfit.independence import Independence, check_independence
 from myowave.diagnosis.misfit.where import MissingTorque, describe, misfit_by, missing_torque
+from myowave.diagnosis.search.draft import Draft, draft_effect
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
 from myowave.diagnosis.search.selection import Selection, select_effects
 from myowave.diagnosis.search.verdict import Verdict, judge
@@ -87,7 +87,7 @@ def diagnose(
     Args:
         trials: training and test trials; the test trials take no part in any decision.
         base: the model to start from.
-        effects: the catalogue.
+        effects: the catalogue; those that cannot act on the muscles' paths are left out.
         identify: constants to estimate beside the parameters of effects.
         report: is told what happens.
         models: to fit and try beside those that the search visits.
@@ -96,6 +96,8 @@ def diagnose(
         ValueError: if a muscle's channel was not recorded, or the base model cannot be fitted at all.
     """
     effects = {e.name: e for e in effects}
+    for name in [name for name, effect in effects.items() if base.refuses(effect)]:
+        report(f"left out: effect {name} {base.refuses(effects.pop(name))}")
     record = make_record(trials, base, settings.angle_noise_deg, settings.at_rest)
     test = record.take(np.flatnonzero(~record.training))
     free = free_parameters(base, identify, record.known)
@@ -147,6 +149,6 @@ def _proposals(selection: Selection, verdict: Verdict, effects: Mapping[str, Eff
         without = next(f for f in reversed(selection.ladder) if members[0] not in {e.name for e in f.model.effects})
         one, other = (effects[name] for name in members[:2])
         proposals[f"{one.name} or {other.name}"] = propose_trials(without, one, other)
-    for name in sorted({name for names in verdict.hidden.values() for name in names}):
+    for name in sorted({name for names in verdict.masked.values() for name in names}):
         proposals[f"{name} or its absence"] = propose_trials(selection.fit, effects[name])
     return proposals
