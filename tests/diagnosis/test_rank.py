@@ -7,7 +7,6 @@ import pytest
 import torch
 from scipy.signal import lfilter
 
-from myowave.identification.output_error import fit_model, refit
 from myowave.diagnosis.search.rank import (
     EVIDENCE,
     evidence,
@@ -16,6 +15,7 @@ from myowave.diagnosis.search.rank import (
     left_out_residuals,
     rank_effects,
 )
+from myowave.identification.output_error import fit_model, refit
 from myowave.identification.record import make_record
 
 

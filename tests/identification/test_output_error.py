@@ -30,6 +30,17 @@ def test_lifted_steps_bring_starts_that_are_wide_apart_together(exact, base, fre
     assert worst_error(polish(next(search.fits())).values, free, base) < 1e-4
 
 
+def test_a_search_begins_where_the_trials_do_and_as_fast(exact, base, free):
+    begin = 60  # the trials begin at rest; here they move
+    moving = replace(exact, emg=exact.emg[:, begin:], angle=exact.angle[:, begin:], valid=exact.valid[:, begin:])
+    speed = np.gradient(exact.angle, exact.dt, axis=1)[:, begin]
+    assert np.abs(speed).max() > 0.3
+    search = Search.begin(base, moving, free, start_values(free, range(2)))
+    for angle, fast in np.moveaxis(search.starts, -1, 1):
+        np.testing.assert_allclose(angle, moving.angle[:, 0], rtol=0, atol=0.02)
+        np.testing.assert_allclose(fast, speed, rtol=0, atol=0.2)
+
+
 def test_no_step_of_a_descent_raises_the_error(make_noisy, base, free):
     far = replace(Search.begin(base, make_noisy(1.0).train, free, start_values(free, [1])))
     (first,) = far.fits()
