@@ -31,11 +31,16 @@ def four_trials():
 
 
 @pytest.fixture
-def score(scales, model, wanted, teacher_forced):
+def checkpoint(teacher_forced):
+    recipe = teacher_forced.recipe.model_copy(update={"epochs": 1, "history_steps": 2})
+    *_, last = train_scale(replace(teacher_forced, recipe=recipe), level=0)
+    return last.checkpoint
+
+
+@pytest.fixture
+def score(checkpoint):
     """The scores of predictions (S, T, N) of some trials, by seed; the checkpoint gives labels and history only."""
-    recipe = teacher_forced.model_copy(update={"epochs": 1, "history_steps": 2})
-    *_, last = train_scale(scales, model, recipe, wanted, level=0, total=1, seeds=(0, 1), device=torch.device("cpu"))
-    return lambda trials, predicted: evaluate(last.checkpoint, trials, predicted, recipe="mine")[SCORES]
+    return lambda trials, predicted: evaluate(checkpoint, trials, predicted, recipe="mine")[SCORES]
 
 
 def predictions_of(trials, seeds=2):
@@ -88,11 +93,9 @@ def test_a_trial_moves_the_scores_if_and_only_if_it_tests(name, four_trials, sco
     assert (before == after).all(axis=None) == (name in four_trials.train)
 
 
-def test_predictions_are_listed_under_their_trial_seed_and_role(four_trials, scales, model, wanted, teacher_forced):
-    recipe = teacher_forced.model_copy(update={"epochs": 1})
-    *_, last = train_scale(scales, model, recipe, wanted, level=0, total=1, seeds=(0, 1), device=torch.device("cpu"))
+def test_predictions_are_listed_under_their_trial_seed_and_role(four_trials, checkpoint):
     predicted = predictions_of(four_trials)
-    table = tabulate_predictions(last.checkpoint, four_trials, predicted)
+    table = tabulate_predictions(checkpoint, four_trials, predicted)
     assert len(table) == 2 * sum(LENGTHS)
     for (name, seed), rows in table.groupby(["trial", "seed"]):
         i = four_trials.names.index(name)

@@ -2,9 +2,12 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import torch
 
+from myowave.data.wavelets import decompose
+from myowave.learning.loss import Noise
 from myowave.learning.paper.derivatives import predict_with_time_derivatives
 from myowave.learning.paper.loss import PaperLoss, Residual
 from myowave.learning.paper.windowed import predict_teacher_forced, run_windowed
@@ -13,6 +16,8 @@ from myowave.learning.training import train_scale
 from myowave.learning.windows import Corpus
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
+from myowave.physics.model import torques
+from myowave.physics.simulation import Simulation
 
 CPU = torch.device("cpu")
 
@@ -103,6 +108,41 @@ def test_what_validates_is_in_no_loss(derivative, stage):
     ]
     torch.testing.assert_close(losses[0].data, losses[1].data)
     torch.testing.assert_close(losses[0].residual, losses[1].residual)
+
+
+def test_noise_on_the_history_of_one_step_is_not_on_the_target(stage):
+    """J_data of predictions from noisy angles against measured ones, by hand."""
+    network, x, angle = forced(stage)
+    noisy = angle + Noise(0.3, (0, 1), 0).draw(*angle.shape, like=angle)
+    expected, without = (
+        (predict_teacher_forced(network, x, seen) - angle)[..., network.history : 150].square().mean((1, 2))
+        for seen in (noisy, angle)
+    )
+    found = PaperLoss(with_recipe(stage, history_noise=0.3)).backward(params_of(stage)[0])
+    torch.testing.assert_close(found.data, expected.detach())
+    assert (found.data / without - 1).abs().min() > 1e-3
+
+
+def test_the_residual_is_eq_38_of_the_predicted_motion(teacher_forced, trials):
+    """I qddot - E - T with central differences of the predictions and the activations at the samples, by hand."""
+    slow = with_settings(teacher_forced, history_noise=0.0, validation_fraction=0.01)  # or q would be all acceleration
+    stage = begin_stage(replace(slow, scales=decompose(trials, 4), total=5), level=4)
+    lively = {name: 4 * value.detach() for name, value in stage.network.weights.items()}  # or it would hardly move
+    stage = replace(stage, network=replace(stage.network, weights=lively).trainable())
+    (network, x, angle), (params, _), dt = forced(stage), params_of(stage), trials.dt
+    with torch.no_grad():
+        q = predict_teacher_forced(network, x, angle)[..., :198].numpy()  # the last two samples validate
+    qdot, qddot = np.gradient(q, dt, axis=-1), np.diff(q, 2, axis=-1) / dt**2
+    q, qdot = (torch.from_numpy(x[..., 1:-1]) for x in (q, qdot))
+    simulation = Simulation(stage.task.model, params, torch.from_numpy(stage.trials.emg), dt)
+    _, activation = simulation.activate(torch.arange(1.0, 197.0, dtype=torch.float64)[:, None, None])
+    torque, slower = (
+        torques(simulation.along_time, q, speed * qdot, activation.squeeze(-2), {}) for speed in (1.0, 0.5)
+    )
+    residual = (torque.inertia * torch.from_numpy(qddot) - torque.total)[..., network.history :]
+    found = PaperLoss(stage).backward(params)
+    torch.testing.assert_close(found.residual, residual.square().mean((1, 2)).detach(), rtol=1e-4, atol=0)
+    assert ((slower.total - torque.total).square().mean() / residual.square().mean()) > 1e-3, "speed does not matter"
 
 
 def test_parameters_get_a_gradient_only_through_the_residual(stage):

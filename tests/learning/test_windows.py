@@ -3,7 +3,7 @@
 import pytest
 import torch
 
-from myowave.learning.network import Architecture, Scaling
+from myowave.learning.network import Architecture, Network, Scaling, initialise
 from myowave.learning.prediction import to_tensors
 from myowave.learning.windows import Corpus, Validation
 
@@ -12,10 +12,15 @@ USABLE, LENGTHS = torch.tensor([150, 180, 60]), (170, 200, 75)
 
 
 @pytest.fixture
-def corpus(trials):
+def network(trials):
     architecture = Architecture("gru", 6, 2, increments=True, time_input=False)
+    return Network(architecture, Scaling.of(trials), initialise(architecture, (0,)), "carried", history=4)
+
+
+@pytest.fixture
+def corpus(network, trials):
     emg, angle = to_tensors(trials, CPU)
-    return Corpus.of(architecture, Scaling.of(trials), emg, angle[None], trials.dt, USABLE)
+    return Corpus.of(network, emg, angle[None], trials.dt, USABLE)
 
 
 def test_training_windows_end_before_what_validates_and_reach_everything_else(corpus):
@@ -37,8 +42,8 @@ def test_a_window_holds_the_samples_it_says(corpus, trials):
         torch.testing.assert_close(z[0, row], expected.float())
 
 
-def test_validation_predicts_all_that_does_not_train_and_nothing_else(corpus, trials):
-    held_out = Validation.of(corpus, Scaling.of(trials), LENGTHS, 4)
+def test_validation_predicts_all_that_does_not_train_and_nothing_else(corpus, network, trials):
+    held_out = Validation.of(corpus, network, LENGTHS)
     for i, (usable, length) in enumerate(zip(USABLE.tolist(), LENGTHS, strict=True)):
         predicted = held_out.angle[i][held_out.valid[i]]
         torch.testing.assert_close(predicted, torch.from_numpy(trials.angle[i, usable:length]), rtol=0, atol=1e-6)
