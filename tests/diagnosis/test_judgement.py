@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from myowave.diagnosis.independence import Independence
-from myowave.diagnosis.rank import rank_effects
-from myowave.diagnosis.selection import Selection
-from myowave.diagnosis.verdict import judge
+
+from myowave.diagnosis.misfit.independence import Independence
+from myowave.diagnosis.search.rank import rank_effects
+from myowave.diagnosis.search.selection import Selection
+from myowave.diagnosis.search.verdict import judge
 
 
 def independence(holds):
@@ -33,9 +34,8 @@ def named(fit, weighed, effects):
     def make(share, members=("joint_damping",)):
         noise = fit.record.samples * fit.record.noise**2
         rss = noise + (1 - share) * (fit.rss - noise)
-        richer = replace(
-            fit, model=fit.model.with_effects([effects["joint_damping"]]), normal=replace(fit.normal, rss=np.array(rss))
-        )
+        simulation = replace(fit.simulation, model=fit.model.with_effects([effects["joint_damping"]]))
+        richer = replace(fit, simulation=simulation, normal=replace(fit.normal, rss=np.array(rss)))
         return Selection((fit, richer), (weighed, weighed), {"joint_damping": members})
 
     return make
@@ -76,4 +76,4 @@ def test_a_parameter_outside_its_usual_range_may_hide_an_absorbed_effect(errors_
         values[i] += np.sign(errors_away) * p.spread * p.start + errors_away * error
         verdict = judge(Selection((replace(fit, values=values),), (weighed,)), independence(True))
         assert verdict.kind == (kind if hidden else "adequate")
-        assert verdict.hidden == ({name: hidden} if verdict.kind == "undecidable" else {})
+        assert verdict.masked == ({name: hidden} if verdict.kind == "undecidable" else {})

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from myowave.diagnosis.fit import fit_model, refit
-from myowave.diagnosis.rank import (
+from scipy.signal import lfilter
+
+from myowave.diagnosis.search.rank import (
     EVIDENCE,
     delta_bic,
     folds_won,
@@ -14,8 +15,8 @@ from myowave.diagnosis.rank import (
     left_out_residuals,
     rank_effects,
 )
-from myowave.diagnosis.record import make_record
-from scipy.signal import lfilter
+from myowave.identification.output_error import fit_model, refit
+from myowave.identification.record import make_record
 
 
 @pytest.fixture(scope="module")

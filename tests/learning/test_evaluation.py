@@ -32,6 +32,7 @@ def four_trials():
 
 @pytest.fixture
 def checkpoint(teacher_forced):
+    """It gives labels and a history of two samples, and predicts nothing."""
     recipe = teacher_forced.recipe.model_copy(update={"epochs": 1, "history_steps": 2})
     *_, last = train_scale(replace(teacher_forced, recipe=recipe), level=0)
     return last.checkpoint
@@ -39,7 +40,7 @@ def checkpoint(teacher_forced):
 
 @pytest.fixture
 def score(checkpoint):
-    """The scores of predictions (S, T, N) of some trials, by seed; the checkpoint gives labels and history only."""
+    """The scores of predictions (S, T, N) of some trials, by seed."""
     return lambda trials, predicted: evaluate(checkpoint, trials, predicted, recipe="mine")[SCORES]
 
 

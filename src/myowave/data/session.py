@@ -223,4 +223,5 @@ def _clock(signal: Signal, settings: RawSignal) -> tuple[float, float]:
 
 
 def _rate_of(signal: Signal) -> float:
+    assert signal.time is not None
     return (len(signal.time) - 1) / float(signal.time[-1] - signal.time[0])

@@ -150,7 +150,8 @@ class Search:
         result = _solve(simulation, self.free, self.starts, self.guess, iterations=1)
         normal = normal_equations(result, self.record, self.free)
         step = bounded_step(normal.matrix, normal.vector, self.free, self.values, DAMPING)
-        values, starts, guess = _move(self.free, self.values, self.starts, result, normal, step)
+        shift = normal.starts_after(step)
+        values, starts, guess = _move(self.free, self.values, self.starts, result, step, shift)
         return replace(self, simulation=simulation, values=values, starts=starts, guess=guess, rss=normal.rss)
 
     def better_half(self) -> "Search":
@@ -224,10 +225,10 @@ def _solve(
 
 
 def _move(
-    free: Sequence[Free], values: Array, begin: Array, result: Sensitive, normal: Normal, step: Array
+    free: Sequence[Free], values: Array, begin: Array, result: Sensitive, step: Array, shift: Array
 ) -> tuple[Array, Array, Tensor]:
-    """Values, starts and a guess of the state after a step."""
-    shift = _padded(normal.starts_after(step))
+    """Values, starts and a guess of the state after a step of the parameters and a shift of the starts."""
+    shift = _padded(shift)
     change = np.broadcast_to((step * scales(free))[..., None, :], (*shift.shape[:-1], len(free)))
     both = np.concatenate([change, shift], -1)
     change = torch.einsum("...tnkp,...tp->...tnk", result.tangent, torch.from_numpy(both))
@@ -270,10 +271,10 @@ def descend(fit: Fit) -> Iterator[Fit]:
     yield fit
     for _ in range(STEPS):
         step = _step(fit, damping)
-        if fit.converged or gain(fit, step) < GAIN * fit.variance:
+        if fit.converged or gain(fit, *step) < GAIN * fit.variance:
             yield replace(fit, converged=True)
             return
-        tried = _follow(fit, _take(fit, step), damping)
+        tried = _follow(fit, _take(fit, *step), damping)
         if tried is not None and tried.rss < fit.rss:
             fit, damping = tried, max(damping * DAMPING_DOWN, 1e-12)
         elif damping > DAMPING_MOST:
@@ -283,8 +284,10 @@ def descend(fit: Fit) -> Iterator[Fit]:
         yield fit
 
 
-def _step(fit: Fit, damping: float) -> Array:
-    return bounded_step(fit.normal.matrix, fit.normal.vector, fit.free, fit.values, damping)
+def _step(fit: Fit, damping: float) -> tuple[Array, Array]:
+    """A step of the parameters (P,), in units of their scales, and the shift of the starts beside it, both damped."""
+    step = bounded_step(fit.normal.matrix, fit.normal.vector, fit.free, fit.values, damping)
+    return step, fit.normal.starts_after(step) / (1 + damping)
 
 
 def _follow(fit: Fit, tried: Fit | None, damping: float) -> Fit | None:
@@ -294,23 +297,24 @@ def _follow(fit: Fit, tried: Fit | None, damping: float) -> Fit | None:
         if tried is None or tried.rss < fit.rss or tried.rss > limit:
             break
         limit = tried.rss
-        tried = _take(tried, _step(tried, damping))
+        tried = _take(tried, *_step(tried, damping))
     return tried
 
 
-def _take(fit: Fit, step: Array) -> Fit | None:
+def _take(fit: Fit, step: Array, shift: Array) -> Fit | None:
     """The fit after a step, or None where no motion was found there."""
-    values, begin, guess = _move(fit.free, fit.values, fit.starts, fit.sensitive, fit.normal, step)
+    values, begin, guess = _move(fit.free, fit.values, fit.starts, fit.sensitive, step, shift)
     return _attempt(fit.simulation, fit.record, fit.free, values, begin, guess)
 
 
 def promised(fit: Fit) -> float:
     """The sum of squares that the next full step promises [rad^2]."""
-    return fit.rss - gain(fit, _step(fit, DAMPING))
+    return fit.rss - gain(fit, *_step(fit, DAMPING))
 
 
-def gain(fit: Fit, step: Array) -> float:
-    """How much a step would lower the sum of squares, to first order."""
+def gain(fit: Fit, step: Array, shift: Array) -> float:
+    """How much a step of the parameters (P,) and a shift of the starts (T, S) would lower the sum of squares, to first
+    order."""
     normal = fit.normal
-    left = normal.without_starts((normal.residual - normal.slope @ step)[..., None])
+    left = normal.residual - normal.slope @ step - (normal.by_start @ shift[..., None])[..., 0]
     return float(normal.rss - (left**2).sum())

@@ -54,7 +54,7 @@ class Record:
         """Number of measured samples."""
         return int(self.valid.sum())
 
-    def take(self, index: Sequence[int]) -> "Record":
+    def take(self, index: Sequence[int] | NDArray[np.intp]) -> "Record":
         """Some of the trials; padding that all of them have is cut."""
         index = list(index)
         longest = int(self.valid[index].sum(axis=1).max())

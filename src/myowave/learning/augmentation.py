@@ -46,7 +46,7 @@ def imagine_emg(trials: Trials, count: int, seed: int) -> NDArray[np.float64]:
     return np.clip(emg, low, high)
 
 
-def _stretch(command: NDArray, samples: int, random: np.random.Generator) -> NDArray[np.float64]:
+def _stretch(command: NDArray[np.float64], samples: int, random: np.random.Generator) -> NDArray[np.float64]:
     """A stretch of a command at another speed, running back and forth where the record ends, (samples,)."""
     low, high = WARP
     speed = low * (high / low) ** random.uniform()
@@ -57,7 +57,7 @@ def _stretch(command: NDArray, samples: int, random: np.random.Generator) -> NDA
 
 
 def simulate_imagined(
-    model: Model, params: dict[str, Tensor], trials: Trials, emg: NDArray, seed: int
+    model: Model, params: dict[str, Tensor], trials: Trials, emg: NDArray[np.float64], seed: int
 ) -> tuple[Tensor, Tensor]:
     """Motion on made-up EMG, for each seed's parameters.
 

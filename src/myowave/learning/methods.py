@@ -39,7 +39,9 @@ class Method(Protocol):
 
     trained: list[Tensor]
     betas: tuple[float, float]
-    search: Search
+
+    @property
+    def search(self) -> Search: ...
 
     def differentiate(self, val_mse: Tensor) -> Losses:
         """The next epoch: a step of the search for parameters, then losses, and gradients added to those of `trained`.

@@ -15,7 +15,8 @@ keyword-only arguments. It returns what its stage names. With all parameters at 
     observation   measured angle [rad] (..., N)                 q, qdot, dt
 
 `side` (M,) is +1 for flexors and -1 for extensors, and counts among the constants of the muscles; `curves` are the
-base model's muscle curves; `torque` is that of all muscles.
+base model's muscle curves; `torque` is that of all muscles. Constants of a kind of path (l1 and l2 of a straight one,
+scale of a table) are there only if all muscles have such a path.
 
 At the stages `activation` and `muscle` an effect may have a state y of its own, one number per muscle, that relaxes:
 dy/dt = (target - y) / time constant. Then `relaxation` returns (target, time constant [s] where y rises, where it
@@ -133,6 +134,11 @@ class Effect:
     def asks(self) -> frozenset[str]:
         """The quantities that the effect's functions ask for."""
         return _quantities_of(self.function) | (_quantities_of(self.relaxation) if self.relaxation else frozenset())
+
+    def on_muscles(self, parameter: str) -> bool:
+        """Whether a parameter's values have an axis for muscles: (..., M) or (..., 1), not (...)."""
+        on_constants = self.acts_on == "constants" and bool(self.asks & set(MUSCLE_CONSTANTS))
+        return self.acts_on in MUSCLE_STAGES or on_constants or self.parameters[parameter].per_muscle
 
     def _check_signature(self, label: str, function: Callable[..., object], *, needs_all: bool) -> None:
         where = f"effect {self.name!r}: {label}({', '.join(inspect.signature(function).parameters)})"

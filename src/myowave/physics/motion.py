@@ -11,7 +11,7 @@ from torch import Tensor
 
 from myowave.physics.drive import Drive
 from myowave.physics.effect import Effect, call
-from myowave.physics.model import Bound, Model, acceleration, muscle_quantities, observe, on_muscles
+from myowave.physics.model import Bound, Model, acceleration, muscle_quantities, observe
 from myowave.physics.simulation import Simulation
 
 BUMP = 1e-6  # of an effect's state, to see how its target depends on it
@@ -220,7 +220,8 @@ def batch_shape(simulation: Simulation, q0: Tensor, qdot0: Tensor) -> torch.Size
     """The shape (..., T) that drive, parameters and initial state broadcast to."""
     bound = simulation.bound
     shapes = [v.shape[:-1] for v in bound.muscle.values()] + [v.shape for v in bound.joint.values()]
+    shapes += [v.shape for v in bound.path.values()]
     for effect in bound.model.effects:
         values = bound.values(effect)
-        shapes += [v.shape[:-1] if on_muscles(effect, name) else v.shape for name, v in values.items()]
+        shapes += [v.shape[:-1] if effect.on_muscles(name) else v.shape for name, v in values.items()]
     return torch.broadcast_shapes(simulation.drive.activation.shape[:-3], q0.shape, qdot0.shape, *shapes)

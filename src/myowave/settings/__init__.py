@@ -19,7 +19,7 @@ from myowave.settings.data import (
 from myowave.settings.diagnosis import Diagnosis, Study
 from myowave.settings.learning import SEARCHABLE, Dimension, Learning, PlannedSweep, Recipe, Sweep
 from myowave.settings.parsing import KEYS, check_effects, parse_settings, shipped_effects
-from myowave.settings.physics import Curves, Joint, Muscle, Physics
+from myowave.settings.physics import Curves, Joint, Muscle, Physics, StraightPath, TablePath
 from myowave.settings.recording import EmgChannel, Processing, RawSignal, TextLayout
 from myowave.settings.section import Section, dump
 from myowave.settings.targets import Targets
@@ -48,8 +48,10 @@ __all__ = [
     "Section",
     "Settings",
     "SimulatedDataset",
+    "StraightPath",
     "Study",
     "Sweep",
+    "TablePath",
     "Targets",
     "TextLayout",
     "Tracking",

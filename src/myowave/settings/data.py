@@ -141,7 +141,7 @@ class RecordedDataset(_Dataset):
             raise ValueError(f"cut_s of {', '.join(wrong)}: expected [from, to] in seconds, from before to")
         if self.processing.normalise == "mvc" and not self.mvc:
             raise ValueError("processing.normalise is mvc, but mvc names no recordings; name some, or use session")
-        given = {signal.condition for signal in self.signals.values()} - {None}
+        given = {signal.condition for signal in self.signals.values() if signal.condition}
         if both := given & {name for values in self.conditions.values() for name in values}:
             raise ValueError(f"{', '.join(both)} is in conditions and also the condition of a signal; keep one")
         return self

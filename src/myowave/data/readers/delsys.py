@@ -9,6 +9,7 @@ Slower channels end in empty cells. European exports have semicolons between col
 """
 
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -60,7 +61,7 @@ def _filled(cells: list[str]) -> int:
     return next((n + 1 for n in range(len(cells) - 1, -1, -1) if cells[n]), 0)
 
 
-def _channels(columns: tuple[Signal, ...], filled: list[int], rates: dict[str, float]):
+def _channels(columns: tuple[Signal, ...], filled: list[int], rates: dict[str, float]) -> Iterator[Signal]:
     """Each channel with the column of times before it, both without what is empty at the end."""
     time = columns[0]
     for column, samples in zip(columns, filled, strict=True):

@@ -5,6 +5,7 @@ format for exchange of digitized polygraphic recordings, and the specification o
 """
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +59,7 @@ def _fields(content: bytes, count: int) -> list[list[str]]:
     return fields
 
 
-def _records(path: Path, data: bytes, samples: int, bytes_each: int) -> NDArray:
+def _records(path: Path, data: bytes, samples: int, bytes_each: int) -> NDArray[np.signedinteger[Any]]:
     """Digital values, (records, samples of all signals in one)."""
     size = samples * bytes_each
     if size == 0 or len(data) < size or len(data) % size:

@@ -13,6 +13,7 @@ from myowave.data.readers.signals import RawRecording, Signal
 
 _TIMES = ("time", "time_s", "t")
 _RATES = ("fs", "rate", "rate_hz", "sampling_rate", "samplingrate", "frequency", "freq")
+_NUMBERS = (int, float, np.integer, np.floating)
 
 
 def read_matlab(path: Path) -> RawRecording:
@@ -44,7 +45,7 @@ def _signals(variables: Mapping[str, Any], prefix: str = "") -> Iterator[Signal]
     """Signals of a structure, and of those in it."""
     arrays = {n: a for n, a in ((n, _array(v)) for n, v in variables.items()) if a is not None}
     times = next((arrays[n][:, 0] for n in arrays if n.lower() in _TIMES and arrays[n].shape[1] == 1), None)
-    rate = next((float(v) for n, v in variables.items() if n.lower() in _RATES and np.isscalar(v)), None)
+    rate = next((float(v) for n, v in variables.items() if n.lower() in _RATES and isinstance(v, _NUMBERS)), None)
     for name, array in arrays.items():
         if name.lower() in _TIMES:
             continue

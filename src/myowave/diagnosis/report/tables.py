@@ -258,6 +258,7 @@ def _status(candidate: Candidate) -> str:
 
 def _estimates(candidate: Candidate) -> dict[str, Any]:
     """Values and standard errors of the effect's parameters as text, and the first one as numbers."""
+    pairs: list[tuple[str, float, float | None]]
     if candidate.fit is None:
         score = candidate.score
         pairs = [(p.name, float(e) * p.scale, None) for p, e in zip(score.free, score.estimate, strict=True)]

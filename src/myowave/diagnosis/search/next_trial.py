@@ -73,7 +73,8 @@ def propose_trials(fit: Fit, one: Effect, other: Effect | None = None) -> list[P
     before = _separation([recorded], strength, fit.record.noise)
     proposals = []
     for i, name in enumerate(menu.names):
-        one_trial = tuple(part[i : i + 1] for part in trials)
+        slope, wanted, free = (part[i : i + 1] for part in trials)
+        one_trial = slope, wanted, free
         if np.isfinite(one_trial[0]).all():
             after = _separation([recorded, one_trial], strength, fit.record.noise)
             proposals.append(Proposal(name, after, before))

@@ -5,7 +5,7 @@ the residual that the best candidate leaves. While a model misses something, its
 of it are worth few samples, and nothing is decided by thousands of them.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,6 +58,12 @@ class Candidate:
         return self.delta_bic - (0.0 if self.fit is None else surprise(self.fit))
 
     @property
+    def refitted(self) -> Fit:
+        """The fit with it, as every acceptable one has."""
+        assert self.fit is not None
+        return self.fit
+
+    @property
     def acceptable(self) -> bool:
         """Whether the data ask for adding it."""
         return (
@@ -70,7 +76,7 @@ class Candidate:
 
 
 def rank_effects(
-    fit: Fit, effects: Iterable[Effect], known: Iterable[str] = (), fitted: Mapping[str, Fit] | None = None
+    fit: Fit, effects: Iterable[Effect], known: Collection[str] = (), fitted: Mapping[str, Fit] | None = None
 ) -> list[Candidate]:
     """All effects that a fitted model does not have, the most evident first.
 

@@ -8,7 +8,7 @@ whether these data can show the effect at all, and what took it out says which p
 Shapes: T trials, N samples, P free parameters of the fit, E parameters of the effect.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,7 +72,7 @@ class Score:
         return self.free[0].scale * (np.sqrt(statistic) + 1.2816) * np.sqrt(variance / information)
 
 
-def score_effects(fit: Fit, effects: Iterable[Effect], known: Iterable[str] = ()) -> dict[str, Score]:
+def score_effects(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> dict[str, Score]:
     """Score every effect that the fitted model does not have.
 
     Args:
@@ -82,7 +82,7 @@ def score_effects(fit: Fit, effects: Iterable[Effect], known: Iterable[str] = ()
     return {e.name: score_effect(fit, e, known) for e in effects if e.name not in present}
 
 
-def score_effect(fit: Fit, effect: Effect, known: Iterable[str] = ()) -> Score:
+def score_effect(fit: Fit, effect: Effect, known: Collection[str] = ()) -> Score:
     """Score one effect; see the module."""
     model = fit.model.with_effects([effect])
     free = effect_parameters(model, effect, known)

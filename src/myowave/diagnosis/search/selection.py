@@ -1,7 +1,7 @@
 """Add effects one by one while the evidence asks for it, drop those a later one made needless, try swaps."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from myowave.diagnosis.search.rank import (
@@ -46,7 +46,7 @@ class Selection:
         return tuple(effect.name for effect in self.fit.model.effects)
 
 
-def select_effects(fit: Fit, effects: Iterable[Effect], known: Iterable[str] = ()) -> Selection:
+def select_effects(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> Selection:
     """Search for the effects that a fitted model lacks.
 
     Args:
@@ -56,16 +56,17 @@ def select_effects(fit: Fit, effects: Iterable[Effect], known: Iterable[str] = (
     """
     search = _Search(fit, tuple(effects), frozenset(known))
     ranking = search.rank(fit)
-    best, classes = _best(ranking), {}
-    top = search.better_pair(fit if best is None else best.fit, ranking)
+    best = _best(ranking)
+    classes: dict[str, tuple[str, ...]] = {}
+    top = search.better_pair(fit if best is None else best.refitted, ranking)
     if top is not None:
         top, classes = search.settle(top, classes)
     elif best is not None:
-        top, classes = best.fit, {best.name: _names(best, ranking)}
+        top, classes = best.refitted, {best.name: _names(best, ranking)}
     while top is not None and len(classes) < MOST_EFFECTS and (best := _best(search.rank(top))) is not None:
         classes[best.name] = _names(best, search.rank(top))
         name = top.model.name
-        top, classes = search.settle(best.fit, classes)
+        top, classes = search.settle(best.refitted, classes)
         if top.model.name == name:  # what was added went again
             break
     ladder = [fit] if top is None else search.climb(top)
@@ -124,7 +125,7 @@ class _Search:
                     fit, changed = without, True
                     break
                 if best.name != effect.name and (own not in similar(ranking, best) or best.weight > own.weight):
-                    fit, changed = best.fit, True
+                    fit, changed = best.refitted, True
                     classes[best.name] = _names(best, ranking)
                     break
                 classes[effect.name] = _names(own, ranking)

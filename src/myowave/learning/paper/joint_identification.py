@@ -38,7 +38,7 @@ class Form:
         """The form of a parameter whose search starts from `start` (S,)."""
         if wanted and wanted.literature:
             return cls("literature", start, 0.0, sum(wanted.literature) / len(wanted.literature), wanted.literature)
-        if wanted and wanted.low is not None:
+        if wanted and wanted.low is not None and wanted.high is not None:
             return cls("bounded", start, wanted.low, wanted.high)
         if bool((start == 0).all()):
             return cls("ratio", torch.full_like(start, free.scale), free.low, free.high)

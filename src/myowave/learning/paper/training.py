@@ -17,6 +17,7 @@ class PaperTraining:
     def __init__(self, stage: Stage) -> None:
         task = stage.task
         self._loss, self.trained = PaperLoss(stage), list(stage.network.weights.values())
+        self.search: JointIdentification | Identification
         if task.recipe.identification == "joint":
             self.search = JointIdentification(stage.free, task.wanted, stage.start, stage.values, task.device)
             self.trained.append(self.search.raw)
@@ -25,6 +26,6 @@ class PaperTraining:
             self.search = Identification(task.model, stage.trials, stage.free, stage.values, finest=finest)
 
     def differentiate(self, val_mse: Tensor) -> Losses:
-        if not self.search.done:
+        if isinstance(self.search, Identification) and not self.search.done:
             self.search.step()
         return self._loss.backward(self.search.params)

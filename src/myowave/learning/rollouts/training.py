@@ -4,7 +4,9 @@ In the first epochs at a scale, a Gauss-Newton search identifies the parameters,
 motion is then simulated with them, and half of the windows to train on come from it.
 """
 
+import operator
 from collections.abc import Iterable
+from functools import reduce
 
 import torch
 from torch import Tensor
@@ -73,8 +75,8 @@ def weigh_physics(physics_mse: Tensor, network_mse: Tensor) -> Tensor:
 @torch.no_grad()
 def clip_gradients(weights: Iterable[Tensor]) -> None:
     """Scale each seed's gradient down to a norm of at most `CLIP`; weights have the seeds as leading axis."""
-    weights = list(weights)
-    norm = sum(value.grad.square().sum((1, 2)) for value in weights).sqrt()
+    gradients = [value.grad for value in weights if value.grad is not None]
+    norm = reduce(operator.add, (gradient.square().sum((1, 2)) for gradient in gradients)).sqrt()
     factor = (CLIP / norm.clamp(min=CLIP))[:, None, None]
-    for value in weights:
-        value.grad *= factor
+    for gradient in gradients:
+        gradient.mul_(factor)
