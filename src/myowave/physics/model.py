@@ -13,11 +13,11 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
-from myowave.physics import joint as joint_physics
 from myowave.physics import muscle as muscle_physics
 from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS
 from myowave.physics.curves import Curves
 from myowave.physics.effect import STAGES, Effect, Parameter, call
+from myowave.physics.joint import Forearm, forearm, gravity_torque
 from myowave.physics.muscle import Muscle
 from myowave.physics.path import Path, SideBySide, StraightPath
 
@@ -46,7 +46,7 @@ class Model:
     def defaults(self) -> dict[str, float]:
         """Every parameter of the model with its nominal value; those of effects are 0."""
         muscles = {f"{c}_{m.name}": value for m in self.muscles for c, value in m.nominal.items()}
-        return muscles | {c: float(self.joint[c]) for c in JOINT_CONSTANTS} | dict.fromkeys(self.effect_parameters, 0.0)
+        return muscles | {c: float(self.joint[c]) for c in self.joint} | dict.fromkeys(self.effect_parameters, 0.0)
 
     @cached_property
     def effect_parameters(self) -> dict[str, Parameter]:
@@ -74,9 +74,12 @@ class Model:
 
     def refuses(self, effect: Effect) -> str:
         """Why an effect cannot act on these muscles; empty where it can."""
-        lacking = [c for c in MUSCLE_CONSTANTS if c in effect.asks and c not in self.common_constants]
+        lacking = sorted(effect.constants - set(self.common_constants) - set(self.joint))
         if not lacking:
             return ""
+        if lacking[0] in JOINT_CONSTANTS:
+            kind = forearm(self.joint).kind
+            return f"needs {', '.join(lacking)}, which a forearm of kind {kind} does not have; leave the effect out"
         without = next(m for m in self.muscles if lacking[0] not in m.nominal)
         return (
             f"needs {', '.join(lacking)}, which muscle {without.name} with a {without.path.kind} path does not have; "
@@ -197,14 +200,21 @@ class Bound:
         c = self.muscle
         pennate = bool((c["pennation"] != 0).any())
         leaning = bool((self.joint["tilt"] != 0).any())
-        hanging = {name: self.joint[name] for name in ("mass", "length", "load")}
+        load = self.joint["load"]
         return Combined(
             path=self._paths(),
             height=c["l0"] * torch.sin(c["pennation"]) if pennate else None,
-            inertia=joint_physics.inertia(**hanging),
-            weight=joint_physics.weight(**hanging),
+            forearm=(body := forearm(self.joint)),
+            inertia=body.inertia_with(load),
+            weight=body.weight_with(load),
             tilt=self.joint["tilt"] if leaning else None,
         )
+
+    @cached_property
+    def forearm(self) -> Mapping[str, Tensor]:
+        """Constants of the joint, and what effects may ask of any kind of forearm."""
+        combined = self.combined
+        return {**self.joint, "inertia": combined.forearm.inertia_with(0.0), "weight": combined.weight}
 
     def _paths(self) -> Path | SideBySide:
         c, muscles = self.muscle, self.model.muscles
@@ -220,11 +230,12 @@ class Bound:
 
 @dataclass(frozen=True)
 class Combined:
-    """Combinations of constants: see `path`, `muscle.fibre_state` (height) and `joint` (moment of inertia, moment of
-    the weight, tilt)."""
+    """Combinations of constants: see `path`, `muscle.fibre_state` (height) and `joint` (forearm, and with its load the
+    moment of inertia and the moment of the weight; tilt)."""
 
     path: Path | SideBySide
     height: Tensor | None
+    forearm: Forearm
     inertia: Tensor
     weight: Tensor
     tilt: Tensor | None
@@ -245,7 +256,7 @@ def bind(model: Model, params: Params, like: Tensor) -> Bound:
     muscle = {c: _stack([full[f"{c}_{m.name}"] for m in model.muscles]) for c in model.common_constants}
     path = {f"{c}_{m.name}": full[f"{c}_{m.name}"] for m in model.muscles for c in m.nominal if c not in muscle}
     muscle["side"] = torch.tensor([m.side for m in model.muscles], dtype=like.dtype, device=like.device)
-    joint = {c: full[c] for c in JOINT_CONSTANTS}
+    joint = {c: full[c] for c in model.joint}
     effect = {}
     for e in model.effects:
         values = {}
@@ -258,7 +269,7 @@ def bind(model: Model, params: Params, like: Tensor) -> Bound:
             if strange := sorted(set(changed) - set(muscle) - set(joint)):
                 raise ValueError(
                     f"effect {e.name!r} returns values for {', '.join(strange)}, which are not constants; "
-                    f"there are {', '.join((*model.common_constants, *JOINT_CONSTANTS))}."
+                    f"there are {', '.join((*model.common_constants, *joint))}."
                 )
             muscle.update({n: v for n, v in changed.items() if n in muscle})
             joint.update({n: v for n, v in changed.items() if n in joint})
@@ -355,13 +366,13 @@ def torques(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor, states: M
         force = call(effect.function, quantities, bound.values(effect))
     pull = bound.muscle["f0"] * force * muscles["cosine"]
     muscle_torque = (pull * muscles["moment_arm"]).sum(-1)
-    gravity = joint_physics.gravity_torque(q, bound.combined.weight, bound.combined.tilt)
+    gravity = gravity_torque(q, bound.combined.weight, bound.combined.tilt)
     inertia = bound.combined.inertia
     extra = torch.zeros_like(muscle_torque)
     for effect in model.on("joint"):
         quantities = {
             **bound.muscle,
-            **bound.joint,
+            **bound.forearm,
             "curves": model.curves,
             "q": q,
             "qdot": qdot,
@@ -370,7 +381,7 @@ def torques(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor, states: M
         }
         extra = extra + call(effect.function, quantities, bound.values(effect))
     for effect in model.on("inertia"):
-        inertia = inertia + call(effect.function, {**bound.joint, "q": q}, bound.values(effect))
+        inertia = inertia + call(effect.function, {**bound.forearm, "q": q}, bound.values(effect))
     return Torques(muscle_torque, gravity, extra, inertia)
 
 

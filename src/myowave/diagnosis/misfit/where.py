@@ -12,7 +12,6 @@ from scipy.stats import spearmanr
 
 from myowave.diagnosis.misfit.independence import inputs_of
 from myowave.identification.fit import Fit
-from myowave.physics import joint
 from myowave.physics.model import bind
 
 Array = NDArray[np.float64]
@@ -162,8 +161,7 @@ def missing_torque(fit: Fit) -> MissingTorque:
     rate = (change - change @ change / 2 + change @ change @ change / 3) / dt  # logarithm of the step's Jacobian
     by_angle, by_velocity = rate[..., 1, 0], rate[..., 1, 1]
     by_angle, by_velocity = (np.concatenate([x, x[..., -1:]], -1) for x in (by_angle, by_velocity))
-    constants = bind(fit.model, fit.params, record.emg).joint
-    inertia = joint.inertia(**{n: constants[n] for n in ("mass", "length", "load")}).numpy()
+    inertia = bind(fit.model, fit.params, record.emg).combined.inertia.numpy()
     inertia = np.broadcast_to(inertia, (len(record.names),))
     state = fit.sensitive.motion.state.numpy()
     rows, errors = [], []
