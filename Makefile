@@ -30,12 +30,16 @@ test-slurm: $(VENV)/.ready ## the workflow on a SLURM of this one machine
 install = @test -e $(1) || { test "$$(id -u)" = 0 && apt-get update -qq && \
   DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $(2); } || echo "$(2) could not be installed"
 
-bench: $(VENV)/.ready ## speeds beside the straightforward program, measured side by side, one script a layer
+bench: $(VENV)/.ready ## speeds beside the straightforward program, measured side by side, and how long a start takes
+	$(BIN)/python benchmarks/dry_run.py
 	$(BIN)/python benchmarks/learning.py
 	$(BIN)/python benchmarks/diagnosis.py
 
-lint: $(VENV)/.ready ## style of the Python code
+lint: $(VENV)/.ready ## style, layout and types of the Python code, layout of the rules
 	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/snakefmt --check Snakefile workflow/rules
 
 publish: $(VENV)/.ready ## rebuild the MLflow store from results/
 	$(BIN)/snakemake --cores 1 publish

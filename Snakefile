@@ -1,14 +1,17 @@
 # Table of contents of the workflow. What is computed stands in config.yaml, how in workflow/rules/, in reading order.
 from pathlib import Path
 
+
 configfile: Path(workflow.basedir) / "config.yaml"  # lay your own over it: --configfile config.yaml mine.yaml
 
 
 include: "workflow/rules/common.smk"
+include: "workflow/rules/targets.smk"
 include: "workflow/rules/data.smk"
 include: "workflow/rules/learning.smk"
 include: "workflow/rules/sweep.smk"
 include: "workflow/rules/diagnosis.smk"
+include: "workflow/rules/study.smk"
 include: "workflow/rules/tracking.smk"
 include: "workflow/rules/subjects.smk"
 include: "workflow/rules/paper.smk"

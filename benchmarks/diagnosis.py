@@ -16,12 +16,13 @@ from scipy.optimize import least_squares
 
 from myowave.diagnosis.search.selection import select_effects
 from myowave.diagnosis.study.cases import Case, add_noise, clean_trials, simulate_case
-from myowave.identification.fit import fit_model, free_parameters
+from myowave.identification.free_parameters import free_parameters
+from myowave.identification.output_error import fit_model
 from myowave.identification.record import Record, make_record
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
-from myowave.settings import SimulatedDataset, parse_section
+from myowave.settings import Physics, SimulatedDataset
 
 DAMPING = 0.6  # N m s/rad, hidden
 NOISE_DEG = 0.5
@@ -30,7 +31,7 @@ NOISE_DEG = 0.5
 def main() -> None:
     torch.set_num_threads(1)
     with open("config.yaml", encoding="utf-8") as file:
-        base = build_model("base", parse_section("physics", yaml.safe_load(file)["physics"]))
+        base = build_model("base", Physics.model_validate(yaml.safe_load(file)["physics"]))
     settings, effects = SimulatedDataset(kind="simulated", test=("3",)), catalogue()
     case = Case({"joint_damping": {"c": DAMPING}}, 1)
     trials = simulate_case(case, clean_trials(settings, base, 1), settings, base, effects)

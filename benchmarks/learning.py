@@ -28,12 +28,13 @@ from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import predict_trials, r_squared
-from myowave.learning.loss import Noise, RolloutLoss
-from myowave.learning.network import Architecture, Scaling, initialise
-from myowave.learning.prediction import Network
-from myowave.learning.rollout import Units
-from myowave.learning.streaming import Predictor
-from myowave.learning.training import DATA_SEED, clip_gradients, train_scale
+from myowave.learning.loss import Noise
+from myowave.learning.network import Architecture, Network, Scaling, initialise
+from myowave.learning.rollouts.loss import RolloutLoss
+from myowave.learning.rollouts.training import DATA_SEED, clip_gradients
+from myowave.learning.streaming.predictor import Predictor
+from myowave.learning.task import Task
+from myowave.learning.training import train_scale
 from myowave.learning.windows import Corpus, count_training_samples, count_windows
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
@@ -81,30 +82,30 @@ class Ours:
     """Epochs of our training, all seeds at once, without what comes once a run: physics and validation."""
 
     loss: RolloutLoss
-    weights: Mapping[str, Tensor]
-    optimizer: torch.optim.Optimizer
+    optimizer: torch.optim.Adam
 
     @classmethod
     def of(cls, trials: Trials, recipe: Recipe, seeds: int) -> "Ours":
         network, corpus = prepare(trials, recipe, seeds)
         random = torch.Generator().manual_seed(DATA_SEED)
         loss = RolloutLoss(network, corpus, round(recipe.rollout_s / trials.dt), Noise(0.0, range(seeds), 0), random)
-        return cls(loss, network.weights, torch.optim.Adam(network.weights.values(), lr=recipe.learning_rate))
+        return cls(loss, torch.optim.Adam(network.weights.values(), lr=recipe.learning_rate))
 
     def epoch(self) -> None:
-        self.loss.backward(self.weights, torch.zeros(0))
-        clip_gradients(self.weights)
+        self.optimizer.zero_grad()
+        self.loss.backward()
+        clip_gradients(self.optimizer.param_groups[0]["params"])
         self.optimizer.step()
 
 
 class PlainNetwork(nn.Module):
     """The same network for one seed as one would write it first."""
 
-    def __init__(self, architecture: Architecture, units: Units, history: int) -> None:
+    def __init__(self, architecture: Architecture, scaling: Scaling, history: int) -> None:
         super().__init__()
         self.cell = nn.GRUCell(architecture.inputs + architecture.features, architecture.hidden)
         self.head = nn.Linear(architecture.hidden, 1)
-        self.units, self.history = units, history
+        self.scaling, self.history = scaling, history
 
     def forward(self, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
         """Predictions (B, K - m) from inputs (B, K, X) and history (B, m)."""
@@ -115,8 +116,8 @@ class PlainNetwork(nn.Module):
                 zn, vn = z[:, n], v[:, n]
             else:
                 current = self.cell(torch.cat([x[:, n], unknown], dim=1), hidden)
-                vn = vn + self.units.bend * self.head(current)[:, 0]
-                zn = zn + self.units.step * vn
+                vn = vn + self.scaling.bend * self.head(current)[:, 0]
+                zn = zn + self.scaling.step * vn
                 predicted.append(zn)
             hidden = self.cell(torch.cat([x[:, n], torch.stack([zn, vn], dim=1)], dim=1), hidden)
         return torch.stack(predicted, dim=1)
@@ -132,7 +133,7 @@ class Plain:
         self.nets, self.optimizers = [], []
         for seed in range(seeds):
             torch.manual_seed(seed)
-            self.nets.append(PlainNetwork(self.network.architecture, self.network.units, recipe.history_steps))
+            self.nets.append(PlainNetwork(self.network.architecture, self.network.scaling, recipe.history_steps))
             self.optimizers.append(torch.optim.Adam(self.nets[-1].parameters(), lr=recipe.learning_rate))
 
     def epoch(self, decay: float = 1.0) -> None:
@@ -162,18 +163,15 @@ def prepare(trials: Trials, recipe: Recipe, seeds: int) -> tuple[Network, Corpus
     """Fresh weights, and the training part of the trials."""
     train = trials.select(trials.train)
     architecture = Architecture(recipe.cell, recipe.hidden, len(trials.channels), True, recipe.time_input)
-    weights = {
-        name: value.requires_grad_()
-        for name, value in initialise(architecture, range(seeds), torch.device("cpu")).items()
-    }
-    network = Network(architecture, Scaling.of(train), weights, True, recipe.history_steps)
+    weights = initialise(architecture, range(seeds))
+    network = Network(architecture, Scaling.of(train), weights, "carried", recipe.history_steps).trainable()
     usable = torch.tensor(count_training_samples(train, recipe.validation_fraction, recipe.history_steps))
     return network, corpus_of(network, train, usable)
 
 
 def corpus_of(network: Network, trials: Trials, usable: Tensor) -> Corpus:
     emg, angle = torch.from_numpy(trials.emg), torch.from_numpy(trials.angle).unsqueeze(0)
-    return Corpus.of(network.architecture, network.scaling, emg, angle, trials.dt, usable)
+    return Corpus.of(network, emg, angle, trials.dt, usable)
 
 
 def race(runners: Mapping[str, Callable[[], None]], rounds: int = ROUNDS) -> dict[str, float]:
@@ -276,7 +274,8 @@ def compare_time_to_accuracy(
         shorter = recipe.model_copy(update={"epochs": budget})
         if "seconds" not in result["ours"]:
             begin = time.process_time()
-            *_, last = train_scale({0: trials}, model, shorter, wanted, level=0, total=1, seeds=range(TEAM))
+            task = Task({0: trials}, model, shorter, wanted, total=1, seeds=range(TEAM))
+            *_, last = train_scale(task, level=0)
             spent, checkpoint = time.process_time() - begin, last.checkpoint
             note(result["ours"], budget, spent, score(checkpoint, trials))
         if "seconds" not in result["plain"]:

@@ -3,22 +3,29 @@
 import functools
 import math
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, ParamSpec
 
 import typer
-import yaml
+
+from myowave.settings import KEYS
+from myowave.settings.files import read_settings
 
 app = typer.Typer(
     no_args_is_help=True, pretty_exceptions_enable=False, help="Elbow motion from EMG and what its physics misses."
 )
 P = ParamSpec("P")
 ConfigFiles = Annotated[
-    list[Path], typer.Option("--config", help="configuration to read; given again, it is laid over those before")
+    list[Path],
+    typer.Option(
+        "--config",
+        default_factory=lambda: [Path("config.yaml")],
+        show_default="config.yaml",
+        help="configuration to read; given again, it is laid over those before",
+    ),
 ]
-CONFIG = (Path("config.yaml"),)
 
 
 def explain_mistakes(command: Callable[P, None]) -> Callable[P, None]:
@@ -39,8 +46,6 @@ def explain_mistakes(command: Callable[P, None]) -> Callable[P, None]:
 @explain_mistakes
 def list_settings() -> None:
     """List every key of config.yaml with unit, allowed values, default and meaning."""
-    from myowave.settings import KEYS
-
     for key in {key.name: key for key in KEYS}.values():
         default = "required" if key.default is None else f"default {key.default}" if key.default else ""
         facts = [fact for fact in (key.unit and f"[{key.unit}]", default) if fact]
@@ -50,7 +55,7 @@ def list_settings() -> None:
 
 @app.command("effects")
 @explain_mistakes
-def list_effects(config: ConfigFiles = CONFIG) -> None:
+def list_effects(config: ConfigFiles) -> None:
     """List the physical effects that a model may have: where they act, their equation and parameters."""
     settings = read_settings(config)
     from myowave.physics.effects import catalogue
@@ -76,7 +81,8 @@ def predict(
 ) -> None:
     """Predict the angle from EMG, a line for each line, as soon as it is there."""
     from myowave.learning.checkpoint import Checkpoint
-    from myowave.learning.streaming import Predictor, predict_lines, start_angles
+    from myowave.learning.streaming.command import predict_lines, start_angles
+    from myowave.learning.streaming.predictor import Predictor
 
     trained = Checkpoint.load(checkpoint)
     angles = start_angles(trained, read_numbers("--start-deg", start_deg))
@@ -105,7 +111,7 @@ def read_numbers(option: str, text: str) -> list[float]:
 @app.command()
 @explain_mistakes
 def ui(
-    config: ConfigFiles = CONFIG,
+    config: ConfigFiles,
     port: Annotated[int, typer.Option(help="port on 127.0.0.1")] = 5000,
 ) -> None:
     """Browse the results with MLflow, on this machine only."""
@@ -113,43 +119,6 @@ def ui(
     from myowave.tracking.store import serve
 
     serve(settings.tracking.uri, port)
-
-
-def read_settings(paths: Sequence[Path]):
-    """The settings in YAML files, each laid over those before, as after Snakemake's --configfile.
-
-    Raises:
-        ValueError: for a file that is not there, is not YAML, or has wrong keys.
-    """
-    from myowave.settings import parse_settings
-    from myowave.settings.subjects import add_subjects
-
-    config: dict = {}
-    for path in paths:
-        config = lay_over(config, read_yaml(path))
-    return parse_settings(add_subjects(config))
-
-
-def read_yaml(path: Path) -> dict:
-    if not path.exists():
-        raise ValueError(f"There is no {path} in {Path.cwd()}; run the command where it is, or name it with --config.")
-    try:
-        config = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except yaml.YAMLError as error:
-        raise ValueError(f"{path} is not valid YAML: {error}") from None
-    if not isinstance(config, dict):
-        raise ValueError(f"{path}: expected sections such as physics and data; found {type(config).__name__}.")
-    return config
-
-
-def lay_over(below: Mapping, above: Mapping) -> dict:
-    """Two configurations as one: mappings are joined, everything else is taken from above."""
-    both = {k: lay_over(below[k], above[k]) for k in below.keys() & above.keys() if _mappings(below[k], above[k])}
-    return {**below, **above, **both}
-
-
-def _mappings(*values: object) -> bool:
-    return all(isinstance(value, Mapping) for value in values)
 
 
 if __name__ == "__main__":

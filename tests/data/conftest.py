@@ -6,7 +6,7 @@ import yaml
 
 from myowave.data.trials import Trials
 from myowave.physics.build import build_model
-from myowave.settings import parse_section
+from myowave.settings import Physics
 
 ROOT = Path(__file__).parents[2]
 
@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 def base():
     """The model of Table 1, as config.yaml has it."""
     config = yaml.safe_load((ROOT / "config.yaml").read_text())
-    return build_model("base", parse_section("physics", config["physics"]))
+    return build_model("base", Physics.model_validate(config["physics"]))
 
 
 @pytest.fixture
@@ -34,4 +34,5 @@ def trials():
         conditions={"long": {"load": 1.0}},
         constants={"mass": 1.1},
         provenance={"source": "a test", "nested": {"seed": 3}},
+        signals={"tilt_rad": [0.1 * random.standard_normal(n) for n in lengths]},
     )

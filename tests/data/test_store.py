@@ -22,7 +22,10 @@ from myowave.data.wavelets import decompose
 def assert_same(left, right):
     for field in fields(left):
         a, b = getattr(left, field.name), getattr(right, field.name)
-        assert np.array_equal(a, b) if isinstance(a, np.ndarray) else a == b, field.name
+        if field.name == "signals":
+            assert list(a) == list(b) and all(np.array_equal(a[name], b[name]) for name in a)
+        else:
+            assert np.array_equal(a, b) if isinstance(a, np.ndarray) else a == b, field.name
 
 
 def test_trials_come_back_exactly(trials, tmp_path):
@@ -42,7 +45,7 @@ def test_scales_come_back_exactly(trials, tmp_path):
 def test_the_table_is_long_with_units_in_its_columns_and_without_padding(trials, tmp_path):
     write_scales(decompose(trials, 1), tmp_path / "scales.parquet")
     frame = pd.read_parquet(tmp_path / "scales.parquet")
-    assert list(frame.columns) == ["scale", "trial", "time_s", "emg_biceps", "emg_triceps", "angle_rad"]
+    assert list(frame.columns) == ["scale", "trial", "time_s", "emg_biceps", "emg_triceps", "angle_rad", "tilt_rad"]
     assert sorted(frame["scale"].unique()) == [-1, 0]
     assert frame.groupby(["scale", "trial"]).size()[(-1, "short")] == 80
 

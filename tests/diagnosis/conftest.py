@@ -9,8 +9,8 @@ import yaml
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.study.cases import Case, add_noise, clean_trials, simulate_case
-from myowave.identification.fit import Fit, fit_model, free_parameters
-from myowave.identification.normal import Free
+from myowave.identification.free_parameters import Free, free_parameters
+from myowave.identification.output_error import Fit, fit_model
 from myowave.identification.record import Record, make_record
 from myowave.physics.build import build_model
 from myowave.physics.effect import Effect
@@ -18,7 +18,7 @@ from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
-from myowave.settings import Identify, SimulatedDataset, parse_section
+from myowave.settings import Identify, Physics, SimulatedDataset
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -29,7 +29,7 @@ def _one_thread():
 @pytest.fixture(scope="session")
 def base(pytestconfig) -> Model:
     physics = yaml.safe_load((pytestconfig.rootpath / "config.yaml").read_text(encoding="utf-8"))["physics"]
-    return build_model("base", parse_section("physics", physics))
+    return build_model("base", Physics.model_validate(physics))
 
 
 @pytest.fixture(scope="session")

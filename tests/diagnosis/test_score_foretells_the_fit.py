@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from myowave.diagnosis.search.score import confusion, score_effect, score_effects
-from myowave.identification.fit import fit_model, free_parameters, polish
+from myowave.identification.free_parameters import free_parameters
+from myowave.identification.output_error import fit_model, polish
 from myowave.identification.record import make_record
 
 
@@ -16,6 +17,14 @@ def test_the_score_of_a_weak_effect_is_the_gain_of_its_fit(make_fit, effects, na
     gained = fit.rss - polish(score.start).rss
     assert score.drop > 5 * fit.variance
     assert score.drop == pytest.approx(gained, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    "name", ["joint_damping", "emg_gain", "activation_dynamics", "compliant_tendon", "clock_shift"]
+)
+def test_an_effect_more_never_fits_worse(make_fit, effects, name):
+    fit = make_fit({"emg_crosstalk": {"x": 0.1}})
+    assert polish(score_effect(fit, effects[name]).start).rss <= fit.rss * (1 + 1e-9)
 
 
 def test_a_hand_load_is_absorbed_by_both_strengths_in_one_condition(loaded, base, free, effects):

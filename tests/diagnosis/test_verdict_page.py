@@ -10,10 +10,12 @@ import pandas as pd
 import pytest
 
 from myowave.diagnosis.report.command import adding_command
+from myowave.diagnosis.report.contents import FIGURE_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.figures import draw_diagnosis
 from myowave.diagnosis.report.ladder import join_ladder, join_parameters
 from myowave.diagnosis.report.page import Story, write_page
-from myowave.diagnosis.report.tables import TABLES, add_errors, predictions_table, verdict_summary
+from myowave.diagnosis.report.tables import TABLES, predictions_table, verdict_summary
+from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.plotting import save
 from myowave.settings import Diagnosis as DiagnosisSettings
@@ -38,7 +40,7 @@ def verdict(diagnosis, truth):
     """As it comes back from the file."""
     summary = verdict_summary(diagnosis)
     command = adding_command(summary["dataset"], summary["model"], recipes=["rollout"])
-    return json.loads(json.dumps({**add_errors(summary, truth), "command": command}))
+    return json.loads(json.dumps({**add_truth(summary, truth), "command": command}))
 
 
 @pytest.fixture(scope="module")
@@ -92,9 +94,13 @@ def test_verdict_json_says_what_was_found_and_how_well(verdict):
     for errors in verdict["rmse_deg"].values():
         assert set(errors) == {"train", "heldout", "noise"}
     for values in verdict["parameters"].values():
-        assert all(set(entry) == {"value", "se", "error_pct"} for entry in values.values())
+        assert all(set(entry) == {"value", "se", "true", "error_pct"} for entry in values.values())
     found = verdict["parameters"]["base+joint_damping"]["joint_damping.c"]
     assert found["error_pct"] == pytest.approx(100 * (found["value"] / 0.6 - 1))
+
+
+def test_every_table_and_picture_has_the_name_that_the_workflow_knows(tables, story):
+    assert set(tables) == set(TABLE_NAMES) and set(story.images) == set(FIGURE_NAMES)
 
 
 def test_the_command_trains_every_recipe_with_the_settings_of_the_run(verdict):
@@ -112,7 +118,7 @@ def test_the_command_trains_every_recipe_with_the_settings_of_the_run(verdict):
 
 
 def test_without_a_truth_no_error_is_claimed(diagnosis):
-    measured = add_errors(verdict_summary(diagnosis), None)
+    measured = add_truth(verdict_summary(diagnosis), None)
     assert measured["hidden"] is None and measured["hit"] is None
     assert all(e["error_pct"] is None for values in measured["parameters"].values() for e in values.values())
 
@@ -133,7 +139,7 @@ def test_without_a_truth_no_error_is_claimed(diagnosis):
 def test_a_hit_is_the_effect_named_or_in_a_class_of_two(hidden, effects, alternatives, hit):
     kind = "effect" if effects else "adequate"
     summary = {"verdict": kind, "effects": effects, "alternatives": alternatives, "parameters": {}}
-    assert add_errors(summary, {"effects": hidden, "parameters": {}})["hit"] is hit
+    assert add_truth(summary, {"effects": hidden, "parameters": {}})["hit"] is hit
 
 
 def test_the_ladder_holds_the_network_beside_the_physics(story, tables):

@@ -8,12 +8,13 @@ import pytest
 import torch
 from scipy.signal import lfilter
 
-from myowave.diagnosis.misfit.draft import LIBRARY, draft_effect
 from myowave.diagnosis.misfit.independence import check_independence
 from myowave.diagnosis.misfit.where import describe, misfit_by, missing_torque
+from myowave.diagnosis.search.draft import LIBRARY, draft_effect
 from myowave.diagnosis.search.next_trial import propose_trials
-from myowave.identification.fit import correlation_time, fit_model
+from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
+from myowave.identification.uncertainty import correlation_time
 from myowave.physics.effect_files import load_effects
 
 

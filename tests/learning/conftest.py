@@ -1,4 +1,6 @@
-"""Small trials, models and recipes that train in seconds."""
+"""Small trials, models and tasks that train in seconds."""
+
+from dataclasses import replace
 
 import pytest
 import torch
@@ -7,7 +9,9 @@ import yaml
 from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
 from myowave.data.wavelets import decompose
+from myowave.learning.task import Task
 from myowave.physics.build import build_model
+from myowave.physics.effect import Effect
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
 from myowave.settings import Identify, Recipe, Settings, SimulatedDataset, parse_settings
@@ -21,6 +25,11 @@ def settings(pytestconfig: pytest.Config) -> Settings:
 @pytest.fixture(scope="session")
 def model(settings: Settings) -> Model:
     return build_model("base", settings.physics)
+
+
+@pytest.fixture(scope="session")
+def effects() -> dict[str, Effect]:
+    return catalogue(())
 
 
 @pytest.fixture(scope="session")
@@ -41,13 +50,14 @@ def wanted() -> dict[str, Identify]:
 
 
 @pytest.fixture
-def rollout() -> Recipe:
-    return Recipe(hidden=8, epochs=6, rollout_s=0.3, simulated_trials=4, patience=100)
+def rollout(scales, model, wanted) -> Task:
+    recipe = Recipe(hidden=8, epochs=6, rollout_s=0.3, simulated_trials=4, patience=100)
+    return Task(scales, model, recipe, wanted, total=1, seeds=(0, 1), device=torch.device("cpu"))
 
 
 @pytest.fixture
-def teacher_forced() -> Recipe:
-    return Recipe(
+def teacher_forced(rollout) -> Task:
+    recipe = Recipe(
         hidden=8,
         epochs=4,
         rollout_s=0.0,
@@ -62,6 +72,7 @@ def teacher_forced() -> Recipe:
         schedule="constant",
         learning_rate=1e-3,
     )
+    return replace(rollout, recipe=recipe)
 
 
 @pytest.fixture(autouse=True)

@@ -7,7 +7,7 @@ import pytest
 from myowave.learning.paper import tables
 from myowave.learning.paper.page import write_page
 
-RECIPE = {"derivative": "time", "beta": 1e-3, "history_noise": 0.01, "epochs": 2}
+RECIPE = {"cell": "gru", "derivative": "time", "beta": 1e-3, "history_noise": 0.01, "epochs": 2}
 BOUNDS = {name: {"low": 0.0, "high": 1.0} for name in tables.PARAMETERS}
 
 

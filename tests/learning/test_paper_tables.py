@@ -5,8 +5,9 @@ import pandas as pd
 import pytest
 import torch
 
-from myowave.identification.parameters import identify
+from myowave.identification.free_parameters import free_parameters
 from myowave.learning.paper import tables
+from myowave.learning.paper.joint_identification import Form
 from myowave.settings import Identify
 
 SAMPLES = 500
@@ -58,7 +59,7 @@ def test_changes_are_against_one_scale():
     assert scores["nmse_decrease_pct"].tolist() == pytest.approx([0.0, 50.0])
 
 
-def test_the_paper_stands_beside_three_scales_alone():
+def test_the_paper_stands_beside_three_scales_only():
     errors = tables.parameter_errors(runs(0.2, 0.05)).set_index(["scales", "parameter"])
     assert errors.loc[(3, "f0_Bi"), "paper_error_pct"] == tables.PRINTED_ERROR_PCT["case1"]["f0_Bi"][0]
     assert np.isnan(errors.loc[(1, "f0_Bi"), "paper_error_pct"])
@@ -68,7 +69,8 @@ def test_the_paper_stands_beside_three_scales_alone():
 def test_what_eq_41_can_reach_ends_at_the_mean_of_the_literature(model):
     for values in ((4.0, 8.0), (1.0, 2.0, 9.0)):
         wanted = Identify(literature=values)
-        form = identify(model, {"f0_Bi": wanted}, {}, (0,))[0].forms[0]
+        (free,) = free_parameters(model, {"f0_Bi": wanted}, ())
+        form = Form.of(free, wanted, torch.ones(1))
         low, high = tables.reach(wanted.model_dump())
         ends = torch.tensor([[-40.0] * len(values), [40.0] * len(values)])
         assert form.value(ends).tolist() == pytest.approx([low, high], abs=1e-9)
@@ -93,11 +95,12 @@ def test_choices_stand_in_the_order_of_the_recipes_with_what_their_residual_weig
     )
     history = pd.DataFrame({"epoch": [1, 1, 2, 2], "data_loss": [9, 9, 1, 3], "residual_loss": [9, 9, 10, 30]})
     recipes = {
-        name: {"derivative": "time", "beta": beta, "history_noise": 0.0, "epochs": 2}
-        for name, beta in (("printed", 0.1), ("light", 0.01))
+        name: {"cell": cell, "derivative": "time", "beta": beta, "history_noise": 0.0, "epochs": 2}
+        for name, cell, beta in (("printed", "gru", 0.1), ("light", "rnn", 0.01))
     }
     choices = tables.compare_choices(rows, one_step, {"light": history, "printed": history}, recipes)
     assert choices["recipe"].tolist() == ["printed", "light"]
+    assert choices["cell"].tolist() == ["gru", "rnn"]
     assert choices["one_step_r2"].tolist() == pytest.approx([0.8, 0.9])
     assert choices["data_loss"].tolist() == pytest.approx([2.0, 2.0])
     assert choices["weighted_residual"].tolist() == pytest.approx([2.0, 0.2])

@@ -12,7 +12,8 @@ import torch
 from typer.testing import CliRunner
 
 from myowave.cli import app
-from myowave.learning.prediction import Network, predict_free_running, to_tensors
+from myowave.learning.prediction import predict_free_running, to_tensors
+from myowave.learning.task import Task
 from myowave.learning.training import train_scale
 
 SEEDS = (0, 1)
@@ -24,7 +25,7 @@ def checkpoint(scales, model, wanted, settings, tmp_path_factory):
     recipe = settings.learning.recipes["rollout"].model_copy(
         update={"hidden": 8, "epochs": 4, "rollout_s": 0.3, "simulated_trials": 0}
     )
-    *_, last = train_scale(scales, model, recipe, wanted, level=0, total=1, seeds=SEEDS, device=torch.device("cpu"))
+    *_, last = train_scale(Task(scales, model, recipe, wanted, total=1, seeds=SEEDS), level=0)
     path = tmp_path_factory.mktemp("network") / "scale-0.pt"
     last.checkpoint.save(path)
     return last.checkpoint, path
@@ -43,7 +44,7 @@ def run(*arguments: object, text: str | None = None):
 
 def expected(checkpoint, trials, start_rad: float) -> np.ndarray:
     """(S, N) [rad] of the batch."""
-    network = Network.of(checkpoint)
+    network = checkpoint.network
     emg, angle = to_tensors(trials.select(["3"]), torch.device("cpu"))
     angle[:] = start_rad
     return predict_free_running(network, emg, angle, trials.dt)[:, 0].numpy()

@@ -1,40 +1,38 @@
 """Training: seeds do not touch each other, scales hand on, and what does not fit is refused."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
 import torch
 
 from myowave.learning.checkpoint import Checkpoint
-from myowave.learning.prediction import Network, run_free, to_tensors
-from myowave.learning.training import CLIP, VALIDATE_EVERY, clip_gradients, count_epochs, train_scale
+from myowave.learning.prediction import run_free, to_tensors
+from myowave.learning.rollouts.training import CLIP, clip_gradients
+from myowave.learning.task import Task
+from myowave.learning.training import VALIDATE_EVERY, EpochReport, train_scale
 from myowave.learning.windows import Corpus, Validation, count_training_samples
 
 
-def train(scales, model, recipe, wanted, *, seeds=(0, 1), total=1):
+def train(task: Task) -> tuple[Sequence[EpochReport], Checkpoint]:
     """Train all scales; the reports of all, and the last checkpoint."""
     checkpoint, reports = None, []
-    for level in reversed(range(total)):
-        reports += train_scale(
-            scales,
-            model,
-            recipe,
-            wanted,
-            level=level,
-            total=total,
-            seeds=seeds,
-            start=checkpoint,
-            device=torch.device("cpu"),
-        )
+    for level in reversed(range(task.total)):
+        reports += train_scale(task, level, checkpoint)
         checkpoint = reports[-1].checkpoint
     return reports, checkpoint
 
 
-@pytest.mark.parametrize("recipe", ["rollout", "teacher_forced"])
-def test_a_seed_trains_the_same_alone_and_among_others(recipe, scales, model, wanted, request):
-    recipe = request.getfixturevalue(recipe)
-    among, together = train(scales, model, recipe, wanted, seeds=(3, 5))
-    single, alone = train(scales, model, recipe, wanted, seeds=(5,))
+def changed(task: Task, **settings) -> Task:
+    """The task with other settings of its recipe."""
+    return replace(task, recipe=task.recipe.model_copy(update=settings))
+
+
+@pytest.mark.parametrize("kind", ["rollout", "teacher_forced"])
+def test_a_seed_trains_the_same_alone_and_among_others(kind, request):
+    task = request.getfixturevalue(kind)
+    among, together = train(replace(task, seeds=(3, 5)))
+    single, alone = train(replace(task, seeds=(5,)))
     for many, one in zip(among, single, strict=True):
         torch.testing.assert_close(many.losses.total[1:], one.losses.total, rtol=1e-3, atol=0)
     for name, value in alone.weights.items():
@@ -42,110 +40,115 @@ def test_a_seed_trains_the_same_alone_and_among_others(recipe, scales, model, wa
     torch.testing.assert_close(together.values[1], alone.values[0], rtol=1e-6, atol=0)
 
 
-def test_a_gradient_too_large_is_shortened_for_its_seed_alone():
+def test_only_a_gradient_that_is_too_large_is_shortened():
     weights = {name: torch.zeros(2, 3, 4, requires_grad=True) for name in "ab"}
     for value in weights.values():
         value.grad = torch.ones_like(value) * torch.tensor([1e-3, 1e3])[:, None, None]
-    clip_gradients(weights)
+    clip_gradients(weights.values())
     small, large = torch.stack([value.grad for value in weights.values()], dim=1)
     torch.testing.assert_close(small, torch.full_like(small, 1e-3))
     torch.testing.assert_close(large.norm(), torch.tensor(CLIP))
     torch.testing.assert_close(large, large[:1, :1, :1].expand_as(large))  # the direction stays
 
 
-def test_each_seed_keeps_the_weights_of_its_own_lowest_validation_error(scales, model, wanted, rollout):
-    recipe = rollout.model_copy(update={"epochs": 60, "learning_rate": 0.3, "simulated_trials": 0})
-    reports, last = train(scales, model, recipe, wanted, seeds=(0, 1, 2))
+def test_each_seed_keeps_the_weights_of_its_own_lowest_validation_error(rollout):
+    task = changed(replace(rollout, seeds=(0, 1, 2)), epochs=60, learning_rate=0.3, simulated_trials=0)
+    reports, last = train(task)
     errors = torch.stack([report.val_mse for report in reports])
     assert len(set(errors.argmin(0).tolist())) > 1, "no seed went on beyond the best epoch of another"
-    network, trials = Network.of(last), scales[0].select(scales[0].train)
-    usable = torch.tensor(count_training_samples(trials, recipe.validation_fraction, network.history))
+    network, trials = last.network, task.training_trials(0)
+    usable = torch.tensor(count_training_samples(trials, task.recipe.validation_fraction, network.history))
     emg, angle = to_tensors(trials, torch.device("cpu"))
-    corpus = Corpus.of(network.architecture, network.scaling, emg, angle[None], trials.dt, usable)
-    held_out = Validation.of(corpus, network.scaling, trials.lengths, network.history)
+    held_out = Validation.of(Corpus.of(network, emg, angle[None], trials.dt, usable), network, trials.lengths)
     z, v = (given.expand(3, -1, -1) for given in (held_out.z, held_out.v))
     again, _ = held_out.score(network.to_rad(run_free(network, held_out.x, z, v)))
     torch.testing.assert_close(again, errors.min(0).values, rtol=1e-4, atol=0)
 
 
-def test_the_same_seed_gives_the_same_result_twice(scales, model, wanted, rollout):
-    _, first = train(scales, model, rollout, wanted)
-    _, second = train(scales, model, rollout, wanted)
+def test_the_same_seed_gives_the_same_result_twice(rollout):
+    _, first = train(rollout)
+    _, second = train(rollout)
     assert all(torch.equal(first.weights[name], second.weights[name]) for name in first.weights)
     assert torch.equal(first.values, second.values)
 
 
-def test_the_test_trial_changes_nothing(scales, trials, model, wanted, rollout):
+def test_the_test_trial_changes_nothing(trials, rollout):
     hidden = replace(trials, angle=trials.angle.copy(), emg=trials.emg.copy())
     test = trials.index(trials.test)
     hidden.angle[test] = 1.0
     hidden.emg[test] = 0.5
-    _, seen = train({0: trials}, model, rollout, wanted)
-    _, unseen = train({0: hidden}, model, rollout, wanted)
+    _, seen = train(replace(rollout, scales={0: trials}))
+    _, unseen = train(replace(rollout, scales={0: hidden}))
     assert all(torch.equal(seen.weights[name], unseen.weights[name]) for name in seen.weights)
     assert torch.equal(seen.values, unseen.values)
 
 
 @pytest.mark.parametrize("total", [1, 2, 3])
 def test_every_number_of_scales_has_the_same_epochs(total, rollout):
-    assert sum(count_epochs(rollout, level, total) for level in range(total)) == rollout.epochs
+    task = replace(rollout, total=total)
+    assert sum(task.epochs(level) for level in range(total)) == rollout.recipe.epochs
 
 
-def test_a_scale_starts_from_the_checkpoint_of_the_coarser_one(scales, model, wanted, rollout, tmp_path):
-    _, coarse = train({0: scales[0], 1: scales[1]}, model, rollout, wanted, total=2)
-    assert coarse.level == 0 and coarse.epochs == rollout.epochs
-    reports = train_scale(scales, model, rollout, wanted, level=1, total=2, seeds=(0, 1))
-    *_, last = reports
+def test_a_scale_starts_from_the_checkpoint_of_the_coarser_one(rollout, tmp_path):
+    task = replace(rollout, total=2)
+    _, at_once = train(task)
+    assert at_once.level == 0 and at_once.epochs == task.recipe.epochs
+    *_, last = train_scale(task, level=1)
     last.checkpoint.save(tmp_path / "scale-1.pt")
-    resumed = Checkpoint.load(tmp_path / "scale-1.pt")
-    *_, finest = train_scale(scales, model, rollout, wanted, level=0, total=2, seeds=(0, 1), start=resumed)
-    for name, value in coarse.weights.items():
+    *_, finest = train_scale(task, level=0, before=Checkpoint.load(tmp_path / "scale-1.pt"))
+    for name, value in at_once.weights.items():
         assert torch.equal(finest.checkpoint.weights[name], value), name
 
 
-def test_training_lowers_the_error_of_free_running(scales, model, wanted, rollout):
-    recipe = rollout.model_copy(update={"epochs": 80, "learning_rate": 0.02})
-    reports, _ = train(scales, model, recipe, wanted)
+def test_training_lowers_the_error_of_free_running(rollout):
+    reports, _ = train(changed(rollout, epochs=80, learning_rate=0.02))
     assert (reports[-1].val_mse < 0.5 * reports[0].val_mse).all()
 
 
-def test_teacher_forced_training_lowers_the_loss(scales, model, wanted, teacher_forced):
-    recipe = teacher_forced.model_copy(update={"epochs": 40, "learning_rate": 0.01})
-    reports, _ = train(scales, model, recipe, wanted)
+@pytest.mark.parametrize("changes", [{"cell": "rnn"}, {"output": "absolute"}, {"history_noise": 1e-4}])
+def test_other_networks_train_by_rollouts_too(changes, rollout):
+    task = changed(replace(rollout, seeds=(0,)), epochs=60, learning_rate=0.01, simulated_trials=0, **changes)
+    reports, _ = train(task)
+    first, last = (sum(r.losses.data.item() for r in part) for part in (reports[:5], reports[-5:]))
+    assert last < 0.7 * first
+
+
+def test_teacher_forced_training_lowers_the_loss(teacher_forced):
+    reports, _ = train(changed(teacher_forced, epochs=40, learning_rate=0.01))
     assert (reports[-1].losses.total < 0.5 * reports[0].losses.total).all()
     assert (reports[-1].values["f0_Bi"] != reports[0].values["f0_Bi"]).all()
 
 
-def test_rows_have_a_column_for_every_identified_parameter(scales, model, wanted, rollout):
-    reports, _ = train(scales, model, rollout, wanted)
+def test_rows_have_a_column_for_every_identified_parameter(rollout, wanted):
+    reports, _ = train(rollout)
     rows = reports[-1].rows()
     assert [row["seed"] for row in rows] == [0, 1]
     assert set(rows[0]) == {"epoch", "seed", "loss", "data_loss", "residual_loss", "val_mse", *wanted}
 
 
-def test_a_checkpoint_of_another_recipe_is_refused_with_the_reason(scales, model, wanted, rollout):
-    *_, last = train_scale(scales, model, rollout, wanted, level=1, total=2, seeds=(0,))
-    other = rollout.model_copy(update={"learning_rate": 0.5})
+def test_a_checkpoint_of_another_recipe_is_refused_with_the_reason(rollout):
+    task = replace(rollout, total=2)
+    *_, last = train_scale(task, level=1)
     with pytest.raises(ValueError, match="recipe.learning_rate was 0.003 .* is 0.5 now"):
-        next(train_scale(scales, model, other, wanted, level=0, total=2, seeds=(0,), start=last.checkpoint))
+        next(train_scale(changed(task, learning_rate=0.5), level=0, before=last.checkpoint))
 
 
-def test_a_checkpoint_of_other_data_is_refused(scales, model, wanted, rollout):
-    *_, last = train_scale(scales, model, rollout, wanted, level=1, total=2, seeds=(0,))
-    changed = {level: replace(trials, angle=trials.angle * 1.01) for level, trials in scales.items()}
+def test_a_checkpoint_of_other_data_is_refused(rollout):
+    task = replace(rollout, total=2)
+    *_, last = train_scale(task, level=1)
+    other = {level: replace(trials, angle=trials.angle * 1.01) for level, trials in task.scales.items()}
     with pytest.raises(ValueError, match="dataset_digest"):
-        next(train_scale(changed, model, rollout, wanted, level=0, total=2, seeds=(0,), start=last.checkpoint))
+        next(train_scale(replace(task, scales=other), level=0, before=last.checkpoint))
 
 
-def test_a_finer_scale_without_a_checkpoint_is_refused(scales, model, wanted, rollout):
+def test_a_finer_scale_without_a_checkpoint_is_refused(rollout):
     with pytest.raises(ValueError, match="starts from the checkpoint"):
-        next(train_scale(scales, model, rollout, wanted, level=0, total=2, seeds=(0,)))
+        next(train_scale(replace(rollout, total=2), level=0))
 
 
-def test_too_short_trials_are_refused(scales, model, wanted, rollout):
-    recipe = rollout.model_copy(update={"history_steps": 190})
+def test_too_short_trials_are_refused(rollout):
     with pytest.raises(ValueError, match="too few"):
-        next(train_scale(scales, model, recipe, wanted, level=0, total=1, seeds=(0,)))
+        next(train_scale(changed(rollout, history_steps=190), level=0))
 
 
 def test_a_file_that_is_no_checkpoint_is_refused(tmp_path):
@@ -155,9 +158,8 @@ def test_a_file_that_is_no_checkpoint_is_refused(tmp_path):
         Checkpoint.load(path)
 
 
-def test_early_stopping_keeps_the_best_weights_and_the_last_parameters(scales, model, wanted, teacher_forced):
-    recipe = teacher_forced.model_copy(update={"epochs": 40, "learning_rate": 0.3})
-    reports, checkpoint = train(scales, model, recipe, wanted)
+def test_early_stopping_keeps_the_best_weights_and_the_last_parameters(teacher_forced):
+    reports, checkpoint = train(changed(teacher_forced, epochs=40, learning_rate=0.3))
     validation = torch.stack([report.val_mse for report in reports[VALIDATE_EVERY - 1 :]])
     assert (validation.argmin(0) < len(validation) - 1).any(), "no seed was best before the last epoch"
     torch.testing.assert_close(checkpoint.val_mse, validation.min(0).values)

@@ -7,14 +7,15 @@ import pytest
 import torch
 import yaml
 
+from myowave.physics.bound import bind
 from myowave.physics.build import build_model
+from myowave.physics.dynamics import torques
 from myowave.physics.effects import SHIPPED, catalogue
 from myowave.physics.joint import forearm
-from myowave.physics.model import bind, torques
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
-from myowave.settings import parse_section
+from myowave.settings import parse_settings
 
 ROOT = Path(__file__).parents[2]
 DOUBLE = torch.float64
@@ -82,7 +83,8 @@ def test_constants_of_no_kind_of_forearm_are_refused():
 
 
 def section(joint):
-    return parse_section("physics", yaml.safe_load((ROOT / "config.yaml").read_text())["physics"] | {"joint": joint})
+    config = yaml.safe_load((ROOT / "config.yaml").read_text())
+    return parse_settings(config | {"physics": config["physics"] | {"joint": joint}}).physics
 
 
 def test_the_configuration_has_a_point_mass_or_a_rigid_body():

@@ -160,7 +160,7 @@ def test_the_first_page_draws_error_against_scales(browser, page, summary):
     bars = browser.script("[...document.querySelectorAll('.bartext')].map(e => e.textContent)")
     drawn = sorted(float(bar.replace("\N{MINUS SIGN}", "-")) for bar in bars)
     means = sorted(summary.groupby(["dataset", "scales"])["test_r2"].mean())
-    assert drawn == pytest.approx(means, abs=0.006), "a bar a group, as high as the mean over its seeds"
+    assert drawn == pytest.approx(means, abs=0.006), "one bar per group, as high as the mean over its seeds"
     assert browser.errors() == []
 
 

@@ -1,5 +1,7 @@
 """The workflow and its configuration: what stops it, and what each rule is told."""
 
+from myowave.settings import shipped_effects
+
 SECRET = "1.234567"
 HIDDEN = {
     "targets": {"datasets": ["case1"], "models": {"case1": ["base", "base+joint_damping"]}},
@@ -28,6 +30,17 @@ def test_an_effect_that_does_not_exist_stops_before_any_job(project):
 def test_files_laid_over_the_shipped_configuration_are_merged(project):
     planned = project.planned(*project.lay_over({"targets": {"datasets": ["case2"], "scales": [2]}}))
     assert planned["simulate_trials"] == 1 and planned["train_scale"] == 2 and "import_trials" not in planned
+
+
+def test_the_study_hides_every_effect_that_ships_or_those_it_is_told(project):
+    def studied(**study):
+        study |= {"pairs": [["fatigue", "hand_load"]]}
+        return project.planned(*project.lay_over({"diagnosis": {"study": study}}), "--", "hidden_effects")[
+            "study_effect"
+        ]
+
+    assert studied() == len(shipped_effects()) + 2, "each effect, the pair, and nothing hidden"
+    assert studied(effects=["joint_damping", "fatigue"]) == 4
 
 
 def test_recordings_that_are_not_there_are_named(project):

@@ -3,8 +3,9 @@
 All outputs are put there by hand and recorded with `--touch`; then each change is made, planned, and taken back.
 """
 
+import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 
 import pytest
 from project_copy import Project, copy_project
@@ -44,11 +45,25 @@ def test_changed_physics_reruns_all_that_stands_on_it(finished):
     with edited(finished, "src/myowave/physics/joint.py", "9.80665", "9.81"):
         planned = finished.planned(*CONFIG)
     assert set(planned) >= {"simulate_trials", "decompose_scales"} | LEARNING | {"draw_models"}
+    assert "import_trials" not in planned, "recordings stay what they are"
 
 
 def test_changed_networks_rerun_training_and_what_follows_but_no_diagnosis(finished):
     with edited(finished, "src/myowave/learning/network.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "):
         assert set(finished.planned(*CONFIG)) == LEARNING | WATCHING | {"draw_models"}
+
+
+def test_changed_sweep_paper_or_study_reruns_nothing_of_the_main_job(finished):
+    with ExitStack() as edits:
+        for path in ("learning/sweep/objective.py", "learning/paper/tables.py", "diagnosis/study/cases.py"):
+            edits.enter_context(edited(finished, f"src/myowave/{path}", "\ndef ", "\nCHANGED = 1\n\n\ndef "))
+        assert finished.planned(*CONFIG) == {}
+
+
+def test_a_project_that_was_moved_has_nothing_to_do(finished, tmp_path):
+    moved = tmp_path / "elsewhere"
+    shutil.copytree(finished.folder, moved)
+    assert Project(moved).planned(*CONFIG) == {}
 
 
 def test_publishing_makes_nothing_but_the_store(finished):

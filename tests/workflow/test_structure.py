@@ -16,6 +16,18 @@ LAYERS = {
     "learning": ("physics", "data", "identification"),
     "diagnosis": ("physics", "data", "identification"),
 }
+# What the sub-packages of a layer may import of one another; all may use the modules directly in the layer, "".
+PARTS = {
+    "learning": {"": ("rollouts", "paper"), "rollouts": (), "paper": (), "streaming": (), "sweep": ()},
+    "diagnosis": {
+        "": (),
+        "misfit": (),
+        "search": ("misfit",),
+        "report": ("misfit", "search"),
+        "study": ("misfit", "search"),
+        "subjects": (),
+    },
+}
 DOORS = {
     "mlflow": "tracking/store.py",
     "optuna": "learning/sweep/study.py",
@@ -28,7 +40,7 @@ BESIDE = {
     "workflow": (),
     "plotting.py": (),
     "tracking": ("data", "learning"),
-    "cli.py": LAYERS,
+    "cli.py": ("physics", "learning"),
     "__init__.py": (),
 }
 MODULES = sorted(SOURCE.rglob("*.py"))
@@ -47,7 +59,16 @@ def imported(path: Path) -> set[str]:
 
 
 def layers_used(path: Path) -> set[str]:
-    return {layer for layer in LAYERS for name in imported(path) if name.startswith(f"myowave.{layer}")}
+    return {layer for layer in LAYERS for name in imported(path) if f"{name}.".startswith(f"myowave.{layer}.")}
+
+
+def test_the_layers_are_those_of_the_architecture():
+    """In its line such as a <- b <- {c | d}, each imports those before it, and those in braces not each other."""
+    (line,) = re.findall(r"physics (?:<-|←) [^*`\n]+", (ROOT / "ARCHITECTURE.md").read_text())[:1]
+    drawn: dict[str, tuple[str, ...]] = {}
+    for step in re.split("<-|←", line):
+        drawn |= dict.fromkeys(re.findall(r"\w+", step), tuple(drawn))
+    assert drawn == LAYERS
 
 
 @pytest.mark.parametrize("layer", LAYERS)
@@ -55,6 +76,18 @@ def test_a_layer_imports_only_those_before_it(layer):
     before = {layer, *LAYERS[layer]}
     for path in (SOURCE / layer).rglob("*.py"):
         assert layers_used(path) <= before, f"{path} imports upwards"
+
+
+@pytest.mark.parametrize("layer", PARTS)
+def test_parts_of_a_layer_import_one_another_in_one_direction(layer):
+    for path in (SOURCE / layer).rglob("*.py"):
+        part, *inside = path.relative_to(SOURCE / layer).parts
+        part = part if inside else ""
+        assert part in PARTS[layer], f"{layer}/{part}: name it here, with the parts it may use"
+        used = {
+            p for p in PARTS[layer] for name in imported(path) if p and f"{name}.".startswith(f"myowave.{layer}.{p}.")
+        }
+        assert used <= {part, *PARTS[layer][part]}, path
 
 
 def test_modules_beside_the_layers_use_no_more_of_them_than_they_need():
@@ -66,7 +99,7 @@ def test_modules_beside_the_layers_use_no_more_of_them_than_they_need():
 
 
 def test_what_computes_does_not_draw():
-    # Drawing is left out of what makes results stale; see code_digest.
+    # Else a changed picture would make what was computed out of date, by the digest of the code.
     for path in MODULES:
         if path.parent.name != "figures" and path.name not in ("figures.py", "plotting.py") and path.parent != SOURCE:
             drawing = [n for n in imported(path) if "figures" in n or n.startswith(("matplotlib", "myowave.plotting"))]

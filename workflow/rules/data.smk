@@ -1,4 +1,30 @@
-# Trials, simulated or measured, become one table; after it nobody asks which they were.
+# Trials, simulated, measured or recorded, become one table; after it nobody asks which they were.
+from glob import glob
+
+from snakemake.exceptions import WorkflowError
+
+
+def recordings(wildcards):
+    """Files of a measured dataset; a pattern stands for the files it matches now."""
+    return expand_patterns(DATASETS[wildcards.dataset].files, f"data.datasets.{wildcards.dataset}.files")
+
+
+def expand_patterns(patterns, key):
+    """Files that the patterns match, each pattern's in order.
+
+    Raises:
+        WorkflowError: for a pattern that matches nothing.
+    """
+    files = []
+    for pattern in patterns:
+        matched = sorted(glob(pattern, recursive=True))
+        if not matched:
+            raise WorkflowError(
+                f"{key}: {pattern!r} matches no file, looked up from {Path.cwd()}. Correct the name, or run snakemake "
+                "from the folder that the name starts from."
+            )
+        files += matched
+    return list(dict.fromkeys(files))
 
 
 rule simulate_trials:
@@ -34,6 +60,47 @@ rule import_trials:
         code=digest("import_trials"),
     script:
         "../scripts/import_trials.py"
+
+
+rule prepare_recording:
+    input:
+        recordings=recordings,
+    output:
+        trials="results/data/{dataset}/trials.parquet",
+        quality="results/data/{dataset}/quality.json",
+    log:
+        "results/logs/prepare_recording/{dataset}.log",
+    wildcard_constraints:
+        dataset=one_of(RECORDED),
+    params:
+        dataset=dataset_section,
+        code=digest("prepare_recording"),
+    script:
+        "../scripts/prepare_recording.py"
+
+
+# Raw EMG, envelope and angle of each trial with what was found in them: `snakemake results/figures/DATASET/recording`.
+rule draw_recording:
+    input:
+        recordings=recordings,
+        quality="results/data/{dataset}/quality.json",
+    output:
+        pictures=report(
+            directory("results/figures/{dataset}/recording"),
+            patterns=["{trial}.png"],
+            caption="../report/recording.rst",
+            category="1 data",
+            labels={"dataset": "{dataset}", "figure": "0 recording of {trial}"},
+        ),
+    log:
+        "results/logs/draw_recording/{dataset}.log",
+    wildcard_constraints:
+        dataset=one_of(RECORDED),
+    params:
+        dataset=dataset_section,
+        code=digest("draw_recording"),
+    script:
+        "../scripts/draw_recording.py"
 
 
 rule decompose_scales:

@@ -1,15 +1,26 @@
 # Compare with the trials, see where the model fails, learn which effect is missing, add it, watch the error fall.
+import os
+
+from myowave.diagnosis.report.contents import FIGURE_NAMES, TABLE_NAMES
+
 DIAGNOSIS = "results/diagnosis/{dataset}"
 DIAGNOSIS_PICTURES = "results/figures/{dataset}/diagnosis"
 DIAGNOSIS_TIME = "results/benchmarks/diagnose_dataset/{dataset}.tsv"
-STUDY = SETTINGS.diagnosis.study
-STUDIED = [*STUDY.effects, *("+".join(pair) for pair in STUDY.pairs), "none"]
-DIAGNOSIS_TABLES = [
-    "ladder", "ranking", "parameters", "correlations", "errors", "misfit", "missing_torque", "independence", "next_trials"
-]  # as in myowave.diagnosis.report.tables.TABLES, which takes a second to load
-DIAGNOSIS_FIGURES = [
-    "overlay", "errors", "independence", "correlations", "misfit", "missing_torque", "ranking", "ladder", "parameters"
-]
+DIAGNOSIS_TABLES = expand(f"{DIAGNOSIS}/{{table}}.csv", table=TABLE_NAMES, allow_missing=True)
+
+
+def networks_beside(wildcards):
+    """Evaluations of further networks of a dataset that were trained on demand.
+
+    Not a function of the rule's input: Snakemake compares only params that are not, and a new network has to be seen.
+    """
+    dataset, planned = wildcards.dataset, []
+    if dataset in SETTINGS.targets.datasets:
+        summary = Path(DIAGNOSIS.format(dataset=dataset), "summary.json")
+        follows = dataset in SETTINGS.targets.follow_verdict and summary.exists()
+        planned = networks_with(dataset, found_model(summary) if follows else None)
+    trained = Path().glob(f"results/learning/{dataset}/*/*/*-scale/evaluation.csv")
+    return sorted(set(map(str, trained)) - set(planned))
 
 
 # A checkpoint, as it decides with which models networks are trained where targets.follow_verdict asks for that.
@@ -19,7 +30,7 @@ checkpoint diagnose_dataset:
         physics=SETTINGS.physics.files,
     output:
         summary=f"{DIAGNOSIS}/summary.json",
-        tables=expand(f"{DIAGNOSIS}/{{table}}.csv", table=DIAGNOSIS_TABLES, allow_missing=True),
+        tables=DIAGNOSIS_TABLES,
         predictions=f"{DIAGNOSIS}/predictions.parquet",
         draft=f"{DIAGNOSIS}/draft_effect.py",
     log:
@@ -40,7 +51,7 @@ checkpoint diagnose_dataset:
 rule score_verdict:
     input:
         summary=f"{DIAGNOSIS}/summary.json",
-        truth=truth_of,
+        truth=lambda wildcards: truth_of(wildcards.dataset),
     output:
         verdict=f"{DIAGNOSIS}/verdict.json",
     log:
@@ -58,7 +69,7 @@ rule watch_ladder:
         rungs=f"{DIAGNOSIS}/ladder.csv",
         parameters=f"{DIAGNOSIS}/parameters.csv",
         verdict=f"{DIAGNOSIS}/verdict.json",
-        evaluations=networks_of,
+        evaluations=lambda wildcards: networks_of(wildcards.dataset),
     output:
         ladder=f"{DIAGNOSIS}/watch.csv",
         parameters=f"{DIAGNOSIS}/watch_parameters.csv",
@@ -74,7 +85,7 @@ rule watch_ladder:
 rule draw_diagnosis:
     input:
         summary=f"{DIAGNOSIS}/summary.json",
-        tables=expand(f"{DIAGNOSIS}/{{table}}.csv", table=DIAGNOSIS_TABLES, allow_missing=True),
+        tables=DIAGNOSIS_TABLES,
         predictions=f"{DIAGNOSIS}/predictions.parquet",
         ladder=f"{DIAGNOSIS}/watch.csv",
         parameters=f"{DIAGNOSIS}/watch_parameters.csv",
@@ -87,7 +98,7 @@ rule draw_diagnosis:
                 subcategory="{dataset}",
                 labels={"dataset": "{dataset}", "figure": f"{place} {figure}"},
             )
-            for place, figure in enumerate(DIAGNOSIS_FIGURES, 1)
+            for place, figure in enumerate(FIGURE_NAMES, 1)
         ],
     log:
         "results/logs/draw_diagnosis/{dataset}.log",
@@ -106,7 +117,7 @@ rule tell_verdict:
         proposals=f"{DIAGNOSIS}/next_trials.csv",
         draft=f"{DIAGNOSIS}/draft_effect.py",
         figures=rules.draw_diagnosis.output.figures,
-        template=Path(workflow.basedir) / "workflow/report/verdict.html.j2",
+        template=os.path.relpath(Path(workflow.basedir, "workflow/report/verdict.html.j2")),  # the same after a move
     output:
         page=report(
             f"{DIAGNOSIS}/verdict.html",
@@ -121,73 +132,3 @@ rule tell_verdict:
         code=digest("tell_verdict"),
     script:
         "../scripts/tell_verdict.py"
-
-
-rule simulate_study:
-    output:
-        trials=expand(
-            "results/diagnosis/study/trials-{seed}.parquet", seed=range(1, max(STUDY.seeds, STUDY.clean_sets) + 1)
-        ),
-    log:
-        "results/logs/simulate_study.log",
-    params:
-        physics=section("physics"),
-        dataset=dump(DATASETS[STUDY.dataset]),
-        code=digest("simulate_study"),
-    script:
-        "../scripts/simulate_study.py"
-
-
-rule study_effect:
-    input:
-        trials=rules.simulate_study.output.trials,
-        physics=SETTINGS.physics.files,
-    output:
-        cases="results/diagnosis/study/{hidden}.csv",
-    log:
-        "results/logs/study_effect/{hidden}.log",
-    wildcard_constraints:
-        hidden=one_of(name.replace("+", r"\+") for name in STUDIED),
-    threads: 1
-    params:
-        physics=section("physics"),
-        dataset=dump(DATASETS[STUDY.dataset]),
-        diagnosis=section("diagnosis"),
-        code=digest("study_effect"),
-    script:
-        "../scripts/study_effect.py"
-
-
-rule summarize_study:
-    input:
-        cases=expand("results/diagnosis/study/{hidden}.csv", hidden=STUDIED),
-    output:
-        cases="results/diagnosis/study.csv",
-        confusion="results/diagnosis/study_confusion.csv",
-        summary="results/diagnosis/study_summary.json",
-    log:
-        "results/logs/summarize_study.log",
-    params:
-        code=digest("summarize_study"),
-    script:
-        "../scripts/summarize_study.py"
-
-
-rule draw_study:
-    input:
-        cases=rules.summarize_study.output.cases,
-        summary=rules.summarize_study.output.summary,
-    output:
-        figure=report("results/figures/study.png", caption="../report/study.rst", category="3 diagnosis"),
-    log:
-        "results/logs/draw_study.log",
-    params:
-        code=digest("draw_study"),
-    script:
-        "../scripts/draw_study.py"
-
-
-rule hidden_effects:
-    input:
-        rules.summarize_study.output,
-        rules.draw_study.output,

@@ -1,6 +1,22 @@
 # The network is trained from the coarsest scale to the finest; each scale starts where the last one stopped.
 
 
+def coarser_checkpoint(wildcards):
+    """The checkpoint that a scale starts from; none at the coarsest."""
+    coarser = int(wildcards.level) + 1
+    if coarser >= int(wildcards.scales):
+        return []
+    return f"results/learning/{LADDER}/scale-{coarser}.pt".format(**wildcards)
+
+
+def recipe_section(wildcards):
+    return dump(SETTINGS.learning.recipes[wildcards.recipe])
+
+
+def labels(figure):
+    return {"dataset": "{dataset}", "model": "{model}", "recipe": "{recipe}", "figure": figure}
+
+
 rule train_scale:
     input:
         scales="results/data/{dataset}/scales.parquet",
@@ -27,7 +43,7 @@ rule train_scale:
 rule evaluate_model:
     input:
         trials="results/data/{dataset}/trials.parquet",
-        truth=truth_of,
+        truth=lambda wildcards: truth_of(wildcards.dataset),
         checkpoint=f"results/learning/{LADDER}/scale-0.pt",
     output:
         evaluation=f"results/learning/{LADDER}/evaluation.csv",

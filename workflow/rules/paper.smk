@@ -1,4 +1,45 @@
 # The paper's own recipe on its own protocols (Secs. 4 and 5), beside its printed values: `snakemake paper --cores 2`.
+PAPER_CASES = ["case1", "case2", "case3"]
+PAPER_SUBJECTS = ["elbow_literature", "elbow_bounds"]
+PAPER_RUNS = [f"{case}/base/paper" for case in PAPER_CASES] + [f"{name}/base/paper_subject" for name in PAPER_SUBJECTS]
+
+# What each choice of its recipe does, on one case with 1-scale training; the recipe as printed comes first.
+PAPER_CHOICES = [
+    "paper", "paper_rnn", "paper_light", "paper_sequence", "paper_sequence_quiet", "paper_sequence_light",
+    "paper_sequence_light_quiet",
+]  # fmt: skip
+PAPER_CHOICE = "results/learning/case1/base/{recipe}/1-scale/{file}"
+
+
+def paper_scales(dataset):
+    """Numbers of scales: 1 to 3 in Sec. 4, 1 to 5 in Sec. 5; with true bounds, which the paper lacks, both ends."""
+    return {"elbow_literature": [1, 2, 3, 4, 5], "elbow_bounds": [1, 5]}.get(dataset, [1, 2, 3])
+
+
+def of_paper(pattern):
+    """An input function: the pattern for every number of scales, and every level within."""
+    return lambda wildcards: sorted(
+        {
+            pattern.format(**wildcards, scales=scales, level=level)
+            for scales in paper_scales(wildcards.dataset)
+            for level in range(scales)
+        }
+    )
+
+
+def paper_evaluations(datasets, recipe, file="evaluation.csv"):
+    return [
+        f"results/learning/{dataset}/base/{recipe}/{scales}-scale/{file}"
+        for dataset in datasets
+        for scales in paper_scales(dataset)
+    ]
+
+
+def paper_runs(file):
+    """A file of every network of the paper's protocols."""
+    protocols = paper_evaluations(PAPER_CASES, "paper", file) + paper_evaluations(PAPER_SUBJECTS, "paper_subject", file)
+    return list(dict.fromkeys(protocols + expand(PAPER_CHOICE, recipe=PAPER_CHOICES, file=file)))
+
 
 localrules:
     paper,

@@ -1,4 +1,7 @@
-# Many subjects, from the table data.subjects: `snakemake subjects`. Everything about one subject is a job of its own.
+# Many subjects, from the table data.subjects: `snakemake subjects`. Each subject has its own jobs.
+from myowave.settings.subjects import read_subjects
+
+SUBJECTS = list(read_subjects(Path(SETTINGS.data.subjects))) if SETTINGS.data.subjects else []
 
 
 rule subjects:

@@ -1,9 +1,25 @@
 # A search for better settings of a recipe: `snakemake sweep --cores 2`. The study itself (a journal file, or a database)
 # is no output of any rule: Snakemake deletes outputs before a job, and a study is to be continued.
+from myowave.workflow.digest import digest_module
+
 SWEEP = SETTINGS.sweep()
 SWEPT = LADDER.format(**dump(SWEEP))
 SWEEP_FOLDER = f"results/learning/{SWEPT}/sweep"
 STORAGE = f"{SWEEP_FOLDER}/journal.log" if SWEEP.storage == "journal" else SWEEP.storage
+
+
+def sweep_section(*left_out):
+    """Settings of the sweep without those that a rule does not depend on."""
+    return {key: value for key, value in dump(SETTINGS.sweep()).items() if key not in left_out}
+
+
+def sweep_labels(figure):
+    return {"dataset": SWEEP.dataset, "model": SWEEP.model, "recipe": SWEEP.recipe, "figure": figure}
+
+
+def sweep_figures(ladder):
+    """Figures of the sweep of one dataset, model, recipe and number of scales."""
+    return [f"results/figures/{ladder}/sweep/{name}.png" for name in ("history", "importance", "slices", "contours")]
 
 
 # All that an error on held-out data depends on; a study is continued as long as it stays the same.
@@ -115,7 +131,7 @@ rule score_sweep:
         default=f"results/learning/{SWEPT}/evaluation.csv",
         trials=f"results/data/{SWEEP.dataset}/trials.parquet",
         scales=f"results/data/{SWEEP.dataset}/scales.parquet",
-        truth=f"results/data/{SWEEP.dataset}/truth.json" if SWEEP.dataset in SIMULATED else [],
+        truth=truth_of(SWEEP.dataset),
         physics=SETTINGS.physics.files,
     output:
         scores=report(

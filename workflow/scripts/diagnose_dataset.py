@@ -1,28 +1,29 @@
 """Diagnose a dataset: what its trials say that the physical model misses."""
 
+from pathlib import Path
+
 from myowave.data.store import read_trials, write_json, write_table
 from myowave.diagnosis.report.tables import TABLES, predictions_table, verdict_summary
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
-from myowave.settings import Identify, parse_section
+from myowave.settings import Diagnosis, Identify, Physics
 from myowave.workflow.job import job_log
 
 name = snakemake.wildcards.dataset
 with job_log(f"diagnose {name}", snakemake.log[0]) as log:
-    physics = parse_section("physics", snakemake.params.physics)
+    physics = Physics.model_validate(snakemake.params.physics)
     diagnosis = diagnose(
         read_trials(snakemake.input.trials),
         build_model("base", physics),
         catalogue(physics.effect_files).values(),
         {n: Identify.model_validate(values) for n, values in snakemake.params.identify.items()},
-        parse_section("diagnosis", snakemake.params.diagnosis),
+        Diagnosis.model_validate(snakemake.params.diagnosis),
         log.say,
         [build_model(model, physics) for model in snakemake.params.models],
     )
-    for table, path in zip(TABLES.values(), snakemake.output.tables, strict=True):
-        table(diagnosis).to_csv(path, index=False)
+    for path in snakemake.output.tables:
+        TABLES[Path(path).stem](diagnosis).to_csv(path, index=False)
     write_table(predictions_table(diagnosis), snakemake.output.predictions)
-    with open(snakemake.output.draft, "w", encoding="utf-8") as file:
-        file.write(diagnosis.draft.source)
+    Path(snakemake.output.draft).write_text(diagnosis.draft.source, encoding="utf-8")
     write_json(verdict_summary(diagnosis), snakemake.output.summary)

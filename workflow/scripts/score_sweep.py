@@ -10,25 +10,26 @@ from myowave.data.store import read_scales, read_trials
 from myowave.learning.evaluation import evaluate, predict_trials
 from myowave.learning.sweep.objective import train_scales
 from myowave.learning.sweep.outcome import BEST, compare_scores
+from myowave.learning.task import Task
 from myowave.physics.build import build_model
-from myowave.settings import Identify, Sweep, parse_section
+from myowave.settings import Identify, Physics, PlannedSweep, Recipe
 from myowave.workflow.job import job_log
 
 inputs, params, judged = snakemake.input, snakemake.params, snakemake.params.judged
-sweep = Sweep.model_validate(params.sweep)
+sweep = PlannedSweep.model_validate(params.sweep)
 name = sweep.recipe + BEST
 label = f"score {sweep.dataset} {sweep.model} {name} {sweep.scales}-scale"
 with job_log(label, snakemake.log[0]) as log:
     best = yaml.safe_load(Path(inputs.best).read_text())["learning"]["recipes"][name]
-    checkpoints = train_scales(
+    task = Task(
         read_scales(inputs.scales),
-        build_model(sweep.model, parse_section("physics", judged["physics"])),
-        parse_section(f"learning.recipes.{name}", best),
+        build_model(sweep.model, Physics.model_validate(judged["physics"])),
+        Recipe.model_validate(best),
         {key: Identify.model_validate(values) for key, values in judged["identify"].items()},
         total=sweep.scales,
         seeds=range(params.seeds),
     )
-    for checkpoint in checkpoints:
+    for checkpoint in train_scales(task):
         log.progress(sweep.scales - checkpoint.level, sweep.scales, f"scale {-checkpoint.level} is trained")
     trials = read_trials(inputs.trials)
     truth = json.loads(Path(inputs.truth).read_text())["parameters"] if inputs.truth else None

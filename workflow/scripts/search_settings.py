@@ -7,24 +7,26 @@ from pathlib import Path
 from myowave.data.store import read_scales
 from myowave.learning.sweep.objective import judge
 from myowave.learning.sweep.study import describe, open_search, work
+from myowave.learning.task import Task
 from myowave.physics.build import build_model
-from myowave.settings import Identify, Sweep, parse_section
+from myowave.settings import Identify, Physics, PlannedSweep, Recipe
 from myowave.workflow.job import job_log
 
 params, judged, worker = snakemake.params, snakemake.params.judged, int(snakemake.wildcards.worker)
-sweep = Sweep.model_validate(params.sweep)
+sweep = PlannedSweep.model_validate(params.sweep)
 label = f"sweep {sweep.dataset} {sweep.model} {sweep.recipe} {sweep.scales}-scale, worker {worker}"
 with job_log(label, snakemake.log[0]) as log:
     study = json.loads(Path(snakemake.input.study).read_text())
     search = open_search(study["name"], params.storage, sweep, judged["recipe"], seed=sweep.seed + worker)
-    objective = partial(
-        judge,
-        sweep=sweep,
-        scales=read_scales(snakemake.input.scales),
-        model=build_model(sweep.model, parse_section("physics", judged["physics"])),
-        recipe=parse_section(f"learning.recipes.{sweep.recipe}", judged["recipe"]),
-        wanted={name: Identify.model_validate(values) for name, values in judged["identify"].items()},
+    task = Task(
+        read_scales(snakemake.input.scales),
+        build_model(sweep.model, Physics.model_validate(judged["physics"])),
+        Recipe.model_validate(judged["recipe"]),
+        {name: Identify.model_validate(values) for name, values in judged["identify"].items()},
+        total=sweep.scales,
+        seeds=range(sweep.seeds),
     )
+    objective = partial(judge, task=task, epochs=sweep.epochs)
     tried = 0
     for trial in work(search, objective, f"{study['owner']} {worker}"):
         tried += 1

@@ -3,12 +3,12 @@
 from myowave.data.store import write_trials
 from myowave.diagnosis.study.cases import clean_trials
 from myowave.physics.build import build_model
-from myowave.settings import parse_section
+from myowave.settings import Physics, SimulatedDataset
 from myowave.workflow.job import job_log
 
 with job_log("simulate study", snakemake.log[0]) as log:
-    base = build_model("base", parse_section("physics", snakemake.params.physics))
-    dataset = parse_section("data.datasets.study", snakemake.params.dataset)
+    base = build_model("base", Physics.model_validate(snakemake.params.physics))
+    dataset = SimulatedDataset.model_validate(snakemake.params.dataset)
     paths = snakemake.output.trials
     for seed, path in enumerate(paths, start=1):
         write_trials(clean_trials(dataset, base, seed), path)

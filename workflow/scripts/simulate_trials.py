@@ -4,13 +4,13 @@ from myowave.data.simulate import simulate_trials, write_truth
 from myowave.data.store import write_trials
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
-from myowave.settings import parse_section
+from myowave.settings import Physics, SimulatedDataset
 from myowave.workflow.job import job_log
 
 name = snakemake.wildcards.dataset
 with job_log(f"simulate trials of {name}", snakemake.log[0]):
-    physics = parse_section("physics", snakemake.params.physics)
-    dataset = parse_section(f"data.datasets.{name}", snakemake.params.dataset)
+    physics = Physics.model_validate(snakemake.params.physics)
+    dataset = SimulatedDataset.model_validate(snakemake.params.dataset)
     base = build_model("base", physics)
     trials, truth = simulate_trials(name, dataset, base, catalogue(physics.effect_files))
     write_trials(trials, snakemake.output.trials)

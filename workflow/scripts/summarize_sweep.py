@@ -7,16 +7,16 @@ from myowave.learning.sweep import figures
 from myowave.learning.sweep.outcome import override_text, summary_text
 from myowave.learning.sweep.study import best_settings, importances, open_search, tabulate
 from myowave.plotting import save
-from myowave.settings import Sweep, parse_section
+from myowave.settings import PlannedSweep, Recipe
 from myowave.workflow.job import job_log
 
 params, output = snakemake.params, snakemake.output
-sweep = Sweep.model_validate(params.sweep)
+sweep = PlannedSweep.model_validate(params.sweep)
 what = f"{sweep.dataset}, {sweep.model}, recipe {sweep.recipe}, {sweep.scales}-scale"
 with job_log(f"summarize sweep of {what}", snakemake.log[0]) as log:
     study = json.loads(Path(snakemake.input.study).read_text())
     search = open_search(study["name"], params.storage, sweep, params.recipe)
-    recipe = parse_section(f"learning.recipes.{sweep.recipe}", params.recipe)
+    recipe = Recipe.model_validate(params.recipe)
     table, best, shares = tabulate(search), best_settings(search), importances(search)
     table.to_csv(output.trials, index=False)
     Path(output.best).write_text(override_text(sweep, recipe, best, table, output.best), encoding="utf-8")

@@ -1,16 +1,18 @@
 """Pictures of trials: what goes into everything else (Taneja et al. 2023, Figs. 7 and 9), and their scales."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from myowave.data.preparing import Prepared
 from myowave.data.trials import Trials
-from myowave.plotting import CYCLE, MEASURED, canvas, title
+from myowave.plotting import CYCLE, GREY, MEASURED, canvas, title
 
 
 def draw_trials(trials: Trials) -> Figure:
-    """EMG of every channel and the joint angle, a column a trial."""
+    """EMG of every channel and the joint angle, one column per trial."""
     rows = len(trials.channels) + 1
     figure, axes = canvas(
         rows,
@@ -30,12 +32,13 @@ def draw_trials(trials: Trials) -> Figure:
         role = "test" if name in trials.test else "training"
         axes[0, column].set_title(f"trial {name.removeprefix('trial')}, {role}")
     for row, channel in enumerate(trials.channels):
-        axes[row, 0].set_ylabel(f"{channel.removeprefix('emg_')}\nEMG / MVC [-]")
+        axes[row, 0].set_ylabel(f"{channel.removeprefix('emg_')}\nEMG [-]")
     axes[-1, 0].set_ylabel("elbow\nangle [deg]")
     valid = degrees[trials.valid]
+    seconds = sorted({f"{length * trials.dt:.1f}" for length in (min(trials.lengths), max(trials.lengths))}, key=float)
     title(
         figure,
-        f"{trials.dataset}: {len(trials.names)} trials of {trials.lengths[0] * trials.dt:.1f} s, "
+        f"{trials.dataset}: {len(trials.names)} trials of {' to '.join(seconds)} s, "
         f"the elbow moves between {valid.min():.0f} and {valid.max():.0f} deg",
     )
     return figure
@@ -57,7 +60,7 @@ def draw_scales(scales: Mapping[int, Trials]) -> Figure:
             axes[row, column].plot(time, signal, color=(CYCLE[0], MEASURED)[column], linewidth=1.1)
         axes[row, 0].set_ylabel(f"scale {-level}\n[-]")
         axes[row, 1].set_ylabel("[deg]")
-    axes[0, 0].set_title(f"{finest.channels[0].removeprefix('emg_')} EMG / MVC")
+    axes[0, 0].set_title(f"{finest.channels[0].removeprefix('emg_')} EMG")
     axes[0, 1].set_title("elbow angle")
     for column in (0, 1):
         axes[-1, column].set_xlabel("time [s]")
@@ -76,3 +79,41 @@ def draw_scales(scales: Mapping[int, Trials]) -> Figure:
 
 def _share_left_out(signal: np.ndarray, coarse: np.ndarray) -> float:
     return 100 * float(np.var(signal - coarse) / np.var(signal))
+
+
+def draw_recording(prepared: Prepared, quality: Mapping[str, Any], trial: str) -> Figure:
+    """Raw EMG of each channel with its envelope, and the angles of one trial; what is not kept of it lies on grey."""
+    raw, grid = prepared.raw[trial], prepared.grids[trial]
+    rows = len(raw.emg) + 1
+    figure, axes = canvas(rows, 1, width=11, height=1.8 * rows + 1.2, sharex=True)
+    for row, (channel, emg) in enumerate(raw.emg.items()):
+        axis, envelope = axes[row, 0], prepared.envelopes[trial][channel]
+        axis.plot(emg.time, emg.values, color="#c4c4c4", linewidth=0.4, label="raw", rasterized=True)
+        axis.plot(envelope.time, envelope.values, color=CYCLE[row % len(CYCLE)], label="envelope")
+        axis.axhline(prepared.gains[channel], color=GREY, linestyle=":", linewidth=1.4, label="counts as 1")
+        axis.set_ylabel(f"{channel.removeprefix('emg_')}\nEMG [{emg.unit}]")
+    last = axes[-1, 0]
+    last.plot(raw.angle.time, np.rad2deg(raw.angle.values), color=MEASURED, label="elbow")
+    for color, (name, angle) in zip(CYCLE, raw.signals.items(), strict=False):
+        last.plot(angle.time, np.rad2deg(angle.values), color=color, linestyle="--", label=name.removesuffix("_rad"))
+    last.set_ylabel("angle [deg]")
+    last.set_xlabel("time on the angle's clock [s]")
+    signals = [*raw.emg.values(), raw.angle, *raw.signals.values()]
+    start, end = min(signal.start for signal in signals), max(signal.end for signal in signals)
+    for axis in axes[:, 0]:
+        axis.set_xlim(start, end)
+        axis.axvspan(start, grid[0], color="#e3e3e3", zorder=0)
+        axis.axvspan(grid[-1], end, color="#e3e3e3", zorder=0)
+        axis.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=3, borderaxespad=0.0, handlelength=1.5)
+    title(figure, _told(prepared, quality, trial))
+    return figure
+
+
+def _told(prepared: Prepared, quality: Mapping[str, Any], trial: str) -> str:
+    """What was found in a trial, in a sentence."""
+    grid = prepared.grids[trial]
+    warnings = [f for f in quality["findings"] if f["trial"] == trial and f["severity"] == "warning"]
+    found = [": ".join(filter(None, (f["signal"].removeprefix("emg_"), f["found"]))) for f in warnings]
+    role = "test" if trial in prepared.trials.test else "training"
+    kept = f"{trial}, {role}, {grid[-1] - grid[0]:.1f} s"
+    return f"{kept}; " + ("; ".join(found) if found else "no warnings")

@@ -43,5 +43,6 @@ def hold_out_ends(trials: Trials, share: float) -> Trials:
             name: train.conditions[train.names[i]] for name, i, _ in parts if train.names[i] in train.conditions
         },
         constants=trials.constants,
+        signals={key: [values[i, samples] for _, i, samples in parts] for key, values in train.signals.items()},
         provenance={"held out": f"the last {share:g} of each training trial", "of": trials.provenance},
     )

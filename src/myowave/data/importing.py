@@ -1,20 +1,29 @@
-"""Import of measured trials: from the files a dataset names to `Trials`, or one error that lists all that is wrong."""
+"""Import of measured trials: from the files a dataset names to `Trials`, or one error that lists all that is wrong.
+
+Reading, checking and converting are apart (`readers`, `checks`, `processing`); here they are put together for files
+that hold a trial each, with EMG that is already a fraction of a maximum voluntary contraction.
+"""
 
 from __future__ import annotations
 
 import hashlib
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from myowave.data.recording import SUFFIXES, Recording, read_recording
+from myowave.data.checks.across import duplicate_problems, rate_problems, role_problems
+from myowave.data.checks.columns import ANGLES, TIME, column_problems, emg_columns, is_ignored
+from myowave.data.checks.ranges import angle_problems, emg_problems
+from myowave.data.checks.time import time_problems
+from myowave.data.checks.values import length_problems, value_problems
+from myowave.data.files import find_files
+from myowave.data.processing.units import to_radians
+from myowave.data.readers import TABLES, RawRecording
+from myowave.data.recording import Recording
 from myowave.data.trials import Trials
 from myowave.settings import MeasuredDataset
-
-RATE_TOLERANCE = 0.005
-"""Largest relative difference of the sampling rates of two trials that counts as rounding."""
 
 
 def import_trials(
@@ -34,21 +43,19 @@ def import_trials(
     Raises:
         ValueError: one line for each problem found in any of the files.
     """
-    files = find_files(dataset, settings.files, root)
+    files = find_files(dataset, settings.files, TABLES, root)
     recordings: dict[str, Recording] = {}
     problems: list[str] = []
     for name, path in files.items():
-        recording, found = read_recording(path, channels)
+        recording, found = read_recording(path, channels, settings.ignore_columns)
         problems += found
         if recording is not None:
             recordings[name] = recording
             channels = channels or recording.channels
-    problems += _rate_problems(files, recordings)
-    problems += _duplicate_problems(files, recordings)
-    problems += _role_problems(dataset, settings, list(files))
-    if problems:
-        count = "1 problem" if len(problems) == 1 else f"{len(problems)} problems"
-        raise ValueError(f"dataset {dataset!r} cannot be imported, {count}:\n" + "\n".join(problems))
+    problems += rate_problems(recordings)
+    problems += duplicate_problems(recordings)
+    problems += role_problems(dataset, list(files), settings.test, settings.conditions)
+    refuse(dataset, problems)
     assert channels is not None
     return Trials.from_sequences(
         dataset=dataset,
@@ -62,101 +69,69 @@ def import_trials(
         constants=settings.constants,
         provenance={
             "source": "measured",
+            "ignored columns": list(settings.ignore_columns),
             "sha256": {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files.values()},
         },
     )
 
 
-def find_files(dataset: str, patterns: Sequence[str], root: str | Path = ".") -> dict[str, Path]:
-    """Files that the paths and patterns of a dataset name.
+def refuse(dataset: str, problems: Sequence[str]) -> None:
+    """Raise a ValueError that lists the problems, if there are any."""
+    if problems:
+        count = "1 problem" if len(problems) == 1 else f"{len(problems)} problems"
+        raise ValueError(f"dataset {dataset!r} cannot be imported, {count}:\n" + "\n".join(problems))
+
+
+def read_recording(
+    path: Path, channels: Sequence[str] | None = None, ignored: Sequence[str] = ()
+) -> tuple[Recording | None, list[str]]:
+    """Read, check and convert one file.
 
     Args:
-        dataset: its name, for messages.
-        patterns: paths, or patterns with * ? [ ], absolute or relative to `root`.
-        root: where relative ones start from.
+        path: a file of one of `TABLES`' endings.
+        channels: the EMG columns there must be; None takes whichever there are.
+        ignored: names of columns that are not needed.
 
     Returns:
-        {trial name: path}, those of a pattern in natural order (trial2 before trial10).
-
-    Raises:
-        ValueError: one line for each pattern without a file, file of another kind, or name taken twice.
+        The recording, or None where it cannot be used, and the problems found: exactly one of the two is empty.
     """
-    found: dict[str, Path] = {}
-    problems = []
-    for pattern in patterns:
-        matches = _match(Path(root), pattern)
-        if not matches:
-            problems.append(_nothing_found(Path(root), pattern))
-        for path in matches:
-            if path.suffix.lower() not in SUFFIXES:
-                problems.append(f"{path}: the ending is {path.suffix!r}; expected {' or '.join(SUFFIXES)}.")
-            elif path.stem in found and found[path.stem] != path:
-                problems.append(
-                    f"{path}: another trial is called {path.stem!r} as well ({found[path.stem]}); trials are named "
-                    "after their files, so rename one."
-                )
-            else:
-                found[path.stem] = path
-    if problems:
-        raise ValueError(f"data.datasets.{dataset}.files:\n" + "\n".join(problems))
-    return found
+    try:
+        raw = TABLES[path.suffix.lower()](path)
+    except ValueError as error:
+        return None, [str(error)]
+    if problems := list(column_problems(raw, channels, ignored)):
+        return None, problems
+    needed = {TIME, *ANGLES, *(channels or ())}
+    raw = replace(raw, signals=tuple(s for s in raw.signals if s.name in needed or not is_ignored(s.name, ignored)))
+    if problems := _problems_of(raw, channels):
+        return None, problems
+    names = tuple(channels or emg_columns(raw.header))
+    time, column = raw[TIME].values, _angle_column(raw)
+    return Recording(
+        origin=str(path),
+        dt=(time[-1] - time[0]) / (len(time) - 1),
+        channels=names,
+        emg=np.stack([raw[name].values for name in names], axis=1),
+        angle=to_radians(raw[column].values, column.removeprefix("angle_")),
+    ), []
 
 
-def _match(root: Path, pattern: str) -> list[Path]:
-    if re.search(r"[*?\[]", pattern) is None:
-        path = root / pattern
-        return [path] if path.is_file() else []
-    whole = root / pattern
-    anchor = Path(whole.anchor) if whole.is_absolute() else Path()
-    matches = anchor.glob(str(whole.relative_to(anchor)))
-    return sorted((path for path in matches if path.is_file()), key=lambda path: _natural(str(path)))
+def _problems_of(raw: RawRecording, channels: Sequence[str] | None) -> list[str]:
+    """Problems of the first round of checks that finds any: a later round relies on the earlier ones."""
+    return next((problems for checks in _rounds(raw, channels) if (problems := list(checks))), [])
 
 
-def _natural(text: str) -> list[tuple[int, int | str]]:
-    return [(0, int(part)) if part.isdigit() else (1, part) for part in re.split(r"(\d+)", text)]
+def _rounds(raw: RawRecording, channels: Sequence[str] | None) -> Iterator[Iterator[str]]:
+    yield value_problems(raw)
+    yield length_problems(raw)
+    yield _problems_of_signals(raw, channels or emg_columns(raw.header))
 
 
-def _nothing_found(root: Path, pattern: str) -> str:
-    tried = root.resolve() / pattern
-    folder = tried.parent
-    while re.search(r"[*?\[]", str(folder)) or not folder.is_dir():
-        folder = folder.parent
-    inside = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir() if not path.name.startswith("."))
-    listed = ", ".join(inside[:12]) + (f" and {len(inside) - 12} more" if len(inside) > 12 else "")
-    return f"{pattern}: no such file; looked for {tried}. The folder {folder} holds {listed or 'nothing'}."
+def _problems_of_signals(raw: RawRecording, channels: Sequence[str]) -> Iterator[str]:
+    yield from time_problems(raw, raw[TIME].values, TIME)
+    yield from emg_problems(raw, channels)
+    yield from angle_problems(raw, _angle_column(raw))
 
 
-def _rate_problems(files: Mapping[str, Path], recordings: Mapping[str, Recording]) -> Iterator[str]:
-    if not recordings:
-        return
-    common = float(np.median([recording.dt for recording in recordings.values()]))
-    for name, recording in recordings.items():
-        if abs(recording.dt / common - 1) > RATE_TOLERANCE:
-            yield (
-                f"{files[name]}: sampled every {recording.dt:.4g} s; expected {common:.4g} s like the other trials. "
-                "Resample all trials to one rate."
-            )
-
-
-def _duplicate_problems(files: Mapping[str, Path], recordings: Mapping[str, Recording]) -> Iterator[str]:
-    seen: dict[bytes, str] = {}
-    for name, recording in recordings.items():
-        content = recording.emg.tobytes() + recording.angle.tobytes()
-        first = seen.setdefault(hashlib.sha256(content).digest(), name)
-        if first != name:
-            yield (
-                f"{files[name]}: the same samples as {files[first]}. A trial that is there twice counts twice, and may "
-                "both train and test; remove one."
-            )
-
-
-def _role_problems(dataset: str, settings: MeasuredDataset, names: Sequence[str]) -> Iterator[str]:
-    for key, named in (("test", settings.test), ("conditions", tuple(settings.conditions))):
-        for name in named:
-            if name not in names:
-                yield f"data.datasets.{dataset}.{key}: no trial named {name!r}; the trials are {', '.join(names)}."
-    if not set(names) - set(settings.test):
-        yield (
-            f"data.datasets.{dataset}.test: every trial ({', '.join(names)}) is a test trial; leave some to train on, "
-            "or add recordings."
-        )
+def _angle_column(raw: RawRecording) -> str:
+    return next(name for name in ANGLES if name in raw.header)

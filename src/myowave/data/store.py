@@ -1,7 +1,8 @@
 """Tables on disk: Parquet with the metadata in the schema. The only module that imports pyarrow.
 
-A table of trials is long: one row a sample, columns `trial, time_s, emg_<muscle>..., angle_rad`. A table of scales has
-a `scale` column before them (0, -1, ..., -J). What is not a column (dataset, dt, test trials, conditions, constants,
+A table of trials is long: one row a sample, columns `trial, time_s, emg_<muscle>..., angle_rad`, and
+further angles such as `tilt_rad` where they were recorded. A table of scales has a `scale` column before them (0, -1,
+..., -J). What is not a column (dataset, dt, test trials, conditions, constants,
 provenance) travels as JSON in the schema metadata, so a file is complete by itself.
 """
 
@@ -105,6 +106,7 @@ def _to_frame(trials: Trials) -> pd.DataFrame:
     columns["time_s"] = np.broadcast_to(trials.time, valid.shape)[valid]
     columns |= {name: trials.emg[..., c][valid] for c, name in enumerate(trials.channels)}
     columns["angle_rad"] = trials.angle[valid]
+    columns |= {name: values[valid] for name, values in trials.signals.items()}
     return pd.DataFrame(columns)
 
 
@@ -115,6 +117,7 @@ def _to_metadata(trials: Trials) -> dict[str, Any]:
         "dt_s": trials.dt,
         "trials": list(trials.names),
         "channels": list(trials.channels),
+        "signals": list(trials.signals),
         "test": list(trials.test),
         "conditions": {name: dict(values) for name, values in trials.conditions.items()},
         "constants": dict(trials.constants),
@@ -136,6 +139,7 @@ def _from_frame(frame: pd.DataFrame, metadata: Mapping[str, Any]) -> Trials:
         conditions=metadata["conditions"],
         constants=metadata["constants"],
         provenance=metadata["provenance"],
+        signals={name: [rows[t][name].to_numpy() for t in metadata["trials"]] for name in metadata["signals"]},
     )
 
 

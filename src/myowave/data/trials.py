@@ -34,6 +34,7 @@ class Trials:
         conditions: known physical parameters that differ between trials, {trial: {parameter: value in SI units}}.
         constants: known physical parameters of the subject, {parameter: value in SI units}.
         provenance: where the numbers come from; JSON-able, read by people only.
+        signals: further angles over time [rad], {name such as tilt_rad: (T, N)}, padded as the others are.
     """
 
     dataset: str
@@ -47,6 +48,7 @@ class Trials:
     conditions: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     constants: Mapping[str, float] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    signals: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("emg", "angle"):
@@ -58,26 +60,35 @@ class Trials:
         self._check_values()
 
     @classmethod
-    def from_sequences(cls, *, emg: Sequence[ArrayLike], angle: Sequence[ArrayLike], **fields: Any) -> Trials:
+    def from_sequences(
+        cls,
+        *,
+        emg: Sequence[ArrayLike],
+        angle: Sequence[ArrayLike],
+        signals: Mapping[str, Sequence[ArrayLike]] | None = None,
+        **fields: Any,
+    ) -> Trials:
         """Stack trials of different lengths, padding the shorter ones by holding their last value.
 
         Args:
-            emg: one (N_i, C) array a trial [-].
-            angle: one (N_i,) array a trial [rad].
+            emg: one (N_i, C) array per trial [-].
+            angle: one (N_i,) array per trial [rad].
+            signals: {name: one (N_i,) array per trial [rad]}.
             **fields: the other fields of `Trials`, without `lengths`.
         """
-        emg = [np.asarray(values, dtype=np.float64) for values in emg]
-        angle = [np.asarray(values, dtype=np.float64) for values in angle]
-        lengths = tuple(len(values) for values in angle)
-        if not lengths or min(lengths) == 0 or [len(values) for values in emg] != list(lengths):
+        emgs = [np.asarray(values, dtype=np.float64) for values in emg]
+        angles = [np.asarray(values, dtype=np.float64) for values in angle]
+        lengths = tuple(len(values) for values in angles)
+        if not lengths or min(lengths) == 0 or [len(values) for values in emgs] != list(lengths):
             raise ValueError(
-                f"dataset {fields.get('dataset')!r}: {len(emg)} EMG and {len(angle)} angle sequences with lengths "
-                f"{[len(values) for values in emg]} and {list(lengths)}; each trial needs one of both, equally long."
+                f"dataset {fields.get('dataset')!r}: {len(emgs)} EMG and {len(angles)} angle sequences with lengths "
+                f"{[len(values) for values in emgs]} and {list(lengths)}; each trial needs one of both, equally long."
             )
         longest = max(lengths)
         return cls(
-            emg=np.stack([np.pad(e, ((0, longest - len(e)), (0, 0)), mode="edge") for e in emg]),
-            angle=np.stack([np.pad(q, (0, longest - len(q)), mode="edge") for q in angle]),
+            emg=np.stack([np.pad(e, ((0, longest - len(e)), (0, 0)), mode="edge") for e in emgs]),
+            angle=_stack(angles, longest),
+            signals={name: _stack(values, longest) for name, values in (signals or {}).items()},
             lengths=lengths,
             **fields,
         )
@@ -95,7 +106,7 @@ class Trials:
     @property
     def time(self) -> NDArray[np.float64]:
         """Time of each sample since the first [s], (N,)."""
-        return np.arange(self.angle.shape[1]) * self.dt
+        return np.arange(self.angle.shape[1], dtype=np.float64) * self.dt
 
     def index(self, names: Iterable[str]) -> list[int]:
         """Positions of trials on the trial axis, in the order asked for."""
@@ -125,6 +136,7 @@ class Trials:
             conditions={name: values for name, values in self.conditions.items() if name in names},
             constants=self.constants,
             provenance=self.provenance,
+            signals={name: values[index, : max(lengths)] for name, values in self.signals.items()},
         )
 
     def condition(self, parameter: str, default: float) -> NDArray[np.float64]:
@@ -132,14 +144,24 @@ class Trials:
         constant = self.constants.get(parameter, default)
         return np.array([self.conditions.get(name, {}).get(parameter, constant) for name in self.names])
 
+    def known(self, defaults: Mapping[str, float]) -> dict[str, NDArray[np.float64]]:
+        """Every constant that is known of the subject or of a trial: its value in each trial, {parameter: (T,)}.
+
+        Args:
+            defaults: values for trials whose conditions do not name a parameter.
+        """
+        names = sorted(set(self.constants).union(*self.conditions.values()))
+        return {name: self.condition(name, defaults[name]) for name in names}
+
     def _check_shapes(self) -> None:
         trials, channels = len(self.names), len(self.channels)
         samples = max(self.lengths, default=0)
-        expected = {"emg": (trials, samples, channels), "angle": (trials, samples)}
-        for name, shape in expected.items():
-            if getattr(self, name).shape != shape or len(self.lengths) != trials or min(shape) < 1:
+        arrays = {"emg": self.emg, "angle": self.angle, **self.signals}
+        for name, array in arrays.items():
+            shape = (trials, samples, channels) if name == "emg" else (trials, samples)
+            if array.shape != shape or len(self.lengths) != trials or min(shape) < 1:
                 raise ValueError(
-                    f"dataset {self.dataset!r}: {name} has shape {getattr(self, name).shape}, expected {shape} for "
+                    f"dataset {self.dataset!r}: {name} has shape {array.shape}, expected {shape} for "
                     f"{trials} trials with lengths {self.lengths} and {channels} channels (at least one of each)."
                 )
         if min(self.lengths) < 1:
@@ -177,3 +199,9 @@ class Trials:
                     f"dataset {self.dataset!r}, trial {name!r}: samples after the {length} recorded ones do not hold "
                     "the last value; build the trials with Trials.from_sequences."
                 )
+
+
+def _stack(sequences: Sequence[ArrayLike], samples: int) -> NDArray[np.float64]:
+    """Sequences of different lengths as rows of one array, the last value held up to `samples`."""
+    rows = [np.asarray(values, dtype=np.float64) for values in sequences]
+    return np.stack([np.pad(row, (0, samples - len(row)), mode="edge") for row in rows])

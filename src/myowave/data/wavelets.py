@@ -47,7 +47,7 @@ def decompose(trials: Trials, levels: int, wavelet: str = "db2", decompose: Deco
         trials: the trials at scale [0].
         levels: number of coarsenings J; 0 returns the trials alone.
         wavelet: name of an orthogonal wavelet; the paper uses order-2 Daubechies.
-        decompose: project EMG and angle, or only one of them (the paper's Sec. 6).
+        decompose: project EMG and angle, or only one of them (the paper's Sec. 6). Further signals go with the angle.
 
     Returns:
         {j: trials at scale [-j]} for j = 0 ... levels. Projected EMG may leave [0, 1] a little, as any linear
@@ -134,6 +134,10 @@ def _project_trials(trials: Trials, level: int, wavelet: str, decompose: Decompo
         test=trials.test,
         conditions=trials.conditions,
         constants=trials.constants,
+        signals={
+            name: [project(values[i, :length], angle_level, wavelet) for i, length in recorded]
+            for name, values in trials.signals.items()
+        },
         provenance={**trials.provenance, "wavelet": wavelet, "decompose": decompose},
     )
 

@@ -18,7 +18,7 @@ from torch import Tensor
 
 from myowave.data.store import replacing
 from myowave.data.trials import Trials
-from myowave.learning.network import Architecture, Scaling
+from myowave.learning.network import Architecture, Network, Scaling
 
 FORMAT = 1
 
@@ -39,7 +39,6 @@ class Checkpoint:
         weights: of the network, leading axis S.
         names, values, errors: identified parameters and their standard errors, (S, P), SI units.
         correlations: between the identified parameters, (S, P, P).
-        raw: raw numbers of the search (S, R), see `parameters`.
         val_mse, val_r2: on the validation windows, (S,).
     """
 
@@ -62,9 +61,14 @@ class Checkpoint:
     values: Tensor
     errors: Tensor
     correlations: Tensor
-    raw: Tensor
     val_mse: Tensor
     val_r2: Tensor
+
+    @property
+    def network(self) -> Network:
+        """The trained network."""
+        hidden_state, history = self.recipe["hidden_state"], self.recipe["history_steps"]
+        return Network(self.architecture, self.scaling, self.weights, hidden_state, history)
 
     def save(self, path: str | Path) -> None:
         """Write the checkpoint, atomically."""

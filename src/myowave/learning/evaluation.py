@@ -1,6 +1,6 @@
 """How good a trained network is: metrics of the paper by seed, identified parameters, and the tables they go into."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import pandas as pd
@@ -9,7 +9,7 @@ from torch import Tensor
 
 from myowave.data.trials import Trials
 from myowave.learning.checkpoint import Checkpoint, digest_trials
-from myowave.learning.prediction import Network, predict_free_running, to_tensors
+from myowave.learning.prediction import predict_free_running, to_tensors
 
 CONFOUNDED = 0.95  # correlation of two identified parameters above which a note names the pair
 
@@ -37,15 +37,15 @@ def predict_trials(checkpoint: Checkpoint, trials: Trials) -> Tensor:
         ValueError: for trials that the network was not trained on.
     """
     checkpoint.require(dataset_digest=digest_trials(trials))
-    network = Network.of(checkpoint)
-    emg, angle = to_tensors(trials, network.weights["hidden"].device)
+    network = checkpoint.network
+    emg, angle = to_tensors(trials, network.device)
     return predict_free_running(network, emg, angle, trials.dt).cpu()
 
 
 def evaluate(
     checkpoint: Checkpoint, trials: Trials, predicted: Tensor, *, recipe: str, truth: Mapping[str, float] | None = None
 ) -> pd.DataFrame:
-    """Rows of summary.csv, one a seed.
+    """Rows of summary.csv, one per seed.
 
     Args:
         trials: at scale [0].
@@ -57,7 +57,7 @@ def evaluate(
         Columns as in README, "Results". Test metrics are over predicted samples only, the mean over test trials.
     """
     tests = trials.index(trials.test)
-    given = Network.of(checkpoint).history
+    given = checkpoint.network.history
     measured = torch.from_numpy(trials.angle)
     metrics = {"test_mse": mean_square_error, "test_r2": r_squared, "test_nmse": normalised_mean_square_error}
     columns: dict[str, Any] = {
@@ -104,7 +104,7 @@ def tabulate_predictions(checkpoint: Checkpoint, trials: Trials, predicted: Tens
 
 
 def tabulate_parameters(checkpoint: Checkpoint) -> pd.DataFrame:
-    """Identified parameters, a row a seed and parameter: value, standard error, and a note on identifiability."""
+    """One row per seed and identified parameter: value, standard error, and a note on identifiability."""
     rows = []
     for s, seed in enumerate(checkpoint.seeds):
         for i, name in enumerate(checkpoint.names):
@@ -132,8 +132,3 @@ def _identifiability(checkpoint: Checkpoint, seed: int, parameter: int) -> str:
     if other == parameter:
         return "the only one identified"
     return f"told apart (largest correlation {strength:.2f}, with {checkpoint.names[other]})"
-
-
-def read_evaluations(paths: Sequence[str]) -> pd.DataFrame:
-    """All evaluation.csv in one table; a parameter that a model does not have stays empty."""
-    return pd.concat([pd.read_csv(path) for path in paths], ignore_index=True)

@@ -42,7 +42,7 @@ def draw_metrics(summary: pd.DataFrame, histories: dict[int, pd.DataFrame]) -> F
 
 
 def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame) -> Figure:
-    """Free-running prediction of the test trials against the measurement, one panel a number of scales (Fig. 10).
+    """Free-running prediction of the test trials against the measurement, one panel per number of scales (Fig. 10).
 
     Args:
         predictions: {number of scales: columns trial, seed, time_s, angle_rad, predicted_rad, role}.

@@ -1,19 +1,18 @@
-"""The recurrent network: cells of Eqs. 8-13 and 51-53, for all seeds at once.
+"""The recurrent network: what it looks like, its weights for all seeds at once, and what it sees of EMG and angle.
 
-A *history cell* sees EMG x_i and angle q_i of a past sample; the *current cell* sees x_n alone and predicts. Both
-have the same weights. Every weight has a leading axis for seeds, so that one matrix product serves all of them.
+Every weight has a leading axis for seeds, so that one matrix product serves all of them.
 
 Inputs and outputs are standardised with numbers of the training trials (`Scaling`). The output is the angle itself
 (`absolute`, Eq. 13) or an increment on linear extrapolation, q_n = 2 q_(n-1) - q_(n-2) + net: then the network has to
 learn a small, smooth acceleration only, and the history cell also sees the last step q_i - q_(i-1).
 
-Shapes: S seeds, B windows, K samples of a window, X inputs, Q angle features, H hidden units, G = 3 H (GRU) or H (RNN).
+Shapes: S seeds, B windows, N samples, C channels, X inputs, Q angle features, H hidden units, G = 3 H (GRU) or H (RNN).
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import torch
@@ -22,6 +21,7 @@ from torch import Tensor
 from myowave.data.trials import Trials
 
 Weights = Mapping[str, Tensor]
+Array = TypeVar("Array", Tensor, np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -86,14 +86,84 @@ class Scaling:
             duration=float(max(trials.lengths) * trials.dt),
         )
 
-    def to_dict(self) -> dict[str, Any]:
-        return asdict(self)
+    @property
+    def bend(self) -> float:
+        """How far an output of 1 moves the standardised step of an increment network [-]."""
+        return self.bend_std / self.step_std
+
+    @property
+    def step(self) -> float:
+        """How far a standardised step of 1 moves the standardised angle [-]."""
+        return self.step_std / self.angle_std
 
 
-def initialise(architecture: Architecture, seeds: Sequence[int], device: torch.device) -> dict[str, Tensor]:
-    """Fresh weights; those of a seed depend on that seed alone."""
+@dataclass(frozen=True)
+class Network:
+    """A network and how it is used.
+
+    Args:
+        hidden_state: `carried` from sample to sample, or `windowed`: it starts at 0 for every prediction.
+        history: samples with a known angle before the first prediction.
+    """
+
+    architecture: Architecture
+    scaling: Scaling
+    weights: Weights
+    hidden_state: str
+    history: int
+
+    @property
+    def seeds(self) -> int:
+        """Number of seeds S."""
+        return self.weights["hidden"].shape[0]
+
+    @property
+    def device(self) -> torch.device:
+        return self.weights["hidden"].device
+
+    def to(self, device: torch.device) -> "Network":
+        """The same on another device."""
+        return replace(self, weights={name: value.to(device) for name, value in self.weights.items()})
+
+    def trainable(self) -> "Network":
+        """A copy whose weights take gradients."""
+        return replace(self, weights={name: w.detach().clone().requires_grad_() for name, w in self.weights.items()})
+
+    def encode_emg(self, emg: Tensor, dt: float) -> Tensor:
+        """Inputs x_n = [e_n, t_n], standardised, (T, N, X), float32, from EMG (T, N, C) [-] `dt` apart [s]."""
+        scaling = self.scaling
+        mean, std = (
+            torch.as_tensor(v, dtype=emg.dtype, device=emg.device) for v in (scaling.emg_mean, scaling.emg_std)
+        )
+        x = (emg - mean) / std
+        if self.architecture.time_input:
+            time = torch.arange(emg.shape[-2], dtype=emg.dtype, device=emg.device) * dt
+            fraction = (time / scaling.duration).unsqueeze(-1).expand(*emg.shape[:-1], 1)
+            x = torch.cat([x, fraction], dim=-1)
+        return x.float()
+
+    def encode_angle(self, angle: Tensor) -> tuple[Tensor, Tensor]:
+        """Standardised angle z and step v = q_n - q_(n-1), float32, of sequences (..., N) [rad]; the first v is 0."""
+        z = (angle - self.scaling.angle_mean) / self.scaling.angle_std
+        v = torch.diff(angle, dim=-1, prepend=angle[..., :1]) / self.scaling.step_std
+        return z.float(), v.float()
+
+    def to_rad(self, z: Tensor) -> Tensor:
+        """Angle [rad], float64, from standardised predictions."""
+        return z.double() * self.scaling.angle_std + self.scaling.angle_mean
+
+    def move(self, output: Array, z: Array, v: Array) -> tuple[Array, Array]:
+        """Standardised angle and step of a sample from the network's output and those of the sample before."""
+        if self.architecture.increments:
+            v = v + self.scaling.bend * output
+            return z + self.scaling.step * v, v
+        return output, (output - z) / self.scaling.step
+
+
+def initialise(architecture: Architecture, seeds: Sequence[int]) -> dict[str, Tensor]:
+    """Fresh weights; those of a seed depend on that seed only."""
     each = [_initialise_one(architecture, seed) for seed in seeds]
-    return {name: torch.stack([weights[name] for weights in each]).to(device) for name in each[0]}
+    return {name: torch.stack([weights[name] for weights in each]) for name in each[0]}
 
 
 def _initialise_one(architecture: Architecture, seed: int) -> dict[str, Tensor]:
@@ -112,107 +182,3 @@ def _initialise_one(architecture: Architecture, seed: int) -> dict[str, Tensor]:
         "output_bias": torch.zeros(1, 1),
     }
     return weights if architecture.cell == "rnn" else {**weights, "state_bias": torch.zeros(1, h)}
-
-
-def encode_inputs(architecture: Architecture, scaling: Scaling, emg: Tensor, time: Tensor) -> Tensor:
-    """Network inputs x_n = [e_n, t_n], standardised.
-
-    Args:
-        emg: (..., N, C) [-].
-        time: (N,) [s].
-
-    Returns:
-        (..., N, X), float32.
-    """
-    mean, std = (torch.as_tensor(v, dtype=emg.dtype, device=emg.device) for v in (scaling.emg_mean, scaling.emg_std))
-    x = (emg - mean) / std
-    if architecture.time_input:
-        fraction = (time / scaling.duration).unsqueeze(-1).expand(*emg.shape[:-1], 1)
-        x = torch.cat([x, fraction], dim=-1)
-    return x.float()
-
-
-def encode_angle(scaling: Scaling, angle: Tensor) -> tuple[Tensor, Tensor]:
-    """Standardised angle z and step v = q_n - q_(n-1) of sequences (..., N) [rad]; the first step counts as 0."""
-    z = (angle - scaling.angle_mean) / scaling.angle_std
-    v = torch.diff(angle, dim=-1, prepend=angle[..., :1]) / scaling.step_std
-    return z.float(), v.float()
-
-
-def angle_features(architecture: Architecture, z: Tensor, v: Tensor) -> Tensor:
-    """What a history cell sees of the angle, (..., Q)."""
-    return torch.stack((z, v), dim=-1) if architecture.increments else z.unsqueeze(-1)
-
-
-def apply_cell(
-    cell: str, weights: Weights, hidden: Tensor | None, driven: Tensor, recurrent: Tensor | None = None
-) -> Tensor:
-    """One cell: the next hidden state, Eqs. 8-9 and 11-12.
-
-    Args:
-        hidden: h_(i-1), (S, B, H); None where it is 0.
-        driven: W_x x + b, and for a history cell + W_q q, (S, B, G).
-        recurrent: W_h h_(i-1) where it is already known, (S, B, G).
-    """
-    if hidden is None:
-        return _start_cell(cell, weights, driven)
-    if recurrent is None:
-        recurrent = torch.bmm(hidden, weights["hidden"])
-    if cell == "rnn":
-        return torch.tanh(recurrent + driven)
-    h = hidden.shape[-1]
-    # Split, not sliced: the gradient of a split is one copy, that of each slice fills an array of its own.
-    (gates, held), (gates_driven, candidate_driven) = (x.split((2 * h, h), dim=-1) for x in (recurrent, driven))
-    reset, update = torch.sigmoid(gates + gates_driven).split(h, dim=-1)
-    candidate = torch.tanh(torch.addcmul(candidate_driven, reset, held))
-    # Eq. 11 adds b_h to the new state itself, outside of the gates.
-    return torch.lerp(candidate, hidden, update) + weights["state_bias"]
-
-
-def _start_cell(cell: str, weights: Weights, driven: Tensor) -> Tensor:
-    """The cell after a hidden state of 0, which needs no matrix product and no reset gate."""
-    if cell == "rnn":
-        return torch.tanh(driven)
-    _, update, candidate = driven.chunk(3, dim=-1)
-    return torch.sigmoid(-update) * torch.tanh(candidate) + weights["state_bias"]
-
-
-def differentiate_cell(
-    cell: str, weights: Weights, hidden: Tensor, driven: Tensor, slope: Tensor
-) -> tuple[Tensor, Tensor, Tensor]:
-    """A cell's next hidden state and its first two derivatives as `driven` moves along `slope`, (S, B, H) each.
-
-    Args:
-        slope: (S, 1, G); the other arguments as for `apply_cell`.
-    """
-    recurrent = torch.bmm(hidden, weights["hidden"])
-    if cell == "rnn":
-        return _differentiate_tanh(recurrent + driven, slope, torch.zeros_like(slope))
-    h = hidden.shape[-1]
-    (gates, held), (gates_driven, candidate_driven), (gates_slope, candidate_slope) = (
-        x.split((2 * h, h), dim=-1) for x in (recurrent, driven, slope)
-    )
-    gates = torch.sigmoid(gates + gates_driven)
-    first = gates * (1 - gates) * gates_slope
-    second = first * (1 - 2 * gates) * gates_slope
-    (r, u), (r1, u1), (r2, u2) = (g.split(h, dim=-1) for g in (gates, first, second))
-    c, c1, c2 = _differentiate_tanh(
-        torch.addcmul(candidate_driven, r, held), torch.addcmul(candidate_slope, r1, held), r2 * held
-    )
-    gap = hidden - c
-    new = torch.addcmul(c, u, gap) + weights["state_bias"]
-    stay = 1 - u
-    return new, torch.addcmul(u1 * gap, stay, c1), u2 * gap + torch.addcmul(stay * c2, u1, c1, value=-2)
-
-
-def _differentiate_tanh(p: Tensor, p1: Tensor, p2: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """tanh(p) and its derivatives from those of p."""
-    c = torch.tanh(p)
-    slack = 1 - c * c
-    return c, slack * p1, slack * (p2 - 2 * c * p1 * p1)
-
-
-def read_out(weights: Weights, hidden: Tensor) -> Tensor:
-    """The network's output from a current cell's state (S, ..., H): (S, ...), Eqs. 10 and 13."""
-    flat = hidden.flatten(1, -2)
-    return (torch.bmm(flat, weights["output"]) + weights["output_bias"]).reshape(hidden.shape[:-1])

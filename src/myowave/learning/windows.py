@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.learning.network import Architecture, Scaling, encode_angle, encode_inputs
+from myowave.learning.network import Network
 
 BLOCK = 16  # windows of an epoch are a multiple of this: a few more than a multiple cost a whole vector register
 
@@ -33,13 +33,10 @@ class Corpus:
     usable: Tensor
 
     @classmethod
-    def of(
-        cls, architecture: Architecture, scaling: Scaling, emg: Tensor, angle: Tensor, dt: float, usable: Tensor
-    ) -> "Corpus":
+    def of(cls, network: Network, emg: Tensor, angle: Tensor, dt: float, usable: Tensor) -> "Corpus":
         """From EMG (T, N, C) and angles (S or 1, T, N) [rad], on the device of the EMG."""
-        time = torch.arange(emg.shape[1], dtype=emg.dtype, device=emg.device) * dt
-        z, v = encode_angle(scaling, angle)
-        return cls(encode_inputs(architecture, scaling, emg, time), z, v, usable.to(emg.device))
+        z, v = network.encode_angle(angle)
+        return cls(network.encode_emg(emg, dt), z, v, usable.to(emg.device))
 
     def draw(self, count: int, length: int, random: torch.Generator) -> tuple[Tensor, Tensor]:
         """Trial and first sample of windows, (B,) each, all places equally likely.
@@ -89,7 +86,7 @@ def count_training_samples(trials: Trials, fraction: float, history: int) -> lis
 
 @dataclass(frozen=True)
 class Validation:
-    """One window a trial, from the end of its training part to its end.
+    """One window per trial, from the end of its training part to its end.
 
     Args:
         x: (B, K, X); `z`, `v` of the history (1, B, m); `angle` [rad] and `valid` of the predicted samples, (B, K - m).
@@ -102,15 +99,16 @@ class Validation:
     valid: Tensor
 
     @classmethod
-    def of(cls, corpus: Corpus, scaling: Scaling, lengths: tuple[int, ...], history: int) -> "Validation":
+    def of(cls, corpus: Corpus, network: Network, lengths: tuple[int, ...]) -> "Validation":
+        """From a corpus of trials that have these lengths."""
+        history = network.history
         total = torch.tensor(lengths, device=corpus.x.device)
         predicted = int((total - corpus.usable).max())
         start = corpus.usable - history
         trial = torch.arange(len(lengths), device=corpus.x.device)
         x, z, v = corpus.cut(trial, start, history + predicted)
         valid = torch.arange(predicted, device=corpus.x.device) < (total - corpus.usable).unsqueeze(-1)
-        angle = z[0, :, history:].double() * scaling.angle_std + scaling.angle_mean
-        return cls(x, z[..., :history], v[..., :history], angle, valid)
+        return cls(x, z[..., :history], v[..., :history], network.to_rad(z[0, :, history:]), valid)
 
     def score(self, predicted: Tensor) -> tuple[Tensor, Tensor]:
         """Mean square error [rad^2] and R2 of predictions (S, B, K - m) [rad], each (S,)."""

@@ -5,6 +5,17 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from myowave.settings.recording import (
+    TRIAL,
+    ChannelName,
+    Cut,
+    EmgChannel,
+    ExtraAngle,
+    ExtraName,
+    Processing,
+    RawAngle,
+    TextLayout,
+)
 from myowave.settings.section import Name, Real, Section, TrialName, Whole, dump, setting
 
 
@@ -37,6 +48,9 @@ def _force_and_length() -> dict[str, Identify]:
         for muscle in ("Bi", "Tri")
         for kind, spread in (("f0", 0.2), ("l0", 0.1))
     }
+
+
+_IGNORE = "columns of the files that are not needed; * stands for anything, and any other unused column is refused"
 
 
 class _Dataset(Section):
@@ -85,9 +99,55 @@ class MeasuredDataset(_Dataset):
 
     kind: Literal["measured"] = setting("measured: read from files")
     files: tuple[str, ...] = setting("CSV or Parquet files, or patterns such as data/me/*.csv", min_length=1)
+    ignore_columns: tuple[str, ...] = setting(_IGNORE, default=())
 
 
-Dataset = Annotated[SimulatedDataset | MeasuredDataset, Field(discriminator="kind")]
+class RecordedDataset(_Dataset):
+    """Trials from raw files as a recorder exports them: EMG in volts, angles, each with a clock of its own."""
+
+    kind: Literal["recorded"] = setting("recorded: raw EMG and angles, processed here")
+    trials: tuple[TrialName, ...] = setting("names of the trials, which stand for {trial} in the files", min_length=2)
+    mvc: tuple[TrialName, ...] = setting("recordings of maximum voluntary contractions, named as trials are", "", ())
+    emg: dict[ChannelName, EmgChannel] = setting("EMG channels", each="channel", min_length=1)
+    angle: RawAngle = setting("elbow angle; 0 hangs straight down, positive in flexion")
+    signals: dict[ExtraName, ExtraAngle] = setting(
+        "further angles over time, such as tilt_rad, the lean of the upper arm", default=dict, each="signal"
+    )
+    cut_s: dict[TrialName, Cut] = setting(
+        "part of a trial to keep, {trial: [from, to]} on the angle's clock", "s", dict, each="trial"
+    )
+    layout: TextLayout = setting("how CSV files are written", default=TextLayout)
+    processing: Processing = setting("from raw EMG to excitation", default=Processing)
+    ignore_columns: tuple[str, ...] = setting(_IGNORE, default=())
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Paths or patterns of all files that are named, each once."""
+        signals = [*self.emg.values(), self.angle, *self.signals.values()]
+        patterns = [signal.file.replace(TRIAL, name) for name in self.trials for signal in signals]
+        patterns += [channel.file.replace(TRIAL, name) for name in self.mvc for channel in self.emg.values()]
+        return tuple(dict.fromkeys(patterns))
+
+    @model_validator(mode="after")
+    def _roles_fit(self) -> "RecordedDataset":
+        names = ", ".join(self.trials)
+        if len(set(self.trials)) < len(self.trials):
+            raise ValueError(f"trials {names}: one is named twice; keep one of each")
+        if unknown := [name for name in (*self.test, *self.conditions, *self.cut_s) if name not in self.trials]:
+            raise ValueError(f"no trial named {', '.join(unknown)}; the trials are {names}")
+        if not set(self.trials) - set(self.test):
+            raise ValueError("every trial is a test trial; leave some to train on")
+        if wrong := [name for name, (start, end) in self.cut_s.items() if not 0 <= start < end]:
+            raise ValueError(f"cut_s of {', '.join(wrong)}: expected [from, to] in seconds, from before to")
+        if self.processing.normalise == "mvc" and not self.mvc:
+            raise ValueError("processing.normalise is mvc, but mvc names no recordings; name some, or use session")
+        given = {signal.condition for signal in self.signals.values() if signal.condition}
+        if both := given & {name for values in self.conditions.values() for name in values}:
+            raise ValueError(f"{', '.join(both)} is in conditions and also the condition of a signal; keep one")
+        return self
+
+
+Dataset = Annotated[SimulatedDataset | MeasuredDataset | RecordedDataset, Field(discriminator="kind")]
 
 
 class Wavelet(Section):
@@ -108,7 +168,7 @@ class Data(Section):
     )
 
 
-def public(dataset: SimulatedDataset | MeasuredDataset) -> dict[str, Any]:
+def public(dataset: SimulatedDataset | MeasuredDataset | RecordedDataset) -> dict[str, Any]:
     """A dataset as plain data without what is hidden in it: all that a rule may know but simulation and scoring."""
     values = dump(dataset)
     values.pop("hidden_effect", None)

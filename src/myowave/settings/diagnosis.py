@@ -7,7 +7,9 @@ class Study(Section):
     """How often the diagnosis is right: effects hidden in simulated trials, `snakemake hidden_effects`."""
 
     dataset: Name = setting("simulated dataset whose trials the effects are hidden in", "", "case1")
-    effects: tuple[Name, ...] = setting("effects to hide, one at a time", default=("joint_damping",), min_length=1)
+    effects: tuple[Name, ...] | None = setting(
+        "effects to hide, one at a time; null: all that ship", default=None, min_length=1
+    )
     strengths: tuple[Real, ...] = setting(
         "strengths of the hidden effects, as fractions of twice the typical one, or of what bounds allow",
         "-",
@@ -24,7 +26,7 @@ class Diagnosis(Section):
     """Where the physics is wrong, and what is missing."""
 
     angle_noise_deg: Real | None = setting(
-        "standard deviation of the angle's noise; null: estimated from the trials", "deg", None, gt=0, le=30
+        "standard deviation of the angle's noise; null: estimated from the training trials", "deg", None, gt=0, le=30
     )
     at_rest: bool = setting("every trial starts at rest, so that its first velocity is not estimated", "", False)
     starts: Whole = setting("searches of the fit of the base model, side by side", "-", 8, ge=1, le=1000)

@@ -1,6 +1,6 @@
 """What a tree of pydantic models says about its keys: the table for people, and error messages made from it.
 
-It knows nothing of the settings themselves, so it can be read and tested alone.
+It knows nothing of the settings themselves, so it can be read and tested on its own.
 """
 
 import difflib

@@ -14,7 +14,7 @@ from typing import Any
 
 import pandas as pd
 
-from myowave.data.store import read_table
+from myowave.learning.tables import join_histories
 
 LEARNING = "Learning: how well is motion predicted?"
 SWEEPS = "Sweeps: which settings are best?"
@@ -103,8 +103,8 @@ def describe_experiment(name: str) -> str:
 def from_model(model: TrainedModel) -> RunGroup:
     """A run with the medians over the seeds, and below it a run for each seed."""
     table = pd.read_csv(model.folder / "evaluation.csv")
-    curves = _curves(model.folder)
     where = {name: table[name].iloc[0] for name in COORDINATES}
+    curves = _curves(model.folder, where["scales"])
     name = "{dataset} {model} {recipe} {scales}-scale".format(**where)
     job_key = "learning/{dataset}/{model}/{recipe}/{scales}-scale".format(**where)
     params = {**where, **model.settings, "seeds": len(table)}
@@ -112,7 +112,7 @@ def from_model(model: TrainedModel) -> RunGroup:
     metrics = table.drop(columns=[*COORDINATES, "seed"]).select_dtypes("number")
     described = f"{where['model']} on {where['dataset']}, recipe {where['recipe']}, {where['scales']} scale(s)"
     made_by = f"Made by `snakemake --cores 2 {model.folder}/evaluation.csv`."
-    when = {"finished": (model.folder / "evaluation.csv").stat().st_mtime, "duration_s": table["seconds"].iloc[0]}
+    finished, duration_s = (model.folder / "evaluation.csv").stat().st_mtime, float(table["seconds"].iloc[0])
     parent = RunContent(
         name=name,
         job_key=job_key,
@@ -122,7 +122,8 @@ def from_model(model: TrainedModel) -> RunGroup:
         description=f"{described}: medians over {len(table)} seeds, which are the runs below.\n\n"
         f"{made_by}\n\n{_markdown(metrics.agg(['median', 'std']).T)}",
         tags=tags | {"kind": "median over seeds"},
-        **when,
+        finished=finished,
+        duration_s=duration_s,
         artifacts=(model.folder / "evaluation.csv", *model.figures),
     )
     children = [
@@ -134,7 +135,8 @@ def from_model(model: TrainedModel) -> RunGroup:
             curves=curves[curves["seed"] == seed].drop(columns="seed"),
             description=f"{described}, seed {seed}.\n\n{made_by}",
             tags=tags | {"kind": "seed"},
-            **when,
+            finished=finished,
+            duration_s=duration_s,
         )
         for row, seed in table["seed"].items()
     ]
@@ -206,7 +208,7 @@ def from_diagnosis(folder: Path, pictures: Path, benchmark: Path) -> RunGroup:
     dataset, found = verdict["dataset"], verdict["model"]
     climbed = errors[~ladder["named"]]
     tags = {"dataset": dataset, "verdict": verdict["verdict"]}
-    when = {"finished": benchmark.stat().st_mtime, "duration_s": float(pd.read_csv(benchmark, sep="\t")["s"].iloc[0])}
+    finished, duration_s = benchmark.stat().st_mtime, float(pd.read_csv(benchmark, sep="\t")["s"].iloc[0])
     files = [path, folder / "verdict.html", *sorted(folder.glob("*.csv")), *sorted(pictures.glob("*.png"))]
     add = f"Add what was found:\n\n    {verdict['command']}\n\n" if verdict["effects"] else ""
     page = f"The whole story is in `{folder}/verdict.html`, attached."
@@ -218,7 +220,8 @@ def from_diagnosis(folder: Path, pictures: Path, benchmark: Path) -> RunGroup:
         metrics=errors.loc[found].to_dict(),
         description=f"{verdict['sentence']}\n\n{verdict['where']}\n\n{_markdown(errors[columns])}\n\n{add}{page}",
         tags=tags | {"kind": "verdict"},
-        **when,
+        finished=finished,
+        duration_s=duration_s,
         curves=climbed.set_index(climbed["effects"].rename("epoch"))[columns],
         artifacts=files,
     )
@@ -230,7 +233,8 @@ def from_diagnosis(folder: Path, pictures: Path, benchmark: Path) -> RunGroup:
             metrics=row.to_dict() | _estimates(verdict["parameters"][model]),
             description=f"{model} fitted to the training trials of {dataset}.",
             tags=tags | {"kind": "model"},
-            **when,
+            finished=finished,
+            duration_s=duration_s,
         )
         for model, row in errors.iterrows()
     ]
@@ -251,25 +255,16 @@ def _metric_name(column: str) -> str:
     return "held_out_error_deg" if column == "error" else f"held_out_error_deg/{column}"
 
 
-def _curves(folder: Path) -> pd.DataFrame:
-    """Histories of all scales, coarsest first, thinned out; indexed by the epoch over all scales."""
-    parts, done = [], 0
-    levels = sorted(folder.glob("history-*.parquet"), key=lambda p: -int(p.stem.removeprefix("history-")))
-    for path in levels:
-        history, _ = read_table(path)
-        history["epoch"] += done
-        done = history["epoch"].max()
-        parts.append(history)
-    history = pd.concat(parts).select_dtypes("number")
+def _curves(folder: Path, scales: int) -> pd.DataFrame:
+    """Histories of all scales, thinned out; indexed by the epoch over all scales."""
+    history = join_histories(folder, scales).select_dtypes("number")
     epochs = history["epoch"].drop_duplicates()
     shown = epochs.iloc[:: max(1, len(epochs) // CURVE_POINTS)]
-    return history[history["epoch"].isin([*shown, done])].set_index("epoch")
+    return history[history["epoch"].isin([*shown, epochs.max()])].set_index("epoch")
 
 
 def _markdown(table: pd.DataFrame) -> str:
-    rows = [f"| {name} | " + " | ".join(f"{v:.4g}" for v in row) + " |" for name, row in table.iterrows()]
-    head = f"| | {' | '.join(map(str, table.columns))} |\n|---|{'---|' * len(table.columns)}"
-    return "\n".join([head, *rows])
+    return table.to_markdown(floatfmt=".4g")
 
 
 def _digest(settings: Mapping[str, Any], files: Iterable[str | Path]) -> str:

@@ -2,9 +2,9 @@
 
 The store is a projection of the files in results/ and can be made again at any time. `publish` writes it, one process
 at a time, so that no two ever open a fresh sqlite file at once. Each run carries a tag `job_key`, what it stands for,
-and `content`, a digest of the files it was made from: unchanged runs are left alone, changed ones replaced.
+and `content`, a digest of the files it was made from: unchanged runs stay, changed ones are replaced.
 
-What runs hold is decided in `run_contents`, and how an experiment looks when it is opened in `run_views`.
+What runs hold is decided in `contents`, and how an experiment looks when it is opened in `views`.
 """
 
 import fcntl
@@ -48,7 +48,7 @@ def publish(groups: Iterable[RunGroup], uri: str, *, needed: bool = False) -> st
     Args:
         groups: what to show.
         uri: `tracking.uri` of the settings.
-        needed: whether a failure is an error, as it is for who asks for nothing else.
+        needed: whether a failure is an error, as where nothing else was asked for.
 
     Returns:
         A note in Markdown.
@@ -76,7 +76,7 @@ def publish(groups: Iterable[RunGroup], uri: str, *, needed: bool = False) -> st
 
 
 def is_server(uri: str) -> bool:
-    """Whether the store is a server of its own and no file or database."""
+    """Whether the store is a server, rather than a file or database."""
     return uri.startswith(("http://", "https://"))
 
 
@@ -175,8 +175,8 @@ def _below(there: Mapping[str, list[Run]], job_key: str) -> Iterator[Run]:
 def _experiment(client: mlflow.MlflowClient, name: str, uri: str) -> str:
     """Id of an experiment, made where it is not there; only a server decides for itself where artifacts lie.
 
-    A file store keeps absolute paths of its artifacts and nothing can change them. Where it was moved, the experiment
-    of old is put away and a new one takes its name.
+    A file store keeps absolute paths of its artifacts and nothing can change them. Where it was moved, the old
+    experiment is put away and a new one takes its name.
     """
     location = None if is_server(uri) else _artifact_folder(name, uri).as_uri()
     found = client.get_experiment_by_name(name)

@@ -1,7 +1,8 @@
 """How an experiment looks when it is opened: columns, grouping and charts.
 
-MLflow keeps such a view as a tag of the experiment, `mlflow.sharedViewState.{key}`, plain JSON in a format of its own
+MLflow keeps such a view as a tag of the experiment, `mlflow.sharedViewState.{key}`, plain JSON in a private format
 (that of MLflow 3.17), and opens it with `?viewStateShareKey={key}`. Where it cannot read one, it opens its usual page.
+`make test-browser` opens the real page.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,7 +28,7 @@ def _view(columns: Sequence[str], charts: Sequence[View], *, order: str, ascendi
     return {
         "selectedColumns": ["attributes.`Duration`", *columns],
         "columnOrder": [_NAME],
-        "columnWidths": {_NAME: _NAME_WIDTH},  # applied to columns in the order alone
+        "columnWidths": {_NAME: _NAME_WIDTH},  # applies only to columns in the order
         "orderByKey": order,
         "orderByAsc": ascending,
         "compareRunCharts": [
@@ -110,7 +111,7 @@ VIEWS: Mapping[str, Mapping[str, View]] = {
 
 
 def views_of(experiment: str) -> Mapping[str, View]:
-    """The views of an experiment; each diagnosed dataset has one of its own, and all look alike."""
+    """The views of an experiment; each diagnosed dataset has its own, and all look alike."""
     return _DIAGNOSIS if experiment.startswith(DIAGNOSIS.split("{")[0]) else VIEWS.get(experiment, {})
 
 

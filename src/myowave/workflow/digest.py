@@ -8,9 +8,14 @@ A package that imports modules by name, as the catalogue of effects does, uses a
 
 import ast
 import hashlib
+import json
+import os
+import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 _PACKAGE = "myowave"
 _SOURCE = Path(__file__).parents[1]
@@ -33,7 +38,7 @@ def digest_script(script: Path, *, source: Path = _SOURCE) -> str:
     digest = hashlib.sha256()
     for path in sorted(used):
         digest.update((path.relative_to(source).as_posix() if path != script else path.name).encode())
-        digest.update(_digest_file(path))
+        digest.update(_read(path).digest.encode())
     return digest.hexdigest()[:16]
 
 
@@ -57,49 +62,74 @@ def imported_modules(script: Path, *, source: Path = _SOURCE) -> set[Path]:
 def _imports_of(path: Path, source: Path) -> frozenset[Path]:
     """Files of the package that a file names in its import statements; importing a module runs its packages, too."""
     found: set[Path] = set()
-    for name in _names_imported(_parse(path)):
+    for name in _read(path).imports:
         package, *parts = name.split(".")
         if package != _PACKAGE or (parts and parts[0] in BESIDE):
             continue
         for depth in range(len(parts) + 1):
             place = source.joinpath(*parts[:depth])
             found |= {file for file in (place / "__init__.py", place.with_suffix(".py")) if file.is_file()}
-    if path.name == "__init__.py" and _imports_by_name(_parse(path)):
+    if path.name == "__init__.py" and _read(path).by_name:
         found |= set(path.parent.glob("[!_]*.py"))
     return frozenset(found)
 
 
-def _imports_by_name(tree: ast.Module) -> bool:
-    """Whether a module calls `importlib.import_module`; a package may so import any module beside it."""
-    return any(isinstance(node, ast.Attribute) and node.attr == "import_module" for node in ast.walk(tree))
+class _Read(NamedTuple):
+    """What is kept of a file: the digest of its statements, the dotted names that it imports, and whether it calls
+    `importlib.import_module`, with which a package may import any module beside it."""
+
+    digest: str
+    imports: list[str]
+    by_name: bool
+
+
+@cache
+def _read(path: Path) -> _Read:
+    """Read a file, or what was kept of it beside its byte code, as parsing the whole package takes a second."""
+    text = path.read_bytes()
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"  # statements are written down differently
+    key = hashlib.sha256(version.encode() + _own_code() + text).hexdigest()
+    kept = path.parent / "__pycache__" / f"{path.stem}.digest.json"
+    with suppress(OSError, ValueError, TypeError):
+        content = json.loads(kept.read_bytes())
+        if content.pop("key") == key:
+            return _Read(**content)
+    tree = ast.parse(text, str(path))
+    imports = sorted(set(_names_imported(tree)))
+    by_name = any(isinstance(node, ast.Attribute) and node.attr == "import_module" for node in ast.walk(tree))
+    found = _Read(_digest_statements(tree), imports, by_name)
+    with suppress(OSError):  # a folder that nobody may write to
+        kept.parent.mkdir(exist_ok=True)
+        draft = kept.with_suffix(f".{os.getpid()}")  # other processes may be reading
+        draft.write_text(json.dumps({"key": key, **found._asdict()}))
+        draft.replace(kept)
+    return found
+
+
+@cache
+def _own_code() -> bytes:
+    return Path(__file__).read_bytes()
 
 
 def _names_imported(tree: ast.Module) -> Iterator[str]:
     """Dotted names that a module imports, inside functions too; the last part may be a name within a module."""
-    for node in ast.walk(tree):
+    for node in _statements(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-@cache
-def _parse(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"), str(path))
-
-
-@cache
-def _digest_file(path: Path) -> bytes:
-    """Digest of the statements of a file."""
-    tree = _parse(path)
-    for node in _blocks(tree):
+def _digest_statements(tree: ast.Module) -> str:
+    """Digest of a module's statements without docstrings, which are taken out of the tree."""
+    for node in _statements(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             node.body = [s for s in node.body if not _is_docstring(s)] or [ast.Pass()]
-    return hashlib.sha256(ast.dump(tree).encode()).digest()
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()
 
 
-def _blocks(tree: ast.Module) -> Iterator[ast.AST]:
-    """A module and all its statements, without their expressions, which are many and hold no docstring."""
+def _statements(tree: ast.Module) -> Iterator[ast.AST]:
+    """A module and all its statements, without their expressions, which are many and hold no import or docstring."""
     stack: list[ast.AST] = [tree]
     while stack:
         node = stack.pop()

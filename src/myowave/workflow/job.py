@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -80,7 +81,8 @@ class JobLog:
         """The time that is left, once it can be told."""
         if done < _ESTIMATE_FROM * total:
             return ""
-        return f", {_duration((time.monotonic() - self._started) / done * (total - done))} left"
+        seconds = (time.monotonic() - self._started) / done * (total - done)
+        return f", {timedelta(seconds=round(seconds))} left"
 
     def _due(self, where: str, interval: float, finished: bool) -> bool:
         now = time.monotonic()
@@ -109,12 +111,6 @@ def _running(board: Path) -> list[str]:
         except FileNotFoundError:  # that job ended between listing and reading
             continue
     return states
-
-
-def _duration(seconds: float) -> str:
-    minutes, seconds = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{seconds:02d}" if hours else f"{minutes}:{seconds:02d}"
 
 
 @contextmanager

@@ -21,7 +21,7 @@ PHYSICS = "physics"
 
 
 def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """A row for each fitted model and each trained network, models with few effects first.
+    """One row per fitted model and per trained network, models with few effects first.
 
     Args:
         rungs: as `tables.ladder_table` gives them.
@@ -47,7 +47,7 @@ def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.
 def join_parameters(
     verdict: Mapping[str, Any], evaluations: Sequence[pd.DataFrame], units: Mapping[str, str]
 ) -> pd.DataFrame:
-    """Every identified parameter of every model: unit, value, standard error, and error where the truth is known.
+    """Every identified parameter of every model: unit, value, standard error, true value and error where known.
 
     Args:
         verdict: verdict.json, its errors filled in where they are known.
@@ -55,18 +55,20 @@ def join_parameters(
         units: by parameter.
     """
     rows = [
-        (PHYSICS, model, name, entry["value"], entry["se"], entry["error_pct"])
+        (PHYSICS, model, name, entry["value"], entry["se"], entry["true"], entry["error_pct"])
         for model, values in verdict["parameters"].items()
         for name, entry in values.items()
     ]
+    known = {name: entry["true"] for values in verdict["parameters"].values() for name, entry in values.items()}
     for table in evaluations:
         for name in [c.removesuffix("_error_pct") for c in table.columns if c.endswith("_error_pct")]:
             error = table[f"{name}_error_pct"].median()
             spread = table[name].std(ddof=0)
-            rows.append((source_of(table), table["model"].iloc[0], name, table[name].median(), spread, error))
-    joined = pd.DataFrame(rows, columns=["source", "model", "parameter", "value", "se", "error_pct"])
+            value, true = table[name].median(), known.get(name)
+            rows.append((source_of(table), table["model"].iloc[0], name, value, spread, true, error))
+    joined = pd.DataFrame(rows, columns=["source", "model", "parameter", "value", "se", "true", "error_pct"])
     joined.insert(3, "unit", joined["parameter"].map(units))
-    joined["error_pct"] = joined["error_pct"].astype(float)
+    joined[["true", "error_pct"]] = joined[["true", "error_pct"]].astype(float)
     order = joined["model"].str.count(r"\+")
     return joined.iloc[np.argsort(order, kind="stable")].reset_index(drop=True)
 

@@ -1,6 +1,5 @@
 """A diagnosis as tables and as verdict.json: plain data, from which pictures and pages are drawn."""
 
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +9,7 @@ from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import EVIDENCE, Candidate
 from myowave.diagnosis.search.score import confusion
 from myowave.identification.record import SMALLEST_NOISE_DEG, Record
+from myowave.identification.uncertainty import correlations
 from myowave.physics.constants import constant_unit
 from myowave.physics.model import Model
 
@@ -45,43 +45,12 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         },
         "next_trial": best,
         "absorbed": {name: list(by) for name, by in verdict.absorbed.items()},
-        "outside_usual_range": {name: list(by) for name, by in verdict.hidden.items()},
+        "outside_usual_range": {name: list(by) for name, by in verdict.masked.items()},
         "explained": verdict.explained,
         "structure_left": verdict.structure_left,
         "nearest": list(verdict.effects) if verdict.kind == "unknown" else [],
         "formula": diagnosis.draft.formula,
     }
-
-
-def add_errors(summary: Mapping[str, Any], truth: Mapping[str, Any] | None) -> dict[str, Any]:
-    """verdict.json: the summary with the error of each parameter in percent and whether what was hidden was found
-    (named, or in a class of at most two); null where the truth is not known.
-
-    Args:
-        summary: from `verdict_summary`.
-        truth: of a simulated dataset; None for a measured one.
-    """
-    known = {} if truth is None else truth["parameters"]
-    parameters = {
-        model: {name: {**entry, "error_pct": _error(entry["value"], known, name)} for name, entry in values.items()}
-        for model, values in summary["parameters"].items()
-    }
-    hidden = None if truth is None else list(truth["effects"])
-    hit = None if hidden is None else _hit(summary, hidden)
-    return {**summary, "parameters": parameters, "hidden": hidden, "hit": hit}
-
-
-def _hit(summary: Mapping[str, Any], hidden: Sequence[str]) -> bool:
-    """Whether each hidden effect was named, alone or in a class of at most two, and no other."""
-    named = {c[0]: c for c in summary["alternatives"]}
-    classes = [named.get(name, [name]) for name in summary["effects"]]
-    held = [any(name in c and len(c) <= 2 for c in classes) for name in hidden]
-    return all(held) and len(classes) == len(hidden) and (bool(hidden) or summary["verdict"] == "adequate")
-
-
-def _error(value: float, known: Mapping[str, float], name: str) -> float | None:
-    true = known.get(name, 0.0)
-    return None if true == 0.0 else 100.0 * (value / true - 1)
 
 
 def sentence(diagnosis: Diagnosis) -> str:
@@ -100,7 +69,7 @@ def sentence(diagnosis: Diagnosis) -> str:
         + (f"; {', '.join(named)} would explain {verdict.explained:.0%} of it" if named else "")
         + f". As a formula: missing torque = {diagnosis.draft.formula} N m.",
         "undecidable": "Not decidable: "
-        + "; ".join(f"{p} is outside its usual range, and absorbs {', '.join(e)}" for p, e in verdict.hidden.items())
+        + "; ".join(f"{p} is outside its usual range, and absorbs {', '.join(e)}" for p, e in verdict.masked.items())
         + ".",
     }
     text = texts[verdict.kind]
@@ -146,7 +115,7 @@ def ranking_table(diagnosis: Diagnosis) -> pd.DataFrame:
                     "status": _status(c),
                     "score": c.score.drop / fit.variance,
                     "rmse_deg": None if c.fit is None else np.degrees(c.fit.rmse()),
-                    "delta_bic": c.evidence,
+                    "delta_bic": c.delta_bic,
                     "folds_won": c.folds_won,
                     "folds": c.folds,
                     **_estimates(c),
@@ -195,11 +164,10 @@ def correlations_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Correlations of the estimates, model by model."""
     rows = []
     for rung in diagnosis.tried:
-        covariance = rung.fit.covariance()
-        size = np.sqrt(np.diag(covariance)).clip(1e-300)
+        correlation = correlations(rung.fit.covariance())
         for i, p in enumerate(rung.fit.free):
             for j, other in enumerate(rung.fit.free):
-                rows.append((rung.name, p.name, other.name, covariance[i, j] / size[i] / size[j]))
+                rows.append((rung.name, p.name, other.name, correlation[i, j]))
     return pd.DataFrame(rows, columns=["model", "parameter", "other", "correlation"])
 
 
@@ -283,13 +251,14 @@ def _status(candidate: Candidate) -> str:
         return "absorbed"
     if candidate.acceptable:
         return "supported"
-    if candidate.evidence <= EVIDENCE:
+    if candidate.delta_bic <= EVIDENCE:
         return "not needed"
     return "behind" if candidate.fit is None else "refused"
 
 
 def _estimates(candidate: Candidate) -> dict[str, Any]:
     """Values and standard errors of the effect's parameters as text, and the first one as numbers."""
+    pairs: list[tuple[str, float, float | None]]
     if candidate.fit is None:
         score = candidate.score
         pairs = [(p.name, float(e) * p.scale, None) for p, e in zip(score.free, score.estimate, strict=True)]
@@ -300,7 +269,7 @@ def _estimates(candidate: Candidate) -> dict[str, Any]:
     return {"estimate": text, "value": pairs[0][1], "se": pairs[0][2]}
 
 
-# The CSV files of a diagnosis, by name.
+# The CSV files of a diagnosis, by the names in `contents.TABLE_NAMES`.
 TABLES = {
     "ladder": ladder_table,
     "ranking": ranking_table,

@@ -7,14 +7,15 @@ import numpy as np
 import pandas as pd
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.misfit.draft import Draft, draft_effect
 from myowave.diagnosis.misfit.independence import Independence, check_independence
 from myowave.diagnosis.misfit.where import MissingTorque, describe, misfit_by, missing_torque
+from myowave.diagnosis.search.draft import Draft, draft_effect
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
 from myowave.diagnosis.search.selection import Selection, select_effects
 from myowave.diagnosis.search.verdict import Verdict, judge
-from myowave.identification.fit import Fit, fit_model, free_parameters, refit
-from myowave.identification.heldout import Prediction, predict
+from myowave.identification.free_parameters import free_parameters
+from myowave.identification.output_error import Fit, fit_model, refit
+from myowave.identification.prediction import Prediction, predict
 from myowave.identification.record import Record, make_record
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
@@ -148,6 +149,6 @@ def _proposals(selection: Selection, verdict: Verdict, effects: Mapping[str, Eff
         without = next(f for f in reversed(selection.ladder) if members[0] not in {e.name for e in f.model.effects})
         one, other = (effects[name] for name in members[:2])
         proposals[f"{one.name} or {other.name}"] = propose_trials(without, one, other)
-    for name in sorted({name for names in verdict.hidden.values() for name in names}):
+    for name in sorted({name for names in verdict.masked.values() for name in names}):
         proposals[f"{name} or its absence"] = propose_trials(selection.fit, effects[name])
     return proposals

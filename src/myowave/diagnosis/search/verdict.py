@@ -9,7 +9,7 @@ import numpy as np
 from myowave.diagnosis.misfit.independence import Independence
 from myowave.diagnosis.search.rank import EVIDENCE
 from myowave.diagnosis.search.selection import Selection
-from myowave.identification.fit import Fit
+from myowave.identification.output_error import Fit
 
 Kind = Literal["adequate", "effect", "class", "unknown", "undecidable"]
 
@@ -28,7 +28,7 @@ class Verdict:
         absorbed: effects that no such data can show: {effect: the parameters that take their place}.
         explained: share of the excess over the noise that the effects explain [-].
         structure_left: whether the residual still depends on the inputs.
-        hidden: with undecidable, {parameter outside its usual range: effects that would explain it}.
+        masked: with undecidable, {parameter outside its usual range: effects that would explain it}.
     """
 
     kind: Kind
@@ -37,7 +37,7 @@ class Verdict:
     absorbed: Mapping[str, tuple[str, ...]]
     explained: float
     structure_left: bool
-    hidden: Mapping[str, tuple[str, ...]]
+    masked: Mapping[str, tuple[str, ...]]
 
 
 def judge(selection: Selection, independence: Independence) -> Verdict:
@@ -51,17 +51,17 @@ def judge(selection: Selection, independence: Independence) -> Verdict:
     alternatives = tuple(c for c in selection.classes.values() if len(c) > 1)
     explained = _explained(selection.ladder[0], fit)
     structure_left = not independence.holds
-    hidden = _hidden(fit, absorbed)
+    masked = _masked(fit, absorbed)
     kind: Kind
     if selection.classes and structure_left and explained < ENOUGH:
         kind = "unknown"
     elif selection.classes:
         kind = "class" if alternatives else "effect"
-    elif structure_left or any(c.evidence > EVIDENCE for c in last if c.fit is not None):
+    elif structure_left or any(c.delta_bic > EVIDENCE for c in last if c.fit is not None):
         kind = "unknown"
     else:
-        kind = "undecidable" if hidden else "adequate"
-    return Verdict(kind, selection.effects, alternatives, absorbed, explained, structure_left, hidden)
+        kind = "undecidable" if masked else "adequate"
+    return Verdict(kind, selection.effects, alternatives, absorbed, explained, structure_left, masked)
 
 
 def _explained(first: Fit, last: Fit) -> float:
@@ -70,7 +70,7 @@ def _explained(first: Fit, last: Fit) -> float:
     return float(np.clip(1 - left / excess, 0.0, 1.0)) if excess > 0 else 0.0
 
 
-def _hidden(fit: Fit, absorbed: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+def _masked(fit: Fit, absorbed: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
     """Parameters outside the range where their searches start, with the effects that may have moved them there.
 
     An absorbed effect changes no motion, only the parameters. Nothing but what is known of these can betray it.

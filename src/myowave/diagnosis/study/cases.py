@@ -1,7 +1,7 @@
 """How often the diagnosis is right: effects hidden in simulated trials, of many strengths and noises.
 
 A case is one dataset. Its motion is simulated once and used with every noise. What was hidden is known here and to
-`simulate_case` alone; the diagnosis gets trials.
+`simulate_case` only; the diagnosis gets trials.
 """
 
 import time
@@ -17,12 +17,13 @@ import torch
 from myowave.data.simulate import ANGLE_RANGE, simulate_trials
 from myowave.data.trials import Trials
 from myowave.diagnosis.misfit.independence import check_independence
+from myowave.diagnosis.scoring import answer, is_right, names_wrongly
 from myowave.diagnosis.search.rank import EVIDENCE, independent_samples
 from myowave.diagnosis.search.selection import Selection, select_effects
 from myowave.diagnosis.search.verdict import Verdict, judge
-from myowave.identification.fit import fit_model, free_parameters
-from myowave.identification.heldout import predict
-from myowave.identification.normal import Free
+from myowave.identification.free_parameters import Free, free_parameters
+from myowave.identification.output_error import fit_model
+from myowave.identification.prediction import predict
 from myowave.identification.record import make_record
 from myowave.physics.drive import channels_of
 from myowave.physics.effect import Effect
@@ -49,7 +50,7 @@ class Case:
 
     @property
     def digits(self) -> tuple[int, ...]:
-        """Seed of what is drawn for this case alone, so that cases are independent."""
+        """Seed of what is drawn for this case only, so that cases are independent."""
         return self.seed, round(1000 * self.strength), zlib.crc32(self.label.encode())
 
 
@@ -69,7 +70,7 @@ def study_effect(
         dataset: what they were simulated with.
 
     Returns:
-        A row for each case and noise, see `diagnose_case`.
+        One row per case and noise, see `diagnose_case`.
     """
     study = settings.study
     if hidden == "none":
@@ -192,16 +193,13 @@ def diagnose_case(
 
 
 def _found(case: Case, verdict: Verdict) -> dict[str, Any]:
-    """The verdict, and whether it is right: each hidden effect named, or in a class of at most two."""
-    classes = {e: (e,) for e in verdict.effects} | {c[0]: c for c in verdict.alternatives}
-    inside = [next((c for c in classes.values() if h in c), ()) for h in case.hidden]
-    right = all(0 < len(c) <= 2 for c in inside) and len(classes) == len(case.hidden)
-    named = [c[0] for c in classes.values() if len(c) == 1]
+    """The verdict, and whether it is right."""
+    named = answer(verdict.kind, verdict.effects, verdict.alternatives)
     return {
         "verdict": verdict.kind,
-        "found": " + ".join("/".join(c) for c in classes.values()),
-        "hit": bool(right and case.hidden),
-        "wrong_name": any(n not in case.hidden for n in named) and verdict.kind != "unknown",
+        "found": " + ".join("/".join(members) for members in named),
+        "hit": bool(case.hidden) and is_right(named, case.hidden),
+        "wrong_name": names_wrongly(named, case.hidden),
         "absorbed": " ".join(sorted(verdict.absorbed)),
     }
 
@@ -224,7 +222,7 @@ def _signal(case: Case, selection: Selection) -> float:
 
 
 def _accuracy(case: Case, selection: Selection, base: Model) -> dict[str, Any]:
-    """Errors of the estimates, and how many 95 % intervals hold the truth (of the right model alone)."""
+    """Errors of the estimates, and how many 95 % intervals hold the truth (of the right model only)."""
     first, last = selection.ladder[0], selection.fit
     worst = {
         f"worst_error_{label}_pct": max(abs(fit.parameters[p] / base.defaults[p] - 1) * 100 for p in first.parameters)

@@ -65,7 +65,7 @@ def draw_errors(summary: pd.DataFrame) -> Figure:
 def draw_derivatives(
     histories: Mapping[str, pd.DataFrame], truth: Mapping[str, float], recipes: Mapping[str, Mapping[str, Any]]
 ) -> Figure:
-    """What each derivative in the residual identifies: error of each parameter as training goes on, by recipe.
+    """What each choice of the recipe identifies: error of each parameter as training goes on.
 
     Args:
         histories: {recipe: its history}.
@@ -76,8 +76,8 @@ def draw_derivatives(
     errors = {recipe: _errors_by_epoch(histories[recipe], truth) for recipe in recipes}
     for (recipe, settings), color in zip(recipes.items(), CYCLE, strict=False):
         by_time = settings["derivative"] == "time"
-        weight, noise = f"{settings['beta']:.0e}", f"{settings['history_noise']:g}"
-        label = f"{'t$_n$' if by_time else 'sequence'}, beta {weight}, noise {noise} rad"
+        cell, weight, noise = settings["cell"].upper(), f"{settings['beta']:.0e}", f"{settings['history_noise']:g}"
+        label = f"{cell}, {'t$_n$' if by_time else 'sequence'}, beta {weight}, noise {noise} rad"
         for axis, name in zip(axes[0], PARAMETERS, strict=True):
             axis.plot(errors[recipe][name], color=color, label=label, linestyle="--" if by_time else "-")
     for axis, name in zip(axes[0], PARAMETERS, strict=True):

@@ -10,23 +10,33 @@ from myowave.data.store import read_trials
 from myowave.data.trials import Trials
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import r_squared
-from myowave.learning.prediction import Network, predict_teacher_forced, to_tensors
+from myowave.learning.paper.windowed import first_predicted, predict_teacher_forced
+from myowave.learning.prediction import to_tensors
 
 
 def score_one_step(checkpoint: Checkpoint, trials: Trials) -> list[float]:
-    """Test R2 of each seed, the mean over test trials, without the samples that are given."""
-    network = Network.of(checkpoint)
-    emg, angle = to_tensors(trials.select(trials.test), network.weights["hidden"].device)
+    """Test R2 of each seed, the mean over test trials, without the samples that are given.
+
+    Raises:
+        ValueError: for a network whose hidden state is not windowed.
+    """
+    network = checkpoint.network
+    if network.hidden_state != "windowed":
+        raise ValueError(
+            f"checkpoint of {checkpoint.dataset}, {checkpoint.model}: its recipe has hidden_state: "
+            f"{network.hidden_state}; scores one step ahead are of recipes with hidden_state: windowed."
+        )
+    emg, angle = to_tensors(trials.select(trials.test), network.device)
     with torch.no_grad():
-        predicted = predict_teacher_forced(network, network.encode(emg, trials.dt), angle)
+        predicted = predict_teacher_forced(network, network.encode_emg(emg, trials.dt), angle)
     lengths = [trials.lengths[t] for t in trials.index(trials.test)]
-    given = network.history
+    given = first_predicted(network)
     scores = [r_squared(angle[t, given:n], predicted[:, t, given:n]) for t, n in enumerate(lengths)]
     return torch.stack(scores).mean(0).tolist()
 
 
 def tabulate_one_step(checkpoints: Iterable[str], trials: Iterable[str]) -> pd.DataFrame:
-    """A row a run and seed: dataset, recipe, scales, seed, test_r2_one_step.
+    """One row per run and seed: dataset, recipe, scales, seed, test_r2_one_step.
 
     Args:
         checkpoints: paths that end in `{dataset}/{model}/{recipe}/{scales}-scale/{file}`.

@@ -14,8 +14,9 @@ from myowave.learning.paper.tables import (
 
 EXPLANATION = """\
 Teacher forcing teaches one step ahead; a free run, the test mode of Fig. 4b, feeds every error back, hence the distance
-between the two R2. Three choices decide the rest:
+between the two R2. These choices decide the rest:
 
+- **Cell.** `paper_rnn` has the plain cell of Eqs. 8-10 in place of the GRU of Eqs. 11-13.
 - **Derivative.** By autodiff over t_n, EMG and history are held fixed, so it is not the derivative of the motion. The
   network can lower the residual with any parameters, so that nothing keeps these from drifting as it trains.
 - **Weight of the residual.** A one-step error e is about e/dt^2 in the acceleration, so with beta = dt^2 / I the
@@ -80,7 +81,7 @@ def write_page(
 def _findings(
     errors: pd.DataFrame, choices: pd.DataFrame, values: pd.DataFrame, scores: pd.DataFrame, judged: pd.DataFrame
 ) -> list[str]:
-    """What the tables say, a sentence each."""
+    """What the tables say, in one sentence for each point."""
     verdicts = ", ".join(f"{what} in {count}" for what, count in judged["finding"].value_counts().items())
     worst = errors[errors["scales"] == 3]["error_pct"].abs().max()
     printed, best = choices.iloc[0], choices.loc[choices["worst_error_pct"].idxmin()]
@@ -136,6 +137,7 @@ def _scores_of_cases(cases: pd.DataFrame, one_step: pd.DataFrame) -> tuple[list[
 def _choices(choices: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
     header = [
         "recipe",
+        "cell",
         "derivative",
         "beta",
         "noise [rad]",
@@ -149,6 +151,7 @@ def _choices(choices: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
     rows = [
         [
             f"`{row.recipe}`",
+            row.cell.upper(),
             "t_n" if row.derivative == "time" else "sequence",
             f"{row.beta:.0e}",
             f"{row.history_noise:g}",

@@ -42,7 +42,7 @@ def parameter_errors(summary: pd.DataFrame) -> pd.DataFrame:
     for (dataset, recipe, scales), group in summary.groupby(["dataset", "recipe", "scales"]):
         for name in PARAMETERS:
             error = group[f"{name}_error_pct"]
-            # The paper prints 3-scale training alone.
+            # The paper prints only 3-scale training.
             printed = PRINTED_ERROR_PCT.get(dataset, {}).get(name) if scales == 3 else None
             rows.append(
                 {
@@ -97,7 +97,7 @@ def identified_values(summary: pd.DataFrame, identify: Mapping[str, Mapping[str,
         identify: {dataset: its section `identify`}.
 
     Returns:
-        A row a dataset, number of scales and parameter. `at_limit`: seeds within 2 % of either limit.
+        One row per dataset, number of scales and parameter. `at_limit`: seeds within 2 % of either limit.
     """
     rows = []
     for (dataset, scales), group in summary.groupby(["dataset", "scales"]):
@@ -153,7 +153,7 @@ def compare_choices(
         recipes: {recipe: its settings}, in the order of the rows.
 
     Returns:
-        A row a recipe, in this order; `data_loss` [rad^2] and `weighted_residual` (beta J_res) of the last epoch.
+        One row per recipe, in this order; `data_loss` [rad^2] and `weighted_residual` (beta J_res) of the last epoch.
     """
     rows = []
     for recipe, settings in recipes.items():
@@ -165,7 +165,7 @@ def compare_choices(
         rows.append(
             {
                 "recipe": recipe,
-                **{key: settings[key] for key in ("derivative", "beta", "history_noise", "epochs")},
+                **{key: settings[key] for key in ("cell", "derivative", "beta", "history_noise", "epochs")},
                 "one_step_r2": forced.mean(),
                 "one_step_r2_sd": forced.std(ddof=0),
                 "test_r2": runs["test_r2"].mean(),
@@ -182,7 +182,7 @@ def judge_scales(summary: pd.DataFrame) -> pd.DataFrame:
     """Whether more scales help: test R2 of the most scales less that of 1-scale training, seed by seed.
 
     Returns:
-        A row a dataset and recipe: mean difference, its standard error over seeds, seeds that gain, and the finding.
+        One row per dataset and recipe: mean difference, its standard error over seeds, seeds that gain, and finding.
     """
     rows = []
     for (dataset, recipe), group in summary.groupby(["dataset", "recipe"]):

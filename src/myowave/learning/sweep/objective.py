@@ -1,57 +1,39 @@
 """What a sweep judges: a recipe trained from the coarsest to the finest scale, run free on held-out data after each."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from myowave.data.trials import Trials
 from myowave.learning.checkpoint import Checkpoint
-from myowave.learning.prediction import Network, predict_free_running, to_tensors
+from myowave.learning.prediction import predict_free_running, to_tensors
 from myowave.learning.sweep.study import Score, Settings
-from myowave.learning.training import choose_device, train_scale
-from myowave.physics.model import Model
-from myowave.settings import Identify, Recipe, Sweep
+from myowave.learning.task import Task
+from myowave.learning.training import train_scale
+from myowave.settings import Recipe
 
 
-def train_scales(
-    scales: Mapping[int, Trials],
-    model: Model,
-    recipe: Recipe,
-    wanted: Mapping[str, Identify],
-    *,
-    total: int,
-    seeds: Sequence[int],
-) -> Iterator[Checkpoint]:
-    """Train at one scale after the other, the coarsest first; yield what each leaves behind.
-
-    Args:
-        scales: {level: trials at scale [-level]}, levels 0 to `total` - 1.
-    """
-    checkpoint = None
-    for level in reversed(range(total)):
-        reports = train_scale(scales, model, recipe, wanted, level=level, total=total, seeds=seeds, start=checkpoint)
-        for report in reports:
-            checkpoint = report.checkpoint
+def train_scales(task: Task) -> Iterator[Checkpoint]:
+    """Train at one scale after the other, the coarsest first; yield what each leaves behind."""
+    checkpoint: Checkpoint | None = None
+    for level in reversed(range(task.total)):
+        *_, last = train_scale(task, level, checkpoint)
+        checkpoint = last.checkpoint
+        assert checkpoint is not None, "the last report has it"
         yield checkpoint
 
 
-def judge(
-    settings: Settings,
-    sweep: Sweep,
-    scales: Mapping[int, Trials],
-    model: Model,
-    recipe: Recipe,
-    wanted: Mapping[str, Identify],
-) -> Iterator[Score]:
-    """Train with these settings and yield the free-running error [deg] on the test trials of `scales` after each scale.
+def judge(settings: Settings, task: Task, epochs: int | None) -> Iterator[Score]:
+    """Train with these settings and yield the free-running error [deg] on the test trials of a task after each scale.
 
     Args:
         settings: fields of the recipe to replace.
-        scales: made from training trials alone, see `holdout.hold_out_ends`; its test trials are their ends.
+        task: of training trials only, see `holdout.hold_out_ends`; its test trials are their ends.
+        epochs: of all scales together; None for those of the recipe.
     """
-    changed = with_settings(recipe, settings, epochs=sweep.epochs)
-    for checkpoint in train_scales(scales, model, changed, wanted, total=sweep.scales, seeds=range(sweep.seeds)):
-        judged = scales[checkpoint.level].select(scales[0].test)
+    for checkpoint in train_scales(replace(task, recipe=with_settings(task.recipe, settings, epochs))):
+        judged = task.scales[checkpoint.level].select(task.scales[0].test)
         yield Score(checkpoint.level, tuple(free_running_error_deg(checkpoint, judged).tolist()))
 
 
@@ -63,8 +45,8 @@ def with_settings(recipe: Recipe, settings: Settings, epochs: int | None = None)
 
 def free_running_error_deg(checkpoint: Checkpoint, trials: Trials) -> np.ndarray:
     """Root mean square error of the free-running prediction over all samples that are not given [deg], (S,)."""
-    network = Network.of(checkpoint)
-    emg, angle = to_tensors(trials, choose_device())
+    network = checkpoint.network
+    emg, angle = to_tensors(trials, network.device)
     predicted = predict_free_running(network, emg, angle, trials.dt).cpu().numpy()
     counted = trials.valid.copy()
     counted[:, : network.history] = False

@@ -37,7 +37,7 @@ class Score:
 
     Args:
         level: of the scale; 0 is the last.
-        errors: free-running error on the held-out data, one a seed.
+        errors: free-running error on the held-out data, one per seed.
     """
 
     level: int
@@ -142,7 +142,7 @@ def describe(trial: FrozenTrial) -> str:
 
 
 def tabulate(search: Search) -> pd.DataFrame:
-    """A row a trial: number, state, error, settings, error after each scale and of each seed, duration, worker.
+    """One row per trial: number, state, error, settings, error after each scale and of each seed, duration, worker.
 
     Columns `scale_{level}` are means over the seeds, `seed_{i}` those of the last scale that was reached. Trials that
     were never begun, as the study was full or another worker had the default, are left out.
@@ -257,11 +257,9 @@ def _judge(trial: Trial, scores: Iterator[Score]) -> tuple[TrialState, float | N
 
 
 def _suggest(trial: Trial, name: str, sweep: Sweep) -> float:
-    match _distribution(name, sweep):
-        case IntDistribution() as d:
-            return trial.suggest_int(name, d.low, d.high, log=d.log)
-        case FloatDistribution() as d:
-            return trial.suggest_float(name, d.low, d.high, log=d.log)
+    d = _distribution(name, sweep)
+    suggest = trial.suggest_int if isinstance(d, IntDistribution) else trial.suggest_float
+    return suggest(name, d.low, d.high, log=d.log)
 
 
 def _distribution(name: str, sweep: Sweep) -> IntDistribution | FloatDistribution:

@@ -68,7 +68,7 @@ def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
     """Each identified parameter along the ladder with 95 % intervals, and its true value where that is known.
 
     Args:
-        parameters: columns source, model, parameter, unit, value, se, error_pct.
+        parameters: columns source, model, parameter, unit, value, se, true, error_pct.
         found: the model that was found.
     """
     models, names = (unique(parameters[c]) for c in ("model", "parameter"))
@@ -84,8 +84,8 @@ def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
             x = group["model"].map(models.index) + 0.12 * sources.index(source)
             interval = 1.96 * group["se"].fillna(0)
             axis.errorbar(x, group["value"], interval, fmt=marker, color=color, capsize=4, label=source)
-        if (truth := _truth(table)) is not None:
-            axis.axhline(truth, color=MEASURED, linestyle=":", linewidth=1.8, label="true value")
+        for true in table["true"].dropna().unique():
+            axis.axhline(true, color=MEASURED, linestyle=":", linewidth=1.8, label="true value")
         unit = table["unit"].dropna()
         axis.set_title(f"{name} [{unit.iloc[0]}]" if len(unit) else name)
         axis.margins(y=0.15)
@@ -117,9 +117,3 @@ def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
         finding = f"Adding what was missing moves {shared['parameter'][worst]} by {moved[worst]:+.0f} %"
     title(figure, finding)
     return figure
-
-
-def _truth(rows: pd.DataFrame) -> float | None:
-    """The true value of a parameter, told from an estimate and its error."""
-    known = rows[rows["error_pct"].notna()]
-    return None if known.empty else float(known["value"].iloc[0] / (1 + known["error_pct"].iloc[0] / 100))

@@ -1,0 +1,44 @@
+"""Whether EMG is a fraction of a maximum voluntary contraction, and an angle what its column says."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from myowave.data.readers import RawRecording
+
+EMG_LIMIT = 1.5
+"""Largest EMG taken as a fraction of a maximum voluntary contraction [-]; more means it was not normalised."""
+
+
+def emg_problems(recording: RawRecording, channels: Sequence[str]) -> Iterator[str]:
+    """The first value of each channel outside 0 to `EMG_LIMIT`."""
+    for name in channels:
+        emg = recording[name].values
+        outside = ((emg < 0) | (emg > EMG_LIMIT)).nonzero()[0]
+        if len(outside):
+            n = outside[0]
+            yield (
+                f"{recording.at(n)}: {name} is {emg[n]:g} ({len(outside)} rows outside; the column spans "
+                f"{emg.min():g} to {emg.max():g}); expected 0 to {EMG_LIMIT:g}. Rectify and smooth the EMG, and divide "
+                "it by its value at maximum voluntary contraction."
+            )
+
+
+def angle_problems(recording: RawRecording, column: str) -> Iterator[str]:
+    """An angle beyond half a turn, or one that looks like the other unit; `column` is angle_rad or angle_deg."""
+    angle = recording[column].values
+    n = int(np.abs(angle).argmax())
+    span = f"the column spans {angle.min():g} to {angle.max():g}"
+    if column == "angle_rad" and abs(angle[n]) > math.pi:
+        yield (
+            f"{recording.at(n)}: angle_rad is {angle[n]:g} ({span}); expected -pi to pi. If these are degrees, call "
+            "the column angle_deg."
+        )
+    if column == "angle_deg" and abs(angle[n]) > 180:
+        yield f"{recording.at(n)}: angle_deg is {angle[n]:g} ({span}); expected -180 to 180."
+    if column == "angle_deg" and abs(angle[n]) < math.pi:
+        yield (
+            f"{recording.path}: angle_deg never leaves {-math.pi:.2f} to {math.pi:.2f} ({span}), which no elbow motion "
+            "does. If these are radians, call the column angle_rad."
+        )

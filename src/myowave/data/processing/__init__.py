@@ -1,0 +1,1 @@
+"""Processing of recordings: pure functions of signals, in the order in which they are applied."""

@@ -1,0 +1,45 @@
+"""Units in which recorders write, and the ones everything else uses."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+TO_RADIANS = {"rad": 1.0, "deg": math.pi / 180}
+"""Factor of each unit of angle."""
+TO_MICROVOLTS = {"uV": 1.0, "mV": 1e3, "V": 1e6, "nV": 1e-3}
+"""Factor of each unit of EMG."""
+ARBITRARY = "au"
+"""Unit of EMG that is no voltage; it is normalised like any other."""
+_SPELLINGS = {
+    "µV": "uV",  # micro sign
+    "μV": "uV",  # Greek mu
+    "microvolts": "uV",
+    "millivolts": "mV",
+    "volts": "V",
+    "volt": "V",
+    "degrees": "deg",
+    "degree": "deg",
+    "°": "deg",
+    "radians": "rad",
+    "radian": "rad",
+    "a.u.": ARBITRARY,
+    "-": ARBITRARY,
+    "%": ARBITRARY,
+}
+
+
+def plain_unit(unit: str) -> str:
+    """The one spelling of a unit that is used here: `Volts` and `µV` are `V` and `uV`."""
+    unit = unit.strip().strip("[]()")
+    return _SPELLINGS.get(unit, _SPELLINGS.get(unit.lower(), unit))
+
+
+def to_radians(angle: NDArray[np.float64], unit: str) -> NDArray[np.float64]:
+    """An angle [rad]; `unit` is one of `TO_RADIANS`."""
+    return angle * TO_RADIANS[unit]
+
+
+def to_microvolts(emg: NDArray[np.float64], unit: str) -> NDArray[np.float64]:
+    """EMG [uV], or as it is where the unit is arbitrary."""
+    return emg if unit == ARBITRARY else emg * TO_MICROVOLTS[unit]

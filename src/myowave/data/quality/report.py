@@ -1,0 +1,87 @@
+"""The quality report of a session: what is doubtful in it, and what to do about each doubt."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from myowave.data.processing.sampled import Sampled
+from myowave.data.quality import clocks, emg, motion
+from myowave.data.quality.finding import Finding
+from myowave.data.session import RawTrial
+from myowave.data.trials import Trials
+from myowave.settings import RecordedDataset
+
+
+def find_faults(
+    settings: RecordedDataset,
+    raw: Mapping[str, RawTrial],
+    envelopes: Mapping[str, Mapping[str, Sampled]],
+    trials: Trials,
+) -> Iterator[Finding]:
+    """All findings, those about the session last.
+
+    Args:
+        settings: of the dataset.
+        raw: {trial: as recorded, on one clock}.
+        envelopes: {trial: {channel: in the unit of its EMG}}.
+        trials: what was made of them.
+    """
+    is_raw = {channel: s.form == "raw" for channel, s in settings.emg.items()}
+    typical = {c: float(np.median([trial.emg[c].values.std() for trial in raw.values()])) for c in settings.emg}
+    for name, trial in raw.items():
+        for channel, signal in trial.emg.items():
+            dead = list(emg.dead_channel(name, channel, signal, typical[channel]))
+            yield from dead
+            if dead:
+                continue
+            yield from emg.silent_channel(name, channel, envelopes[name][channel])
+            if is_raw[channel]:
+                yield from _of_raw(name, channel, signal, settings.processing.notch_hz)
+        yield from emg.crosstalk(name, {c: s for c, s in trial.emg.items() if is_raw[c]})
+        yield from motion.jumps(name, "angle", trial.angle)
+        yield from motion.range_of_motion(name, trial.angle)
+        for key, signal in trial.signals.items():
+            yield from motion.jumps(name, key, signal)
+        yield from clocks.durations(name, trial)
+    yield from clocks.offset_and_drift(raw, envelopes)
+    yield from _above_one(trials)
+
+
+def _of_raw(name: str, channel: str, signal: Sampled, notch_hz: float | None) -> Iterator[Finding]:
+    yield from emg.clipping(name, channel, signal)
+    yield from emg.mains_hum(name, channel, signal, notch_hz)
+    yield from emg.slow_power(name, channel, signal)
+    yield from emg.not_raw(name, channel, signal)
+    yield from emg.held_values(name, channel, signal)
+    yield from emg.repeated_block(name, channel, signal)
+
+
+def _above_one(trials: Trials) -> Iterator[Finding]:
+    """EMG of trials that is more than what counts as 1."""
+    for i, name in enumerate(trials.names):
+        for c, channel in enumerate(trials.channels):
+            largest = float(trials.emg[i, :, c].max())
+            if largest > 1.001:  # resampled, the largest may move by a little
+                yield Finding(
+                    "EMG above 1",
+                    f"reaches {largest:.2f} of what counts as 1",
+                    "Test trials and maximum contractions do not set each other's scale, so this may happen; more than "
+                    "a few percent says that the scale comes from weak trials.",
+                    name,
+                    channel,
+                    "note",
+                )
+
+
+def report(dataset: str, findings: list[Finding], gains: Mapping[str, float]) -> dict[str, Any]:
+    """The report as plain data, with a summary in a sentence."""
+    warnings = [finding for finding in findings if finding.severity == "warning"]
+    kinds = list(dict.fromkeys(finding.check for finding in warnings))
+    count = f"{len(warnings)} warning" + "s" * (len(warnings) != 1)
+    return {
+        "dataset": dataset,
+        "summary": f"{count} ({', '.join(kinds)})" if warnings else "no warnings",
+        "findings": [finding.to_json() for finding in findings],
+        "counts_as_1": dict(gains),
+    }

@@ -1,0 +1,78 @@
+"""Readers: one file for each format, each a pure function from a path to raw signals.
+
+A reader knows its format and nothing else: what columns there must be, and whether their values make sense, is for
+`data.checks`; units are converted in `data.processing`. Labels in files may hold people's names: what is kept of a
+recording goes by the names that the settings give. A new format is a new file here and a line in `READERS`.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from myowave.data.readers.bids import with_sidecars
+from myowave.data.readers.c3d import read_c3d
+from myowave.data.readers.csv import read_csv
+from myowave.data.readers.delimited import read_delimited
+from myowave.data.readers.delsys import read_delsys
+from myowave.data.readers.edf import read_edf
+from myowave.data.readers.matlab import read_matlab
+from myowave.data.readers.noraxon import read_noraxon
+from myowave.data.readers.opensim import read_opensim
+from myowave.data.readers.parquet import read_parquet, read_raw_parquet
+from myowave.data.readers.signals import RawRecording, Signal
+from myowave.settings import TextLayout
+
+__all__ = ["ENDINGS", "READERS", "TABLES", "RawRecording", "Reader", "Signal", "read_raw"]
+
+Reader = Callable[[Path], RawRecording]
+
+TABLES: dict[str, Reader] = {".csv": read_csv, ".parquet": read_parquet}
+"""Readers of trials that are processed already, by ending: `time_s, emg_<muscle>..., angle_rad`, nothing guessed."""
+
+READERS: dict[str, Reader] = {
+    "csv": read_delimited,
+    "parquet": read_raw_parquet,
+    "noraxon": read_noraxon,
+    "delsys": read_delsys,
+    "opensim": read_opensim,
+    "matlab": read_matlab,
+    "c3d": read_c3d,
+    "edf": read_edf,
+}
+"""Readers of raw recordings, by the name of the format in the settings."""
+
+ENDINGS = {
+    ".csv": "csv",
+    ".tsv": "csv",
+    ".txt": "csv",
+    ".parquet": "parquet",
+    ".mot": "opensim",
+    ".sto": "opensim",
+    ".mat": "matlab",
+    ".c3d": "c3d",
+    ".edf": "edf",
+    ".bdf": "edf",
+}
+"""Format that an ending stands for where the settings name none; .gz may follow that of a text."""
+
+
+def read_raw(path: Path, form: str | None = None, layout: TextLayout | None = None) -> RawRecording:
+    """Read one file.
+
+    Args:
+        path: the file.
+        form: one of `READERS`; None goes by the ending.
+        layout: how tables of text are written.
+
+    Raises:
+        ValueError: if the ending says nothing, or the file is not of that format.
+    """
+    ending = "".join(path.suffixes[-2:-1]) if path.suffix.lower() == ".gz" else path.suffix
+    form = form or ENDINGS.get(ending.lower())
+    if form is None:
+        raise ValueError(
+            f"{path}: the ending {path.suffix!r} says nothing of the format; expected {', '.join(ENDINGS)}. Name the "
+            f"format: {', '.join(READERS)}."
+        )
+    reader = partial(read_delimited, layout=layout) if form == "csv" else READERS[form]
+    return with_sidecars(reader(path))

@@ -1,0 +1,45 @@
+"""Noraxon MR3's CSV export, one file per signal.
+
+type,name,time_units,begin_time,frequency,count,units
+signal,"...","s",0.00000,2000,53200,"uV"
+
+time,value
+0.00000,-1.005723101
+"""
+
+import csv
+from dataclasses import replace
+from pathlib import Path
+
+from myowave.data.readers.frames import to_signals
+from myowave.data.readers.signals import RawRecording
+from myowave.data.readers.text import read_cells, read_head
+
+_FIELDS = ["type", "name", "time_units", "begin_time", "frequency", "count", "units"]
+_HEAD = 4  # rows before the first sample
+
+
+def read_noraxon(path: Path) -> RawRecording:
+    """Read one file, plain or as .csv.gz.
+
+    Raises:
+        ValueError: if it is not such an export, or was cut short.
+    """
+    head = list(csv.reader(read_head(path, _HEAD)))
+    if len(head) < _HEAD or head[0] != _FIELDS or len(head[1]) != len(_FIELDS) or head[3] != ["time", "value"]:
+        raise ValueError(
+            f"{path}: this is not a signal as Noraxon MR3 exports it (CSV, one file per channel: a row "
+            f"{','.join(_FIELDS)}, a row of their values, an empty row, then time,value). Export it again, or name its "
+            "format, such as csv."
+        )
+    about = dict(zip(_FIELDS, head[1], strict=True))
+    if about["time_units"] != "s":
+        raise ValueError(f"{path}, row 2: times are in {about['time_units']!r}; expected s. Export it in seconds.")
+    time, signal = to_signals(read_cells(path, ",", skip=_HEAD), ["time", about["name"]])
+    if len(signal.values) != int(about["count"]):
+        raise ValueError(
+            f"{path}: {len(signal.values)} samples, but row 2 says {about['count']}; the export was cut short. Export "
+            "it again."
+        )
+    signal = replace(signal, unit=about["units"], time=time.values, rate=float(about["frequency"]))
+    return RawRecording(path, (signal,), first_row=_HEAD + 1)

@@ -1,0 +1,62 @@
+"""What every reader gives back: the signals of a file as they were recorded, nothing checked and nothing converted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """One column or channel of a file.
+
+    Args:
+        name: as the file has it.
+        values: (N,), in `unit`; not finite where a cell holds no finite number.
+        unit: as the file has it, such as `uV` or `deg`; empty where the file names none.
+        angle_unit: unit of the file's angles, where it says so for all at once; it counts if this is one of them.
+        time: of each value [s], (N,); None where the file has no time.
+        rate: samples a second as the file states it [Hz]; None where it does not.
+        odd: cells that hold no finite number, as they were written, {sample: cell}.
+    """
+
+    name: str
+    values: NDArray[np.float64]
+    unit: str = ""
+    angle_unit: str = ""
+    time: NDArray[np.float64] | None = None
+    rate: float | None = None
+    odd: Mapping[int, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class RawRecording:
+    """A file as its reader found it.
+
+    Args:
+        path: the file, for messages.
+        signals: in the order of the file; names may repeat, which is for a check to refuse.
+        first_row: the row of the first sample as an editor or a data frame counts it, for messages.
+    """
+
+    path: Path
+    signals: tuple[Signal, ...]
+    first_row: int = 1
+
+    @property
+    def header(self) -> list[str]:
+        """Names of the signals."""
+        return [signal.name for signal in self.signals]
+
+    def __getitem__(self, name: str) -> Signal:
+        """The first signal of that name."""
+        return next(signal for signal in self.signals if signal.name == name)
+
+    def at(self, sample: int) -> str:
+        """Where a sample stands, as messages begin: `trial2.csv, row 118`."""
+        return f"{self.path}, row {sample + self.first_row}"

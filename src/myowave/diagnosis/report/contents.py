@@ -1,0 +1,27 @@
+"""Names of the tables and pictures of a diagnosis, in the order in which they are read.
+
+The workflow names its files by them at every start, so nothing heavy is imported here.
+"""
+
+TABLE_NAMES = (
+    "ladder",
+    "ranking",
+    "parameters",
+    "correlations",
+    "errors",
+    "misfit",
+    "missing_torque",
+    "independence",
+    "next_trials",
+)
+FIGURE_NAMES = (
+    "overlay",
+    "errors",
+    "independence",
+    "correlations",
+    "misfit",
+    "missing_torque",
+    "ranking",
+    "ladder",
+    "parameters",
+)

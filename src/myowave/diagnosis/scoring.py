@@ -1,0 +1,59 @@
+"""What a verdict is worth where the truth is known. Nothing that decides a verdict imports this."""
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+LARGEST_CLASS = 2  # effects that data do not tell apart and that still count as an answer
+
+Answer = tuple[tuple[str, ...], ...]
+
+
+def answer(kind: str, effects: Sequence[str], alternatives: Sequence[Sequence[str]]) -> Answer:
+    """What a verdict names: one class for each effect, of the effect only where the data tell it from all others.
+
+    Args:
+        kind: of the verdict; `unknown` names nothing.
+        effects: accepted ones, in the order they were added.
+        alternatives: classes of those that others stand in for equally well, the accepted effect first.
+    """
+    classes = {members[0]: tuple(members) for members in alternatives}
+    return () if kind == "unknown" else tuple(classes.get(name, (name,)) for name in effects)
+
+
+def is_right(named: Answer, hidden: Collection[str]) -> bool:
+    """Whether each hidden effect was named, by itself or in a class of at most two, and no other."""
+    held = [any(effect in members and len(members) <= LARGEST_CLASS for members in named) for effect in hidden]
+    return all(held) and len(named) == len(hidden)
+
+
+def names_wrongly(named: Answer, hidden: Collection[str]) -> bool:
+    """Whether an effect that is not in the data was named by itself."""
+    return any(len(members) == 1 and members[0] not in hidden for members in named)
+
+
+def add_truth(summary: Mapping[str, Any], truth: Mapping[str, Any] | None) -> dict[str, Any]:
+    """verdict.json: the summary with the true value of each parameter, the error of its estimate in percent, the
+    effects that were hidden in the data, and whether the verdict is right; null where the truth is not known.
+
+    Args:
+        summary: from `report.tables.verdict_summary`.
+        truth: of a simulated dataset; None for a measured one.
+    """
+    parameters = {
+        model: {name: {**entry, **_against(entry["value"], name, truth)} for name, entry in values.items()}
+        for model, values in summary["parameters"].items()
+    }
+    if truth is None:
+        return {**summary, "parameters": parameters, "hidden": None, "hit": None}
+    hidden = list(truth["effects"])
+    named = answer(summary["verdict"], summary["effects"], summary["alternatives"])
+    hit = is_right(named, hidden) and (bool(hidden) or summary["verdict"] == "adequate")
+    return {**summary, "parameters": parameters, "hidden": hidden, "hit": hit}
+
+
+def _against(value: float, name: str, truth: Mapping[str, Any] | None) -> dict[str, float | None]:
+    """The true value of a parameter, 0 for that of an effect the data lack, and the error in percent of it."""
+    if truth is None:
+        return {"true": None, "error_pct": None}
+    true = truth["parameters"].get(name, 0.0)
+    return {"true": true, "error_pct": None if true == 0.0 else 100.0 * (value / true - 1)}

@@ -1,0 +1,158 @@
+"""No effect of the catalogue explains what is left: a short formula for the missing torque, as an effect that runs.
+
+The formula is a sum of few terms from a small library, each tried as an effect on the joint by the same score and fit
+as any other effect: nothing is differentiated, and what the parameters already explain is not explained twice.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from myowave.diagnosis.search.rank import EVIDENCE, delta_bic, independent_samples
+from myowave.diagnosis.search.score import score_effects
+from myowave.identification.output_error import Fit, polish
+from myowave.physics.effect import Effect, Parameter
+
+MOST_TERMS = 3
+TRIED = 3  # terms of the best scores that are fitted before one is taken
+LARGEST = 50.0  # N m in units of the term
+
+
+@dataclass(frozen=True)
+class Term:
+    """One term of the library: how it is written in a file, for people, and its function of (q, qdot, a)."""
+
+    name: str
+    code: str
+    text: str
+    function: Callable[[Tensor, Tensor, Tensor], Tensor]
+
+
+def _stop(q: Tensor, v: Tensor, a: Tensor) -> Tensor:
+    return torch.exp((-10 * q).clamp(max=5))
+
+
+# Coefficients are in N m for a rad, a rad/s, or an activation of 1; `a` is the mean activation of all muscles.
+LIBRARY = (
+    Term("constant", "torch.ones_like(q)", "1", lambda q, v, a: torch.ones_like(q)),
+    Term("angle", "q", "q", lambda q, v, a: q),
+    Term("angle_squared", "q**2", "q^2", lambda q, v, a: q**2),
+    Term("sine", "torch.sin(q)", "sin(q)", lambda q, v, a: torch.sin(q)),
+    Term("cosine", "torch.cos(q)", "cos(q)", lambda q, v, a: torch.cos(q)),
+    Term("velocity", "qdot", "qdot", lambda q, v, a: v),
+    Term("drag", "qdot * qdot.abs()", "qdot |qdot|", lambda q, v, a: v * v.abs()),
+    Term("friction", "torch.tanh(qdot / 0.1)", "tanh(qdot/0.1)", lambda q, v, a: torch.tanh(v / 0.1)),
+    Term("angle_velocity", "q * qdot", "q qdot", lambda q, v, a: q * v),
+    Term("activation", "a", "a", lambda q, v, a: a),
+    Term("activation_angle", "a * q", "a q", lambda q, v, a: a * q),
+    Term("activation_velocity", "a * qdot", "a qdot", lambda q, v, a: a * v),
+    Term("stop_extended", "torch.exp((-10 * q).clamp(max=5))", "exp(-10 q)", _stop),
+)
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A formula for what is missing.
+
+    Args:
+        terms: library terms with their coefficients [N m] and standard errors.
+        fit: of the model with these terms.
+        source: a complete effect file; put it into `physics.effect_files`.
+    """
+
+    terms: tuple[tuple[Term, float, float], ...]
+    fit: Fit
+    source: str
+
+    @property
+    def formula(self) -> str:
+        """Missing torque [N m] in words of the library."""
+        return " ".join(f"{value:+.3g} {term.text}" for term, value, _ in self.terms) or "0"
+
+
+def draft_effect(fit: Fit, dataset: str, name: str = "missing_torque") -> Draft:
+    """Describe what a fitted model still misses by a few terms of the library.
+
+    Args:
+        dataset: named in the file.
+        name: of the effect.
+    """
+    chosen: list[str] = []
+    current = fit
+    for _ in range(MOST_TERMS):
+        scores = score_effects(current, (_effect(t) for t in LIBRARY if t.name not in chosen))
+        sound = sorted((s for s in scores.values() if not s.absorbed), key=lambda s: -s.drop)
+        tried = [(s.effect, polish(s.start)) for s in sound[:TRIED]]
+        if not tried:
+            break
+        best, better = min(tried, key=lambda pair: pair[1].rss)
+        if delta_bic(current, better.rss, 1, independent_samples(better)) < EVIDENCE:
+            break
+        chosen.append(best.removeprefix("draft_"))
+        current = better
+    values, errors = current.parameters, current.standard_errors()
+    by_name = {t.name: t for t in LIBRARY}
+    terms = tuple((by_name[n], values[f"draft_{n}.c"], errors[f"draft_{n}.c"]) for n in chosen)
+    return Draft(terms, current, _source(terms, dataset, name))
+
+
+def _effect(term: Term) -> Effect:
+    def torque(q: Tensor, qdot: Tensor, activation: Tensor, *, c: Tensor) -> Tensor:
+        return c * term.function(q, qdot, activation.mean(-1))
+
+    parameter = Parameter(unit="N m", low=-LARGEST, high=LARGEST, typical=0.5, meaning="coefficient")
+    return Effect(
+        name=f"draft_{term.name}",
+        acts_on="joint",
+        equation=f"c {term.text}",
+        function=torque,
+        parameters={"c": parameter},
+        source="library of the draft",
+    )
+
+
+def _source(terms: tuple[tuple[Term, float, float], ...], dataset: str, name: str) -> str:
+    """The text of an effect file with these terms; with none, of one with a constant torque to start from."""
+    terms = terms or ((LIBRARY[0], 0.5, 0.0),)
+    names = [f"c_{term.name}" for term, _, _ in terms]
+    arguments = ", ".join(f"{n}: Tensor" for n in names)
+    uses_activation = any(term.code.startswith("a") for term, _, _ in terms)
+    body = " + ".join(f"{n} * {term.code}" for n, (term, _, _) in zip(names, terms, strict=True))
+    formula = " ".join(f"{v:+.3g} {t.text}" for t, v, _ in terms)
+    parameters = "\n".join(
+        f'        "{n}": Parameter(unit="N m", low={-LARGEST}, high={LARGEST}, typical={_typical(v):.3g}, '
+        f'meaning="coefficient of {t.text}; found {v:.3g} +- {e:.2g}"),'
+        for n, (t, v, e) in zip(names, terms, strict=True)
+    )
+    activation = "    a = activation.mean(-1)\n" if uses_activation else ""
+    return f'''"""What the model misses on {dataset}: a formula found in the data. Give it a physical meaning."""
+
+import torch
+from torch import Tensor
+
+from myowave.physics.effect import Effect, Parameter
+
+
+def missing(q: Tensor, qdot: Tensor, activation: Tensor, *, {arguments}) -> Tensor:
+    """Extra torque [N m]: {formula}; q in rad, qdot in rad/s, a mean activation."""
+{activation}    return {body} + torch.zeros_like(q)
+
+
+EFFECT = Effect(
+    name="{name}",
+    acts_on="joint",
+    equation="{formula}",
+    function=missing,
+    parameters={{
+{parameters}
+    }},
+    source="drafted from the residual of {dataset}",
+)
+'''
+
+
+def _typical(value: float) -> float:
+    """A usual size of a coefficient, for steps and studies."""
+    return value if 1e-3 <= abs(value) < LARGEST else 0.5

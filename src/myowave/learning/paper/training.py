@@ -1,0 +1,31 @@
+"""How a network learns as the paper prints it: every measured angle before the predicted one is given (Fig. 4a)."""
+
+from torch import Tensor
+
+from myowave.learning.identification import Identification
+from myowave.learning.loss import Losses
+from myowave.learning.paper.joint_identification import JointIdentification
+from myowave.learning.paper.loss import PaperLoss
+from myowave.learning.task import Stage
+
+
+class PaperTraining:
+    """An epoch is one step of Adam on all samples; see `methods.Method`."""
+
+    betas = (0.9, 0.999)
+
+    def __init__(self, stage: Stage) -> None:
+        task = stage.task
+        self._loss, self.trained = PaperLoss(stage), list(stage.network.weights.values())
+        self.search: JointIdentification | Identification
+        if task.recipe.identification == "joint":
+            self.search = JointIdentification(stage.free, task.wanted, stage.start, stage.values, task.device)
+            self.trained.append(self.search.raw)
+        else:
+            finest = stage.level == 0
+            self.search = Identification(task.model, stage.trials, stage.free, stage.values, finest=finest)
+
+    def differentiate(self, val_mse: Tensor) -> Losses:
+        if isinstance(self.search, Identification) and not self.search.done:
+            self.search.step()
+        return self._loss.backward(self.search.params)

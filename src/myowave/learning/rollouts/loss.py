@@ -1,0 +1,103 @@
+"""The loss of rollouts: mean square error of windows that are predicted from their history.
+
+Shapes: S seeds, T trials, B windows, K samples of a window of which m are history, X inputs.
+"""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from myowave.learning.loss import Losses, Noise
+from myowave.learning.network import Network
+from myowave.learning.rollouts.fast import Workspace, roll_out_gru
+from myowave.learning.rollouts.rollout import roll_out
+from myowave.learning.windows import Corpus, count_windows
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """Trials made by simulation, to train on beside the measured ones.
+
+    Args:
+        corpus: the trials as the network sees them, all their samples usable.
+        counts: which of them count for which seed, (S, T).
+    """
+
+    corpus: Corpus
+    counts: Tensor
+
+
+@dataclass(frozen=True)
+class _Windows:
+    """Windows of an epoch: inputs (B, K, X), standardised angle and step (S, B, K), and how much each counts (S, B)."""
+
+    x: Tensor
+    z: Tensor
+    v: Tensor
+    weight: Tensor
+
+    def beside(self, other: "_Windows") -> "_Windows":
+        pairs = ((getattr(self, name), getattr(other, name)) for name in ("z", "v", "weight"))
+        return _Windows(torch.cat((self.x, other.x)), *(torch.cat(pair, dim=1) for pair in pairs))
+
+
+class RolloutLoss:
+    """Draws the windows of each epoch, and predicts them.
+
+    Args:
+        network: its weights take the gradients.
+        corpus: the training trials.
+        steps: samples to predict in each window, fewer where no trial is that long.
+        noise: on the history.
+        random: of where windows begin, which all seeds share.
+    """
+
+    def __init__(self, network: Network, corpus: Corpus, steps: int, noise: Noise, random: torch.Generator) -> None:
+        steps = min(steps, int(corpus.usable.max()) - network.history)
+        self._network, self._corpus, self._noise, self._random = network, corpus, noise, random
+        self._length, self._count = network.history + steps, count_windows(corpus.usable, steps)
+        self._workspace = Workspace()
+
+    def backward(self, simulated: Simulated | None = None, trust: Tensor | None = None) -> Losses:
+        """Losses of one epoch; adds gradients to those of the weights.
+
+        Args:
+            simulated: half of the windows are cut from these trials.
+            trust: how much a simulated window counts beside a measured one, (S,).
+        """
+        made = 0 if simulated is None else self._count // 2
+        windows = self._draw(self._corpus, self._count - made)
+        if simulated is not None:
+            assert trust is not None, "simulated windows need it"
+            windows = windows.beside(self._draw(simulated.corpus, made, trust.unsqueeze(-1) * simulated.counts))
+        m = self._network.history
+        target, weight = windows.z[..., m:], windows.weight
+        weight = (weight / (weight.sum(-1, keepdim=True) * target.shape[-1])).unsqueeze(-1)
+        z, v = self._add_noise(windows.z[..., :m], windows.v[..., :m])
+        predicted = self._predict(windows.x, z.contiguous(), v.contiguous())
+        loss = (weight * (predicted - target).square()).sum((1, 2))
+        loss.sum().backward()
+        data = loss.detach() * self._network.scaling.angle_std**2
+        return Losses(data, data, torch.zeros_like(data))
+
+    def _draw(self, corpus: Corpus, count: int, counts: Tensor | None = None) -> _Windows:
+        """Windows of a corpus; `counts` (S, T) says how much those of each trial count."""
+        trial, start = corpus.draw(count, self._length, self._random)
+        x, z, v = corpus.cut(trial, start, self._length)
+        z, v = (values.expand(self._network.seeds, -1, -1) for values in (z, v))
+        weight = z.new_ones(z.shape[:2]) if counts is None else counts[:, trial].to(z)
+        return _Windows(x, z, v, weight)
+
+    def _add_noise(self, z: Tensor, v: Tensor) -> tuple[Tensor, Tensor]:
+        if self._noise.std == 0:
+            return z, v
+        scaling = self._network.scaling
+        noise = self._noise.draw(z.shape[1], z.shape[2] + 1, like=z)
+        return z + noise[..., 1:] / scaling.angle_std, v + torch.diff(noise, dim=-1) / scaling.step_std
+
+    def _predict(self, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
+        architecture = self._network.architecture
+        if architecture.cell == "gru" and architecture.increments:
+            return roll_out_gru(self._network, x, z, v, self._workspace)
+        return roll_out(self._network, x, z, v)

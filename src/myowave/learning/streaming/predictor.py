@@ -1,0 +1,119 @@
+"""Motion in real time: one sample of EMG in, one angle out, with nothing but what is past.
+
+A step is done in numpy, because it is two dozen products of small matrices: torch would spend more time on calling them
+than on computing them.
+
+Shapes: S seeds, C channels, X inputs, H hidden units, G gates, as in `network`.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+
+from myowave.data.checks.ranges import EMG_LIMIT
+from myowave.learning.checkpoint import Checkpoint
+
+
+class Predictor:
+    """Motion from a stream of EMG, for every seed.
+
+    The angle must be known for the first `history` samples; from then on each call takes one sample of EMG and returns
+    the angle. Equal to `prediction.predict_free_running` on the same samples.
+
+    Args:
+        checkpoint: a trained network.
+        angles: the first `history` angles [rad], such as the resting angle repeated.
+        seeds: numbers of the seeds to run; all by default.
+
+    Raises:
+        ValueError: for too few angles, or a seed that the checkpoint does not have.
+    """
+
+    def __init__(self, checkpoint: Checkpoint, angles: Sequence[float], seeds: Sequence[int] | None = None) -> None:
+        network, dt = checkpoint.network, checkpoint.dt
+        if len(angles) < network.history:
+            raise ValueError(
+                f"the network needs {network.history} known angles to start from, found {len(angles)}; "
+                "repeat the resting angle if it was at rest."
+            )
+        seeds = checkpoint.seeds if seeds is None else seeds
+        if unknown := sorted(set(seeds) - set(checkpoint.seeds)):
+            raise ValueError(f"no seed {unknown} in the checkpoint; it has {list(checkpoint.seeds)}.")
+        chosen = [checkpoint.seeds.index(seed) for seed in seeds]
+        # Float64, and inputs rounded to float32 as everywhere: then any order of summation gives the batch's numbers.
+        self._weights = {name: value[chosen].double().cpu().numpy() for name, value in network.weights.items()}
+        self._network, self._channels, self._dt, self._count = network, checkpoint.channels, dt, 0
+        self._mean, self._std = np.array(network.scaling.emg_mean), np.array(network.scaling.emg_std)
+        given = torch.tensor(list(angles[: network.history]), dtype=torch.float64)
+        self._angles = given.numpy()
+        self._given = list(zip(*(values.tolist() for values in network.encode_angle(given)), strict=True))
+        self._z, self._v = np.zeros((2, len(chosen), 1, 1))
+        self._start = np.zeros((len(chosen), 1, network.architecture.hidden))
+        self._hidden = self._start
+        self._past: deque[np.ndarray] = deque(maxlen=network.history)  # what drove the last history cells
+
+    def step(self, emg: Sequence[float], where: str | None = None) -> np.ndarray:
+        """The angle [rad] at the next sample for every seed, (S,), from its EMG (one number per channel).
+
+        Args:
+            where: what messages call the sample; its number by default.
+
+        Raises:
+            ValueError: for another number of channels, or EMG that is not normalised; the sample then does not count.
+        """
+        if len(emg) != len(self._mean):
+            raise ValueError(f"a sample of EMG has {len(emg)} numbers; the network takes {len(self._mean)} channels.")
+        n, weights, scaling = self._count, self._weights, self._network.scaling
+        _check_emg(self._channels, emg, where or f"sample {n + 1}")
+        known = n < self._network.history
+        driven = self._encode(emg) @ weights["input"] + weights["bias"]
+        recurrent = self._remember() @ weights["hidden"]
+        if known:
+            self._z, self._v = (np.full_like(self._z, value) for value in self._given[n])
+        else:
+            output = self._cell(driven, recurrent) @ weights["output"] + weights["output_bias"]
+            self._z, self._v = self._network.move(output, self._z, self._v)
+        increments = self._network.architecture.increments
+        features = np.concatenate((self._z, self._v), axis=-1) if increments else self._z
+        seen = driven + features @ weights["angle"]
+        self._past.append(seen)
+        self._hidden = self._cell(seen, recurrent)
+        self._count += 1
+        if known:
+            return np.full(len(self._z), self._angles[n])
+        return self._z[:, 0, 0] * scaling.angle_std + scaling.angle_mean
+
+    def _encode(self, emg: Sequence[float]) -> np.ndarray:
+        """As `Network.encode_emg`, of one sample: (1, X)."""
+        x = (np.asarray(emg, dtype=np.float64) - self._mean) / self._std
+        if self._network.architecture.time_input:
+            x = np.append(x, self._count * self._dt / self._network.scaling.duration)
+        return x.astype(np.float32).astype(np.float64)[None]
+
+    def _remember(self) -> np.ndarray:
+        """h_(n-1), (S, 1, H); where the state is not carried, after going through the history again."""
+        if self._network.hidden_state == "windowed":
+            self._hidden = self._start
+            for seen in self._past:
+                self._hidden = self._cell(seen, self._hidden @ self._weights["hidden"])
+        return self._hidden
+
+    def _cell(self, driven: np.ndarray, recurrent: np.ndarray) -> np.ndarray:
+        """As `cells.apply_cell`."""
+        if self._network.architecture.cell == "rnn":
+            return np.tanh(recurrent + driven)
+        h = self._network.architecture.hidden
+        gates = 0.5 + 0.5 * np.tanh(0.5 * (recurrent[..., : 2 * h] + driven[..., : 2 * h]))
+        candidate = np.tanh(driven[..., 2 * h :] + gates[..., :h] * recurrent[..., 2 * h :])
+        return candidate + gates[..., h:] * (self._hidden - candidate) + self._weights["state_bias"]
+
+
+def _check_emg(channels: Sequence[str], emg: Sequence[float], where: str) -> None:
+    for name, value in zip(channels, emg, strict=True):
+        if not 0 <= value <= EMG_LIMIT:
+            raise ValueError(
+                f"{where}: {name} is {value:g}, expected 0 to {EMG_LIMIT:g}. Rectify and smooth the EMG, and divide it "
+                "by its value at maximum voluntary contraction, as was done for the training."
+            )

@@ -1,0 +1,79 @@
+"""Samples of EMG from lines of CSV, each read and checked as it comes."""
+
+import csv
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+RATE_TOLERANCE = 0.01  # largest relative difference from the sampling interval of the training that counts as rounding
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One sample: time [s], EMG of each channel [-], and what messages call its line."""
+
+    time: float
+    emg: Sequence[float]
+    where: str
+
+
+def read_samples(lines: Iterable[str], channels: Sequence[str], dt: float, source: str) -> Iterator[Sample]:
+    """Samples as soon as their lines are there.
+
+    Args:
+        lines: CSV, the first line naming the columns: the channels, and `time_s` where it is known. Others, such as a
+            measured angle, are not read.
+        channels: what to read, in this order.
+        dt: sampling interval that is expected [s].
+        source: what the lines come from, for messages.
+
+    Raises:
+        ValueError: naming the line, at the first that is no sample of EMG.
+    """
+    rows = csv.reader(lines)
+    header = [name.strip().removeprefix("\ufeff") for name in next(rows, [])]
+    if missing := [name for name in channels if name not in header]:
+        raise ValueError(
+            f"{source}, line 1: no column {', '.join(missing)}; found {', '.join(header) or 'nothing'}. The first line "
+            f"names the columns, among them the channels of the network: {', '.join(channels)}."
+        )
+    before = None
+    for row in rows:
+        if not row:
+            continue
+        where = f"{source}, line {rows.line_num}"
+        numbers = _read_numbers(row, header, ["time_s", *channels], where)
+        time = numbers.pop("time_s", 0.0 if before is None else before + dt)
+        _check_rate(before, time, dt, where)
+        yield Sample(time, list(numbers.values()), where)
+        before = time
+
+
+def _read_numbers(row: Sequence[str], header: Sequence[str], names: Sequence[str], where: str) -> dict[str, float]:
+    """The numbers in these columns, by name, of those that the header has."""
+    if len(row) != len(header):
+        raise ValueError(f"{where}: {len(row)} values, but the first line names {len(header)} columns.")
+    numbers = {}
+    for name in names:
+        if name not in header:
+            continue
+        text = row[header.index(name)]
+        try:
+            number = float(text)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise ValueError(
+                f"{where}: {name} is {text!r}, expected a number. What was predicted before is written; correct the "
+                "line, or leave it and those before it out."
+            )
+        numbers[name] = number
+    return numbers
+
+
+def _check_rate(before: float | None, time: float, dt: float, where: str) -> None:
+    if before is not None and abs(time - before - dt) > RATE_TOLERANCE * dt + 1e-6:
+        raise ValueError(
+            f"{where}: time_s goes from {before:g} to {time:g}, but the network was trained on samples {dt:g} s apart. "
+            "Resample the EMG to that interval."
+        )

@@ -1,0 +1,129 @@
+"""What is trained, and what training at one of its scales begins with."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from myowave.data.trials import Trials
+from myowave.identification.free_parameters import Free, free_parameters, start_values
+from myowave.learning.checkpoint import Checkpoint, digest_model, digest_trials
+from myowave.learning.network import Architecture, Network, Scaling, initialise
+from myowave.learning.windows import Corpus, count_training_samples
+from myowave.physics.model import Model
+from myowave.settings import Identify, Recipe
+
+
+def choose_device() -> torch.device:
+    """Where networks train: an accelerator if there is one."""
+    return torch.device("cuda" if torch.cuda.is_available() else "cpu")
+
+
+@dataclass(frozen=True)
+class Task:
+    """Networks of one dataset, model and recipe, to be trained at one scale after the other, all seeds at once.
+
+    Args:
+        scales: {level: trials at scale [-level]}, level 0 and those at which it is trained.
+        wanted: physical constants to identify.
+        total: number of scales: 3 trains at levels 2, 1 and 0 in turn.
+        seeds: numbers of the seeds.
+    """
+
+    scales: Mapping[int, Trials]
+    model: Model
+    recipe: Recipe
+    wanted: Mapping[str, Identify]
+    total: int
+    seeds: Sequence[int]
+    device: torch.device = field(default_factory=choose_device)
+
+    def epochs(self, level: int) -> int:
+        """Epochs at scale [-level]: an equal share, the remainder at scale [0]."""
+        share = self.recipe.epochs // self.total
+        return self.recipe.epochs - share * (self.total - 1) if level == 0 else share
+
+    def training_trials(self, level: int) -> Trials:
+        """The trials at scale [-level] without those that test."""
+        return self.scales[level].select(self.scales[level].train)
+
+    @cached_property
+    def labels(self) -> dict[str, Any]:
+        """What a checkpoint says of where it comes from; those of all scales are the same."""
+        curves = [curve.__name__ for curve in vars(self.model.curves).values()]
+        return {
+            "dataset": self.scales[0].dataset,
+            "dataset_digest": digest_trials(self.scales[0]),
+            "model": self.model.name,
+            "model_digest": digest_model(self.model.defaults, curves),
+            "recipe": self.recipe.model_dump(mode="json"),
+            "scales": self.total,
+            "seeds": tuple(self.seeds),
+        }
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Training at one scale as it begins.
+
+    Args:
+        trials: training trials at this scale.
+        network: its weights are leaves that take gradients.
+        corpus: the trials as the network sees them.
+        free: what is identified.
+        start: where its search began at the coarsest scale, (S, P), SI units.
+        values: where it goes on at this scale, (S, P).
+        before: checkpoint of the next coarser scale; None at the coarsest.
+    """
+
+    task: Task
+    level: int
+    trials: Trials
+    network: Network
+    corpus: Corpus
+    free: tuple[Free, ...]
+    start: Tensor
+    values: Tensor
+    before: Checkpoint | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the identified parameters."""
+        return tuple(parameter.name for parameter in self.free)
+
+
+def begin_stage(task: Task, level: int, before: Checkpoint | None = None) -> Stage:
+    """Training at scale [-level], from the checkpoint of the next coarser one.
+
+    Raises:
+        ValueError: if the checkpoint does not fit or is missing, the trials are too short, or the model lacks a wanted
+            constant.
+    """
+    recipe, trials = task.recipe, task.training_trials(level)
+    free = free_parameters(task.model, task.wanted, trials.known(task.model.defaults))
+    start = torch.from_numpy(start_values(free, task.seeds))
+    if before is not None:
+        before.require(**task.labels, level=level + 1, names=tuple(parameter.name for parameter in free))
+        network, values = before.network, before.values.cpu()
+    elif level == task.total - 1:
+        network, values = fresh_network(task), start
+    else:
+        raise ValueError(f"scale -{level} of {task.total} starts from the checkpoint of -{level + 1}; none given.")
+    network = network.to(task.device).trainable()
+    usable = torch.tensor(count_training_samples(trials, recipe.validation_fraction, network.history))
+    emg, angle = (torch.from_numpy(values).to(task.device) for values in (trials.emg, trials.angle))
+    corpus = Corpus.of(network, emg, angle.unsqueeze(0), trials.dt, usable)
+    return Stage(task, level, trials, network, corpus, free, start, values, before)
+
+
+def fresh_network(task: Task) -> Network:
+    """The network of a task before any training."""
+    recipe, finest = task.recipe, task.training_trials(0)
+    architecture = Architecture(
+        recipe.cell, recipe.hidden, len(finest.channels), recipe.output == "increment", recipe.time_input
+    )
+    weights = initialise(architecture, task.seeds)
+    return Network(architecture, Scaling.of(finest), weights, recipe.hidden_state, recipe.history_steps)

@@ -1,0 +1,112 @@
+"""Raw recordings within the section `data`: where each signal is, and how EMG is processed."""
+
+import re
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, model_validator
+
+from myowave.settings.section import Real, Section, Whole, setting
+
+Format = Literal["csv", "parquet", "noraxon", "delsys", "opensim", "matlab", "c3d", "edf"]
+TRIAL = "{trial}"
+
+
+def _one_placeholder(pattern: str) -> str:
+    if set("{}") & set(pattern.replace(TRIAL, "")):
+        raise ValueError(f"the only placeholder is {TRIAL}, which stands for the name of a trial")
+    return pattern
+
+
+class RawSignal(Section):
+    """Where one signal is recorded."""
+
+    file: Annotated[str, AfterValidator(_one_placeholder)] = setting(
+        "file that holds it; {trial} stands for the name of the trial, and * for anything that matches one file"
+    )
+    column: str | None = setting("its name in the file; null where the file holds one signal", default=None)
+    format: Format | None = setting("format of the file; null goes by the ending", default=None)
+    unit: str | None = setting("unit, where the file names none", default=None)
+    rate_hz: Real | None = setting("samples a second, where the file has neither rate nor time", "Hz", None, gt=0)
+
+
+class EmgChannel(RawSignal):
+    """One EMG channel as recorded."""
+
+    form: Literal["raw", "envelope"] = setting(
+        "raw: as the electrodes saw it; envelope: already rectified and smoothed, so only normalised", default="raw"
+    )
+
+
+class RawAngle(RawSignal):
+    """An angle as recorded: sign * value + offset."""
+
+    sign: Literal[1, -1] = setting("1, or -1 where the recorder counts the other way round", default=1)
+    offset_deg: Real = setting("added after the sign, so that 0 hangs straight down", "deg", 0.0, ge=-360, le=360)
+
+
+class ExtraAngle(RawAngle):
+    """A further angle over time, such as the lean of the upper arm."""
+
+    condition: str | None = setting(
+        "physical constant of which its median over a trial is the known value, such as tilt; null for none",
+        default=None,
+    )
+
+
+class TextLayout(Section):
+    """How tables of text are written; null is told from the file."""
+
+    separator: Literal["comma", "semicolon", "tab", "space"] | None = setting("between columns", default=None)
+    decimal: Literal["point", "comma"] | None = setting("decimal sign", default=None)
+    header_row: Whole = setting("row that names the columns, counted from 1", "-", 1, ge=1)
+    units_row: Whole | None = setting("row that holds the units of the columns", "-", None, ge=1)
+    time_column: str | None = setting("column of times in s; null takes one called time, time_s or t", default=None)
+
+
+class Processing(Section):
+    """From raw EMG to the excitation, and onto a common grid of samples."""
+
+    band_pass_hz: tuple[Real, Real] | None = setting(
+        "band of the raw EMG that is kept; its upper end is at most 0.45 of the sampling rate", "Hz", (20.0, 450.0)
+    )
+    notch_hz: Real | None = setting("frequency of mains hum to take out where a line is found", "Hz", None, gt=0)
+    low_pass_hz: Real = setting("corner of the envelope of the rectified EMG", "Hz", 4.0, gt=0, le=50)
+    phase: Literal["zero", "causal"] = setting(
+        "zero: filtered forwards and backwards, no lag; causal: as in real time, with the filter's lag", default="zero"
+    )
+    normalise: Literal["session", "mvc"] = setting(
+        "what 1 means: the largest envelope of a channel over the training trials, or over the recordings in mvc",
+        default="session",
+    )
+    rate_hz: Real | None = setting("samples a second of the trials; null takes the angle's", "Hz", None, gt=0)
+    emg_start_offset_s: Real = setting(
+        "time by which the EMG's clock started after the angle's; negative: before", "s", 0.0, ge=-60, le=60
+    )
+
+    @model_validator(mode="after")
+    def _band_in_order(self) -> "Processing":
+        if self.band_pass_hz is not None and not 0 < self.band_pass_hz[0] < self.band_pass_hz[1]:
+            raise ValueError(f"band_pass_hz {list(self.band_pass_hz)}: expected two frequencies, the lower one first")
+        if self.rate_hz is not None and self.low_pass_hz > 0.4 * self.rate_hz:
+            raise ValueError(
+                f"low_pass_hz {self.low_pass_hz:g} cannot be told apart at rate_hz {self.rate_hz:g}; expected at most "
+                "0.4 of the rate"
+            )
+        return self
+
+
+def _emg_name(name: str) -> str:
+    if not re.fullmatch(r"emg_\w+", name):
+        raise ValueError("EMG channels are called emg_<muscle>, such as emg_biceps")
+    return name
+
+
+def _extra_name(name: str) -> str:
+    if not re.fullmatch(r"[a-z]\w*_rad", name):
+        raise ValueError("further angles have names that end in _rad, such as tilt_rad")
+    return name
+
+
+ChannelName = Annotated[str, AfterValidator(_emg_name)]
+ExtraName = Annotated[str, AfterValidator(_extra_name)]
+Cut = tuple[Real, Real]

@@ -1,0 +1,216 @@
+"""Raw recordings of a session become trials like any others, or it is said what is wrong with them."""
+
+import gzip
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from sessions import curl, noraxon, session_section, write_session
+
+from myowave.data.preparing import prepare_recording
+from myowave.data.store import read_trials, write_trials
+from myowave.settings import RecordedDataset, parse_settings
+
+ROOT = Path(__file__).parents[2]
+
+
+def prepare(folder, **changes):
+    return prepare_recording("me", RecordedDataset(**session_section(**changes)), folder)
+
+
+def refuse(folder, *patterns, **changes):
+    with pytest.raises(ValueError) as caught:
+        prepare(folder, **changes)
+    for pattern in patterns:
+        assert re.search(pattern, str(caught.value)), f"{pattern!r} not in:\n{caught.value}"
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("session")
+    write_session(folder)
+    return folder
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_session(tmp_path)
+    return tmp_path
+
+
+def test_a_good_session_becomes_trials(good, tmp_path):
+    prepared, quality = prepare(good, conditions={"a": {"load": 1.0}})
+    trials = prepared.trials
+    assert trials.names == ("a", "b", "c") and trials.train == ("a", "b")
+    assert trials.channels == ("emg_biceps", "emg_triceps") and trials.dt == pytest.approx(0.01)
+    for i in range(3):
+        assert np.abs(np.degrees(trials.angle[i, : trials.lengths[i]]) - curl()[: trials.lengths[i]]).max() < 1e-6
+    assert trials.conditions["a"] == {"load": 1.0, "tilt": pytest.approx(np.radians(5.0))}
+    assert trials.conditions["c"] == {"tilt": pytest.approx(np.radians(7.0))}
+    assert np.allclose(trials.signals["tilt_rad"][1], np.radians(6.0))
+    assert [f for f in quality["findings"] if f["severity"] == "warning"] == []
+    write_trials(trials, tmp_path / "trials.parquet")
+    assert np.array_equal(read_trials(tmp_path / "trials.parquet").signals["tilt_rad"], trials.signals["tilt_rad"])
+
+
+def test_nothing_of_the_labels_in_the_files_is_kept(good):
+    prepared, quality = prepare(good)
+    assert "Doe" not in json.dumps([dict(prepared.trials.provenance), quality])
+
+
+def test_the_largest_of_the_training_trials_counts_as_1(good):
+    prepared, _ = prepare(good)
+    largest = prepared.trials.emg.max(axis=1)  # (T, C)
+    assert largest[:2].max(axis=0) == pytest.approx([1.0, 1.0], abs=1e-3)
+
+
+def test_a_test_trial_has_no_part_in_the_scale(good, tmp_path):
+    louder = tmp_path / "louder"
+    write_session(
+        louder, change=lambda trial, key, values: 1.2 * values if trial == "c" and key == "biceps" else values
+    )
+    (one, _), (other, quality) = prepare(good), prepare(louder)
+    assert one.gains == other.gains
+    assert np.array_equal(one.trials.emg[:2], other.trials.emg[:2])
+    assert np.allclose(other.trials.emg[2, :, 0], 1.2 * one.trials.emg[2, :, 0])
+    assert any(f["check"] == "EMG above 1" and f["trial"] == "c" for f in quality["findings"])
+
+
+def test_a_channel_with_another_gain_gives_the_same_excitation(good, tmp_path):
+    write_session(tmp_path, change=lambda trial, key, values: 3 * values if key == "triceps" else values)
+    (one, _), (other, _) = prepare(good), prepare(tmp_path)
+    assert np.allclose(one.trials.emg, other.trials.emg, rtol=1e-6, atol=1e-8)
+    assert other.gains["emg_triceps"] == pytest.approx(3 * one.gains["emg_triceps"])
+
+
+def test_maximum_contractions_can_count_as_1(folder):
+    write_session(folder, trials=("max",), change=lambda trial, key, values: 4 * values)
+    once, _ = prepare(folder)
+    scaled, _ = prepare(folder, mvc=["max"], processing={"normalise": "mvc"})
+    assert scaled.trials.names == ("a", "b", "c")
+    assert scaled.trials.emg[..., 0].max() < 0.5 * once.trials.emg[..., 0].max()
+
+
+def test_emg_that_started_later_is_put_where_it_belongs(folder):
+    for trial in "abc":
+        for muscle in ("biceps", "triceps"):
+            path = folder / trial / f"{muscle}.csv"
+            values = [float(line.split(",")[1]) for line in path.read_text("utf-8-sig").splitlines()[4:]]
+            noraxon(folder / "late" / trial / f"{muscle}.csv", "x", values[1500:], 1000.0, "uV")
+    emg = {f"emg_{m}": {"file": f"late/{{trial}}/{m}.csv", "format": "noraxon"} for m in ("biceps", "triceps")}
+    whole, _ = prepare(folder)
+    late, _ = prepare(folder, emg=emg, processing={"emg_start_offset_s": 1.5})
+    a, b = whole.trials, late.trials
+    assert b.lengths[0] == a.lengths[0] - 150
+    assert np.allclose(b.angle[0, : b.lengths[0]], a.angle[0, 150 : a.lengths[0]])
+    scale = whole.gains["emg_biceps"] / late.gains["emg_biceps"]
+    inside = slice(100, b.lengths[0] - 100)  # the filters see other ends
+    difference = b.emg[0, inside, 0] - scale * a.emg[0, 150 : a.lengths[0]][inside, 0]
+    assert np.abs(difference).max() < 1e-3
+
+
+def test_rate_cut_sign_and_offset_are_as_the_settings_say(good):
+    angle = {"file": "{trial}/elbow.csv", "format": "noraxon", "sign": -1, "offset_deg": 120.0}
+    prepared, _ = prepare(good, angle=angle, cut_s={"a": [2.0, 9.0]}, processing={"rate_hz": 50.0})
+    trials = prepared.trials
+    assert trials.dt == pytest.approx(0.02) and trials.lengths == (351, *trials.lengths[1:])
+    assert np.degrees(trials.angle[0, :351]) == pytest.approx(120 - curl()[200:901:2], abs=0.05)
+
+
+def test_packed_files_are_read_as_they_are(good, folder):
+    for path in folder.rglob("*.csv"):
+        path.with_name(path.name + ".gz").write_bytes(gzip.compress(path.read_bytes()))
+        path.unlink()
+    section = session_section()
+    for signal in (*section["emg"].values(), section["angle"], *section["signals"].values()):
+        signal["file"] += ".gz"
+    packed, _ = prepare_recording("me", RecordedDataset(**section), folder)
+    assert np.array_equal(packed.trials.emg, prepare(good)[0].trials.emg)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "says"),
+    [
+        (lambda f: (f / "b" / "biceps.csv").unlink(), r"emg.emg_biceps.file: b/biceps.csv: no such file.*holds elbow"),
+        (lambda f: noraxon(f / "b" / "elbow.csv", "x", curl(), 100.0, "mm"), "x is in 'mm'; expected rad, deg"),
+        (lambda f: noraxon(f / "b" / "elbow.csv", "x", curl(), 100.0, ""), "x is without a unit; .*in .*angle.unit"),
+        (lambda f: noraxon(f / "b" / "biceps.csv", "x", np.zeros(12000), 1000.0, "uV"), None),
+        (lambda f: noraxon(f / "b" / "biceps.csv", "x", np.ones(30), 1000.0, "uV"), "30 samples of x; expected"),
+        (lambda f: noraxon(f / "b" / "biceps.csv", "x", np.ones(9000), 1000.0, "uV", start=50.0), "trial b: 0 samples"),
+        (lambda f: noraxon(f / "b" / "elbow.csv", "x", 5 * curl(), 100.0, "deg"), "trial b: the angle .*offset_deg"),
+        (lambda f: noraxon(f / "b" / "elbow.csv", "x", curl() / 57.3, 100.0, "deg"), "trial b: .*If it is in rad"),
+        (lambda f: (f / "b" / "elbow.csv").write_text("time,value\n0,1\n"), "elbow.csv: this is not a signal"),
+    ],
+)  # fmt: skip
+def test_what_makes_a_recording_unusable_is_said(folder, spoil, says):
+    spoil(folder)
+    if says is None:  # one silent trial does not stop a session
+        _, quality = prepare(folder)
+        assert [f["check"] for f in quality["findings"] if f["trial"] == "b"] == ["dead channel"]
+    else:
+        refuse(folder, says)
+
+
+def test_a_file_that_was_cut_short_or_leaps_in_time_is_refused(folder):
+    path = folder / "a" / "biceps.csv"
+    lines = path.read_text("utf-8-sig").splitlines()
+    path.write_text("\n".join(lines[:-100]))
+    refuse(folder, "a/biceps.csv: 11900 samples, but row 2 says 12000; the export was cut short")
+    lines[1] = lines[1].replace("12000", "11999")
+    path.write_text("\n".join(lines[:504] + lines[505:]))
+    refuse(folder, "a/biceps.csv, row 505: time goes from 0.499 to 0.501, a step of 0.002 s")
+
+
+def test_all_problems_of_all_files_are_told_at_once(folder):
+    (folder / "a" / "biceps.csv").unlink()
+    noraxon(folder / "b" / "elbow.csv", "x", curl(), 100.0, "mm")
+    refuse(folder, "2 problems", "a/biceps.csv: no such file", "'mm'")
+
+
+def test_emg_far_above_the_training_trials_is_refused(folder, tmp_path):
+    write_session(tmp_path, change=lambda trial, key, values: 3 * values if trial == "c" else values)
+    refuse(
+        tmp_path, r"trial c: emg_biceps reaches \d\.\d+ of the largest of the training trials, .* expected at most 1.5"
+    )
+
+
+def test_a_scale_of_nothing_is_refused(tmp_path):
+    write_session(tmp_path, change=lambda trial, key, values: 0 * values if key == "triceps" else values)
+    refuse(tmp_path, "emg_triceps: the EMG never rises above 0")
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"test": ["d"]}, "no trial named d; the trials are a, b, c"),
+        ({"test": ["a", "b", "c"]}, "every trial is a test trial"),
+        ({"cut_s": {"a": [3.0, 1.0]}}, "cut_s of a: expected"),
+        ({"processing": {"normalise": "mvc"}}, "mvc names no recordings"),
+        ({"processing": {"band_pass_hz": [450, 20]}}, "the lower one first"),
+        ({"processing": {"low_pass_hz": 10, "rate_hz": 20}}, "at most 0.4 of the rate"),
+        ({"conditions": {"a": {"tilt": 0.1}}}, "tilt is in conditions and also"),
+        ({"angle": {"file": "{name}/elbow.csv"}}, "the only placeholder is {trial}"),
+        ({"emg": {"biceps": {"file": "x"}}}, "called emg_<muscle>"),
+        ({"signals": {"tilt": {"file": "x"}}}, "end in _rad"),
+    ],
+)
+def test_settings_that_contradict_themselves_are_refused(changes, says):
+    config = yaml.safe_load((ROOT / "config.yaml").read_text())
+    config["data"]["datasets"]["human_curls"] = session_section(**changes)
+    with pytest.raises(ValueError, match=re.escape(says)):
+        parse_settings(config)
+
+
+def test_the_recording_of_a_person_that_ships_comes_in():
+    settings = parse_settings(yaml.safe_load((ROOT / "config.yaml").read_text())).data.datasets["human_curls"]
+    two = settings.model_copy(update={"trials": ("load2.75_2", "load5.5_2"), "test": ("load2.75_2",), "conditions": {}})
+    prepared, quality = prepare_recording("human_curls", two, ROOT)
+    trials = prepared.trials
+    assert trials.dt == pytest.approx(0.01) and trials.lengths == (2674, 2662)
+    assert 130 < np.degrees(trials.angle.max()) < 165
+    assert "power below 20 Hz" in quality["summary"]
+    # The brachioradialis is recorded at about eight times the biceps.
+    assert prepared.gains["emg_brachioradialis"] > 4 * prepared.gains["emg_biceps"]

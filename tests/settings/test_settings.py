@@ -1,0 +1,205 @@
+"""Settings: what is refused, and whether the message helps."""
+
+import copy
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from myowave.settings import KEYS, Curves, Recipe, SimulatedDataset, check_effects, dump, parse_settings, public
+
+ROOT = Path(__file__).parents[2]
+SHIPPED = yaml.safe_load((ROOT / "config.yaml").read_text())
+
+
+def changed(path: str, value: object, *, remove: bool = False) -> dict:
+    """The shipped configuration with one key set or removed."""
+    config = copy.deepcopy(SHIPPED)
+    *parents, last = path.split(".")
+    section = config
+    for part in parents:
+        section = section[part]
+    if remove:
+        del section[last]
+    else:
+        section[last] = value
+    return config
+
+
+def problems(config: dict) -> list[str]:
+    with pytest.raises(ValueError) as caught:
+        parse_settings(config)
+    return str(caught.value).splitlines()
+
+
+def test_the_shipped_configuration_is_accepted_and_survives_a_round_trip():
+    settings = parse_settings(SHIPPED)
+    assert parse_settings(dump(settings)) == settings
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "says"),
+    [
+        ("learning.recipes.rollout.hidden", -5, ("-5", "whole number", "at least 1")),
+        ("learning.recipes.rollout.learning_rate", "fast", ("'fast'", "a number", "above 0")),
+        ("physics.muscles.Bi.side", "top", ("'top'", "flexor or extensor")),
+        ("physics.muscles.Bi.f0_N", 0, ("0", "above 0", "[N]", "isometric")),
+        ("physics.joint.mass_kg", True, ("True", "number")),
+        ("physics.joint.mass_kg", float("nan"), ("nan", "number")),
+        ("data.datasets.case1.samples", 3.5, ("3.5", "whole number")),
+        ("data.datasets.case1.kind", "simulatd", ("'simulatd'", "simulated or measured")),
+        ("data.datasets.bench_elbow.files", "trial1.csv", ("'trial1.csv'", "a list of")),
+        ("targets.scales", [1, 9], ("9", "1 to 5")),
+        ("targets.datasets", ["case7"], ("'case7'", "case1", "bench_elbow")),
+        ("targets.models", {"case1": ["joint_damping"]}, ("'joint_damping'", "base+joint_damping")),
+        ("data.datasets.case1.test", ["7"], ("7", "1, 2, 3, 4, 5")),
+        ("data.datasets.case1.identify", {"f0_Bic": {}}, ("f0_Bic", "did you mean 'f0_Bi'")),
+        ("data.datasets.case1.identify", {"f0_Bi": {"low": 3, "high": 2}}, ("low", "below high")),
+        ("data.wavelet.levels", 1, ("targets.scales", "data.wavelet.levels")),
+    ],
+)
+def test_a_wrong_value_is_named_with_what_is_allowed(path, value, says):
+    line = problems(changed(path, value))[0]
+    for text in (*says, path.split(".")[0]):
+        assert text in line, line
+
+
+@pytest.mark.parametrize(
+    ("path", "meant"),
+    [
+        ("lerning", "learning"),
+        ("learning.recipes.rollout.hiden", "hidden"),
+        ("physics.muscles.Tri.f0_n", "f0_N"),
+        ("data.datasets.case1.sampels", "samples"),
+        ("data.datasets.bench_elbow.fils", "files"),
+    ],
+)
+def test_an_unknown_key_is_refused_and_the_nearest_known_one_is_named(path, meant):
+    (line,) = problems(changed(path, 1))
+    assert line.startswith(f"{path}: unknown key; did you mean {meant!r}?")
+
+
+def test_a_missing_key_is_named_with_its_meaning():
+    (line,) = problems(changed("physics.muscles.Bi.f0_N", None, remove=True))
+    assert line.startswith("physics.muscles.Bi.f0_N: is missing") and "[N]" in line and "isometric" in line
+
+
+def test_every_problem_is_reported_at_once():
+    config = changed("learning.seeds", 0)
+    config["physics"]["joint"]["mass_kg"] = -1
+    config["data"]["wavelet"]["nam"] = "db2"
+    assert len(problems(config)) == 3
+
+
+def test_trials_may_be_named_by_numbers():
+    config = changed("data.datasets.case1.test", [3])
+    config["data"]["datasets"]["case1"]["conditions"] = {4: {"load": 1.0}}
+    dataset = parse_settings(config).data.datasets["case1"]
+    assert dataset.test == ("3",) and dataset.conditions == {"4": {"load": 1.0}}
+
+
+def test_numbers_given_as_text_are_read_as_numbers():
+    # YAML reads 1e-3 as text, and so does `snakemake --config`.
+    settings = parse_settings(changed("learning.recipes.rollout.learning_rate", "1e-3"))
+    assert settings.learning.recipes["rollout"].learning_rate == 1e-3
+
+
+def test_what_is_hidden_in_a_dataset_is_not_public():
+    config = changed("data.datasets.case1.hidden_effect", {"joint_damping": {"c": 1.2}})
+    dataset = parse_settings(config).data.datasets["case1"]
+    assert dump(dataset)["hidden_effect"] == {"joint_damping": {"c": 1.2}}
+    shown = public(dataset)
+    assert "hidden" not in str(shown) and "joint_damping" not in str(shown)
+    assert SimulatedDataset.model_validate(shown).samples == dataset.samples
+
+
+@pytest.mark.parametrize(
+    "path", ["physics", "data.datasets.case1", "data.datasets.bench_elbow", "learning.recipes.paper", "diagnosis"]
+)
+def test_a_section_given_to_a_job_is_the_section_of_the_settings(path):
+    section = parse_settings(SHIPPED)
+    for part in path.split("."):
+        section = section[part] if isinstance(section, dict) else getattr(section, part)
+    assert type(section).model_validate(json.loads(json.dumps(dump(section)))) == section
+
+
+def test_simulated_trials_are_refused_where_nothing_would_learn_from_them():
+    (problem,) = problems(changed("learning.recipes.paper.simulated_trials", 4))
+    assert "simulated_trials above 0 needs hidden_state: carried" in problem
+
+
+def test_settings_cannot_be_changed():
+    settings = parse_settings(SHIPPED)
+    with pytest.raises(ValueError, match="frozen"):
+        settings.physics.joint.mass_kg = 2.0
+
+
+def test_every_key_says_what_it_means_and_numbers_have_a_unit():
+    for key in KEYS:
+        assert key.meaning, f"{key.name} has no description"
+        if key.allowed.startswith(("a number", "a whole number")):
+            assert key.unit, f"{key.name} has no unit"
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["targets.models.case1", "data.datasets.case1.hidden_effect", "diagnosis.study.effects", "diagnosis.study.pairs"],
+)
+def test_an_effect_that_does_not_ship_is_refused_wherever_it_is_named(path):
+    named = {
+        "models": ["base+fatigu"],
+        "hidden": {"fatigu": {}},
+        "effects": ["fatigu"],
+        "pairs": [["fatigue", "fatigu"]],
+    }
+    value = next(value for word, value in named.items() if word in path)
+    with pytest.raises(ValueError, match=rf"{path}: there is no 'fatigu'; did you mean 'fatigue'\?") as caught:
+        check_effects(parse_settings(changed(path, value)))
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_users_own_effects_are_left_to_the_jobs():
+    config = changed("targets.models.case1", ["base+my_effect"])
+    config["physics"]["effect_files"] = ["my_effect.py"]
+    check_effects(parse_settings(config))
+
+
+def test_the_shipped_file_spells_out_every_key_of_its_recipes():
+    for name, recipe in SHIPPED["learning"]["recipes"].items():
+        assert set(recipe) == set(Recipe.model_fields), f"recipe {name} leaves choices to hidden defaults"
+
+
+def test_the_curves_of_the_settings_are_those_of_the_physics():
+    from myowave.physics import curves
+
+    for field, known in (
+        ("active_length", curves.ACTIVE_LENGTH),
+        ("passive", curves.PASSIVE),
+        ("force_velocity", curves.FORCE_VELOCITY),
+    ):
+        assert set(Curves.model_fields[field].annotation.__args__) == set(known)
+
+
+def test_reading_settings_loads_nothing_heavy():
+    code = (
+        "import sys, myowave.settings, myowave.workflow.digest, myowave.cli\n"
+        "heavy = {'torch', 'mlflow', 'pandas', 'numpy', 'scipy', 'matplotlib', 'snakemake'} & set(sys.modules)\n"
+        "sys.exit(', '.join(sorted(heavy)) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "says"), [("learning: [", "not valid YAML"), ("- 1", "sections"), ("physics: {}", "physics.muscles")]
+)
+def test_the_command_explains_a_wrong_file_without_a_traceback(tmp_path, text, says):
+    path = tmp_path / "mine.yaml"
+    path.write_text(text)
+    done = subprocess.run(
+        [sys.executable, "-m", "myowave.cli", "effects", "--config", str(path)], capture_output=True, text=True
+    )
+    assert done.returncode == 2 and says in done.stderr and "Traceback" not in done.stderr

@@ -1,0 +1,71 @@
+"""A table of subjects becomes datasets, and every fault of it is named with its row."""
+
+import pytest
+
+from myowave.settings.subjects import add_subjects
+
+TABLE = """subject,files,test,mass,length,trial4.load
+ann,data/ann/*.csv,trial3 trial5,1.2,0.35,1.5
+bob,data/bob/*.csv,trial3,1.4,,
+"""
+
+
+@pytest.fixture
+def config(tmp_path):
+    """A configuration with the table; `config(text)` replaces it."""
+
+    def with_table(text=TABLE):
+        path = tmp_path / "subjects.csv"
+        path.write_text(text)
+        return {
+            "data": {"subjects": str(path), "datasets": {"case1": {"kind": "simulated"}}},
+            "targets": {"datasets": ["case1", "subjects"], "models": {"subjects": ["base", "base+x"]}},
+        }
+
+    return with_table
+
+
+def test_each_row_is_a_measured_dataset(config):
+    datasets = add_subjects(config())["data"]["datasets"]
+    assert list(datasets) == ["case1", "ann", "bob"]
+    assert datasets["ann"] == {
+        "kind": "measured",
+        "files": ["data/ann/*.csv"],
+        "test": ["trial3", "trial5"],
+        "constants": {"mass": 1.2, "length": 0.35},
+        "conditions": {"trial4": {"load": 1.5}},
+    }
+    assert datasets["bob"]["constants"] == {"mass": 1.4} and datasets["bob"]["conditions"] == {}
+
+
+def test_the_word_subjects_stands_for_all_of_them(config):
+    targets = add_subjects(config())["targets"]
+    assert targets["datasets"] == ["case1", "ann", "bob"]
+    assert targets["models"] == {"ann": ["base", "base+x"], "bob": ["base", "base+x"]}
+
+
+def test_a_configuration_without_a_table_stays_as_it_is():
+    config = {"data": {"datasets": {}}, "targets": {"datasets": ["case1"]}}
+    assert add_subjects(config) == config
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (TABLE.replace("1.4", "heavy"), "row 3, column mass: 'heavy' is not a number"),
+        (TABLE.replace("bob", "ann"), "row 3: subject 'ann' is there already"),
+        (TABLE.replace("bob", "case1"), "case1 .* is also in data.datasets"),
+        (TABLE.replace(",test,", ",tests,"), "column test is missing"),
+        (TABLE.replace("1.4,,", "1.4,,,7"), "row 3: more cells than columns"),
+    ],
+)
+def test_faults_are_named(config, text, message):
+    with pytest.raises(ValueError, match=message):
+        add_subjects(config(text))
+
+
+def test_a_table_that_is_not_there(config):
+    settings = config()
+    settings["data"]["subjects"] = "nowhere.csv"
+    with pytest.raises(ValueError, match="there is no table nowhere.csv"):
+        add_subjects(settings)

@@ -1,0 +1,66 @@
+# What plain `snakemake` makes, by the section `targets`: figures, networks, verdicts.
+import json
+
+
+def models_of(dataset):
+    """The physical models of a dataset."""
+    return SETTINGS.targets.models.get(dataset, ("base",))
+
+
+def for_targets(pattern, datasets=SETTINGS.targets.datasets):
+    """The pattern for every dataset with the models, recipes and numbers of scales that the targets name."""
+    targets = SETTINGS.targets
+    return [
+        path
+        for dataset in datasets
+        for path in expand(
+            pattern, dataset=dataset, model=models_of(dataset), recipe=targets.recipes, scales=targets.scales
+        )
+    ]
+
+
+def figures_of_data(wildcards):
+    return expand(
+        "results/figures/{dataset}/{figure}.png", dataset=SETTINGS.targets.datasets, figure=["trials", "scales"]
+    )
+
+
+def figures_of(runs):
+    """Figures of one dataset, model and recipe; `runs` may hold wildcards."""
+    return [f"results/figures/{runs}/{figure}.png" for figure in ("metrics", "predictions", "parameters")]
+
+
+def figures_of_learning(wildcards):
+    return sorted({path for figure in figures_of(RUNS) for path in for_targets(figure)})
+
+
+def verdicts(wildcards):
+    return expand("results/diagnosis/{dataset}/verdict.html", dataset=SETTINGS.targets.datasets)
+
+
+def found_model(summary):
+    """The model that a diagnosis found, from its summary.json."""
+    return json.loads(Path(summary).read_text(encoding="utf-8"))["model"]
+
+
+def networks_with(dataset, followed):
+    """Evaluations of the networks of a dataset, with the model that its verdict found, or None."""
+    targets, pattern = SETTINGS.targets, f"results/learning/{LADDER}/evaluation.csv"
+    paths = for_targets(pattern, [dataset])
+    if followed is not None:
+        paths += expand(pattern, dataset=dataset, model=followed, recipe=targets.recipes, scales=min(targets.scales))
+    return list(dict.fromkeys(paths))
+
+
+def networks_of(dataset):
+    """Evaluations of the networks of a dataset; those that follow its verdict, known after the diagnosis, come last."""
+    if dataset not in SETTINGS.targets.datasets:
+        return []
+    if dataset not in SETTINGS.targets.follow_verdict:
+        return networks_with(dataset, None)
+    return networks_with(dataset, found_model(checkpoints.diagnose_dataset.get(dataset=dataset).output.summary))
+
+
+def evaluations(wildcards):
+    """Evaluations of the networks of all datasets."""
+    return [path for dataset in SETTINGS.targets.datasets for path in networks_of(dataset)]
