@@ -35,8 +35,11 @@ bench: $(VENV)/.ready ## speeds beside the straightforward program, measured sid
 	$(BIN)/python benchmarks/learning.py
 	$(BIN)/python benchmarks/diagnosis.py
 
-lint: $(VENV)/.ready ## style of the Python code
+lint: $(VENV)/.ready ## style, layout and types of the Python code, layout of the rules
 	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/snakefmt --check Snakefile workflow/rules
 
 publish: $(VENV)/.ready ## rebuild the MLflow store from results/
 	$(BIN)/snakemake --cores 1 publish

@@ -1,6 +1,7 @@
 # Table of contents of the workflow. What is computed stands in config.yaml, how in workflow/rules/, in reading order.
 from pathlib import Path
 
+
 configfile: Path(workflow.basedir) / "config.yaml"  # lay your own over it: --configfile config.yaml mine.yaml
 
 

@@ -16,7 +16,8 @@ from scipy.optimize import least_squares
 
 from myowave.diagnosis.search.selection import select_effects
 from myowave.diagnosis.study.cases import Case, add_noise, clean_trials, simulate_case
-from myowave.identification.fit import fit_model, free_parameters
+from myowave.identification.free_parameters import free_parameters
+from myowave.identification.output_error import fit_model
 from myowave.identification.record import Record, make_record
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue

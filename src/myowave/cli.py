@@ -18,9 +18,14 @@ app = typer.Typer(
 )
 P = ParamSpec("P")
 ConfigFiles = Annotated[
-    list[Path], typer.Option("--config", help="configuration to read; given again, it is laid over those before")
+    list[Path],
+    typer.Option(
+        "--config",
+        default_factory=lambda: [Path("config.yaml")],
+        show_default="config.yaml",
+        help="configuration to read; given again, it is laid over those before",
+    ),
 ]
-CONFIG = (Path("config.yaml"),)
 
 
 def explain_mistakes(command: Callable[P, None]) -> Callable[P, None]:
@@ -50,7 +55,7 @@ def list_settings() -> None:
 
 @app.command("effects")
 @explain_mistakes
-def list_effects(config: ConfigFiles = CONFIG) -> None:
+def list_effects(config: ConfigFiles) -> None:
     """List the physical effects that a model may have: where they act, their equation and parameters."""
     settings = read_settings(config)
     from myowave.physics.effects import catalogue
@@ -106,7 +111,7 @@ def read_numbers(option: str, text: str) -> list[float]:
 @app.command()
 @explain_mistakes
 def ui(
-    config: ConfigFiles = CONFIG,
+    config: ConfigFiles,
     port: Annotated[int, typer.Option(help="port on 127.0.0.1")] = 5000,
 ) -> None:
     """Browse the results with MLflow, on this machine only."""

@@ -5,10 +5,13 @@ differ in style or are named at their end.
 """
 
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.rcsetup import cycler
+from numpy.typing import ArrayLike, NDArray
 
 BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, RED, PINK = (
     "#000000",
@@ -25,7 +28,7 @@ MEASURED = BLACK
 MODEL = RED
 GREY = "#6b6b6b"
 
-STYLE = {
+STYLE: dict[Any, Any] = {
     "figure.dpi": 110,
     "savefig.dpi": 160,
     "font.size": 11,
@@ -37,7 +40,7 @@ STYLE = {
     "axes.grid": True,
     "grid.color": "#e3e3e3",
     "grid.linewidth": 0.7,
-    "axes.prop_cycle": matplotlib.cycler(color=CYCLE),
+    "axes.prop_cycle": cycler(color=CYCLE),
     "lines.linewidth": 1.6,
     "figure.constrained_layout.use": True,
     "axes.titlelocation": "left",
@@ -45,7 +48,9 @@ STYLE = {
 }
 
 
-def canvas(rows: int = 1, columns: int = 1, *, width: float = 9.0, height: float = 4.0, **kwargs):
+def canvas(
+    rows: int = 1, columns: int = 1, *, width: float = 9.0, height: float = 4.0, **kwargs: Any
+) -> tuple[Figure, NDArray[Any]]:
     """A figure in the project's style and its axes, a (rows, columns) array; size in inches."""
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(width, height))
@@ -58,7 +63,9 @@ def title(figure: Figure, finding: str) -> None:
     figure.suptitle(finding, x=0.01, ha="left", fontsize=13, fontweight="bold", wrap=True)
 
 
-def shade(axes: Axes, x, mean, spread, *, color: str, label: str | None = None, **kwargs) -> None:
+def shade(
+    axes: Axes, x: ArrayLike, mean: Any, spread: Any, *, color: str, label: str | None = None, **kwargs: Any
+) -> None:
     """A line with a band of one standard deviation on either side."""
     axes.plot(x, mean, color=color, label=label, **kwargs)
     axes.fill_between(x, mean - spread, mean + spread, color=color, alpha=0.22, linewidth=0)

@@ -85,6 +85,14 @@ def test_parquet_degrees_column_order_and_lengths_make_no_difference(folder):
     assert np.abs(trials.emg[1, :80, 1] - frame["emg_triceps"]).max() < 1e-12
 
 
+def test_columns_that_are_named_as_not_needed_do_no_harm(folder):
+    spoil(folder, lambda f: f.assign(emg_brachialis="n/a", acc_x=[""] + [1.0] * 99))
+    trials = load(folder, ignore_columns=("acc_*", "emg_brachialis"))
+    assert trials.channels == CHANNELS and trials.provenance["ignored columns"] == ["acc_*", "emg_brachialis"]
+    assert np.abs(trials.emg[1] - recording(2)[list(CHANNELS)]).to_numpy().max() < 1e-12
+    refuse(folder, "unknown column 'emg_brachialis'", ignore_columns=("acc_*",))
+
+
 def test_trials_come_in_natural_order(folder):
     recording(10).to_csv(folder / "trial10.csv", index=False)
     assert load(folder).names == ("trial1", "trial2", "trial3", "trial10")

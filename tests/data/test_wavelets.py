@@ -131,6 +131,13 @@ def test_input_or_output_can_be_left_as_recorded(trials, option):
     assert np.array_equal(coarse.angle, trials.angle) == (option == "emg")
 
 
+def test_each_scale_is_the_projection_of_its_level(trials):
+    for level, coarse in decompose(trials, 3).items():
+        for i, length in enumerate(trials.lengths):
+            np.testing.assert_array_equal(coarse.angle[i, :length], project(trials.angle[i, :length], level))
+            np.testing.assert_array_equal(coarse.emg[i, :length], project(trials.emg[i, :length], level))
+
+
 def test_scale_0_is_the_recording(trials):
     finest = decompose(trials, 2)[0]
     assert (finest.emg == trials.emg).all() and (finest.angle == trials.angle).all()

@@ -9,8 +9,8 @@ import yaml
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.study.cases import Case, add_noise, clean_trials, simulate_case
-from myowave.identification.fit import Fit, fit_model, free_parameters
-from myowave.identification.normal import Free
+from myowave.identification.free_parameters import Free, free_parameters
+from myowave.identification.output_error import Fit, fit_model
 from myowave.identification.record import Record, make_record
 from myowave.physics.build import build_model
 from myowave.physics.effect import Effect

@@ -11,6 +11,7 @@ from myowave.data.trials import Trials
 from myowave.data.wavelets import decompose
 from myowave.learning.task import Task
 from myowave.physics.build import build_model
+from myowave.physics.effect import Effect
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
 from myowave.settings import Identify, Recipe, Settings, SimulatedDataset, parse_settings
@@ -24,6 +25,11 @@ def settings(pytestconfig: pytest.Config) -> Settings:
 @pytest.fixture(scope="session")
 def model(settings: Settings) -> Model:
     return build_model("base", settings.physics)
+
+
+@pytest.fixture(scope="session")
+def effects() -> dict[str, Effect]:
+    return catalogue(())
 
 
 @pytest.fixture(scope="session")

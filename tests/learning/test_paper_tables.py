@@ -5,8 +5,9 @@ import pandas as pd
 import pytest
 import torch
 
-from myowave.identification.parameters import identify
+from myowave.identification.free_parameters import free_parameters
 from myowave.learning.paper import tables
+from myowave.learning.paper.joint_identification import Form
 from myowave.settings import Identify
 
 SAMPLES = 500
@@ -68,7 +69,8 @@ def test_the_paper_stands_beside_three_scales_only():
 def test_what_eq_41_can_reach_ends_at_the_mean_of_the_literature(model):
     for values in ((4.0, 8.0), (1.0, 2.0, 9.0)):
         wanted = Identify(literature=values)
-        form = identify(model, {"f0_Bi": wanted}, {}, (0,))[0].forms[0]
+        (free,) = free_parameters(model, {"f0_Bi": wanted}, ())
+        form = Form.of(free, wanted, torch.ones(1))
         low, high = tables.reach(wanted.model_dump())
         ends = torch.tensor([[-40.0] * len(values), [40.0] * len(values)])
         assert form.value(ends).tolist() == pytest.approx([low, high], abs=1e-9)

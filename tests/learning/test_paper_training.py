@@ -2,10 +2,11 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import torch
 
-from myowave.identification.parameters import identify
+from myowave.data.wavelets import decompose
 from myowave.learning.paper.derivatives import predict_with_time_derivatives
 from myowave.learning.paper.loss import PaperLoss, Residual
 from myowave.learning.paper.windowed import predict_teacher_forced, run_windowed
@@ -14,7 +15,8 @@ from myowave.learning.training import train_scale
 from myowave.learning.windows import Corpus
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
-from myowave.settings import Identify
+from myowave.physics.model import torques
+from myowave.physics.simulation import Simulation
 
 CPU = torch.device("cpu")
 
@@ -34,7 +36,9 @@ def with_recipe(stage: Stage, **changes) -> Stage:
 
 
 def params_of(stage: Stage):
-    return stage.identified.params(stage.raw)
+    """Parameters as a loss takes them, which may take gradients."""
+    values = stage.values.clone().requires_grad_()
+    return {name: values[:, i, None] for i, name in enumerate(stage.names)}, values
 
 
 def forced(stage: Stage):
@@ -77,17 +81,38 @@ def test_time_derivatives_equal_finite_differences_over_the_input_time(cell, tea
 
 def test_the_residual_is_small_along_a_true_motion_and_grows_with_wrong_parameters(trials, model):
     """Noisy EMG has kinks that central differences smear, so the true residual is small beside a wrong one, not 0."""
-    identified, raw = identify(model, {"f0_Bi": Identify(start_spread=0.0)}, {}, (0,))
     q = torch.from_numpy(trials.angle)[None]
     before, now, after = q[..., :-2], q[..., 1:-1], q[..., 2:]
     motion = [torch.nn.functional.pad(part, (1, 1)) for part in (now, (after - before) / (2 * trials.dt))]
     bend = torch.nn.functional.pad((after - 2 * now + before) / trials.dt**2, (1, 1))
     residual = Residual.of(model, trials, CPU)
     true, wrong = (
-        residual.along(identified.params(factor * raw), *motion, bend)[..., 1:-1].square().mean()
-        for factor in (1.0, 1.2)
+        residual.along({"f0_Bi": torch.full((1, 1), strength)}, *motion, bend)[..., 1:-1].square().mean()
+        for strength in (model.defaults["f0_Bi"], 1.2 * model.defaults["f0_Bi"])
     )
     assert wrong > 5 * true
+
+
+def test_the_residual_is_eq_38_of_the_predicted_motion(stage):
+    """I qddot - E - T with central differences of the predictions and the activations at the samples, by hand."""
+    slow = decompose(stage.task.scales[0], 4)[4]  # or q would be all acceleration
+    stage = begin_stage(replace(stage.task, scales={0: slow}), level=0)
+    lively = {name: 4 * value.detach() for name, value in stage.network.weights.items()}  # or it would hardly move
+    stage = replace(stage, network=replace(stage.network, weights=lively).trainable())
+    trials, dt, params = stage.trials, stage.trials.dt, params_of(stage)[0]
+    with torch.no_grad():
+        q = predict_teacher_forced(*forced(stage)).numpy()
+    qdot, qddot = np.gradient(q, dt, axis=-1), np.diff(q, 2, axis=-1) / dt**2
+    q, qdot = (torch.from_numpy(x[..., 1:-1]) for x in (q, qdot))
+    simulation = Simulation(stage.task.model, params, torch.from_numpy(trials.emg), dt)
+    activation = simulation.drive.activation[..., 1:, 0, :]  # at the beginning of each step
+    torque = torques(simulation.along_time, q, qdot, activation, {})
+    inside = slice(stage.network.history, 150 - 2)  # of the samples that have two neighbours
+    residual = (torque.inertia * torch.from_numpy(qddot) - torque.total)[..., inside].detach()
+    losses = PaperLoss(stage).backward(params)
+    torch.testing.assert_close(losses.residual, residual.square().mean((1, 2)), rtol=1e-4, atol=0)
+    slower = torques(simulation.along_time, q, 0.5 * qdot, activation, {}).total - torque.total
+    assert slower.square().mean() / residual.square().mean() > 1e-3, "speed does not matter"
 
 
 @pytest.mark.parametrize("derivative", ["sequence", "time"])
@@ -99,7 +124,7 @@ def test_what_validates_is_in_no_loss(derivative, stage):
     corpus = Corpus.of(stage.network, emg, angle, trials.dt, stage.corpus.usable)
     as_it_is = with_recipe(stage, derivative=derivative)
     losses = [
-        PaperLoss(each).backward(params_of(each))
+        PaperLoss(each).backward(params_of(each)[0])
         for each in (as_it_is, replace(as_it_is, trials=trials, corpus=corpus))
     ]
     torch.testing.assert_close(losses[0].data, losses[1].data)
@@ -109,10 +134,10 @@ def test_what_validates_is_in_no_loss(derivative, stage):
 def test_parameters_get_a_gradient_only_through_the_residual(stage):
     gradients = []
     for beta in (1e-3, 2e-3):
-        raw = stage.raw.detach().clone().requires_grad_()
-        losses = PaperLoss(with_recipe(stage, beta=beta)).backward(stage.identified.params(raw))
+        params, values = params_of(stage)
+        losses = PaperLoss(with_recipe(stage, beta=beta)).backward(params)
         torch.testing.assert_close(losses.total, losses.data + beta * losses.residual)
-        gradients.append(raw.grad)
+        gradients.append(values.grad)
     torch.testing.assert_close(gradients[1], 2 * gradients[0])
 
 

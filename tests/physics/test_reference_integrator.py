@@ -38,14 +38,18 @@ def muscle_torque(q, qdot, a, muscle, sign):
         passive = 0.075 * (np.exp(6.6 * (length - 1)) - 1)
     else:
         passive = 0.075 * (np.exp(6.6 * 0.4) * (1 + 6.6 * (length - 1.4)) - 1)
-    if velocity < -1:
-        speed = 0.0
-    elif velocity <= 0:
-        speed = (1 + velocity) / (1 - velocity / 0.25)
-    else:
-        s = (1 + 1 / 0.25) / (1.4 - 1)
-        speed = (1 + 1.4 * s * velocity) / (1 + s * velocity)
-    return sign * muscle["f0"] * (a * active * speed + passive) * arm
+    return sign * muscle["f0"] * (a * active * hill(velocity) + passive) * arm
+
+
+def hill(velocity):
+    """Force at a velocity, from Hill's hyperbola (F + a)(b - v) = b (1 + a) on the shortening side, where a = b leaves
+    no force at v = -1; lengthening, the hyperbola (F_max - F)(c + v) = c (F_max - 1) with the same slope at v = 0."""
+    a = b = 0.25
+    largest = 1.4
+    if velocity <= 0:
+        return max(b * (1 + a) / (b - velocity) - a, 0.0)
+    c = (largest - 1) * b / (1 + a)
+    return largest - c * (largest - 1) / (c + velocity)
 
 
 def reference(emg, dt, q0):

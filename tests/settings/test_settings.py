@@ -126,6 +126,11 @@ def test_a_section_given_to_a_job_is_the_section_of_the_settings(path):
     assert type(section).model_validate(json.loads(json.dumps(dump(section)))) == section
 
 
+def test_simulated_trials_are_refused_where_nothing_would_learn_from_them():
+    (problem,) = problems(changed("learning.recipes.paper.simulated_trials", 4))
+    assert "simulated_trials above 0 needs hidden_state: carried" in problem
+
+
 def test_settings_cannot_be_changed():
     settings = parse_settings(SHIPPED)
     with pytest.raises(ValueError, match="frozen"):

@@ -13,7 +13,7 @@ DECIDING = {"decompose_scales", "train_scale", "diagnose_dataset"}
 SCORED = ("truth.json", "verdict.json", "evaluation.csv", "watch.csv", "watch_parameters.csv")
 
 
-def test_a_wrong_configuration_stops_before_any_job_with_our_message_alone(project):
+def test_a_wrong_configuration_stops_before_any_job_with_our_message_only(project):
     wrong = {"learning": {"recipes": {"rollout": {"hiden": 3}}, "seeds": "five"}}
     done = project.snakemake("--cores", "1", *project.lay_over(wrong))
     assert done.returncode != 0

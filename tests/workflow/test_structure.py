@@ -37,7 +37,7 @@ DOORS = {
 }
 # Beside the layers: they may be used by any, and use none but those named here.
 BESIDE = {
-    "settings": (),
+    "settings": ("physics",),  # its list of constants, which loads nothing
     "workflow": (),
     "plotting.py": (),
     "tracking": ("data", "learning"),

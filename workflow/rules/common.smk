@@ -21,12 +21,14 @@ config.clear()
 
 DATASETS = SETTINGS.data.datasets
 SIMULATED, MEASURED, RECORDED = (
-    [name for name, dataset in DATASETS.items() if dataset.kind == kind] for kind in ("simulated", "measured", "recorded")
+    [name for name, dataset in DATASETS.items() if dataset.kind == kind]
+    for kind in ("simulated", "measured", "recorded")
 )
 
 # The coordinates of a network are the folders of its results.
 RUNS = "{dataset}/{model}/{recipe}"
 LADDER = f"{RUNS}/{{scales}}-scale"
+
 
 wildcard_constraints:
     dataset="|".join(DATASETS),

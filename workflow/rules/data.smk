@@ -29,7 +29,7 @@ def expand_patterns(patterns, key):
 
 rule simulate_trials:
     input:
-        effects=SETTINGS.physics.effect_files,
+        physics=SETTINGS.physics.files,
     output:
         trials="results/data/{dataset}/trials.parquet",
         truth="results/data/{dataset}/truth.json",

@@ -28,7 +28,7 @@ def networks_beside(wildcards):
 checkpoint diagnose_dataset:
     input:
         trials="results/data/{dataset}/trials.parquet",
-        effects=SETTINGS.physics.effect_files,
+        physics=SETTINGS.physics.files,
     output:
         summary=f"{DIAGNOSIS}/summary.json",
         tables=DIAGNOSIS_TABLES,

@@ -21,7 +21,7 @@ rule train_scale:
     input:
         scales="results/data/{dataset}/scales.parquet",
         coarser=coarser_checkpoint,
-        effects=SETTINGS.physics.effect_files,
+        physics=SETTINGS.physics.files,
     output:
         checkpoint=f"results/learning/{LADDER}/scale-{{level}}.pt",
         history=f"results/learning/{LADDER}/history-{{level}}.parquet",

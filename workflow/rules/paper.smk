@@ -5,7 +5,8 @@ PAPER_RUNS = [f"{case}/base/paper" for case in PAPER_CASES] + [f"{name}/base/pap
 
 # What each choice of its recipe does, on one case with 1-scale training; the recipe as printed comes first.
 PAPER_CHOICES = [
-    "paper", "paper_light", "paper_sequence", "paper_sequence_quiet", "paper_sequence_light", "paper_sequence_light_quiet",
+    "paper", "paper_rnn", "paper_light", "paper_sequence", "paper_sequence_quiet", "paper_sequence_light",
+    "paper_sequence_light_quiet",
 ]  # fmt: skip
 PAPER_CHOICE = "results/learning/case1/base/{recipe}/1-scale/{file}"
 

@@ -29,7 +29,7 @@ rule simulate_study:
 rule study_effect:
     input:
         trials=rules.simulate_study.output.trials,
-        effects=SETTINGS.physics.effect_files,
+        physics=SETTINGS.physics.files,
     output:
         cases="results/diagnosis/study/{hidden}.csv",
     log:

@@ -64,7 +64,7 @@ rule search_settings:
     input:
         scales=f"{SWEEP_FOLDER}/scales.parquet",
         study=f"{SWEEP_FOLDER}/study.json",
-        effects=SETTINGS.physics.effect_files,
+        physics=SETTINGS.physics.files,
     output:
         done=f"{SWEEP_FOLDER}/worker-{{worker}}.txt",
     log:
@@ -132,7 +132,7 @@ rule score_sweep:
         trials=f"results/data/{SWEEP.dataset}/trials.parquet",
         scales=f"results/data/{SWEEP.dataset}/scales.parquet",
         truth=truth_of(SWEEP.dataset),
-        effects=SETTINGS.physics.effect_files,
+        physics=SETTINGS.physics.files,
     output:
         scores=report(
             f"{SWEEP_FOLDER}/test_scores.csv",

@@ -9,12 +9,12 @@ from myowave.data.store import read_trials, write_scales
 from myowave.data.wavelets import decompose
 from myowave.learning.sweep.outcome import study_name
 from myowave.learning.sweep.study import open_search
-from myowave.settings import Sweep, Wavelet
+from myowave.settings import PlannedSweep, Wavelet
 from myowave.workflow.job import job_log
 
 params, output = snakemake.params, snakemake.output
 with job_log("prepare sweep", snakemake.log[0]) as log:
-    sweep, wavelet = Sweep.model_validate(params.sweep), Wavelet.model_validate(params.wavelet)
+    sweep, wavelet = PlannedSweep.model_validate(params.sweep), Wavelet.model_validate(params.wavelet)
     trials = hold_out_ends(read_trials(snakemake.input.trials), sweep.held_out)
     write_scales(decompose(trials, sweep.scales - 1, wavelet.name, wavelet.decompose), output.scales)
     name = study_name(sweep, params.judged, Path(output.scales))

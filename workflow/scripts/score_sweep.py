@@ -12,11 +12,11 @@ from myowave.learning.sweep.objective import train_scales
 from myowave.learning.sweep.outcome import BEST, compare_scores
 from myowave.learning.task import Task
 from myowave.physics.build import build_model
-from myowave.settings import Identify, Physics, Recipe, Sweep
+from myowave.settings import Identify, Physics, PlannedSweep, Recipe
 from myowave.workflow.job import job_log
 
 inputs, params, judged = snakemake.input, snakemake.params, snakemake.params.judged
-sweep = Sweep.model_validate(params.sweep)
+sweep = PlannedSweep.model_validate(params.sweep)
 name = sweep.recipe + BEST
 label = f"score {sweep.dataset} {sweep.model} {name} {sweep.scales}-scale"
 with job_log(label, snakemake.log[0]) as log:

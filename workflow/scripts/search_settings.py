@@ -9,11 +9,11 @@ from myowave.learning.sweep.objective import judge
 from myowave.learning.sweep.study import describe, open_search, work
 from myowave.learning.task import Task
 from myowave.physics.build import build_model
-from myowave.settings import Identify, Physics, Recipe, Sweep
+from myowave.settings import Identify, Physics, PlannedSweep, Recipe
 from myowave.workflow.job import job_log
 
 params, judged, worker = snakemake.params, snakemake.params.judged, int(snakemake.wildcards.worker)
-sweep = Sweep.model_validate(params.sweep)
+sweep = PlannedSweep.model_validate(params.sweep)
 label = f"sweep {sweep.dataset} {sweep.model} {sweep.recipe} {sweep.scales}-scale, worker {worker}"
 with job_log(label, snakemake.log[0]) as log:
     study = json.loads(Path(snakemake.input.study).read_text())

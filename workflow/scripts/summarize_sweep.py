@@ -7,11 +7,11 @@ from myowave.learning.sweep import figures
 from myowave.learning.sweep.outcome import override_text, summary_text
 from myowave.learning.sweep.study import best_settings, importances, open_search, tabulate
 from myowave.plotting import save
-from myowave.settings import Recipe, Sweep
+from myowave.settings import PlannedSweep, Recipe
 from myowave.workflow.job import job_log
 
 params, output = snakemake.params, snakemake.output
-sweep = Sweep.model_validate(params.sweep)
+sweep = PlannedSweep.model_validate(params.sweep)
 what = f"{sweep.dataset}, {sweep.model}, recipe {sweep.recipe}, {sweep.scales}-scale"
 with job_log(f"summarize sweep of {what}", snakemake.log[0]) as log:
     study = json.loads(Path(snakemake.input.study).read_text())

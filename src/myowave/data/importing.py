@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from myowave.data.checks.across import duplicate_problems, rate_problems, role_problems
-from myowave.data.checks.columns import ANGLES, TIME, column_problems, emg_columns
+from myowave.data.checks.columns import ANGLES, TIME, column_problems, emg_columns, is_ignored
 from myowave.data.checks.ranges import angle_problems, emg_problems
 from myowave.data.checks.time import time_problems
 from myowave.data.checks.values import length_problems, value_problems
@@ -46,7 +47,7 @@ def import_trials(
     recordings: dict[str, Recording] = {}
     problems: list[str] = []
     for name, path in files.items():
-        recording, found = read_recording(path, channels)
+        recording, found = read_recording(path, channels, settings.ignore_columns)
         problems += found
         if recording is not None:
             recordings[name] = recording
@@ -68,6 +69,7 @@ def import_trials(
         constants=settings.constants,
         provenance={
             "source": "measured",
+            "ignored columns": list(settings.ignore_columns),
             "sha256": {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files.values()},
         },
     )
@@ -80,12 +82,15 @@ def refuse(dataset: str, problems: Sequence[str]) -> None:
         raise ValueError(f"dataset {dataset!r} cannot be imported, {count}:\n" + "\n".join(problems))
 
 
-def read_recording(path: Path, channels: Sequence[str] | None = None) -> tuple[Recording | None, list[str]]:
+def read_recording(
+    path: Path, channels: Sequence[str] | None = None, ignored: Sequence[str] = ()
+) -> tuple[Recording | None, list[str]]:
     """Read, check and convert one file.
 
     Args:
         path: a file of one of `TABLES`' endings.
         channels: the EMG columns there must be; None takes whichever there are.
+        ignored: names of columns that are not needed.
 
     Returns:
         The recording, or None where it cannot be used, and the problems found: exactly one of the two is empty.
@@ -94,6 +99,10 @@ def read_recording(path: Path, channels: Sequence[str] | None = None) -> tuple[R
         raw = TABLES[path.suffix.lower()](path)
     except ValueError as error:
         return None, [str(error)]
+    if problems := list(column_problems(raw, channels, ignored)):
+        return None, problems
+    needed = {TIME, *ANGLES, *(channels or ())}
+    raw = replace(raw, signals=tuple(s for s in raw.signals if s.name in needed or not is_ignored(s.name, ignored)))
     if problems := _problems_of(raw, channels):
         return None, problems
     names = tuple(channels or emg_columns(raw.header))
@@ -113,7 +122,6 @@ def _problems_of(raw: RawRecording, channels: Sequence[str] | None) -> list[str]
 
 
 def _rounds(raw: RawRecording, channels: Sequence[str] | None) -> Iterator[Iterator[str]]:
-    yield column_problems(raw, channels)
     yield value_problems(raw)
     yield length_problems(raw)
     yield _problems_of_signals(raw, channels or emg_columns(raw.header))

@@ -138,7 +138,7 @@ def _gains(
     settings: RecordedDataset,
     session: Session,
     envelopes: Mapping[str, Mapping[str, Sampled]],
-    grids: Mapping[str, NDArray],
+    grids: Mapping[str, NDArray[np.float64]],
 ) -> dict[str, float]:
     """The envelope of each channel that counts as 1."""
     if settings.processing.normalise == "mvc":
@@ -154,14 +154,14 @@ def _gains(
 
 
 def _recording(
-    name: str, raw: RawTrial, envelopes: Mapping[str, Sampled], gains: Mapping[str, float], grid: NDArray
+    name: str, raw: RawTrial, envelopes: Mapping[str, Sampled], gains: Mapping[str, float], grid: NDArray[np.float64]
 ) -> Recording:
     emg = [np.maximum(sample_at(sampled, grid), 0.0) / gains[channel] for channel, sampled in envelopes.items()]
     dt = float(grid[-1] - grid[0]) / (len(grid) - 1)
     return Recording(f"trial {name}", dt, tuple(envelopes), np.stack(emg, axis=1), sample_at(raw.angle, grid))
 
 
-def _grid_problems(grids: Mapping[str, NDArray], raw: Mapping[str, RawTrial]) -> Iterator[str]:
+def _grid_problems(grids: Mapping[str, NDArray[np.float64]], raw: Mapping[str, RawTrial]) -> Iterator[str]:
     for name, grid in grids.items():
         if len(grid) < SHORTEST:
             emg = next(iter(raw[name].emg.values()))

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from fnmatch import fnmatchcase
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
+from myowave.data.checks.columns import is_ignored
 from myowave.data.checks.time import time_problems
 from myowave.data.checks.values import value_problems
 from myowave.data.files import match_files, nothing_found
@@ -120,6 +120,8 @@ class _Reading:
         if raw is None or (signal := self._column(raw, where, settings)) is None:
             return stand_in
         self._used.setdefault(path, set()).add(signal.name)
+        if not signal.unit and signal.angle_unit in units:
+            signal = replace(signal, unit=signal.angle_unit)
         self.sha256[f"{trial}/{key}"] = hashlib.sha256(path.read_bytes()).hexdigest()
         problems = [*_unit_problems(raw, signal, where, settings, units), *_clock_problems(raw, signal, settings)]
         self._say(*problems)
@@ -166,7 +168,7 @@ class _Reading:
 
 
 def _unused(raw: RawRecording, used: set[str], ignored: tuple[str, ...]) -> Iterator[str]:
-    names = [name for name in raw.header if name not in used and not any(fnmatchcase(name, p) for p in ignored)]
+    names = [name for name in raw.header if name not in used and not is_ignored(name, ignored)]
     if names and used:
         yield (
             f"{raw.path}: column {', '.join(dict.fromkeys(names))} is not used. Name it under emg, angle or signals, "
@@ -221,4 +223,5 @@ def _clock(signal: Signal, settings: RawSignal) -> tuple[float, float]:
 
 
 def _rate_of(signal: Signal) -> float:
+    assert signal.time is not None
     return (len(signal.time) - 1) / float(signal.time[-1] - signal.time[0])

@@ -101,7 +101,7 @@ def synthetic_emg(
     low, high = FREQUENCY_RANGE
     ranks = np.random.default_rng([seed, 0]).permutation(trials)
     frequencies = low * (high / low) ** ((ranks + 0.5) / trials)
-    time = np.arange(samples) * dt
+    time = np.arange(samples, dtype=np.float64) * dt
     emg = np.empty((trials, samples, len(sides)))
     for i, manoeuvre in enumerate(manoeuvres):
         random = np.random.default_rng([seed, 1 + i, draw])
@@ -147,8 +147,7 @@ def simulate_trials(
         conditions=settings.conditions,
         constants=settings.constants,
     )
-    known = sorted(set(settings.constants).union(*settings.conditions.values()))
-    params = {name: torch.from_numpy(blank.condition(name, model.defaults[name])) for name in known}
+    params = {name: torch.from_numpy(values) for name, values in blank.known(model.defaults).items()}
     params |= {name: torch.tensor(value, dtype=torch.float64) for name, value in hidden.items()}
     emg, observed, draws = _draw_in_range(blank, settings, model, params, sides)
     random = np.random.default_rng([settings.seed, 2**31])
@@ -170,7 +169,9 @@ def write_truth(truth: Mapping[str, Any], path: str | Path) -> None:
     write_json(truth, path)
 
 
-def _burst(time: NDArray, frequency: float, random: np.random.Generator, *, leads: bool) -> NDArray[np.float64]:
+def _burst(
+    time: NDArray[np.float64], frequency: float, random: np.random.Generator, *, leads: bool
+) -> NDArray[np.float64]:
     """One channel's bursts in [0, 1], peak 1, (N,): a raised cosine with wandering frequency and height.
 
     The channel that leads starts relaxed, at the trial's frequency; the others anywhere, 0.6 to 1.4 times as fast.
@@ -186,7 +187,7 @@ def _burst(time: NDArray, frequency: float, random: np.random.Generator, *, lead
     return burst / burst.max()
 
 
-def _compose(bursts: NDArray, sides: NDArray, manoeuvre: Manoeuvre) -> NDArray[np.float64]:
+def _compose(bursts: NDArray[np.float64], sides: NDArray[np.float64], manoeuvre: Manoeuvre) -> NDArray[np.float64]:
     """EMG of one trial from its bursts (N, C): tone below, bursts above it, then the manoeuvre."""
     extension = bursts[:, sides != FLEXOR].max(axis=1, initial=0.0)[:, None]
     flexor_tone = np.minimum(FLEXOR_TONE * manoeuvre.effort + FLEXOR_SHARE * extension, 0.95)
@@ -198,7 +199,7 @@ def _compose(bursts: NDArray, sides: NDArray, manoeuvre: Manoeuvre) -> NDArray[n
 
 def _draw_in_range(
     blank: Trials, settings: SimulatedDataset, model: Model, params: Mapping[str, torch.Tensor], sides: Sequence[float]
-) -> tuple[NDArray, NDArray, list[int]]:
+) -> tuple[NDArray[np.float64], NDArray[np.float64], list[int]]:
     """EMG (T, N, C), the angle a perfect sensor sees (T, N) and the draw taken, for each trial the first in range.
 
     Draw k of a trial is noise k % NOISE_DRAWS on EMG k // NOISE_DRAWS: datasets that differ in noise alone share
@@ -235,8 +236,8 @@ def _refine(
     settings: SimulatedDataset,
     model: Model,
     params: Mapping[str, torch.Tensor],
-    emg: NDArray,
-    states: NDArray,
+    emg: NDArray[np.float64],
+    states: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """The angle that a perfect sensor sees, (T, N), integrated with `SUBSTEPS` from a coarser solution (T, N, K)."""
     start = torch.full((settings.trials,), settings.start_rad, dtype=torch.float64)

@@ -76,18 +76,18 @@ class Trials:
             signals: {name: one (N_i,) array per trial [rad]}.
             **fields: the other fields of `Trials`, without `lengths`.
         """
-        emg = [np.asarray(values, dtype=np.float64) for values in emg]
-        angle = [np.asarray(values, dtype=np.float64) for values in angle]
-        lengths = tuple(len(values) for values in angle)
-        if not lengths or min(lengths) == 0 or [len(values) for values in emg] != list(lengths):
+        emgs = [np.asarray(values, dtype=np.float64) for values in emg]
+        angles = [np.asarray(values, dtype=np.float64) for values in angle]
+        lengths = tuple(len(values) for values in angles)
+        if not lengths or min(lengths) == 0 or [len(values) for values in emgs] != list(lengths):
             raise ValueError(
-                f"dataset {fields.get('dataset')!r}: {len(emg)} EMG and {len(angle)} angle sequences with lengths "
-                f"{[len(values) for values in emg]} and {list(lengths)}; each trial needs one of both, equally long."
+                f"dataset {fields.get('dataset')!r}: {len(emgs)} EMG and {len(angles)} angle sequences with lengths "
+                f"{[len(values) for values in emgs]} and {list(lengths)}; each trial needs one of both, equally long."
             )
         longest = max(lengths)
         return cls(
-            emg=np.stack([np.pad(e, ((0, longest - len(e)), (0, 0)), mode="edge") for e in emg]),
-            angle=_stack(angle, longest),
+            emg=np.stack([np.pad(e, ((0, longest - len(e)), (0, 0)), mode="edge") for e in emgs]),
+            angle=_stack(angles, longest),
             signals={name: _stack(values, longest) for name, values in (signals or {}).items()},
             lengths=lengths,
             **fields,
@@ -106,7 +106,7 @@ class Trials:
     @property
     def time(self) -> NDArray[np.float64]:
         """Time of each sample since the first [s], (N,)."""
-        return np.arange(self.angle.shape[1]) * self.dt
+        return np.arange(self.angle.shape[1], dtype=np.float64) * self.dt
 
     def index(self, names: Iterable[str]) -> list[int]:
         """Positions of trials on the trial axis, in the order asked for."""
@@ -143,6 +143,15 @@ class Trials:
         """Value of a known parameter in each trial, (T,): its condition, else the constant, else `default`."""
         constant = self.constants.get(parameter, default)
         return np.array([self.conditions.get(name, {}).get(parameter, constant) for name in self.names])
+
+    def known(self, defaults: Mapping[str, float]) -> dict[str, NDArray[np.float64]]:
+        """Every constant that is known of the subject or of a trial: its value in each trial, {parameter: (T,)}.
+
+        Args:
+            defaults: values for trials whose conditions do not name a parameter.
+        """
+        names = sorted(set(self.constants).union(*self.conditions.values()))
+        return {name: self.condition(name, defaults[name]) for name in names}
 
     def _check_shapes(self) -> None:
         trials, channels = len(self.names), len(self.channels)

@@ -15,7 +15,8 @@ from torch import Tensor
 from myowave.data.trials import Trials
 from myowave.data.wavelets import estimate_noise
 from myowave.physics.drive import channels_of
-from myowave.physics.model import Model
+from myowave.physics.model import Model, Params
+from myowave.physics.simulation import Simulation
 
 # ASSUME: no goniometer is better than this, and no model need be: structure below it is not chased.
 SMALLEST_NOISE_DEG = 0.05
@@ -53,7 +54,7 @@ class Record:
         """Number of measured samples."""
         return int(self.valid.sum())
 
-    def take(self, index: Sequence[int]) -> "Record":
+    def take(self, index: Sequence[int] | NDArray[np.intp]) -> "Record":
         """Some of the trials; padding that all of them have is cut."""
         index = list(index)
         longest = int(self.valid[index].sum(axis=1).max())
@@ -68,8 +69,24 @@ class Record:
         )
 
     @property
+    def lengths(self) -> NDArray[np.int64]:
+        """Measured samples of each trial, (T,)."""
+        return self.valid.sum(1)
+
+    @property
     def train(self) -> "Record":
         return self.take(np.flatnonzero(self.training))
+
+    def starts_of(self, guess: Tensor) -> NDArray[np.float64]:
+        """Angle and velocity at the first sample of a guess of the state (..., T, N, K): (..., T, 2)."""
+        starts = guess[..., 0, :2].numpy().copy()
+        if self.at_rest:
+            starts[..., 1] = 0.0
+        return starts
+
+    def simulation(self, model: Model, params: Params) -> Simulation:
+        """What simulates these trials with a model: their EMG, the constants that are known, and other parameters."""
+        return Simulation(model, {**self.known, **params}, self.emg, self.dt)
 
     def first_guess(self) -> Tensor:
         """State (q, qdot) of the measured motion, smoothed, (T, N, 2)."""
@@ -88,12 +105,11 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at
 
     Args:
         model: whose muscles say which channels are needed.
-        noise_deg: standard deviation of the noise of the angle; None estimates it from the trials.
+        noise_deg: standard deviation of the noise of the angle; None estimates it from the training trials.
         at_rest: whether every trial is known to start at rest.
     """
-    recorded = [angle[:length] for angle, length in zip(trials.angle, trials.lengths, strict=True)]
+    recorded = [trials.angle[i, : trials.lengths[i]] for i in trials.index(trials.train)]
     noise = estimate_noise(*recorded) if noise_deg is None else np.radians(noise_deg)
-    known = {name for values in trials.conditions.values() for name in values} | set(trials.constants)
     return Record(
         names=trials.names,
         dt=trials.dt,
@@ -101,7 +117,7 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at
         angle=trials.angle,
         valid=trials.valid,
         training=np.array([name not in trials.test for name in trials.names]),
-        known={n: torch.from_numpy(trials.condition(n, model.defaults[n])) for n in sorted(known)},
+        known={name: torch.from_numpy(values) for name, values in trials.known(model.defaults).items()},
         noise=max(float(noise), np.radians(SMALLEST_NOISE_DEG)),
         at_rest=at_rest,
     )

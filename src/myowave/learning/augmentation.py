@@ -14,7 +14,6 @@ from torch import Tensor
 
 from myowave.data.trials import Trials
 from myowave.data.wavelets import estimate_noise, max_level, project
-from myowave.identification.weak import known_params
 from myowave.physics.drive import channels_of
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
@@ -47,7 +46,7 @@ def imagine_emg(trials: Trials, count: int, seed: int) -> NDArray[np.float64]:
     return np.clip(emg, low, high)
 
 
-def _stretch(command: NDArray, samples: int, random: np.random.Generator) -> NDArray[np.float64]:
+def _stretch(command: NDArray[np.float64], samples: int, random: np.random.Generator) -> NDArray[np.float64]:
     """A stretch of a command at another speed, running back and forth where the record ends, (samples,)."""
     low, high = WARP
     speed = low * (high / low) ** random.uniform()
@@ -58,7 +57,7 @@ def _stretch(command: NDArray, samples: int, random: np.random.Generator) -> NDA
 
 
 def simulate_imagined(
-    model: Model, params: dict[str, Tensor], trials: Trials, emg: NDArray, seed: int
+    model: Model, params: dict[str, Tensor], trials: Trials, emg: NDArray[np.float64], seed: int
 ) -> tuple[Tensor, Tensor]:
     """Motion on made-up EMG, for each seed's parameters.
 
@@ -72,7 +71,7 @@ def simulate_imagined(
     """
     random = np.random.default_rng([seed, 11])
     donors = random.integers(len(trials.names), size=len(emg))
-    known = {name: value[donors] for name, value in known_params(trials, model).items()}
+    known = {name: torch.from_numpy(value[donors]) for name, value in trials.known(model.defaults).items()}
     starts = trials.angle[donors, random.integers(min(trials.lengths), size=len(emg))]
     drive = channels_of(model, trials.channels, torch.from_numpy(emg))
     simulation = Simulation(model, {**known, **params}, drive, trials.dt)

@@ -39,7 +39,6 @@ class Checkpoint:
         weights: of the network, leading axis S.
         names, values, errors: identified parameters and their standard errors, (S, P), SI units.
         correlations: between the identified parameters, (S, P, P).
-        raw: raw numbers of the search (S, R), see `parameters`.
         val_mse, val_r2: on the validation windows, (S,).
     """
 
@@ -62,7 +61,6 @@ class Checkpoint:
     values: Tensor
     errors: Tensor
     correlations: Tensor
-    raw: Tensor
     val_mse: Tensor
     val_r2: Tensor
 

@@ -1,25 +1,31 @@
-"""Gauss-Newton identification beside the training of the weights: first the weak residual, then whole trajectories.
+"""Identification beside the training of the weights: a Gauss-Newton step for every seed at each epoch.
 
-A step an epoch, at the beginning of a scale. The weak residual converges from any start; trajectories follow at scale
-[0], or at once where the model has an effect that a measured angle alone does not determine.
+At the beginning of a scale the weak form along the measured motion, which converges from any start; at scale [0] then
+output error on whole trajectories. A model with an effect that a measured angle alone does not determine goes by output
+error at every scale.
 
 Why along the measured angle and not along the network's own predictions: a one-step prediction misses a few percent
 of what changes within a sample, and the parameters take that for weaker muscles. Measured in case 1, 600 epochs: f0_Bi
 -0.35, l0_Bi -0.09, f0_Tri -0.30, l0_Tri -0.02 % along the predictions, and at most 0.004 % along the angle.
+
+Shapes: S seeds, P parameters.
 """
 
+from collections.abc import Iterator, Sequence
+
+import numpy as np
 import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.identification.parameters import Identified, slope_of
-from myowave.identification.shooting import Shooting
-from myowave.identification.weak import WeakResidual, gauss_newton, hidden_effects
+from myowave.identification.free_parameters import Free, bind_values
+from myowave.identification.output_error import LIFTED_STEPS, Fit, Search, descend
+from myowave.identification.record import SMALLEST_NOISE_DEG, make_record
+from myowave.identification.uncertainty import correlations
+from myowave.identification.weak_form import DAMPING, WeakForm, effects_unseen_by_angle
 from myowave.physics.model import Model
 
 WEAK_STEPS = 8
-SHOOTING_STEPS = 5
-BLOCK_S = 1.0  # residuals further apart than this count as independent
 
 
 class Identification:
@@ -27,55 +33,81 @@ class Identification:
 
     Args:
         trials: training trials, all their samples.
+        free: what is identified.
+        values: where each seed starts, (S, P).
         finest: whether trajectories are to have the last word.
     """
 
-    def __init__(self, model: Model, trials: Trials, identified: Identified, raw: Tensor, *, finest: bool) -> None:
-        hidden = bool(hidden_effects(model))
-        self.raw = raw
-        self._model, self._trials, self._identified = model, trials, identified
-        self._weak = None if hidden else WeakResidual.of(model, trials).along(torch.from_numpy(trials.angle)[None])
-        self._damping = torch.full((raw.shape[0],), 1e-3, dtype=raw.dtype)
-        self._shooting: Shooting | None = None
-        self._plan = ["weak"] * WEAK_STEPS * (not hidden) + ["shoot"] * SHOOTING_STEPS * (finest or hidden)
+    def __init__(self, model: Model, trials: Trials, free: Sequence[Free], values: Tensor, *, finest: bool) -> None:
+        self._model, self._free = model, tuple(free)
+        self._record = make_record(trials, model, noise_deg=SMALLEST_NOISE_DEG)  # nothing here asks for the noise
+        self._values = values.numpy().copy()
+        self._fits: list[Fit | None] | None = None
+        self._steps = self._search(finest)
+        self.done = False
 
     @property
-    def done(self) -> bool:
-        """Whether all steps were taken."""
-        return not self._plan
+    def values(self) -> Tensor:
+        """The parameters as they are now, (S, P), SI units."""
+        return torch.from_numpy(self._values.copy())
+
+    @property
+    def params(self) -> dict[str, Tensor]:
+        """Parameters by name for the physics, each (S, 1)."""
+        return bind_values(self._free, self._values)
 
     @property
     def mse(self) -> Tensor:
-        """How far the physics misses the training trials [rad^2], (S,)."""
-        return self._shoot().mse
+        """How far the physics misses the training trials [rad^2], (S,); infinite where its motion diverges."""
+        errors = [np.inf if fit is None else fit.rmse() ** 2 for fit in self._fitted()]
+        return torch.tensor(errors, dtype=torch.float64)
 
     def step(self) -> None:
-        """The next step of the search."""
-        if self._plan.pop(0) == "weak":
-            self.raw, self._damping = gauss_newton(self._weak, self._identified, self.raw, self._damping)
-        else:
-            self._shooting = self._shoot().step()
-            self.raw = self._shooting.raw
+        """The next step of every seed's search; `done` once there is none."""
+        self.done = next(self._steps, "end") == "end"
 
-    def _shoot(self) -> Shooting:
-        if self._shooting is None:
-            self._shooting = Shooting.of(self._model, self._trials, self._identified, self.raw)
-        return self._shooting
+    def _search(self, finest: bool) -> Iterator[None]:
+        start, unseen = self._values.copy(), bool(effects_unseen_by_angle(self._model))
+        if not unseen:
+            form, damping = WeakForm.of(self._model, self._record), np.full(len(start), DAMPING)
+            for _ in range(WEAK_STEPS):
+                self._values, damping = form.step(self._free, self._values, damping)
+                yield
+            if not finest:
+                return
+        search = self._begin()
+        for _ in range(LIFTED_STEPS if unseen else 0):
+            search = search.lifted()
+            self._values = search.values
+            yield
+        self._fits = list(search.fits())
+        descents = {}
+        for seed, fit in enumerate(self._fits):
+            if fit is None:
+                self._values[seed] = start[seed]
+            else:
+                descents[seed] = descend(fit)
+                next(descents[seed])  # the fit as it is
+        while descents:
+            for seed, descent in list(descents.items()):
+                fit = next(descent, None)
+                if fit is None:
+                    del descents[seed]
+                else:
+                    self._fits[seed], self._values[seed] = fit, fit.values
+            yield
+
+    def _begin(self) -> Search:
+        return Search.begin(self._model, self._record, self._free, self._values)
+
+    def _fitted(self) -> list[Fit | None]:
+        """The fit of each seed where its search stands; None where its motion diverges."""
+        return list(self._begin().fits()) if self._fits is None else self._fits
 
     def uncertainty(self) -> tuple[Tensor, Tensor]:
-        """Standard errors of the values (S, P), SI units, and how far they are confounded, correlations (S, P, P).
-
-        From the residuals of the trajectories in blocks of `BLOCK_S`, so that it holds for errors of any colour: noise
-        on the angle, and what the physics cannot explain.
-        """
-        residual, jacobian = self._shoot().linearise()
-        slope = slope_of(self._identified, self.raw)
-        inverse = torch.linalg.pinv((jacobian.mT @ jacobian).sum(1), hermitian=True)
-        scores = jacobian * residual.unsqueeze(-1)  # (S, T, N, R)
-        pieces = scores.split(max(1, round(BLOCK_S / self._trials.dt)), dim=2)
-        blocks = torch.cat([piece.sum(2) for piece in pieces], dim=1)
-        spread = slope @ inverse @ (blocks.mT @ blocks) @ inverse @ slope.mT
-        shape = slope @ inverse @ slope.mT
-        size = torch.diagonal(shape, dim1=-2, dim2=-1).clamp(min=1e-300).sqrt()
-        errors = torch.diagonal(spread, dim1=-2, dim2=-1).clamp(min=0).sqrt()
-        return errors, shape / (size.unsqueeze(-1) * size.unsqueeze(-2))
+        """Standard errors of the values (S, P), SI units, and how far they are confounded, correlations (S, P, P); see
+        `identification.uncertainty`. Not a number where the motion diverges."""
+        size = len(self._free)
+        covariances = [np.full((size, size), np.nan) if fit is None else fit.covariance() for fit in self._fitted()]
+        errors = np.sqrt([np.diag(c) for c in covariances])
+        return torch.from_numpy(errors), torch.from_numpy(np.stack([correlations(c) for c in covariances]))

@@ -11,7 +11,10 @@ from torch import Tensor
 
 from myowave.data.trials import Trials
 from myowave.learning.network import Network
-from myowave.learning.recipes import KINDS
+from myowave.learning.paper.windowed import run_windowed
+from myowave.learning.rollouts.rollout import roll_out
+
+RUNS = {"carried": roll_out, "windowed": run_windowed}  # how a network runs free, by its hidden_state
 
 
 @torch.no_grad()
@@ -35,7 +38,7 @@ def predict_free_running(network: Network, emg: Tensor, angle: Tensor, dt: float
 
 def run_free(network: Network, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
     """Free run of windows: inputs (B, K, X), standardised history (S, B, m); standardised predictions (S, B, K - m)."""
-    return KINDS[network.hidden_state].run_free(network, x, z, v)
+    return RUNS[network.hidden_state](network, x, z, v)
 
 
 def to_tensors(trials: Trials, device: torch.device) -> tuple[Tensor, Tensor]:

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.identification.parameters import Identified, identify
+from myowave.identification.free_parameters import Free, free_parameters, start_values
 from myowave.learning.checkpoint import Checkpoint, digest_model, digest_trials
 from myowave.learning.network import Architecture, Network, Scaling, initialise
 from myowave.learning.windows import Corpus, count_training_samples
@@ -73,8 +73,9 @@ class Stage:
         trials: training trials at this scale.
         network: its weights are leaves that take gradients.
         corpus: the trials as the network sees them.
-        identified: what is identified.
-        raw: where the search for it starts, (S, R), see `identification.parameters`.
+        free: what is identified.
+        start: where its search began at the coarsest scale, (S, P), SI units.
+        values: where it goes on at this scale, (S, P).
         before: checkpoint of the next coarser scale; None at the coarsest.
     """
 
@@ -83,9 +84,15 @@ class Stage:
     trials: Trials
     network: Network
     corpus: Corpus
-    identified: Identified
-    raw: Tensor
+    free: tuple[Free, ...]
+    start: Tensor
+    values: Tensor
     before: Checkpoint | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the identified parameters."""
+        return tuple(parameter.name for parameter in self.free)
 
 
 def begin_stage(task: Task, level: int, before: Checkpoint | None = None) -> Stage:
@@ -96,19 +103,20 @@ def begin_stage(task: Task, level: int, before: Checkpoint | None = None) -> Sta
             constant.
     """
     recipe, trials = task.recipe, task.training_trials(level)
-    identified, raw = identify(task.model, task.wanted, trials.constants, task.seeds)
+    free = free_parameters(task.model, task.wanted, trials.known(task.model.defaults))
+    start = torch.from_numpy(start_values(free, task.seeds))
     if before is not None:
-        before.require(**task.labels, level=level + 1, names=identified.names)
-        network, raw = before.network, before.raw.cpu()
+        before.require(**task.labels, level=level + 1, names=tuple(parameter.name for parameter in free))
+        network, values = before.network, before.values.cpu()
     elif level == task.total - 1:
-        network = fresh_network(task)
+        network, values = fresh_network(task), start
     else:
         raise ValueError(f"scale -{level} of {task.total} starts from the checkpoint of -{level + 1}; none given.")
     network = network.to(task.device).trainable()
     usable = torch.tensor(count_training_samples(trials, recipe.validation_fraction, network.history))
     emg, angle = (torch.from_numpy(values).to(task.device) for values in (trials.emg, trials.angle))
     corpus = Corpus.of(network, emg, angle.unsqueeze(0), trials.dt, usable)
-    return Stage(task, level, trials, network, corpus, identified, raw.clone(), before)
+    return Stage(task, level, trials, network, corpus, free, start, values, before)
 
 
 def fresh_network(task: Task) -> Network:

@@ -1,7 +1,7 @@
 """Training at one scale, for all seeds at once, as a generator of epoch reports (Algorithm 1).
 
 The caller logs, shows, prunes and saves; nothing here knows of it. What an epoch does, and how parameters are
-identified, is up to the kind of recipe: see `recipes`.
+identified, is up to the kind of recipe: see `methods`.
 """
 
 import math
@@ -14,9 +14,9 @@ from torch import Tensor
 
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.loss import Losses
+from myowave.learning.methods import METHODS, Search
 from myowave.learning.network import Network
 from myowave.learning.prediction import run_free
-from myowave.learning.recipes import KINDS, Method
 from myowave.learning.task import Stage, Task, begin_stage
 from myowave.learning.windows import Validation
 
@@ -74,7 +74,7 @@ def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Ite
     """
     started = time.perf_counter()
     stage = begin_stage(task, level, before)
-    method = KINDS[task.recipe.hidden_state].begin(stage)
+    method = METHODS[task.recipe.hidden_state](stage)
     optimizer = torch.optim.Adam(method.trained, betas=method.betas)
     validation, best = Validation.of(stage.corpus, stage.network, stage.trials.lengths), _Best(stage.network)
     val_mse, val_r2 = validate(stage.network, validation)
@@ -89,11 +89,12 @@ def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Ite
             val_mse, val_r2 = validate(stage.network, validation)
             best.update(epoch, val_mse, val_r2)
             last = last or best.exhausted(epoch, task.recipe.patience)
-        values = stage.identified.values(method.raw.detach().cpu())
-        by_name = dict(zip(stage.identified.names, values.unbind(-1), strict=True))
-        report = EpochReport(epoch, tuple(task.seeds), losses, val_mse, by_name)
+        values = dict(zip(stage.names, method.search.values.unbind(-1), strict=True))
+        report = EpochReport(epoch, tuple(task.seeds), losses, val_mse, values)
         if last:
-            yield replace(report, checkpoint=_checkpoint(stage, method, best, epoch, time.perf_counter() - started))
+            yield replace(
+                report, checkpoint=_checkpoint(stage, method.search, best, epoch, time.perf_counter() - started)
+            )
             return
         yield report
 
@@ -141,12 +142,11 @@ class _Best:
         return bool((epoch - self._epoch >= patience).all())
 
 
-def _checkpoint(stage: Stage, method: Method, best: _Best, epochs: int, seconds: float) -> Checkpoint:
-    before, raw = stage.before, method.raw.detach().cpu()
-    values = stage.identified.values(raw)
+def _checkpoint(stage: Stage, search: Search, best: _Best, epochs: int, seconds: float) -> Checkpoint:
+    before, values = stage.before, search.values
     errors, correlations = torch.full_like(values, math.nan), torch.full((*values.shape, values.shape[1]), math.nan)
-    if stage.level == 0 and (found := method.uncertainty()) is not None:
-        errors, correlations = found
+    if stage.level == 0:
+        errors, correlations = search.uncertainty()
     return Checkpoint(
         **stage.task.labels,
         level=stage.level,
@@ -157,11 +157,10 @@ def _checkpoint(stage: Stage, method: Method, best: _Best, epochs: int, seconds:
         architecture=stage.network.architecture,
         scaling=stage.network.scaling,
         weights=best.weights,
-        names=stage.identified.names,
+        names=stage.names,
         values=values,
         errors=errors,
         correlations=correlations,
-        raw=raw,
         val_mse=best.mse.cpu(),
         val_r2=best.r2.cpu(),
     )

@@ -1,11 +1,18 @@
 """From the section `physics` of config.yaml to a model."""
 
+from dataclasses import replace
+
+import torch
+
+from myowave.physics.constants import MUSCLE_CONSTANTS, constants_of_path
 from myowave.physics.curves import ACTIVE_LENGTH, FORCE_VELOCITY, PASSIVE, Curves
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model, parse_model
 from myowave.physics.muscle import EXTENSOR, FLEXOR, Muscle
+from myowave.physics.path import Path, StraightPath, read_path
 from myowave.settings import Muscle as MuscleSettings
 from myowave.settings import Physics
+from myowave.settings import StraightPath as StraightPathSettings
 
 SIDES = {"flexor": FLEXOR, "extensor": EXTENSOR}
 
@@ -14,7 +21,8 @@ def build_model(name: str, physics: Physics) -> Model:
     """The model that a coordinate such as `base+joint_damping` names, with the muscles and effects of the settings.
 
     Raises:
-        ValueError: for an effect that neither ships nor is in `physics.effect_files`, or a faulty effect file.
+        ValueError: for an effect that neither ships nor is in `physics.effect_files`, one that cannot act on the
+            muscles' paths, a faulty effect file, or a faulty table of a path.
     """
     base = Model(
         muscles=tuple(_muscle(name, muscle) for name, muscle in physics.muscles.items()),
@@ -29,15 +37,21 @@ def build_model(name: str, physics: Physics) -> Model:
 
 
 def _muscle(name: str, muscle: MuscleSettings) -> Muscle:
-    constants = {
-        "f0": muscle.f0_N,
-        "l0": muscle.l0_m,
-        "vmax": muscle.vmax_m_s,
-        "slack": muscle.slack_m,
-        "pennation": muscle.pennation_rad,
-        "l1": muscle.l1_m,
-        "l2": muscle.l2_m,
-        "delay": muscle.delay_s,
-        "shape": muscle.shape_A,
-    }
-    return Muscle(name, SIDES[muscle.side], muscle.emg, constants)
+    constants = {c: getattr(muscle, MUSCLE_CONSTANTS[c].key) for c in constants_of_path("")}
+    return Muscle(name, SIDES[muscle.side], muscle.emg, constants, _path(name, muscle))
+
+
+def _path(name: str, muscle: MuscleSettings) -> Path:
+    settings = muscle.geometry
+    if isinstance(settings, StraightPathSettings):
+        return StraightPath(settings.l1_m, settings.l2_m, SIDES[muscle.side])
+    path = replace(read_path(settings.file, settings.muscle), scale=settings.scale)
+    expected = "shorter" if muscle.side == "flexor" else "longer"
+    first, last = (path.length_and_arm(torch.tensor(angle))[0].item() for angle in path.range)
+    if SIDES[muscle.side] * (first - last) <= 0:
+        raise ValueError(
+            f"physics.muscles.{name}: with flexion, the length in {settings.file} goes from {first:.4g} to {last:.4g} "
+            f"m, but a {muscle.side} gets {expected}. Angles are 0 with the arm straight, positive in flexion; correct "
+            "them, or the side."
+        )
+    return path

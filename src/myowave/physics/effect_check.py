@@ -10,6 +10,7 @@ from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
 from myowave.physics.muscle import EXTENSOR, FLEXOR, Muscle
+from myowave.physics.path import StraightPath
 from myowave.physics.simulation import Simulation
 
 TOLERANCE = 1e-9  # rad: how much an effect may move the angle with all parameters at 0
@@ -21,10 +22,11 @@ COPIES = 3  # leading batch axis
 def trial_elbow() -> Model:
     """An elbow with a flexor and an extensor, Table 1 of Taneja et al. 2023, to try effects on."""
     shared = {"f0": 300.0, "pennation": 0.0, "delay": 0.08, "shape": 0.2}
-    flexor = {**shared, "l0": 0.6, "vmax": 6.0, "slack": 0.55, "l1": 0.3, "l2": 0.8}
-    extensor = {**shared, "l0": 0.4, "vmax": 4.0, "slack": 0.33, "l1": 0.2, "l2": 0.7}
-    muscles = (Muscle("Bi", FLEXOR, "emg_biceps", flexor), Muscle("Tri", EXTENSOR, "emg_triceps", extensor))
-    return Model(muscles, {"mass": 1.0, "length": 1.0, "load": 0.0, "tilt": 0.0})
+    flexor = {**shared, "l0": 0.6, "vmax": 6.0, "slack": 0.55}
+    extensor = {**shared, "l0": 0.4, "vmax": 4.0, "slack": 0.33}
+    biceps = Muscle("Bi", FLEXOR, "emg_biceps", flexor, StraightPath(0.3, 0.8, FLEXOR))
+    triceps = Muscle("Tri", EXTENSOR, "emg_triceps", extensor, StraightPath(0.2, 0.7, EXTENSOR))
+    return Model((biceps, triceps), {"mass": 1.0, "length": 1.0, "load": 0.0, "tilt": 0.0})
 
 
 def check_effect(effect: Effect, model: Model | None = None) -> None:

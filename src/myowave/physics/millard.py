@@ -16,6 +16,8 @@ from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 from torch import Tensor
 
+from myowave.physics.cubics import Cubics
+
 CELLS = 2000  # of the look-up table
 
 # Active force-length: shortest, transition and longest active length, slope of the shallow ascending part.
@@ -53,29 +55,18 @@ def force_velocity_millard(velocity: Tensor) -> Tensor:
 
 
 def _look_up(curve: str, x: Tensor) -> Tensor:
-    low, width, table = _table(curve, x.dtype, x.device)
-    position = (x - low) / width
-    cell = position.detach().floor().clamp(0, CELLS + 1)
-    c0, c1, c2, c3 = torch.nn.functional.embedding(cell.long(), table).unbind(-1)
-    t = position - cell
-    return c0 + t * (c1 + t * (c2 + t * c3))
+    return _table(curve, x.dtype, x.device).value(x)
 
 
 @functools.cache
-def _table(curve: str, dtype: torch.dtype, device: torch.device) -> tuple[float, float, Tensor]:
-    """Start and width of the cells, and their cubics (CELLS + 2, 4); the outermost cells are straight lines."""
+def _table(curve: str, dtype: torch.dtype, device: torch.device) -> Cubics:
     build, curviness = _CURVES[curve]
-    x, y, slope = _sample(build(), curviness)
-    width = x[1] - x[0]
-    rise, left, right = np.diff(y), slope[:-1] * width, slope[1:] * width
-    cubics = np.stack([y[:-1], left, 3 * rise - 2 * left - right, left + right - 2 * rise], axis=-1)
-    before = [[y[0] - left[0], left[0], 0.0, 0.0]]
-    after = [[y[-1], right[-1], 0.0, 0.0]]
-    table = torch.tensor(np.concatenate([before, cubics, after]), dtype=dtype, device=device)
-    return x[0] - width, width, table
+    return Cubics.through(*_sample(build(), curviness)).to(dtype, device)
 
 
-def _sample(knots: Sequence[Knot], curviness: Sequence[float]) -> tuple[NDArray, NDArray, NDArray]:
+def _sample(
+    knots: Sequence[Knot], curviness: Sequence[float]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Value and slope of a chain of Bezier corners on a uniform grid of x."""
     grid = np.linspace(knots[0].x, knots[-1].x, CELLS + 1)
     y, slope = np.empty_like(grid), np.empty_like(grid)
@@ -102,7 +93,7 @@ def _corner(left: Knot, right: Knot, curviness: float) -> tuple[Polynomial, Poly
     return across, up
 
 
-def _parameter_at(across: Polynomial, x: NDArray) -> NDArray:
+def _parameter_at(across: Polynomial, x: NDArray[np.float64]) -> NDArray[np.float64]:
     """u with across(u) = x, for a polynomial that increases over [0, 1]: table, then Newton."""
     u = np.linspace(0, 1, 401)
     u = np.interp(x, across(u), u)

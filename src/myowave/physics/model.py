@@ -9,6 +9,7 @@ import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -17,8 +18,9 @@ from myowave.physics import joint as joint_physics
 from myowave.physics import muscle as muscle_physics
 from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS
 from myowave.physics.curves import Curves
-from myowave.physics.effect import MUSCLE_STAGES, STAGES, Effect, Parameter, call
+from myowave.physics.effect import STAGES, Effect, Parameter, call
 from myowave.physics.muscle import Muscle
+from myowave.physics.path import Path, SideBySide, StraightPath
 
 Params = Mapping[str, Tensor | float]
 
@@ -32,6 +34,11 @@ class Model:
     curves: Curves = Curves()
     effects: tuple[Effect, ...] = ()
 
+    def __post_init__(self) -> None:
+        for effect in self.effects:
+            if reason := self.refuses(effect):
+                raise ValueError(f"effect {effect.name!r} {reason}")
+
     @property
     def name(self) -> str:
         return "+".join(("base", *(effect.name for effect in self.effects)))
@@ -39,7 +46,7 @@ class Model:
     @cached_property
     def defaults(self) -> dict[str, float]:
         """Every parameter of the model with its nominal value; those of effects are 0."""
-        muscles = {f"{c}_{m.name}": float(m.constants[c]) for m in self.muscles for c in MUSCLE_CONSTANTS}
+        muscles = {f"{c}_{m.name}": value for m in self.muscles for c, value in m.nominal.items()}
         return muscles | {c: float(self.joint[c]) for c in JOINT_CONSTANTS} | dict.fromkeys(self.effect_parameters, 0.0)
 
     @cached_property
@@ -60,6 +67,22 @@ class Model:
     def stateful(self) -> tuple[Effect, ...]:
         """Effects with states of their own, those of activation first."""
         return tuple(e for stage in ("activation", "muscle") for e in self.on(stage) if e.stateful)
+
+    @cached_property
+    def common_constants(self) -> tuple[str, ...]:
+        """Names of the constants that all muscles have; others belong to some muscles' kind of path."""
+        return tuple(c for c in MUSCLE_CONSTANTS if all(c in m.nominal for m in self.muscles))
+
+    def refuses(self, effect: Effect) -> str:
+        """Why an effect cannot act on these muscles; empty where it can."""
+        lacking = [c for c in MUSCLE_CONSTANTS if c in effect.asks and c not in self.common_constants]
+        if not lacking:
+            return ""
+        without = next(m for m in self.muscles if lacking[0] not in m.nominal)
+        return (
+            f"needs {', '.join(lacking)}, which muscle {without.name} with a {without.path.kind} path does not have; "
+            "leave the effect out, or give all muscles the path that it needs"
+        )
 
     @property
     def state_size(self) -> int:
@@ -133,12 +156,14 @@ def parse_model(name: str, base: Model, catalogue: Mapping[str, Effect]) -> Mode
 class Bound:
     """A model with values for all its parameters, stacked for arithmetic. Make it with `bind`.
 
-    `muscle` values are (..., T, M), `joint` values (..., T), each with `axes` axes of length 1 put in after T.
+    `muscle` values are (..., T, M), `joint` values (..., T), each with `axes` axes of length 1 put in after T. `path`
+    holds the constants that only some muscles have, by full name, (..., T).
     """
 
     model: Model
     muscle: Mapping[str, Tensor]
     joint: Mapping[str, Tensor]
+    path: Mapping[str, Tensor]
     effect: Mapping[str, Mapping[str, Tensor]]
     axes: int = 0
 
@@ -146,13 +171,14 @@ class Bound:
         """The same values, broadcastable to quantities with `axes` more axes (time, points) after the trials."""
         assert self.axes == 0
         effect = {
-            e.name: {n: _insert(v, axes, muscles=on_muscles(e, n)) for n, v in self.values(e).items()}
+            e.name: {n: _insert(v, axes, muscles=e.on_muscles(n)) for n, v in self.values(e).items()}
             for e in self.model.effects
         }
         return replace(
             self,
             muscle={n: _insert(v, axes, muscles=True) for n, v in self.muscle.items()},
             joint={n: _insert(v, axes, muscles=False) for n, v in self.joint.items()},
+            path={n: _insert(v, axes, muscles=False) for n, v in self.path.items()},
             effect=effect,
             axes=axes,
         )
@@ -174,22 +200,31 @@ class Bound:
         leaning = bool((self.joint["tilt"] != 0).any())
         hanging = {name: self.joint[name] for name in ("mass", "length", "load")}
         return Combined(
-            squares=c["l1"] ** 2 + c["l2"] ** 2,
-            product=c["side"] * c["l1"] * c["l2"],
+            path=self._paths(),
             height=c["l0"] * torch.sin(c["pennation"]) if pennate else None,
             inertia=joint_physics.inertia(**hanging),
             weight=joint_physics.weight(**hanging),
             tilt=self.joint["tilt"] if leaning else None,
         )
 
+    def _paths(self) -> Path | SideBySide:
+        c, muscles = self.muscle, self.model.muscles
+        if all(isinstance(m.path, StraightPath) for m in muscles):
+            return StraightPath(c["l1"], c["l2"], c["side"])
+
+        def value(i: int, name: str) -> Tensor:
+            return c[name][..., i] if name in c else self.path[f"{name}_{muscles[i].name}"]
+
+        bound = (m.path.with_constants({n: value(i, n) for n in m.path.constants}) for i, m in enumerate(muscles))
+        return SideBySide(tuple(bound))
+
 
 @dataclass(frozen=True)
 class Combined:
-    """Combinations of constants: see `muscle.straight_path` (squares, product), `muscle.fibre_state` (height) and
-    `joint` (moment of inertia, moment of the weight, tilt)."""
+    """Combinations of constants: see `path`, `muscle.fibre_state` (height) and `joint` (moment of inertia, moment of
+    the weight, tilt)."""
 
-    squares: Tensor
-    product: Tensor
+    path: Path | SideBySide
     height: Tensor | None
     inertia: Tensor
     weight: Tensor
@@ -208,7 +243,8 @@ def bind(model: Model, params: Params, like: Tensor) -> Bound:
     """
     model.check_names(params)
     full = {n: _value(params.get(n, default), like) for n, default in model.defaults.items()}
-    muscle = {c: _stack([full[f"{c}_{m.name}"] for m in model.muscles]) for c in MUSCLE_CONSTANTS}
+    muscle = {c: _stack([full[f"{c}_{m.name}"] for m in model.muscles]) for c in model.common_constants}
+    path = {f"{c}_{m.name}": full[f"{c}_{m.name}"] for m in model.muscles for c in m.nominal if c not in muscle}
     muscle["side"] = torch.tensor([m.side for m in model.muscles], dtype=like.dtype, device=like.device)
     joint = {c: full[c] for c in JOINT_CONSTANTS}
     effect = {}
@@ -216,18 +252,18 @@ def bind(model: Model, params: Params, like: Tensor) -> Bound:
         values = {}
         for short in e.parameters:
             stacked = _stack([full[n] for n in model.names(e, short)])
-            values[short] = stacked if on_muscles(e, short) else stacked.squeeze(-1)
+            values[short] = stacked if e.on_muscles(short) else stacked.squeeze(-1)
         effect[e.name] = values
         if e.acts_on == "constants":
             changed = call(e.function, {**muscle, **joint}, values)
             if strange := sorted(set(changed) - set(muscle) - set(joint)):
                 raise ValueError(
                     f"effect {e.name!r} returns values for {', '.join(strange)}, which are not constants; "
-                    f"there are {', '.join((*MUSCLE_CONSTANTS, *JOINT_CONSTANTS))}."
+                    f"there are {', '.join((*model.common_constants, *JOINT_CONSTANTS))}."
                 )
             muscle.update({n: v for n, v in changed.items() if n in muscle})
             joint.update({n: v for n, v in changed.items() if n in joint})
-    return Bound(model, muscle, joint, effect)
+    return Bound(model, muscle, joint, path, effect)
 
 
 def _value(value: Tensor | float, like: Tensor) -> Tensor:
@@ -246,12 +282,6 @@ def _insert(value: Tensor, axes: int, *, muscles: bool) -> Tensor:
     return value if len(shape) < 2 else value.reshape(*shape[:-1], *(1,) * axes, shape[-1])
 
 
-def on_muscles(effect: Effect, parameter: str) -> bool:
-    """Whether a parameter's values have an axis for muscles: (..., M) or (..., 1), not (...)."""
-    on_constants = effect.acts_on == "constants" and bool(effect.asks & set(MUSCLE_CONSTANTS))
-    return effect.acts_on in MUSCLE_STAGES or on_constants or effect.parameters[parameter].per_muscle
-
-
 @dataclass(frozen=True)
 class Torques:
     """What turns the joint [N m], all of the shape of q; `total` is their sum. `inertia` in kg m^2."""
@@ -266,7 +296,7 @@ class Torques:
         return self.muscles + self.gravity + self.effects
 
 
-def muscle_quantities(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor) -> dict[str, object]:
+def muscle_quantities(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor) -> dict[str, Any]:
     """Path, fibre and force of every muscle at a joint state, before the effects that have a state.
 
     Args:
@@ -279,7 +309,7 @@ def muscle_quantities(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor)
     model, c, combined = bound.model, bound.muscle, bound.combined
     # One muscle after the other in memory: element-wise work then runs along time, several times faster than along M.
     angle = q.expand(len(model.muscles), *q.shape).contiguous().movedim(0, -1)
-    length, arm = muscle_physics.straight_path(angle, squares=combined.squares, product=combined.product)
+    length, arm = combined.path.length_and_arm(angle)
     for effect in model.on("path"):
         quantities = {**c, "q": angle, "length_mt": length, "moment_arm": arm}
         length, arm = call(effect.function, quantities, bound.values(effect))
@@ -327,7 +357,6 @@ def torques(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor, states: M
     pull = bound.muscle["f0"] * force * muscles["cosine"]
     muscle_torque = (pull * muscles["moment_arm"]).sum(-1)
     gravity = joint_physics.gravity_torque(q, bound.combined.weight, bound.combined.tilt)
-    inertia = bound.combined.inertia
     extra = torch.zeros_like(muscle_torque)
     for effect in model.on("joint"):
         quantities = {
@@ -340,9 +369,19 @@ def torques(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor, states: M
             "torque": muscle_torque,
         }
         extra = extra + call(effect.function, quantities, bound.values(effect))
-    for effect in model.on("inertia"):
+    return Torques(muscle_torque, gravity, extra, moment_of_inertia(bound, q))
+
+
+def moment_of_inertia(bound: Bound, q: Tensor) -> Tensor:
+    """Moment of inertia about the elbow at an angle (...) [rad], with effects that act on it, broadcastable to (...)
+    [kg m^2].
+
+    Source: Taneja et al. 2023, Eq. 55.
+    """
+    inertia = bound.combined.inertia
+    for effect in bound.model.on("inertia"):
         inertia = inertia + call(effect.function, {**bound.joint, "q": q}, bound.values(effect))
-    return Torques(muscle_torque, gravity, extra, inertia)
+    return inertia
 
 
 def acceleration(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor, states: Mapping[str, Tensor]) -> Tensor:

@@ -1,4 +1,4 @@
-"""One muscle: from EMG to activation (Eqs. 1-2), its path over the joint (Eqs. 57-59), its force (Eqs. 45-50).
+"""One muscle: its activation (Eq. 2) and its force (Eqs. 45-50). Its path over the joint is in `path`.
 
 Every function acts element-wise; muscles stand side by side on the last axis M.
 """
@@ -9,24 +9,40 @@ from dataclasses import dataclass, field
 import torch
 from torch import Tensor
 
-from myowave.physics.constants import MUSCLE_CONSTANTS
+from myowave.physics.constants import MUSCLE_CONSTANTS, constants_of_path
 from myowave.physics.curves import Curves
+from myowave.physics.path import Path
 
 FLEXOR, EXTENSOR = 1.0, -1.0
 
 
 @dataclass(frozen=True)
 class Muscle:
-    """A muscle group: its name, the side of the joint it runs on, its EMG channel and its constants (SI units)."""
+    """A muscle group.
+
+    Args:
+        side: of the joint on which it runs, +1 for a flexor and -1 for an extensor.
+        channel: its EMG.
+        constants: those that every muscle has, in SI units.
+        path: over the joint, with constants of its own.
+    """
 
     name: str
     side: float
     channel: str
     constants: Mapping[str, float] = field(hash=False)
+    path: Path
 
     def __post_init__(self) -> None:
         assert self.side in (FLEXOR, EXTENSOR), self.side
-        assert set(self.constants) == set(MUSCLE_CONSTANTS), sorted(self.constants)
+        assert set(self.constants) == set(constants_of_path("")), sorted(self.constants)
+        assert getattr(self.path, "side", self.side) == self.side, self.name
+
+    @property
+    def nominal(self) -> dict[str, float]:
+        """All constants of the muscle, with those of its path."""
+        both = {**self.constants, **self.path.constants}
+        return {name: float(both[name]) for name in MUSCLE_CONSTANTS if name in both}
 
 
 def activation(excitation: Tensor, shape: Tensor) -> Tensor:
@@ -43,23 +59,6 @@ def activation(excitation: Tensor, shape: Tensor) -> Tensor:
     small = shape.abs() < 1e-6
     safe = torch.where(small, 1.0, shape)
     return torch.where(small, u, torch.special.expm1(safe * u) / torch.special.expm1(safe))
-
-
-def straight_path(q: Tensor, *, squares: Tensor, product: Tensor) -> tuple[Tensor, Tensor]:
-    """Length [m] and signed moment arm R = -d length / dq [m] of a muscle straight across the hinge.
-
-    Torque is F R, shortening velocity R qdot.
-
-    Args:
-        q: elbow angle [rad].
-        squares: l1^2 + l2^2 [m^2].
-        product: l1 l2 of a flexor, -l1 l2 of an extensor [m^2].
-
-    Source: law of cosines and Eqs. 58-59 for the geometry of Taneja et al. 2023, Fig. 6; the minus sign of Eq. 57 is
-    in `product`.
-    """
-    length = torch.sqrt(squares + 2.0 * product * torch.cos(q))
-    return length, product * torch.sin(q) / length
 
 
 def fibre_state(

@@ -17,9 +17,9 @@ from myowave.settings.data import (
     public,
 )
 from myowave.settings.diagnosis import Diagnosis, Study
-from myowave.settings.learning import SEARCHABLE, Dimension, Learning, Recipe, Sweep
+from myowave.settings.learning import SEARCHABLE, Dimension, Learning, PlannedSweep, Recipe, Sweep
 from myowave.settings.parsing import KEYS, check_effects, parse_settings, shipped_effects
-from myowave.settings.physics import Curves, Joint, Muscle, Physics
+from myowave.settings.physics import Curves, Joint, Muscle, Physics, StraightPath, TablePath
 from myowave.settings.recording import EmgChannel, Processing, RawSignal, TextLayout
 from myowave.settings.section import Section, dump
 from myowave.settings.targets import Targets
@@ -40,6 +40,7 @@ __all__ = [
     "MeasuredDataset",
     "Muscle",
     "Physics",
+    "PlannedSweep",
     "Processing",
     "RawSignal",
     "Recipe",
@@ -47,8 +48,10 @@ __all__ = [
     "Section",
     "Settings",
     "SimulatedDataset",
+    "StraightPath",
     "Study",
     "Sweep",
+    "TablePath",
     "Targets",
     "TextLayout",
     "Tracking",

@@ -7,7 +7,7 @@ from pydantic import ValidationError, model_validator
 from myowave.settings.data import Data
 from myowave.settings.diagnosis import Diagnosis
 from myowave.settings.keys import did_you_mean, explain, list_keys
-from myowave.settings.learning import SEARCHABLE, Learning, Recipe, Sweep
+from myowave.settings.learning import SEARCHABLE, Learning, PlannedSweep, Recipe
 from myowave.settings.physics import Physics
 from myowave.settings.section import Section, dump, setting
 from myowave.settings.targets import Targets
@@ -31,16 +31,15 @@ class Settings(Section):
             raise ValueError("\n".join(problems))
         return self
 
-    def sweep(self) -> Sweep:
+    def sweep(self) -> PlannedSweep:
         """The section learning.sweep, what is null in it filled in from the targets."""
         sweep, targets = self.learning.sweep, self.targets
-        return sweep.model_copy(
-            update={
-                "dataset": sweep.dataset or targets.datasets[0],
-                "recipe": sweep.recipe or targets.recipes[0],
-                "scales": sweep.scales or max(targets.scales),
-            }
-        )
+        filled_in = {
+            "dataset": sweep.dataset or targets.datasets[0],
+            "recipe": sweep.recipe or targets.recipes[0],
+            "scales": sweep.scales or max(targets.scales),
+        }
+        return PlannedSweep.model_validate(sweep.model_dump() | filled_in)
 
     def _problems_of_targets(self) -> list[str]:
         targets, datasets = self.targets, self.data.datasets

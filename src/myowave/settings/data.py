@@ -95,7 +95,7 @@ class SimulatedDataset(_Dataset):
 
 
 class MeasuredDataset(_Dataset):
-    """Trials from files, one a trial, named after the file without its ending."""
+    """Trials from files, one file per trial, named after the file without its ending."""
 
     kind: Literal["measured"] = setting("measured: read from files")
     files: tuple[str, ...] = setting("CSV or Parquet files, or patterns such as data/me/*.csv", min_length=1)
@@ -141,7 +141,7 @@ class RecordedDataset(_Dataset):
             raise ValueError(f"cut_s of {', '.join(wrong)}: expected [from, to] in seconds, from before to")
         if self.processing.normalise == "mvc" and not self.mvc:
             raise ValueError("processing.normalise is mvc, but mvc names no recordings; name some, or use session")
-        given = {signal.condition for signal in self.signals.values()} - {None}
+        given = {signal.condition for signal in self.signals.values() if signal.condition}
         if both := given & {name for values in self.conditions.values() for name in values}:
             raise ValueError(f"{', '.join(both)} is in conditions and also the condition of a signal; keep one")
         return self

@@ -26,7 +26,7 @@ class Diagnosis(Section):
     """Where the physics is wrong, and what is missing."""
 
     angle_noise_deg: Real | None = setting(
-        "standard deviation of the angle's noise; null: estimated from the trials", "deg", None, gt=0, le=30
+        "standard deviation of the angle's noise; null: estimated from the training trials", "deg", None, gt=0, le=30
     )
     at_rest: bool = setting("every trial starts at rest, so that its first velocity is not estimated", "", False)
     starts: Whole = setting("searches of the fit of the base model, side by side", "-", 8, ge=1, le=1000)

@@ -98,8 +98,10 @@ def _type_name(annotation: Any) -> str:
     if origin is Literal:
         return " or ".join(str(value) for value in args)
     if origin in (Union, types.UnionType):
-        if all(isinstance(a, type) and issubclass(a, BaseModel) for a in args):
-            return "a section with kind: " + " or ".join(_tag(a) for a in args)
+        sections = [a for a in args if isinstance(a, type) and issubclass(a, BaseModel)]
+        if len(sections) > 1:
+            kinds = "a section with kind: " + " or ".join(_tag(a) for a in sections)
+            return kinds if len(sections) == len(args) else f"{kinds}, or null"
         return " or ".join("null" if a is type(None) else _type_name(a) for a in args)
     if origin is tuple:
         item = _type_name(args[0])

@@ -47,6 +47,10 @@ class Recipe(Section):
             raise ValueError("rollout_s above 0 needs hidden_state: carried; windowed states are teacher-forced")
         if self.hidden_state == "carried" and self.beta > 0:
             raise ValueError("beta above 0 needs hidden_state: windowed; a carried state has no residual in its loss")
+        if self.hidden_state == "windowed" and self.simulated_trials > 0:
+            raise ValueError(
+                "simulated_trials above 0 needs hidden_state: carried; only rollouts learn from simulation"
+            )
         if self.identification == "joint" and self.beta == 0:
             raise ValueError("identification: joint needs beta above 0: without a residual in J nothing is identified")
         if self.derivative == "time" and not self.time_input:
@@ -111,6 +115,14 @@ class Sweep(Section):
     def _without_null(cls, value: Any) -> Any:
         """A file laid over another can only replace keys, so null takes one out."""
         return {k: v for k, v in value.items() if v is not None} if isinstance(value, Mapping) else value
+
+
+class PlannedSweep(Sweep):
+    """A sweep without null: what it left open is filled in from the targets."""
+
+    dataset: Name
+    recipe: Name
+    scales: Annotated[int, Field(ge=1, le=5)]
 
 
 class Learning(Section):

@@ -21,8 +21,7 @@ def add_subjects(config: Mapping[str, Any]) -> dict[str, Any]:
         ValueError: if the table cannot be read, or a subject is named twice or as another dataset is.
     """
     data = config.get("data")
-    table = data.get("subjects") if isinstance(data, Mapping) else None
-    if not table:
+    if not isinstance(data, Mapping) or not (table := data.get("subjects")):
         return dict(config)
     subjects = read_subjects(Path(table))
     datasets = data.get("datasets") or {}

@@ -112,7 +112,7 @@ def from_model(model: TrainedModel) -> RunGroup:
     metrics = table.drop(columns=[*COORDINATES, "seed"]).select_dtypes("number")
     described = f"{where['model']} on {where['dataset']}, recipe {where['recipe']}, {where['scales']} scale(s)"
     made_by = f"Made by `snakemake --cores 2 {model.folder}/evaluation.csv`."
-    when = {"finished": (model.folder / "evaluation.csv").stat().st_mtime, "duration_s": table["seconds"].iloc[0]}
+    finished, duration_s = (model.folder / "evaluation.csv").stat().st_mtime, float(table["seconds"].iloc[0])
     parent = RunContent(
         name=name,
         job_key=job_key,
@@ -122,7 +122,8 @@ def from_model(model: TrainedModel) -> RunGroup:
         description=f"{described}: medians over {len(table)} seeds, which are the runs below.\n\n"
         f"{made_by}\n\n{_markdown(metrics.agg(['median', 'std']).T)}",
         tags=tags | {"kind": "median over seeds"},
-        **when,
+        finished=finished,
+        duration_s=duration_s,
         artifacts=(model.folder / "evaluation.csv", *model.figures),
     )
     children = [
@@ -134,7 +135,8 @@ def from_model(model: TrainedModel) -> RunGroup:
             curves=curves[curves["seed"] == seed].drop(columns="seed"),
             description=f"{described}, seed {seed}.\n\n{made_by}",
             tags=tags | {"kind": "seed"},
-            **when,
+            finished=finished,
+            duration_s=duration_s,
         )
         for row, seed in table["seed"].items()
     ]
@@ -206,7 +208,7 @@ def from_diagnosis(folder: Path, pictures: Path, benchmark: Path) -> RunGroup:
     dataset, found = verdict["dataset"], verdict["model"]
     climbed = errors[~ladder["named"]]
     tags = {"dataset": dataset, "verdict": verdict["verdict"]}
-    when = {"finished": benchmark.stat().st_mtime, "duration_s": float(pd.read_csv(benchmark, sep="\t")["s"].iloc[0])}
+    finished, duration_s = benchmark.stat().st_mtime, float(pd.read_csv(benchmark, sep="\t")["s"].iloc[0])
     files = [path, folder / "verdict.html", *sorted(folder.glob("*.csv")), *sorted(pictures.glob("*.png"))]
     add = f"Add what was found:\n\n    {verdict['command']}\n\n" if verdict["effects"] else ""
     page = f"The whole story is in `{folder}/verdict.html`, attached."
@@ -218,7 +220,8 @@ def from_diagnosis(folder: Path, pictures: Path, benchmark: Path) -> RunGroup:
         metrics=errors.loc[found].to_dict(),
         description=f"{verdict['sentence']}\n\n{verdict['where']}\n\n{_markdown(errors[columns])}\n\n{add}{page}",
         tags=tags | {"kind": "verdict"},
-        **when,
+        finished=finished,
+        duration_s=duration_s,
         curves=climbed.set_index(climbed["effects"].rename("epoch"))[columns],
         artifacts=files,
     )
@@ -230,7 +233,8 @@ def from_diagnosis(folder: Path, pictures: Path, benchmark: Path) -> RunGroup:
             metrics=row.to_dict() | _estimates(verdict["parameters"][model]),
             description=f"{model} fitted to the training trials of {dataset}.",
             tags=tags | {"kind": "model"},
-            **when,
+            finished=finished,
+            duration_s=duration_s,
         )
         for model, row in errors.iterrows()
     ]

@@ -49,7 +49,7 @@ def time_problems(recording: RawRecording, time: NDArray[np.float64], column: st
         )
 
 
-def _rounding(time: NDArray) -> float:
+def _rounding(time: NDArray[np.float64]) -> float:
     """The unit [s] to which times were rounded when written, 0 where there is none coarser than 1e-6."""
     units = (10.0**-digits for digits in range(7))
     return next((unit for unit in units if np.abs(time / unit - np.round(time / unit)).max() < 1e-6), 0.0)

@@ -24,7 +24,7 @@ HIGHEST = 0.45
 """Highest corner of a filter, as a fraction of the sampling rate."""
 
 
-def band_pass(values: NDArray, rate: float, band: tuple[float, float], phase: Phase) -> NDArray[np.float64]:
+def band_pass(values: NDArray[np.float64], rate: float, band: tuple[float, float], phase: Phase) -> NDArray[np.float64]:
     """What lies within a band; its upper end is lowered to 0.45 of the rate where it is above.
 
     Args:
@@ -47,7 +47,7 @@ def upper_limited(band: tuple[float, float], rate: float) -> tuple[float, float]
 
 
 def low_pass(
-    values: NDArray, rate: float, corner: float, phase: Phase, order: int = ENVELOPE_ORDER
+    values: NDArray[np.float64], rate: float, corner: float, phase: Phase, order: int = ENVELOPE_ORDER
 ) -> NDArray[np.float64]:
     """What lies below a corner [Hz], at which 1/sqrt(2) of the amplitude is left; see `band_pass`.
 
@@ -70,7 +70,7 @@ def lag_s(corner: float, order: int = ENVELOPE_ORDER) -> float:
     return sum(poles) / (2 * math.pi * corner)
 
 
-def notch(values: NDArray, rate: float, frequency: float, phase: Phase) -> NDArray[np.float64]:
+def notch(values: NDArray[np.float64], rate: float, frequency: float, phase: Phase) -> NDArray[np.float64]:
     """The signal without mains hum at `frequency` [Hz]; where there is no line to take out, as it is."""
     if frequency >= rate / 2 or line_height(values, rate, frequency) < LINE_HEIGHT:
         return values
@@ -78,7 +78,7 @@ def notch(values: NDArray, rate: float, frequency: float, phase: Phase) -> NDArr
     return _apply(sections, values, phase)
 
 
-def _apply(sections: NDArray, values: NDArray, phase: Phase) -> NDArray[np.float64]:
+def _apply(sections: NDArray[np.float64], values: NDArray[np.float64], phase: Phase) -> NDArray[np.float64]:
     return sp.sosfiltfilt(sections, values) if phase == "zero" else sp.sosfilt(sections, values)
 
 

@@ -9,12 +9,12 @@ LINE_HEIGHT = 6.0
 _SEGMENT_S = 2.0
 
 
-def power(values: NDArray, rate: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def power(values: NDArray[np.float64], rate: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Frequencies [Hz] and power density, by Welch's method with segments of 2 s."""
     return sp.welch(values, fs=rate, nperseg=min(len(values), round(_SEGMENT_S * rate)))
 
 
-def share_of_power(values: NDArray, rate: float, low: float, high: float) -> float:
+def share_of_power(values: NDArray[np.float64], rate: float, low: float, high: float) -> float:
     """Share of the power from `low` up to `high` [Hz], offset left out; 0 for a signal without any."""
     frequency, density = power(values, rate)
     total = density[frequency > 0].sum()
@@ -22,7 +22,7 @@ def share_of_power(values: NDArray, rate: float, low: float, high: float) -> flo
     return float(inside / total) if total > 0 else 0.0
 
 
-def line_height(values: NDArray, rate: float, frequency: float) -> float:
+def line_height(values: NDArray[np.float64], rate: float, frequency: float) -> float:
     """Highest power within 0.5 Hz of a frequency over the median 2 to 10 Hz away from it [-]."""
     frequencies, density = power(values, rate)
     away = np.abs(frequencies - frequency)

@@ -69,12 +69,12 @@ def offset_and_drift(raw: Mapping[str, RawTrial], envelopes: Mapping[str, Mappin
         )
 
 
-def _gain(one: NDArray, other: NDArray) -> float:
+def _gain(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
     """What the best shift of `one` adds there over the best shift of `other`."""
     return float(one.max() - one[other.argmax()])
 
 
-def _explained(angle: Sampled, envelope: Sampled) -> NDArray | None:
+def _explained(angle: Sampled, envelope: Sampled) -> NDArray[np.float64] | None:
     """R2 at each of `_LAGS_S` over the whole trial, its first and its last third, (3, shifts); None where too short."""
     reach = float(_LAGS_S.max())
     start, end = max(angle.start, envelope.start + reach), min(angle.end, envelope.end - reach)
@@ -91,7 +91,7 @@ def _explained(angle: Sampled, envelope: Sampled) -> NDArray | None:
     return np.stack([_r2(x[part], emg[part]) for part in parts])
 
 
-def _r2(x: NDArray, y: NDArray) -> NDArray:
+def _r2(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
     """Explained variance of each column of y (N, K) by the columns of x (N, P), (K,)."""
     left = y - x @ np.linalg.lstsq(x, y, rcond=None)[0]
     scatter = y.var(axis=0)

@@ -174,7 +174,7 @@ def _shared(a: Sampled, b: Sampled) -> float | None:
     return max(values, key=abs)
 
 
-def _standard(values: NDArray) -> NDArray:
+def _standard(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return (values - values.mean()) / values.std()
 
 
@@ -184,7 +184,7 @@ def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(start), int(end - start)) for start, end in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _repeats(values: NDArray, length: int) -> list[int]:
+def _repeats(values: NDArray[np.float64], length: int) -> list[int]:
     """Where blocks of at least `length` samples start that are copies of earlier ones, constant ones left out."""
     if len(values) < 2 * length:
         return []

@@ -9,10 +9,16 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from myowave.data.readers.bids import with_sidecars
+from myowave.data.readers.c3d import read_c3d
 from myowave.data.readers.csv import read_csv
 from myowave.data.readers.delimited import read_delimited
+from myowave.data.readers.delsys import read_delsys
+from myowave.data.readers.edf import read_edf
+from myowave.data.readers.matlab import read_matlab
 from myowave.data.readers.noraxon import read_noraxon
-from myowave.data.readers.parquet import read_parquet
+from myowave.data.readers.opensim import read_opensim
+from myowave.data.readers.parquet import read_parquet, read_raw_parquet
 from myowave.data.readers.signals import RawRecording, Signal
 from myowave.settings import TextLayout
 
@@ -25,12 +31,28 @@ TABLES: dict[str, Reader] = {".csv": read_csv, ".parquet": read_parquet}
 
 READERS: dict[str, Reader] = {
     "csv": read_delimited,
-    "parquet": read_parquet,
+    "parquet": read_raw_parquet,
     "noraxon": read_noraxon,
+    "delsys": read_delsys,
+    "opensim": read_opensim,
+    "matlab": read_matlab,
+    "c3d": read_c3d,
+    "edf": read_edf,
 }
 """Readers of raw recordings, by the name of the format in the settings."""
 
-ENDINGS = {".csv": "csv", ".tsv": "csv", ".txt": "csv", ".parquet": "parquet"}
+ENDINGS = {
+    ".csv": "csv",
+    ".tsv": "csv",
+    ".txt": "csv",
+    ".parquet": "parquet",
+    ".mot": "opensim",
+    ".sto": "opensim",
+    ".mat": "matlab",
+    ".c3d": "c3d",
+    ".edf": "edf",
+    ".bdf": "edf",
+}
 """Format that an ending stands for where the settings name none; .gz may follow that of a text."""
 
 
@@ -53,4 +75,4 @@ def read_raw(path: Path, form: str | None = None, layout: TextLayout | None = No
             f"format: {', '.join(READERS)}."
         )
     reader = partial(read_delimited, layout=layout) if form == "csv" else READERS[form]
-    return reader(path)
+    return with_sidecars(reader(path))

@@ -6,13 +6,12 @@ from pathlib import Path
 
 import pandas as pd
 
-from myowave.data.readers.frames import to_signals
-from myowave.data.readers.signals import RawRecording, Signal
+from myowave.data.readers.frames import to_signals, with_time
+from myowave.data.readers.signals import RawRecording
 from myowave.data.readers.text import read_cells, read_head
 from myowave.settings import TextLayout
 
 _SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
-_TIMES = ("time", "time_s", "t")
 _UNIT = re.compile(r"^(.*?)\s*[\[(]([^\[\]()]*)[\])]$")  # Biceps [uV] or Biceps (uV)
 
 
@@ -44,7 +43,7 @@ def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording
         cells = cells.apply(lambda column: column.str.replace(",", ".", regex=False))
     signals = to_signals(cells, names)
     signals = tuple(replace(signal, unit=unit) for signal, unit in zip(signals, units, strict=True))
-    return RawRecording(path, _with_time(path, signals, layout.time_column), first_row=head + 1)
+    return RawRecording(path, with_time(path, signals, layout.time_column), first_row=head + 1)
 
 
 def split_unit(name: str) -> tuple[str, str]:
@@ -74,18 +73,3 @@ def _split(line: str, separator: str) -> list[str]:
 def _has_points(cells: pd.DataFrame) -> bool:
     """Whether the first rows write decimals with a point."""
     return bool(cells.head(200).apply(lambda column: column.str.contains(".", regex=False)).to_numpy().any())
-
-
-def _with_time(path: Path, signals: tuple[Signal, ...], column: str | None) -> tuple[Signal, ...]:
-    """The signals without the column of times, which they are given."""
-    names = [signal.name for signal in signals]
-    if column is not None and column not in names:
-        raise ValueError(f"{path}: no column {column!r} of times; the columns are {', '.join(names)}.")
-    column = column or next((name for name in names if name.lower() in _TIMES), None)
-    if column is None:
-        return signals
-    time = signals[names.index(column)]
-    if time.unit not in ("", "s", "ms"):
-        raise ValueError(f"{path}: times are in {time.unit!r}; expected s or ms. Export it in seconds.")
-    seconds = time.values / 1000 if time.unit == "ms" else time.values
-    return tuple(replace(signal, time=seconds) for signal in signals if signal is not time)

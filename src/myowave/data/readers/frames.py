@@ -1,9 +1,14 @@
 """From a table of cells to signals: the part that all readers of tables share."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 
 from myowave.data.readers.signals import Signal
+
+_TIMES = ("time", "time_s", "t")
 
 
 def to_signals(frame: pd.DataFrame, header: list[str]) -> tuple[Signal, ...]:
@@ -20,3 +25,27 @@ def _to_signal(name: str, cells: pd.Series) -> Signal:
     values = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=np.float64)
     odd = (~np.isfinite(values)).nonzero()[0]
     return Signal(name, values, odd={int(sample): cells.iloc[sample] for sample in odd})
+
+
+def with_time(path: Path, signals: tuple[Signal, ...], column: str | None) -> tuple[Signal, ...]:
+    """The signals without the column of times, which they are given.
+
+    Args:
+        path: the file, for messages.
+        signals: its columns.
+        column: the one that holds times [s or ms]; None takes one called time, time_s or t, if there is one.
+
+    Raises:
+        ValueError: if there is no such column, or its unit is none of time.
+    """
+    names = [signal.name for signal in signals]
+    if column is not None and column not in names:
+        raise ValueError(f"{path}: no column {column!r} of times; the columns are {', '.join(names)}.")
+    column = column or next((name for name in names if name.lower() in _TIMES), None)
+    if column is None:
+        return signals
+    time = signals[names.index(column)]
+    if time.unit not in ("", "s", "ms"):
+        raise ValueError(f"{path}: times are in {time.unit!r}; expected s or ms. Export it in seconds.")
+    seconds = time.values / 1000 if time.unit == "ms" else time.values
+    return tuple(replace(signal, time=seconds) for signal in signals if signal is not time)

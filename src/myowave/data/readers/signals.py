@@ -19,6 +19,7 @@ class Signal:
         name: as the file has it.
         values: (N,), in `unit`; not finite where a cell holds no finite number.
         unit: as the file has it, such as `uV` or `deg`; empty where the file names none.
+        angle_unit: unit of the file's angles, where it says so for all at once; it counts if this is one of them.
         time: of each value [s], (N,); None where the file has no time.
         rate: samples a second as the file states it [Hz]; None where it does not.
         odd: cells that hold no finite number, as they were written, {sample: cell}.
@@ -27,6 +28,7 @@ class Signal:
     name: str
     values: NDArray[np.float64]
     unit: str = ""
+    angle_unit: str = ""
     time: NDArray[np.float64] | None = None
     rate: float | None = None
     odd: Mapping[int, Any] = field(default_factory=dict)

@@ -21,9 +21,8 @@ from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 from scipy.stats import norm
 
-from myowave.identification.fit import Fit
+from myowave.identification.output_error import Fit
 from myowave.identification.record import SMALLEST_NOISE_DEG
-from myowave.physics.simulation import Simulation
 
 Array = NDArray[np.float64]
 
@@ -114,7 +113,7 @@ def whitening_filter(residual: Array, samples: int, floor: float) -> Array:
 
 def inputs_of(fit: Fit) -> dict[str, Array]:
     """What drives the arm, at every sample: {name: (T, N)}."""
-    drive = Simulation(fit.model, fit.params, fit.record.emg, fit.record.dt).drive
+    drive = fit.simulation.drive
     activation = torch.cat([drive.activation[..., 0, :], drive.activation[..., -1:, -1, :]], -2)
     activation = activation.expand(len(fit.record.names), *activation.shape[-2:]).numpy()
     state = fit.sensitive.motion.state.numpy()

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from myowave.diagnosis.misfit.independence import inputs_of
-from myowave.identification.fit import Fit
-from myowave.physics import joint
-from myowave.physics.model import bind
+from myowave.identification.output_error import Fit
+from myowave.physics.model import bind, moment_of_inertia
 
 Array = NDArray[np.float64]
 
@@ -149,8 +148,8 @@ def missing_torque(fit: Fit) -> MissingTorque:
     """The missing torque of a fit, in its weak form.
 
     The difference e of measured and simulated angle obeys I (e'' - a_q e - a_v e') = missing torque to first order,
-    with the slopes a_q, a_v of the model's acceleration along its motion. Multiplied by test functions (1 - s^2)^3
-    and integrated by parts no derivative of the data is left.
+    with the model's moment of inertia I and the slopes a_q, a_v of its acceleration along its motion. Multiplied by
+    test functions (1 - s^2)^3 and integrated by parts no derivative of the data is left.
     """
     record, dt = fit.record, fit.record.dt
     half = max(4, round(WINDOW_S / dt))
@@ -162,17 +161,17 @@ def missing_torque(fit: Fit) -> MissingTorque:
     rate = (change - change @ change / 2 + change @ change @ change / 3) / dt  # logarithm of the step's Jacobian
     by_angle, by_velocity = rate[..., 1, 0], rate[..., 1, 1]
     by_angle, by_velocity = (np.concatenate([x, x[..., -1:]], -1) for x in (by_angle, by_velocity))
-    constants = bind(fit.model, fit.params, record.emg).joint
-    inertia = joint.inertia(**{n: constants[n] for n in ("mass", "length", "load")}).numpy()
-    inertia = np.broadcast_to(inertia, (len(record.names),))
-    state = fit.sensitive.motion.state.numpy()
+    motion = fit.sensitive.motion
+    inertia = moment_of_inertia(bind(fit.model, fit.params, record.emg).along(1), motion.q)
+    inertia = inertia.expand_as(motion.q).numpy()
+    state = motion.state.numpy()
     rows, errors = [], []
     for i, name in enumerate(record.names):
         length, e = int(record.valid[i].sum()), fit.normal.residual[i]
         for centre in range(half, length - half, max(1, half // 2)):
             inside = slice(centre - half, centre + half + 1)
             kernel = second - by_angle[i, inside] * test + by_velocity[i, inside] * first
-            kernel = kernel * inertia[i] / test.sum()
+            kernel = kernel * inertia[i, centre] / test.sum()
             errors.append(np.sqrt((kernel**2).sum()) * record.noise)
             rows.append((name, centre * dt, *state[i, centre, :2], float(kernel @ e[inside])))
     points = pd.DataFrame(rows, columns=["trial", "time_s", "angle_rad", "velocity_rad_s", "torque_Nm"])

@@ -9,6 +9,7 @@ from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import EVIDENCE, Candidate
 from myowave.diagnosis.search.score import confusion
 from myowave.identification.record import SMALLEST_NOISE_DEG, Record
+from myowave.identification.uncertainty import correlations
 from myowave.physics.constants import constant_unit
 from myowave.physics.model import Model
 
@@ -114,7 +115,7 @@ def ranking_table(diagnosis: Diagnosis) -> pd.DataFrame:
                     "status": _status(c),
                     "score": c.score.drop / fit.variance,
                     "rmse_deg": None if c.fit is None else np.degrees(c.fit.rmse()),
-                    "delta_bic": c.evidence,
+                    "delta_bic": c.delta_bic,
                     "folds_won": c.folds_won,
                     "folds": c.folds,
                     **_estimates(c),
@@ -163,11 +164,10 @@ def correlations_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Correlations of the estimates, model by model."""
     rows = []
     for rung in diagnosis.tried:
-        covariance = rung.fit.covariance()
-        size = np.sqrt(np.diag(covariance)).clip(1e-300)
+        correlation = correlations(rung.fit.covariance())
         for i, p in enumerate(rung.fit.free):
             for j, other in enumerate(rung.fit.free):
-                rows.append((rung.name, p.name, other.name, covariance[i, j] / size[i] / size[j]))
+                rows.append((rung.name, p.name, other.name, correlation[i, j]))
     return pd.DataFrame(rows, columns=["model", "parameter", "other", "correlation"])
 
 
@@ -251,13 +251,14 @@ def _status(candidate: Candidate) -> str:
         return "absorbed"
     if candidate.acceptable:
         return "supported"
-    if candidate.evidence <= EVIDENCE:
+    if candidate.delta_bic <= EVIDENCE:
         return "not needed"
     return "behind" if candidate.fit is None else "refused"
 
 
 def _estimates(candidate: Candidate) -> dict[str, Any]:
     """Values and standard errors of the effect's parameters as text, and the first one as numbers."""
+    pairs: list[tuple[str, float, float | None]]
     if candidate.fit is None:
         score = candidate.score
         pairs = [(p.name, float(e) * p.scale, None) for p, e in zip(score.free, score.estimate, strict=True)]

@@ -13,8 +13,9 @@ from myowave.diagnosis.search.draft import Draft, draft_effect
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
 from myowave.diagnosis.search.selection import Selection, select_effects
 from myowave.diagnosis.search.verdict import Verdict, judge
-from myowave.identification.fit import Fit, fit_model, free_parameters, refit
-from myowave.identification.heldout import Prediction, predict
+from myowave.identification.free_parameters import free_parameters
+from myowave.identification.output_error import Fit, fit_model, refit
+from myowave.identification.prediction import Prediction, predict
 from myowave.identification.record import Record, make_record
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
@@ -86,7 +87,7 @@ def diagnose(
     Args:
         trials: training and test trials; the test trials take no part in any decision.
         base: the model to start from.
-        effects: the catalogue.
+        effects: the catalogue; those that cannot act on the muscles' paths are left out.
         identify: constants to estimate beside the parameters of effects.
         report: is told what happens.
         models: to fit and try beside those that the search visits.
@@ -95,6 +96,8 @@ def diagnose(
         ValueError: if a muscle's channel was not recorded, or the base model cannot be fitted at all.
     """
     effects = {e.name: e for e in effects}
+    for name in [name for name, effect in effects.items() if base.refuses(effect)]:
+        report(f"left out: effect {name} {base.refuses(effects.pop(name))}")
     record = make_record(trials, base, settings.angle_noise_deg, settings.at_rest)
     test = record.take(np.flatnonzero(~record.training))
     free = free_parameters(base, identify, record.known)

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from myowave.diagnosis.search.rank import EVIDENCE, evidence, independent_samples
+from myowave.diagnosis.search.rank import EVIDENCE, delta_bic, independent_samples
 from myowave.diagnosis.search.score import score_effects
-from myowave.identification.fit import Fit, polish
+from myowave.identification.output_error import Fit, polish
 from myowave.physics.effect import Effect, Parameter
 
 MOST_TERMS = 3
@@ -88,7 +88,7 @@ def draft_effect(fit: Fit, dataset: str, name: str = "missing_torque") -> Draft:
         if not tried:
             break
         best, better = min(tried, key=lambda pair: pair[1].rss)
-        if evidence(current, better.rss, 1, independent_samples(better)) < EVIDENCE:
+        if delta_bic(current, better.rss, 1, independent_samples(better)) < EVIDENCE:
             break
         chosen.append(best.removeprefix("draft_"))
         current = better

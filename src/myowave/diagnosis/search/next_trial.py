@@ -14,12 +14,12 @@ import torch
 from numpy.typing import NDArray
 
 from myowave.data.simulate import MANOEUVRES, Manoeuvre, synthetic_emg
-from myowave.diagnosis.search.score import effect_parameters, score_effect
-from myowave.identification.fit import Fit, bind_values, polish
-from myowave.identification.normal import Free, normal_equations
+from myowave.diagnosis.search.score import score_effect
+from myowave.identification.free_parameters import Free, bind_values, effect_parameters
+from myowave.identification.least_squares import normal_equations, pseudo_inverse, without_starts
+from myowave.identification.output_error import Fit, polish
 from myowave.identification.record import Record
 from myowave.physics.effect import Effect
-from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
 
 Array = NDArray[np.float64]
@@ -73,7 +73,8 @@ def propose_trials(fit: Fit, one: Effect, other: Effect | None = None) -> list[P
     before = _separation([recorded], strength, fit.record.noise)
     proposals = []
     for i, name in enumerate(menu.names):
-        one_trial = tuple(part[i : i + 1] for part in trials)
+        slope, wanted, free = (part[i : i + 1] for part in trials)
+        one_trial = slope, wanted, free
         if np.isfinite(one_trial[0]).all():
             after = _separation([recorded, one_trial], strength, fit.record.noise)
             proposals.append(Proposal(name, after, before))
@@ -124,7 +125,7 @@ def _slopes(
         start = torch.from_numpy(fit.starts)
     else:
         start = torch.tensor([[START_RAD, 0.0]], dtype=torch.float64).expand(len(record.names), 2)
-    simulation = Simulation(model, bind_values(everything, values, record), record.emg, record.dt)
+    simulation = record.simulation(model, bind_values(everything, values))
     result = solve(simulation, start[:, 0], start[:, 1], wrt={p.name: p.scale for p in everything})
     normal = normal_equations(result, record, everything)
     count = len(own)
@@ -137,11 +138,10 @@ def _separation(parts: Sequence[tuple[Array, Array, Array]], strength: Array, no
     matrix, vector, total = np.zeros((size, size)), np.zeros(size), 0.0
     for own, imitators, by_start in parts:
         signal = own @ strength
-        for t in range(len(signal)):
-            q, _ = np.linalg.qr(by_start[t])
-            left, columns = (x - q @ (q.T @ x) for x in (signal[t], imitators[t]))
-            matrix += columns.T @ columns
-            vector += columns.T @ left
-            total += float(left @ left)
-    imitated = vector @ np.linalg.pinv(matrix, rcond=1e-10, hermitian=True) @ vector
+        left = without_starts(by_start, signal[..., None])[..., 0]
+        columns = without_starts(by_start, imitators)
+        matrix += np.einsum("tnp,tnq->pq", columns, columns)
+        vector += np.einsum("tnp,tn->p", columns, left)
+        total += float((left**2).sum())
+    imitated = vector @ pseudo_inverse(matrix, 1e-10) @ vector
     return max(total - float(imitated), 0.0) / noise**2

@@ -5,15 +5,18 @@ the residual that the best candidate leaves. While a model misses something, its
 of it are worth few samples, and nothing is decided by thousands of them.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from myowave.diagnosis.search.score import Score, best_within, score_effects
-from myowave.identification.fit import Fit, correlation_time, descend, promised
+from myowave.identification.free_parameters import bounds, scales
+from myowave.identification.least_squares import pseudo_inverse
+from myowave.identification.output_error import Fit, descend, promised
 from myowave.identification.record import SMALLEST_NOISE_DEG
+from myowave.identification.uncertainty import correlation_time
 from myowave.physics.effect import Effect
 
 EVIDENCE = 10.0  # difference of BIC that counts as very strong (Kass & Raftery 1995)
@@ -31,7 +34,7 @@ class Candidate:
     Args:
         score: what the fit without it says.
         fit: with it; None where the score left no hope.
-        evidence: difference of BIC in its favour; from the score where it was not refitted.
+        delta_bic: difference of BIC in its favour; from the score where it was not refitted.
         folds_won, folds: trials that are predicted better with it, by parameters estimated from the others.
         detectable: smallest value of its first parameter that 9 of 10 such recordings would show.
     """
@@ -39,7 +42,7 @@ class Candidate:
     effect: Effect
     score: Score
     fit: Fit | None
-    evidence: float
+    delta_bic: float
     folds_won: int
     folds: int
     detectable: float
@@ -52,22 +55,28 @@ class Candidate:
     def weight(self) -> float:
         """Evidence less what the parameters that it leads to are beyond belief: decides between effects that the data
         alone do not tell apart, and nothing else."""
-        return self.evidence - (0.0 if self.fit is None else surprise(self.fit))
+        return self.delta_bic - (0.0 if self.fit is None else surprise(self.fit))
+
+    @property
+    def refitted(self) -> Fit:
+        """The fit with it, as every acceptable one has."""
+        assert self.fit is not None
+        return self.fit
 
     @property
     def acceptable(self) -> bool:
-        """Whether the evidence would do for adding it."""
+        """Whether the data ask for adding it."""
         return (
             self.fit is not None
             and not self.score.absorbed
-            and self.evidence > EVIDENCE
+            and self.delta_bic > EVIDENCE
             and self.folds_won >= int(FOLDS * self.folds)
             and not any(self.fit.at_bound(p.name) for p in self.score.free)
         )
 
 
 def rank_effects(
-    fit: Fit, effects: Iterable[Effect], known: Iterable[str] = (), fitted: Mapping[str, Fit] | None = None
+    fit: Fit, effects: Iterable[Effect], known: Collection[str] = (), fitted: Mapping[str, Fit] | None = None
 ) -> list[Candidate]:
     """All effects that a fitted model does not have, the most evident first.
 
@@ -87,19 +96,19 @@ def rank_effects(
     for name, score in scores.items():
         with_it = fits.get(name)
         rss = fit.rss - score.drop if with_it is None else with_it.rss
-        won, folds = (0, len(fit.record.names)) if with_it is None else folds_won(fit, with_it)
+        won, folds = (0, count_folds(fit)) if with_it is None else folds_won(fit, with_it)
         candidates.append(
             Candidate(
                 effect=effects[name],
                 score=score,
                 fit=with_it,
-                evidence=evidence(fit, rss, len(score.free), samples),
+                delta_bic=delta_bic(fit, rss, len(score.free), samples),
                 folds_won=won,
                 folds=folds,
                 detectable=score.detectable(best.rss / samples, statistic),
             )
         )
-    return sorted(candidates, key=lambda c: -c.evidence)
+    return sorted(candidates, key=lambda c: -c.delta_bic)
 
 
 def independent_samples(fit: Fit) -> float:
@@ -107,7 +116,7 @@ def independent_samples(fit: Fit) -> float:
     return fit.record.samples / correlation_time(fit.normal.residual, fit.record)
 
 
-def evidence(fit: Fit, rss: float, parameters: int, samples: float) -> float:
+def delta_bic(fit: Fit, rss: float, parameters: int, samples: float) -> float:
     """Difference of BIC in favour of `parameters` more that lower a fit's sum of squares to `rss` [rad^2]."""
     floor = fit.record.samples * np.radians(SMALLEST_NOISE_DEG) ** 2
     return float(samples * np.log((fit.rss + floor) / (rss + floor)) - parameters * np.log(samples))
@@ -123,7 +132,7 @@ def surprise(fit: Fit) -> float:
 
 def similar(candidates: list[Candidate], to: Candidate) -> list[Candidate]:
     """The candidates that the data do not tell from one of them."""
-    return [c for c in candidates if c.fit is not None and not c.score.absorbed and c.evidence > to.evidence - MARGIN]
+    return [c for c in candidates if c.fit is not None and not c.score.absorbed and c.delta_bic > to.delta_bic - MARGIN]
 
 
 def promising_pairs(ranking: list[Candidate]) -> list[tuple[str, str]]:
@@ -147,7 +156,7 @@ def promising_pairs(ranking: list[Candidate]) -> list[tuple[str, str]]:
         chosen = np.r_[tuple(columns[m] for m in members)]
         free = tuple(p for m in members for p in scores[m].free)
         _, drop = best_within(products[np.ix_(chosen, chosen)], with_residual[chosen], free)
-        return evidence(fit, max(fit.rss - drop, 0.0), len(free), samples)
+        return delta_bic(fit, max(fit.rss - drop, 0.0), len(free), samples)
 
     count = range(len(scores))
     single = max(promise(i) for i in count)
@@ -156,8 +165,15 @@ def promising_pairs(ranking: list[Candidate]) -> list[tuple[str, str]]:
     return [(scores[i].effect, scores[j].effect) for i, j in hopeful]
 
 
+def count_folds(fit: Fit) -> int:
+    """One for each trial; none where there is only one, as nothing is left to estimate from without it."""
+    return len(fit.record.names) if len(fit.record.names) > 1 else 0
+
+
 def folds_won(without: Fit, with_it: Fit) -> tuple[int, int]:
     """In how many folds, each leaving out one trial, the richer model predicts the trial left out better."""
+    if not count_folds(without):
+        return 0, 0
     gains = (left_out_residuals(without) ** 2).sum(-1) - (left_out_residuals(with_it) ** 2).sum(-1)
     return int((gains > 0).sum()), len(gains)
 
@@ -172,13 +188,12 @@ def left_out_residuals(fit: Fit) -> NDArray[np.float64]:
     projected = normal.without_starts(normal.slope)
     own = np.einsum("tnp,tnq->tpq", projected, normal.slope)
     product = np.einsum("tnp,tn->tp", projected, normal.residual)
-    scale = np.array([p.scale for p in fit.free])
-    low, high = (np.array([getattr(p, n) for p in fit.free]) for n in ("low", "high"))
+    scale, (low, high) = scales(fit.free), bounds(fit.free)
     loose = (fit.values > low + 1e-9 * scale) & (fit.values < high - 1e-9 * scale)
     others = (normal.matrix - own)[:, loose][:, :, loose]
     ridge = 1e-9 * np.einsum("tpp->tp", others).max(-1, initial=0.0)[:, None, None] * np.eye(int(loose.sum()))
     step = np.zeros((len(own), len(fit.free)))
-    step[:, loose] = np.linalg.solve(others + ridge, (product.sum(0) - product)[:, loose, None])[..., 0]
+    step[:, loose] = (pseudo_inverse(others + ridge) @ (product.sum(0) - product)[:, loose, None])[..., 0]
     step = step.clip((low - fit.values) / scale, (high - fit.values) / scale)
     left = normal.residual - np.einsum("tnp,tp->tn", normal.slope, step)
     return normal.without_starts(left[..., None])[..., 0]
@@ -210,7 +225,7 @@ def _worth_refitting(fit: Fit, scores: Mapping[str, Score]) -> list[str]:
     if not possible:
         return []
     samples = independent_samples(fit)
-    hopes = {n: evidence(fit, max(fit.rss - s.drop, 0.0), len(s.free), samples) for n, s in possible.items()}
+    hopes = {n: delta_bic(fit, max(fit.rss - s.drop, 0.0), len(s.free), samples) for n, s in possible.items()}
     best = max(hopes.values())
     most = max(s.drop for s in possible.values())
     if best < WORTH_A_REFIT:

@@ -8,18 +8,19 @@ whether these data can show the effect at all, and what took it out says which p
 Shapes: T trials, N samples, P free parameters of the fit, E parameters of the effect.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from myowave.identification.fit import TOLERANCE, Fit, bind_values, with_states
-from myowave.identification.normal import Free, scaled_slope
+from myowave.identification.free_parameters import Free, bind_values, bounds, effect_parameters, scales
+from myowave.identification.least_squares import minimise_within, pseudo_inverse, scaled_slope
+from myowave.identification.output_error import TOLERANCE, Fit
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
-from myowave.physics.simulation import Simulation
+from myowave.physics.motion import resting_states
 from myowave.physics.trajectory import Newton, Sensitive, derivatives_of, solve
 
 Array = NDArray[np.float64]
@@ -71,7 +72,7 @@ class Score:
         return self.free[0].scale * (np.sqrt(statistic) + 1.2816) * np.sqrt(variance / information)
 
 
-def score_effects(fit: Fit, effects: Iterable[Effect], known: Iterable[str] = ()) -> dict[str, Score]:
+def score_effects(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> dict[str, Score]:
     """Score every effect that the fitted model does not have.
 
     Args:
@@ -81,14 +82,14 @@ def score_effects(fit: Fit, effects: Iterable[Effect], known: Iterable[str] = ()
     return {e.name: score_effect(fit, e, known) for e in effects if e.name not in present}
 
 
-def score_effect(fit: Fit, effect: Effect, known: Iterable[str] = ()) -> Score:
+def score_effect(fit: Fit, effect: Effect, known: Collection[str] = ()) -> Score:
     """Score one effect; see the module."""
     model = fit.model.with_effects([effect])
     free = effect_parameters(model, effect, known)
     start = _start(fit, model, free)
     count, normal = len(fit.free), fit.normal
     raw = start.normal.slope[..., count:]
-    inverse = np.linalg.pinv(normal.matrix, rcond=1e-12, hermitian=True)
+    inverse = pseudo_inverse(normal.matrix, 1e-12)
     imitation = inverse @ start.normal.matrix[:count, count:]
     signal = normal.without_starts(raw - normal.slope @ imitation)
     information = np.einsum("tne,tnf->ef", signal, signal)
@@ -100,23 +101,13 @@ def score_effect(fit: Fit, effect: Effect, known: Iterable[str] = ()) -> Score:
     return Score(effect.name, free, start, signal, information, estimate, drop, visible, absorbers)
 
 
-def effect_parameters(model: Model, effect: Effect, known: Iterable[str] = ()) -> tuple[Free, ...]:
-    """An effect's parameters as a fit takes them, from 0."""
-    known = set(known)
-    return tuple(
-        Free(name, 0.0, p.low, p.high, abs(p.typical))
-        for name, p in model.parameters_of(effect).items()
-        if name not in known
-    )
-
-
 def confusion(scores: Mapping[str, Score], one: str, other: str) -> float:
     """How much of what one effect does another can imitate: 1 for all of it [-]. Both as `score_effects` gave them."""
     a, b = scores[one], scores[other]
     towards = _strongest(a)
     signal = a.signal @ towards
     product = np.einsum("tne,tn->e", b.signal, signal)
-    imitated = product @ np.linalg.pinv(b.information, rcond=1e-10, hermitian=True) @ product
+    imitated = product @ pseudo_inverse(b.information, 1e-10) @ product
     return float(np.sqrt(np.clip(imitated / max((signal**2).sum(), 1e-300), 0.0, 1.0)))
 
 
@@ -130,7 +121,7 @@ def _strongest(score: Score) -> Array:
 def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
     """The fit of a model with an effect more, that is still 0: the same motion, with derivatives by its parameters."""
     record, old = fit.record, fit.sensitive
-    simulation = Simulation(model, bind_values(fit.free, fit.values, record), record.emg, record.dt)
+    simulation = record.simulation(model, bind_values(fit.free, fit.values))
     wrt = {p.name: p.scale for p in free}
     if model.stateful == fit.model.stateful:
         # Where the effect is one-sided the difference must reach to the side that is allowed.
@@ -139,7 +130,7 @@ def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
         motion, linear, of_others = old.motion, old.linear, old.tangent
     else:
         begin = torch.from_numpy(fit.starts)
-        guess = with_states(model, record, fit.free, fit.values, old.motion.state)
+        guess = resting_states(simulation, old.motion.q, old.motion.qdot)
         newton = Newton(tolerance=TOLERANCE)
         solved = solve(simulation, begin[:, 0], begin[:, 1], guess=guess, wrt=wrt, newton=newton)
         added, tangent = solved.by_parameter, solved.tangent[..., : len(free)]
@@ -158,8 +149,8 @@ def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
     everything = (*fit.free, *free)
     values = np.concatenate([fit.values, np.zeros(len(free))])
     # The motion is that of the fit, so its normal equations hold, with a few columns more.
-    normal = fit.normal.extended(scaled_slope(added, np.array([p.scale for p in free]), record.valid))
-    return Fit(model, everything, values, fit.starts, normal, sensitive, record, converged=False)
+    normal = fit.normal.extended(scaled_slope(added, scales(free), record.valid))
+    return Fit(simulation, everything, values, fit.starts, normal, sensitive, record)
 
 
 def best_within(information: Array, product: Array, free: tuple[Free, ...]) -> tuple[Array, float]:
@@ -172,20 +163,9 @@ def best_within(information: Array, product: Array, free: tuple[Free, ...]) -> t
     Returns:
         The values in units of the scales, (E,), and the fall, at least 0.
     """
-    low, high = (np.array([getattr(p, n) / p.scale for p in free]) for n in ("low", "high"))
-    ridge = information + 1e-9 * np.trace(information) * np.eye(len(free)) + 1e-300 * np.eye(len(free))
-    estimate = np.linalg.solve(ridge, product)
-    for _ in free:
-        held = (estimate <= low) | (estimate >= high)
-        if not held.any():
-            break
-        estimate = estimate.clip(low, high)
-        loose = np.flatnonzero(~held)
-        if not len(loose):
-            break
-        right = product[loose] - ridge[np.ix_(loose, np.flatnonzero(held))] @ estimate[held]
-        estimate[loose] = np.linalg.solve(ridge[np.ix_(loose, loose)], right)
-    estimate = estimate.clip(low, high)
+    low, high = bounds(free)
+    ridge = information + (1e-9 * np.trace(information) + 1e-300) * np.eye(len(free))
+    estimate = minimise_within(ridge, product, low / scales(free), high / scales(free))
     return estimate, max(float(2 * estimate @ product - estimate @ information @ estimate), 0.0)
 
 

@@ -1,20 +1,20 @@
 """Add effects one by one while the evidence asks for it, drop those a later one made needless, try swaps."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from myowave.diagnosis.search.rank import (
     EVIDENCE,
     Candidate,
-    evidence,
+    delta_bic,
     independent_samples,
     promising_pairs,
     rank_effects,
     similar,
 )
 from myowave.diagnosis.search.score import score_effect
-from myowave.identification.fit import Fit, polish, refit
+from myowave.identification.output_error import Fit, polish, refit
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 
@@ -46,7 +46,7 @@ class Selection:
         return tuple(effect.name for effect in self.fit.model.effects)
 
 
-def select_effects(fit: Fit, effects: Iterable[Effect], known: Iterable[str] = ()) -> Selection:
+def select_effects(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> Selection:
     """Search for the effects that a fitted model lacks.
 
     Args:
@@ -56,16 +56,17 @@ def select_effects(fit: Fit, effects: Iterable[Effect], known: Iterable[str] = (
     """
     search = _Search(fit, tuple(effects), frozenset(known))
     ranking = search.rank(fit)
-    best, classes = _best(ranking), {}
-    top = search.better_pair(fit if best is None else best.fit, ranking)
+    best = _best(ranking)
+    classes: dict[str, tuple[str, ...]] = {}
+    top = search.better_pair(fit if best is None else best.refitted, ranking)
     if top is not None:
         top, classes = search.settle(top, classes)
     elif best is not None:
-        top, classes = best.fit, {best.name: _names(best, ranking)}
+        top, classes = best.refitted, {best.name: _names(best, ranking)}
     while top is not None and len(classes) < MOST_EFFECTS and (best := _best(search.rank(top))) is not None:
         classes[best.name] = _names(best, search.rank(top))
         name = top.model.name
-        top, classes = search.settle(best.fit, classes)
+        top, classes = search.settle(best.refitted, classes)
         if top.model.name == name:  # what was added went again
             break
     ladder = [fit] if top is None else search.climb(top)
@@ -106,7 +107,7 @@ class _Search:
             first = polish(candidates[one].fit or candidates[one].score.start)
             second = polish(score_effect(first, catalogue[other], self.known).start)
             parameters = len(second.free) - len(found.free)
-            if evidence(found, second.rss, parameters, independent_samples(second)) > needed:
+            if delta_bic(found, second.rss, parameters, independent_samples(second)) > needed:
                 return second
         return None
 
@@ -120,11 +121,11 @@ class _Search:
                 ranking = self.rank(without, {effect.name: fit})
                 own = next(c for c in ranking if c.name == effect.name)
                 best = _best(ranking) or own
-                if own.evidence < EVIDENCE:
+                if own.delta_bic < EVIDENCE:
                     fit, changed = without, True
                     break
                 if best.name != effect.name and (own not in similar(ranking, best) or best.weight > own.weight):
-                    fit, changed = best.fit, True
+                    fit, changed = best.refitted, True
                     classes[best.name] = _names(best, ranking)
                     break
                 classes[effect.name] = _names(own, ranking)
@@ -160,7 +161,7 @@ def _best(ranking: list[Candidate]) -> Candidate | None:
 
 def _names(best: Candidate, ranking: list[Candidate]) -> tuple[str, ...]:
     """The effects that the data do not tell from the one added, which comes first."""
-    leader = max((c for c in similar(ranking, best) if c.acceptable), key=lambda c: c.evidence, default=best)
+    leader = max((c for c in similar(ranking, best) if c.acceptable), key=lambda c: c.delta_bic, default=best)
     others = [c.name for c in similar(ranking, leader) if c.name != best.name]
     return (best.name, *others)
 

@@ -9,7 +9,7 @@ import numpy as np
 from myowave.diagnosis.misfit.independence import Independence
 from myowave.diagnosis.search.rank import EVIDENCE
 from myowave.diagnosis.search.selection import Selection
-from myowave.identification.fit import Fit
+from myowave.identification.output_error import Fit
 
 Kind = Literal["adequate", "effect", "class", "unknown", "undecidable"]
 
@@ -57,7 +57,7 @@ def judge(selection: Selection, independence: Independence) -> Verdict:
         kind = "unknown"
     elif selection.classes:
         kind = "class" if alternatives else "effect"
-    elif structure_left or any(c.evidence > EVIDENCE for c in last if c.fit is not None):
+    elif structure_left or any(c.delta_bic > EVIDENCE for c in last if c.fit is not None):
         kind = "unknown"
     else:
         kind = "undecidable" if masked else "adequate"

@@ -21,9 +21,9 @@ from myowave.diagnosis.scoring import answer, is_right, names_wrongly
 from myowave.diagnosis.search.rank import EVIDENCE, independent_samples
 from myowave.diagnosis.search.selection import Selection, select_effects
 from myowave.diagnosis.search.verdict import Verdict, judge
-from myowave.identification.fit import fit_model, free_parameters
-from myowave.identification.heldout import predict
-from myowave.identification.normal import Free
+from myowave.identification.free_parameters import Free, free_parameters
+from myowave.identification.output_error import fit_model
+from myowave.identification.prediction import predict
 from myowave.identification.record import make_record
 from myowave.physics.drive import channels_of
 from myowave.physics.effect import Effect

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.identification.weak import hidden_effects, known_params
+from myowave.identification.weak_form import effects_unseen_by_angle
 from myowave.learning.loss import Losses, Noise
 from myowave.learning.paper.derivatives import predict_with_time_derivatives
 from myowave.learning.paper.windowed import first_predicted, predict_teacher_forced
@@ -42,13 +42,13 @@ class Residual:
         Raises:
             ValueError: for a model with effects that the residual cannot hold.
         """
-        if hidden := hidden_effects(model):
+        if unseen := effects_unseen_by_angle(model):
             raise ValueError(
-                f"model {model.name}: the residual of Eq. 38 cannot hold {', '.join(hidden)}, which has a state of its "
+                f"model {model.name}: the residual of Eq. 38 cannot hold {', '.join(unseen)}, which has a state of its "
                 "own or acts on the measured angle. Train with identification: gauss_newton, or leave the effect out."
             )
         emg = channels_of(model, trials.channels, torch.from_numpy(trials.emg).to(device))
-        known = {name: value.to(device) for name, value in known_params(trials, model).items()}
+        known = {name: torch.from_numpy(value).to(device) for name, value in trials.known(model.defaults).items()}
         return cls(model, emg, known, trials.dt)
 
     def along(self, params: Mapping[str, Tensor], q: Tensor, qdot: Tensor, qddot: Tensor) -> Tensor:
@@ -58,6 +58,7 @@ class Residual:
             params: identified parameters, (S, 1) each, SI units.
             q, qdot, qddot: the motion, (S, T, N) [rad, rad/s, rad/s^2].
         """
+        params = {name: value.to(self.emg.device) for name, value in params.items()}
         simulation = Simulation(self.model, {**self.known, **params}, self.emg, self.dt)
         sample = torch.arange(q.shape[-1], dtype=q.dtype, device=q.device)
         _, activation = simulation.activate(sample[:, None, None])

@@ -74,10 +74,10 @@ def states_before(network: Network, x: Tensor, angle: Tensor) -> tuple[Tensor, T
     """
     driven, first = drive(network, x), first_predicted(network)
     seen, count = see(network, driven, *network.encode_angle(angle)), x.shape[1] - first
-    hidden = None
-    for i in range(first - network.history, first):
-        seen_i = seen[:, :, i : i + count].flatten(1, 2)
-        hidden = _start(network, seen_i) if hidden is None else apply_cell(network, hidden, seen_i)
+    steps = [seen[:, :, i : i + count].flatten(1, 2) for i in range(first - network.history, first)]
+    hidden = _start(network, steps[0])
+    for step in steps[1:]:
+        hidden = apply_cell(network, hidden, step)
     return hidden, driven[:, :, first:].flatten(1, 2)
 
 

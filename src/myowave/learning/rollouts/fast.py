@@ -9,6 +9,7 @@ Shapes: S seeds, B windows, K samples of a window of which m are history, X inpu
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import torch
 import torch.nn.functional as F
@@ -24,7 +25,7 @@ class Workspace:
     """
 
     def __init__(self) -> None:
-        self._made_for: tuple | None = None
+        self._made_for: tuple[Any, ...] | None = None
         self.turn = 0
 
     def fit(self, x: Tensor, z: Tensor, gates: Tensor) -> None:
@@ -129,7 +130,9 @@ def roll_out_gru(network: Network, x: Tensor, z: Tensor, v: Tensor, workspace: W
     """
     assert network.architecture.cell == "gru" and network.architecture.increments
     weights, (gates, readout) = network.weights, pack(network)
-    return _GRURollout.apply(gates, weights["angle"], weights["state_bias"], readout, x, z, v, workspace)
+    given = gates, weights["angle"], weights["state_bias"], readout, x, z, v, workspace
+    predicted: Tensor = _GRURollout.apply(*given)  # type: ignore[no-untyped-call]
+    return predicted
 
 
 def pack(network: Network) -> tuple[Tensor, Tensor]:
@@ -162,7 +165,17 @@ class _GRURollout(torch.autograd.Function):
     """The steps of `roll_out_gru` and their derivatives by all weights (the data has none)."""
 
     @staticmethod
-    def forward(ctx, gates, angle, state_bias, readout, x, z, v, workspace):
+    def forward(
+        ctx: Any,
+        gates: Tensor,
+        angle: Tensor,
+        state_bias: Tensor,
+        readout: Tensor,
+        x: Tensor,
+        z: Tensor,
+        v: Tensor,
+        workspace: Workspace,
+    ) -> Tensor:
         workspace.fit(x, z, gates)
         h, m = state_bias.shape[-1], z.shape[-1]
         workspace.states[:-1].transpose(0, 1)[:, :, h:-1] = x.movedim(-3, -1)
@@ -187,7 +200,7 @@ class _GRURollout(torch.autograd.Function):
 
     @staticmethod
     @torch.autograd.function.once_differentiable
-    def backward(ctx, dpredicted):
+    def backward(ctx: Any, dpredicted: Tensor) -> tuple[Tensor | None, ...]:
         workspace = ctx.workspace
         assert ctx.turn == workspace.turn, "another rollout took the workspace before the backward pass"
         gates, angle, readout = ctx.saved_tensors
@@ -197,9 +210,9 @@ class _GRURollout(torch.autograd.Function):
         by_state, (seen, now) = gates[:, :h], workspace.gradients
         dgates, dangle, dreadout = (torch.zeros_like(w) for w in (gates, angle, readout))
         dnew, dbias, carried = torch.zeros((3, *workspace.held[0].shape), dtype=gates.dtype, device=gates.device)
-        dfeatures = torch.zeros_like(workspace.features[m:])
-        dfeatures[:, :, 0] = dpredicted.movedim(-1, 0)
-        dfeatures, dfeatures_t = dfeatures.unbind(0), dfeatures.mT.unbind(0)
+        all_dfeatures = torch.zeros_like(workspace.features[m:])
+        all_dfeatures[:, :, 0] = dpredicted.movedim(-1, 0)
+        dfeatures, dfeatures_t = all_dfeatures.unbind(0), all_dfeatures.mT.unbind(0)
         dcurrent = torch.zeros_like(current[0])
         dcell, dbefore = dcurrent[:, :h], dcurrent[:, h:-1]
         for n in reversed(range(len(features))):

@@ -69,6 +69,7 @@ class RolloutLoss:
         made = 0 if simulated is None else self._count // 2
         windows = self._draw(self._corpus, self._count - made)
         if simulated is not None:
+            assert trust is not None, "simulated windows need it"
             windows = windows.beside(self._draw(simulated.corpus, made, trust.unsqueeze(-1) * simulated.counts))
         m = self._network.history
         target, weight = windows.z[..., m:], windows.weight

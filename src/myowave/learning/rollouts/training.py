@@ -4,7 +4,9 @@ In the first epochs at a scale, a Gauss-Newton search identifies the parameters,
 motion is then simulated with them, and half of the windows to train on come from it.
 """
 
+import operator
 from collections.abc import Iterable
+from functools import reduce
 
 import torch
 from torch import Tensor
@@ -21,7 +23,7 @@ DATA_SEED = 20230  # of windows and made-up EMG, which all seeds share
 
 
 class RolloutTraining:
-    """An epoch is one step of Adam on windows of all training trials; see `recipes.Method`."""
+    """An epoch is one step of Adam on windows of all training trials; see `methods.Method`."""
 
     betas = (0.9, 0.99)
 
@@ -29,7 +31,7 @@ class RolloutTraining:
         recipe, finest = stage.task.recipe, stage.level == 0
         self.trained = list(stage.network.weights.values())
         self._stage = stage
-        self._search = Identification(stage.task.model, stage.trials, stage.identified, stage.raw, finest=finest)
+        self.search = Identification(stage.task.model, stage.trials, stage.free, stage.values, finest=finest)
         self._loss = RolloutLoss(
             stage.network,
             stage.corpus,
@@ -41,41 +43,40 @@ class RolloutTraining:
         self._simulated: Simulated | None = None
 
     def differentiate(self, val_mse: Tensor) -> Losses:
-        if not self._search.done:
-            self._search.step()
+        if not self.search.done:
+            self.search.step()
         elif self._simulates and self._simulated is None:
             self._simulated = self._simulate()
-        losses = self._loss.backward(self._simulated, self._trust(val_mse))
+        trust = None if self._simulated is None else weigh_physics(self.search.mse.to(val_mse.device), val_mse)
+        losses = self._loss.backward(self._simulated, trust)
         clip_gradients(self.trained)
         return losses
-
-    @property
-    def raw(self) -> Tensor:
-        return self._search.raw
-
-    def uncertainty(self) -> tuple[Tensor, Tensor]:
-        return self._search.uncertainty()
-
-    def _trust(self, val_mse: Tensor) -> Tensor | None:
-        """How much simulated motion counts: as measured where physics fits the trials no worse than the network."""
-        return None if self._simulated is None else (val_mse / self._search.mse.to(val_mse.device)).clamp(max=1.0)
 
     def _simulate(self) -> Simulated:
         """Trials that physics makes with the identified parameters."""
         stage, device = self._stage, self._stage.task.device
-        params = stage.identified.params(self.raw)
         emg = imagine_emg(stage.trials, stage.task.recipe.simulated_trials, DATA_SEED)
-        angle, inside = simulate_imagined(stage.task.model, params, stage.trials, emg, DATA_SEED)
+        angle, inside = simulate_imagined(stage.task.model, self.search.params, stage.trials, emg, DATA_SEED)
         usable = torch.full((len(emg),), emg.shape[1])
         corpus = Corpus.of(stage.network, torch.from_numpy(emg).to(device), angle.to(device), stage.trials.dt, usable)
         return Simulated(corpus, inside.to(device))
 
 
+def weigh_physics(physics_mse: Tensor, network_mse: Tensor) -> Tensor:
+    """Weight of simulated motion beside measured, (S,) [-]: 1 as long as physics explains the trials as well as the
+    network does, then the less the worse it is.
+
+    Args:
+        physics_mse, network_mse: how far each misses measured motion [rad^2], (S,).
+    """
+    return (network_mse / physics_mse).clamp(max=1.0)
+
+
 @torch.no_grad()
 def clip_gradients(weights: Iterable[Tensor]) -> None:
     """Scale each seed's gradient down to a norm of at most `CLIP`; weights have the seeds as leading axis."""
-    weights = list(weights)
-    norm = sum(value.grad.square().sum((1, 2)) for value in weights).sqrt()
+    gradients = [value.grad for value in weights if value.grad is not None]
+    norm = reduce(operator.add, (gradient.square().sum((1, 2)) for gradient in gradients)).sqrt()
     factor = (CLIP / norm.clamp(min=CLIP))[:, None, None]
-    for value in weights:
-        value.grad *= factor
+    for gradient in gradients:
+        gradient.mul_(factor)

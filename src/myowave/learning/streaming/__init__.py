@@ -1,0 +1,1 @@
+"""`myowave predict`: `reading` takes samples from lines, `predictor` predicts from each, `command` joins them."""

@@ -9,8 +9,10 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from myowave.learning.sweep.outcome import edge_of
 from myowave.plotting import BLUE, GREY, ORANGE, RED, canvas, title
@@ -86,20 +88,23 @@ def draw_contours(
     columns = min(3, len(pairs))
     rows = -(-len(pairs) // columns)
     figure, axes = canvas(rows, columns, width=max(7.0, 4.2 * columns), height=3.7 * rows + 0.4)
-    levels = np.linspace(*np.log10([done["error"].min(), done["error"].quantile(0.9)]), 9)
+    low, high = np.log10([done["error"].min(), done["error"].quantile(0.9)])
+    levels = np.linspace(low, high, 9)
     levels = levels if levels[-1] > levels[0] else levels[0] + np.linspace(0, 1e-3, 9)
     for axis, (x, y) in zip(axes.flat, pairs, strict=False):
         filled = _contour(axis, done, x, y, dimensions, levels)
     for axis in axes.flat[len(pairs) :]:
         axis.set_visible(False)
     bar = figure.colorbar(filled, ax=axes, shrink=0.9, label=ERROR)
-    bar.set_ticks(levels[::2], labels=[f"{10**level:.3g}" for level in levels[::2]])
+    bar.set_ticks(levels[::2].tolist(), labels=[f"{10**level:.3g}" for level in levels[::2]])
     best = done.loc[done["error"].idxmin()]
     title(figure, f"{what}: least error {best['error']:.3g} deg at the star")
     return figure
 
 
-def _contour(axis: Axes, done: pd.DataFrame, x: str, y: str, dimensions: Mapping[str, Dimension], levels: np.ndarray):
+def _contour(
+    axis: Axes, done: pd.DataFrame, x: str, y: str, dimensions: Mapping[str, Dimension], levels: NDArray[np.float64]
+) -> QuadContourSet:
     grid = np.linspace(0, 1, 60)
     smooth = _smooth(
         _unit(done[x], dimensions[x]), _unit(done[y], dimensions[y]), np.log10(done["error"].to_numpy()), grid

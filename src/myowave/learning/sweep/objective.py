@@ -16,10 +16,11 @@ from myowave.settings import Recipe
 
 def train_scales(task: Task) -> Iterator[Checkpoint]:
     """Train at one scale after the other, the coarsest first; yield what each leaves behind."""
-    checkpoint = None
+    checkpoint: Checkpoint | None = None
     for level in reversed(range(task.total)):
         *_, last = train_scale(task, level, checkpoint)
         checkpoint = last.checkpoint
+        assert checkpoint is not None, "the last report has it"
         yield checkpoint
 
 

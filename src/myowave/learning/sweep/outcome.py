@@ -12,7 +12,7 @@ import yaml
 
 from myowave.learning.sweep.objective import with_settings
 from myowave.learning.sweep.study import Settings
-from myowave.settings import Dimension, Recipe, Sweep, dump
+from myowave.settings import Dimension, PlannedSweep, Recipe, Sweep, dump
 
 BEST = "_best"  # the best settings of a recipe make a recipe of this ending
 _EDGE = 0.05  # share of a range that counts as its edge
@@ -35,7 +35,7 @@ def study_name(sweep: Sweep, judged: Mapping[str, Any], data: Path) -> str:
     return f"{sweep.dataset} {sweep.model} {sweep.recipe} {sweep.scales}-scale {digest}"
 
 
-def override_text(sweep: Sweep, recipe: Recipe, best: Settings, table: pd.DataFrame, path: str) -> str:
+def override_text(sweep: PlannedSweep, recipe: Recipe, best: Settings, table: pd.DataFrame, path: str) -> str:
     """A configuration file, to lay over config.yaml, with the best settings as a recipe of their own.
 
     Args:

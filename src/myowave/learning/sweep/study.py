@@ -257,11 +257,9 @@ def _judge(trial: Trial, scores: Iterator[Score]) -> tuple[TrialState, float | N
 
 
 def _suggest(trial: Trial, name: str, sweep: Sweep) -> float:
-    match _distribution(name, sweep):
-        case IntDistribution() as d:
-            return trial.suggest_int(name, d.low, d.high, log=d.log)
-        case FloatDistribution() as d:
-            return trial.suggest_float(name, d.low, d.high, log=d.log)
+    d = _distribution(name, sweep)
+    suggest = trial.suggest_int if isinstance(d, IntDistribution) else trial.suggest_float
+    return suggest(name, d.low, d.high, log=d.log)
 
 
 def _distribution(name: str, sweep: Sweep) -> IntDistribution | FloatDistribution:

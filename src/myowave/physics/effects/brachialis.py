@@ -7,7 +7,8 @@ from torch import Tensor
 
 from myowave.physics.curves import Curves
 from myowave.physics.effect import Effect, Parameter
-from myowave.physics.muscle import straight_path
+from myowave.physics.muscle import FLEXOR
+from myowave.physics.path import StraightPath
 
 # ASSUME: the brachialis has the mean activation of the model's flexors.
 # ASSUME: seen from the flexors (mean), it starts 0.4 times as far from the joint and ends 0.7 times as far; its fibres
@@ -33,9 +34,9 @@ def brachialis_torque(
     share = flexors / flexors.sum().clamp(min=1.0)
     a, l0, vmax, l1, l2 = ((share * x).sum(-1) for x in (activation, l0, vmax, l1, l2))
     l0, vmax, l1, l2 = FIBRE * l0, FIBRE * vmax, ORIGIN * l1, INSERTION * l2
-    squares, product = l1**2 + l2**2, l1 * l2
-    length, arm = straight_path(q, squares=squares, product=product)
-    best, _ = straight_path(torch.full_like(q, BEST_ANGLE), squares=squares, product=product)
+    path = StraightPath(l1, l2, FLEXOR)
+    length, arm = path.length_and_arm(q)
+    best, _ = path.length_and_arm(torch.full_like(q, BEST_ANGLE))
     fibre_length = 1.0 + (length - best) / l0.clamp(min=1e-6)
     fibre_velocity = -arm * qdot / vmax.clamp(min=1e-6)
     return f0 * a * curves.active_length(fibre_length) * curves.force_velocity(fibre_velocity) * arm

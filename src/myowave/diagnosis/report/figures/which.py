@@ -28,7 +28,7 @@ def draw_ranking(ranking: pd.DataFrame) -> Figure:
     """The catalogue weighed at each model, the most evident effects of each, a panel a model."""
     models = unique(ranking["model"])
     figure, axes = canvas(len(models), 1, width=12.0, height=3.3 * len(models) + 1.1)
-    figure.get_layout_engine().set(rect=(0.01, 0, 0.98, 1))  # the longest texts beside the panels need all of the width
+    figure.set_layout_engine("constrained", rect=(0.01, 0, 0.98, 1))  # the texts beside the panels need the width
     for axis, model in zip(axes[:, 0], models, strict=True):
         rows = ranking[ranking["model"] == model]
         rows = pd.concat([rows.head(SHOWN), rows.iloc[SHOWN:].query("status == 'absorbed'")]).iloc[::-1]

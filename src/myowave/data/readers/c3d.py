@@ -1,0 +1,59 @@
+"""C3D, the format of motion capture: analog channels, and points such as joint angles. Needs the package ezc3d."""
+
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from myowave.data.readers.signals import RawRecording, Signal
+
+
+def read_c3d(path: Path) -> RawRecording:
+    """Read one file. Analog channels keep their names; coordinates of a point are `LElbowAngles.x`, `.y` and `.z`.
+
+    Raises:
+        ValueError: if the package ezc3d is not installed, or the file cannot be read.
+    """
+    try:
+        ezc3d = import_module("ezc3d")
+    except ModuleNotFoundError:
+        raise ValueError(f"{path}: C3D files need the package ezc3d: pip install 'myowave[c3d]'.") from None
+    try:
+        content = ezc3d.c3d(str(path))
+    except OSError as error:
+        raise ValueError(f"{path}: this is not a C3D file ({error}). Export it again.") from None
+    parameters, data = content["parameters"], content["data"]
+    return RawRecording(path, (*_analog(parameters, data["analogs"]), *_points(parameters, data["points"])))
+
+
+def _analog(parameters: Mapping[str, Any], values: np.ndarray) -> Iterator[Signal]:
+    """Analog channels; `values` is (1, channels, samples)."""
+    names, units = _texts(parameters, "ANALOG", "LABELS"), _texts(parameters, "ANALOG", "UNITS")
+    for n, name in enumerate(names[: values.shape[1]]):
+        yield _signal(name, values[0, n], units[n] if n < len(units) else "", _rate(parameters, "ANALOG"))
+
+
+def _points(parameters: Mapping[str, Any], values: np.ndarray) -> Iterator[Signal]:
+    """Coordinates of points; `values` is (4, points, frames). Points that are angles have a unit of their own."""
+    angles = _texts(parameters, "POINT", "ANGLES")
+    units = {True: _texts(parameters, "POINT", "ANGLE_UNITS"), False: _texts(parameters, "POINT", "UNITS")}
+    for n, name in enumerate(_texts(parameters, "POINT", "LABELS")[: values.shape[1]]):
+        unit = next(iter(units[name in angles]), "deg" if name in angles else "")
+        for axis, letter in enumerate("xyz"):
+            yield _signal(f"{name}.{letter}", values[axis, n], unit, _rate(parameters, "POINT"))
+
+
+def _signal(name: str, values: np.ndarray, unit: str, rate: float) -> Signal:
+    values = np.asarray(values, dtype=np.float64)
+    odd = {int(sample): float(values[sample]) for sample in (~np.isfinite(values)).nonzero()[0]}
+    return Signal(name.strip(), values, unit=unit.strip(), rate=rate, odd=odd)
+
+
+def _texts(parameters: Mapping[str, Any], group: str, name: str) -> list[str]:
+    return [text.strip() for text in parameters[group].get(name, {}).get("value", [])]
+
+
+def _rate(parameters: Mapping[str, Any], group: str) -> float:
+    return float(parameters[group]["RATE"]["value"][0])

@@ -1,0 +1,80 @@
+"""Delsys' CSV export (EMGworks), in which each sensor has a column of times and a rate of its own.
+
+    Label: Avanti sensor 1: EMG 1 Sampling frequency: 2148.148148 Number of points: ... (a row per channel, or none)
+
+    X [s],Avanti sensor 1: EMG 1 [V],X [s],Avanti sensor 1: ACC X [g], ...
+    0,1.2e-05,0,0.98, ...
+
+Slower channels end in empty cells. European exports have semicolons between columns and commas in decimals.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from myowave.data.readers.delimited import split_unit
+from myowave.data.readers.frames import to_signals
+from myowave.data.readers.signals import RawRecording, Signal
+from myowave.data.readers.text import read_cells, read_head
+
+_LONGEST_HEAD = 1000
+_TIME = re.compile(r"^X\s*[\[(]s[\])]$", re.IGNORECASE)
+_LABEL = re.compile(r"^\W*Label:\s*(.*?)\s*Sampling frequency:\s*([\d.]+)", re.IGNORECASE)
+
+
+def read_delsys(path: Path) -> RawRecording:
+    """Read one file.
+
+    Raises:
+        ValueError: if no row names columns of times, `X [s]`, or columns below are not as many as names.
+    """
+    lines = read_head(path, _LONGEST_HEAD)
+    header = next((n for n, line in enumerate(lines) if _TIME.match(_split(line)[0][0])), None)
+    if header is None:
+        raise ValueError(
+            f"{path}: no row begins with X [s], as Delsys EMGworks writes it before the samples. Export it as CSV with "
+            "times, or name its format, such as csv."
+        )
+    names, separator = _split(lines[header])
+    rates = {found[1]: float(found[2]) for line in lines[:header] if (found := _LABEL.match(line))}
+    cells = read_cells(path, separator, skip=header + 1)
+    if len(cells.columns) < len(names) or (cells.iloc[:, len(names) :] != "").any(axis=None):
+        raise ValueError(
+            f"{path}: {len(names)} names in row {header + 1}, but {len(cells.columns)} columns below. With commas "
+            "between columns decimals need a point: export it with points, or with semicolons between columns."
+        )
+    if separator != ",":
+        cells = cells.apply(lambda column: column.str.replace(",", ".", regex=False))
+    columns = to_signals(cells, names)
+    filled = [_filled(cells.iloc[:, n].tolist()) for n in range(len(names))]
+    return RawRecording(path, tuple(_channels(columns, filled, rates)), first_row=header + 2)
+
+
+def _split(line: str) -> tuple[list[str], str]:
+    separator = next((s for s in ("\t", ";", ",") if s in line), ",")
+    return [cell.strip().strip('"') for cell in line.rstrip(separator + " ").split(separator)], separator
+
+
+def _filled(cells: list[str]) -> int:
+    """How many cells there are before those that are empty to the end."""
+    return next((n + 1 for n in range(len(cells) - 1, -1, -1) if cells[n]), 0)
+
+
+def _channels(columns: tuple[Signal, ...], filled: list[int], rates: dict[str, float]) -> Iterator[Signal]:
+    """Each channel with the column of times before it, both without what is empty at the end."""
+    time = columns[0]
+    for column, samples in zip(columns, filled, strict=True):
+        if _TIME.match(column.name):
+            time = column
+            continue
+        name, unit = split_unit(column.name)
+        yield replace(
+            column,
+            name=name,
+            unit=unit,
+            values=column.values[:samples],
+            time=time.values[:samples],
+            rate=rates.get(column.name, rates.get(name)),
+            odd={n: cell for n, cell in column.odd.items() if n < samples},
+        )

@@ -1,0 +1,46 @@
+"""OpenSim's motion and storage files, .mot and .sto: a header that ends with `endheader`, then a table with `time`."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+from myowave.data.readers.frames import to_signals
+from myowave.data.readers.signals import RawRecording
+from myowave.data.readers.text import read_cells, read_head
+
+_LONGEST_HEAD = 200
+
+
+def read_opensim(path: Path) -> RawRecording:
+    """Read one file; `inDegrees` in its header tells the unit of its angles.
+
+    Raises:
+        ValueError: if there is no `endheader` or no column `time`.
+    """
+    lines = read_head(path, _LONGEST_HEAD)
+    end = next((n for n, line in enumerate(lines) if line.strip().lower() == "endheader"), None)
+    if end is None or end + 1 >= len(lines):
+        raise ValueError(
+            f"{path}: no row with endheader and a row of names below it, as OpenSim's .mot and .sto have. Export it "
+            "from OpenSim again, or name its format."
+        )
+    separator = next((s for s in ("\t", ",") if s in lines[end + 1]), " ")
+    names = lines[end + 1].split() if separator == " " else [name.strip() for name in lines[end + 1].split(separator)]
+    if not names[-1]:
+        names.pop()  # a separator at the end of the row
+    if "time" not in names:
+        raise ValueError(f"{path}, row {end + 2}: no column time among {', '.join(names)}. Export it with times.")
+    cells = read_cells(path, separator, skip=end + 2).iloc[:, : len(names)]
+    if len(cells.columns) != len(names):
+        raise ValueError(f"{path}: {len(names)} names, but {len(cells.columns)} columns below. Export it again.")
+    signals = to_signals(cells, names)
+    time = signals[names.index("time")].values
+    unit = _angle_unit(lines[:end])
+    kept = (replace(signal, time=time, angle_unit=unit) for signal in signals if signal.name != "time")
+    return RawRecording(path, tuple(kept), first_row=end + 3)
+
+
+def _angle_unit(head: list[str]) -> str:
+    """`deg` or `rad` as the header says, or nothing where it does not."""
+    found = re.search(r"^\s*inDegrees\s*=?\s*(yes|no)", "\n".join(head), re.IGNORECASE | re.MULTILINE)
+    return "" if found is None else "deg" if found[1].lower() == "yes" else "rad"

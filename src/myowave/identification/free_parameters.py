@@ -1,0 +1,129 @@
+"""What is estimated: the list of free parameters, their bounds, where searches start, and how a step moves them.
+
+Shapes: S seeds, T trials, P free parameters, ... leading batch.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from myowave.physics.effect import Effect
+from myowave.physics.model import Model
+from myowave.settings import Identify
+
+Array = NDArray[np.float64]
+
+WITHIN_FACTOR = 5  # of its usual value, where a constant has no bounds
+LARGEST_FACTOR = np.e  # by which one step changes a positive constant
+
+
+@dataclass(frozen=True)
+class Free:
+    """A parameter to estimate: where it starts, its bounds, and a usual change of it (the scale of steps)."""
+
+    name: str
+    start: float
+    low: float
+    high: float
+    scale: float
+    spread: float = 0.0  # further starts are up to this fraction away
+
+
+def free_parameters(model: Model, identify: Mapping[str, Identify], known: Collection[str]) -> tuple[Free, ...]:
+    """What to estimate: the constants that a dataset wants identified and all parameters of the model's effects.
+
+    Args:
+        identify: parameters by name, with where their searches start and their bounds.
+        known: names that are known and so not estimated.
+
+    Raises:
+        ValueError: for a name that the model does not have.
+    """
+    if unknown := [name for name in identify if name not in model.defaults]:
+        raise ValueError(
+            f"identify: the model {model.name} has no parameter {', '.join(unknown)}; it has "
+            f"{', '.join(sorted(model.defaults))}. Correct the name, or add the effect to the model."
+        )
+    constants = [
+        _constant(name, model.defaults[name], choice)
+        for name, choice in identify.items()
+        if name not in model.effect_parameters and name not in known
+    ]
+    of_effects = (p for effect in model.effects for p in effect_parameters(model, effect, known))
+    return (*constants, *(_narrowed(p, identify.get(p.name)) for p in of_effects))
+
+
+def effect_parameters(model: Model, effect: Effect, known: Collection[str] = ()) -> tuple[Free, ...]:
+    """The parameters of one of a model's effects, from 0, within the bounds that the effect declares."""
+    return tuple(
+        Free(name, 0.0, p.low, p.high, abs(p.typical))
+        for name, p in model.parameters_of(effect).items()
+        if name not in known
+    )
+
+
+def _constant(name: str, value: float, choice: Identify) -> Free:
+    low, high = choice.low, choice.high
+    if choice.literature:
+        high = float(np.mean(choice.literature))  # where Eq. 41 ends
+        low = min(value, high) / WITHIN_FACTOR
+    if low is None or high is None:
+        # ASSUME: a constant is within a factor of 5 of the model's value where no bounds are given.
+        low, high = value / WITHIN_FACTOR, value * WITHIN_FACTOR
+    return Free(name, min(max(value, low), high), low, high, abs(value), choice.start_spread)
+
+
+def _narrowed(free: Free, choice: Identify | None) -> Free:
+    """A parameter of an effect, within the bounds of the settings where they have some."""
+    if choice is None or choice.low is None or choice.high is None:
+        return free
+    return replace(free, start=min(max(0.0, choice.low), choice.high), low=choice.low, high=choice.high)
+
+
+def start_values(free: Sequence[Free], seeds: Sequence[int]) -> Array:
+    """Where the search of each seed starts, (S, P): up to `Free.spread` from the usual value.
+
+    A start depends only on the seed and the parameter's name, not on what else is estimated.
+    """
+    draws = np.array([[_draw(seed, p.name) for p in free] for seed in seeds]).reshape(len(seeds), len(free))
+    start, spread = (np.array([getattr(p, name) for p in free]) for name in ("start", "spread"))
+    return within(free, start * (1 + spread * draws))
+
+
+def _draw(seed: int, name: str) -> float:
+    """A number in [-1, 1]."""
+    random = torch.Generator().manual_seed(seed * 1_000_003 + int.from_bytes(name.encode()) % 1_000_003)
+    return float(2 * torch.rand((), generator=random, dtype=torch.float64) - 1)
+
+
+def bind_values(free: Sequence[Free], values: Array) -> dict[str, Tensor]:
+    """Free parameters for the physics, by name; `values` (..., P) give parameters (..., 1)."""
+    return {p.name: torch.from_numpy(np.ascontiguousarray(values[..., i, None])) for i, p in enumerate(free)}
+
+
+def scales(free: Sequence[Free]) -> Array:
+    """A usual change of each parameter, (P,)."""
+    return np.array([p.scale for p in free])
+
+
+def bounds(free: Sequence[Free]) -> tuple[Array, Array]:
+    """Lowest and highest values, (P,) each."""
+    return np.array([p.low for p in free]), np.array([p.high for p in free])
+
+
+def within(free: Sequence[Free], values: Array) -> Array:
+    """The nearest values (..., P) within the bounds."""
+    return values.clip(*bounds(free))
+
+
+def moved(free: Sequence[Free], values: Array, step: Array) -> Array:
+    """Values (..., P) after a step in units of the scales: positive constants move by a factor, as products are known
+    best."""
+    low, change = bounds(free)[0], step * scales(free)
+    most = np.log(LARGEST_FACTOR)
+    factor = np.exp((change / np.where(low > 0, values, 1.0)).clip(-most, most))
+    return within(free, np.where(low > 0, values * factor, values + change))

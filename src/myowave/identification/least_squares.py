@@ -1,0 +1,147 @@
+"""Linear least squares of a fit: the starts of the trials eliminated, and damped Gauss-Newton steps within bounds.
+
+The angle and velocity at the start of each trial belong to one trial each, so they are eliminated trial by trial.
+
+Shapes: ... batch (starts of the search), T trials, N samples, C columns, P free parameters, S numbers of a trial's
+start (1 or 2).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+from torch import Tensor
+
+from myowave.identification.free_parameters import Free, bounds, scales
+from myowave.identification.record import Record
+from myowave.physics.trajectory import Sensitive
+
+Array = NDArray[np.float64]
+
+LARGEST = 1e6  # of residuals [rad] and slopes: where a motion diverges, its sums are large and not infinite
+NEGLIGIBLE = 1e-14  # eigenvalues below this share of the largest are rounding
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Residuals and their derivatives, the starts of the trials eliminated; parameters in units of their scale.
+
+    Args:
+        residual: measured - simulated angle, 0 where padded, (..., T, N).
+        slope: d angle / d parameter, (..., T, N, P), and `by_start` (..., T, N, S).
+        matrix, vector: the normal equations without the starts, (..., P, P) and (..., P).
+        rss: sum of squares of the residual (...).
+    """
+
+    residual: Array
+    slope: Array
+    by_start: Array
+    matrix: Array
+    vector: Array
+    rss: Array
+
+    def without_starts(self, columns: Array) -> Array:
+        """The part of columns (..., T, N, C) that no change of the trials' starts can imitate."""
+        return without_starts(self.by_start, columns)
+
+    def starts_after(self, step: Array) -> Array:
+        """The best change of the trials' starts (..., T, S) beside a step of the parameters (..., P)."""
+        left = self.residual[..., None] - self.slope @ step[..., None, :, None]
+        return onto_starts(self.by_start, left)[..., 0]
+
+    def extended(self, columns: Array) -> "Normal":
+        """The normal equations with more parameters, from their derivatives in units of their scale, (T, N, E)."""
+        projected = self.without_starts(columns)
+        cross = np.einsum("tnp,tne->pe", self.slope, projected)
+        own = np.einsum("tne,tnf->ef", columns, projected)
+        return replace(
+            self,
+            slope=np.concatenate([self.slope, columns], -1),
+            matrix=np.block([[self.matrix, cross], [cross.T, own]]),
+            vector=np.concatenate([self.vector, np.einsum("tne,tn->e", projected, self.residual)]),
+        )
+
+
+def onto_starts(by_start: Array, columns: Array) -> Array:
+    """Changes of the trials' starts (..., T, S, C) that come nearest to columns (..., T, N, C)."""
+    transposed = np.swapaxes(by_start, -1, -2)
+    return pseudo_inverse(transposed @ by_start) @ (transposed @ columns)
+
+
+def without_starts(by_start: Array, columns: Array) -> Array:
+    """The part of columns (..., T, N, C) that no change of the trials' starts can imitate.
+
+    Args:
+        by_start: d angle / d (angle, velocity) at each trial's start, (..., T, N, S).
+    """
+    return columns - by_start @ onto_starts(by_start, columns)
+
+
+def normal_equations(result: Sensitive, record: Record, free: Sequence[Free]) -> Normal:
+    """Residuals of a motion and the normal equations, the starts of the trials eliminated."""
+    valid = record.valid
+    # A start from which the motion diverges must not spoil the others in the batch.
+    missed = np.nan_to_num(record.angle - result.motion.angle.numpy(), nan=LARGEST).clip(-LARGEST, LARGEST)
+    residual = np.where(valid, missed, 0.0)
+    slope, by_start = scaled_slope(result.by_parameter, scales(free), valid), scaled_slope(result.by_start, 1.0, valid)
+    by_start = by_start[..., :1] if record.at_rest else by_start
+    projected = without_starts(by_start, slope)
+    matrix = np.einsum("...tnp,...tnq->...pq", projected, slope)
+    vector = np.einsum("...tnp,...tn->...p", projected, residual)
+    return Normal(residual, slope, by_start, matrix, vector, (residual**2).sum((-1, -2)))
+
+
+def scaled_slope(derivatives: Tensor, scale: Array | float, valid: NDArray[np.bool_]) -> Array:
+    """d angle / d parameter (P, ..., T, N) in units of the scales, (..., T, N, P); 0 where padded, never infinite."""
+    slope = np.nan_to_num(np.moveaxis(derivatives.numpy(), 0, -1)).clip(-LARGEST, LARGEST)
+    return (slope * scale * valid[..., None]).clip(-LARGEST, LARGEST)
+
+
+def bounded_step(matrix: Array, vector: Array, free: Sequence[Free], values: Array, damping: Array | float) -> Array:
+    """Damped Gauss-Newton (Levenberg-Marquardt) step (..., P) in units of the scales, within the bounds.
+
+    Args:
+        matrix, vector: the normal equations in units of the scales, (..., P, P) and (..., P).
+        values: where the step starts, (..., P).
+        damping: relative to the diagonal of the matrix, () or (...).
+    """
+    low, high = bounds(free)
+    diagonal = np.einsum("...pp->...p", matrix)
+    ridge = np.asarray(damping)[..., None] * diagonal + 1e-14 * diagonal.max(-1, initial=0.0, keepdims=True) + 1e-12
+    damped = matrix + np.eye(len(free)) * ridge[..., None]
+    return minimise_within(damped, vector, (low - values) / scales(free), (high - values) / scales(free))
+
+
+def minimise_within(matrix: Array, vector: Array, lowest: Array, highest: Array) -> Array:
+    """The x (..., P) between two bounds (..., P) that minimises x^T matrix x / 2 - vector^T x.
+
+    Args:
+        matrix: symmetric, positive semidefinite, (..., P, P); it may be singular.
+        vector: (..., P).
+    """
+    found = (pseudo_inverse(matrix) @ vector[..., None])[..., 0]
+    outside = ((found < lowest) | (found > highest)).any(-1)
+    if outside.any():
+        lowest, highest = np.broadcast_to(lowest, found.shape), np.broadcast_to(highest, found.shape)
+        for i in map(tuple, np.argwhere(outside)):
+            found[i] = _minimise_one(matrix[i], vector[i], lowest[i], highest[i])
+    return found.clip(lowest, highest)
+
+
+def _minimise_one(matrix: Array, vector: Array, lowest: Array, highest: Array) -> Array:
+    """One problem whose minimum without bounds is outside, as a small least-squares problem with the same normal
+    equations."""
+    values, vectors = np.linalg.eigh(matrix)
+    root = np.sqrt(values.clip(NEGLIGIBLE * max(values[-1], 1e-300)))
+    return lsq_linear(root[:, None] * vectors.T, vectors.T @ vector / root, (lowest, highest), method="bvls").x
+
+
+def pseudo_inverse(matrix: Array, negligible: float = NEGLIGIBLE) -> Array:
+    """Inverse of symmetric positive semidefinite matrices (..., P, P), 0 in the directions that they say nothing about:
+    those with eigenvalues below a `negligible` share of the largest."""
+    values, vectors = np.linalg.eigh(matrix)
+    sound = values > negligible * values[..., -1:]
+    inverse = np.where(sound, 1 / np.where(sound, values, 1.0), 0.0)
+    return (vectors * inverse[..., None, :]) @ np.swapaxes(vectors, -1, -2)

@@ -1,0 +1,320 @@
+"""Fit a model to trials by output error: the parameters whose simulated motion is nearest to the measured one.
+
+The motion and its derivatives come from `physics.trajectory.solve`, all samples at once. That allows two stages:
+1. *Lifted* Gauss-Newton steps, that start from the measured motion and close the gaps to a simulated one and move the
+   parameters together. Linearised near the data rather than near a wrong simulation, they reach the right basin
+   from far away. Several starts run as one batch, and after each step the better half goes on.
+2. Levenberg-Marquardt on simulated motions, with bounds, until a step would gain nothing that noise allows to see.
+Noise on the angle averages out, every effect may take part, and where the physics is wrong the fit becomes the best
+simulator of these trials that it can be. The angle and velocity at the start of each trial are estimated with the
+parameters; nobody measures them (`least_squares`).
+
+Shapes: B starts of the search, T trials, N samples, K numbers of a state, P free parameters.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from myowave.identification.free_parameters import Free, bind_values, moved, scales, start_values, within
+from myowave.identification.least_squares import Normal, bounded_step, normal_equations
+from myowave.identification.record import Record
+from myowave.identification.uncertainty import covariance, residual_variance
+from myowave.physics.model import Model, Params
+from myowave.physics.motion import resting_states
+from myowave.physics.simulation import Simulation
+from myowave.physics.trajectory import Linear, Newton, Sensitive, solve
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-5  # of the simulated state [rad, rad/s]
+GAIN = 1e-3  # stop where the next step would lower the sum of squares by less than this many residual variances
+LIFTED_STEPS, STEPS = 4, 30  # the first suffice for sixteen starts to come down to two
+WATCHDOG, WATCHDOG_STEPS = 100.0, 3  # a step that fails is followed further if the sum of squares grew by less
+DAMPING, DAMPING_UP, DAMPING_DOWN, DAMPING_MOST = 1e-4, 10.0, 0.1, 1e8
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model.
+
+    Args:
+        simulation: the model with its fitted parameters and the EMG of the trials.
+        values: the free parameters, (P,); `free` says which.
+        starts: angle and velocity at the start of each trial, (T, 2).
+        angle: simulated [rad], (T, N).
+        normal: residuals and derivatives at the solution.
+        sensitive: the solved motion.
+        record: what was fitted.
+        converged: whether no step could gain anything any more.
+    """
+
+    simulation: Simulation
+    free: tuple[Free, ...]
+    values: Array
+    starts: Array
+    normal: Normal
+    sensitive: Sensitive
+    record: Record
+    converged: bool = False
+
+    @property
+    def model(self) -> Model:
+        return self.simulation.model
+
+    @property
+    def params(self) -> Params:
+        """Every parameter that is not at its default, as tensors for the physics."""
+        return self.simulation.params
+
+    @property
+    def angle(self) -> Array:
+        return self.sensitive.motion.angle.numpy()
+
+    @property
+    def linear(self) -> Linear:
+        return self.sensitive.linear
+
+    @property
+    def rss(self) -> float:
+        return float(self.normal.rss)
+
+    @property
+    def variance(self) -> float:
+        """Variance of the residual [rad^2]."""
+        return residual_variance(self.normal, self.record)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        return {p.name: float(v) for p, v in zip(self.free, self.values, strict=True)}
+
+    def at_bound(self, name: str) -> bool:
+        """Whether a parameter ended on a bound that is neither 0, the absence of an effect, nor its usual strength, as
+        the share of other curves, which is 1 where they replace the base model's."""
+        p, value = next((p, v) for p, v in zip(self.free, self.values, strict=True) if p.name == name)
+        return any(
+            abs(value - bound) < 1e-9 * p.scale and abs(bound) not in (0.0, p.scale) for bound in (p.low, p.high)
+        )
+
+    def covariance(self) -> Array:
+        """Covariance of the free parameters (P, P), see `uncertainty`."""
+        return covariance(self.normal, self.record, self.free)
+
+    def standard_errors(self) -> dict[str, float]:
+        return {p.name: float(e) for p, e in zip(self.free, np.sqrt(np.diag(self.covariance())), strict=True)}
+
+    def rmse(self) -> float:
+        """Root mean square of the residual [rad]."""
+        return float(np.sqrt(self.rss / self.record.samples))
+
+    def rmse_by_trial(self) -> Array:
+        """(T,) [rad]."""
+        return np.sqrt((self.normal.residual**2).sum(-1) / self.record.valid.sum(-1))
+
+
+@dataclass(frozen=True)
+class Search:
+    """Where searches stand before their motion is simulated, B of them as one batch.
+
+    Args:
+        simulation: of the model with any parameters.
+        values: (B, P).
+        starts: angle and velocity at the start of each trial, (B, T, 2).
+        guess: the state along each trial, a motion but for gaps, (B, T, N, K).
+        rss: sum of squares that the last step started from (B,); infinite before the first.
+    """
+
+    simulation: Simulation
+    record: Record
+    free: tuple[Free, ...]
+    values: Array
+    starts: Array
+    guess: Tensor
+    rss: Array
+
+    @classmethod
+    def begin(cls, model: Model, record: Record, free: Sequence[Free], values: Array) -> "Search":
+        """From the measured motion, smoothed, for every row of values (B, P)."""
+        free, measured = tuple(free), record.first_guess().expand(len(values), -1, -1, -1)
+        simulation = record.simulation(model, bind_values(free, values))
+        guess = resting_states(simulation, measured[..., 0], measured[..., 1])
+        return cls(simulation, record, free, values, record.starts_of(guess), guess, np.full(len(values), np.inf))
+
+    def lifted(self) -> "Search":
+        """A Gauss-Newton step of the parameters that closes the gaps of the guess at the same time."""
+        simulation = self.simulation.with_params(bind_values(self.free, self.values))
+        result = _solve(simulation, self.free, self.starts, self.guess, iterations=1)
+        normal = normal_equations(result, self.record, self.free)
+        step = bounded_step(normal.matrix, normal.vector, self.free, self.values, DAMPING)
+        shift = normal.starts_after(step)
+        values, starts, guess = _move(self.free, self.values, self.starts, result, step, shift)
+        return replace(self, simulation=simulation, values=values, starts=starts, guess=guess, rss=normal.rss)
+
+    def better_half(self) -> "Search":
+        """The half, but at least two, whose last step started from the smallest error."""
+        keep = np.argsort(self.rss, kind="stable")[: max(2, -(-len(self.values) // 2))]  # diverged ones come last
+        guess = self.guess[torch.from_numpy(keep)]
+        return replace(self, values=self.values[keep], starts=self.starts[keep], guess=guess, rss=self.rss[keep])
+
+    def fits(self) -> Iterator[Fit | None]:
+        """The fit where each search stands, None where no motion is found near its guess."""
+        for values, starts, guess in zip(self.values, self.starts, self.guess, strict=True):
+            yield _attempt(self.simulation, self.record, self.free, values, starts, guess)
+
+
+def fit_model(
+    model: Model,
+    record: Record,
+    free: Sequence[Free],
+    *,
+    starts: int = 1,
+    seed: int = 0,
+) -> Fit:
+    """Fit a model from scratch.
+
+    Args:
+        record: all trials in it are fitted.
+        free: what to estimate.
+        starts: searches, the first from `Free.start`, the others up to `Free.spread` away.
+
+    Raises:
+        ValueError: if the model is not able to move from any of the starts.
+    """
+    free = tuple(free)
+    values = start_values(free, range(seed + 1, seed + starts))
+    search = Search.begin(model, record, free, np.concatenate([[[p.start for p in free]], values]))
+    for _ in range(LIFTED_STEPS):
+        search = search.lifted().better_half()
+    best = next((fit for fit in search.fits() if fit is not None), None)
+    if best is None:
+        raise ValueError(
+            f"model {model.name}: its motion diverges from every start of the fit. Check the units of the recording "
+            "and the constants of physics.muscles."
+        )
+    return polish(best)
+
+
+def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:
+    """Fit a related model from where another fit ended.
+
+    Args:
+        fit: parameters that both have start from here; others from `Free.start`.
+        model: with effects added or taken away.
+        free: all that is estimated now.
+    """
+    record, free = fit.record, tuple(free)
+    known = fit.parameters
+    values = within(free, np.array([known.get(p.name, p.start) for p in free]))
+    simulation, guess = record.simulation(model, bind_values(free, values)), fit.sensitive.motion.state
+    if model.stateful != fit.model.stateful:
+        guess = resting_states(simulation, guess[..., 0], guess[..., 1])
+    begun = _attempt(simulation, record, free, values, fit.starts, guess)
+    return fit_model(model, record, free) if begun is None else polish(begun)
+
+
+def _solve(
+    simulation: Simulation, free: Sequence[Free], begin: Array, guess: Tensor, iterations: int = 25
+) -> Sensitive:
+    q0, qdot0 = (torch.from_numpy(begin[..., i].copy()) for i in range(2))
+    newton = Newton(iterations, TOLERANCE, rescue=False)
+    return solve(simulation, q0, qdot0, guess=guess, wrt={p.name: p.scale for p in free}, newton=newton)
+
+
+def _move(
+    free: Sequence[Free], values: Array, begin: Array, result: Sensitive, step: Array, shift: Array
+) -> tuple[Array, Array, Tensor]:
+    """Values, starts and a guess of the state after a step of the parameters and a shift of the starts."""
+    shift = _padded(shift)
+    change = np.broadcast_to((step * scales(free))[..., None, :], (*shift.shape[:-1], len(free)))
+    both = np.concatenate([change, shift], -1)
+    change = torch.einsum("...tnkp,...tp->...tnk", result.tangent, torch.from_numpy(both))
+    return moved(free, values, step), begin + shift, result.motion.state + change
+
+
+def _padded(shift: Array) -> Array:
+    """Changes of angle and velocity at the start (..., 2), where the velocity is known too."""
+    return np.concatenate([shift, np.zeros_like(shift)], -1)[..., :2]
+
+
+def _attempt(
+    simulation: Simulation, record: Record, free: tuple[Free, ...], values: Array, begin: Array, guess: Tensor
+) -> Fit | None:
+    """The fit at given values, or None where no motion was found near the guess.
+
+    Args:
+        simulation: of the model with any parameters.
+    """
+    simulation = simulation.with_params(bind_values(free, values))
+    result = _solve(simulation, free, begin, guess)
+    if not result.gap < TOLERANCE:
+        return None
+    return Fit(simulation, free, values, begin, normal_equations(result, record, free), result, record)
+
+
+def polish(fit: Fit) -> Fit:
+    """The fit at the end of its descent."""
+    *_, last = descend(fit)
+    return last
+
+
+def descend(fit: Fit) -> Iterator[Fit]:
+    """Levenberg-Marquardt: the fit as it is, then after each step, each no worse than the one before.
+
+    A full step along a curved valley may land on its slope; the next steps from there lead back to the floor, further
+    on. So a step that fails gets these before it is given up (Chamberlain et al. 1982, the "watchdog" technique).
+    """
+    damping = DAMPING
+    yield fit
+    for _ in range(STEPS):
+        step = _step(fit, damping)
+        if fit.converged or gain(fit, *step) < GAIN * fit.variance:
+            yield replace(fit, converged=True)
+            return
+        tried = _follow(fit, _take(fit, *step), damping)
+        if tried is not None and tried.rss < fit.rss:
+            fit, damping = tried, max(damping * DAMPING_DOWN, 1e-12)
+        elif damping > DAMPING_MOST:
+            return
+        else:
+            damping = max(damping, DAMPING) * DAMPING_UP
+        yield fit
+
+
+def _step(fit: Fit, damping: float) -> tuple[Array, Array]:
+    """A step of the parameters (P,), in units of their scales, and the shift of the starts beside it, both damped."""
+    step = bounded_step(fit.normal.matrix, fit.normal.vector, fit.free, fit.values, damping)
+    return step, fit.normal.starts_after(step) / (1 + damping)
+
+
+def _follow(fit: Fit, tried: Fit | None, damping: float) -> Fit | None:
+    """What a failed step leads to in a few more, as long as each lowers the sum of squares."""
+    limit = WATCHDOG * fit.rss
+    for _ in range(WATCHDOG_STEPS):
+        if tried is None or tried.rss < fit.rss or tried.rss > limit:
+            break
+        limit = tried.rss
+        tried = _take(tried, *_step(tried, damping))
+    return tried
+
+
+def _take(fit: Fit, step: Array, shift: Array) -> Fit | None:
+    """The fit after a step, or None where no motion was found there."""
+    values, begin, guess = _move(fit.free, fit.values, fit.starts, fit.sensitive, step, shift)
+    return _attempt(fit.simulation, fit.record, fit.free, values, begin, guess)
+
+
+def promised(fit: Fit) -> float:
+    """The sum of squares that the next full step promises [rad^2]."""
+    return fit.rss - gain(fit, *_step(fit, DAMPING))
+
+
+def gain(fit: Fit, step: Array, shift: Array) -> float:
+    """How much a step of the parameters (P,) and a shift of the starts (T, S) would lower the sum of squares, to first
+    order."""
+    normal = fit.normal
+    left = normal.residual - normal.slope @ step - (normal.by_start @ shift[..., None])[..., 0]
+    return float(normal.rss - (left**2).sum())

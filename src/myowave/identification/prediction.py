@@ -1,0 +1,55 @@
+"""Predict trials that a fit has not seen.
+
+Shapes: T trials, N samples.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from myowave.identification.free_parameters import bind_values
+from myowave.identification.output_error import Fit, Search
+from myowave.identification.record import Record
+from myowave.physics.trajectory import solve
+
+Array = NDArray[np.float64]
+
+# ASSUME: where a trial starts, and how fast, is told by its first second; all after it is predicted.
+BEGINNING_S = 1.0
+LIFTED_STEPS = 4
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Predicted angle [rad] of trials (T, N), and what is left of the measured one, 0 where padded."""
+
+    angle: Array
+    residual: Array
+    rmse_by_trial: Array
+    rmse: float
+
+
+def predict(fit: Fit, record: Record) -> Prediction:
+    """Simulate trials with the parameters of a fit to others.
+
+    Only angle and velocity at their start are estimated, from the first second (`BEGINNING_S`).
+    """
+    record = replace(record, known={**record.known, **bind_values(fit.free, fit.values)})
+    early = record.valid & (np.arange(record.angle.shape[1]) * record.dt <= BEGINNING_S)
+    nothing = np.zeros((1, 0))  # no parameter is free: a step moves the starts only
+    search = replace(Search.begin(fit.model, record, (), nothing), record=replace(record, valid=early))
+    for _ in range(LIFTED_STEPS):
+        search = search.lifted()
+    (start,) = torch.from_numpy(search.starts)
+    simulation = record.simulation(fit.model, {})
+    angle = solve(simulation, start[:, 0], start[:, 1], guess=search.guess[0]).motion.angle.numpy()
+    residual = np.where(record.valid, record.angle - angle, 0.0)
+    squares = (residual**2).sum(-1)
+    return Prediction(
+        angle=angle,
+        residual=residual,
+        rmse_by_trial=np.sqrt(squares / record.valid.sum(-1)),
+        rmse=float(np.sqrt(squares.sum() / record.samples)),
+    )

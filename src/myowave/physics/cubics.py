@@ -1,0 +1,54 @@
+"""A curve given by its value and slope at even steps: cubic between them, straight beyond both ends."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+
+@dataclass(frozen=True, eq=False)
+class Cubics:
+    """A piecewise cubic curve with a continuous slope. Make it with `through`.
+
+    Args:
+        low: where the first cell begins, one step before the curve does.
+        width: of a cell.
+        coefficients: of c0 + c1 t + c2 t^2 + c3 t^3 with t in [0, 1] across a cell, (cells + 2, 4); the outermost
+            cells are straight lines.
+    """
+
+    low: float
+    width: float
+    coefficients: Tensor
+
+    @classmethod
+    def through(cls, x: NDArray[np.float64], y: NDArray[np.float64], slope: NDArray[np.float64]) -> "Cubics":
+        """The curve with these values and slopes at even steps `x`, each (cells + 1,), in double precision."""
+        width = x[1] - x[0]
+        rise, left, right = np.diff(y), slope[:-1] * width, slope[1:] * width
+        cubics = np.stack([y[:-1], left, 3 * rise - 2 * left - right, left + right - 2 * rise], axis=-1)
+        before = [[y[0] - left[0], left[0], 0.0, 0.0]]
+        after = [[y[-1], right[-1], 0.0, 0.0]]
+        return cls(x[0] - width, width, torch.tensor(np.concatenate([before, cubics, after])))
+
+    def to(self, dtype: torch.dtype, device: torch.device) -> "Cubics":
+        """The same in another precision or on another device."""
+        return replace(self, coefficients=self.coefficients.to(dtype=dtype, device=device))
+
+    def value(self, x: Tensor) -> Tensor:
+        """The curve, element-wise; not a number where x is none."""
+        t, (c0, c1, c2, c3) = self._look_up(x)
+        return c0 + t * (c1 + t * (c2 + t * c3))
+
+    def value_and_slope(self, x: Tensor) -> tuple[Tensor, Tensor]:
+        """The curve and its derivative, element-wise."""
+        t, (c0, c1, c2, c3) = self._look_up(x)
+        return c0 + t * (c1 + t * (c2 + t * c3)), (c1 + t * (2.0 * c2 + 3.0 * t * c3)) / self.width
+
+    def _look_up(self, x: Tensor) -> tuple[Tensor, tuple[Tensor, ...]]:
+        position = (x - self.low) / self.width
+        cell = position.detach().floor().nan_to_num(0.0).clamp(0, len(self.coefficients) - 1)
+        coefficients = torch.nn.functional.embedding(cell.long(), self.coefficients)
+        return position - cell, coefficients.unbind(-1)

@@ -1,0 +1,287 @@
+"""Readers: what is written in each format comes back, with its names, units, rates and times, and nothing else."""
+
+import json
+import struct
+import types
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.io import savemat
+
+from myowave.data.preparing import prepare_recording
+from myowave.data.readers import ENDINGS, READERS, read_raw
+from myowave.settings import RecordedDataset, TextLayout
+
+VALUES = np.round(np.random.default_rng(0).standard_normal(40), 4)
+TIME = np.arange(40) / 20
+
+
+def write(path, text, encoding="utf-8"):
+    path.write_text(text, encoding=encoding)
+    return path
+
+
+def rows(separator, *columns, decimal="."):
+    lines = [separator.join(f"{v:.10g}" for v in row) for row in zip(*columns, strict=True)]
+    return "\n".join(lines).replace(".", decimal) + "\n"
+
+
+def test_every_ending_stands_for_a_format_that_there_is(tmp_path):
+    assert set(ENDINGS.values()) <= set(READERS)
+    with pytest.raises(ValueError, match="'.xyz' says nothing of the format.*Name the format: csv"):
+        read_raw(write(tmp_path / "a.xyz", "1"))
+
+
+# ------------------------------------------------------------------------------------------------ tables of text
+
+
+@pytest.mark.parametrize(
+    ("separator", "decimal", "ending"),
+    [
+        (",", ".", "csv"),
+        (";", ",", "csv"),
+        (";", ".", "csv"),
+        ("\t", ",", "tsv"),
+        ("\t", ".", "txt"),
+        (" ", ".", "txt"),
+    ],
+)
+def test_any_dialect_of_a_table_is_told_from_the_file(tmp_path, separator, decimal, ending):
+    head = separator.join(["time", "Biceps[uV]", "knee"])
+    text = "\ufeff" + head + "\r\n" + rows(separator, TIME, VALUES, 2 * VALUES, decimal=decimal).replace("\n", "\r\n")
+    raw = read_raw(write(tmp_path / f"a.{ending}", text))
+    assert raw.header == ["Biceps", "knee"] and [s.unit for s in raw.signals] == ["uV", ""]
+    assert np.allclose(raw["Biceps"].values, VALUES) and np.allclose(raw["knee"].values, 2 * VALUES)
+    assert np.allclose(raw["knee"].time, TIME)
+    assert raw.at(0).endswith("row 2")
+
+
+def test_whole_numbers_with_commas_between_columns_are_no_decimals(tmp_path):
+    raw = read_raw(write(tmp_path / "a.csv", "a,b\n" + "1,2\n" * 10))
+    assert np.array_equal(raw["b"].values, np.full(10, 2.0))
+
+
+def test_header_units_and_times_may_stand_elsewhere(tmp_path):
+    text = "Recorder 7\nof May\nX;EMG 1;angle\ns;mV;deg\n" + rows(";", 1000 * TIME, VALUES, VALUES)
+    layout = TextLayout(header_row=3, units_row=4, time_column="X")
+    raw = read_raw(write(tmp_path / "a.csv", text), None, layout)
+    assert [s.unit for s in raw.signals] == ["mV", "deg"] and np.allclose(raw["angle"].time, 1000 * TIME)
+    assert raw.at(0).endswith("row 5")
+    in_ms = text.replace("\ns;", "\nms;")
+    assert np.allclose(read_raw(write(tmp_path / "b.csv", in_ms), None, layout)["angle"].time, TIME)
+
+
+@pytest.mark.parametrize(
+    ("text", "layout", "says"),
+    [
+        ("a,b\n1,2,3\n4,5,6\n", {}, "2 names in row 1, but 3 columns below"),
+        ("a,b\n", {}, "1 rows; expected a header in row 1 and samples"),
+        ("a,b\n1,2\n", {"time_column": "t"}, "no column 't' of times; the columns are a, b"),
+        ("time[h],b\n1,2\n", {}, "times are in 'h'; expected s or ms"),
+        ("a;b\n1;2\n3;4;5\n", {}, "rows differ in their number of columns"),
+    ],
+)
+def test_a_table_that_cannot_be_read_says_why(tmp_path, text, layout, says):
+    with pytest.raises(ValueError, match=f"a.csv: .*{says}|a.csv: {says}"):
+        read_raw(write(tmp_path / "a.csv", text), None, TextLayout(**layout))
+
+
+def test_cells_that_are_no_numbers_are_kept_for_the_message(tmp_path):
+    raw = read_raw(write(tmp_path / "a.csv", "a\n1\nlost\n\n3\n"))
+    assert raw["a"].odd == {1: "lost", 2: ""} and np.isnan(raw["a"].values[1])
+
+
+def test_a_parquet_table_of_raw_signals_has_its_times(tmp_path):
+    pd.DataFrame({"time_s": TIME, "b": VALUES}).to_parquet(tmp_path / "a.parquet")
+    raw = read_raw(tmp_path / "a.parquet")
+    assert raw.header == ["b"] and np.array_equal(raw["b"].time, TIME)
+
+
+# ------------------------------------------------------------------------------------------------------- recorders
+
+
+@pytest.mark.parametrize(("separator", "decimal"), [(",", "."), (";", ","), ("\t", ".")])
+def test_delsys_channels_have_times_and_rates_of_their_own(tmp_path, separator, decimal):
+    slow = VALUES[:10]
+    lines = [f"{TIME[n]:g}{separator}{VALUES[n]:g}{separator}" for n in range(40)]
+    lines = [line + (f"{4 * TIME[n]:g}{separator}{slow[n]:g}" if n < 10 else separator) for n, line in enumerate(lines)]
+    head = ["X [s]", "Avanti sensor 1: EMG 1 [V]", "X [s]", "Avanti sensor 1: ACC X [g]"]
+    about = "Label: Avanti sensor 1: EMG 1 Sampling frequency: 20.0 Number of points: 40 start: 0 Unit: V\n\n"
+    text = about + separator.join(head) + "\n" + "\n".join(lines).replace(".", decimal) + "\n"
+    raw = read_raw(write(tmp_path / "a.csv", text), "delsys")
+    emg, acc = raw.signals
+    assert (emg.name, emg.unit, emg.rate) == ("Avanti sensor 1: EMG 1", "V", 20.0) and acc.unit == "g"
+    assert np.allclose(emg.values, VALUES) and np.allclose(emg.time, TIME)
+    assert np.allclose(acc.values, slow) and np.allclose(acc.time, 4 * TIME[:10]) and acc.rate is None
+    assert not emg.odd and not acc.odd
+
+
+def test_a_delsys_file_with_commas_for_everything_is_refused(tmp_path):
+    text = "X [s],EMG [V]\n" + "0,1,0,5\n" * 5
+    with pytest.raises(ValueError, match="2 names in row 1, but 4 columns below.*semicolons"):
+        read_raw(write(tmp_path / "a.csv", text), "delsys")
+    with pytest.raises(ValueError, match=r"no row begins with X \[s\]"):
+        read_raw(write(tmp_path / "b.csv", "time,a\n1,2\n"), "delsys")
+
+
+@pytest.mark.parametrize(
+    ("separator", "said", "unit"),
+    [
+        ("\t", "inDegrees=yes", "deg"),
+        (",", "inDegrees=no", "rad"),
+        (" ", "inDegrees = yes", "deg"),
+        ("\t", "nRows=40", ""),
+    ],
+)
+def test_opensim_says_in_its_header_whether_angles_are_degrees(tmp_path, separator, said, unit):
+    head = f"Coordinates\nversion=1\n{said}\nnColumns=3\nendheader\n"
+    text = head + separator.join(["time", "r_elbow_flex", "r_shoulder"]) + "\n" + rows(separator, TIME, VALUES, VALUES)
+    raw = read_raw(write(tmp_path / "a.mot", text))
+    assert raw.header == ["r_elbow_flex", "r_shoulder"] and {s.angle_unit for s in raw.signals} == {unit}
+    assert np.allclose(raw["r_shoulder"].values, VALUES) and np.allclose(raw["r_shoulder"].time, TIME)
+    assert raw.at(0).endswith("row 7")
+    with pytest.raises(ValueError, match="no row with endheader"):
+        read_raw(write(tmp_path / "b.sto", "time\tq\n0\t1\n"))
+
+
+def test_matlab_variables_columns_and_fields_are_signals(tmp_path):
+    content = {"emg": np.stack([VALUES, 2 * VALUES]), "fs": 20.0, "trial": {"angle": VALUES, "time": TIME}, "who": "x"}
+    savemat(tmp_path / "a.mat", content)
+    raw = read_raw(tmp_path / "a.mat")
+    assert raw.header == ["emg(1)", "emg(2)", "trial.angle"]
+    assert np.allclose(raw["emg(2)"].values, 2 * VALUES) and raw["emg(1)"].rate == 20.0
+    assert np.allclose(raw["trial.angle"].time, TIME) and raw["trial.angle"].rate is None
+    with pytest.raises(ValueError, match="not a MATLAB file"):
+        read_raw(write(tmp_path / "b.mat", "hello, this is text" * 20))
+    savemat(tmp_path / "c.mat", {"name": "x"})
+    with pytest.raises(ValueError, match="no vector or matrix"):
+        read_raw(tmp_path / "c.mat")
+
+
+def edf(path, digital, *, bits=16, kind=b"", low=-3200.0, high=3200.0, per_record=20, seconds=1.0):
+    """Write one signal and an annotation channel as EDF or BDF, from its specification."""
+    width = bits // 8
+    ends = 2 ** (bits - 1)
+
+    def cells(*values, size):
+        return b"".join(str(value).encode().ljust(size) for value in values)
+
+    magic = b"\xffBIOSEMI" if bits == 24 else b"0       "
+    count = len(digital) // per_record
+    fixed = magic + b"X M 01-JAN-1980 Jane_Doe".ljust(80) + b"Startdate".ljust(80) + b"01.01.8000.00.00"
+    fixed += cells(256 * 3, size=8) + kind.ljust(44) + cells(count, size=8) + cells(seconds, size=8) + cells(2, size=4)
+    about = cells("EMG BB", "EDF Annotations", size=16) + cells("", "", size=80) + cells("uV", "", size=8)
+    about += cells(low, -1, size=8) + cells(high, 1, size=8)
+    about += cells(-ends, -ends, size=8) + cells(ends - 1, ends - 1, size=8)
+    about += cells("", "", size=80) + cells(per_record, 4, size=8) + cells("", "", size=32)
+    body = b""
+    for n in range(count):
+        for value in digital[n * per_record : (n + 1) * per_record]:
+            body += struct.pack("<i", int(value))[:width]
+        body += b"\x00" * 4 * width
+    path.write_bytes(fixed + about + body)
+    return path
+
+
+@pytest.mark.parametrize("bits", [16, 24])
+def test_edf_and_bdf_give_physical_values_and_no_name(tmp_path, bits):
+    ends = 2 ** (bits - 1)
+    digital = np.array([-ends, ends - 1, 0, -1, 1, *np.random.default_rng(1).integers(-ends, ends, 35)])
+    raw = read_raw(edf(tmp_path / f"a.{'bdf' if bits == 24 else 'edf'}", digital, bits=bits))
+    assert raw.header == ["EMG BB"] and raw.signals[0].unit == "uV" and raw.signals[0].rate == 20.0
+    values = raw.signals[0].values
+    assert values[0] == -3200.0 and values[1] == pytest.approx(3200.0)
+    assert np.allclose(np.diff(values), np.diff(digital) * 6400 / (2 * ends - 1))
+    assert "Doe" not in repr(raw)
+
+
+def test_an_edf_that_was_interrupted_or_cut_short_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="interrupted"):
+        read_raw(edf(tmp_path / "a.edf", np.zeros(40), kind=b"EDF+D"))
+    whole = edf(tmp_path / "b.edf", np.zeros(40)).read_bytes()
+    (tmp_path / "b.edf").write_bytes(whole[:-5])
+    with pytest.raises(ValueError, match="cut short"):
+        read_raw(tmp_path / "b.edf")
+    with pytest.raises(ValueError, match="not an EDF"):
+        read_raw(write(tmp_path / "c.edf", "x" * 300))
+
+
+def test_bids_sidecars_fill_in_what_a_recording_does_not_say(tmp_path):
+    folder = tmp_path
+    write(folder / "sub-01_task-curl_emg.csv", "BB\tTB\n" + rows("\t", VALUES, VALUES))
+    write(folder / "sub-01_task-curl_channels.tsv", "name\ttype\tunits\nBB\tEMG\tmV\nTB\tEMG\tn/a\n")
+    write(folder / "sub-01_task-curl_emg.json", json.dumps({"SamplingFrequency": 20}))
+    raw = read_raw(folder / "sub-01_task-curl_emg.csv")
+    assert [s.unit for s in raw.signals] == ["mV", ""] and {s.rate for s in raw.signals} == {20.0}
+
+
+def test_c3d_is_read_where_its_package_is_there_and_else_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "ezc3d", None)
+    with pytest.raises(ValueError, match=r"need the package ezc3d: pip install 'myowave\[c3d\]'"):
+        read_raw(write(tmp_path / "a.c3d", "x"))
+    content = {  # as ezc3d gives it
+        "parameters": {
+            "ANALOG": {
+                "LABELS": {"value": ["EMG.BB", "EMG.TB"]},
+                "UNITS": {"value": ["V", "V"]},
+                "RATE": {"value": np.array([1000.0])},
+            },
+            "POINT": {
+                "LABELS": {"value": ["RELB", "RElbowAngles"]},
+                "UNITS": {"value": ["mm"]},
+                "ANGLES": {"value": ["RElbowAngles"]},
+                "RATE": {"value": np.array([100.0])},
+            },
+        },
+        "data": {"analogs": np.stack([VALUES, -VALUES])[None], "points": np.arange(4 * 2 * 4.0).reshape(4, 2, 4)},
+    }
+    monkeypatch.setitem(__import__("sys").modules, "ezc3d", types.SimpleNamespace(c3d=lambda path: content))
+    raw = read_raw(tmp_path / "a.c3d")
+    assert np.array_equal(raw["EMG.TB"].values, -VALUES) and (raw["EMG.TB"].unit, raw["EMG.TB"].rate) == ("V", 1000.0)
+    assert raw["RELB.x"].unit == "mm" and (raw["RElbowAngles.y"].unit, raw["RElbowAngles.y"].rate) == ("deg", 100.0)
+    assert np.array_equal(raw["RElbowAngles.y"].values, content["data"]["points"][1, 1])
+
+
+# ------------------------------------------------------------------------------------------ formats in one session
+
+
+def test_a_session_may_mix_formats_rates_and_units(tmp_path):
+    """EMG of two muscles in one .mat in mV, the angle in rad in an OpenSim file, columns besides."""
+    time, fine = np.arange(0, 6, 0.01), np.arange(0, 6, 0.001)
+    for seed, trial in enumerate(("p", "q")):
+        noise = np.random.default_rng(seed).standard_normal((2, len(fine)))
+        emg = 0.05 * noise * (0.1 + np.maximum(np.sin(2 * np.pi * fine / 3), 0.0))
+        savemat(tmp_path / f"{trial}.mat", {"emg": emg, "fs": 1000.0, "force": fine})
+        head = "q\ninDegrees=no\nendheader\ntime\televation\telbow\n"
+        angle = 1 + 0.8 * np.sin(2 * np.pi * time / 3 - 0.5 + seed)
+        write(tmp_path / f"{trial}.mot", head + rows("\t", time, time, angle))
+    section = {
+        "kind": "recorded",
+        "trials": ["p", "q"],
+        "test": ["q"],
+        "emg": {
+            f"emg_{m}": {"file": "{trial}.mat", "column": f"emg({n})", "unit": "mV"}
+            for n, m in ((1, "biceps"), (2, "triceps"))
+        },
+        "angle": {"file": "{trial}.mot", "column": "elbow"},
+        "ignore_columns": ["force", "elev*"],
+    }
+    prepared, _ = prepare_recording("me", RecordedDataset(**section), tmp_path)
+    assert prepared.trials.lengths == (600, 600) and prepared.trials.dt == pytest.approx(0.01)
+    assert 10 < prepared.gains["emg_biceps"] < 100  # uV
+    assert prepared.trials.angle[0, :600] == pytest.approx(1 + 0.8 * np.sin(2 * np.pi * time / 3 - 0.5), abs=1e-8)
+    for change, says in (
+        ({"ignore_columns": ["force"]}, "p.mot: column elevation is not used"),
+        (
+            {"angle": {"file": "{trial}.mot"}},
+            "holds elevation, elbow; name one of them in data.datasets.me.angle.column",
+        ),
+        ({"angle": {"file": "{trial}.mot", "column": "elbo"}}, "column 'elbo' is not there; did you mean 'elbow'"),
+        (
+            {"angle": {"file": "{trial}.mot", "column": "elbow", "rate_hz": 50.0}},
+            "50 Hz by rate_hz, 100 Hz by its times",
+        ),
+    ):
+        with pytest.raises(ValueError, match=says):
+            prepare_recording("me", RecordedDataset(**section | change), tmp_path)

@@ -1,0 +1,96 @@
+"""Steps are least squares within bounds, singular or not; what a trial's start can imitate is no evidence."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from myowave.identification.free_parameters import Free
+from myowave.identification.least_squares import (
+    bounded_step,
+    minimise_within,
+    normal_equations,
+    onto_starts,
+    pseudo_inverse,
+    without_starts,
+)
+from myowave.identification.output_error import fit_model
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_minimum_within_bounds_is_that_of_a_general_optimiser(seed):
+    random = np.random.default_rng(seed)
+    columns = random.standard_normal((20, 4)) @ random.standard_normal((4, 4))
+    matrix, vector = columns.T @ columns, columns.T @ random.standard_normal(20) * 5
+    low, high = -random.uniform(0, 0.3, 4), random.uniform(0, 0.3, 4)
+
+    def cost(x):
+        return x @ matrix @ x / 2 - vector @ x
+
+    best = minimize(cost, np.zeros(4), jac=lambda x: matrix @ x - vector, bounds=[*zip(low, high, strict=True)])
+    found = minimise_within(matrix, vector, low, high)
+    assert (found >= low).all() and (found <= high).all()
+    assert cost(found) <= best.fun + 1e-6 * abs(best.fun)
+
+
+def test_a_batch_is_solved_problem_by_problem():
+    random = np.random.default_rng(0)
+    columns = random.standard_normal((6, 10, 3))
+    matrix, vector = np.swapaxes(columns, -1, -2) @ columns, random.standard_normal((6, 3)) * 10
+    low, high = np.full(3, -0.5), np.full(3, 0.5)
+    together = minimise_within(matrix, vector, low, high)
+    alone = [minimise_within(m, v, low, high) for m, v in zip(matrix, vector, strict=True)]
+    np.testing.assert_allclose(together, alone)
+    assert (np.abs(together) == 0.5).any() and (np.abs(together) < 0.5).any()
+
+
+@pytest.mark.parametrize("matrix", [np.zeros((3, 3)), np.ones((3, 3)), np.diag([1.0, 0.0, 1e9])])
+def test_a_singular_matrix_gives_a_finite_step_within_the_bounds(matrix):
+    free = tuple(Free(name, 1.0, 0.5, 2.0, 1.0) for name in "abc")
+    step = bounded_step(matrix, np.ones(3), free, np.ones(3), 0.0)
+    assert ((step >= -0.5) & (step <= 1.0)).all()
+    np.testing.assert_allclose(matrix @ pseudo_inverse(matrix) @ matrix, matrix, atol=1e-9)
+
+
+def test_damping_shortens_a_step():
+    free = tuple(Free(name, 1.0, -9.0, 9.0, 1.0) for name in "ab")
+    matrix, vector = np.array([[2.0, 0.5], [0.5, 1.0]]), np.array([1.0, -1.0])
+    sizes = [np.linalg.norm(bounded_step(matrix, vector, free, np.ones(2), d)) for d in (0.0, 1.0, 1e3, 1e9)]
+    assert sizes == sorted(sizes, reverse=True) and sizes[-1] < 1e-8
+    np.testing.assert_allclose(bounded_step(matrix, vector, free, np.ones(2), 0.0), np.linalg.solve(matrix, vector))
+
+
+def test_what_is_left_without_starts_is_orthogonal_to_them_and_the_rest_is_theirs():
+    random = np.random.default_rng(1)
+    by_start, columns = random.standard_normal((3, 50, 2)), random.standard_normal((3, 50, 4))
+    left = without_starts(by_start, columns)
+    np.testing.assert_allclose(np.swapaxes(by_start, -1, -2) @ left, 0, atol=1e-10)
+    imitated = by_start @ random.standard_normal((3, 2, 1))
+    np.testing.assert_allclose(without_starts(by_start, imitated), 0, atol=1e-10)
+    np.testing.assert_allclose(by_start @ onto_starts(by_start, columns) + left, columns)
+    same = np.repeat(by_start[..., :1], 2, axis=-1)  # angle and velocity that cannot be told apart
+    np.testing.assert_allclose(np.swapaxes(same, -1, -2) @ without_starts(same, columns), 0, atol=1e-10)
+
+
+def test_eliminating_starts_solves_for_parameters_and_starts_together(make_noisy, base, free):
+    fit = fit_model(base, make_noisy(1.0).train, free)
+    moved = normal_equations(fit.sensitive, fit.record, fit.free)
+    columns = [moved.slope.reshape(-1, len(free))]
+    for trial in range(len(fit.record.names)):
+        apart = np.zeros_like(moved.by_start)
+        apart[trial] = moved.by_start[trial]
+        columns.append(apart.reshape(-1, 2))
+    whole = np.concatenate(columns, -1)
+    target = np.random.default_rng(0).standard_normal(moved.residual.shape)
+    expected = np.linalg.lstsq(whole, target.ravel(), rcond=None)[0]
+    vector = np.einsum("tnp,tn->p", moved.without_starts(moved.slope), target)
+    np.testing.assert_allclose(pseudo_inverse(moved.matrix) @ vector, expected[: len(free)], rtol=1e-5)
+
+
+def test_more_columns_extend_the_normal_equations_as_if_they_had_been_there(make_noisy, base, free):
+    fit = fit_model(base, make_noisy(1.0).train, free)
+    few = normal_equations(fit.sensitive, fit.record, free)
+    part = np.s_[..., : len(free) - 1]
+    fewer = type(few)(few.residual, few.slope[part], few.by_start, few.matrix[:-1, :-1], few.vector[:-1], few.rss)
+    again = fewer.extended(few.slope[..., len(free) - 1 :])
+    np.testing.assert_allclose(again.matrix, few.matrix, rtol=1e-9)
+    np.testing.assert_allclose(again.vector, few.vector, rtol=1e-6, atol=1e-9)

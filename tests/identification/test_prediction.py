@@ -1,0 +1,54 @@
+"""A trial that no fit has seen tells its start with its first second, and nothing else of it has a part."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from myowave.identification.output_error import fit_model
+from myowave.identification.prediction import BEGINNING_S, predict
+
+
+@pytest.fixture(scope="module")
+def fitted(exact, base, free):
+    return fit_model(base, exact, free)
+
+
+@pytest.fixture(scope="module")
+def kept(make_noisy):
+    """The trial that is kept, as a sensor sees it."""
+    return make_noisy(0.5).take([3])
+
+
+def test_an_exact_model_predicts_a_trial_it_has_not_seen(fitted, make_noisy):
+    found = predict(fitted, make_noisy(0.0).take([3]))
+    assert found.rmse < np.radians(1e-3)
+    assert found.rmse == pytest.approx(found.rmse_by_trial[0])
+
+
+def test_what_comes_after_the_first_second_changes_no_prediction(fitted, kept):
+    late = np.arange(kept.angle.shape[1]) * kept.dt > BEGINNING_S
+    moved = kept.angle + 0.05 * late * np.sin(np.arange(len(late)))
+    one, other = predict(fitted, kept), predict(fitted, replace(kept, angle=moved))
+    np.testing.assert_allclose(one.angle, other.angle, rtol=0, atol=1e-7)
+    assert other.rmse > 1.5 * one.rmse
+
+
+def test_the_first_second_tells_where_the_trial_starts(fitted, kept):
+    early = np.arange(kept.angle.shape[1]) * kept.dt <= BEGINNING_S
+    one, other = predict(fitted, kept), predict(fitted, replace(kept, angle=kept.angle + 0.05 * early))
+    assert np.abs(other.angle - one.angle)[early[None]].max() > 0.005
+
+
+def test_the_right_model_leaves_little_more_than_the_noise_of_the_unseen_trial(make_noisy, base, free, kept):
+    found = predict(fit_model(base, make_noisy(0.5).train, free), kept)
+    assert np.degrees(found.rmse) == pytest.approx(0.5, rel=0.3)
+    assert found.rmse == pytest.approx(np.sqrt((found.residual**2).sum() / kept.samples))
+    np.testing.assert_allclose(found.residual, kept.angle - found.angle)
+
+
+def test_known_constants_of_the_new_trials_take_part(fitted, make_noisy):
+    record = make_noisy(0.0).take([3])
+    loaded = replace(record, known={"load": torch.tensor([0.3], dtype=torch.float64)})
+    assert predict(fitted, loaded).rmse > 10 * predict(fitted, record).rmse
