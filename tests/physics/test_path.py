@@ -19,7 +19,7 @@ from myowave.physics.muscle import EXTENSOR, FLEXOR
 from myowave.physics.path import MARGIN, SideBySide, StraightPath, TablePath, read_path
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
-from myowave.settings import parse_section
+from myowave.settings import Physics, parse_settings
 
 ROOT = Path(__file__).parents[2]
 ARM26 = ROOT / "data/arm26/path_lengths.csv"
@@ -160,19 +160,27 @@ def test_every_other_effect_acts_on_a_model_with_tables(mixed, noisy_emg, dt):
 # ---- from the configuration
 
 
+CONFIG = yaml.safe_load((ROOT / "config.yaml").read_text())
+
+
 @pytest.fixture(scope="module")
 def section():
-    return yaml.safe_load((ROOT / "config.yaml").read_text())["physics"]
+    return CONFIG["physics"]
+
+
+def parse_physics(section) -> Physics:
+    """The section `physics` of the configuration as settings, after the same checks."""
+    return parse_settings(CONFIG | {"physics": section}).physics
 
 
 def with_path(section, path, **changed):
     biceps = {k: v for k, v in section["muscles"]["Bi"].items() if k not in ("l1_m", "l2_m")}
     muscles = section["muscles"] | {"Bi": biceps | changed | ({} if path is None else {"path": path})}
-    return parse_section("physics", section | {"muscles": muscles})
+    return parse_physics(section | {"muscles": muscles})
 
 
 def test_a_straight_path_may_be_written_in_short(section):
-    short = build_model("base", parse_section("physics", section))
+    short = build_model("base", parse_physics(section))
     long = build_model("base", with_path(section, {"kind": "straight", "l1_m": 0.3, "l2_m": 0.8}))
     assert long == short
 
@@ -183,7 +191,7 @@ def test_a_table_of_the_configuration_is_a_path_and_a_file_that_the_model_is_mad
     assert physics.files == (str(ARM26),) and {"scale_Bi", "l1_Tri"} < physics.parameters
     model = build_model("base", physics)
     assert model.defaults["scale_Bi"] == 2.0 and set(model.defaults) == physics.parameters
-    assert parse_section("physics", section).files == ()
+    assert parse_physics(section).files == ()
 
 
 @pytest.mark.parametrize(

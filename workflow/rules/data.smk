@@ -29,7 +29,7 @@ def expand_patterns(patterns, key):
 
 rule simulate_trials:
     input:
-        physics=SETTINGS.physics.files,
+        physics=physics_files,
     output:
         trials="results/data/{dataset}/trials.parquet",
         truth="results/data/{dataset}/truth.json",
@@ -38,7 +38,7 @@ rule simulate_trials:
     wildcard_constraints:
         dataset=one_of(SIMULATED),
     params:
-        physics=section("physics"),
+        physics=physics_section,
         dataset=lambda wildcards: dump(DATASETS[wildcards.dataset]),  # with what is hidden: this rule puts it in
         code=digest("simulate_trials"),
     script:
@@ -56,7 +56,7 @@ rule import_trials:
         dataset=one_of(MEASURED),
     params:
         dataset=dataset_section,
-        channels=list(dict.fromkeys(muscle.emg for muscle in SETTINGS.physics.muscles.values())),
+        channels=lambda wildcards: SETTINGS.physics_of(wildcards.dataset).channels,
         code=digest("import_trials"),
     script:
         "../scripts/import_trials.py"
