@@ -11,15 +11,16 @@ import pytest
 import torch
 import yaml
 
+from myowave.physics.bound import bind
 from myowave.physics.build import build_model
+from myowave.physics.dynamics import muscle_quantities
 from myowave.physics.effects import SHIPPED, catalogue
-from myowave.physics.model import bind, muscle_quantities
 from myowave.physics.motion import simulate
 from myowave.physics.muscle import EXTENSOR, FLEXOR
 from myowave.physics.path import MARGIN, SideBySide, StraightPath, TablePath, read_path
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
-from myowave.settings import Physics, parse_settings
+from myowave.settings import parse_settings
 
 ROOT = Path(__file__).parents[2]
 ARM26 = ROOT / "data/arm26/path_lengths.csv"
@@ -160,38 +161,32 @@ def test_every_other_effect_acts_on_a_model_with_tables(mixed, noisy_emg, dt):
 # ---- from the configuration
 
 
-CONFIG = yaml.safe_load((ROOT / "config.yaml").read_text())
-
-
 @pytest.fixture(scope="module")
-def section():
-    return CONFIG["physics"]
+def config():
+    return yaml.safe_load((ROOT / "config.yaml").read_text())
 
 
-def parse_physics(section) -> Physics:
-    """The section `physics` of the configuration as settings, after the same checks."""
-    return parse_settings(CONFIG | {"physics": section}).physics
+def with_path(config, path, **changed):
+    """The section physics with another path of the biceps."""
+    muscles = config["physics"]["muscles"]
+    biceps = {k: v for k, v in muscles["Bi"].items() if k not in ("l1_m", "l2_m")}
+    biceps |= changed | ({} if path is None else {"path": path})
+    return parse_settings(config | {"physics": config["physics"] | {"muscles": muscles | {"Bi": biceps}}}).physics
 
 
-def with_path(section, path, **changed):
-    biceps = {k: v for k, v in section["muscles"]["Bi"].items() if k not in ("l1_m", "l2_m")}
-    muscles = section["muscles"] | {"Bi": biceps | changed | ({} if path is None else {"path": path})}
-    return parse_physics(section | {"muscles": muscles})
-
-
-def test_a_straight_path_may_be_written_in_short(section):
-    short = build_model("base", parse_physics(section))
-    long = build_model("base", with_path(section, {"kind": "straight", "l1_m": 0.3, "l2_m": 0.8}))
+def test_a_straight_path_may_be_written_in_short(config):
+    short = build_model("base", parse_settings(config).physics)
+    long = build_model("base", with_path(config, {"kind": "straight", "l1_m": 0.3, "l2_m": 0.8}))
     assert long == short
 
 
-def test_a_table_of_the_configuration_is_a_path_and_a_file_that_the_model_is_made_of(section):
+def test_a_table_of_the_configuration_is_a_path_and_a_file_that_the_model_is_made_of(config):
     path = {"kind": "table", "file": str(ARM26), "muscle": "BRA", "scale": 2.0}
-    physics = with_path(section, path)
+    physics = with_path(config, path)
     assert physics.files == (str(ARM26),) and {"scale_Bi", "l1_Tri"} < physics.parameters
     model = build_model("base", physics)
     assert model.defaults["scale_Bi"] == 2.0 and set(model.defaults) == physics.parameters
-    assert parse_physics(section).files == ()
+    assert parse_settings(config).physics.files == ()
 
 
 @pytest.mark.parametrize(
@@ -205,9 +200,9 @@ def test_a_table_of_the_configuration_is_a_path_and_a_file_that_the_model_is_mad
         ({"kind": "table"}, {}, "Bi.path.file: is missing"),
     ],
 )
-def test_a_path_that_is_not_one_is_refused(path, changed, says, section):
+def test_a_path_that_is_not_one_is_refused(path, changed, says, config):
     with pytest.raises(ValueError, match=says):
-        with_path(section, path, **changed)
+        with_path(config, path, **changed)
 
 
 def table(*rows, header="angle_deg,length_m"):
@@ -247,7 +242,7 @@ def test_a_missing_table_is_explained(tmp_path):
         read_path(str(tmp_path / "none.csv"))
 
 
-def test_a_table_of_the_other_side_is_refused(section):
+def test_a_table_of_the_other_side_is_refused(config):
     path = {"kind": "table", "file": str(ARM26), "muscle": "TRIlat"}
     with pytest.raises(ValueError, match=r"muscles.Bi: with flexion, the length .* but a flexor gets shorter"):
-        build_model("base", with_path(section, path))
+        build_model("base", with_path(config, path))

@@ -17,7 +17,7 @@ class Constant:
         key: what the configuration calls it; empty where it is no key there.
         bounds: of the configuration's value, as pydantic calls them (gt, ge, lt, le).
         default: None where a model must give a value.
-        path: kind of the muscle's path that it belongs to; empty where every muscle has it.
+        kind: of path or of forearm that it belongs to; empty where all muscles, or all forearms, have it.
         drives: whether excitation or activation depends on it. Only such constants reach the functions that compute
             the drive of the muscles, so a constant that is wrongly declared fails there instead of giving derivatives
             that are wrong in silence.
@@ -28,7 +28,7 @@ class Constant:
     key: str = ""
     bounds: Mapping[str, float] = field(default_factory=dict, hash=False)
     default: float | None = None
-    path: str = ""
+    kind: str = ""
     drives: bool = False
 
 
@@ -43,9 +43,9 @@ MUSCLE_CONSTANTS = {
     "pennation": Constant(
         "rad", "pennation angle at optimal fibre length", "pennation_rad", {"ge": 0, "lt": 1.4}, default=0.0
     ),
-    "l1": Constant("m", "distance of the origin from the joint", "l1_m", POSITIVE, path="straight"),
-    "l2": Constant("m", "distance of the insertion from the joint", "l2_m", POSITIVE, path="straight"),
-    "scale": Constant("-", "factor on the lengths of a table", "scale", POSITIVE, default=1.0, path="table"),
+    "l1": Constant("m", "distance of the origin from the joint", "l1_m", POSITIVE, kind="straight"),
+    "l2": Constant("m", "distance of the insertion from the joint", "l2_m", POSITIVE, kind="straight"),
+    "scale": Constant("-", "factor on the lengths of a table", "scale", POSITIVE, default=1.0, kind="table"),
     "delay": Constant("s", "electromechanical delay", "delay_s", {"ge": 0, "le": 0.5}, default=0.08, drives=True),
     "shape": Constant(
         "-", "shape factor A of the activation, Eq. 2", "shape_A", {"ge": 0, "le": 3}, default=0.2, drives=True
@@ -53,16 +53,21 @@ MUSCLE_CONSTANTS = {
 }
 
 JOINT_CONSTANTS = {
-    "mass": Constant("kg", "forearm mass, at the wrist", "mass_kg", POSITIVE),
-    "length": Constant("m", "forearm length", "length_m", POSITIVE),
+    "mass": Constant("kg", "forearm mass", "mass_kg", POSITIVE),
+    "length": Constant(
+        "m", "distance of all mass from the elbow, a point at the wrist", "length_m", POSITIVE, kind="point"
+    ),
+    "com": Constant("m", "distance of the forearm's centre of mass from the elbow", "com_m", POSITIVE, kind="body"),
+    "inertia": Constant("kg m^2", "moment of inertia about the elbow", "inertia_kg_m2", POSITIVE, kind="body"),
+    "grip": Constant("m", "distance of what the hand holds from the elbow", "grip_m", POSITIVE, kind="body"),
     "load": Constant("kg", "known mass held in the hand", default=0.0),
     "tilt": Constant("rad", "known lean of the upper arm from the vertical, forward positive", default=0.0),
 }
 
 
-def constants_of_path(kind: str) -> tuple[str, ...]:
-    """Names of the constants that belong to a kind of path; those that every muscle has for the empty kind."""
-    return tuple(name for name, constant in MUSCLE_CONSTANTS.items() if constant.path == kind)
+def names_of(constants: Mapping[str, Constant], *kinds: str) -> tuple[str, ...]:
+    """Names of the constants that belong to some kinds; the empty kind stands for those that all have."""
+    return tuple(name for name, constant in constants.items() if constant.kind in kinds)
 
 
 def constant_unit(name: str) -> str:

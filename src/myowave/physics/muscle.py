@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import torch
 from torch import Tensor
 
-from myowave.physics.constants import MUSCLE_CONSTANTS, constants_of_path
+from myowave.physics.constants import MUSCLE_CONSTANTS, names_of
 from myowave.physics.curves import Curves
 from myowave.physics.path import Path
 
@@ -35,7 +35,7 @@ class Muscle:
 
     def __post_init__(self) -> None:
         assert self.side in (FLEXOR, EXTENSOR), self.side
-        assert set(self.constants) == set(constants_of_path("")), sorted(self.constants)
+        assert set(self.constants) == set(names_of(MUSCLE_CONSTANTS, "")), sorted(self.constants)
         assert getattr(self.path, "side", self.side) == self.side, self.name
 
     @property

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 from torch import Tensor
 
-from myowave.physics.constants import constants_of_path
+from myowave.physics.constants import MUSCLE_CONSTANTS, names_of
 from myowave.physics.cubics import Cubics
 
 FEWEST_ROWS = 4  # of a table: a cubic spline has no fewer
@@ -40,7 +40,7 @@ class Path(ABC):
     @property
     def constants(self) -> dict[str, Tensor | float]:
         """Constants of the path by name: parameters of a model that has such a muscle."""
-        return {name: getattr(self, name) for name in constants_of_path(self.kind)}
+        return {name: getattr(self, name) for name in names_of(MUSCLE_CONSTANTS, self.kind)}
 
     def with_constants(self, values: Mapping[str, Tensor]) -> "Path":
         """The same path with other constants."""

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS, Constant, constants_of_path
+from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS, Constant, names_of
 from myowave.settings.layers import lay_over, read_yaml
 from myowave.settings.section import Name, Real, Section, setting
 
@@ -71,10 +71,30 @@ class Muscle(Section):
 
 
 class Joint(Section):
-    """The forearm: a point mass on a rigid rod."""
+    """The forearm: a point mass on a rigid rod, or a rigid body."""
 
     mass_kg: Real = constant(JOINT_CONSTANTS["mass"])
-    length_m: Real = constant(JOINT_CONSTANTS["length"])
+    length_m: Real | None = constant(JOINT_CONSTANTS["length"], optional=True)
+    com_m: Real | None = constant(JOINT_CONSTANTS["com"], optional=True)
+    inertia_kg_m2: Real | None = constant(JOINT_CONSTANTS["inertia"], optional=True)
+    grip_m: Real | None = constant(JOINT_CONSTANTS["grip"], optional=True)
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> "Joint":
+        body = (self.com_m, self.inertia_kg_m2, self.grip_m)
+        if sum(value is not None for value in body) != (3 if self.length_m is None else 0):
+            raise ValueError("give length_m (a point mass), or com_m, inertia_kg_m2 and grip_m (a rigid body)")
+        if self.kind == "body" and self.inertia_kg_m2 < (least := self.mass_kg * self.com_m**2):
+            raise ValueError(
+                f"inertia_kg_m2 is {self.inertia_kg_m2:g}, but about the elbow it is at least mass com^2 = {least:g}; "
+                "add that to the inertia about the centre of mass"
+            )
+        return self
+
+    @property
+    def kind(self) -> Literal["point", "body"]:
+        """Which constants describe the forearm."""
+        return "body" if self.length_m is None else "point"
 
 
 class Curves(Section):
@@ -109,11 +129,10 @@ class Arm(Section):
 
     @property
     def parameters(self) -> set[str]:
-        """Names of all physical constants: `f0_Bi`, ..., `mass`, `load`, `tilt`."""
-        names = set(JOINT_CONSTANTS)
+        """Names of all physical constants: `f0_Bi`, ..., `mass`, ..., `load`, `tilt`."""
+        names = set(names_of(JOINT_CONSTANTS, "", self.joint.kind))
         for name, muscle in self.muscles.items():
-            kinds = (*constants_of_path(""), *constants_of_path(muscle.geometry.kind))
-            names |= {f"{kind}_{name}" for kind in kinds}
+            names |= {f"{constant}_{name}" for constant in names_of(MUSCLE_CONSTANTS, "", muscle.geometry.kind)}
         return names
 
 
