@@ -1,6 +1,7 @@
 """Arms of several kinds side by side: each dataset has its own, written out or a preset with what differs from it."""
 
 import copy
+import shutil
 from pathlib import Path
 
 import pytest
@@ -36,7 +37,8 @@ def problems(config: dict) -> str:
 
 @pytest.fixture
 def presets(tmp_path, monkeypatch):
-    """A folder where the preset `small` ships."""
+    """A folder where the preset `small` ships beside the others."""
+    shutil.copytree(ROOT / "data/arm26", tmp_path / "data/arm26")
     (tmp_path / "data/small").mkdir(parents=True)
     (tmp_path / "data/small/small.yaml").write_text(yaml.safe_dump(ARM | {"curves": {"passive": "millard"}}))
     monkeypatch.chdir(tmp_path)
@@ -112,6 +114,17 @@ def test_a_faulty_arm_is_explained_where_it_is():
     assert "physics.arms.thin.joint.mass_kg: is missing" in said
 
 
+def test_a_dataset_that_names_nothing_to_identify_gets_what_is_usual_for_its_arm():
+    config = config_with({})
+    for name, arm in (("bench_elbow", None), ("human_curls", "arm26")):
+        del config["data"]["datasets"][name]["identify"]
+        config["data"]["datasets"][name]["arm"] = arm
+    datasets = parse_settings(config).data.datasets
+    assert set(datasets["bench_elbow"].identify) == {"f0_Bi", "l0_Bi", "f0_Tri", "l0_Tri"}
+    groups = {f"{c}_{g}" for c in ("strength", "length") for g in ("flexors", "extensors")}
+    assert set(datasets["human_curls"].identify) == groups
+
+
 # ---- presets
 
 
@@ -138,7 +151,7 @@ def test_the_physics_of_a_dataset_does_not_ask_for_its_preset_again(presets):
 
 def test_a_preset_that_is_not_there_is_named_with_those_that_are(presets):
     said = problems(config_with({"mine": {"preset": "smal"}}))
-    assert "physics.arms.mine: there is no preset 'smal'" in said and "Presets here: small" in said
+    assert "physics.arms.mine: there is no preset 'smal'" in said and "Presets here: arm26, small" in said
 
 
 def test_a_preset_that_is_no_yaml_is_explained(presets):

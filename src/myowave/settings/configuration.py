@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 from pydantic import ValidationError, model_validator
 
-from myowave.settings.data import Data, RecordedDataset
+from myowave.settings.data import Data, RecordedDataset, force_and_length
 from myowave.settings.diagnosis import Diagnosis
 from myowave.settings.keys import did_you_mean, explain, list_keys
 from myowave.settings.learning import SEARCHABLE, Learning, PlannedSweep, Recipe
@@ -23,6 +23,16 @@ class Settings(Section):
     learning: Learning = setting("training")
     diagnosis: Diagnosis = setting("diagnosis", default=Diagnosis)
     tracking: Tracking = setting("MLflow", default=Tracking)
+
+    @model_validator(mode="after")
+    def _identify_the_arms(self) -> "Settings":
+        """What a dataset leaves open of `identify` is filled in for its arm."""
+        datasets = dict(self.data.datasets)
+        for name, dataset in datasets.items():
+            if "identify" not in dataset.model_fields_set and dataset.arm in (None, *self.physics.arms):
+                identify = force_and_length(self.physics.of_arm(dataset.arm))
+                datasets[name] = dataset.model_copy(update={"identify": identify})
+        return self.model_copy(update={"data": self.data.model_copy(update={"datasets": datasets})})
 
     @model_validator(mode="after")
     def _agree(self) -> "Settings":

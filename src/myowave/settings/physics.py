@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS, Constant, names_of
+from myowave.physics.constants import GROUP_CONSTANTS, JOINT_CONSTANTS, MUSCLE_CONSTANTS, Constant, names_of
 from myowave.settings.layers import lay_over, read_yaml
 from myowave.settings.section import Name, Real, Section, setting
 
@@ -37,6 +37,9 @@ class TablePath(Section):
     file: str = setting("CSV file with columns angle_deg or angle_rad and length_m", min_length=1)
     muscle: str | None = setting("whose rows to take, where the file has a column muscle", "", None)
     scale: Real = constant(MUSCLE_CONSTANTS["scale"])
+    margin_deg: Real = setting(
+        "how far measured angles may be beyond the table, where the moment arm stays as at its end", "deg", 5.0, ge=0
+    )
 
 
 class Muscle(Section):
@@ -44,6 +47,9 @@ class Muscle(Section):
 
     side: Literal["flexor", "extensor"] = setting("side of the joint on which the muscle runs")
     emg: Annotated[str, Field(pattern=r"^emg_\w+$")] = setting("EMG channel that drives it: a column of the trials")
+    group: Name | None = setting(
+        "muscles of a group share the factors strength_GROUP and length_GROUP, which can be identified", default=None
+    )
     f0_N: Real = constant(MUSCLE_CONSTANTS["f0"])
     l0_m: Real = constant(MUSCLE_CONSTANTS["l0"])
     vmax_m_s: Real = constant(MUSCLE_CONSTANTS["vmax"])
@@ -113,6 +119,11 @@ class Arm(Section):
     curves: Curves = setting("muscle curves", default=Curves)
 
     @property
+    def groups(self) -> tuple[str, ...]:
+        """Groups that muscles name, each once."""
+        return tuple(dict.fromkeys(muscle.group for muscle in self.muscles.values() if muscle.group))
+
+    @property
     def channels(self) -> tuple[str, ...]:
         """EMG channels that drive the muscles, each once."""
         return tuple(dict.fromkeys(muscle.emg for muscle in self.muscles.values()))
@@ -129,10 +140,11 @@ class Arm(Section):
 
     @property
     def parameters(self) -> set[str]:
-        """Names of all physical constants: `f0_Bi`, ..., `mass`, ..., `load`, `tilt`."""
+        """Names of all physical constants: `f0_Bi`, ..., `strength_flexors`, ..., `mass`, ..., `load`, `tilt`."""
         names = set(names_of(JOINT_CONSTANTS, "", self.joint.kind))
         for name, muscle in self.muscles.items():
             names |= {f"{constant}_{name}" for constant in names_of(MUSCLE_CONSTANTS, "", muscle.geometry.kind)}
+        names |= {f"{factor}_{group}" for factor in GROUP_CONSTANTS for group in self.groups}
         return names
 
 
