@@ -73,6 +73,16 @@ def physics_files(wildcards):
     return SETTINGS.physics_of(wildcards.dataset).files
 
 
+def table_section(wildcards):
+    """Tables of path lengths of the dataset's arm, by muscle: all that bounds its angles."""
+    return {muscle: dump(path) for muscle, path in SETTINGS.physics_of(wildcards.dataset).tables.items()}
+
+
+def table_files(wildcards):
+    """Files of these tables."""
+    return SETTINGS.physics_of(wildcards.dataset).table_files
+
+
 def truth_of(dataset):
     """The truth to score against, where there is one."""
     return f"results/data/{dataset}/truth.json" if dataset in SIMULATED else []

@@ -48,6 +48,7 @@ rule simulate_trials:
 rule import_trials:
     input:
         recordings=recordings,  # so that a changed file is imported again
+        tables=table_files,
     output:
         trials="results/data/{dataset}/trials.parquet",
     log:
@@ -57,6 +58,7 @@ rule import_trials:
     params:
         dataset=dataset_section,
         channels=lambda wildcards: SETTINGS.physics_of(wildcards.dataset).channels,
+        tables=table_section,
         code=digest("import_trials"),
     script:
         "../scripts/import_trials.py"
@@ -65,6 +67,7 @@ rule import_trials:
 rule prepare_recording:
     input:
         recordings=recordings,
+        tables=table_files,
     output:
         trials="results/data/{dataset}/trials.parquet",
         quality="results/data/{dataset}/quality.json",
@@ -74,6 +77,7 @@ rule prepare_recording:
         dataset=one_of(RECORDED),
     params:
         dataset=dataset_section,
+        tables=table_section,
         code=digest("prepare_recording"),
     script:
         "../scripts/prepare_recording.py"
