@@ -63,6 +63,26 @@ def identify_section(wildcards):
     return dataset_section(wildcards)["identify"]
 
 
+def physics_section(wildcards):
+    """The physics of the dataset: its own arm, and no other."""
+    return dump(SETTINGS.physics_of(wildcards.dataset))
+
+
+def physics_files(wildcards):
+    """Files that the dataset's physics is made of."""
+    return SETTINGS.physics_of(wildcards.dataset).files
+
+
+def table_section(wildcards):
+    """Tables of path lengths of the dataset's arm, by muscle: all that bounds its angles."""
+    return {muscle: dump(path) for muscle, path in SETTINGS.physics_of(wildcards.dataset).tables.items()}
+
+
+def table_files(wildcards):
+    """Files of these tables."""
+    return SETTINGS.physics_of(wildcards.dataset).table_files
+
+
 def truth_of(dataset):
     """The truth to score against, where there is one."""
     return f"results/data/{dataset}/truth.json" if dataset in SIMULATED else []

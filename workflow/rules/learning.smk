@@ -21,7 +21,7 @@ rule train_scale:
     input:
         scales="results/data/{dataset}/scales.parquet",
         coarser=coarser_checkpoint,
-        physics=SETTINGS.physics.files,
+        physics=physics_files,
     output:
         checkpoint=f"results/learning/{NETWORK}/scale-{{level}}.pt",
         history=f"results/learning/{NETWORK}/history-{{level}}.parquet",
@@ -31,7 +31,7 @@ rule train_scale:
         f"results/benchmarks/train_scale/{NETWORK}/scale-{{level}}.tsv"
     threads: 1
     params:
-        physics=section("physics"),
+        physics=physics_section,
         identify=identify_section,
         recipe=recipe_section,
         seeds=SETTINGS.learning.seeds,

@@ -3,6 +3,7 @@
 from myowave.workflow.digest import digest_module
 
 SWEEP = SETTINGS.sweep()
+SWEEP_PHYSICS = SETTINGS.physics_of(SWEEP.dataset)
 SWEPT = NETWORK.format(**dump(SWEEP))
 SWEEP_FOLDER = f"results/learning/{SWEPT}/sweep"
 STORAGE = f"{SWEEP_FOLDER}/journal.log" if SWEEP.storage == "journal" else SWEEP.storage
@@ -24,7 +25,7 @@ def sweep_figures(network):
 
 # All that an error on held-out data depends on; a search is continued as long as it stays the same.
 judged_section = dict(
-    physics=section("physics"),
+    physics=dump(SWEEP_PHYSICS),
     identify=public(DATASETS[SWEEP.dataset])["identify"],
     recipe=dump(SETTINGS.learning.recipes[SWEEP.recipe]),
     code=digest_module("learning/sweep/objective.py"),
@@ -63,8 +64,13 @@ rule prepare_sweep:
 rule search_settings:
     input:
         scales=f"{SWEEP_FOLDER}/scales.parquet",
+<<<<<<< HEAD
         search=f"{SWEEP_FOLDER}/search.json",
         physics=SETTINGS.physics.files,
+=======
+        study=f"{SWEEP_FOLDER}/study.json",
+        physics=SWEEP_PHYSICS.files,
+>>>>>>> arm
     output:
         done=f"{SWEEP_FOLDER}/worker-{{worker}}.txt",
     log:
@@ -132,7 +138,7 @@ rule score_sweep:
         trials=f"results/data/{SWEEP.dataset}/trials.parquet",
         scales=f"results/data/{SWEEP.dataset}/scales.parquet",
         truth=truth_of(SWEEP.dataset),
-        physics=SETTINGS.physics.files,
+        physics=SWEEP_PHYSICS.files,
     output:
         scores=report(
             f"{SWEEP_FOLDER}/test_scores.csv",
