@@ -17,7 +17,7 @@ from myowave.physics.dynamics import muscle_quantities
 from myowave.physics.effects import SHIPPED, catalogue
 from myowave.physics.motion import simulate
 from myowave.physics.muscle import EXTENSOR, FLEXOR
-from myowave.physics.path import MARGIN, SideBySide, StraightPath, TablePath, read_path
+from myowave.physics.path import SideBySide, StraightPath, TablePath, read_path
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
 from myowave.settings import parse_settings
@@ -85,7 +85,7 @@ def test_a_path_goes_through_its_table_and_on_with_the_moment_arm_of_the_end(ang
     length, _ = path.length_and_arm(torch.from_numpy(angle))
     np.testing.assert_allclose(length, LENGTHS, rtol=0, atol=1e-6)
     for end, out in ((0.0, -1), (2.0, 1)):
-        q = end + out * torch.tensor([0.0, MARGIN, 1.0], dtype=DOUBLE)
+        q = end + out * torch.tensor([0.0, 0.1, 1.0], dtype=DOUBLE)
         length, arm = path.length_and_arm(q)
         torch.testing.assert_close(arm, arm[:1].expand(3), rtol=0, atol=1e-12)
         torch.testing.assert_close(length, length[0] - arm[0] * (q - end), rtol=0, atol=1e-12)

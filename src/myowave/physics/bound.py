@@ -10,7 +10,7 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
-from myowave.physics.constants import MUSCLE_CONSTANTS
+from myowave.physics.constants import GROUP_CONSTANTS, MUSCLE_CONSTANTS
 from myowave.physics.effect import Effect, call
 from myowave.physics.joint import Forearm, forearm
 from myowave.physics.model import Model, Params
@@ -117,6 +117,7 @@ def bind(model: Model, params: Params, like: Tensor) -> Bound:
     model.check_names(params)
     full = {n: _value(params.get(n, default), like) for n, default in model.defaults.items()}
     muscle = {c: _stack([full[f"{c}_{m.name}"] for m in model.muscles]) for c in model.common_constants}
+    muscle |= _scaled(model, muscle, full)
     path = {f"{c}_{m.name}": full[f"{c}_{m.name}"] for m in model.muscles for c in m.nominal if c not in muscle}
     muscle["side"] = torch.tensor([m.side for m in model.muscles], dtype=like.dtype, device=like.device)
     joint = {c: full[c] for c in model.joint}
@@ -137,6 +138,16 @@ def bind(model: Model, params: Params, like: Tensor) -> Bound:
             muscle.update({n: v for n, v in changed.items() if n in muscle})
             joint.update({n: v for n, v in changed.items() if n in joint})
     return Bound(model, muscle, joint, path, effect)
+
+
+def _scaled(model: Model, muscle: Mapping[str, Tensor], full: Mapping[str, Tensor]) -> dict[str, Tensor]:
+    """Constants of the muscles that the factors of their groups change, (..., T, M)."""
+    changed: dict[str, Tensor] = {}
+    for name, constant in GROUP_CONSTANTS.items() if model.groups else ():
+        none = torch.ones_like(full[f"{name}_{model.groups[0]}"])
+        factor = _stack([full[f"{name}_{m.group}"] if m.group else none for m in model.muscles])
+        changed |= {c: muscle[c] * factor for c in constant.scales}
+    return changed
 
 
 def _value(value: Tensor | float, like: Tensor) -> Tensor:

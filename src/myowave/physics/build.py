@@ -44,7 +44,7 @@ def _joint(joint: JointSettings) -> dict[str, float]:
 
 def _muscle(name: str, muscle: MuscleSettings) -> Muscle:
     constants = {c: getattr(muscle, MUSCLE_CONSTANTS[c].key) for c in names_of(MUSCLE_CONSTANTS, "")}
-    return Muscle(name, SIDES[muscle.side], muscle.emg, constants, _path(name, muscle))
+    return Muscle(name, SIDES[muscle.side], muscle.emg, constants, _path(name, muscle), muscle.group or "")
 
 
 def _path(name: str, muscle: MuscleSettings) -> Path:

@@ -1,4 +1,4 @@
-"""The physical constants of a muscle and of the joint: the one list that the physics and the settings both read.
+"""The physical constants of a muscle, of a group and of the joint: the one list that physics and settings both read.
 
 Nothing heavy is imported here: whoever checks a configuration reads this file without loading the physics.
 """
@@ -21,6 +21,7 @@ class Constant:
         drives: whether excitation or activation depends on it. Only such constants reach the functions that compute
             the drive of the muscles, so a constant that is wrongly declared fails there instead of giving derivatives
             that are wrong in silence.
+        scales: of a group's factor, the constants of its muscles that it multiplies.
     """
 
     unit: str
@@ -30,6 +31,7 @@ class Constant:
     default: float | None = None
     kind: str = ""
     drives: bool = False
+    scales: tuple[str, ...] = ()
 
 
 POSITIVE = {"gt": 0}
@@ -52,6 +54,16 @@ MUSCLE_CONSTANTS = {
     ),
 }
 
+# Of the muscles that name a group, so that one number is estimated for all of them: `strength_flexors`.
+# ASSUME: muscles of a group are stronger or longer than the model says by one factor. A length keeps the ratio of fibre
+# to tendon, as scaling a model to a person does, and longer fibres shorten by as many of their lengths per second.
+GROUP_CONSTANTS = {
+    "strength": Constant("-", "factor on the maximum isometric forces of a group", default=1.0, scales=("f0",)),
+    "length": Constant(
+        "-", "factor on optimal fibre and tendon slack lengths of a group", default=1.0, scales=("l0", "slack", "vmax")
+    ),
+}
+
 JOINT_CONSTANTS = {
     "mass": Constant("kg", "forearm mass", "mass_kg", POSITIVE),
     "length": Constant(
@@ -70,6 +82,12 @@ def names_of(constants: Mapping[str, Constant], *kinds: str) -> tuple[str, ...]:
     return tuple(name for name, constant in constants.items() if constant.kind in kinds)
 
 
+def constant_of(name: str) -> Constant:
+    """A constant by its full name: of a muscle (`f0_Bi`), of a group (`strength_flexors`) or of the joint (`mass`)."""
+    kind, _, owner = name.partition("_")
+    return (MUSCLE_CONSTANTS | GROUP_CONSTANTS if owner else JOINT_CONSTANTS)[kind]
+
+
 def constant_unit(name: str) -> str:
-    """Unit of a constant of a muscle or of the joint, such as `f0_Bi` or `mass`."""
-    return (MUSCLE_CONSTANTS | JOINT_CONSTANTS)[name.partition("_")[0]].unit
+    """Unit of a constant by its full name."""
+    return constant_of(name).unit

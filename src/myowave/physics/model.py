@@ -7,7 +7,7 @@ from functools import cached_property
 
 from torch import Tensor
 
-from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS
+from myowave.physics.constants import GROUP_CONSTANTS, JOINT_CONSTANTS, MUSCLE_CONSTANTS, constant_of
 from myowave.physics.curves import Curves
 from myowave.physics.effect import STAGES, Effect, Parameter
 from myowave.physics.joint import kind_of_forearm
@@ -38,7 +38,14 @@ class Model:
     def defaults(self) -> dict[str, float]:
         """Every parameter of the model with its nominal value; those of effects are 0."""
         muscles = {f"{c}_{m.name}": value for m in self.muscles for c, value in m.nominal.items()}
-        return muscles | {c: float(self.joint[c]) for c in self.joint} | dict.fromkeys(self.effect_parameters, 0.0)
+        groups = {f"{factor}_{group}": 1.0 for group in self.groups for factor in GROUP_CONSTANTS}
+        joint = {c: float(self.joint[c]) for c in self.joint}
+        return muscles | groups | joint | dict.fromkeys(self.effect_parameters, 0.0)
+
+    @cached_property
+    def groups(self) -> tuple[str, ...]:
+        """Groups that the muscles name, each once."""
+        return tuple(dict.fromkeys(m.group for m in self.muscles if m.group))
 
     @cached_property
     def effect_parameters(self) -> dict[str, Parameter]:
@@ -103,7 +110,7 @@ class Model:
         effect, dot, _ = name.partition(".")
         if dot:
             return next(e for e in self.effects if e.name == effect).drives
-        return (MUSCLE_CONSTANTS | JOINT_CONSTANTS)[name.partition("_")[0]].drives
+        return constant_of(name).drives
 
     @cached_property
     def early_activation(self) -> tuple[Effect, ...]:

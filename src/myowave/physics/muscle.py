@@ -25,6 +25,7 @@ class Muscle:
         channel: its EMG.
         constants: those that every muscle has, in SI units.
         path: over the joint, with constants of its own.
+        group: of muscles that share the factors of `constants.GROUP_CONSTANTS`; empty for none.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Muscle:
     channel: str
     constants: Mapping[str, float] = field(hash=False)
     path: Path
+    group: str = ""
 
     def __post_init__(self) -> None:
         assert self.side in (FLEXOR, EXTENSOR), self.side

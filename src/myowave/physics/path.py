@@ -26,8 +26,6 @@ from myowave.physics.cubics import Cubics
 
 FEWEST_ROWS = 4  # of a table: a cubic spline has no fewer
 FINER, MOST_CELLS = 4, 2000  # cells of an uneven table: how many in its smallest step, and how many in all
-# ASSUME: beyond a table's ends the moment arm stays as it is there; that can be trusted this far [rad].
-MARGIN = math.radians(5.0)
 ANGLE_COLUMNS = {"angle_deg": math.pi / 180, "angle_rad": 1.0}
 LENGTH_COLUMN, MUSCLE_COLUMN = "length_m", "muscle"
 
@@ -85,9 +83,11 @@ class StraightPath(Path):
 class TablePath(Path):
     """A measured or computed path: a cubic spline through a table, straight beyond its ends. See `through`.
 
+    ASSUME: beyond a table's ends the moment arm stays as it is there; the settings say how far that can be trusted.
+
     Args:
         cubics: length [m] over the elbow angle [rad].
-        range: first and last angle of the table [rad]; `MARGIN` says how far beyond it can be trusted.
+        range: first and last angle of the table [rad].
         scale: factor on the length, and so on the moment arm [-].
     """
 
