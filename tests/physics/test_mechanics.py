@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import torch
 
+from myowave.physics.bound import bind
+from myowave.physics.dynamics import muscle_quantities, torques
 from myowave.physics.effects import catalogue
-from myowave.physics.model import bind, muscle_quantities, torques
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
 

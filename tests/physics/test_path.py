@@ -11,12 +11,13 @@ import pytest
 import torch
 import yaml
 
+from myowave.physics.bound import bind
 from myowave.physics.build import build_model
+from myowave.physics.dynamics import muscle_quantities
 from myowave.physics.effects import SHIPPED, catalogue
-from myowave.physics.model import bind, muscle_quantities
 from myowave.physics.motion import simulate
 from myowave.physics.muscle import EXTENSOR, FLEXOR
-from myowave.physics.path import MARGIN, SideBySide, StraightPath, TablePath, read_path
+from myowave.physics.path import SideBySide, StraightPath, TablePath, read_path
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
 from myowave.settings import parse_settings
@@ -84,7 +85,7 @@ def test_a_path_goes_through_its_table_and_on_with_the_moment_arm_of_the_end(ang
     length, _ = path.length_and_arm(torch.from_numpy(angle))
     np.testing.assert_allclose(length, LENGTHS, rtol=0, atol=1e-6)
     for end, out in ((0.0, -1), (2.0, 1)):
-        q = end + out * torch.tensor([0.0, MARGIN, 1.0], dtype=DOUBLE)
+        q = end + out * torch.tensor([0.0, 0.1, 1.0], dtype=DOUBLE)
         length, arm = path.length_and_arm(q)
         torch.testing.assert_close(arm, arm[:1].expand(3), rtol=0, atol=1e-12)
         torch.testing.assert_close(length, length[0] - arm[0] * (q - end), rtol=0, atol=1e-12)
@@ -161,30 +162,31 @@ def test_every_other_effect_acts_on_a_model_with_tables(mixed, noisy_emg, dt):
 
 
 @pytest.fixture(scope="module")
-def shipped():
+def config():
     return yaml.safe_load((ROOT / "config.yaml").read_text())
 
 
-def with_path(shipped, path, **changed):
-    section = shipped["physics"]
-    biceps = {k: v for k, v in section["muscles"]["Bi"].items() if k not in ("l1_m", "l2_m")}
-    muscles = section["muscles"] | {"Bi": biceps | changed | ({} if path is None else {"path": path})}
-    return parse_settings(shipped | {"physics": section | {"muscles": muscles}}).physics
+def with_path(config, path, **changed):
+    """The section physics with another path of the biceps."""
+    muscles = config["physics"]["muscles"]
+    biceps = {k: v for k, v in muscles["Bi"].items() if k not in ("l1_m", "l2_m")}
+    biceps |= changed | ({} if path is None else {"path": path})
+    return parse_settings(config | {"physics": config["physics"] | {"muscles": muscles | {"Bi": biceps}}}).physics
 
 
-def test_a_straight_path_may_be_written_in_short(shipped):
-    short = build_model("base", parse_settings(shipped).physics)
-    long = build_model("base", with_path(shipped, {"kind": "straight", "l1_m": 0.3, "l2_m": 0.8}))
+def test_a_straight_path_may_be_written_in_short(config):
+    short = build_model("base", parse_settings(config).physics)
+    long = build_model("base", with_path(config, {"kind": "straight", "l1_m": 0.3, "l2_m": 0.8}))
     assert long == short
 
 
-def test_a_table_of_the_configuration_is_a_path_and_a_file_that_the_model_is_made_of(shipped):
+def test_a_table_of_the_configuration_is_a_path_and_a_file_that_the_model_is_made_of(config):
     path = {"kind": "table", "file": str(ARM26), "muscle": "BRA", "scale": 2.0}
-    physics = with_path(shipped, path)
+    physics = with_path(config, path)
     assert physics.files == (str(ARM26),) and {"scale_Bi", "l1_Tri"} < physics.parameters
     model = build_model("base", physics)
     assert model.defaults["scale_Bi"] == 2.0 and set(model.defaults) == physics.parameters
-    assert parse_settings(shipped).physics.files == ()
+    assert parse_settings(config).physics.files == ()
 
 
 @pytest.mark.parametrize(
@@ -198,9 +200,9 @@ def test_a_table_of_the_configuration_is_a_path_and_a_file_that_the_model_is_mad
         ({"kind": "table"}, {}, "Bi.path.file: is missing"),
     ],
 )
-def test_a_path_that_is_not_one_is_refused(path, changed, says, shipped):
+def test_a_path_that_is_not_one_is_refused(path, changed, says, config):
     with pytest.raises(ValueError, match=says):
-        with_path(shipped, path, **changed)
+        with_path(config, path, **changed)
 
 
 def table(*rows, header="angle_deg,length_m"):
@@ -240,7 +242,7 @@ def test_a_missing_table_is_explained(tmp_path):
         read_path(str(tmp_path / "none.csv"))
 
 
-def test_a_table_of_the_other_side_is_refused(shipped):
+def test_a_table_of_the_other_side_is_refused(config):
     path = {"kind": "table", "file": str(ARM26), "muscle": "TRIlat"}
     with pytest.raises(ValueError, match=r"muscles.Bi: with flexion, the length .* but a flexor gets shorter"):
-        build_model("base", with_path(shipped, path))
+        build_model("base", with_path(config, path))

@@ -32,6 +32,11 @@ def test_files_laid_over_the_shipped_configuration_are_merged(project):
     assert planned["simulate_trials"] == 1 and planned["train_scale"] == 2 and "import_trials" not in planned
 
 
+def test_the_finest_scale_needs_all_coarser_ones(project):
+    planned = project.planned("results/learning/case1/base/rollout/3-scale/scale-0.pt")
+    assert planned["train_scale"] == 3
+
+
 def test_the_study_hides_every_effect_that_ships_or_those_it_is_told(project):
     def studied(**study):
         study |= {"pairs": [["fatigue", "hand_load"]]}

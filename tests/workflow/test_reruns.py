@@ -8,9 +8,16 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
 import pytest
-from project_copy import Project, copy_project
+import yaml
+from project_copy import ROOT, Project, copy_project
 
-SMALL = {"targets": {"datasets": ["case1", "case2", "bench_elbow"], "scales": [1, 2], "follow_verdict": []}}
+# The bench elbow has an arm of its own, of other strength; nobody has the arm `spare`.
+ARM = {key: yaml.safe_load((ROOT / "config.yaml").read_text())["physics"][key] for key in ("muscles", "joint")}
+SMALL = {
+    "targets": {"datasets": ["case1", "case2", "bench_elbow"], "scales": [1, 2], "follow_verdict": []},
+    "physics": {"arms": {"bench": ARM, "spare": ARM}},
+    "data": {"datasets": {"bench_elbow": {"arm": "bench"}}},
+}
 CONFIG = ("--configfile", "config.yaml", "mine.yaml")
 LEARNING = {"train_scale", "evaluate_model", "summarize_models", "publish_runs"}
 WATCHING = {"watch_ladder", "draw_diagnosis", "tell_verdict"}
@@ -95,6 +102,23 @@ def test_a_changed_setting_reruns_only_what_reads_it(finished):
         assert set(finished.planned(*CONFIG)) == {"publish_runs"}
     with edited(finished, "config.yaml", "recipes:\n    rollout:", "recipes:\n    unused: {hidden: 3}\n    rollout:"):
         assert finished.planned(*CONFIG) == {}
+
+
+def test_a_changed_arm_reruns_only_its_datasets(finished):
+    mine = (finished.folder / "mine.yaml").read_text()
+    heavier = {**ARM, "joint": {**ARM["joint"], "mass_kg": 1.3}}
+    for arm in ("bench", "spare"):
+        changed = {**SMALL, "physics": {"arms": {**SMALL["physics"]["arms"], arm: heavier}}}
+        planned = finished.planned(*finished.lay_over(changed))
+        if arm == "spare":
+            assert planned == {}
+        else:
+            assert planned["train_scale"] == 3 and planned["diagnose_dataset"] == 1, "case1 and case2 have another arm"
+            assert not {"simulate_trials", "import_trials"} & set(planned)
+    (finished.folder / "mine.yaml").write_text(mine)
+    with edited(finished, "config.yaml", "joint: {mass_kg: 1.0", "joint: {mass_kg: 1.1"):
+        planned = finished.planned(*CONFIG)
+    assert planned["simulate_trials"] == planned["diagnose_dataset"] == 2 and planned["train_scale"] == 6
 
 
 def test_a_changed_recording_is_imported_again(finished):

@@ -27,7 +27,7 @@ SIMULATED, MEASURED, RECORDED = (
 
 # The coordinates of a network are the folders of its results.
 RUNS = "{dataset}/{model}/{recipe}"
-LADDER = f"{RUNS}/{{scales}}-scale"
+NETWORK = f"{RUNS}/{{scales}}-scale"
 
 
 wildcard_constraints:
@@ -61,6 +61,26 @@ def dataset_section(wildcards):
 def identify_section(wildcards):
     """The physical constants to identify, and where they start."""
     return dataset_section(wildcards)["identify"]
+
+
+def physics_section(wildcards):
+    """The physics of the dataset: its own arm, and no other."""
+    return dump(SETTINGS.physics_of(wildcards.dataset))
+
+
+def physics_files(wildcards):
+    """Files that the dataset's physics is made of."""
+    return SETTINGS.physics_of(wildcards.dataset).files
+
+
+def table_section(wildcards):
+    """Tables of path lengths of the dataset's arm, by muscle: all that bounds its angles."""
+    return {muscle: dump(path) for muscle, path in SETTINGS.physics_of(wildcards.dataset).tables.items()}
+
+
+def table_files(wildcards):
+    """Files of these tables."""
+    return SETTINGS.physics_of(wildcards.dataset).table_files
 
 
 def truth_of(dataset):

@@ -29,7 +29,7 @@ def expand_patterns(patterns, key):
 
 rule simulate_trials:
     input:
-        physics=SETTINGS.physics.files,
+        physics=physics_files,
     output:
         trials="results/data/{dataset}/trials.parquet",
         truth="results/data/{dataset}/truth.json",
@@ -38,7 +38,7 @@ rule simulate_trials:
     wildcard_constraints:
         dataset=one_of(SIMULATED),
     params:
-        physics=section("physics"),
+        physics=physics_section,
         dataset=lambda wildcards: dump(DATASETS[wildcards.dataset]),  # with what is hidden: this rule puts it in
         code=digest("simulate_trials"),
     script:
@@ -48,6 +48,7 @@ rule simulate_trials:
 rule import_trials:
     input:
         recordings=recordings,  # so that a changed file is imported again
+        tables=table_files,
     output:
         trials="results/data/{dataset}/trials.parquet",
     log:
@@ -56,7 +57,8 @@ rule import_trials:
         dataset=one_of(MEASURED),
     params:
         dataset=dataset_section,
-        channels=list(dict.fromkeys(muscle.emg for muscle in SETTINGS.physics.muscles.values())),
+        channels=lambda wildcards: SETTINGS.physics_of(wildcards.dataset).channels,
+        tables=table_section,
         code=digest("import_trials"),
     script:
         "../scripts/import_trials.py"
@@ -65,6 +67,7 @@ rule import_trials:
 rule prepare_recording:
     input:
         recordings=recordings,
+        tables=table_files,
     output:
         trials="results/data/{dataset}/trials.parquet",
         quality="results/data/{dataset}/quality.json",
@@ -74,6 +77,7 @@ rule prepare_recording:
         dataset=one_of(RECORDED),
     params:
         dataset=dataset_section,
+        tables=table_section,
         code=digest("prepare_recording"),
     script:
         "../scripts/prepare_recording.py"

@@ -28,7 +28,7 @@ def networks_beside(wildcards):
 checkpoint diagnose_dataset:
     input:
         trials="results/data/{dataset}/trials.parquet",
-        physics=SETTINGS.physics.files,
+        physics=physics_files,
     output:
         summary=f"{DIAGNOSIS}/summary.json",
         tables=DIAGNOSIS_TABLES,
@@ -40,7 +40,7 @@ checkpoint diagnose_dataset:
         DIAGNOSIS_TIME
     threads: 1
     params:
-        physics=section("physics"),
+        physics=physics_section,
         identify=identify_section,
         models=lambda wildcards: models_of(wildcards.dataset),
         diagnosis=lambda wildcards: {k: v for k, v in section("diagnosis").items() if k != "study"},

@@ -2,6 +2,7 @@
 from myowave.settings import shipped_effects
 
 STUDY = SETTINGS.diagnosis.study
+STUDY_PHYSICS = SETTINGS.physics_of(STUDY.dataset)
 STUDIED = [*(STUDY.effects or shipped_effects()), *("+".join(pair) for pair in STUDY.pairs), "none"]
 
 
@@ -12,6 +13,8 @@ def study_section():
 
 
 rule simulate_study:
+    input:
+        physics=STUDY_PHYSICS.files,
     output:
         trials=expand(
             "results/diagnosis/study/trials-{seed}.parquet", seed=range(1, max(STUDY.seeds, STUDY.clean_sets) + 1)
@@ -19,7 +22,7 @@ rule simulate_study:
     log:
         "results/logs/simulate_study.log",
     params:
-        physics=section("physics"),
+        physics=dump(STUDY_PHYSICS),
         dataset=dump(DATASETS[STUDY.dataset]),
         code=digest("simulate_study"),
     script:
@@ -29,7 +32,7 @@ rule simulate_study:
 rule study_effect:
     input:
         trials=rules.simulate_study.output.trials,
-        physics=SETTINGS.physics.files,
+        physics=STUDY_PHYSICS.files,
     output:
         cases="results/diagnosis/study/{hidden}.csv",
     log:
@@ -38,7 +41,7 @@ rule study_effect:
         hidden=one_of(name.replace("+", r"\+") for name in STUDIED),
     threads: 1
     params:
-        physics=section("physics"),
+        physics=dump(STUDY_PHYSICS),
         dataset=dump(DATASETS[STUDY.dataset]),
         diagnosis=study_section(),
         code=digest("study_effect"),

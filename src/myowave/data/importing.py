@@ -7,7 +7,7 @@ that hold a trial each, with EMG that is already a fraction of a maximum volunta
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +16,7 @@ import numpy as np
 from myowave.data.checks.across import duplicate_problems, rate_problems, role_problems
 from myowave.data.checks.columns import ANGLES, TIME, column_problems, emg_columns, is_ignored
 from myowave.data.checks.ranges import angle_problems, emg_problems
+from myowave.data.checks.tables import beyond_tables, table_problems
 from myowave.data.checks.time import time_problems
 from myowave.data.checks.values import length_problems, value_problems
 from myowave.data.files import find_files
@@ -23,7 +24,7 @@ from myowave.data.processing.units import to_radians
 from myowave.data.readers import TABLES, RawRecording
 from myowave.data.recording import Recording
 from myowave.data.trials import Trials
-from myowave.settings import MeasuredDataset
+from myowave.settings import MeasuredDataset, TablePath
 
 
 def import_trials(
@@ -73,6 +74,20 @@ def import_trials(
             "sha256": {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files.values()},
         },
     )
+
+
+def check_tables(trials: Trials, tables: Mapping[str, TablePath]) -> list[str]:
+    """What to say of trials whose angles leave the tables of an arm's paths, a line for each.
+
+    Args:
+        tables: by muscle.
+
+    Raises:
+        ValueError: one line for each trial that goes too far beyond a table.
+    """
+    found = beyond_tables(trials, tables)
+    refuse(trials.dataset, list(table_problems(found)))
+    return [f"trial {beyond.trial}: {beyond.describe()}" for beyond in found]
 
 
 def refuse(dataset: str, problems: Sequence[str]) -> None:

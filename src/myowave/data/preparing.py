@@ -17,15 +17,17 @@ from numpy.typing import NDArray
 
 from myowave.data.checks.across import duplicate_problems, rate_problems
 from myowave.data.checks.ranges import EMG_LIMIT
+from myowave.data.checks.tables import beyond_tables, table_problems
 from myowave.data.checks.values import SHORTEST
 from myowave.data.processing.excitation import describe, envelope, lag_of
 from myowave.data.processing.grid import common_grid, sample_at
 from myowave.data.processing.sampled import Sampled
+from myowave.data.quality.motion import angle_beyond_tables
 from myowave.data.quality.report import find_faults, report
 from myowave.data.recording import Recording
 from myowave.data.session import RawTrial, Session, read_session
 from myowave.data.trials import Trials
-from myowave.settings import RecordedDataset
+from myowave.settings import RecordedDataset, TablePath
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +50,7 @@ class Prepared:
 
 
 def prepare_recording(
-    dataset: str, settings: RecordedDataset, root: str | Path = "."
+    dataset: str, settings: RecordedDataset, root: str | Path = ".", tables: Mapping[str, TablePath] | None = None
 ) -> tuple[Prepared, dict[str, Any]]:
     """Read and process a session, and report on its quality.
 
@@ -56,6 +58,7 @@ def prepare_recording(
         dataset: its name.
         settings: its block of config.yaml.
         root: folder that relative paths of files start from.
+        tables: paths of the arm that are given by a table, by muscle.
 
     Returns:
         What was prepared, and the report of `quality.report`.
@@ -65,6 +68,9 @@ def prepare_recording(
     """
     prepared = prepare(dataset, settings, read_session(dataset, settings, root))
     findings = list(find_faults(settings, prepared.raw, prepared.envelopes, prepared.trials))
+    beyond = beyond_tables(prepared.trials, tables or {})
+    _refuse(dataset, table_problems(beyond))
+    findings += [angle_beyond_tables(found) for found in beyond]
     return prepared, report(dataset, findings, prepared.gains)
 
 

@@ -29,7 +29,8 @@ from myowave.identification.free_parameters import Free, bind_values, moved, sca
 from myowave.identification.least_squares import bounded_step
 from myowave.identification.record import Record
 from myowave.physics.drive import breakpoints
-from myowave.physics.model import Model, acceleration
+from myowave.physics.dynamics import acceleration
+from myowave.physics.model import Model
 
 Array = NDArray[np.float64]
 

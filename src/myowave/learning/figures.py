@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from myowave.physics.constants import MUSCLE_CONSTANTS
+from myowave.physics.constants import constant_unit
 from myowave.plotting import CYCLE, GREY, MEASURED, MODEL, canvas, shade, title
 
 
@@ -122,5 +122,4 @@ def _words(values: pd.Index) -> str:
 
 
 def _unit(name: str) -> str:
-    constant = MUSCLE_CONSTANTS.get(name.split("_")[0])
-    return constant.unit if constant else "SI units"
+    return "SI units" if "." in name else constant_unit(name)  # a dot is in names of effects' parameters

@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import torch
 
-from myowave.physics.constants import MUSCLE_CONSTANTS, constants_of_path
+from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS, names_of
 from myowave.physics.curves import ACTIVE_LENGTH, FORCE_VELOCITY, PASSIVE, Curves
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model, parse_model
 from myowave.physics.muscle import EXTENSOR, FLEXOR, Muscle
 from myowave.physics.path import Path, StraightPath, read_path
+from myowave.settings import Joint as JointSettings
 from myowave.settings import Muscle as MuscleSettings
 from myowave.settings import Physics
 from myowave.settings import StraightPath as StraightPathSettings
@@ -26,7 +27,7 @@ def build_model(name: str, physics: Physics) -> Model:
     """
     base = Model(
         muscles=tuple(_muscle(name, muscle) for name, muscle in physics.muscles.items()),
-        joint={"mass": physics.joint.mass_kg, "length": physics.joint.length_m, "load": 0.0, "tilt": 0.0},
+        joint=_joint(physics.joint),
         curves=Curves(
             active_length=ACTIVE_LENGTH[physics.curves.active_length],
             passive=PASSIVE[physics.curves.passive],
@@ -36,9 +37,14 @@ def build_model(name: str, physics: Physics) -> Model:
     return parse_model(name, base, catalogue(physics.effect_files))
 
 
+def _joint(joint: JointSettings) -> dict[str, float]:
+    constants = {name: JOINT_CONSTANTS[name] for name in names_of(JOINT_CONSTANTS, "", joint.kind)}
+    return {name: float(getattr(joint, c.key) if c.key else c.default or 0.0) for name, c in constants.items()}
+
+
 def _muscle(name: str, muscle: MuscleSettings) -> Muscle:
-    constants = {c: getattr(muscle, MUSCLE_CONSTANTS[c].key) for c in constants_of_path("")}
-    return Muscle(name, SIDES[muscle.side], muscle.emg, constants, _path(name, muscle))
+    constants = {c: getattr(muscle, MUSCLE_CONSTANTS[c].key) for c in names_of(MUSCLE_CONSTANTS, "")}
+    return Muscle(name, SIDES[muscle.side], muscle.emg, constants, _path(name, muscle), muscle.group or "")
 
 
 def _path(name: str, muscle: MuscleSettings) -> Path:

@@ -1,4 +1,4 @@
-"""The physical constants of a muscle and of the joint: the one list that the physics and the settings both read.
+"""The physical constants of a muscle, of a group and of the joint: the one list that physics and settings both read.
 
 Nothing heavy is imported here: whoever checks a configuration reads this file without loading the physics.
 """
@@ -17,10 +17,11 @@ class Constant:
         key: what the configuration calls it; empty where it is no key there.
         bounds: of the configuration's value, as pydantic calls them (gt, ge, lt, le).
         default: None where a model must give a value.
-        path: kind of the muscle's path that it belongs to; empty where every muscle has it.
+        kind: of path or of forearm that it belongs to; empty where all muscles, or all forearms, have it.
         drives: whether excitation or activation depends on it. Only such constants reach the functions that compute
             the drive of the muscles, so a constant that is wrongly declared fails there instead of giving derivatives
             that are wrong in silence.
+        scales: of a group's factor, the constants of its muscles that it multiplies.
     """
 
     unit: str
@@ -28,8 +29,9 @@ class Constant:
     key: str = ""
     bounds: Mapping[str, float] = field(default_factory=dict, hash=False)
     default: float | None = None
-    path: str = ""
+    kind: str = ""
     drives: bool = False
+    scales: tuple[str, ...] = ()
 
 
 POSITIVE = {"gt": 0}
@@ -43,28 +45,49 @@ MUSCLE_CONSTANTS = {
     "pennation": Constant(
         "rad", "pennation angle at optimal fibre length", "pennation_rad", {"ge": 0, "lt": 1.4}, default=0.0
     ),
-    "l1": Constant("m", "distance of the origin from the joint", "l1_m", POSITIVE, path="straight"),
-    "l2": Constant("m", "distance of the insertion from the joint", "l2_m", POSITIVE, path="straight"),
-    "scale": Constant("-", "factor on the lengths of a table", "scale", POSITIVE, default=1.0, path="table"),
+    "l1": Constant("m", "distance of the origin from the joint", "l1_m", POSITIVE, kind="straight"),
+    "l2": Constant("m", "distance of the insertion from the joint", "l2_m", POSITIVE, kind="straight"),
+    "scale": Constant("-", "factor on the lengths of a table", "scale", POSITIVE, default=1.0, kind="table"),
     "delay": Constant("s", "electromechanical delay", "delay_s", {"ge": 0, "le": 0.5}, default=0.08, drives=True),
     "shape": Constant(
         "-", "shape factor A of the activation, Eq. 2", "shape_A", {"ge": 0, "le": 3}, default=0.2, drives=True
     ),
 }
 
+# Of the muscles that name a group, so that one number is estimated for all of them: `strength_flexors`.
+# ASSUME: muscles of a group are stronger or longer than the model says by one factor. A length keeps the ratio of fibre
+# to tendon, as scaling a model to a person does, and longer fibres shorten by as many of their lengths per second.
+GROUP_CONSTANTS = {
+    "strength": Constant("-", "factor on the maximum isometric forces of a group", default=1.0, scales=("f0",)),
+    "length": Constant(
+        "-", "factor on optimal fibre and tendon slack lengths of a group", default=1.0, scales=("l0", "slack", "vmax")
+    ),
+}
+
 JOINT_CONSTANTS = {
-    "mass": Constant("kg", "forearm mass, at the wrist", "mass_kg", POSITIVE),
-    "length": Constant("m", "forearm length", "length_m", POSITIVE),
+    "mass": Constant("kg", "forearm mass", "mass_kg", POSITIVE),
+    "length": Constant(
+        "m", "distance of all mass from the elbow, a point at the wrist", "length_m", POSITIVE, kind="point"
+    ),
+    "com": Constant("m", "distance of the forearm's centre of mass from the elbow", "com_m", POSITIVE, kind="body"),
+    "inertia": Constant("kg m^2", "moment of inertia about the elbow", "inertia_kg_m2", POSITIVE, kind="body"),
+    "grip": Constant("m", "distance of what the hand holds from the elbow", "grip_m", POSITIVE, kind="body"),
     "load": Constant("kg", "known mass held in the hand", default=0.0),
     "tilt": Constant("rad", "known lean of the upper arm from the vertical, forward positive", default=0.0),
 }
 
 
-def constants_of_path(kind: str) -> tuple[str, ...]:
-    """Names of the constants that belong to a kind of path; those that every muscle has for the empty kind."""
-    return tuple(name for name, constant in MUSCLE_CONSTANTS.items() if constant.path == kind)
+def names_of(constants: Mapping[str, Constant], *kinds: str) -> tuple[str, ...]:
+    """Names of the constants that belong to some kinds; the empty kind stands for those that all have."""
+    return tuple(name for name, constant in constants.items() if constant.kind in kinds)
+
+
+def constant_of(name: str) -> Constant:
+    """A constant by its full name: of a muscle (`f0_Bi`), of a group (`strength_flexors`) or of the joint (`mass`)."""
+    kind, _, owner = name.partition("_")
+    return (MUSCLE_CONSTANTS | GROUP_CONSTANTS if owner else JOINT_CONSTANTS)[kind]
 
 
 def constant_unit(name: str) -> str:
-    """Unit of a constant of a muscle or of the joint, such as `f0_Bi` or `mass`."""
-    return (MUSCLE_CONSTANTS | JOINT_CONSTANTS)[name.partition("_")[0]].unit
+    """Unit of a constant by its full name."""
+    return constant_of(name).unit

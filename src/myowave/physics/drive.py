@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from myowave.physics.bound import Bound
 from myowave.physics.effect import call
-from myowave.physics.model import Bound, Model
+from myowave.physics.model import Model
 from myowave.physics.muscle import activation as activation_of
 
 

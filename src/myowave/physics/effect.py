@@ -4,19 +4,22 @@ An effect's `function` takes *quantities* as ordinary arguments, by the names be
 keyword-only arguments. It returns what its stage names. With all parameters at 0 it must change nothing.
 
     stage         function returns                              quantities it may ask for
-    constants     {constant: new value}                         every constant (f0, l0, ..., mass, length, load, tilt)
+    constants     {constant: new value}                         every constant (f0, l0, ..., mass, ..., load, tilt)
     excitation    u, muscles on the last axis (..., M)          excitation, side
     activation    a (..., M)                                    excitation, activation, side [, state]
     path          (length [m], moment arm [m]) (..., M)         q, length_mt, moment_arm, constants of the muscles
     muscle        force in units of f0 (..., M)                 force, activation, fibre_length, fibre_velocity, curves,
                                                                 constants of the muscles [, state, hill]
-    inertia       extra moment of inertia [kg m^2] (...)        q, mass, length, load
-    joint         extra torque [N m] (...)                      q, qdot, activation (..., M), torque, curves, constants
+    inertia       extra moment of inertia [kg m^2] (...)        q, inertia, weight, constants of the joint
+    joint         extra torque [N m] (...)                      q, qdot, activation (..., M), torque, curves, inertia,
+                                                                weight, constants
     observation   measured angle [rad] (..., N)                 q, qdot, dt
 
 `side` (M,) is +1 for flexors and -1 for extensors, and counts among the constants of the muscles; `curves` are the
 base model's muscle curves; `torque` is that of all muscles. Constants of a kind of path (l1 and l2 of a straight one,
-scale of a table) are there only if all muscles have such a path.
+scale of a table) are there only if all muscles have such a path, and `length`, or `com` and `grip`, only if the model's
+forearm has them; `inertia` of the forearm about the elbow, without load, and the moment `weight` of all that hangs from
+the elbow, with the forearm level, are there for any.
 
 At the stages `activation` and `muscle` an effect may have a state y of its own, one number per muscle, that relaxes:
 dy/dt = (target - y) / time constant. Then `relaxation` returns (target, time constant [s] where y rises, where it
@@ -37,6 +40,7 @@ from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS
 
 _MUSCLE = frozenset(MUSCLE_CONSTANTS) | {"side"}
 _JOINT = frozenset(JOINT_CONSTANTS)
+_FOREARM = frozenset({"inertia", "weight"})  # of any kind of forearm, at the stages of the joint
 
 QUANTITIES: dict[str, frozenset[str]] = {
     "constants": frozenset(MUSCLE_CONSTANTS) | _JOINT,
@@ -44,8 +48,8 @@ QUANTITIES: dict[str, frozenset[str]] = {
     "activation": frozenset({"excitation", "activation", "side"}),
     "path": frozenset({"q", "length_mt", "moment_arm"}) | _MUSCLE,
     "muscle": frozenset({"force", "activation", "fibre_length", "fibre_velocity", "curves"}) | _MUSCLE,
-    "inertia": frozenset({"q"}) | _JOINT,
-    "joint": frozenset({"q", "qdot", "activation", "torque", "curves"}) | _JOINT | _MUSCLE,
+    "inertia": frozenset({"q"}) | _JOINT | _FOREARM,
+    "joint": frozenset({"q", "qdot", "activation", "torque", "curves"}) | _JOINT | _FOREARM | _MUSCLE,
     "observation": frozenset({"q", "qdot", "dt"}),
 }
 STAGES = tuple(QUANTITIES)
@@ -125,6 +129,12 @@ class Effect:
     def stateful(self) -> bool:
         """Whether the effect has a state of its own, one number per muscle."""
         return self.relaxation is not None
+
+    @property
+    def constants(self) -> frozenset[str]:
+        """Constants that a model must have for the effect to act on it."""
+        given = _FOREARM if self.acts_on in ("inertia", "joint") else frozenset()
+        return (self.asks - given) & (set(MUSCLE_CONSTANTS) | set(JOINT_CONSTANTS))
 
     @property
     def drives(self) -> bool:

@@ -1,31 +1,105 @@
-"""The forearm as a rigid body on a hinge: inertia and gravity (Eqs. 54-56)."""
+"""The forearm as a rigid body on a hinge: inertia and gravity (Eqs. 54-56).
+
+A forearm holds tensors that broadcast.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
 
 import torch
 from torch import Tensor
 
+from myowave.physics.constants import JOINT_CONSTANTS, names_of
+
 STANDARD_GRAVITY = 9.80665  # m/s^2
 
 
-def inertia(*, mass: Tensor, length: Tensor, load: Tensor) -> Tensor:
-    """Moment of inertia about the elbow [kg m^2], I = (m + load) l^2.
+class Forearm(ABC):
+    """What a forearm of any kind does."""
 
-    Source: Taneja et al. 2023, Eq. 55.
+    kind: ClassVar[str]
+
+    @abstractmethod
+    def inertia_with(self, load: Tensor | float) -> Tensor:
+        """Moment of inertia about the elbow with a load in the hand [kg m^2]."""
+
+    @abstractmethod
+    def weight_with(self, load: Tensor | float) -> Tensor:
+        """Moment of the weight about the elbow with a load in the hand and the forearm level [N m]."""
+
+
+@dataclass(frozen=True)
+class PointMass(Forearm):
+    """All mass at one distance from the elbow.
+
+    Source: Taneja et al. 2023, Eqs. 55-56: I = (m + load) l^2, and (m + load) g l.
     """
+
     # ASSUME: the mass of the forearm is a point at the wrist, and so is what the hand holds.
-    return (mass + load) * length**2
+    mass: Tensor
+    length: Tensor
+    kind: ClassVar[str] = "point"
+
+    def inertia_with(self, load: Tensor | float) -> Tensor:
+        return (self.mass + load) * self.length**2
+
+    def weight_with(self, load: Tensor | float) -> Tensor:
+        return (self.mass + load) * (STANDARD_GRAVITY * self.length)
 
 
-def weight(*, mass: Tensor, length: Tensor, load: Tensor) -> Tensor:
-    """Moment of the weight about the elbow with the forearm level [N m], (m + load) g l."""
-    return (mass + load) * (STANDARD_GRAVITY * length)
+@dataclass(frozen=True)
+class RigidBody(Forearm):
+    """Mass, distance of its centre `com`, moment of inertia about the elbow, distance of the hand's `grip` [SI].
+
+    A point mass is com = grip = length, inertia = mass length^2.
+    """
+
+    # ASSUME: what the hand holds is a point at the grip.
+    mass: Tensor
+    com: Tensor
+    inertia: Tensor
+    grip: Tensor
+    kind: ClassVar[str] = "body"
+
+    def inertia_with(self, load: Tensor | float) -> Tensor:
+        return self.inertia + load * self.grip**2
+
+    def weight_with(self, load: Tensor | float) -> Tensor:
+        return STANDARD_GRAVITY * (self.mass * self.com + load * self.grip)
+
+
+def kind_of_forearm(constants: Collection[str]) -> type[PointMass] | type[RigidBody]:
+    """The kind of forearm that the names of a joint's constants describe.
+
+    Raises:
+        ValueError: if they are those of no kind.
+    """
+    for kind in (PointMass, RigidBody):
+        if set(constants) == _own_constants(kind) | {"load", "tilt"}:
+            return kind
+    raise ValueError(
+        f"joint: found {', '.join(constants)}; expected mass, load, tilt and either length or com, inertia and grip."
+    )
+
+
+def forearm(constants: Mapping[str, Tensor]) -> Forearm:
+    """The forearm that the constants of a joint describe; see `kind_of_forearm`."""
+    kind = kind_of_forearm(constants)
+    return kind(**{name: constants[name] for name in _own_constants(kind)})
+
+
+def _own_constants(kind: type[Forearm]) -> set[str]:
+    return {"mass", *names_of(JOINT_CONSTANTS, kind.kind)}
 
 
 def gravity_torque(q: Tensor, weight: Tensor, tilt: Tensor | None = None) -> Tensor:
-    """Torque of gravity about the elbow [N m], E(q) = -(m + load) g l sin(q + tilt); negative where it extends the arm.
+    """Torque of gravity about the elbow [N m], E(q) = -weight sin(q + tilt); negative where it extends the arm.
 
     Args:
         q: elbow angle [rad], any shape; at 0 the arm is straight, positive in flexion.
-        weight: moment of the weight with the forearm level [N m], see `weight`.
+        weight: moment of the weight with the forearm level [N m], see `Forearm.weight_with`.
         tilt: lean of the upper arm [rad], forward positive; None where it hangs vertically.
 
     Source: Taneja et al. 2023, Eq. 56, with the forearm's angle to the vertical q + tilt.

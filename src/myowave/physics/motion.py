@@ -10,9 +10,11 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from myowave.physics.bound import Bound
 from myowave.physics.drive import Drive
+from myowave.physics.dynamics import acceleration, muscle_quantities, observe
 from myowave.physics.effect import Effect, call
-from myowave.physics.model import Bound, Model, acceleration, muscle_quantities, observe
+from myowave.physics.model import Model
 from myowave.physics.simulation import Simulation
 
 BUMP = 1e-6  # of an effect's state, to see how its target depends on it

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import torch
 from torch import Tensor
 
-from myowave.physics.constants import MUSCLE_CONSTANTS, constants_of_path
+from myowave.physics.constants import MUSCLE_CONSTANTS, names_of
 from myowave.physics.curves import Curves
 from myowave.physics.path import Path
 
@@ -25,6 +25,7 @@ class Muscle:
         channel: its EMG.
         constants: those that every muscle has, in SI units.
         path: over the joint, with constants of its own.
+        group: of muscles that share the factors of `constants.GROUP_CONSTANTS`; empty for none.
     """
 
     name: str
@@ -32,10 +33,11 @@ class Muscle:
     channel: str
     constants: Mapping[str, float] = field(hash=False)
     path: Path
+    group: str = ""
 
     def __post_init__(self) -> None:
         assert self.side in (FLEXOR, EXTENSOR), self.side
-        assert set(self.constants) == set(constants_of_path("")), sorted(self.constants)
+        assert set(self.constants) == set(names_of(MUSCLE_CONSTANTS, "")), sorted(self.constants)
         assert getattr(self.path, "side", self.side) == self.side, self.name
 
     @property

@@ -21,13 +21,11 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 from torch import Tensor
 
-from myowave.physics.constants import constants_of_path
+from myowave.physics.constants import MUSCLE_CONSTANTS, names_of
 from myowave.physics.cubics import Cubics
 
 FEWEST_ROWS = 4  # of a table: a cubic spline has no fewer
 FINER, MOST_CELLS = 4, 2000  # cells of an uneven table: how many in its smallest step, and how many in all
-# ASSUME: beyond a table's ends the moment arm stays as it is there; that can be trusted this far [rad].
-MARGIN = math.radians(5.0)
 ANGLE_COLUMNS = {"angle_deg": math.pi / 180, "angle_rad": 1.0}
 LENGTH_COLUMN, MUSCLE_COLUMN = "length_m", "muscle"
 
@@ -41,7 +39,7 @@ class Path(ABC):
     @property
     def constants(self) -> dict[str, Tensor | float]:
         """Constants of the path by name: parameters of a model that has such a muscle."""
-        return {name: getattr(self, name) for name in constants_of_path(self.kind)}
+        return {name: getattr(self, name) for name in names_of(MUSCLE_CONSTANTS, self.kind)}
 
     def with_constants(self, values: Mapping[str, Tensor]) -> "Path":
         """The same path with other constants."""
@@ -85,9 +83,11 @@ class StraightPath(Path):
 class TablePath(Path):
     """A measured or computed path: a cubic spline through a table, straight beyond its ends. See `through`.
 
+    ASSUME: beyond a table's ends the moment arm stays as it is there; the settings say how far that can be trusted.
+
     Args:
         cubics: length [m] over the elbow angle [rad].
-        range: first and last angle of the table [rad]; `MARGIN` says how far beyond it can be trusted.
+        range: first and last angle of the table [rad].
         scale: factor on the length, and so on the moment arm [-].
     """
 

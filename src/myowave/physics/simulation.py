@@ -10,8 +10,9 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
+from myowave.physics.bound import Bound, bind
 from myowave.physics.drive import Drive, activate, drive_muscles
-from myowave.physics.model import Bound, Model, Params, bind
+from myowave.physics.model import Model, Params
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from myowave.physics.model import observe
+from myowave.physics.dynamics import observe
 from myowave.physics.motion import Motion, batch_shape, initial_state, observed, simulate, step
 from myowave.physics.simulation import Simulation
 

@@ -1,10 +1,12 @@
 """The section `data`: datasets, simulated or measured, and their scales."""
 
 import math
+from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from myowave.settings.physics import Arm
 from myowave.settings.recording import (
     TRIAL,
     ChannelName,
@@ -42,12 +44,23 @@ class Identify(Section):
         return self
 
 
-def _force_and_length() -> dict[str, Identify]:
-    return {
-        f"{kind}_{muscle}": Identify(start_spread=spread)
-        for muscle in ("Bi", "Tri")
-        for kind, spread in (("f0", 0.2), ("l0", 0.1))
+def force_and_length(arm: Arm) -> dict[str, Identify]:
+    """What is usually identified of an arm: strength and length of each group, f0 and l0 of a muscle without one."""
+    # ASSUME: fibres and tendons of a person are within 15 % of the model's, as where CEINMS calibrates a model to one
+    # (Pizzolato et al. 2015, J. Biomech. 48, 3929-3936).
+    length = Identify(start_spread=0.05, low=0.85, high=1.15)
+    of_groups = {
+        name: choice for g in arm.groups for name, choice in ((f"strength_{g}", _FORCE), (f"length_{g}", length))
     }
+    single = [name for name, muscle in arm.muscles.items() if muscle.group is None]
+    return of_groups | _force_and_length(single)
+
+
+_FORCE, _LENGTH = Identify(start_spread=0.2), Identify(start_spread=0.1)
+
+
+def _force_and_length(muscles: Iterable[str] = ("Bi", "Tri")) -> dict[str, Identify]:
+    return {name: choice for m in muscles for name, choice in ((f"f0_{m}", _FORCE), (f"l0_{m}", _LENGTH))}
 
 
 _IGNORE = "columns of the files that are not needed; * stands for anything, and any other unused column is refused"
@@ -56,13 +69,18 @@ _IGNORE = "columns of the files that are not needed; * stands for anything, and 
 class _Dataset(Section):
     """What simulated and measured datasets have in common."""
 
+    arm: Name | None = setting("whose arm it is, one of physics.arms; null: the default arm", default=None)
     test: tuple[TrialName, ...] = setting("trials kept for testing; the others train", min_length=1)
     constants: dict[str, Real] = setting("known physical constants of the subject, {name: value}", "SI", dict)
     conditions: dict[TrialName, dict[str, Real]] = setting(
         "known constants that differ between trials, {trial: {name: value}}", "SI", dict, each="trial"
     )
     identify: dict[str, Identify] = setting(
-        "physical constants to identify", default=_force_and_length, each="constant", min_length=1
+        "physical constants to identify; where none are named, strength and length of each group of muscles, f0 and "
+        "l0 of a muscle without one",
+        default=_force_and_length,
+        each="constant",
+        min_length=1,
     )
 
 

@@ -1,12 +1,19 @@
-"""The section `physics`: muscles, joint and curves. Units, meanings and bounds are those of the physics' constants."""
+"""The section `physics`: muscles, joint and curves of one arm or more.
+
+Units, meanings and bounds are those of the physics' constants.
+"""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS, Constant, constants_of_path
+from myowave.physics.constants import GROUP_CONSTANTS, JOINT_CONSTANTS, MUSCLE_CONSTANTS, Constant, names_of
+from myowave.settings.layers import lay_over, read_yaml
 from myowave.settings.section import Name, Real, Section, setting
+
+PRESETS = Path("data")  # folder of the arms that ship, each in one of its own
 
 
 def constant(constant: Constant, *, optional: bool = False) -> Any:
@@ -31,6 +38,9 @@ class TablePath(Section):
     file: str = setting("CSV file with columns angle_deg or angle_rad and length_m", min_length=1)
     muscle: str | None = setting("whose rows to take, where the file has a column muscle", "", None)
     scale: Real = constant(MUSCLE_CONSTANTS["scale"])
+    margin_deg: Real = setting(
+        "how far measured angles may be beyond the table, where the moment arm stays as at its end", "deg", 5.0, ge=0
+    )
 
 
 class Muscle(Section):
@@ -38,6 +48,9 @@ class Muscle(Section):
 
     side: Literal["flexor", "extensor"] = setting("side of the joint on which the muscle runs")
     emg: Annotated[str, Field(pattern=r"^emg_\w+$")] = setting("EMG channel that drives it: a column of the trials")
+    group: Name | None = setting(
+        "muscles of a group share the factors strength_GROUP and length_GROUP, which can be identified", default=None
+    )
     f0_N: Real = constant(MUSCLE_CONSTANTS["f0"])
     l0_m: Real = constant(MUSCLE_CONSTANTS["l0"])
     vmax_m_s: Real = constant(MUSCLE_CONSTANTS["vmax"])
@@ -65,10 +78,32 @@ class Muscle(Section):
 
 
 class Joint(Section):
-    """The forearm: a point mass on a rigid rod."""
+    """The forearm: a point mass on a rigid rod, or a rigid body."""
 
     mass_kg: Real = constant(JOINT_CONSTANTS["mass"])
-    length_m: Real = constant(JOINT_CONSTANTS["length"])
+    length_m: Real | None = constant(JOINT_CONSTANTS["length"], optional=True)
+    com_m: Real | None = constant(JOINT_CONSTANTS["com"], optional=True)
+    inertia_kg_m2: Real | None = constant(JOINT_CONSTANTS["inertia"], optional=True)
+    grip_m: Real | None = constant(JOINT_CONSTANTS["grip"], optional=True)
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> "Joint":
+        body = (self.com_m, self.inertia_kg_m2, self.grip_m)
+        if sum(value is not None for value in body) != (3 if self.length_m is None else 0):
+            raise ValueError("give length_m (a point mass), or com_m, inertia_kg_m2 and grip_m (a rigid body)")
+        if self.com_m is None or self.inertia_kg_m2 is None:
+            return self
+        if self.inertia_kg_m2 < (least := self.mass_kg * self.com_m**2):
+            raise ValueError(
+                f"inertia_kg_m2 is {self.inertia_kg_m2:g}, but about the elbow it is at least mass com^2 = {least:g}; "
+                "add that to the inertia about the centre of mass"
+            )
+        return self
+
+    @property
+    def kind(self) -> Literal["point", "body"]:
+        """Which constants describe the forearm."""
+        return "body" if self.length_m is None else "point"
 
 
 class Curves(Section):
@@ -79,25 +114,91 @@ class Curves(Section):
     force_velocity: Literal["thelen", "millard", "degroote"] = setting("force-velocity", "", "thelen")
 
 
-class Physics(Section):
-    """The musculoskeletal model that everything starts from."""
+class Arm(Section):
+    """Muscles, forearm and curves of one arm."""
 
     muscles: dict[Name, Muscle] = setting("muscle groups, by short name", each="muscle", min_length=1)
     joint: Joint = setting("the forearm")
     curves: Curves = setting("muscle curves", default=Curves)
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Groups that muscles name, each once."""
+        return tuple(dict.fromkeys(muscle.group for muscle in self.muscles.values() if muscle.group))
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """EMG channels that drive the muscles, each once."""
+        return tuple(dict.fromkeys(muscle.emg for muscle in self.muscles.values()))
+
+    @property
+    def tables(self) -> dict[str, TablePath]:
+        """The paths that are given by a table, by muscle."""
+        return {name: muscle.path for name, muscle in self.muscles.items() if isinstance(muscle.path, TablePath)}
+
+    @property
+    def table_files(self) -> tuple[str, ...]:
+        """Files of these tables, each once."""
+        return tuple(dict.fromkeys(path.file for path in self.tables.values()))
+
+    @property
+    def parameters(self) -> set[str]:
+        """Names of all physical constants: `f0_Bi`, ..., `strength_flexors`, ..., `mass`, ..., `load`, `tilt`."""
+        names = set(names_of(JOINT_CONSTANTS, "", self.joint.kind))
+        for name, muscle in self.muscles.items():
+            names |= {f"{constant}_{name}" for constant in names_of(MUSCLE_CONSTANTS, "", muscle.geometry.kind)}
+        names |= {f"{factor}_{group}" for factor in GROUP_CONSTANTS for group in self.groups}
+        return names
+
+
+class FurtherArm(Arm):
+    """An arm beside the default one: written out, or a preset with what differs from it."""
+
+    preset: Name | None = setting(
+        "arm that ships: what data/PRESET/PRESET.yaml says holds where nothing else is said here", default=None
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _over_preset(cls, value: Any) -> Any:
+        if not isinstance(value, Mapping):
+            return value
+        if isinstance(value.get("preset"), str):
+            value = lay_over(read_preset(value["preset"]), value)
+        if isinstance(muscles := value.get("muscles"), Mapping):  # what is laid over can only replace: null takes out
+            value = {**value, "muscles": {name: muscle for name, muscle in muscles.items() if muscle is not None}}
+        return value
+
+
+def read_preset(name: str) -> dict[str, Any]:
+    """The sections of an arm that ships.
+
+    Raises:
+        ValueError: if there is none of that name, or its file is not YAML.
+    """
+    path = PRESETS / name / f"{name}.yaml"
+    if not path.is_file():
+        there = sorted(file.stem for file in PRESETS.glob("*/*.yaml") if file.stem == file.parent.name)
+        raise ValueError(f"there is no preset {name!r}: {path} is no file. Presets here: {', '.join(there) or 'none'}.")
+    return read_yaml(path, "muscles and joint")
+
+
+class Physics(Arm):
+    """The musculoskeletal model that everything starts from. Its own muscles, joint and curves are the default arm."""
+
+    arms: dict[Name, FurtherArm] = setting("further arms, for datasets that name one", default=dict, each="arm")
     effect_files: tuple[str, ...] = setting("Python files with effects of your own", default=())
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Files that the model is made of: effects of the user's own, and tables of paths."""
-        paths = [muscle.path.file for muscle in self.muscles.values() if isinstance(muscle.path, TablePath)]
-        return tuple(dict.fromkeys([*self.effect_files, *paths]))
+        """Files that the model of the default arm is made of: effects of the user's own, and tables of paths."""
+        return tuple(dict.fromkeys([*self.effect_files, *self.table_files]))
 
-    @property
-    def parameters(self) -> set[str]:
-        """Names of all physical constants: `f0_Bi`, ..., `mass`, `length`, `load`, `tilt`."""
-        names = set(JOINT_CONSTANTS)
-        for name, muscle in self.muscles.items():
-            kinds = (*constants_of_path(""), *constants_of_path(muscle.geometry.kind))
-            names |= {f"{kind}_{name}" for kind in kinds}
-        return names
+    def of_arm(self, name: str | None) -> "Physics":
+        """The same with one of the further arms as the default arm, or none for None, and without the others.
+
+        What it holds changes only with what concerns that arm.
+        """
+        arm = self if name is None else self.arms[name]
+        own = {key: getattr(arm, key) for key in Arm.model_fields}
+        return self.model_copy(update={**own, "arms": {}})

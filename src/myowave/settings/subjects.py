@@ -1,8 +1,9 @@
 """Many subjects from one table: each row becomes a measured dataset.
 
 Columns: `subject`, its name; `files`, a pattern such as data/s01/*.csv; `test`, names of the test trials, separated by
-spaces; every further column is a known constant of the subject in SI units, such as `mass` or `l1_Bi`, or, named
-`{trial}.{constant}`, one that differs between trials, such as `trial4.load`. An empty cell is not known.
+spaces; `arm`, which may be left out, one of physics.arms, and an empty cell the default arm; every further column is a
+known constant of the subject in SI units, such as `mass` or `l1_Bi`, or, named `{trial}.{constant}`, one that differs
+between trials, such as `trial4.load`. An empty cell is not known.
 """
 
 import csv
@@ -11,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 WORD = "subjects"  # in targets, stands for all subjects of the table
-_NAMED = ("subject", "files", "test")
+_NAMED, _ARM = ("subject", "files", "test"), "arm"
 
 
 def add_subjects(config: Mapping[str, Any]) -> dict[str, Any]:
@@ -62,7 +63,7 @@ def _dataset(row: Mapping[str, str], where: str) -> dict[str, Any]:
     constants: dict[str, float] = {}
     conditions: dict[str, dict[str, float]] = {}
     for column, cell in row.items():
-        if column in _NAMED or not cell:
+        if column in (*_NAMED, _ARM) or not cell:
             continue
         if column is None:
             raise ValueError(f"{where}: more cells than columns; quote cells that hold a comma.")
@@ -73,6 +74,7 @@ def _dataset(row: Mapping[str, str], where: str) -> dict[str, Any]:
     return {
         "kind": "measured",
         "files": [row["files"]],
+        "arm": row.get(_ARM) or None,
         "test": test,
         "constants": constants,
         "conditions": conditions,

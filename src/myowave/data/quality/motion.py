@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from myowave.data.checks.tables import Beyond
 from myowave.data.processing.sampled import Sampled
 from myowave.data.quality.finding import Finding
 
@@ -55,3 +56,15 @@ def range_of_motion(trial: str, angle: Sampled) -> Iterator[Finding]:
             trial,
             "angle",
         )
+
+
+def angle_beyond_tables(beyond: Beyond) -> Finding:
+    """An elbow that goes farther than the arm's tables of path lengths."""
+    return Finding(
+        "angle beyond the tables",
+        beyond.describe(),
+        "Doubt torques at these angles: extend the tables if the muscles' paths are known there.",
+        beyond.trial,
+        "angle",
+        "note",
+    )

@@ -12,7 +12,8 @@ from scipy.stats import spearmanr
 
 from myowave.diagnosis.misfit.independence import inputs_of
 from myowave.identification.output_error import Fit
-from myowave.physics.model import bind, moment_of_inertia
+from myowave.physics.bound import bind
+from myowave.physics.dynamics import moment_of_inertia
 
 Array = NDArray[np.float64]
 

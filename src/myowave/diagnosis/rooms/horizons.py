@@ -73,7 +73,7 @@ def compare_horizons(models: list[Along], errors: pd.DataFrame) -> pd.DataFrame:
     measured = models[0].measured
     restarts = Restarts.every(measured, RESTART_S)
     steps = {h: max(1, round(h / measured.dt)) for h in HORIZONS_S}
-    rows = []
+    rows: list[tuple[str, float, bool, float]] = []
     for along in models:
         motion = along.predict(restarts.trial, restarts.start, max(steps.values()))
         predicted = {h: motion[:, n] for h, n in steps.items()}

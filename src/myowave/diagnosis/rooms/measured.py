@@ -18,8 +18,9 @@ from myowave.data.trials import Trials
 from myowave.diagnosis.rooms.sensor import unobserve
 from myowave.identification.record import make_record
 from myowave.physics.drive import Drive
+from myowave.physics.dynamics import observe, torques
 from myowave.physics.effect import call
-from myowave.physics.model import Model, observe, torques
+from myowave.physics.model import Model
 from myowave.physics.motion import initial_state, step
 from myowave.physics.simulation import Simulation
 
@@ -162,8 +163,9 @@ class Along:
             return m.angle, m.q, m.qdot
 
         def sensor(q: Array, qdot: Array) -> Array:
-            joint = (torch.from_numpy(np.ascontiguousarray(x)) for x in (q, qdot))
-            return observe(self.simulation.along_time, *joint, m.dt).numpy()
+            angle, velocity = (torch.from_numpy(np.ascontiguousarray(x)) for x in (q, qdot))
+            seen: Array = observe(self.simulation.along_time, angle, velocity, m.dt).numpy()
+            return seen
 
         smoother = partial(smooth, lengths=m.lengths, dt=m.dt, window=m.window)
         angle = unobserve(sensor, smoother, m.angle, m.lengths, m.dt)

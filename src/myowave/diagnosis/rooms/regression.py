@@ -19,4 +19,4 @@ def fit_linear(features: Array, target: Array, training: NDArray[np.bool_]) -> A
     The smallest ones where these leave a choice; all 0 where there are none.
     """
     rows = training & np.isfinite(target)
-    return np.linalg.lstsq(features[rows], target[rows], rcond=1e-10)[0]
+    return np.asarray(np.linalg.lstsq(features[rows], target[rows], rcond=1e-10)[0], dtype=np.float64)

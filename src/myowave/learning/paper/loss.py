@@ -16,7 +16,8 @@ from myowave.learning.paper.derivatives import predict_with_time_derivatives
 from myowave.learning.paper.windowed import first_predicted, predict_teacher_forced
 from myowave.learning.task import Stage
 from myowave.physics.drive import channels_of
-from myowave.physics.model import Model, torques
+from myowave.physics.dynamics import torques
+from myowave.physics.model import Model
 from myowave.physics.simulation import Simulation
 
 

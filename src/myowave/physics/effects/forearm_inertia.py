@@ -1,23 +1,23 @@
-"""A forearm whose mass is not a point at the wrist."""
+"""A forearm with another moment of inertia than the model's, whose mass is a point at the wrist."""
 
 from torch import Tensor
 
 from myowave.physics.effect import Effect, Parameter
 
 
-def extra_inertia(mass: Tensor, length: Tensor, *, r: Tensor) -> Tensor:
-    """Moment of inertia [kg m^2] beside that of the point mass at the wrist, r m l^2.
+def extra_inertia(inertia: Tensor, *, r: Tensor) -> Tensor:
+    """Moment of inertia [kg m^2] beside that of the model's forearm without load, r I; r m l^2 for a point mass.
 
-    The weight's moment m g l stays: it is what mass and length stand for. Mass spread towards the elbow with the same
-    moment of weight has less inertia, r < 0; mass beyond the wrist more.
+    The weight's moment stays. Mass spread towards the elbow with the same moment of weight as a point mass at the wrist
+    has less inertia, r < 0; mass beyond the wrist more.
     """
-    return r * mass * length * length
+    return r * inertia
 
 
 EFFECT = Effect(
     name="forearm_inertia",
     acts_on="inertia",
-    equation="I = (m (1 + r) + load) l^2",
+    equation="I (1 + r) without the load",
     function=extra_inertia,
     parameters={
         "r": Parameter(unit="-", low=-0.8, high=1.0, typical=-0.3, meaning="relative change of the forearm's inertia"),

@@ -4,19 +4,18 @@ import torch
 from torch import Tensor
 
 from myowave.physics.effect import Effect, Parameter
-from myowave.physics.joint import weight
 
 
-def tilt_torque(q: Tensor, mass: Tensor, length: Tensor, load: Tensor, tilt: Tensor, *, phi: Tensor) -> Tensor:
+def tilt_torque(q: Tensor, weight: Tensor, tilt: Tensor, *, phi: Tensor) -> Tensor:
     """What gravity's torque [N m] changes by when the upper arm leans forward by phi [rad] more than is known."""
     known = q + tilt
-    return -weight(mass=mass, length=length, load=load) * (torch.sin(known + phi) - torch.sin(known))
+    return -weight * (torch.sin(known + phi) - torch.sin(known))
 
 
 EFFECT = Effect(
     name="gravity_tilt",
     acts_on="joint",
-    equation="-(m + load) g l (sin(q + tilt + phi) - sin(q + tilt))",
+    equation="-weight (sin(q + tilt + phi) - sin(q + tilt))",
     function=tilt_torque,
     parameters={
         "phi": Parameter(

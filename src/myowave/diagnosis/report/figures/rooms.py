@@ -1,5 +1,7 @@
 """Three rooms: torque along the measured motion, error against the horizon, and whole trials at its end."""
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -115,7 +117,7 @@ def draw_horizons(horizons: pd.DataFrame, noise_deg: float, networks: pd.DataFra
     return figure
 
 
-def _draw_line(axis: Axes, rows: pd.DataFrame, place: dict[float, float], look: dict[str, object]) -> None:
+def _draw_line(axis: Axes, rows: pd.DataFrame, place: dict[float, float], look: dict[str, Any]) -> None:
     """A predictor's errors, whole trials apart from the horizons; what is infinite is not drawn."""
     rows = rows[np.isfinite(rows["rmse_deg"])]
     near, far = rows[np.isfinite(rows["horizon_s"])], rows[~np.isfinite(rows["horizon_s"])]
