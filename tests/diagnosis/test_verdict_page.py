@@ -10,13 +10,15 @@ import pandas as pd
 import pytest
 
 from myowave.diagnosis.report.command import adding_command
-from myowave.diagnosis.report.contents import FIGURE_NAMES, TABLE_NAMES
+from myowave.diagnosis.report.contents import FIGURE_NAMES, ROOM_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.figures import draw_diagnosis
 from myowave.diagnosis.report.ladder import join_ladder, join_parameters
 from myowave.diagnosis.report.page import Story, write_page
 from myowave.diagnosis.report.tables import TABLES, predictions_table, verdict_summary
+from myowave.diagnosis.rooms.compare import compare_rooms
 from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search.diagnose import diagnose
+from myowave.physics.model import parse_model
 from myowave.plotting import save
 from myowave.settings import Diagnosis as DiagnosisSettings
 
@@ -49,6 +51,13 @@ def tables(diagnosis):
 
 
 @pytest.fixture(scope="module")
+def rooms(make_trials, base, effects, tables):
+    return compare_rooms(
+        make_trials(HIDDEN), lambda name: parse_model(name, base, effects), tables["parameters"], tables["errors"]
+    )
+
+
+@pytest.fixture(scope="module")
 def network():
     """Evaluation of a network with a model that the diagnosis did not try, two seeds."""
     model = "base+joint_damping+fatigue"
@@ -68,18 +77,19 @@ def network():
 
 
 @pytest.fixture(scope="module")
-def story(diagnosis, verdict, tables, network, tmp_path_factory):
+def story(diagnosis, verdict, tables, rooms, network, tmp_path_factory):
     ladder = join_ladder(tables["ladder"], [network])
     units = tables["parameters"].set_index("parameter")["unit"].to_dict()
     parameters = join_parameters(verdict, [network], units)
     folder = tmp_path_factory.mktemp("pictures")
-    watched = tables | {"ladder": ladder, "parameters": parameters}
+    watched = tables | rooms | {"ladder": ladder, "parameters": parameters}
     figures = draw_diagnosis(watched, predictions_table(diagnosis), verdict)
     for name, figure in figures.items():
         save(figure, folder / f"{name}.png")
     images = {name: folder / f"{name}.png" for name in figures}
     draft = diagnosis.draft.source
-    return Story(verdict, ladder, parameters, tables["ranking"], tables["next_trials"], images, draft)
+    proposals = tables["next_trials"]
+    return Story(verdict, ladder, parameters, tables["ranking"], proposals, **rooms, images=images, draft=draft)
 
 
 @pytest.fixture(scope="module")
@@ -99,8 +109,18 @@ def test_verdict_json_says_what_was_found_and_how_well(verdict):
     assert found["error_pct"] == pytest.approx(100 * (found["value"] / 0.6 - 1))
 
 
-def test_every_table_and_picture_has_the_name_that_the_workflow_knows(tables, story):
+def test_every_table_and_picture_has_the_name_that_the_workflow_knows(tables, rooms, story):
     assert set(tables) == set(TABLE_NAMES) and set(story.images) == set(FIGURE_NAMES)
+    assert set(rooms) == set(ROOM_NAMES)
+
+
+def test_the_three_rooms_agree_that_damping_was_missing(rooms, tables):
+    r2 = rooms["torque"].query("held_out").set_index("model")["r2"]
+    errors = rooms["horizons"].query("held_out").pivot(index="horizon_s", columns="predictor", values="rmse_deg")
+    assert r2["base+joint_damping"] > r2["base"] > r2["posture and speed"]
+    assert (errors["base+joint_damping"] < errors["base"]).loc[2.0:].all(), errors
+    whole = tables["errors"].query("role == 'test'").set_index("model")["rmse_deg"]
+    assert errors.loc[np.inf, ["base", "base+joint_damping"]].to_dict() == pytest.approx(whole.to_dict())
 
 
 def test_the_command_trains_every_recipe_with_the_settings_of_the_run(verdict):
@@ -188,6 +208,8 @@ def test_the_page_tells_the_verdict_and_the_command_in_order(story, template):
     command = page[page.index("<pre>") : page.index("</pre>")]
     assert "results/diagnosis/" in command and "base+joint_damping/rollout" in command
     assert "absorb" in page and "hand_load" in page
+    compared = page[places[0] : places[1]]
+    assert "posture and speed alone explain R2" in compared and "s after a measured state" in compared
 
 
 @pytest.mark.parametrize(

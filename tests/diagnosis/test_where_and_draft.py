@@ -8,7 +8,7 @@ import pytest
 import torch
 from scipy.signal import lfilter
 
-from myowave.diagnosis.misfit.independence import check_independence
+from myowave.diagnosis.misfit.independence import check_independence, inputs_of
 from myowave.diagnosis.misfit.where import describe, misfit_by, missing_torque
 from myowave.diagnosis.search.draft import LIBRARY, draft_effect
 from myowave.diagnosis.search.next_trial import propose_trials
@@ -24,6 +24,23 @@ def test_the_missing_torque_is_the_hidden_one(make_trials, base):
     found = missing_torque(fit_model(base, record, ()))
     slope = np.polyfit(found.points["velocity_rad_s"], found.points["torque_Nm"], 1)[0]
     assert slope == pytest.approx(-0.3, rel=0.2)
+
+
+@pytest.mark.parametrize("r", [-0.4, 0.5])
+def test_the_missing_torque_counts_with_the_inertia_that_effects_change(r, make_trials, base, effects):
+    """An inertia m (1 + r) l^2 with the weight m g l is that of a mass m / (1 + r) at the length (1 + r) l."""
+    record = make_record(make_trials({"joint_damping": {"c": 0.3}}), base).train
+    mass, length = base.defaults["mass"], base.defaults["length"]
+    aliases = (
+        (base.with_effects([effects["forearm_inertia"]]), {"forearm_inertia.r": r}),
+        (base, {"mass": mass / (1 + r), "length": length * (1 + r)}),
+    )
+    torque = []
+    for model, values in aliases:
+        known = {name: torch.full((len(record.names),), value, dtype=torch.float64) for name, value in values.items()}
+        torque.append(missing_torque(fit_model(model, replace(record, known=known), ())).points["torque_Nm"])
+    np.testing.assert_allclose(torque[0], torque[1], rtol=1e-3, atol=1e-4)
+    assert np.abs(torque[1]).max() > 0.1
 
 
 def test_noise_alone_is_no_missing_torque(make_fit):
@@ -89,6 +106,16 @@ def test_a_slow_residual_that_the_inputs_drive_is_noticed(make_fit):
     fit = make_fit({"millard_curves": {"w": 1.0}}, noise_deg=0.05)
     assert correlation_time(fit.normal.residual, fit.record) > 5
     assert not check_independence(fit).holds
+
+
+@pytest.mark.parametrize("samples", [-8, 8])
+def test_the_lag_says_how_far_the_input_is_ahead_of_the_residual(samples, make_fit):
+    fit = make_fit()
+    activity = np.diff(inputs_of(fit)["activation Bi"], axis=-1, append=0.5)
+    driven = replace(fit.normal, residual=0.01 * np.roll(activity, samples, axis=-1))
+    found = check_independence(replace(fit, normal=driven))
+    row = np.abs(found.correlation[found.inputs.index("activation Bi")])
+    assert np.sign(found.lags_s[row.argmax()]) == np.sign(samples)
 
 
 @pytest.mark.parametrize("colour", [0.0, 0.7, 0.95])

@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
 from myowave.identification.free_parameters import free_parameters, start_values
 from myowave.identification.output_error import Search, descend, fit_model, polish, refit
+from myowave.physics.motion import simulate
 from myowave.settings import Identify
 
 
@@ -28,6 +30,28 @@ def test_lifted_steps_bring_starts_that_are_wide_apart_together(exact, base, fre
         search = search.lifted()
     assert (np.ptp(search.values, axis=0) < 0.01 * before).all()
     assert worst_error(polish(next(search.fits())).values, free, base) < 1e-4
+
+
+@pytest.fixture
+def moving(exact, base):
+    """Trials that begin in the middle of a movement, with their angle and velocity there (T,)."""
+    angle, speed = torch.tensor([[0.6, 0.9, 1.2], [2.0, -1.5, 1.0]], dtype=torch.float64)
+    motion = simulate(exact.simulation(base, {}), angle, speed)
+    return replace(exact, angle=motion.angle.numpy()), angle.numpy(), speed.numpy()
+
+
+def test_a_search_begins_near_where_the_trials_do_and_about_as_fast(moving, base, free):
+    record, angle, speed = moving
+    starts = Search.begin(base, record, free, start_values(free, (0, 1))).starts
+    np.testing.assert_allclose(starts[..., 0], [angle] * 2, rtol=0, atol=0.05)
+    np.testing.assert_allclose(starts[..., 1], [speed] * 2, rtol=0.3)
+
+
+def test_a_fit_ends_where_the_trials_begin_and_as_fast(moving, base, free):
+    record, angle, speed = moving
+    fit = fit_model(base, record, [replace(p, start=1.1 * p.start) for p in free])
+    np.testing.assert_allclose(fit.starts, np.stack([angle, speed], -1), rtol=1e-4)
+    assert worst_error(fit.values, free, base) < 1e-4
 
 
 def test_no_step_of_a_descent_raises_the_error(make_noisy, base, free):

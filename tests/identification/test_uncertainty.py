@@ -6,26 +6,43 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from myowave.identification.least_squares import pseudo_inverse
 from myowave.identification.output_error import fit_model
-from myowave.identification.uncertainty import correlation_time, correlations, covariance
+from myowave.identification.uncertainty import correlation_time, correlations
+
+
+def estimates_in_noise(fit, colour, count, seed):
+    """What noise as large as that of a goniometer, with this first-order autocorrelation, makes of an exact fit, to
+    first order: errors of the parameters (P,), SI units, and the fit with the residual that is left."""
+    normal, random = fit.normal, np.random.default_rng(seed)
+    projected, scale = normal.without_starts(normal.slope), np.array([p.scale for p in fit.free])
+    for _ in range(count):
+        white = random.standard_normal((len(normal.residual), normal.residual.shape[1] + 200))
+        noise = np.radians(0.5) * lfilter([1.0], [1.0, -colour], white)[:, 200:]
+        step = np.linalg.solve(normal.matrix, np.einsum("tnp,tn->p", projected, noise))
+        left = normal.without_starts((noise - normal.slope @ step)[..., None])[..., 0]
+        yield step * scale, replace(fit, normal=replace(normal, residual=left, rss=(left**2).sum()))
+
+
+@pytest.fixture(scope="module")
+def fitted(exact, base, free):
+    return fit_model(base, exact, free)
 
 
 @pytest.mark.parametrize("colour", [0.0, 0.5, 0.9, 0.95])
-def test_intervals_of_95_percent_hold_the_truth_about_so_often(make_noisy, base, free, colour):
-    """On the linearised fit: the estimate that noise gives, and the residual that it leaves."""
-    fit = fit_model(base, make_noisy(0.0).train, free)
-    normal, random, held = fit.normal, np.random.default_rng(4), []
-    projected = normal.without_starts(normal.slope)
-    scale = np.array([p.scale for p in free])
-    for _ in range(150):
-        white = random.standard_normal((len(normal.residual), normal.residual.shape[1] + 200))
-        noise = lfilter([1.0], [1.0, -colour], white)[:, 200:]
-        error = pseudo_inverse(normal.matrix) @ np.einsum("tnp,tn->p", projected, noise)
-        left = normal.without_starts((noise - normal.slope @ error)[..., None])[..., 0]
-        found = replace(normal, residual=left, rss=(left**2).sum())
-        held.append(np.abs(error * scale) < 1.96 * np.sqrt(np.diag(covariance(found, fit.record, free))))
+def test_intervals_of_95_percent_hold_the_truth_about_so_often(fitted, colour):
+    held = [
+        np.abs(error) < 1.96 * np.sqrt(np.diag(noisy.covariance()))
+        for error, noisy in estimates_in_noise(fitted, colour, 150, seed=4)
+    ]
     assert 0.89 < np.mean(held) < 0.99
+
+
+@pytest.mark.parametrize("colour", [0.0, 0.8])
+def test_standard_errors_are_the_scatter_of_estimates_in_noise_of_any_colour(fitted, colour):
+    scores = [
+        error / np.sqrt(np.diag(noisy.covariance())) for error, noisy in estimates_in_noise(fitted, colour, 40, seed=5)
+    ]
+    assert 0.8 < np.sqrt(np.mean(np.square(scores))) < 1.3
 
 
 def test_slow_residuals_are_worth_fewer_samples(make_noisy, base, free):

@@ -5,9 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from scipy.linalg import toeplitz
+from scipy.signal import lfilter
 
 from myowave.data.simulate import simulate_trials
 from myowave.identification.free_parameters import free_parameters, start_values
+from myowave.identification.output_error import fit_model
+from myowave.identification.record import make_record
 from myowave.learning.identification import Identification
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
@@ -69,6 +73,24 @@ def test_noise_on_the_angle_stays_within_the_standard_errors(model, trials, four
     torch.testing.assert_close(torch.diagonal(correlations[0]), torch.ones(4, dtype=torch.float64))
 
 
+def test_standard_errors_are_those_of_least_squares_in_noise_of_any_colour(model, trials, four):
+    """Estimates H J^T r, H = (J^T J)^-1, scatter by H J^T C J H, with the covariance C of the noise at hand and the
+    slopes J that no start of a trial can imitate."""
+    free, samples, size = free_parameters(model, four, ()), trials.angle.shape[1], np.radians(0.3)
+    normal = fit_model(model, make_record(trials, model), free).normal
+    slopes = normal.without_starts(normal.slope)
+    inverse = np.linalg.inv(np.einsum("tnp,tnq->pq", slopes, slopes))
+    for colour in (0.0, 0.9):
+        white = np.random.default_rng(4).standard_normal((len(trials.names), 100 + samples))
+        noise = size * lfilter([np.sqrt(1 - colour**2)], [1.0, -colour], white)[:, 100:]
+        covariance = size**2 * toeplitz(colour ** np.arange(samples))
+        scatter = inverse @ np.einsum("tnp,nm,tmq->pq", slopes, covariance, slopes) @ inverse
+        expected = np.array([p.scale for p in free]) * np.sqrt(np.diag(scatter))
+        _, identification = search(model, replace(trials, angle=trials.angle + noise), four, seeds=(0,))
+        errors, _ = identification.uncertainty()
+        assert 0.7 < np.exp(np.log(errors[0].numpy() / expected).mean()) < 1.4, colour
+
+
 @pytest.mark.parametrize(
     ("effect", "short", "value"),
     [("joint_damping", "c", 3.0), ("fatigue", "k", 0.4), ("angle_scale", "s", 0.1)],
@@ -97,6 +119,18 @@ def test_known_constants_take_part_and_are_not_identified(model, trials, four):
     found = dict(zip([p.name for p in free], identification.values[0].tolist(), strict=True))
     assert set(found) == {"f0_Bi", "f0_Tri", "l0_Tri"}
     assert found["f0_Bi"] == pytest.approx(600, rel=1e-3) and found["f0_Tri"] == pytest.approx(600, rel=1e-3)
+
+
+def test_a_condition_of_one_trial_is_known_there_and_nowhere_else(model, four):
+    dataset = SimulatedDataset(
+        kind="simulated", trials=3, samples=200, emg_noise=0.1, test=("3",), conditions={"2": {"load": 0.5}}
+    )
+    loaded, _ = simulate_trials("loaded", dataset, model, catalogue(()))
+    free, identification = search(model, loaded, four, finest=False)
+    assert relative_error(identification.values, free, model).max() < 1e-3
+    elsewhere = replace(loaded, conditions={"1": {"load": 0.5}})
+    free, identification = search(model, elsewhere, four, finest=False)
+    assert relative_error(identification.values, free, model).max() > 1e-2
 
 
 def test_a_motion_that_diverges_is_worth_nothing_and_ends_no_training(model, trials, four):

@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import torch
 
+from myowave.data.wavelets import decompose
 from myowave.learning.paper.derivatives import predict_with_time_derivatives
 from myowave.learning.paper.loss import PaperLoss, Residual
 from myowave.learning.paper.windowed import predict_teacher_forced, run_windowed
@@ -13,6 +15,8 @@ from myowave.learning.training import train_scale
 from myowave.learning.windows import Corpus
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
+from myowave.physics.model import torques
+from myowave.physics.simulation import Simulation
 
 CPU = torch.device("cpu")
 
@@ -87,6 +91,28 @@ def test_the_residual_is_small_along_a_true_motion_and_grows_with_wrong_paramete
         for strength in (model.defaults["f0_Bi"], 1.2 * model.defaults["f0_Bi"])
     )
     assert wrong > 5 * true
+
+
+def test_the_residual_is_eq_38_of_the_predicted_motion(stage):
+    """I qddot - E - T with central differences of the predictions and the activations at the samples, by hand."""
+    slow = decompose(stage.task.scales[0], 4)[4]  # or q would be all acceleration
+    stage = begin_stage(replace(stage.task, scales={0: slow}), level=0)
+    lively = {name: 4 * value.detach() for name, value in stage.network.weights.items()}  # or it would hardly move
+    stage = replace(stage, network=replace(stage.network, weights=lively).trainable())
+    trials, dt, params = stage.trials, stage.trials.dt, params_of(stage)[0]
+    with torch.no_grad():
+        q = predict_teacher_forced(*forced(stage)).numpy()
+    qdot, qddot = np.gradient(q, dt, axis=-1), np.diff(q, 2, axis=-1) / dt**2
+    q, qdot = (torch.from_numpy(x[..., 1:-1]) for x in (q, qdot))
+    simulation = Simulation(stage.task.model, params, torch.from_numpy(trials.emg), dt)
+    activation = simulation.drive.activation[..., 1:, 0, :]  # at the beginning of each step
+    torque = torques(simulation.along_time, q, qdot, activation, {})
+    inside = slice(stage.network.history, 150 - 2)  # of the samples that have two neighbours
+    residual = (torque.inertia * torch.from_numpy(qddot) - torque.total)[..., inside].detach()
+    losses = PaperLoss(stage).backward(params)
+    torch.testing.assert_close(losses.residual, residual.square().mean((1, 2)), rtol=1e-4, atol=0)
+    slower = torques(simulation.along_time, q, 0.5 * qdot, activation, {}).total - torque.total
+    assert slower.square().mean() / residual.square().mean() > 1e-3, "speed does not matter"
 
 
 @pytest.mark.parametrize("derivative", ["sequence", "time"])

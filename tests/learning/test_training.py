@@ -2,13 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from unittest.mock import Mock
 
+import numpy as np
 import pytest
 import torch
 
+from myowave.data.wavelets import decompose
+from myowave.learning import rollouts
+from myowave.learning.augmentation import imagine_emg
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.prediction import run_free, to_tensors
-from myowave.learning.rollouts.training import CLIP, clip_gradients
+from myowave.learning.rollouts.training import CLIP, clip_gradients, weigh_physics
 from myowave.learning.task import Task
 from myowave.learning.training import VALIDATE_EVERY, EpochReport, train_scale
 from myowave.learning.windows import Corpus, Validation, count_training_samples
@@ -38,6 +43,11 @@ def test_a_seed_trains_the_same_alone_and_among_others(kind, request):
     for name, value in alone.weights.items():
         torch.testing.assert_close(together.weights[name][1], value[0], rtol=1e-4, atol=1e-5, msg=name)
     torch.testing.assert_close(together.values[1], alone.values[0], rtol=1e-6, atol=0)
+
+
+def test_simulated_motion_counts_the_less_the_worse_physics_is_beside_the_network():
+    physics, network = torch.tensor([1e-6, 1e-4, 1e-2]), torch.full((3,), 1e-4)
+    assert weigh_physics(physics, network).tolist() == pytest.approx([1.0, 1.0, 0.01])
 
 
 def test_only_a_gradient_that_is_too_large_is_shortened():
@@ -72,15 +82,27 @@ def test_the_same_seed_gives_the_same_result_twice(rollout):
     assert torch.equal(first.values, second.values)
 
 
-def test_the_test_trial_changes_nothing(trials, rollout):
-    hidden = replace(trials, angle=trials.angle.copy(), emg=trials.emg.copy())
-    test = trials.index(trials.test)
-    hidden.angle[test] = 1.0
-    hidden.emg[test] = 0.5
-    _, seen = train(replace(rollout, scales={0: trials}))
-    _, unseen = train(replace(rollout, scales={0: hidden}))
-    assert all(torch.equal(seen.weights[name], unseen.weights[name]) for name in seen.weights)
-    assert torch.equal(seen.values, unseen.values)
+@pytest.mark.parametrize(("kind", "total", "epochs"), [("rollout", 1, 18), ("teacher_forced", 2, 6)])
+def test_the_test_trial_changes_nothing(kind, total, epochs, trials, request, monkeypatch):
+    """Neither scaling nor training, early stopping, identification, or the EMG that is made up after its 14 steps."""
+    made_up = Mock(side_effect=imagine_emg)
+    monkeypatch.setattr(rollouts.training, "imagine_emg", made_up)
+    task = changed(request.getfixturevalue(kind), epochs=epochs, simulated_trials=2 * (total == 1))
+    random, hidden = np.random.default_rng(0), replace(trials, angle=trials.angle.copy(), emg=trials.emg.copy())
+    (test,) = trials.index(trials.test)
+    hidden.angle[test] = 1.0 + 0.3 * random.standard_normal(hidden.angle[test].shape)
+    hidden.emg[test] = random.random(hidden.emg[test].shape)
+    (reports, seen), (others, unseen) = (
+        train(replace(task, scales=decompose(each, 1), total=total, seeds=(0,))) for each in (trials, hidden)
+    )
+    assert made_up.call_count == (2 if kind == "rollout" else 0)
+    assert seen.scaling == unseen.scaling
+    for name in seen.weights:
+        assert torch.equal(seen.weights[name], unseen.weights[name]), name
+    for field in ("values", "errors", "val_mse", "val_r2"):
+        assert torch.equal(getattr(seen, field).nan_to_num(), getattr(unseen, field).nan_to_num()), field
+    for one, other in zip(reports, others, strict=True):
+        assert torch.equal(one.losses.total, other.losses.total) and torch.equal(one.val_mse, other.val_mse)
 
 
 @pytest.mark.parametrize("total", [1, 2, 3])
@@ -165,3 +187,11 @@ def test_early_stopping_keeps_the_best_weights_and_the_last_parameters(teacher_f
     torch.testing.assert_close(checkpoint.val_mse, validation.min(0).values)
     last = torch.stack([reports[-1].values[name] for name in checkpoint.names], dim=-1)
     torch.testing.assert_close(checkpoint.values, last)
+
+
+def test_training_stops_once_no_seed_has_improved_for_its_patience(teacher_forced):
+    reports, checkpoint = train(changed(teacher_forced, epochs=300, learning_rate=0.3, patience=15))
+    assert checkpoint.epochs == len(reports) < 300
+    validation = torch.stack([report.val_mse for report in reports[VALIDATE_EVERY - 1 :: VALIDATE_EVERY]])
+    best = VALIDATE_EVERY * (validation.argmin(0) + 1)
+    assert len(reports) - best.max() == 15

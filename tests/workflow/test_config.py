@@ -13,7 +13,7 @@ DECIDING = {"decompose_scales", "train_scale", "diagnose_dataset"}
 SCORED = ("truth.json", "verdict.json", "evaluation.csv", "watch.csv", "watch_parameters.csv")
 
 
-def test_a_wrong_configuration_stops_before_any_job_with_our_message_alone(project):
+def test_a_wrong_configuration_stops_before_any_job_with_our_message_only(project):
     wrong = {"learning": {"recipes": {"rollout": {"hiden": 3}}, "seeds": "five"}}
     done = project.snakemake("--cores", "1", *project.lay_over(wrong))
     assert done.returncode != 0
@@ -30,6 +30,11 @@ def test_an_effect_that_does_not_exist_stops_before_any_job(project):
 def test_files_laid_over_the_shipped_configuration_are_merged(project):
     planned = project.planned(*project.lay_over({"targets": {"datasets": ["case2"], "scales": [2]}}))
     assert planned["simulate_trials"] == 1 and planned["train_scale"] == 2 and "import_trials" not in planned
+
+
+def test_the_finest_scale_needs_all_coarser_ones_of_its_ladder(project):
+    planned = project.planned("results/learning/case1/base/rollout/3-scale/scale-0.pt")
+    assert planned["train_scale"] == 3
 
 
 def test_the_study_hides_every_effect_that_ships_or_those_it_is_told(project):

@@ -22,8 +22,9 @@ PARTS = {
     "diagnosis": {
         "": (),
         "misfit": (),
+        "rooms": (),
         "search": ("misfit",),
-        "report": ("misfit", "search"),
+        "report": ("misfit", "rooms", "search"),
         "study": ("misfit", "search"),
         "subjects": (),
     },

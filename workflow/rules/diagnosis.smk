@@ -1,12 +1,13 @@
 # Compare with the trials, see where the model fails, learn which effect is missing, add it, watch the error fall.
 import os
 
-from myowave.diagnosis.report.contents import FIGURE_NAMES, TABLE_NAMES
+from myowave.diagnosis.report.contents import FIGURE_NAMES, ROOM_NAMES, TABLE_NAMES
 
 DIAGNOSIS = "results/diagnosis/{dataset}"
 DIAGNOSIS_PICTURES = "results/figures/{dataset}/diagnosis"
 DIAGNOSIS_TIME = "results/benchmarks/diagnose_dataset/{dataset}.tsv"
 DIAGNOSIS_TABLES = expand(f"{DIAGNOSIS}/{{table}}.csv", table=TABLE_NAMES, allow_missing=True)
+ROOM_TABLES = expand(f"{DIAGNOSIS}/{{table}}.csv", table=ROOM_NAMES, allow_missing=True)
 
 
 def networks_beside(wildcards):
@@ -48,6 +49,25 @@ checkpoint diagnose_dataset:
         "../scripts/diagnose_dataset.py"
 
 
+# The same fits, asked for torque and for short horizons, where nothing diverges.
+rule compare_rooms:
+    input:
+        trials="results/data/{dataset}/trials.parquet",
+        effects=SETTINGS.physics.effect_files,
+        parameters=f"{DIAGNOSIS}/parameters.csv",
+        errors=f"{DIAGNOSIS}/errors.csv",
+    output:
+        tables=ROOM_TABLES,
+    log:
+        "results/logs/compare_rooms/{dataset}.log",
+    threads: 1
+    params:
+        physics=section("physics"),
+        code=digest("compare_rooms"),
+    script:
+        "../scripts/compare_rooms.py"
+
+
 rule score_verdict:
     input:
         summary=f"{DIAGNOSIS}/summary.json",
@@ -86,6 +106,7 @@ rule draw_diagnosis:
     input:
         summary=f"{DIAGNOSIS}/summary.json",
         tables=DIAGNOSIS_TABLES,
+        rooms=ROOM_TABLES,
         predictions=f"{DIAGNOSIS}/predictions.parquet",
         ladder=f"{DIAGNOSIS}/watch.csv",
         parameters=f"{DIAGNOSIS}/watch_parameters.csv",
@@ -115,6 +136,8 @@ rule tell_verdict:
         parameters=f"{DIAGNOSIS}/watch_parameters.csv",
         ranking=f"{DIAGNOSIS}/ranking.csv",
         proposals=f"{DIAGNOSIS}/next_trials.csv",
+        torque=f"{DIAGNOSIS}/torque.csv",
+        horizons=f"{DIAGNOSIS}/horizons.csv",
         draft=f"{DIAGNOSIS}/draft_effect.py",
         figures=rules.draw_diagnosis.output.figures,
         template=os.path.relpath(Path(workflow.basedir, "workflow/report/verdict.html.j2")),  # the same after a move

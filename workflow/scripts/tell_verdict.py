@@ -16,6 +16,8 @@ with job_log(f"tell verdict of {snakemake.wildcards.dataset}", snakemake.log[0])
         parameters=pd.read_csv(inputs.parameters),
         ranking=pd.read_csv(inputs.ranking).fillna({"absorbed_by": "", "confused_with": ""}),
         proposals=pd.read_csv(inputs.proposals),
+        torque=pd.read_csv(inputs.torque),
+        horizons=pd.read_csv(inputs.horizons),
         images={Path(path).stem: Path(path) for path in inputs.figures},
         draft=Path(inputs.draft).read_text(encoding="utf-8"),
     )

@@ -39,7 +39,7 @@ def build_model(name: str, physics: Physics) -> Model:
 
 def _joint(joint: JointSettings) -> dict[str, float]:
     constants = {name: JOINT_CONSTANTS[name] for name in names_of(JOINT_CONSTANTS, "", joint.kind)}
-    return {name: getattr(joint, c.key) if c.key else c.default for name, c in constants.items()}
+    return {name: float(getattr(joint, c.key) if c.key else c.default or 0.0) for name, c in constants.items()}
 
 
 def _muscle(name: str, muscle: MuscleSettings) -> Muscle:

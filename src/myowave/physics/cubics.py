@@ -24,7 +24,7 @@ class Cubics:
     coefficients: Tensor
 
     @classmethod
-    def through(cls, x: NDArray, y: NDArray, slope: NDArray) -> "Cubics":
+    def through(cls, x: NDArray[np.float64], y: NDArray[np.float64], slope: NDArray[np.float64]) -> "Cubics":
         """The curve with these values and slopes at even steps `x`, each (cells + 1,), in double precision."""
         width = x[1] - x[0]
         rise, left, right = np.diff(y), slope[:-1] * width, slope[1:] * width

@@ -23,7 +23,8 @@ def active_length_degroote(length: Tensor) -> Tensor:
     """Active force-length curve, a sum of three bells."""
     # ASSUME: below length 0.2 the curve keeps its value there, about 0; a bell's width is 0 at 0.15.
     length = length.clamp(min=0.2)
-    return sum(h * torch.exp(-0.5 * ((length - c) / (w + g * length)) ** 2) for h, c, w, g in BELLS)
+    bells = (h * torch.exp(-0.5 * ((length - c) / (w + g * length)) ** 2) for h, c, w, g in BELLS)
+    return sum(bells, start=torch.zeros_like(length))
 
 
 def passive_degroote(length: Tensor) -> Tensor:

@@ -8,6 +8,7 @@ M muscles.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -32,7 +33,7 @@ class Torques:
         return self.muscles + self.gravity + self.effects
 
 
-def muscle_quantities(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor) -> dict[str, object]:
+def muscle_quantities(bound: Bound, q: Tensor, qdot: Tensor, activation: Tensor) -> dict[str, Any]:
     """Path, fibre and force of every muscle at a joint state, before the effects that have a state.
 
     Args:

@@ -32,6 +32,7 @@ import functools
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from torch import Tensor
 
@@ -97,7 +98,7 @@ class Effect:
     name: str
     acts_on: str
     equation: str
-    function: Callable[..., object]
+    function: Callable[..., Any]
     parameters: Mapping[str, Parameter] = field(hash=False)
     source: str
     relaxation: Callable[..., tuple[Tensor, Tensor, Tensor]] | None = None
@@ -118,7 +119,7 @@ class Effect:
         self._check_signature("function", self.function, needs_all=not self.stateful)
         if self.acts_on == "constants" and self.asks & set(MUSCLE_CONSTANTS) and self.asks & set(JOINT_CONSTANTS):
             raise ValueError(f"{where}: asks for constants of muscles and of the joint; write two effects")
-        if self.stateful:
+        if self.relaxation is not None:
             self._check_signature("relaxation", self.relaxation, needs_all=False)
             named = _parameters_of(self.function) | _parameters_of(self.relaxation)
             if missing := set(self.parameters) - named:
@@ -150,7 +151,7 @@ class Effect:
         on_constants = self.acts_on == "constants" and bool(self.asks & set(MUSCLE_CONSTANTS))
         return self.acts_on in MUSCLE_STAGES or on_constants or self.parameters[parameter].per_muscle
 
-    def _check_signature(self, label: str, function: Callable[..., object], *, needs_all: bool) -> None:
+    def _check_signature(self, label: str, function: Callable[..., Any], *, needs_all: bool) -> None:
         where = f"effect {self.name!r}: {label}({', '.join(inspect.signature(function).parameters)})"
         known = QUANTITIES[self.acts_on] | (STATEFUL_STAGES[self.acts_on] if self.stateful else set())
         if strange := _quantities_of(function) - known:
@@ -166,7 +167,7 @@ class Effect:
             )
 
 
-def call(function: Callable[..., object], quantities: Mapping[str, object], parameters: Mapping[str, Tensor]) -> object:
+def call(function: Callable[..., Any], quantities: Mapping[str, Any], parameters: Mapping[str, Tensor]) -> Any:
     """Call an effect's function with the quantities and parameters its signature names."""
     asked = _quantities_of(function)
     taken = _parameters_of(function)
@@ -174,16 +175,16 @@ def call(function: Callable[..., object], quantities: Mapping[str, object], para
 
 
 @functools.cache
-def _names_of(function: Callable[..., object]) -> tuple[frozenset[str], frozenset[str]]:
+def _names_of(function: Callable[..., Any]) -> tuple[frozenset[str], frozenset[str]]:
     """Names of the quantities and of the parameters that a function's signature asks for."""
     items = inspect.signature(function).parameters.values()
     parameters = frozenset(p.name for p in items if p.kind is p.KEYWORD_ONLY)
     return frozenset(p.name for p in items) - parameters, parameters
 
 
-def _quantities_of(function: Callable[..., object]) -> frozenset[str]:
+def _quantities_of(function: Callable[..., Any]) -> frozenset[str]:
     return _names_of(function)[0]
 
 
-def _parameters_of(function: Callable[..., object]) -> frozenset[str]:
+def _parameters_of(function: Callable[..., Any]) -> frozenset[str]:
     return _names_of(function)[1]

@@ -1,10 +1,10 @@
 """The forearm as a rigid body on a hinge: inertia and gravity (Eqs. 54-56).
 
-A forearm holds numbers or tensors that broadcast.
+A forearm holds tensors that broadcast.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -38,8 +38,8 @@ class PointMass(Forearm):
     """
 
     # ASSUME: the mass of the forearm is a point at the wrist, and so is what the hand holds.
-    mass: Tensor | float
-    length: Tensor | float
+    mass: Tensor
+    length: Tensor
     kind: ClassVar[str] = "point"
 
     def inertia_with(self, load: Tensor | float) -> Tensor:
@@ -57,10 +57,10 @@ class RigidBody(Forearm):
     """
 
     # ASSUME: what the hand holds is a point at the grip.
-    mass: Tensor | float
-    com: Tensor | float
-    inertia: Tensor | float
-    grip: Tensor | float
+    mass: Tensor
+    com: Tensor
+    inertia: Tensor
+    grip: Tensor
     kind: ClassVar[str] = "body"
 
     def inertia_with(self, load: Tensor | float) -> Tensor:
@@ -70,19 +70,28 @@ class RigidBody(Forearm):
         return STANDARD_GRAVITY * (self.mass * self.com + load * self.grip)
 
 
-def forearm(constants: Mapping[str, Tensor | float]) -> Forearm:
-    """The forearm that the constants of a joint describe.
+def kind_of_forearm(constants: Collection[str]) -> type[PointMass] | type[RigidBody]:
+    """The kind of forearm that the names of a joint's constants describe.
 
     Raises:
-        ValueError: if they are those of no kind of forearm.
+        ValueError: if they are those of no kind.
     """
     for kind in (PointMass, RigidBody):
-        own = {"mass", *names_of(JOINT_CONSTANTS, kind.kind)}
-        if set(constants) == own | {"load", "tilt"}:
-            return kind(**{name: constants[name] for name in own})
+        if set(constants) == _own_constants(kind) | {"load", "tilt"}:
+            return kind
     raise ValueError(
         f"joint: found {', '.join(constants)}; expected mass, load, tilt and either length or com, inertia and grip."
     )
+
+
+def forearm(constants: Mapping[str, Tensor]) -> Forearm:
+    """The forearm that the constants of a joint describe; see `kind_of_forearm`."""
+    kind = kind_of_forearm(constants)
+    return kind(**{name: constants[name] for name in _own_constants(kind)})
+
+
+def _own_constants(kind: type[Forearm]) -> set[str]:
+    return {"mass", *names_of(JOINT_CONSTANTS, kind.kind)}
 
 
 def gravity_torque(q: Tensor, weight: Tensor, tilt: Tensor | None = None) -> Tensor:

@@ -64,7 +64,9 @@ def _table(curve: str, dtype: torch.dtype, device: torch.device) -> Cubics:
     return Cubics.through(*_sample(build(), curviness)).to(dtype, device)
 
 
-def _sample(knots: Sequence[Knot], curviness: Sequence[float]) -> tuple[NDArray, NDArray, NDArray]:
+def _sample(
+    knots: Sequence[Knot], curviness: Sequence[float]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Value and slope of a chain of Bezier corners on a uniform grid of x."""
     grid = np.linspace(knots[0].x, knots[-1].x, CELLS + 1)
     y, slope = np.empty_like(grid), np.empty_like(grid)
@@ -91,7 +93,7 @@ def _corner(left: Knot, right: Knot, curviness: float) -> tuple[Polynomial, Poly
     return across, up
 
 
-def _parameter_at(across: Polynomial, x: NDArray) -> NDArray:
+def _parameter_at(across: Polynomial, x: NDArray[np.float64]) -> NDArray[np.float64]:
     """u with across(u) = x, for a polynomial that increases over [0, 1]: table, then Newton."""
     u = np.linspace(0, 1, 401)
     u = np.interp(x, across(u), u)

@@ -10,7 +10,7 @@ from torch import Tensor
 from myowave.physics.constants import GROUP_CONSTANTS, JOINT_CONSTANTS, MUSCLE_CONSTANTS, constant_of
 from myowave.physics.curves import Curves
 from myowave.physics.effect import STAGES, Effect, Parameter
-from myowave.physics.joint import forearm
+from myowave.physics.joint import kind_of_forearm
 from myowave.physics.muscle import Muscle
 
 Params = Mapping[str, Tensor | float]
@@ -77,7 +77,7 @@ class Model:
         if not lacking:
             return ""
         if lacking[0] in JOINT_CONSTANTS:
-            kind = forearm(self.joint).kind
+            kind = kind_of_forearm(self.joint).kind
             return f"needs {', '.join(lacking)}, which a forearm of kind {kind} does not have; leave the effect out"
         without = next(m for m in self.muscles if lacking[0] not in m.nominal)
         return (

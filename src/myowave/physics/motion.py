@@ -5,6 +5,7 @@ Shapes: ... batch, T trials, N samples, M muscles, S pieces of a step, K numbers
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -37,10 +38,12 @@ class Motion:
         return self.state[..., 1]
 
 
-Relaxation = Callable[[Mapping], tuple[Tensor, Tensor, Tensor]]
+Relaxation = Callable[[Mapping[str, Any]], tuple[Tensor, Tensor, Tensor]]
 
 
-def _relax(relaxation: Relaxation, state: Tensor, step: Tensor, begin: Mapping, end: Mapping) -> Tensor:
+def _relax(
+    relaxation: Relaxation, state: Tensor, step: Tensor, begin: Mapping[str, Any], end: Mapping[str, Any]
+) -> Tensor:
     """Advance an effect's state y over `step` seconds of dy/dt = (target - y) / time constant.
 
     Exact where the target is linear in y and time and the time constant is constant, however short: with 0 the state
@@ -60,7 +63,9 @@ def _relax(relaxation: Relaxation, state: Tensor, step: Tensor, begin: Mapping, 
 
 
 def _relaxation_of(bound: Bound, effect: Effect) -> Relaxation:
-    return lambda quantities: call(effect.relaxation, quantities, bound.values(effect))
+    relaxation = effect.relaxation
+    assert relaxation is not None
+    return lambda quantities: call(relaxation, quantities, bound.values(effect))
 
 
 def _advance_activation(
@@ -81,7 +86,7 @@ def _advance_activation(
 
 
 def _advance_muscles(
-    bound: Bound, states: Mapping[str, Tensor], begin: Mapping, end: tuple[Tensor, Tensor, Tensor], h: Tensor
+    bound: Bound, states: Mapping[str, Tensor], begin: Mapping[str, Any], end: tuple[Tensor, ...], h: Tensor
 ) -> Mapping[str, Tensor]:
     """States of effects on the stage `muscle`, `h` seconds later.
 
@@ -117,9 +122,9 @@ def step(bound: Bound, state: Tensor, drive: Drive) -> Tensor:
         if states:
             u = drive.excitation[..., points, :].unbind(-2)
             a, advanced = _advance_activation(bound, states, u, a, h.unsqueeze(-1))
-            states = states | advanced
+            states = {**states, **advanced}
         q, qdot, tendons = _runge_kutta(bound, states, q, qdot, a, h)
-        states = states | tendons
+        states = {**states, **tendons}
     return _pack(model, q, qdot, states)
 
 
@@ -134,8 +139,8 @@ def _runge_kutta(
     def advance(elapsed: Tensor, *end: Tensor) -> Mapping[str, Tensor]:
         return _advance_muscles(bound, states, begin, end, elapsed) if tendons else {}
 
-    def accelerate(elapsed: Tensor, *end: Tensor) -> Tensor:
-        return acceleration(bound, *end, advance(elapsed, *end))
+    def accelerate(elapsed: Tensor, q: Tensor, qdot: Tensor, a: Tensor) -> Tensor:
+        return acceleration(bound, q, qdot, a, advance(elapsed, q, qdot, a))
 
     k1 = acceleration(bound, q, qdot, a[0], states)
     v2 = qdot + half * k1
@@ -189,7 +194,7 @@ def _resting(bound: Bound, u: Tensor, a: Tensor, q: Tensor, qdot: Tensor) -> Ten
     return _pack(model, q, qdot, states)
 
 
-def _initial(bound: Bound, effect: Effect, quantities: Mapping, like: Tensor) -> Tensor:
+def _initial(bound: Bound, effect: Effect, quantities: Mapping[str, Any], like: Tensor) -> Tensor:
     if effect.initial is None:
         return torch.zeros_like(like)
     return torch.broadcast_tensors(call(effect.initial, quantities, bound.values(effect)), like)[0]

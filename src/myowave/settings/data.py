@@ -113,7 +113,7 @@ class SimulatedDataset(_Dataset):
 
 
 class MeasuredDataset(_Dataset):
-    """Trials from files, one a trial, named after the file without its ending."""
+    """Trials from files, one file per trial, named after the file without its ending."""
 
     kind: Literal["measured"] = setting("measured: read from files")
     files: tuple[str, ...] = setting("CSV or Parquet files, or patterns such as data/me/*.csv", min_length=1)

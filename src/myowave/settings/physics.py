@@ -19,7 +19,8 @@ PRESETS = Path("data")  # folder of the arms that ship, each in one of its own
 def constant(constant: Constant, *, optional: bool = False) -> Any:
     """The key of a physical constant."""
     required = ... if constant.default is None else constant.default
-    return setting(constant.meaning, constant.unit, None if optional else required, **constant.bounds)
+    bounds: Mapping[str, Any] = constant.bounds
+    return setting(constant.meaning, constant.unit, None if optional else required, **bounds)
 
 
 class StraightPath(Section):
@@ -90,7 +91,9 @@ class Joint(Section):
         body = (self.com_m, self.inertia_kg_m2, self.grip_m)
         if sum(value is not None for value in body) != (3 if self.length_m is None else 0):
             raise ValueError("give length_m (a point mass), or com_m, inertia_kg_m2 and grip_m (a rigid body)")
-        if self.kind == "body" and self.inertia_kg_m2 < (least := self.mass_kg * self.com_m**2):
+        if self.com_m is None or self.inertia_kg_m2 is None:
+            return self
+        if self.inertia_kg_m2 < (least := self.mass_kg * self.com_m**2):
             raise ValueError(
                 f"inertia_kg_m2 is {self.inertia_kg_m2:g}, but about the elbow it is at least mass com^2 = {least:g}; "
                 "add that to the inertia about the centre of mass"

@@ -60,7 +60,7 @@ def publish(groups: Iterable[RunGroup], uri: str, *, needed: bool = False) -> st
     try:
         if is_server(uri):
             _knock(uri)
-        with _alone(uri):
+        with _only_writer(uri):
             written, kept = _publish(groups, uri)
     except Exception as error:  # whatever a store or a server may raise; training must not fail because of it
         what = error if isinstance(error, ConnectionError) else f"MLflow failed: {type(error).__name__}: {error}"
@@ -153,7 +153,7 @@ def _knock(uri: str) -> None:
 
 
 @contextmanager
-def _alone(uri: str) -> Iterator[None]:
+def _only_writer(uri: str) -> Iterator[None]:
     """Wait until no other process of this machine writes the sqlite store; make its folder."""
     if not uri.startswith(SQLITE):
         yield

@@ -14,9 +14,12 @@ TABLE_NAMES = (
     "independence",
     "next_trials",
 )
+# Of the rule that compares in three rooms, after the fits.
+ROOM_NAMES = ("torque", "horizons")
 FIGURE_NAMES = (
     "overlay",
     "errors",
+    *ROOM_NAMES,
     "independence",
     "correlations",
     "misfit",

@@ -12,6 +12,8 @@ from typing import Any
 import jinja2
 import pandas as pd
 
+from myowave.diagnosis.rooms.telling import tell_horizons, tell_torque
+
 KINDS = {
     "adequate": "The model is adequate",
     "effect": "An effect is missing, and named",
@@ -41,6 +43,7 @@ class Story:
         verdict: verdict.json.
         ladder, parameters: of `ladder.join_ladder` and `ladder.join_parameters`.
         ranking, proposals: the tables of those names of `tables`.
+        torque, horizons: of `rooms.compare.compare_rooms`.
         images: {name: PNG file}.
         draft: text of the drafted effect file.
     """
@@ -50,6 +53,8 @@ class Story:
     parameters: pd.DataFrame
     ranking: pd.DataFrame
     proposals: pd.DataFrame
+    torque: pd.DataFrame
+    horizons: pd.DataFrame
     images: Mapping[str, Path]
     draft: str
 
@@ -71,6 +76,7 @@ def write_page(story: Story, template: str) -> str:
         numbers=_numbers(story),
         images={name: inline(path) for name, path in story.images.items()},
         compare=_compare(verdict),
+        rooms=(tell_torque(story.torque, verdict["model"]), tell_horizons(story.horizons, verdict["model"])),
         where=verdict["where"],
         which=_which(story),
         rankings=[(m, _ranking_rows(rows)) for m, rows in story.ranking.groupby("model", sort=False)],

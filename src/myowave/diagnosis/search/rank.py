@@ -96,7 +96,7 @@ def rank_effects(
     for name, score in scores.items():
         with_it = fits.get(name)
         rss = fit.rss - score.drop if with_it is None else with_it.rss
-        won, folds = (0, len(fit.record.names)) if with_it is None else folds_won(fit, with_it)
+        won, folds = (0, count_folds(fit)) if with_it is None else folds_won(fit, with_it)
         candidates.append(
             Candidate(
                 effect=effects[name],
@@ -165,8 +165,15 @@ def promising_pairs(ranking: list[Candidate]) -> list[tuple[str, str]]:
     return [(scores[i].effect, scores[j].effect) for i, j in hopeful]
 
 
+def count_folds(fit: Fit) -> int:
+    """One for each trial; none where there is only one, as nothing is left to estimate from without it."""
+    return len(fit.record.names) if len(fit.record.names) > 1 else 0
+
+
 def folds_won(without: Fit, with_it: Fit) -> tuple[int, int]:
     """In how many folds, each leaving out one trial, the richer model predicts the trial left out better."""
+    if not count_folds(without):
+        return 0, 0
     gains = (left_out_residuals(without) ** 2).sum(-1) - (left_out_residuals(with_it) ** 2).sum(-1)
     return int((gains > 0).sum()), len(gains)
 

@@ -47,12 +47,10 @@ class RolloutTraining:
             self.search.step()
         elif self._simulates and self._simulated is None:
             self._simulated = self._simulate()
-        losses = self._loss.backward(self._simulated, self._trust(val_mse))
+        trust = None if self._simulated is None else weigh_physics(self.search.mse.to(val_mse.device), val_mse)
+        losses = self._loss.backward(self._simulated, trust)
         clip_gradients(self.trained)
         return losses
-
-    def _trust(self, val_mse: Tensor) -> Tensor | None:
-        return None if self._simulated is None else weigh_physics(self.search.mse.to(val_mse.device), val_mse)
 
     def _simulate(self) -> Simulated:
         """Trials that physics makes with the identified parameters."""

@@ -1,4 +1,4 @@
-"""Pictures of a diagnosis, a module a step: compare, where, which, watch. Drawn from its tables, nothing else.
+"""Pictures of a diagnosis, a module a step: compare, rooms, where, which, watch. Drawn from its tables, nothing else.
 
 Where there are several models, the first (without any effect added) and the one that was found are shown.
 """
@@ -10,6 +10,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from myowave.diagnosis.report.figures.compare import draw_correlations, draw_errors, draw_independence, draw_overlay
+from myowave.diagnosis.report.figures.rooms import draw_horizons, draw_torque
 from myowave.diagnosis.report.figures.watch import draw_ladder, draw_parameters
 from myowave.diagnosis.report.figures.where import draw_misfit, draw_missing_torque
 from myowave.diagnosis.report.figures.which import draw_ranking
@@ -21,11 +22,13 @@ def draw_diagnosis(
     """All pictures of a dataset, by name.
 
     Args:
-        tables: those of `tables.TABLES`, with `ladder` and `parameters` as `ladder` joins them.
+        tables: those of `tables.TABLES`, with `ladder` and `parameters` as `ladder` joins them, and those of
+            `rooms.compare`.
         predictions: measured and simulated angle, from `tables.predictions_table`.
         summary: from `tables.verdict_summary`.
     """
     errors, found = tables["errors"], summary["model"]
+    noise, ladder = errors["noise_deg"].iloc[0], tables["ladder"]
     ends = (next(iter(summary["rmse_deg"])), found)
 
     def of_ends(table: pd.DataFrame) -> pd.DataFrame:
@@ -34,11 +37,13 @@ def draw_diagnosis(
     return {
         "overlay": draw_overlay(of_ends(predictions), of_ends(errors)),
         "errors": draw_errors(errors, found),
+        "torque": draw_torque(tables["torque"], found),
+        "horizons": draw_horizons(tables["horizons"], noise, ladder[ladder["source"] != "physics"], found),
         "independence": draw_independence(of_ends(tables["independence"])),
         "correlations": draw_correlations(of_ends(tables["correlations"])),
-        "misfit": draw_misfit(of_ends(tables["misfit"]), errors["noise_deg"].iloc[0], summary["where"]),
+        "misfit": draw_misfit(of_ends(tables["misfit"]), noise, summary["where"]),
         "missing_torque": draw_missing_torque(of_ends(tables["missing_torque"])),
         "ranking": draw_ranking(tables["ranking"].fillna({"absorbed_by": "", "confused_with": ""})),
-        "ladder": draw_ladder(tables["ladder"], found),
+        "ladder": draw_ladder(ladder, found),
         "parameters": draw_parameters(tables["parameters"], found),
     }

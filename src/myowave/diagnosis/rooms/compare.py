@@ -1,0 +1,39 @@
+"""Compare measured and modelled motion in three rooms, from the one that never diverges.
+
+A verdict on an arm must not stand on free running only: small errors grow there until the motion has little to do with
+what is wrong. So the same fitted models are asked first for the torque along the measured motion (`torque`), then for
+short horizons from measured states, then for whole trials (`horizons`). Nothing is fitted again.
+"""
+
+from collections.abc import Callable, Mapping
+
+import pandas as pd
+
+from myowave.data.trials import Trials
+from myowave.diagnosis.rooms.horizons import compare_horizons
+from myowave.diagnosis.rooms.measured import Along, Fitted, Measured
+from myowave.diagnosis.rooms.torque import compare_torque
+from myowave.physics.model import Model
+
+
+def compare_rooms(
+    trials: Trials, build: Callable[[str], Model], parameters: pd.DataFrame, errors: pd.DataFrame
+) -> dict[str, pd.DataFrame]:
+    """The tables of the rooms, {"torque": ..., "horizons": ...}; see `compare_torque` and `compare_horizons`.
+
+    Args:
+        trials: training and test trials; the test trials are only scored.
+        build: from a name such as `base+joint_damping` to the model.
+        parameters: columns model, parameter, value of every fitted model; nothing is fitted again.
+        errors: columns model, trial, role, rmse_deg, noise_deg: free running over whole trials. It says which models
+            there are; the first is the one without effects.
+    """
+    models = [Fitted(build(name), _values(parameters, name)) for name in errors["model"].unique()]
+    measured = Measured.of(trials, models[0].model, float(errors["noise_deg"].iloc[0]))
+    along = [Along(measured, fitted) for fitted in models]
+    return {"torque": compare_torque(along), "horizons": compare_horizons(along, errors)}
+
+
+def _values(parameters: pd.DataFrame, model: str) -> Mapping[str, float]:
+    rows = parameters[parameters["model"] == model]
+    return dict(zip(rows["parameter"], rows["value"], strict=True))

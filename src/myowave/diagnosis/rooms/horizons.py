@@ -1,0 +1,146 @@
+"""The second room: prediction over short horizons from measured states, and the third, free running, beside it.
+
+About every 0.25 s a model starts at the measured angle and velocity and runs free, with the true EMG, for up to 2 s. It
+has no time to diverge, so its error tells how wrong the physics is, not how unstable the motion. All restarts of all
+trials are one batch.
+
+Shapes: T trials, N samples, M muscles, R restarts, F features.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from myowave.diagnosis.rooms.measured import Along, Measured
+from myowave.diagnosis.rooms.names import EMG_ONLY, HOLD, POSTURE, SAME_SPEED
+from myowave.diagnosis.rooms.regression import fit_linear, polynomial
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+# ASSUME: the state at a restart is the smoothed measured one; it looks 0.175 s ahead, for all predictors alike.
+HORIZONS_S = (0.1, 0.2, 0.5, 1.0, 2.0)
+WHOLE_TRIAL_S = np.inf  # stands for free running over the whole trial
+RESTART_S = 0.25
+EMG_PAST_S, EMG_WINDOWS = 0.2, 4  # EMG from so long before a restart to the horizon, in so many equal windows
+OVERFLOWN_RAD = 1e6  # an angle beyond this is none
+COLUMNS = ["predictor", "horizon_s", "held_out", "rmse_deg"]
+
+
+@dataclass(frozen=True)
+class Restarts:
+    """Samples of trials at which a prediction starts: their indices (R,) each."""
+
+    trial: Index
+    start: Index
+
+    @classmethod
+    def every(cls, measured: Measured, seconds: float) -> "Restarts":
+        """Restarts so far apart, but for the first sample of a trial, where nothing is known of the past."""
+        stride = max(1, round(seconds / measured.dt))
+        starts = [np.arange(stride, length - 1, stride) for length in measured.lengths]
+        trial = np.repeat(np.arange(len(starts)), [len(s) for s in starts])
+        return cls(trial, np.concatenate(starts))
+
+    def reach(self, measured: Measured, steps: int) -> NDArray[np.bool_]:
+        """Which are followed by so many recorded samples, (R,)."""
+        return self.start + steps < np.array(measured.lengths)[self.trial]
+
+    def target(self, measured: Measured, steps: int) -> Array:
+        """The measured angle after so many samples [rad], (R,); that of the last sample beyond the end."""
+        return measured.angle[self.trial, np.minimum(self.start + steps, measured.angle.shape[1] - 1)]
+
+
+def compare_horizons(models: list[Along], errors: pd.DataFrame) -> pd.DataFrame:
+    """Error against the horizon, on training and on held-out trials: predictor, horizon_s, held_out, rmse_deg.
+
+    The predictors are the models, then four to compare with, in the words of `names`:
+    - `hold the angle`: q(t + h) = q(t);
+    - `go on at the same speed`: q(t) + h qdot(t);
+    - `posture and speed`: q(t + h) - q(t) as a polynomial of degree 3 in q(t) and qdot(t), one for each horizon;
+    - `EMG without physics`: the same plus the means of the EMG in four equal windows from 0.2 s before t to t + h.
+    The last two are least squares over all samples of the training trials only, and all see the same smoothed state.
+
+    Args:
+        errors: columns model, trial, role, rmse_deg: of free running over whole trials, the last horizon (inf).
+
+    Returns:
+        rmse_deg is inf where a prediction overflows (beyond 1e6 rad); a row is missing where no trial is long enough.
+    """
+    measured = models[0].measured
+    restarts = Restarts.every(measured, RESTART_S)
+    steps = {h: max(1, round(h / measured.dt)) for h in HORIZONS_S}
+    rows: list[tuple[str, float, bool, float]] = []
+    for along in models:
+        motion = along.predict(restarts.trial, restarts.start, max(steps.values()))
+        predicted = {h: motion[:, n] for h, n in steps.items()}
+        rows += _score(along.fitted.name, predicted, measured, restarts)
+        rows += _whole_trials(along.fitted.name, errors, measured)
+    for name, predicted in baselines(measured, restarts).items():
+        rows += _score(name, predicted, measured, restarts)
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def baselines(measured: Measured, restarts: Restarts) -> dict[str, dict[float, Array]]:
+    """What a model should beat: {predictor: {horizon: angle (R,)}} [rad]."""
+    every = Restarts.every(measured, measured.dt)
+    q, qdot = _state(measured, restarts)
+    found: dict[str, dict[float, Array]] = {HOLD: {}, SAME_SPEED: {}, POSTURE: {}, EMG_ONLY: {}}
+    for horizon in HORIZONS_S:
+        steps = max(1, round(horizon / measured.dt))
+        found[HOLD][horizon] = q
+        found[SAME_SPEED][horizon] = q + steps * measured.dt * qdot
+        training = measured.training[every.trial] & every.reach(measured, steps)
+        change = every.target(measured, steps) - _state(measured, every)[0]
+        for name, features in ((POSTURE, posture_features), (EMG_ONLY, emg_features)):
+            coefficients = fit_linear(features(measured, every, steps), change, training)
+            found[name][horizon] = q + features(measured, restarts, steps) @ coefficients
+    return found
+
+
+def posture_features(measured: Measured, restarts: Restarts, steps: int) -> Array:
+    """Polynomial of degree 3 in angle and velocity at the restart, (R, 10): no EMG."""
+    return polynomial(*_state(measured, restarts))
+
+
+def emg_features(measured: Measured, restarts: Restarts, steps: int) -> Array:
+    """The same, and the mean EMG of every muscle in equal windows up to the horizon, (R, 10 + 4 M)."""
+    emg = measured.emg.numpy().clip(min=0.0)
+    summed = np.concatenate([np.zeros_like(emg[:, :1]), np.cumsum(emg, axis=1)], axis=1)
+    edges = np.linspace(-round(EMG_PAST_S / measured.dt), steps, EMG_WINDOWS + 1).round().astype(int)
+    at = (restarts.start[:, None] + edges + 1).clip(0, emg.shape[1])
+    sums = np.diff(summed[restarts.trial[:, None], at], axis=1)
+    means = sums / np.diff(at, axis=1).clip(min=1)[..., None]
+    return np.concatenate([posture_features(measured, restarts, steps), means.reshape(len(at), -1)], -1)
+
+
+def _state(measured: Measured, restarts: Restarts) -> tuple[Array, Array]:
+    return measured.q[restarts.trial, restarts.start], measured.qdot[restarts.trial, restarts.start]
+
+
+def _score(
+    name: str, predicted: dict[float, Array], measured: Measured, restarts: Restarts
+) -> Iterator[tuple[str, float, bool, float]]:
+    """A row for each horizon and for training and held-out trials."""
+    held_out = ~measured.training[restarts.trial]
+    for horizon, angle in predicted.items():
+        steps = max(1, round(horizon / measured.dt))
+        for part in (False, True):
+            rows = restarts.reach(measured, steps) & (held_out == part)
+            if rows.any():
+                yield name, horizon, part, _rmse(angle[rows] - restarts.target(measured, steps)[rows])
+
+
+def _whole_trials(name: str, errors: pd.DataFrame, measured: Measured) -> Iterator[tuple[str, float, bool, float]]:
+    """Rows of free running over whole trials, every sample counted once."""
+    samples = dict(zip(measured.names, measured.lengths, strict=True))
+    for role, rows in errors[errors["model"] == name].groupby("role", sort=False):
+        weights = rows["trial"].astype(str).map(samples)
+        yield name, WHOLE_TRIAL_S, role == "test", float(np.sqrt(np.average(rows["rmse_deg"] ** 2, weights=weights)))
+
+
+def _rmse(left: Array) -> float:
+    return float(np.degrees(np.sqrt((left**2).mean()))) if (np.abs(left) < OVERFLOWN_RAD).all() else np.inf

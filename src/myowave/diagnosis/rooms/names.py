@@ -1,0 +1,9 @@
+"""What the predictors of the three rooms are called in tables, pictures and text, beside the models' own names."""
+
+POSTURE = "posture and speed"
+EMG_ONLY = "EMG without physics"
+HOLD = "hold the angle"
+SAME_SPEED = "go on at the same speed"
+NOISE = "noise of the angle"
+TORQUE_BASELINES = (POSTURE, EMG_ONLY)
+HORIZON_BASELINES = (HOLD, SAME_SPEED, POSTURE, EMG_ONLY)

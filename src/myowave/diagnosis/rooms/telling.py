@@ -1,0 +1,83 @@
+"""What the three rooms say, in sentences, from their tables."""
+
+import numpy as np
+import pandas as pd
+
+from myowave.diagnosis.rooms.names import EMG_ONLY, HORIZON_BASELINES, POSTURE
+
+AS_GOOD = 0.02  # difference of R2 that is none
+TOLD_S = 0.5  # the horizon that the sentence names
+RECORD_INSTEAD = (
+    "Record trials in which the same posture and speed need different torques: holds at several angles against a hand "
+    "that pushes and yields, lifts with different known loads, starts and stops at different speeds."
+)
+
+
+def tell_torque(torque: pd.DataFrame, found: str) -> str:
+    """The first room: how much of the torque posture, EMG and the models explain, and what to do where it is little.
+
+    Args:
+        torque: columns model, trial, held_out, rmse_Nm, r2.
+        found: the model that the diagnosis found; the first of the table is the one without effects.
+    """
+    where, r2 = explained(torque)
+    first = torque["model"].iloc[0]
+    text = (
+        f"{where}, posture and speed alone explain R2 {r2_text(r2[POSTURE])} of the torque that the motion needs, "
+        f"EMG without physics {r2_text(r2[EMG_ONLY])}, and the muscles of {first} {r2_text(r2[first])}"
+    )
+    text += f" ({found}: {r2_text(r2[found])})." if found != first else "."
+    if r2[[POSTURE, EMG_ONLY, first, found]].min() < 0:
+        text += " Below 0 is worse than a constant torque."
+    if not r2[found] > r2[POSTURE] + AS_GOOD:
+        less = "less than" if r2[found] < r2[POSTURE] - AS_GOOD else "no more than"
+        text += (
+            f" So EMG and muscles explain {less} posture and speed do, and no verdict on the muscles can stand on "
+            f"these trials. {RECORD_INSTEAD}"
+        )
+    elif r2[found] < r2[EMG_ONLY] - AS_GOOD:
+        text += " A straight line through EMG explains more than the muscles: the physics is wrong, or its EMG is."
+    return text
+
+
+def tell_horizons(horizons: pd.DataFrame, found: str) -> str:
+    """The second and third room: how far the models miss after half a second and over whole trials.
+
+    Args:
+        horizons: columns predictor, horizon_s, held_out, rmse_deg.
+        found: as in `tell_torque`.
+    """
+    first = horizons["predictor"].iloc[0]
+    where, rmse = missed(horizons)
+    near = min((h for h in rmse.columns if np.isfinite(h)), key=lambda h: abs(h - TOLD_S))
+    rival = rmse.loc[list(HORIZON_BASELINES), near].idxmin()
+    models = list(dict.fromkeys([first, found]))
+    parts = [f"{m} misses by {rmse.loc[m, near]:.2g} deg" for m in models]
+    parts.append(f"the best predictor without a model of the arm ({rival}) by {rmse.loc[rival, near]:.2g}")
+    text = f"{where}, {near:g} s after a measured state {', '.join(parts)}."
+    if np.inf in rmse.columns:
+        whole = " and ".join(f"{m} by {rmse.loc[m, np.inf]:.2g} deg" for m in models)
+        text += f" Running free over whole trials, {whole}."
+    return text
+
+
+def explained(torque: pd.DataFrame) -> tuple[str, pd.Series]:
+    """Mean R2 of each predictor over the held-out trials, over the training trials where there are none."""
+    where, rows = _part(torque)
+    return where, rows.groupby("model", sort=False)["r2"].mean()
+
+
+def missed(horizons: pd.DataFrame) -> tuple[str, pd.DataFrame]:
+    """RMSE [deg] by predictor and horizon, on held-out trials, on training trials where there are none."""
+    where, rows = _part(horizons)
+    return where, rows.pivot(index="predictor", columns="horizon_s", values="rmse_deg")
+
+
+def _part(table: pd.DataFrame) -> tuple[str, pd.DataFrame]:
+    if table["held_out"].any():
+        return "On held-out trials", table[table["held_out"]]
+    return "On training trials", table
+
+
+def r2_text(value: float) -> str:
+    return f"{value:.2f}" if value < 0.995 else f"{value:.4f}"

@@ -1,0 +1,40 @@
+"""The sentences about the three rooms."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from myowave.diagnosis.rooms.names import EMG_ONLY, HOLD, POSTURE, SAME_SPEED
+from myowave.diagnosis.rooms.telling import RECORD_INSTEAD, tell_horizons, tell_torque
+
+
+def torque_of(posture: float, base: float, found: float) -> pd.DataFrame:
+    """The same R2 on two held-out trials, and another one on a training trial that must not count."""
+    r2 = {"base": base, "base+tilt": found, POSTURE: posture, EMG_ONLY: 0.1}
+    rows = [(m, t, held, 1.0, v if held else 0.5) for m, v in r2.items() for t, held in (("1", False), ("2", True))]
+    return pd.DataFrame(rows, columns=["model", "trial", "held_out", "rmse_Nm", "r2"])
+
+
+def test_the_sentence_names_what_posture_and_the_muscles_explain():
+    text = tell_torque(torque_of(0.61, 0.72, 0.93), "base+tilt")
+    assert "posture and speed alone explain R2 0.61" in text and "muscles of base 0.72" in text
+    assert "base+tilt: 0.93" in text and RECORD_INSTEAD not in text
+
+
+@pytest.mark.parametrize(("found", "told"), [(0.30, "less than"), (0.615, "no more than"), (-np.inf, "less than")])
+def test_where_muscles_explain_no_more_than_posture_it_says_so_and_what_to_record(found, told):
+    text = tell_torque(torque_of(0.61, 0.2, found), "base+tilt")
+    assert f"explain {told} posture and speed do" in text and RECORD_INSTEAD in text
+
+
+def test_a_first_model_that_loses_to_posture_asks_for_no_other_trials_if_what_was_found_wins():
+    assert RECORD_INSTEAD not in tell_torque(torque_of(0.61, 0.2, 0.9), "base+tilt")
+
+
+def test_the_second_sentence_names_the_best_rival_and_the_whole_trials():
+    errors = {"base": 3.0, "base+tilt": 0.4, HOLD: 9.0, SAME_SPEED: 8.0, POSTURE: 5.0, EMG_ONLY: 6.0}
+    rows = [(p, h, held, e + h) for p, e in errors.items() for h in (0.2, 0.5) for held in (False, True)]
+    rows += [("base", np.inf, True, 12.0), ("base+tilt", np.inf, True, 0.7)]
+    text = tell_horizons(pd.DataFrame(rows, columns=["predictor", "horizon_s", "held_out", "rmse_deg"]), "base+tilt")
+    assert "0.5 s after" in text and "base misses by 3.5 deg" in text and "base+tilt misses by 0.9 deg" in text
+    assert "(posture and speed) by 5.5" in text and "base by 12 deg and base+tilt by 0.7 deg" in text
