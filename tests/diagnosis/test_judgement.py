@@ -24,7 +24,7 @@ def fit(make_fit):
 def weighed(fit, effects):
     """Candidates for which there is no evidence."""
     ranking = rank_effects(fit, [effects[n] for n in ("joint_damping", "gravity_tilt", "hand_load")])
-    return [replace(c, evidence=-1.0) for c in ranking]
+    return [replace(c, delta_bic=-1.0) for c in ranking]
 
 
 @pytest.fixture
@@ -62,7 +62,7 @@ def test_without_an_effect_structure_or_evidence_is_unknown_and_nothing_is_adequ
     usual = replace(fit, values=np.array([p.start for p in fit.free]))
     assert judge(nothing, independence(False)).kind == "unknown"
     assert judge(replace(nothing, ladder=(usual,)), independence(True)).kind == "adequate"
-    tempting = [replace(c, evidence=11.0) for c in weighed]
+    tempting = [replace(c, delta_bic=11.0) for c in weighed]
     assert judge(replace(nothing, ladder=(usual,), rankings=(tempting,)), independence(True)).kind == "unknown"
 
 

@@ -8,7 +8,7 @@ import time
 
 import pandas as pd
 
-from myowave.learning.sweep.study import Score, open_search, tabulate, work
+from myowave.learning.sweep.search import Score, open_search, tabulate, work
 from myowave.settings import Sweep
 
 SWEEP = {

@@ -1,4 +1,4 @@
-"""The ladder of scales, Algorithm 1: each trains on its own projection and begins where the coarser one ended."""
+"""The scales, Algorithm 1: each trains on its own projection and begins where the coarser one ended."""
 
 import math
 from dataclasses import replace

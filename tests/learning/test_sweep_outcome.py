@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from myowave.learning.sweep.objective import with_settings
-from myowave.learning.sweep.outcome import compare_scores, edge_of, override_text, study_name, summary_text
+from myowave.learning.sweep.outcome import compare_scores, edge_of, override_text, search_name, summary_text
 from myowave.settings import Dimension, Recipe, Sweep
 
 SWEEP = Sweep(dataset="case1", recipe="rollout", scales=2, dimensions={"hidden": {"low": 4, "high": 64}})
@@ -37,18 +37,18 @@ def test_epochs_of_a_trial_are_fewer_unless_they_are_searched():
     assert with_settings(Recipe(epochs=900), {"hidden": 8}).epochs == 900
 
 
-def test_a_study_is_the_same_only_where_errors_can_be_compared(tmp_path):
+def test_a_search_is_the_same_only_where_errors_can_be_compared(tmp_path):
     data, other = tmp_path / "a.parquet", tmp_path / "b.parquet"
     data.write_bytes(b"trials")
     other.write_bytes(b"other trials")
     judged = {"recipe": {"hidden": 50}, "code": "1"}
-    name = study_name(SWEEP, judged, data)
+    name = search_name(SWEEP, judged, data)
     wider = {"dimensions": {"beta": {"low": 1e-3, "high": 1e-1}}, "trials": 99, "workers": 7, "pruner": "none"}
-    assert study_name(Sweep(**SWEEP.model_dump() | wider), judged, data) == name
+    assert search_name(Sweep(**SWEEP.model_dump() | wider), judged, data) == name
     for change in ({"seeds": 9}, {"epochs": 9}, {"held_out": 0.5}):
-        assert study_name(Sweep(**SWEEP.model_dump() | change), judged, data) != name
-    assert study_name(SWEEP, judged | {"code": "2"}, data) != name
-    assert study_name(SWEEP, judged, other) != name
+        assert search_name(Sweep(**SWEEP.model_dump() | change), judged, data) != name
+    assert search_name(SWEEP, judged | {"code": "2"}, data) != name
+    assert search_name(SWEEP, judged, other) != name
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from sweep_worker import FIRST, SWEEP, start, table_of
 
-from myowave.learning.sweep.study import open_search
+from myowave.learning.sweep.search import open_search
 from myowave.settings import Sweep
 
 pytestmark = pytest.mark.postgres

@@ -246,7 +246,7 @@ def test_the_ui_says_where_there_is_nothing_to_show(tmp_path):
         serve(f"sqlite:///{tmp_path}/mlflow.db")
 
 
-def test_a_sweep_has_a_run_for_each_trial_below_its_study(tmp_path, empty_store):
+def test_a_sweep_has_a_run_for_each_trial_below_its_search(tmp_path, empty_store):
     trials = pd.DataFrame(
         {
             "trial": [0, 1, 2],
@@ -285,12 +285,12 @@ def test_a_sweep_has_a_run_for_each_trial_below_its_study(tmp_path, empty_store)
 
     client = mlflow.MlflowClient(tracking_uri=f"sqlite:///{store}")
     runs = client.search_runs([client.get_experiment_by_name(SWEEPS).experiment_id])
-    study = next(run for run in runs if run.data.tags["kind"] == "study")
-    below = {run.info.run_name: run for run in runs if run.data.tags.get("mlflow.parentRunId") == study.info.run_id}
+    search = next(run for run in runs if run.data.tags["kind"] == "search")
+    below = {run.info.run_name: run for run in runs if run.data.tags.get("mlflow.parentRunId") == search.info.run_id}
     assert set(below) == {"trial 000", "trial 001 (pruned)", "trial 002 (fail)"}
-    assert study.data.metrics["best_test_r2"] == 0.9 and study.data.metrics["default_test_r2"] == 0.8
-    assert study.data.params["hidden"] == "50"
-    assert "high edge" in study.data.tags["mlflow.note.content"]
+    assert search.data.metrics["best_test_r2"] == 0.9 and search.data.metrics["default_test_r2"] == 0.8
+    assert search.data.params["hidden"] == "50"
+    assert "high edge" in search.data.tags["mlflow.note.content"]
     pruned = below["trial 001 (pruned)"].data
     assert pruned.params["hidden"] == "20" and "held_out_error_deg" not in pruned.metrics
     assert pruned.metrics["held_out_error_deg/seed_1"] == 10.0

@@ -32,7 +32,7 @@ def test_files_laid_over_the_shipped_configuration_are_merged(project):
     assert planned["simulate_trials"] == 1 and planned["train_scale"] == 2 and "import_trials" not in planned
 
 
-def test_the_finest_scale_needs_all_coarser_ones_of_its_ladder(project):
+def test_the_finest_scale_needs_all_coarser_ones(project):
     planned = project.planned("results/learning/case1/base/rollout/3-scale/scale-0.pt")
     assert planned["train_scale"] == 3
 

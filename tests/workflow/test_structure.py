@@ -31,7 +31,7 @@ PARTS = {
 }
 DOORS = {
     "mlflow": "tracking/store.py",
-    "optuna": "learning/sweep/study.py",
+    "optuna": "learning/sweep/search.py",
     "pywt": "data/wavelets.py",
     "pyarrow": "data/store.py",
 }

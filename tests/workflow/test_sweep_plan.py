@@ -1,4 +1,4 @@
-"""What of a sweep is made again: more trials go on with the study, and training is not touched by the search."""
+"""What of a sweep is made again: more trials go on with the search, and training is not touched by the search."""
 
 import copy
 
@@ -29,13 +29,13 @@ def test_a_finished_sweep_has_nothing_to_do(swept):
     assert planned_after(swept) == {}
 
 
-def test_a_larger_number_of_trials_searches_on_in_the_same_study(swept):
+def test_a_larger_number_of_trials_searches_on_in_the_same_search(swept):
     assert planned_after(swept, trials=8) == SEARCHED
 
 
-def test_another_worker_joins_the_same_study(swept):
+def test_another_worker_joins_the_same_search(swept):
     assert planned_after(swept, workers=3) == SEARCHED | {"search_settings": 1}
 
 
-def test_what_a_trial_is_judged_by_makes_a_new_study(swept):
+def test_what_a_trial_is_judged_by_makes_a_new_search(swept):
     assert planned_after(swept, held_out=0.3)["prepare_sweep"] == 1

@@ -27,7 +27,7 @@ SIMULATED, MEASURED, RECORDED = (
 
 # The coordinates of a network are the folders of its results.
 RUNS = "{dataset}/{model}/{recipe}"
-LADDER = f"{RUNS}/{{scales}}-scale"
+NETWORK = f"{RUNS}/{{scales}}-scale"
 
 
 wildcard_constraints:

@@ -6,7 +6,7 @@ def coarser_checkpoint(wildcards):
     coarser = int(wildcards.level) + 1
     if coarser >= int(wildcards.scales):
         return []
-    return f"results/learning/{LADDER}/scale-{coarser}.pt".format(**wildcards)
+    return f"results/learning/{NETWORK}/scale-{coarser}.pt".format(**wildcards)
 
 
 def recipe_section(wildcards):
@@ -23,12 +23,12 @@ rule train_scale:
         coarser=coarser_checkpoint,
         physics=physics_files,
     output:
-        checkpoint=f"results/learning/{LADDER}/scale-{{level}}.pt",
-        history=f"results/learning/{LADDER}/history-{{level}}.parquet",
+        checkpoint=f"results/learning/{NETWORK}/scale-{{level}}.pt",
+        history=f"results/learning/{NETWORK}/history-{{level}}.parquet",
     log:
-        f"results/logs/train_scale/{LADDER}/scale-{{level}}.log",
+        f"results/logs/train_scale/{NETWORK}/scale-{{level}}.log",
     benchmark:
-        f"results/benchmarks/train_scale/{LADDER}/scale-{{level}}.tsv"
+        f"results/benchmarks/train_scale/{NETWORK}/scale-{{level}}.tsv"
     threads: 1
     params:
         physics=physics_section,
@@ -44,13 +44,13 @@ rule evaluate_model:
     input:
         trials="results/data/{dataset}/trials.parquet",
         truth=lambda wildcards: truth_of(wildcards.dataset),
-        checkpoint=f"results/learning/{LADDER}/scale-0.pt",
+        checkpoint=f"results/learning/{NETWORK}/scale-0.pt",
     output:
-        evaluation=f"results/learning/{LADDER}/evaluation.csv",
-        parameters=f"results/learning/{LADDER}/parameters.csv",
-        predictions=f"results/learning/{LADDER}/predictions.parquet",
+        evaluation=f"results/learning/{NETWORK}/evaluation.csv",
+        parameters=f"results/learning/{NETWORK}/parameters.csv",
+        predictions=f"results/learning/{NETWORK}/predictions.parquet",
     log:
-        f"results/logs/evaluate_model/{LADDER}.log",
+        f"results/logs/evaluate_model/{NETWORK}.log",
     params:
         code=digest("evaluate_model"),
     script:
@@ -78,10 +78,10 @@ rule summarize_models:
 rule draw_models:
     input:
         evaluations=expand(
-            f"results/learning/{LADDER}/evaluation.csv", scales=SETTINGS.targets.scales, allow_missing=True
+            f"results/learning/{NETWORK}/evaluation.csv", scales=SETTINGS.targets.scales, allow_missing=True
         ),
         predictions=expand(
-            f"results/learning/{LADDER}/predictions.parquet", scales=SETTINGS.targets.scales, allow_missing=True
+            f"results/learning/{NETWORK}/predictions.parquet", scales=SETTINGS.targets.scales, allow_missing=True
         ),
         histories=[
             f"results/learning/{RUNS}/{scales}-scale/history-{level}.parquet"

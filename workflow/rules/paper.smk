@@ -93,9 +93,9 @@ rule compare_paper:
 
 rule draw_paper:
     input:
-        evaluations=of_paper(f"results/learning/{LADDER}/evaluation.csv"),
-        predictions=of_paper(f"results/learning/{LADDER}/predictions.parquet"),
-        histories=of_paper(f"results/learning/{LADDER}/history-{{level}}.parquet"),
+        evaluations=of_paper(f"results/learning/{NETWORK}/evaluation.csv"),
+        predictions=of_paper(f"results/learning/{NETWORK}/predictions.parquet"),
+        histories=of_paper(f"results/learning/{NETWORK}/history-{{level}}.parquet"),
     output:
         metrics=f"results/paper/{RUNS}/metrics.png",
         predictions=f"results/paper/{RUNS}/predictions.png",

@@ -6,7 +6,7 @@ SUBJECTS = list(read_subjects(Path(SETTINGS.data.subjects))) if SETTINGS.data.su
 
 rule subjects:
     input:
-        for_targets(f"results/learning/{LADDER}/evaluation.csv", SUBJECTS),
+        for_targets(f"results/learning/{NETWORK}/evaluation.csv", SUBJECTS),
         "results/subjects.csv",
         "results/figures/subjects.png",
 

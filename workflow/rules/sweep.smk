@@ -1,10 +1,10 @@
-# A search for better settings of a recipe: `snakemake sweep --cores 2`. The study itself (a journal file, or a database)
-# is no output of any rule: Snakemake deletes outputs before a job, and a study is to be continued.
+# A search for better settings of a recipe: `snakemake sweep --cores 2`. The search itself (a journal file, or a database)
+# is no output of any rule: Snakemake deletes outputs before a job, and a search is to be continued.
 from myowave.workflow.digest import digest_module
 
 SWEEP = SETTINGS.sweep()
 SWEEP_PHYSICS = SETTINGS.physics_of(SWEEP.dataset)
-SWEPT = LADDER.format(**dump(SWEEP))
+SWEPT = NETWORK.format(**dump(SWEEP))
 SWEEP_FOLDER = f"results/learning/{SWEPT}/sweep"
 STORAGE = f"{SWEEP_FOLDER}/journal.log" if SWEEP.storage == "journal" else SWEEP.storage
 
@@ -18,12 +18,12 @@ def sweep_labels(figure):
     return {"dataset": SWEEP.dataset, "model": SWEEP.model, "recipe": SWEEP.recipe, "figure": figure}
 
 
-def sweep_figures(ladder):
+def sweep_figures(network):
     """Figures of the sweep of one dataset, model, recipe and number of scales."""
-    return [f"results/figures/{ladder}/sweep/{name}.png" for name in ("history", "importance", "slices", "contours")]
+    return [f"results/figures/{network}/sweep/{name}.png" for name in ("history", "importance", "slices", "contours")]
 
 
-# All that an error on held-out data depends on; a study is continued as long as it stays the same.
+# All that an error on held-out data depends on; a search is continued as long as it stays the same.
 judged_section = dict(
     physics=dump(SWEEP_PHYSICS),
     identify=public(DATASETS[SWEEP.dataset])["identify"],
@@ -49,7 +49,7 @@ rule prepare_sweep:
         trials=f"results/data/{SWEEP.dataset}/trials.parquet",
     output:
         scales=f"{SWEEP_FOLDER}/scales.parquet",
-        study=f"{SWEEP_FOLDER}/study.json",
+        search=f"{SWEEP_FOLDER}/search.json",
     log:
         f"results/logs/prepare_sweep/{SWEPT}.log",
     params:
@@ -64,8 +64,13 @@ rule prepare_sweep:
 rule search_settings:
     input:
         scales=f"{SWEEP_FOLDER}/scales.parquet",
+<<<<<<< HEAD
+        search=f"{SWEEP_FOLDER}/search.json",
+        physics=SETTINGS.physics.files,
+=======
         study=f"{SWEEP_FOLDER}/study.json",
         physics=SWEEP_PHYSICS.files,
+>>>>>>> arm
     output:
         done=f"{SWEEP_FOLDER}/worker-{{worker}}.txt",
     log:
@@ -77,14 +82,14 @@ rule search_settings:
         sweep=sweep_section("workers", "storage"),
         storage=STORAGE,
         judged=judged_section,
-        code=digest("search_settings"),  # a study that is full stays as it is
+        code=digest("search_settings"),  # a search that is full stays as it is
     script:
         "../scripts/search_settings.py"
 
 
 rule summarize_sweep:
     input:
-        study=f"{SWEEP_FOLDER}/study.json",
+        search=f"{SWEEP_FOLDER}/search.json",
         workers=expand(f"{SWEEP_FOLDER}/worker-{{worker}}.txt", worker=range(SWEEP.workers)),
     output:
         trials=f"{SWEEP_FOLDER}/trials.csv",

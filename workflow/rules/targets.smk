@@ -45,7 +45,7 @@ def found_model(summary):
 
 def networks_with(dataset, followed):
     """Evaluations of the networks of a dataset, with the model that its verdict found, or None."""
-    targets, pattern = SETTINGS.targets, f"results/learning/{LADDER}/evaluation.csv"
+    targets, pattern = SETTINGS.targets, f"results/learning/{NETWORK}/evaluation.csv"
     paths = for_targets(pattern, [dataset])
     if followed is not None:
         paths += expand(pattern, dataset=dataset, model=followed, recipe=targets.recipes, scales=min(targets.scales))

@@ -1,4 +1,4 @@
-"""Cut held-out data from the training trials, and make the study that workers will share."""
+"""Cut held-out data from the training trials, and make the search that workers will share."""
 
 import json
 import uuid
@@ -7,8 +7,8 @@ from pathlib import Path
 from myowave.data.holdout import hold_out_ends
 from myowave.data.store import read_trials, write_scales
 from myowave.data.wavelets import decompose
-from myowave.learning.sweep.outcome import study_name
-from myowave.learning.sweep.study import open_search
+from myowave.learning.sweep.outcome import search_name
+from myowave.learning.sweep.search import open_search
 from myowave.settings import PlannedSweep, Wavelet
 from myowave.workflow.job import job_log
 
@@ -17,7 +17,7 @@ with job_log("prepare sweep", snakemake.log[0]) as log:
     sweep, wavelet = PlannedSweep.model_validate(params.sweep), Wavelet.model_validate(params.wavelet)
     trials = hold_out_ends(read_trials(snakemake.input.trials), sweep.held_out)
     write_scales(decompose(trials, sweep.scales - 1, wavelet.name, wavelet.decompose), output.scales)
-    name = study_name(sweep, params.judged, Path(output.scales))
+    name = search_name(sweep, params.judged, Path(output.scales))
     open_search(name, params.storage, sweep, params.judged["recipe"])
-    Path(output.study).write_text(json.dumps({"name": name, "owner": uuid.uuid4().hex}))
-    log.say(f"study {name!r} in {params.storage}")
+    Path(output.search).write_text(json.dumps({"name": name, "owner": uuid.uuid4().hex}))
+    log.say(f"search {name!r} in {params.storage}")

@@ -1,4 +1,4 @@
-"""One worker of a sweep: try settings until the study has as many trials as asked for."""
+"""One worker of a sweep: try settings until the search has as many trials as asked for."""
 
 import json
 from functools import partial
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from myowave.data.store import read_scales
 from myowave.learning.sweep.objective import judge
-from myowave.learning.sweep.study import describe, open_search, work
+from myowave.learning.sweep.search import describe, open_search, work
 from myowave.learning.task import Task
 from myowave.physics.build import build_model
 from myowave.settings import Identify, Physics, PlannedSweep, Recipe
@@ -16,8 +16,8 @@ params, judged, worker = snakemake.params, snakemake.params.judged, int(snakemak
 sweep = PlannedSweep.model_validate(params.sweep)
 label = f"sweep {sweep.dataset} {sweep.model} {sweep.recipe} {sweep.scales}-scale, worker {worker}"
 with job_log(label, snakemake.log[0]) as log:
-    study = json.loads(Path(snakemake.input.study).read_text())
-    search = open_search(study["name"], params.storage, sweep, judged["recipe"], seed=sweep.seed + worker)
+    shared = json.loads(Path(snakemake.input.search).read_text())
+    search = open_search(shared["name"], params.storage, sweep, judged["recipe"], seed=sweep.seed + worker)
     task = Task(
         read_scales(snakemake.input.scales),
         build_model(sweep.model, Physics.model_validate(judged["physics"])),
@@ -28,7 +28,7 @@ with job_log(label, snakemake.log[0]) as log:
     )
     objective = partial(judge, task=task, epochs=sweep.epochs)
     tried = 0
-    for trial in work(search, objective, f"{study['owner']} {worker}"):
+    for trial in work(search, objective, f"{shared['owner']} {worker}"):
         tried += 1
         log.say(describe(trial))
         log.progress(search.counted, sweep.trials, describe(trial))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from myowave.learning.sweep import figures
 from myowave.learning.sweep.outcome import override_text, summary_text
-from myowave.learning.sweep.study import best_settings, importances, open_search, tabulate
+from myowave.learning.sweep.search import best_settings, importances, open_search, tabulate
 from myowave.plotting import save
 from myowave.settings import PlannedSweep, Recipe
 from myowave.workflow.job import job_log
@@ -14,8 +14,8 @@ params, output = snakemake.params, snakemake.output
 sweep = PlannedSweep.model_validate(params.sweep)
 what = f"{sweep.dataset}, {sweep.model}, recipe {sweep.recipe}, {sweep.scales}-scale"
 with job_log(f"summarize sweep of {what}", snakemake.log[0]) as log:
-    study = json.loads(Path(snakemake.input.study).read_text())
-    search = open_search(study["name"], params.storage, sweep, params.recipe)
+    shared = json.loads(Path(snakemake.input.search).read_text())
+    search = open_search(shared["name"], params.storage, sweep, params.recipe)
     recipe = Recipe.model_validate(params.recipe)
     table, best, shares = tabulate(search), best_settings(search), importances(search)
     table.to_csv(output.trials, index=False)

@@ -265,16 +265,20 @@ def descend(fit: Fit) -> Iterator[Fit]:
     """Levenberg-Marquardt: the fit as it is, then after each step, each no worse than the one before.
 
     A full step along a curved valley may land on its slope; the next steps from there lead back to the floor, further
-    on. So a step that fails gets these before it is given up (Chamberlain et al. 1982, the "watchdog" technique).
+    on. So a step that promises more than a residual variance and fails gets these before it is given up (Chamberlain et
+    al. 1982, the "watchdog" technique).
     """
     damping = DAMPING
     yield fit
     for _ in range(STEPS):
         step = _step(fit, damping)
-        if fit.converged or gain(fit, *step) < GAIN * fit.variance:
+        promise = gain(fit, *step)
+        if fit.converged or promise < GAIN * fit.variance:
             yield replace(fit, converged=True)
             return
-        tried = _follow(fit, _take(fit, *step), damping)
+        tried = _take(fit, *step)
+        if promise > fit.variance:
+            tried = _follow(fit, tried, damping)
         if tried is not None and tried.rss < fit.rss:
             fit, damping = tried, max(damping * DAMPING_DOWN, 1e-12)
         elif damping > DAMPING_MOST:

@@ -104,7 +104,7 @@ class Sweep(Section):
     unpruned: Whole = setting("settings that are tried to the end before any is given up", "-", 5, ge=1)
     seed: Whole = setting("seed of the search", "-", 0, ge=0)
     storage: str = setting(
-        "where the study is: journal, a file beside its results, or postgresql://USER@HOST/DATABASE",
+        "where the search is: journal, a file beside its results, or postgresql://USER@HOST/DATABASE",
         "",
         "journal",
         pattern=r"^(journal|postgresql(\+\w+)?://.+)$",

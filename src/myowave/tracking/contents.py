@@ -145,7 +145,7 @@ def from_model(model: TrainedModel) -> RunGroup:
 
 
 def from_sweep(swept: Swept) -> RunGroup:
-    """A run for the study, with the test scores of its best settings, and below it a run for each trial."""
+    """A run for the search, with the test scores of its best settings, and below it a run for each trial."""
     table = pd.read_csv(swept.folder / "trials.csv").fillna({"duration_s": 0.0})
     scores = pd.read_csv(swept.folder / "test_scores.csv")
     where = {name: scores[name].iloc[0] for name in COORDINATES}
@@ -171,7 +171,7 @@ def from_sweep(swept: Swept) -> RunGroup:
         | {f"trials_{state}": count for state, count in counts.items()},
         description=f"Search for better settings of recipe {where['recipe']}: parameters are the best, trials are the "
         f"runs below.\n\n{made_by}\n\n{summary}\n\nTest scores (medians over seeds):\n\n{_markdown(by_setting)}",
-        tags=tags | {"kind": "study"},
+        tags=tags | {"kind": "search"},
         finished=finished,
         duration_s=table["duration_s"].sum(),
         artifacts=(*tables, *swept.figures),

@@ -4,7 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from myowave.diagnosis.rooms.names import EMG_ONLY, HOLD, POSTURE, SAME_SPEED
+from myowave.diagnosis.report.figures.rooms import draw_horizons, draw_torque
+from myowave.diagnosis.rooms.names import EMG_ONLY, HOLD, NOISE, POSTURE, SAME_SPEED
 from myowave.diagnosis.rooms.telling import RECORD_INSTEAD, tell_horizons, tell_torque
 
 
@@ -27,6 +28,13 @@ def test_where_muscles_explain_no_more_than_posture_it_says_so_and_what_to_recor
     assert f"explain {told} posture and speed do" in text and RECORD_INSTEAD in text
 
 
+def test_noise_that_hides_much_of_the_torque_is_told():
+    torque = torque_of(0.61, 0.72, 0.83)
+    noise = torque[torque["model"] == "base"].assign(model=NOISE, r2=[0.9, 0.84])
+    assert "leaves about 0.84" in tell_torque(pd.concat([torque, noise]), "base+tilt")
+    assert "noise" not in tell_torque(pd.concat([torque, noise.assign(r2=0.999)]), "base+tilt")
+
+
 def test_a_first_model_that_loses_to_posture_asks_for_no_other_trials_if_what_was_found_wins():
     assert RECORD_INSTEAD not in tell_torque(torque_of(0.61, 0.2, 0.9), "base+tilt")
 
@@ -38,3 +46,24 @@ def test_the_second_sentence_names_the_best_rival_and_the_whole_trials():
     text = tell_horizons(pd.DataFrame(rows, columns=["predictor", "horizon_s", "held_out", "rmse_deg"]), "base+tilt")
     assert "0.5 s after" in text and "base misses by 3.5 deg" in text and "base+tilt misses by 0.9 deg" in text
     assert "(posture and speed) by 5.5" in text and "base by 12 deg and base+tilt by 0.7 deg" in text
+
+
+def test_what_overflows_is_said_in_text_and_picture():
+    torque = torque_of(0.61, -np.inf, -np.inf)
+    assert "muscles of base -inf" in tell_torque(torque, "base")
+    texts = [text.get_text() for axis in draw_torque(torque, "base").axes for text in axis.texts]
+    assert texts and set(texts) == {"torque overflows"}
+    rows = [(p, h, True, 1.0) for p in (HOLD, SAME_SPEED, POSTURE, EMG_ONLY) for h in (0.2, 0.5)]
+    rows = [("base", 0.2, True, 5.0), ("base", 0.5, True, np.inf), *rows]
+    horizons = pd.DataFrame(rows, columns=["predictor", "horizon_s", "held_out", "rmse_deg"])
+    assert "base misses by inf deg" in tell_horizons(horizons, "base")
+    figure = draw_horizons(horizons, 0.5, pd.DataFrame(columns=["source", "heldout_rmse_deg"]), "base")
+    assert any("base (overflows" in text.get_text() for text in figure.legends[0].get_texts())
+
+
+def test_trials_too_short_for_a_window_or_a_horizon_are_said_to_be():
+    torque = torque_of(np.nan, np.nan, np.nan)
+    assert "too short" in tell_torque(torque, "base") and draw_torque(torque, "base").axes
+    horizons = pd.DataFrame([("base", np.inf, True, 5.0)], columns=["predictor", "horizon_s", "held_out", "rmse_deg"])
+    assert "too short" in tell_horizons(horizons, "base")
+    assert draw_horizons(horizons, 0.5, pd.DataFrame(columns=["source", "heldout_rmse_deg"]), "base").axes

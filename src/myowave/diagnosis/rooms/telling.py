@@ -3,9 +3,10 @@
 import numpy as np
 import pandas as pd
 
-from myowave.diagnosis.rooms.names import EMG_ONLY, HORIZON_BASELINES, POSTURE
+from myowave.diagnosis.rooms.names import EMG_ONLY, HORIZON_BASELINES, NOISE, POSTURE
 
 AS_GOOD = 0.02  # difference of R2 that is none
+WORTH_TELLING = 0.99  # below this R2 noise is worth a sentence
 TOLD_S = 0.5  # the horizon that the sentence names
 RECORD_INSTEAD = (
     "Record trials in which the same posture and speed need different torques: holds at several angles against a hand "
@@ -22,11 +23,15 @@ def tell_torque(torque: pd.DataFrame, found: str) -> str:
     """
     where, r2 = explained(torque)
     first = torque["model"].iloc[0]
+    if r2[[POSTURE, first]].isna().any():
+        return "The trials are too short, or too still, to compare torques."
     text = (
         f"{where}, posture and speed alone explain R2 {r2_text(r2[POSTURE])} of the torque that the motion needs, "
         f"EMG without physics {r2_text(r2[EMG_ONLY])}, and the muscles of {first} {r2_text(r2[first])}"
     )
     text += f" ({found}: {r2_text(r2[found])})." if found != first else "."
+    if r2.get(NOISE, 1.0) < WORTH_TELLING:
+        text += f" The noise of the angle leaves about {r2_text(r2[NOISE])} for a model that is right."
     if r2[[POSTURE, EMG_ONLY, first, found]].min() < 0:
         text += " Below 0 is worse than a constant torque."
     if not r2[found] > r2[POSTURE] + AS_GOOD:
@@ -49,16 +54,28 @@ def tell_horizons(horizons: pd.DataFrame, found: str) -> str:
     """
     first = horizons["predictor"].iloc[0]
     where, rmse = missed(horizons)
-    near = min((h for h in rmse.columns if np.isfinite(h)), key=lambda h: abs(h - TOLD_S))
-    rival = rmse.loc[list(HORIZON_BASELINES), near].idxmin()
+    horizon = named_horizon(rmse)
+    if horizon is None:
+        return "The trials are too short to predict over short horizons."
+    rival = best_rival(rmse, horizon)
     models = list(dict.fromkeys([first, found]))
-    parts = [f"{m} misses by {rmse.loc[m, near]:.2g} deg" for m in models]
-    parts.append(f"the best predictor without a model of the arm ({rival}) by {rmse.loc[rival, near]:.2g}")
-    text = f"{where}, {near:g} s after a measured state {', '.join(parts)}."
+    parts = [f"{m} misses by {rmse.loc[m, horizon]:.2g} deg" for m in models]
+    parts.append(f"the best predictor without a model of the arm ({rival}) by {rmse.loc[rival, horizon]:.2g}")
+    text = f"{where}, {horizon:g} s after a measured state {', '.join(parts)}."
     if np.inf in rmse.columns:
         whole = " and ".join(f"{m} by {rmse.loc[m, np.inf]:.2g} deg" for m in models)
         text += f" Running free over whole trials, {whole}."
     return text
+
+
+def named_horizon(rmse: pd.DataFrame) -> float | None:
+    """The horizon [s] nearest to half a second, of a table as `missed` gives it; None if there is none."""
+    return min((h for h in rmse.columns if np.isfinite(h)), key=lambda h: abs(h - TOLD_S), default=None)
+
+
+def best_rival(rmse: pd.DataFrame, horizon: float) -> str:
+    """The predictor without a model of the arm that misses by least."""
+    return rmse.loc[list(HORIZON_BASELINES), horizon].idxmin()
 
 
 def explained(torque: pd.DataFrame) -> tuple[str, pd.Series]:

@@ -1,6 +1,6 @@
 """Pictures of a sweep: how the error fell, which settings matter, and where the good ones are.
 
-Tables come in as `study.tabulate` makes them. Errors are free-running on held-out data, in degrees.
+Tables come in as `search.tabulate` makes them. Errors are free-running on held-out data, in degrees.
 """
 
 from collections.abc import Mapping, Sequence

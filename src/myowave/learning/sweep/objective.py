@@ -8,7 +8,7 @@ import numpy as np
 from myowave.data.trials import Trials
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.prediction import predict_free_running, to_tensors
-from myowave.learning.sweep.study import Score, Settings
+from myowave.learning.sweep.search import Score, Settings
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
 from myowave.settings import Recipe

@@ -11,14 +11,14 @@ import pandas as pd
 import yaml
 
 from myowave.learning.sweep.objective import with_settings
-from myowave.learning.sweep.study import Settings
+from myowave.learning.sweep.search import Settings
 from myowave.settings import Dimension, PlannedSweep, Recipe, Sweep, dump
 
 BEST = "_best"  # the best settings of a recipe make a recipe of this ending
 _EDGE = 0.05  # share of a range that counts as its edge
 
 
-def study_name(sweep: Sweep, judged: Mapping[str, Any], data: Path) -> str:
+def search_name(sweep: Sweep, judged: Mapping[str, Any], data: Path) -> str:
     """A name that is the same only where errors of trials can be compared.
 
     Ranges, number of trials and how they are chosen may change between runs; what a trial is judged by may not.
@@ -39,7 +39,7 @@ def override_text(sweep: PlannedSweep, recipe: Recipe, best: Settings, table: pd
     """A configuration file, to lay over config.yaml, with the best settings as a recipe of their own.
 
     Args:
-        table: of the trials, see `study.tabulate`.
+        table: of the trials, see `search.tabulate`.
         path: where the file will be, for its own comment.
     """
     name = sweep.recipe + BEST
@@ -71,7 +71,7 @@ def summary_text(sweep: Sweep, default: Settings, best: Settings, table: pd.Data
 
     Args:
         default: settings of the recipe that was to be improved.
-        table: of the trials, see `study.tabulate`.
+        table: of the trials, see `search.tabulate`.
     """
     rows, advice = [], []
     for name, dimension in sweep.dimensions.items():

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from myowave.diagnosis.report.figures.style import legend, short, style, unique
 from myowave.diagnosis.rooms.names import EMG_ONLY, HOLD, NOISE, POSTURE, SAME_SPEED
-from myowave.diagnosis.rooms.telling import explained, missed, r2_text
+from myowave.diagnosis.rooms.telling import best_rival, explained, missed, named_horizon, r2_text
 from myowave.plotting import BLACK, BLUE, GREEN, GREY, MEASURED, MODEL, ORANGE, PINK, canvas, title
 
 LOWEST_R2 = -0.5  # what explains less stands at the edge
@@ -62,9 +62,12 @@ def draw_torque(torque: pd.DataFrame, found: str) -> Figure:
     share.set_xlabel("$R^2$ of the torque that the motion needs [-]")
     missing.set_xlim(left=0)
     missing.set_xlabel("torque that is missing, RMS [N m]")
-    for row in torque[torque["model"].isin(names) & (torque["r2"] < LOWEST_R2)].itertuples():
-        place = names.index(row.model) + (OFFSET if row.held_out else -OFFSET)
-        share.annotate(f"{row.r2:.2g}", (LOWEST_R2, place), (4, -12), textcoords="offset points", fontsize=8)
+    for (name, held_out), r2 in torque[torque["r2"] < LOWEST_R2].groupby(["model", "held_out"])["r2"]:
+        if name in names:
+            place = names.index(name) + (OFFSET if held_out else -OFFSET)
+            ends = dict.fromkeys(f"{value:.2g}" for value in (r2.min(), r2.max()))
+            text = "torque overflows" if np.isinf(r2).any() else " to ".join(ends)
+            share.annotate(text, (LOWEST_R2, place), (8, -3), textcoords="offset points", fontsize=9)
     legend(figure, share, columns=3)
     where, r2 = explained(torque)
     first = torque["model"].iloc[0]
@@ -93,8 +96,10 @@ def draw_horizons(horizons: pd.DataFrame, noise_deg: float, networks: pd.DataFra
         for name, look in BASELINES.items():
             _draw_line(axis, rows[rows["predictor"] == name], place, {**look, "label": name, "markersize": 4.5})
         for order, name in enumerate(dict.fromkeys([first, found])):
-            look = {"marker": "o", "linewidth": 2.4, "label": short(name), **style(order)}
-            _draw_line(axis, rows[rows["predictor"] == name], place, look)
+            own = rows[rows["predictor"] == name]
+            overflows = " (overflows where there is no line)" * bool(np.isinf(own["rmse_deg"]).any())
+            look = {"marker": "o", "linewidth": 2.4, "label": short(name) + overflows, **style(order)}
+            _draw_line(axis, own, place, look)
         if held_out:
             for source, errors in networks.groupby("source", sort=False):
                 x = np.full(len(errors), place[np.inf])
@@ -121,18 +126,14 @@ def _draw_line(axis: Axes, rows: pd.DataFrame, place: dict[float, float], look: 
 
 
 def _finding(horizons: pd.DataFrame, first: str, found: str) -> str:
-    """Up to which horizon each model is better than every predictor without one."""
+    """What half a second does to the first model, to what was found, and to the best predictor without a model."""
     where, rmse = missed(horizons)
-    rmse = rmse[[h for h in rmse.columns if np.isfinite(h)]]
-    best = rmse.loc[[name for name in BASELINES if name in rmse.index]].min()
-    texts = []
-    for model in dict.fromkeys([first, found]):
-        wins = [f"{h:g}" for h in rmse.columns if rmse.loc[model, h] < best[h]]
-        if len(wins) == len(rmse.columns):
-            texts.append(f"{short(model)} at every horizon")
-        else:
-            texts.append(f"{short(model)} at {', '.join(wins)} s only" if wins else f"{short(model)} at none")
-    return f"{where}, what beats prediction without a model of the arm: {'; '.join(texts)}"
+    horizon = named_horizon(rmse)
+    if horizon is None:
+        return "The trials are too short to predict over short horizons"
+    texts = [f"{short(model)} misses by {rmse.loc[model, horizon]:.2g} deg" for model in dict.fromkeys([first, found])]
+    texts.append(f"the best without a model of the arm by {rmse.loc[best_rival(rmse, horizon), horizon]:.2g}")
+    return f"{where}, {horizon:g} s after a measured state {', '.join(texts)}"
 
 
 def _models(names: pd.Series) -> list[str]:

@@ -7,7 +7,7 @@ import signal
 import pytest
 from sweep_worker import FIRST, SWEEP, error_of, objective, start, table_of
 
-from myowave.learning.sweep.study import Score, best_settings, importances, open_search, tabulate, work
+from myowave.learning.sweep.search import Score, best_settings, importances, open_search, tabulate, work
 from myowave.settings import Sweep
 
 
@@ -129,7 +129,7 @@ def test_an_error_in_the_objective_ends_the_worker_and_is_not_counted(storage):
     assert len(trials) == 2
 
 
-def test_a_study_without_a_result_says_where_to_look(storage):
+def test_a_search_without_a_result_says_where_to_look(storage):
     search, _ = run(storage, 2, lambda settings: iter([Score(1, (math.inf, 1.0))]))
     with pytest.raises(ValueError, match="learning.sweep.dimensions"):
         best_settings(search)

@@ -1,7 +1,7 @@
 """A search for better settings that several workers share: the only module that imports Optuna.
 
-A study lives in a storage that all workers see: a journal file, or a PostgreSQL server. Workers are independent
-processes, on one machine or on many. Whatever is killed, the study stays whole:
+A search lives in a storage that all workers see: a journal file, or a PostgreSQL server. Workers are independent
+processes, on one machine or on many. Whatever is killed, the search stays whole:
 
 - Each trial carries the name of its worker from its making on. A worker that starts first marks trials FAIL that it
   left unfinished when it was killed. Nobody else can know that they are dead: storages keep them RUNNING for ever.
@@ -53,7 +53,7 @@ Objective = Callable[[Settings], Iterator[Score]]
 
 @dataclass(frozen=True)
 class Search:
-    """An open study.
+    """An open search: a study of Optuna.
 
     Args:
         sweep: what is searched, how often, and when a trial is given up.
@@ -76,7 +76,7 @@ class Search:
 
 
 def open_search(name: str, storage: str, sweep: Sweep, default: Settings, seed: int = 0) -> Search:
-    """The study of this name, made where it is not there yet.
+    """The search of this name, made where it is not there yet.
 
     Only one process may open a PostgreSQL database for the first time, so this is called once before the workers start.
 
@@ -101,7 +101,7 @@ def open_search(name: str, storage: str, sweep: Sweep, default: Settings, seed: 
 
 
 def work(search: Search, objective: Objective, worker: str) -> Iterator[FrozenTrial]:
-    """Try settings until the study has as many trials as asked for; yield each that this worker finished.
+    """Try settings until the search has as many trials as asked for; yield each that this worker finished.
 
     Args:
         objective: yields a score after each scale, the last at level 0.
@@ -145,7 +145,7 @@ def tabulate(search: Search) -> pd.DataFrame:
     """One row per trial: number, state, error, settings, error after each scale and of each seed, duration, worker.
 
     Columns `scale_{level}` are means over the seeds, `seed_{i}` those of the last scale that was reached. Trials that
-    were never begun, as the study was full or another worker had the default, are left out.
+    were never begun, as the search was full or another worker had the default, are left out.
     """
     rows = []
     for trial in search.trials():
