@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from myowave.identification.free_parameters import Free, start_values
+from myowave.identification.free_parameters import Free
 from myowave.identification.output_error import Fit, fit_from, fit_model, fit_simulated
 from myowave.identification.record import Record
 from myowave.identification.weak_form import DAMPING, WeakForm, effects_unseen_by_angle
@@ -42,7 +42,7 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
     found = attempt_fit(lambda: fit_model(model, record, free, starts=starts))
     if found is not None and predicts(found):
         return found
-    values = weak_values(model, record, free, starts)
+    values = weak_values(model, record, free)
     standing = _shortest(model, record.cut(HORIZONS_S[0]), free, values, starts)
     for horizon_s in (*HORIZONS_S[1:], None):
         longer = record if horizon_s is None else record.cut(horizon_s)
@@ -60,18 +60,17 @@ def predicts(fit: Fit) -> bool:
     return fit.rss < float((((angle - mean) * valid) ** 2).sum())
 
 
-def weak_values(model: Model, record: Record, free: Sequence[Free], starts: int = 1) -> Array:
+def weak_values(model: Model, record: Record, free: Sequence[Free]) -> Array:
     """Values (P,) that obey the equation of motion best along the measured angle; the usual ones where that says
     nothing of the model's effects."""
     usual = np.array([p.start for p in free])
     if effects_unseen_by_angle(model) or not len(free):
         return usual
-    values = np.concatenate([usual[None], start_values(free, range(1, starts))])
     try:
-        weak, damping = WeakForm.of(model, record), np.full(len(values), DAMPING)
+        weak, values, damping = WeakForm.of(model, record), usual[None], np.full(1, DAMPING)
         for _ in range(WEAK_STEPS):
             values, damping = weak.step(free, values, damping)
-        return values[np.nan_to_num((weak.residual(free, values) ** 2).sum(-1), nan=np.inf).argmin()]
+        return values[0] if np.isfinite(values).all() else usual
     except (ValueError, np.linalg.LinAlgError):  # a trial too short for its test functions, or sums that overflow
         return usual
 
