@@ -12,6 +12,7 @@ from myowave.data.wavelets import decompose
 from myowave.learning import rollouts
 from myowave.learning.augmentation import imagine_emg
 from myowave.learning.checkpoint import Checkpoint
+from myowave.learning.evaluation import tabulate_parameters
 from myowave.learning.prediction import run_free, to_tensors
 from myowave.learning.rollouts.training import CLIP, clip_gradients, weigh_physics
 from myowave.learning.task import Task
@@ -48,6 +49,28 @@ def test_a_seed_trains_the_same_alone_and_among_others(kind, request):
 def test_simulated_motion_counts_the_less_the_worse_physics_is_beside_the_network():
     physics, network = torch.tensor([1e-6, 1e-4, 1e-2]), torch.full((3,), 1e-4)
     assert weigh_physics(physics, network).tolist() == pytest.approx([1.0, 1.0, 0.01])
+
+
+@pytest.fixture
+def hopeless(rollout):
+    """A forearm so light that no motion of the model follows the trials."""
+    light = {level: replace(trials, constants={"mass": 1e-3}) for level, trials in rollout.scales.items()}
+    return changed(replace(rollout, scales=light), epochs=20)
+
+
+def test_physics_that_does_not_follow_the_trials_teaches_nothing_and_stops_nothing(hopeless):
+    reports, last = train(hopeless)
+    without, _ = train(changed(hopeless, simulated_trials=0))
+    assert not (last.physics_mse < last.scaling.angle_std**2).any()
+    assert last.val_mse.isfinite().all() and last.values.isfinite().all()
+    for one, other in zip(reports, without, strict=True):
+        assert torch.equal(one.losses.total, other.losses.total) and torch.equal(one.val_mse, other.val_mse)
+
+
+def test_values_of_physics_that_does_not_follow_the_trials_carry_a_note(hopeless, rollout):
+    notes = tabulate_parameters(train(hopeless)[1])["note"]
+    assert notes.str.startswith("not to be trusted: motion simulated with these values ").all()
+    assert not tabulate_parameters(train(changed(rollout, epochs=20))[1])["note"].str.startswith("not").any()
 
 
 def test_only_a_gradient_that_is_too_large_is_shortened():

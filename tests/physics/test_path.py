@@ -11,7 +11,6 @@ import pytest
 import torch
 import yaml
 
-from myowave.physics.bound import bind
 from myowave.physics.build import build_model
 from myowave.physics.dynamics import muscle_quantities
 from myowave.physics.effects import SHIPPED, catalogue
@@ -20,6 +19,7 @@ from myowave.physics.muscle import EXTENSOR, FLEXOR
 from myowave.physics.path import SideBySide, StraightPath, TablePath, read_path
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
+from myowave.physics.valued import give_values
 from myowave.settings import parse_settings
 
 ROOT = Path(__file__).parents[2]
@@ -91,6 +91,11 @@ def test_a_path_goes_through_its_table_and_on_with_the_moment_arm_of_the_end(ang
         torch.testing.assert_close(length, length[0] - arm[0] * (q - end), rtol=0, atol=1e-12)
 
 
+def test_paths_are_equal_only_if_they_are_the_same():
+    assert StraightPath(0.3, 0.8, FLEXOR) == PATHS["straight flexor"] != PATHS["straight extensor"]
+    assert PATHS["table"] == PATHS["table"] != PATHS["uneven table"]
+
+
 def test_an_angle_that_is_not_a_number_gives_a_length_that_is_none():
     length, arm = PATHS["table"].length_and_arm(torch.tensor([math.nan, 1.0], dtype=DOUBLE))
     assert length.isnan().tolist() == arm.isnan().tolist() == [True, False]
@@ -124,9 +129,9 @@ def test_a_model_may_mix_kinds_of_paths_and_moves_alike(elbow, mixed, noisy_emg,
 def test_paths_side_by_side_are_those_of_each_muscle_in_any_batch(mixed):
     scale, l1 = torch.tensor([[1.1], [0.9]], dtype=DOUBLE), torch.tensor([0.2, 0.21, 0.22], dtype=DOUBLE)
     q = torch.linspace(0.1, 2.0, 2 * 3 * 7, dtype=DOUBLE).reshape(2, 3, 7)
-    bound = bind(mixed, {"scale_Bi": scale, "l1_Tri": l1}, q).along(1)
-    assert isinstance(bound.combined.path, SideBySide)
-    found = muscle_quantities(bound, q, torch.zeros_like(q), torch.zeros(*q.shape, 2, dtype=DOUBLE))["moment_arm"]
+    valued = give_values(mixed, {"scale_Bi": scale, "l1_Tri": l1}, q).along(1)
+    assert isinstance(valued.combined.path, SideBySide)
+    found = muscle_quantities(valued, q, torch.zeros_like(q), torch.zeros(*q.shape, 2, dtype=DOUBLE))["moment_arm"]
     table, triceps = mixed.muscles[0].path, replace(mixed.muscles[1].path, l1=l1[:, None])
     torch.testing.assert_close(found[..., 0], scale[..., None] * table.length_and_arm(q)[1], rtol=0, atol=1e-15)
     torch.testing.assert_close(found[..., 1], triceps.length_and_arm(q)[1], rtol=0, atol=1e-15)

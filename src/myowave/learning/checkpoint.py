@@ -39,6 +39,8 @@ class Checkpoint:
         weights: of the network, leading axis S.
         names, values, errors: identified parameters and their standard errors, (S, P), SI units.
         correlations: between the identified parameters, (S, P, P).
+        physics_mse: how far motion simulated with the values misses the training trials [rad^2], (S,); infinite where
+            it diverges, NaN where nobody simulated it.
         val_mse, val_r2: on the validation windows, (S,).
     """
 
@@ -61,6 +63,7 @@ class Checkpoint:
     values: Tensor
     errors: Tensor
     correlations: Tensor
+    physics_mse: Tensor
     val_mse: Tensor
     val_r2: Tensor
 

@@ -1,5 +1,6 @@
 """How good a trained network is: metrics of the paper by seed, identified parameters, and the tables they go into."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -121,6 +122,10 @@ def tabulate_parameters(checkpoint: Checkpoint) -> pd.DataFrame:
 
 
 def _identifiability(checkpoint: Checkpoint, seed: int, parameter: int) -> str:
+    missed = float(checkpoint.physics_mse[seed])
+    if missed >= checkpoint.scaling.angle_std**2:
+        how = f"misses the trials by {math.degrees(math.sqrt(missed)):.0f} deg" if missed < math.inf else "diverges"
+        return f"not to be trusted: motion simulated with these values {how}"
     correlation = checkpoint.correlations[seed, parameter].clone()
     if correlation.isnan().any():
         return "no standard error: identified jointly with the weights"

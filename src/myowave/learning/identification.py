@@ -83,11 +83,11 @@ class Identification:
         self._fits = list(search.fits())
         descents = {}
         for seed, fit in enumerate(self._fits):
-            if fit is None:
-                self._values[seed] = start[seed]
-            else:
+            if fit is not None:
                 descents[seed] = descend(fit)
                 next(descents[seed])  # the fit as it is
+            elif unseen:  # else they stay what explains the measured motion best
+                self._values[seed] = start[seed]
         while descents:
             for seed, descent in list(descents.items()):
                 fit = next(descent, None)

@@ -24,6 +24,13 @@ class Search(Protocol):
     @property
     def values(self) -> Tensor: ...
 
+    @property
+    def mse(self) -> Tensor:
+        """How far motion simulated with the values misses the training trials [rad^2], (S,).
+
+        Infinite where it diverges, NaN where nobody simulates it.
+        """
+
     def uncertainty(self) -> tuple[Tensor, Tensor]:
         """Standard errors (S, P) of the values and their correlations (S, P, P); NaN where they are not known."""
 

@@ -145,8 +145,10 @@ class _Best:
 def _checkpoint(stage: Stage, search: Search, best: _Best, epochs: int, seconds: float) -> Checkpoint:
     before, values = stage.before, search.values
     errors, correlations = torch.full_like(values, math.nan), torch.full((*values.shape, values.shape[1]), math.nan)
+    physics_mse = values.new_full(values.shape[:1], math.nan)
     if stage.level == 0:
         errors, correlations = search.uncertainty()
+        physics_mse = search.mse
     return Checkpoint(
         **stage.task.labels,
         level=stage.level,
@@ -161,6 +163,7 @@ def _checkpoint(stage: Stage, search: Search, best: _Best, epochs: int, seconds:
         values=values,
         errors=errors,
         correlations=correlations,
+        physics_mse=physics_mse,
         val_mse=best.mse.cpu(),
         val_r2=best.r2.cpu(),
     )

@@ -72,7 +72,7 @@ def beyond_tables(trials: Trials, tables: Mapping[str, TablePath]) -> list[Beyon
                 margin=tables[worst].margin_deg,
                 muscle=worst,
                 file=tables[worst].file,
-                ends=tuple(math.degrees(end) for end in ranges[worst]),
+                ends=(math.degrees(ranges[worst][0]), math.degrees(ranges[worst][1])),
             )
         )
     return found

@@ -106,6 +106,11 @@ class JointIdentification:
         """Parameters by name for the physics, each (S, 1); gradients of a loss reach `raw` through them."""
         return {name: value.unsqueeze(-1) for name, value in zip(self._names, self._from_raw(), strict=True)}
 
+    @property
+    def mse(self) -> Tensor:
+        """How far simulated motion misses the trials, (S,): not known, not a number."""
+        return self.values.new_full(self.raw.shape[:1], math.nan)
+
     def uncertainty(self) -> tuple[Tensor, Tensor]:
         """Standard errors (S, P) and correlations (S, P, P): not known, not a number."""
         errors = torch.full_like(self.values, math.nan)

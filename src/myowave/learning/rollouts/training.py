@@ -1,7 +1,8 @@
 """How a network learns from rollouts: its own predictions feed it, and physics tells it what was never measured.
 
 In the first epochs at a scale, a Gauss-Newton search identifies the parameters, a step in each epoch. At scale [0],
-motion is then simulated with them, and half of the windows to train on come from it.
+motion is then simulated with them, and half of the windows to train on come from it. Physics whose own motion misses
+the measured trials by more than their spread has nothing to teach: nothing is simulated with it.
 """
 
 import operator
@@ -47,19 +48,24 @@ class RolloutTraining:
             self.search.step()
         elif self._simulates and self._simulated is None:
             self._simulated = self._simulate()
+            self._simulates = self._simulated is not None
         trust = None if self._simulated is None else weigh_physics(self.search.mse.to(val_mse.device), val_mse)
         losses = self._loss.backward(self._simulated, trust)
         clip_gradients(self.trained)
         return losses
 
-    def _simulate(self) -> Simulated:
-        """Trials that physics makes with the identified parameters."""
+    def _simulate(self) -> Simulated | None:
+        """Trials that physics makes with the identified parameters, of seeds whose physics follows the measured ones;
+        None where that of no seed does."""
         stage, device = self._stage, self._stage.task.device
+        follows = self.search.mse < stage.network.scaling.angle_std**2
+        if not follows.any():
+            return None
         emg = imagine_emg(stage.trials, stage.task.recipe.simulated_trials, DATA_SEED)
         angle, inside = simulate_imagined(stage.task.model, self.search.params, stage.trials, emg, DATA_SEED)
         usable = torch.full((len(emg),), emg.shape[1])
         corpus = Corpus.of(stage.network, torch.from_numpy(emg).to(device), angle.to(device), stage.trials.dt, usable)
-        return Simulated(corpus, inside.to(device))
+        return Simulated(corpus, (inside & follows.unsqueeze(-1)).to(device))
 
 
 def weigh_physics(physics_mse: Tensor, network_mse: Tensor) -> Tensor:
