@@ -64,13 +64,8 @@ rule prepare_sweep:
 rule search_settings:
     input:
         scales=f"{SWEEP_FOLDER}/scales.parquet",
-<<<<<<< HEAD
         search=f"{SWEEP_FOLDER}/search.json",
-        physics=SETTINGS.physics.files,
-=======
-        study=f"{SWEEP_FOLDER}/study.json",
         physics=SWEEP_PHYSICS.files,
->>>>>>> arm
     output:
         done=f"{SWEEP_FOLDER}/worker-{{worker}}.txt",
     log:

@@ -142,7 +142,7 @@ def bind(model: Model, params: Params, like: Tensor) -> Bound:
 
 def _scaled(model: Model, muscle: Mapping[str, Tensor], full: Mapping[str, Tensor]) -> dict[str, Tensor]:
     """Constants of the muscles that the factors of their groups change, (..., T, M)."""
-    changed = {}
+    changed: dict[str, Tensor] = {}
     for name, constant in GROUP_CONSTANTS.items() if model.groups else ():
         none = torch.ones_like(full[f"{name}_{model.groups[0]}"])
         factor = _stack([full[f"{name}_{m.group}"] if m.group else none for m in model.muscles])
