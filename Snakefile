@@ -24,7 +24,7 @@ localrules:
 rule all:
     default_target: True
     input:
-        "results/summary.csv",
+        summaries,
         "results/tracking/published.md",
         figures_of_data,
         figures_of_learning,

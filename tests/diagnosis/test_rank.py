@@ -87,8 +87,8 @@ def test_candidates_are_ranked_by_evidence(ranking):
 @pytest.mark.parametrize(
     "short",
     [
-        {"evidence": EVIDENCE - 0.1},
-        {"evidence": -1000.0},
+        {"delta_bic": EVIDENCE - 0.1},
+        {"delta_bic": -1000.0},
         {"folds_won": 1, "folds": 3},
         {"folds_won": 3, "folds": 5},
         {"fit": None},

@@ -91,6 +91,11 @@ def test_a_path_goes_through_its_table_and_on_with_the_moment_arm_of_the_end(ang
         torch.testing.assert_close(length, length[0] - arm[0] * (q - end), rtol=0, atol=1e-12)
 
 
+def test_paths_are_equal_only_if_they_are_the_same():
+    assert StraightPath(0.3, 0.8, FLEXOR) == PATHS["straight flexor"] != PATHS["straight extensor"]
+    assert PATHS["table"] == PATHS["table"] != PATHS["uneven table"]
+
+
 def test_an_angle_that_is_not_a_number_gives_a_length_that_is_none():
     length, arm = PATHS["table"].length_and_arm(torch.tensor([math.nan, 1.0], dtype=DOUBLE))
     assert length.isnan().tolist() == arm.isnan().tolist() == [True, False]

@@ -54,6 +54,8 @@ def test_the_shipped_configuration_is_accepted_and_survives_a_round_trip():
         ("data.datasets.bench_elbow.files", "trial1.csv", ("'trial1.csv'", "a list of")),
         ("targets.scales", [1, 9], ("9", "1 to 5")),
         ("targets.datasets", ["case7"], ("'case7'", "case1", "bench_elbow")),
+        ("targets.without_networks", ["case7"], ("'case7'", "case1", "bench_elbow")),
+        ("targets", {"datasets": []}, ("datasets", "without_networks", "both are empty")),
         ("targets.models", {"case1": ["joint_damping"]}, ("'joint_damping'", "base+joint_damping")),
         ("data.datasets.case1.test", ["7"], ("7", "1, 2, 3, 4, 5")),
         ("data.datasets.case1.identify", {"f0_Bic": {}}, ("f0_Bic", "did you mean 'f0_Bi'")),

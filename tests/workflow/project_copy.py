@@ -74,8 +74,9 @@ class Project:
         return [json.loads(p.read_text()) for p in (self.folder / ".snakemake/metadata").iterdir() if p.is_file()]
 
     def lay_over(self, config: dict) -> tuple[str, ...]:
-        """Arguments that lay a configuration over the shipped one."""
-        (self.folder / "mine.yaml").write_text(yaml.safe_dump(config))
+        """Arguments that lay a configuration over the shipped one; only the targets that it names are made."""
+        targets = {"without_networks": [], **config.get("targets", {})}
+        (self.folder / "mine.yaml").write_text(yaml.safe_dump(config | {"targets": targets}))
         return ("--configfile", "config.yaml", "mine.yaml")
 
 

@@ -32,6 +32,12 @@ def test_files_laid_over_the_shipped_configuration_are_merged(project):
     assert planned["simulate_trials"] == 1 and planned["train_scale"] == 2 and "import_trials" not in planned
 
 
+def test_a_dataset_without_networks_is_diagnosed_and_nothing_is_trained(project):
+    planned = project.planned(*project.lay_over({"targets": {"datasets": [], "without_networks": ["bench_elbow"]}}))
+    assert planned["tell_verdict"] == planned["draw_trials"] == 1
+    assert not {"train_scale", "evaluate_model", "summarize_models", "draw_models"} & set(planned)
+
+
 def test_the_finest_scale_needs_all_coarser_ones(project):
     planned = project.planned("results/learning/case1/base/rollout/3-scale/scale-0.pt")
     assert planned["train_scale"] == 3

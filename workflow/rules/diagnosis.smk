@@ -60,7 +60,6 @@ rule compare_rooms:
         tables=ROOM_TABLES,
     log:
         "results/logs/compare_rooms/{dataset}.log",
-    threads: 1
     params:
         physics=section("physics"),
         code=digest("compare_rooms"),

@@ -20,8 +20,11 @@ def for_targets(pattern, datasets=SETTINGS.targets.datasets):
 
 
 def figures_of_data(wildcards):
-    return expand(
-        "results/figures/{dataset}/{figure}.png", dataset=SETTINGS.targets.datasets, figure=["trials", "scales"]
+    drawn = expand(
+        "results/figures/{dataset}/{figure}.png", dataset=SETTINGS.targets.diagnosed, figure=["trials", "scales"]
+    )
+    return drawn + expand(
+        "results/figures/{dataset}/recording", dataset=set(SETTINGS.targets.diagnosed) & set(RECORDED)
     )
 
 
@@ -34,8 +37,13 @@ def figures_of_learning(wildcards):
     return sorted({path for figure in figures_of(RUNS) for path in for_targets(figure)})
 
 
+def summaries(wildcards):
+    """The table of all networks, where there are any."""
+    return ["results/summary.csv"] if SETTINGS.targets.datasets else []
+
+
 def verdicts(wildcards):
-    return expand("results/diagnosis/{dataset}/verdict.html", dataset=SETTINGS.targets.datasets)
+    return expand("results/diagnosis/{dataset}/verdict.html", dataset=SETTINGS.targets.diagnosed)
 
 
 def found_model(summary):

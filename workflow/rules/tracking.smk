@@ -3,7 +3,7 @@
 
 def published_diagnoses():
     """(folder of the results, folder of the pictures, time it took) of every diagnosis that MLflow shows."""
-    return [diagnosis_paths(dataset) for dataset in SETTINGS.targets.datasets]
+    return [diagnosis_paths(dataset) for dataset in SETTINGS.targets.diagnosed]
 
 
 def diagnosis_paths(dataset):

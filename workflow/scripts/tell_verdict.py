@@ -14,7 +14,9 @@ with job_log(f"tell verdict of {snakemake.wildcards.dataset}", snakemake.log[0])
         verdict=json.loads(Path(inputs.verdict).read_text(encoding="utf-8")),
         ladder=pd.read_csv(inputs.ladder),
         parameters=pd.read_csv(inputs.parameters),
-        ranking=pd.read_csv(inputs.ranking).fillna({"absorbed_by": "", "confused_with": ""}),
+        ranking=pd.read_csv(inputs.ranking).fillna(
+            {"absorbed_by": "", "confused_with": "", "reason": "", "estimate": ""}
+        ),
         proposals=pd.read_csv(inputs.proposals),
         torque=pd.read_csv(inputs.torque),
         horizons=pd.read_csv(inputs.horizons),

@@ -25,7 +25,7 @@ from myowave.identification.least_squares import Normal, bounded_step, normal_eq
 from myowave.identification.record import Record
 from myowave.identification.uncertainty import covariance, residual_variance
 from myowave.physics.model import Model, Params
-from myowave.physics.motion import resting_states
+from myowave.physics.motion import resting_states, simulate
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import Linear, Newton, Sensitive, solve
 
@@ -184,9 +184,13 @@ def fit_model(
     Raises:
         ValueError: if the model is not able to move from any of the starts.
     """
-    free = tuple(free)
     values = start_values(free, range(seed + 1, seed + starts))
-    search = Search.begin(model, record, free, np.concatenate([[[p.start for p in free]], values]))
+    return fit_from(model, record, free, np.concatenate([[[p.start for p in free]], values]))
+
+
+def fit_from(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit:
+    """Fit a model from given values (B, P), side by side; raises as `fit_model` does."""
+    search = Search.begin(model, record, free, values)
     for _ in range(LIFTED_STEPS):
         search = search.lifted().better_half()
     best = next((fit for fit in search.fits() if fit is not None), None)
@@ -196,6 +200,15 @@ def fit_model(
             "and the constants of physics.muscles."
         )
     return polish(best)
+
+
+def fit_simulated(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit | None:
+    """Fit a model from the motion that values (P,) simulate from the measured starts; None where they have none."""
+    free, begin = tuple(free), record.starts_of(record.first_guess())
+    simulation = record.simulation(model, bind_values(free, values))
+    guess = simulate(simulation, *torch.from_numpy(begin).unbind(-1)).state
+    begun = _attempt(simulation, record, free, values, begin, guess)
+    return None if begun is None else polish(begun)
 
 
 def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:

@@ -20,23 +20,49 @@ from myowave.physics.simulation import Simulation
 
 # ASSUME: no goniometer is better than this, and no model need be: structure below it is not chased.
 SMALLEST_NOISE_DEG = 0.05
+LEAD_S = 0.3  # of EMG before a piece: more than muscles are ever late
 SMOOTHING_S = 0.35
 """Window of the local cubics that give a first guess of the motion; the fit corrects what they get wrong."""
 
 
 @dataclass(frozen=True)
+class Pieces:
+    """Where the pieces come from that trials were cut into.
+
+    Args:
+        trials: name of the trial that each is a piece of, (T,); the pieces of a trial are in the order of time.
+        begin_s: when each begins in its trial [s], (T,).
+        horizon_s: how long a piece is at least, but for trials that are shorter [s].
+        lead: samples of EMG before each piece.
+        state: (q, qdot) of the measured motion of the whole trials, smoothed, (T, N, 2).
+    """
+
+    trials: tuple[str, ...]
+    begin_s: NDArray[np.float64]
+    horizon_s: float
+    lead: int
+    state: Tensor
+
+    def take(self, index: Sequence[int], longest: int) -> "Pieces":
+        """Some of the pieces, their padding cut."""
+        trials, begin_s = tuple(self.trials[i] for i in index), self.begin_s[index]
+        return replace(self, trials=trials, begin_s=begin_s, state=self.state[index, :longest])
+
+
+@dataclass(frozen=True)
 class Record:
-    """Trials of one subject as tensors.
+    """Trials of one subject as tensors, or pieces of trials that are predicted each from a start of its own.
 
     Args:
         names: of the trials.
-        emg: one channel a muscle, (T, N, M).
+        emg: one channel a muscle, (T, L + N, M), the first L samples before those of the motion (`lead`, 0 for trials).
         angle: measured [rad], (T, N).
         valid: False where a shorter trial is padded, (T, N).
         training: which trials may be fitted, (T,).
         known: constants that are known, each (T,): the conditions of the trials.
         noise: standard deviation of the noise of the angle [rad].
         at_rest: whether every trial is known to start at rest.
+        pieces: None for whole trials.
     """
 
     names: tuple[str, ...]
@@ -48,6 +74,38 @@ class Record:
     known: dict[str, Tensor]
     noise: float
     at_rest: bool = False
+    pieces: Pieces | None = None
+
+    @property
+    def trials(self) -> tuple[str, ...]:
+        """The trial that each row is, or is a piece of, (T,)."""
+        return self.names if self.pieces is None else self.pieces.trials
+
+    @property
+    def begin_s(self) -> NDArray[np.float64]:
+        """When each row begins in its trial [s], (T,)."""
+        return np.zeros(len(self.names)) if self.pieces is None else self.pieces.begin_s
+
+    @property
+    def horizon_s(self) -> float | None:
+        """How far the motion is predicted from a start [s]; None: over whole trials."""
+        return None if self.pieces is None else self.pieces.horizon_s
+
+    @property
+    def lead(self) -> int:
+        """Samples of EMG before the first of the motion."""
+        return 0 if self.pieces is None else self.pieces.lead
+
+    @property
+    def rows_by_trial(self) -> dict[str, NDArray[np.intp]]:
+        """The rows of each trial, in the order of time."""
+        return {name: np.flatnonzero([name == other for other in self.trials]) for name in dict.fromkeys(self.trials)}
+
+    def joined(self, values: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+        """What is known at every sample (T, N), without padding, the pieces of each trial one after the other."""
+        return {
+            name: np.concatenate([values[i, self.valid[i]] for i in rows]) for name, rows in self.rows_by_trial.items()
+        }
 
     @property
     def samples(self) -> int:
@@ -61,11 +119,42 @@ class Record:
         return replace(
             self,
             names=tuple(self.names[i] for i in index),
-            emg=self.emg[index, :longest],
+            emg=self.emg[index, : self.lead + longest],
             angle=self.angle[index, :longest],
             valid=self.valid[index, :longest],
             training=self.training[index],
             known={name: values[index] for name, values in self.known.items()},
+            pieces=None if self.pieces is None else self.pieces.take(index, longest),
+        )
+
+    def cut(self, horizon_s: float) -> "Record":
+        """The trials in pieces as long as a horizon, or a little longer, so that no short rest is left.
+
+        Each piece has a start of its own. EMG goes back `LEAD_S` before it, as muscles answer late.
+        """
+        # ASSUME: states of effects (fatigue, activation that lags) are at rest where a piece begins, as in a trial.
+        assert self.pieces is None, "the record is in pieces already"
+        lead, state = round(LEAD_S / self.dt), self.first_guess()
+        counts = np.maximum(1, (self.lengths * self.dt / horizon_s + 1e-9).astype(int))
+        cuts = [np.linspace(0, n, k + 1).round().astype(int) for n, k in zip(self.lengths, counts, strict=True)]
+        row = np.repeat(np.arange(len(cuts)), counts)
+        begin, end = (np.concatenate([c[part] for c in cuts]) for part in (slice(None, -1), slice(1, None)))
+        span = np.arange(int((end - begin).max()))
+        valid = span < (end - begin)[:, None]
+        at = row[:, None], np.minimum(begin[:, None] + span, end[:, None] - 1)
+        # As in whole trials, EMG before the first sample of a trial holds the first value.
+        past = (begin[:, None] + np.arange(-lead, len(span))).clip(0, end[:, None] - 1)
+        seconds, trials = begin * self.dt, tuple(self.names[i] for i in row)
+        return replace(
+            self,
+            names=tuple(f"{name} from {second:.4g} s" for name, second in zip(trials, seconds, strict=True)),
+            emg=self.emg[row[:, None], past],
+            angle=self.angle[at],
+            valid=valid,
+            training=self.training[row],
+            known={name: values[row] for name, values in self.known.items()},
+            at_rest=False,
+            pieces=Pieces(trials, seconds, horizon_s, lead, state[at]),
         )
 
     @property
@@ -86,10 +175,12 @@ class Record:
 
     def simulation(self, model: Model, params: Params) -> Simulation:
         """What simulates these trials with a model: their EMG, the constants that are known, and other parameters."""
-        return Simulation(model, {**self.known, **params}, self.emg, self.dt)
+        return Simulation(model, {**self.known, **params}, self.emg, self.dt, lead=self.lead)
 
     def first_guess(self) -> Tensor:
         """State (q, qdot) of the measured motion, smoothed, (T, N, 2)."""
+        if self.pieces is not None:
+            return self.pieces.state
         window = 2 * max(2, round(SMOOTHING_S / self.dt / 2)) + 1
         q, qdot = np.empty_like(self.angle), np.empty_like(self.angle)
         for i, valid in enumerate(self.valid):

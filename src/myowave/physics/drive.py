@@ -78,7 +78,7 @@ def breakpoints(bound: Bound, dt: float, substeps: int) -> Tensor:
     return torch.cat([split.flatten(-2), ends + 1.0], dim=-1)
 
 
-def drive_muscles(bound: Bound, emg: Tensor, dt: float, substeps: int = 1) -> Drive:
+def drive_muscles(bound: Bound, emg: Tensor, dt: float, substeps: int = 1, lead: int = 0) -> Drive:
     """Excitation and activation of every muscle at the points of every step.
 
     Args:
@@ -86,11 +86,12 @@ def drive_muscles(bound: Bound, emg: Tensor, dt: float, substeps: int = 1) -> Dr
         emg: channels as the muscles name them, (..., T, N, M).
         dt: sampling interval [s].
         substeps: Runge-Kutta steps for each piece between kinks.
+        lead: samples of EMG before the first step.
     """
     split = breakpoints(bound, dt, substeps)
     middle = (split[..., :-1] + split[..., 1:]) / 2
     points = torch.cat([torch.stack([split[..., :-1], middle], -1).flatten(-2), split[..., -1:]], -1)
-    start = torch.arange(emg.shape[-2] - 1, dtype=emg.dtype, device=emg.device)
+    start = torch.arange(lead, emg.shape[-2] - 1, dtype=emg.dtype, device=emg.device)
     position = start[:, None, None] + points[..., None, :, None]
     pieces = (torch.diff(split, dim=-1) * dt).unsqueeze(-2)
     excitation, activation = activate(bound, emg, position, dt)

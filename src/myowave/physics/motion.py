@@ -213,7 +213,7 @@ def simulate(simulation: Simulation, q0: Tensor | float, qdot0: Tensor | float =
     q0, qdot0 = (torch.as_tensor(x, dtype=emg.dtype, device=emg.device) for x in (q0, qdot0))
     batch = batch_shape(simulation, q0, qdot0)
     states = [initial_state(simulation, q0.expand(batch), qdot0.expand(batch))]
-    for n in range(emg.shape[-2] - 1):
+    for n in range(emg.shape[-2] - 1 - simulation.lead):
         states.append(step(simulation.bound, states[-1], drive.at(n)))
     return observed(simulation, torch.stack(states, -2))
 

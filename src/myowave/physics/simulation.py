@@ -24,6 +24,7 @@ class Simulation:
         emg: one channel per muscle, (..., T, N, M), every `dt` seconds; see `drive.channels_of`.
         dt: sampling interval [s].
         substeps: Runge-Kutta steps for each piece between two kinks of the activation.
+        lead: samples of EMG before the first sample of the motion, for muscles that answer late.
 
     Raises:
         ValueError: when parameters are bound or changed, for a name that the model does not have.
@@ -34,6 +35,7 @@ class Simulation:
     emg: Tensor
     dt: float
     substeps: int = 1
+    lead: int = 0
 
     @cached_property
     def bound(self) -> Bound:
@@ -48,11 +50,11 @@ class Simulation:
     @cached_property
     def drive(self) -> Drive:
         """Excitation and activation of every muscle at the points of every step."""
-        return drive_muscles(self.bound, self.emg, self.dt, self.substeps)
+        return drive_muscles(self.bound, self.emg, self.dt, self.substeps, self.lead)
 
     def activate(self, position: Tensor) -> tuple[Tensor, Tensor]:
-        """Excitation and activation at other positions (..., T, n, D, 1), in units of samples: (..., T, n, D, M)."""
-        return activate(self.bound, self.emg, position, self.dt)
+        """Excitation and activation at positions (..., T, n, D, 1), in samples of the motion: (..., T, n, D, M)."""
+        return activate(self.bound, self.emg, position + self.lead, self.dt)
 
     def with_params(self, params: Params) -> "Simulation":
         """The same with other values for some parameters; it shares the drive if none of them changes it."""

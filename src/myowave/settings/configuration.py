@@ -46,7 +46,7 @@ class Settings(Section):
         """The section learning.sweep, what is null in it filled in from the targets."""
         sweep, targets = self.learning.sweep, self.targets
         filled_in = {
-            "dataset": sweep.dataset or targets.datasets[0],
+            "dataset": sweep.dataset or targets.diagnosed[0],
             "recipe": sweep.recipe or targets.recipes[0],
             "scales": sweep.scales or max(targets.scales),
         }
@@ -61,6 +61,8 @@ class Settings(Section):
         problems = []
         for i, name in enumerate(targets.datasets):
             problems += unless_known(f"targets.datasets[{i}]", name, datasets)
+        for i, name in enumerate(targets.without_networks):
+            problems += unless_known(f"targets.without_networks[{i}]", name, datasets)
         for i, name in enumerate(targets.follow_verdict):
             problems += unless_known(f"targets.follow_verdict[{i}]", name, datasets)
         for name in targets.models:

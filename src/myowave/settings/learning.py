@@ -82,7 +82,7 @@ class Dimension(Section):
 class Sweep(Section):
     """`snakemake sweep`: a search for better settings of a recipe, judged on data held out of the training trials."""
 
-    dataset: Name | None = setting("dataset; null: the first of targets.datasets", default=None)
+    dataset: Name | None = setting("dataset; null: the first of the targets", default=None)
     model: ModelName = setting("physical model", default="base")
     recipe: Name | None = setting("recipe to improve; null: the first of targets.recipes", default=None)
     scales: Annotated[int, Field(ge=1, le=5)] | None = setting(

@@ -29,7 +29,7 @@ def add_subjects(config: Mapping[str, Any]) -> dict[str, Any]:
     if both := sorted(set(subjects) & set(datasets)):
         raise ValueError(f"data.subjects: {', '.join(both)} in {table} is also in data.datasets; rename one.")
     targets = dict(config.get("targets") or {})
-    for key in ("datasets", "follow_verdict"):
+    for key in ("datasets", "without_networks", "follow_verdict"):
         if key in targets:
             targets[key] = [name for entry in targets[key] for name in (subjects if entry == WORD else [entry])]
     models = dict(targets.get("models") or {})

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from myowave.settings.section import ModelName, Section, setting
 
@@ -10,7 +10,8 @@ from myowave.settings.section import ModelName, Section, setting
 class Targets(Section):
     """What plain `snakemake` makes. It changes no result, only which ones there are."""
 
-    datasets: tuple[str, ...] = setting("datasets", min_length=1)
+    datasets: tuple[str, ...] = setting("datasets whose networks are trained, and which are diagnosed", default=())
+    without_networks: tuple[str, ...] = setting("further datasets: diagnosed, no network trained", default=())
     models: dict[str, tuple[ModelName, ...]] = setting(
         "physical models by dataset, such as base+joint_damping; [base] for one not named", default=dict, each="dataset"
     )
@@ -21,3 +22,14 @@ class Targets(Section):
     scales: tuple[Annotated[int, Field(ge=1, le=5)], ...] = setting(
         "numbers of scales, 1 to 5: 3 trains at scales -2, -1, 0", "-", (1, 2, 3), min_length=1
     )
+
+    @model_validator(mode="after")
+    def _something(self) -> "Targets":
+        if not self.diagnosed:
+            raise ValueError("name a dataset in datasets or in without_networks; both are empty")
+        return self
+
+    @property
+    def diagnosed(self) -> tuple[str, ...]:
+        """All datasets, each once."""
+        return tuple(dict.fromkeys([*self.datasets, *self.without_networks]))

@@ -13,7 +13,7 @@ from myowave.diagnosis.rooms.measured import Along, Fitted, Measured
 from myowave.diagnosis.rooms.names import EMG_ONLY, HOLD, POSTURE, SAME_SPEED
 from myowave.physics.motion import simulate
 
-NO_ERRORS = pd.DataFrame(columns=["model", "trial", "role", "rmse_deg"])
+NO_ERRORS = pd.DataFrame(columns=["model", "trial", "role", "rmse_deg", "horizon_s"])
 HIDDEN = [
     {},
     {"extra_delay": {"d": 0.013}},
@@ -156,6 +156,7 @@ def test_the_last_horizon_is_the_error_of_whole_trials_by_their_samples(base):
             "trial": ["1", "2", "3"],
             "role": ["train", "train", "test"],
             "rmse_deg": [1.0, 2.0, 7.0],
+            "horizon_s": np.nan,
         }
     )
     table = compare_horizons([Along(measured, Fitted(base, {}))], errors)

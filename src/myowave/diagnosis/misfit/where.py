@@ -67,12 +67,12 @@ def misfit_by(fit: Fit) -> pd.DataFrame:
     residual = np.degrees(fit.normal.residual)
     signals = inputs_of(fit)
     velocity = signals["velocity"]
-    rows = [_row("trial", name, residual[i][valid[i]]) for i, name in enumerate(fit.record.names)]
+    rows = [_row("trial", name, left) for name, left in fit.record.joined(residual).items()]
     for part, where in (("flexion", velocity > STILL_RAD_S), ("extension", velocity < -STILL_RAD_S)):
         rows.append(_row("direction", part, residual[where & valid]))
     factors = {"speed [deg/s]": np.degrees(np.abs(velocity)), "angle [deg]": np.degrees(signals["angle"])}
     factors |= {f"{n} [-]": s for n, s in signals.items() if n.startswith("activation ")}
-    factors["time [s]"] = np.broadcast_to(np.arange(residual.shape[1]) * fit.record.dt, residual.shape)
+    factors["time [s]"] = fit.record.begin_s[:, None] + np.arange(residual.shape[1]) * fit.record.dt
     for factor, signal in factors.items():
         edges = np.quantile(signal[valid], np.linspace(0, 1, BINS + 1))
         edges[0] = 0.0 if factor.startswith("speed") else edges[0]  # the slowest sample says less than standing still
@@ -153,7 +153,8 @@ def missing_torque(fit: Fit) -> MissingTorque:
     test functions (1 - s^2)^3 and integrated by parts no derivative of the data is left.
     """
     record, dt = fit.record, fit.record.dt
-    half = max(4, round(WINDOW_S / dt))
+    # Test functions fit into the shortest piece, four of them.
+    half = max(4, min(round(WINDOW_S / dt), int(record.lengths.min()) // 4))
     s = np.arange(-half, half + 1) / (half + 1)
     test = (1 - s**2) ** 3
     first = -6 * s * (1 - s**2) ** 2 / ((half + 1) * dt)
@@ -167,14 +168,14 @@ def missing_torque(fit: Fit) -> MissingTorque:
     inertia = inertia.expand_as(motion.q).numpy()
     state = motion.state.numpy()
     rows, errors = [], []
-    for i, name in enumerate(record.names):
+    for i, name in enumerate(record.trials):
         length, e = int(record.valid[i].sum()), fit.normal.residual[i]
         for centre in range(half, length - half, max(1, half // 2)):
             inside = slice(centre - half, centre + half + 1)
             kernel = second - by_angle[i, inside] * test + by_velocity[i, inside] * first
             kernel = kernel * inertia[i, centre] / test.sum()
             errors.append(np.sqrt((kernel**2).sum()) * record.noise)
-            rows.append((name, centre * dt, *state[i, centre, :2], float(kernel @ e[inside])))
+            rows.append((name, record.begin_s[i] + centre * dt, *state[i, centre, :2], float(kernel @ e[inside])))
     points = pd.DataFrame(rows, columns=["trial", "time_s", "angle_rad", "velocity_rad_s", "torque_Nm"])
     return MissingTorque(points, float(np.sqrt(np.mean(np.square(errors)))))
 

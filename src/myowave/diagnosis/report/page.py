@@ -32,6 +32,7 @@ RANKING_COLUMNS = {
     "visible_share": "visible share",
     "smallest_detectable": "smallest detectable",
     "confused_with": "like",
+    "reason": "why not",
 }
 
 
@@ -175,11 +176,22 @@ def _numbers(story: Story) -> list[tuple[str, str]]:
 def _compare(verdict: Mapping[str, Any]) -> str:
     model, errors = next(iter(verdict["rmse_deg"].items()))
     ratio = errors["train"] / errors["noise"]
-    return (
+    return _reach(verdict) + (
         f"Fitted to the training trials, the model {model} leaves {errors['train']:.3g} deg there and "
         f"{errors['heldout']:.3g} deg on trials it has not seen. The noise of the measured angle is "
         f"{errors['noise']:.2g} deg, so on the training trials it leaves {ratio:.3g} times the noise."
     )
+
+
+def _reach(verdict: Mapping[str, Any]) -> str:
+    """What the fits stand on where it is not whole trials, and models that could not be fitted."""
+    horizon, text = verdict["horizon_s"], ""
+    if horizon is not None:
+        text += (
+            f"Running free over whole trials the model diverges; all below is about predictions over {horizon:g} s, "
+            "each from a start of its own, on held-out trials from the measured state. "
+        )
+    return text + "".join(f"The model {name} could not be fitted: {why} " for name, why in verdict["failed"].items())
 
 
 def _which(story: Story) -> str:

@@ -22,6 +22,7 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
     best = best_proposal(diagnosis)
     return {
         "dataset": diagnosis.dataset,
+        "horizon_s": diagnosis.record.horizon_s,
         "verdict": verdict.kind,
         "effects": [] if verdict.kind == "unknown" else list(verdict.effects),
         "model": diagnosis.selection.fit.model.name,
@@ -50,6 +51,7 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         "structure_left": verdict.structure_left,
         "nearest": list(verdict.effects) if verdict.kind == "unknown" else [],
         "formula": diagnosis.draft.formula,
+        "failed": dict(diagnosis.failed),
     }
 
 
@@ -104,9 +106,10 @@ def ranking_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Every candidate at every rung: score, refitted error, evidence, folds, value, what it may be confused with."""
     rows = []
     for fit, ranking in zip(diagnosis.selection.ladder, diagnosis.selection.rankings, strict=True):
-        scores = {c.name: c.score for c in ranking}
+        scores = {c.name: c.score for c in ranking if not c.score.failure}
         for c in ranking:
-            others = {n: confusion(scores, c.name, n) for n in scores if n != c.name and not scores[n].absorbed}
+            rivals = [n for n in scores if c.name in scores and n != c.name and not scores[n].absorbed]
+            others = {n: confusion(scores, c.name, n) for n in rivals}
             like = sorted((n for n, share in others.items() if share > CONFUSED), key=lambda n: -others[n])
             rows.append(
                 {
@@ -123,6 +126,7 @@ def ranking_table(diagnosis: Diagnosis) -> pd.DataFrame:
                     "smallest_detectable": c.detectable,
                     "absorbed_by": " ".join(c.score.absorbed_by) if c.score.absorbed else "",
                     "confused_with": " ".join(like[:3]) if not c.score.absorbed else "",
+                    "reason": c.failure,
                 }
             )
     return pd.DataFrame(rows)
@@ -172,16 +176,16 @@ def correlations_table(diagnosis: Diagnosis) -> pd.DataFrame:
 
 
 def errors_by_trial(diagnosis: Diagnosis) -> pd.DataFrame:
-    """RMSE and R2 of every model on every trial."""
+    """RMSE and R2 of every model on every trial; `horizon_s` is empty where whole trials were predicted."""
     rows = []
     for rung in diagnosis.tried:
         for role, record, residual in _parts(diagnosis, rung):
-            for i, name in enumerate(record.names):
-                one = record.take([i])
-                left = residual[i : i + 1, : one.angle.shape[1]]
-                rmse = np.degrees(np.sqrt((left**2).sum() / one.samples))
-                rows.append((rung.name, name, role, rmse, _r2(left, one), diagnosis.noise_deg))
-    return pd.DataFrame(rows, columns=["model", "trial", "role", "rmse_deg", "r2", "noise_deg"])
+            measured = record.joined(record.angle)
+            for name, left in record.joined(residual).items():
+                rmse = np.degrees(np.sqrt((left**2).mean()))
+                r2 = float(1 - (left**2).sum() / ((measured[name] - measured[name].mean()) ** 2).sum())
+                rows.append((rung.name, name, role, rmse, r2, diagnosis.noise_deg, record.horizon_s))
+    return pd.DataFrame(rows, columns=["model", "trial", "role", "rmse_deg", "r2", "noise_deg", "horizon_s"])
 
 
 def predictions_table(diagnosis: Diagnosis) -> pd.DataFrame:
@@ -189,18 +193,17 @@ def predictions_table(diagnosis: Diagnosis) -> pd.DataFrame:
     tables = []
     for rung in diagnosis.tried:
         for role, record, residual in _parts(diagnosis, rung):
-            for i, name in enumerate(record.names):
-                length = int(record.valid[i].sum())
-                measured = record.angle[i, :length]
+            lefts = record.joined(residual)
+            for name, measured in record.joined(record.angle).items():
                 tables.append(
                     pd.DataFrame(
                         {
                             "model": rung.name,
                             "trial": name,
                             "role": role,
-                            "time_s": np.arange(length) * record.dt,
+                            "time_s": np.arange(len(measured)) * record.dt,
                             "angle_rad": measured,
-                            "predicted_rad": measured - residual[i, :length],
+                            "predicted_rad": measured - lefts[name],
                         }
                     )
                 )
@@ -247,6 +250,8 @@ def _r2(residual: np.ndarray, record: Record) -> float:
 
 
 def _status(candidate: Candidate) -> str:
+    if candidate.failure:
+        return "failed"
     if candidate.score.absorbed:
         return "absorbed"
     if candidate.acceptable:
@@ -259,6 +264,8 @@ def _status(candidate: Candidate) -> str:
 def _estimates(candidate: Candidate) -> dict[str, Any]:
     """Values and standard errors of the effect's parameters as text, and the first one as numbers."""
     pairs: list[tuple[str, float, float | None]]
+    if candidate.failure:
+        return {"estimate": "", "value": None, "se": None}
     if candidate.fit is None:
         score = candidate.score
         pairs = [(p.name, float(e) * p.scale, None) for p, e in zip(score.free, score.estimate, strict=True)]

@@ -25,8 +25,8 @@ def compare_rooms(
         trials: training and test trials; the test trials are only scored.
         build: from a name such as `base+joint_damping` to the model.
         parameters: columns model, parameter, value of every fitted model; nothing is fitted again.
-        errors: columns model, trial, role, rmse_deg, noise_deg: free running over whole trials. It says which models
-            there are; the first is the one without effects.
+        errors: columns model, trial, role, rmse_deg, noise_deg, horizon_s: free running over whole trials where
+            horizon_s is empty. It says which models there are; the first is the one without effects.
     """
     models = [Fitted(build(name), _values(parameters, name)) for name in errors["model"].unique()]
     measured = Measured.of(trials, models[0].model, float(errors["noise_deg"].iloc[0]))

@@ -65,7 +65,8 @@ def compare_horizons(models: list[Along], errors: pd.DataFrame) -> pd.DataFrame:
     The last two are least squares over all samples of the training trials only, and all see the same smoothed state.
 
     Args:
-        errors: columns model, trial, role, rmse_deg: of free running over whole trials, the last horizon (inf).
+        errors: columns model, trial, role, rmse_deg, horizon_s: of free running over whole trials, the last horizon
+            (inf), where horizon_s is empty.
 
     Returns:
         rmse_deg is inf where a prediction overflows (beyond 1e6 rad); a row is missing where no trial is long enough.
@@ -135,7 +136,8 @@ def _score(
 
 
 def _whole_trials(name: str, errors: pd.DataFrame, measured: Measured) -> Iterator[tuple[str, float, bool, float]]:
-    """Rows of free running over whole trials, every sample counted once."""
+    """Rows of free running over whole trials, every sample counted once; none where the fits are to pieces."""
+    errors = errors[errors["horizon_s"].isna()]
     samples = dict(zip(measured.names, measured.lengths, strict=True))
     for role, rows in errors[errors["model"] == name].groupby("role", sort=False):
         weights = rows["trial"].astype(str).map(samples)

@@ -11,12 +11,14 @@ from myowave.diagnosis.misfit.independence import Independence, check_independen
 from myowave.diagnosis.misfit.where import MissingTorque, describe, misfit_by, missing_torque
 from myowave.diagnosis.search.draft import Draft, draft_effect
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
+from myowave.diagnosis.search.score import FAILURES
 from myowave.diagnosis.search.selection import Selection, select_effects
 from myowave.diagnosis.search.verdict import Verdict, judge
 from myowave.identification.free_parameters import free_parameters
-from myowave.identification.output_error import Fit, fit_model, refit
+from myowave.identification.output_error import Fit, refit
 from myowave.identification.prediction import Prediction, predict
 from myowave.identification.record import Record, make_record
+from myowave.identification.stages import fit_in_stages
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import Diagnosis as DiagnosisSettings
@@ -43,13 +45,14 @@ class Diagnosis:
     """All that was found; tables and pictures only show it.
 
     Args:
-        record, test: all trials, and those that no fit has seen.
+        record, test: all trials, and those that no fit has seen; in pieces where whole trials diverge.
         rungs: the base model, then what the search added, one effect more each.
         named: further models that somebody asked for; they decide nothing.
         where: the base model's misfit in a sentence.
         proposals: trials to record next, for each pair of candidates or absorbed effect that wants one:
             {"joint_damping or muscle_damping": [...]}.
         draft: a formula for what is missing; of the base model where the verdict is unknown, else of the last one.
+        failed: models that somebody asked for and that could not be fitted, with the reason.
     """
 
     dataset: str
@@ -62,6 +65,7 @@ class Diagnosis:
     where: str
     proposals: Mapping[str, list[Proposal]]
     draft: Draft
+    failed: Mapping[str, str]
 
     @property
     def tried(self) -> tuple[Rung, ...]:
@@ -99,17 +103,25 @@ def diagnose(
     for name in [name for name, effect in effects.items() if base.refuses(effect)]:
         report(f"left out: effect {name} {base.refuses(effects.pop(name))}")
     record = make_record(trials, base, settings.angle_noise_deg, settings.at_rest)
-    test = record.take(np.flatnonzero(~record.training))
     free = free_parameters(base, identify, record.known)
-    fit = fit_model(base, record.train, free, starts=settings.starts)
+    fit = fit_in_stages(base, record.train, free, settings.starts)
+    if fit.record.horizon_s is not None:
+        report(f"stages: over whole trials {base.name} diverges; all is judged over {fit.record.horizon_s:g} s")
+        record = record.cut(fit.record.horizon_s)
+    test = record.take(np.flatnonzero(~record.training))
     report(f"compare: {base.name} leaves {np.degrees(fit.rmse()):.3g} deg; the noise is {np.degrees(record.noise):.3g}")
     selection = select_effects(fit, effects.values(), record.known)
     rungs = tuple(make_rung(fit, test) for fit in selection.ladder)
     visited = {rung.name for rung in rungs}
-    named = tuple(
-        make_rung(fit_beside(selection.ladder, model, identify), test) for model in models if model.name not in visited
-    )
-    for rung in rungs + named:
+    named, failed = [], {}
+    for model in models:
+        if model.name not in visited:
+            try:
+                named.append(make_rung(fit_beside(selection.ladder, model, identify), test))
+            except FAILURES as error:
+                failed[model.name] = str(error)
+                report(f"left out: model {model.name}: {error}")
+    for rung in (*rungs, *named):
         train, heldout = np.degrees(rung.fit.rmse()), np.degrees(rung.heldout.rmse)
         report(f"{rung.name}: training {train:.3g} deg, held-out {heldout:.3g} deg")
     verdict = judge(selection, rungs[-1].independence)
@@ -117,7 +129,8 @@ def diagnose(
     report(f"verdict: {verdict.kind}, {', '.join(verdict.effects) or 'no effect'}")
     draft = draft_effect(rungs[0].fit if verdict.kind == "unknown" else selection.fit, trials.dataset)
     proposals = _proposals(selection, verdict, effects)
-    return Diagnosis(trials.dataset, record, test, selection, rungs, named, verdict, where, proposals, draft)
+    told = rungs, tuple(named), verdict, where, proposals, draft
+    return Diagnosis(trials.dataset, record, test, selection, *told, failed)
 
 
 def fit_beside(ladder: Sequence[Fit], model: Model, identify: Mapping[str, Identify]) -> Fit:
@@ -148,7 +161,15 @@ def _proposals(selection: Selection, verdict: Verdict, effects: Mapping[str, Eff
     for members in verdict.alternatives:
         without = next(f for f in reversed(selection.ladder) if members[0] not in {e.name for e in f.model.effects})
         one, other = (effects[name] for name in members[:2])
-        proposals[f"{one.name} or {other.name}"] = propose_trials(without, one, other)
+        proposals[f"{one.name} or {other.name}"] = _propose(without, one, other)
     for name in sorted({name for names in verdict.masked.values() for name in names}):
-        proposals[f"{name} or its absence"] = propose_trials(selection.fit, effects[name])
+        proposals[f"{name} or its absence"] = _propose(selection.fit, effects[name])
     return proposals
+
+
+def _propose(fit: Fit, one: Effect, other: Effect | None = None) -> list[Proposal]:
+    """Trials to record next; none where no motion is found with the effects."""
+    try:
+        return propose_trials(fit, one, other)
+    except FAILURES:
+        return []

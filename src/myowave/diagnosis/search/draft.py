@@ -6,6 +6,7 @@ as any other effect: nothing is differentiated, and what the parameters already 
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import torch
 from torch import Tensor
@@ -13,6 +14,7 @@ from torch import Tensor
 from myowave.diagnosis.search.rank import EVIDENCE, delta_bic, independent_samples
 from myowave.diagnosis.search.score import score_effects
 from myowave.identification.output_error import Fit, polish
+from myowave.identification.stages import attempt_fit
 from myowave.physics.effect import Effect, Parameter
 
 MOST_TERMS = 3
@@ -83,8 +85,9 @@ def draft_effect(fit: Fit, dataset: str, name: str = "missing_torque") -> Draft:
     current = fit
     for _ in range(MOST_TERMS):
         scores = score_effects(current, (_effect(t) for t in LIBRARY if t.name not in chosen))
-        sound = sorted((s for s in scores.values() if not s.absorbed), key=lambda s: -s.drop)
-        tried = [(s.effect, polish(s.start)) for s in sound[:TRIED]]
+        sound = sorted((s for s in scores.values() if not s.absorbed and not s.failure), key=lambda s: -s.drop)
+        fits = [(s.effect, attempt_fit(partial(polish, s.start))) for s in sound[:TRIED]]
+        tried = [(name, found) for name, found in fits if found is not None]
         if not tried:
             break
         best, better = min(tried, key=lambda pair: pair[1].rss)

@@ -90,7 +90,7 @@ def _strength(fit: Fit, effect: Effect) -> Array:
 
 
 def _menu(fit: Fit) -> Record:
-    """The trials of the menu as a record: as long as the recorded ones, with synthetic EMG."""
+    """The trials of the menu as a record, with synthetic EMG: as long as the recorded trials, or as their pieces."""
     record = fit.record
     sides = [m.side for m in fit.model.muscles]
     samples = record.angle.shape[1]
@@ -111,6 +111,7 @@ def _menu(fit: Fit) -> Record:
         valid=np.ones((len(MENU), samples), dtype=bool),
         training=np.ones(len(MENU), dtype=bool),
         known=known,
+        pieces=None,
     )
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from myowave.diagnosis.search.score import Score, best_within, score_effects
+from myowave.diagnosis.search.score import FAILURES, Score, best_within, score_effects
 from myowave.identification.free_parameters import bounds, scales
 from myowave.identification.least_squares import pseudo_inverse
 from myowave.identification.output_error import Fit, descend, promised
@@ -37,6 +37,7 @@ class Candidate:
         delta_bic: difference of BIC in its favour; from the score where it was not refitted.
         folds_won, folds: trials that are predicted better with it, by parameters estimated from the others.
         detectable: smallest value of its first parameter that 9 of 10 such recordings would show.
+        failure: why it could not be weighed; empty where it was.
     """
 
     effect: Effect
@@ -46,6 +47,7 @@ class Candidate:
     folds_won: int
     folds: int
     detectable: float
+    failure: str = ""
 
     @property
     def name(self) -> str:
@@ -88,15 +90,22 @@ def rank_effects(
     scores = score_effects(fit, effects.values(), known)
     fits = dict(fitted or {})
     hopeful = [name for name in _worth_refitting(fit, scores) if name not in fits]
-    fits |= _race({name: scores[name].start for name in hopeful}, fits.values())
+    raced, failures = _race({name: scores[name].start for name in hopeful}, fits.values())
+    fits |= raced
+    failures |= {name: score.failure for name, score in scores.items() if score.failure}
     best = min(fits.values(), key=lambda f: f.rss, default=fit)
     samples = independent_samples(best)
     statistic = EVIDENCE + np.log(samples)
     candidates = []
     for name, score in scores.items():
         with_it = fits.get(name)
+        won, folds = 0, count_folds(fit)
+        if with_it is not None:
+            try:
+                won, folds = folds_won(fit, with_it)
+            except FAILURES as error:
+                with_it, failures[name] = None, str(error)
         rss = fit.rss - score.drop if with_it is None else with_it.rss
-        won, folds = (0, count_folds(fit)) if with_it is None else folds_won(fit, with_it)
         candidates.append(
             Candidate(
                 effect=effects[name],
@@ -106,6 +115,7 @@ def rank_effects(
                 folds_won=won,
                 folds=folds,
                 detectable=score.detectable(best.rss / samples, statistic),
+                failure=failures.get(name, "") if with_it is None else "",
             )
         )
     return sorted(candidates, key=lambda c: -c.delta_bic)
@@ -140,7 +150,7 @@ def promising_pairs(ranking: list[Candidate]) -> list[tuple[str, str]]:
 
     To first order: the signals of all effects are there, so a pair costs no more than a product of small matrices.
     """
-    scores = [c.score for c in ranking if not c.score.absorbed]
+    scores = [c.score for c in ranking if not c.score.absorbed and not c.failure]
     if len(scores) < 2:
         return []
     signals = np.concatenate([s.signal for s in scores], -1)
@@ -167,7 +177,8 @@ def promising_pairs(ranking: list[Candidate]) -> list[tuple[str, str]]:
 
 def count_folds(fit: Fit) -> int:
     """One for each trial; none where there is only one, as nothing is left to estimate from without it."""
-    return len(fit.record.names) if len(fit.record.names) > 1 else 0
+    trials = len(set(fit.record.trials))
+    return trials if trials > 1 else 0
 
 
 def folds_won(without: Fit, with_it: Fit) -> tuple[int, int]:
@@ -175,6 +186,7 @@ def folds_won(without: Fit, with_it: Fit) -> tuple[int, int]:
     if not count_folds(without):
         return 0, 0
     gains = (left_out_residuals(without) ** 2).sum(-1) - (left_out_residuals(with_it) ** 2).sum(-1)
+    gains = np.array([gains[rows].sum() for rows in without.record.rows_by_trial.values()])
     return int((gains > 0).sum()), len(gains)
 
 
@@ -182,46 +194,59 @@ def left_out_residuals(fit: Fit) -> NDArray[np.float64]:
     """Residual of each trial predicted with parameters estimated from all others, (T, N) [rad].
 
     One Gauss-Newton step from the fit to all of them; the trial's own angle and velocity at the start are estimated
-    from it, as nothing else can tell them.
+    from it, as nothing else can tell them. Of a trial in pieces all are left out together.
     """
     normal = fit.normal
     projected = normal.without_starts(normal.slope)
     own = np.einsum("tnp,tnq->tpq", projected, normal.slope)
     product = np.einsum("tnp,tn->tp", projected, normal.residual)
+    total = product.sum(0)
+    for rows in fit.record.rows_by_trial.values():
+        own[rows], product[rows] = own[rows].sum(0), product[rows].sum(0)
     scale, (low, high) = scales(fit.free), bounds(fit.free)
     loose = (fit.values > low + 1e-9 * scale) & (fit.values < high - 1e-9 * scale)
     others = (normal.matrix - own)[:, loose][:, :, loose]
     ridge = 1e-9 * np.einsum("tpp->tp", others).max(-1, initial=0.0)[:, None, None] * np.eye(int(loose.sum()))
     step = np.zeros((len(own), len(fit.free)))
-    step[:, loose] = (pseudo_inverse(others + ridge) @ (product.sum(0) - product)[:, loose, None])[..., 0]
+    step[:, loose] = (pseudo_inverse(others + ridge) @ (total - product)[:, loose, None])[..., 0]
     step = step.clip((low - fit.values) / scale, (high - fit.values) / scale)
     left = normal.residual - np.einsum("tnp,tp->tn", normal.slope, step)
     return normal.without_starts(left[..., None])[..., 0]
 
 
-def _race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> dict[str, Fit]:
-    """Fit the candidates side by side, step by step; those that fall behind too far to win stop early."""
+def _race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> tuple[dict[str, Fit], dict[str, str]]:
+    """Fit the candidates side by side, step by step; those that fall behind too far to win stop early.
+
+    Returns:
+        The fits, and of the candidates that cannot be fitted the reason.
+    """
+    failures: dict[str, str] = {}
     fits = dict(starts)
     running = {name: descend(start) for name, start in starts.items()}
     best_rival = min((f.rss for f in rivals), default=np.inf)
     while running:
         for name in list(running):
-            step = next(running[name], None)
+            try:
+                step = next(running[name], None)
+            except FAILURES as error:
+                failures[name] = str(error)
+                del running[name], fits[name]
+                continue
             if step is None:
                 del running[name]
             else:
                 fits[name] = step
-        leader = min(best_rival, *(f.rss for f in fits.values()))
+        leader = min([best_rival, *(f.rss for f in fits.values())])
         for name in list(running):
             hoped = fits[name].rss - OPTIMISM * (fits[name].rss - promised(fits[name]))
             if fits[name].record.samples * np.log(max(hoped, 1e-300) / leader) > NEAR:
                 del running[name]
-    return fits
+    return fits, failures
 
 
 def _worth_refitting(fit: Fit, scores: Mapping[str, Score]) -> list[str]:
     """Names of the candidates whose score promises evidence, or nearly as much as the best."""
-    possible = {name: s for name, s in scores.items() if not s.absorbed and s.drop > 0}
+    possible = {name: s for name, s in scores.items() if not s.absorbed and not s.failure and s.drop > 0}
     if not possible:
         return []
     samples = independent_samples(fit)

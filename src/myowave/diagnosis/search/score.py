@@ -26,6 +26,7 @@ from myowave.physics.trajectory import Newton, Sensitive, derivatives_of, solve
 Array = NDArray[np.float64]
 
 REACH = 0.3  # step of the differences by an effect's parameters, in units of a typical strength
+FAILURES = (ValueError, np.linalg.LinAlgError)  # no motion is found, or a matrix is singular or not finite
 ABSORBED = 0.01  # visible share below which an effect is as good as a change of the parameters fitted already
 LARGE_PART = 0.1  # parameters that imitate at least this part of what the largest imitator does are named
 
@@ -45,6 +46,7 @@ class Score:
         drop: fall of the sum of squares that they promise [rad^2].
         visible: share of the derivative that is left, of the combination of parameters that keeps the most [-].
         absorbed_by: free parameters that imitate the rest, the largest first.
+        failure: why there is no score; empty where there is one.
     """
 
     effect: str
@@ -56,10 +58,18 @@ class Score:
     drop: float
     visible: float
     absorbed_by: tuple[str, ...]
+    failure: str = ""
+
+    @classmethod
+    def failed(cls, fit: Fit, effect: Effect, free: tuple[Free, ...], reason: str) -> "Score":
+        """Of an effect that cannot be scored: it promises nothing."""
+        count = len(free)
+        signal, information = np.zeros((*fit.record.angle.shape, count)), np.zeros((count, count))
+        return cls(effect.name, free, fit, signal, information, np.zeros(count), 0.0, 0.0, (), reason)
 
     @property
     def absorbed(self) -> bool:
-        return self.visible < ABSORBED
+        return self.visible < ABSORBED and not self.failure
 
     def detectable(self, variance: float, statistic: float) -> float:
         """Smallest value of the first parameter that 9 of 10 recordings would show [its unit].
@@ -68,22 +78,35 @@ class Score:
             variance: of an independent sample of the residual [rad^2].
             statistic: chi-square that counts as found.
         """
+        if self.failure:
+            return np.inf
         information = max(float(self.information[0, 0]), 1e-300)
         return self.free[0].scale * (np.sqrt(statistic) + 1.2816) * np.sqrt(variance / information)
 
 
 def score_effects(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> dict[str, Score]:
-    """Score every effect that the fitted model does not have.
+    """Score every effect that the fitted model does not have; one that cannot be scored says why in its `failure`.
 
     Args:
         known: names of parameters that are known and so not to be estimated.
     """
     present = {e.name for e in fit.model.effects}
-    return {e.name: score_effect(fit, e, known) for e in effects if e.name not in present}
+    return {e.name: _score_or_reason(fit, e, known) for e in effects if e.name not in present}
+
+
+def _score_or_reason(fit: Fit, effect: Effect, known: Collection[str]) -> Score:
+    try:
+        return score_effect(fit, effect, known)
+    except FAILURES as error:
+        return Score.failed(fit, effect, effect_parameters(fit.model.with_effects([effect]), effect, known), str(error))
 
 
 def score_effect(fit: Fit, effect: Effect, known: Collection[str] = ()) -> Score:
-    """Score one effect; see the module."""
+    """Score one effect; see the module.
+
+    Raises:
+        ValueError: if the model with the effect has no finite derivatives along the motion of the fit.
+    """
     model = fit.model.with_effects([effect])
     free = effect_parameters(model, effect, known)
     start = _start(fit, model, free)
@@ -94,6 +117,8 @@ def score_effect(fit: Fit, effect: Effect, known: Collection[str] = ()) -> Score
     signal = normal.without_starts(raw - normal.slope @ imitation)
     information = np.einsum("tne,tnf->ef", signal, signal)
     estimate, drop = best_within(information, np.einsum("tne,tn->e", signal, normal.residual), free)
+    if not np.isfinite(drop):
+        raise ValueError(f"effect {effect.name}: its derivatives along the fitted motion are not finite.")
     visible, direction = _visible(information, np.einsum("tne,tnf->ef", raw, raw))
     size = np.abs(imitation @ direction) * np.sqrt(np.einsum("tnp,tnp->p", normal.slope, normal.slope))
     order = np.argsort(-size)

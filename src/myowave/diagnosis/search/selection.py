@@ -13,7 +13,7 @@ from myowave.diagnosis.search.rank import (
     rank_effects,
     similar,
 )
-from myowave.diagnosis.search.score import score_effect
+from myowave.diagnosis.search.score import FAILURES, score_effect
 from myowave.identification.output_error import Fit, polish, refit
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
@@ -69,7 +69,7 @@ def select_effects(fit: Fit, effects: Iterable[Effect], known: Collection[str] =
         top, classes = search.settle(best.refitted, classes)
         if top.model.name == name:  # what was added went again
             break
-    ladder = [fit] if top is None else search.climb(top)
+    ladder = [fit] if top is None else search.climb_or_jump(top)
     return Selection(tuple(ladder), tuple(search.rank(rung) for rung in ladder), classes)
 
 
@@ -104,8 +104,11 @@ class _Search:
         candidates, catalogue = {c.name: c for c in ranking}, {e.name: e for e in self.effects}
         needed = EVIDENCE + 2 * math.log(len(ranking))  # there are as many pairs as effects, squared
         for one, other in promising_pairs(ranking):
-            first = polish(candidates[one].fit or candidates[one].score.start)
-            second = polish(score_effect(first, catalogue[other], self.known).start)
+            try:
+                first = polish(candidates[one].fit or candidates[one].score.start)
+                second = polish(score_effect(first, catalogue[other], self.known).start)
+            except FAILURES:
+                continue
             parameters = len(second.free) - len(found.free)
             if delta_bic(found, second.rss, parameters, independent_samples(second)) > needed:
                 return second
@@ -117,7 +120,10 @@ class _Search:
         for _ in range(ROUNDS if len(self.added(fit)) > 1 else 0):
             changed = False
             for effect in self.added(fit):
-                without = _without(fit, effect)
+                try:
+                    without = _without(fit, effect)
+                except FAILURES:  # nothing is found without it, so it stays
+                    continue
                 ranking = self.rank(without, {effect.name: fit})
                 own = next(c for c in ranking if c.name == effect.name)
                 best = _best(ranking) or own
@@ -132,6 +138,13 @@ class _Search:
             if not changed:
                 break
         return fit, {e.name: classes.get(e.name, (e.name,)) for e in self.added(fit)}
+
+    def climb_or_jump(self, top: Fit) -> list[Fit]:
+        """The fits from the start to a richer model; only these two where one between cannot be fitted."""
+        try:
+            return self.climb(top)
+        except FAILURES:
+            return [self.start, top]
 
     def climb(self, top: Fit) -> list[Fit]:
         """The fits from the start to a richer model, each time with the effect that lowers the error most."""

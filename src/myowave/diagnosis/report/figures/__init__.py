@@ -43,7 +43,7 @@ def draw_diagnosis(
         "correlations": draw_correlations(of_ends(tables["correlations"])),
         "misfit": draw_misfit(of_ends(tables["misfit"]), noise, summary["where"]),
         "missing_torque": draw_missing_torque(of_ends(tables["missing_torque"])),
-        "ranking": draw_ranking(tables["ranking"].fillna({"absorbed_by": "", "confused_with": ""})),
+        "ranking": draw_ranking(tables["ranking"].fillna({"absorbed_by": "", "confused_with": "", "estimate": ""})),
         "ladder": draw_ladder(ladder, found),
         "parameters": draw_parameters(tables["parameters"], found),
     }

@@ -14,13 +14,14 @@ from myowave.plotting import BLUE, GREY, MEASURED, ORANGE, PINK, SKY, canvas, ti
 THRESHOLD = 10.0  # delta BIC that counts as very strong evidence
 SHOWN = 10  # candidates a panel
 REMARK_WIDTH = 62  # letters beside a bar; the page has a table with all there is
-STATUS = {"supported": BLUE, "refused": ORANGE, "behind": PINK, "absorbed": GREY, "not needed": SKY}
+STATUS = {"supported": BLUE, "refused": ORANGE, "behind": PINK, "absorbed": GREY, "not needed": SKY, "failed": MEASURED}
 MEANING = {
     "supported": "the data support it",
     "refused": "better fit, but at a bound or not in held-out folds",
     "behind": "promises less than those fitted",
     "absorbed": "parameters absorb it",
     "not needed": "no evidence",
+    "failed": "cannot be fitted",
 }
 
 

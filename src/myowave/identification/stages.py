@@ -1,0 +1,101 @@
+"""Fit a model in stages where whole trials are too much for it: torque, short horizons, then longer ones.
+
+A model that is far from the truth runs away from the measured motion within a second or two, and where a motion
+diverges no step of a fit means anything. So the fit starts where nothing can diverge, in the weak form of the equation
+of motion along the measured angle, goes on to short predictions from starts of their own, and then to longer ones,
+each from the values before. It stands on the longest that works.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from myowave.identification.free_parameters import Free
+from myowave.identification.output_error import Fit, fit_from, fit_model, fit_simulated
+from myowave.identification.record import Record
+from myowave.identification.weak_form import DAMPING, WeakForm, effects_unseen_by_angle
+from myowave.physics.model import Model
+
+Array = NDArray[np.float64]
+
+HORIZONS_S = (0.5, 1.0, 2.0)
+WEAK_STEPS = 20
+
+
+def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: int = 1) -> Fit:
+    """Fit a model to whole trials, or to the longest pieces of them that it is able to predict.
+
+    Whole trials are tried at once; where that works nothing else is done.
+
+    Args:
+        record: whole trials; all of them are fitted.
+        free: what to estimate.
+        starts: searches side by side, as in `fit_model`.
+
+    Returns:
+        A fit whose `record` says the horizon: `record.horizon_s` is None for whole trials.
+
+    Raises:
+        ValueError: if the model has no motion even over the shortest horizon from its usual values.
+    """
+    found = attempt_fit(lambda: fit_model(model, record, free, starts=starts))
+    if found is not None and predicts(found):
+        return found
+    values = weak_values(model, record, free)
+    standing = _shortest(model, record.cut(HORIZONS_S[0]), free, values, starts)
+    for horizon_s in (*HORIZONS_S[1:], None):
+        longer = record if horizon_s is None else record.cut(horizon_s)
+        fit = _next(model, longer, free, standing.values)
+        if fit is None or not predicts(fit):
+            break
+        standing = fit
+    return standing
+
+
+def predicts(fit: Fit) -> bool:
+    """Whether a fitted model says more of the motion than a constant angle for each trial, or piece of one."""
+    angle, valid = fit.record.angle, fit.record.valid
+    mean = (angle * valid).sum(-1, keepdims=True) / valid.sum(-1, keepdims=True)
+    return fit.rss < float((((angle - mean) * valid) ** 2).sum())
+
+
+def weak_values(model: Model, record: Record, free: Sequence[Free]) -> Array:
+    """Values (P,) that obey the equation of motion best along the measured angle; the usual ones where that says
+    nothing of the model's effects."""
+    usual = np.array([p.start for p in free])
+    if effects_unseen_by_angle(model) or not len(free):
+        return usual
+    try:
+        weak, values, damping = WeakForm.of(model, record), usual[None], np.full(1, DAMPING)
+        for _ in range(WEAK_STEPS):
+            values, damping = weak.step(free, values, damping)
+        return values[0] if np.isfinite(values).all() else usual
+    except (ValueError, np.linalg.LinAlgError):  # a trial too short for its test functions, or sums that overflow
+        return usual
+
+
+def _shortest(model: Model, pieces: Record, free: Sequence[Free], values: Array, starts: int) -> Fit:
+    """The fit over the shortest horizon, from the weak form's values, else from the usual ones."""
+    usual = np.array([p.start for p in free])
+    for begin in (values, usual):
+        if (fit := _next(model, pieces, free, begin)) is not None:
+            return fit
+    return fit_model(model, pieces, free, starts=starts)
+
+
+def _next(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit | None:
+    """The fit from given values (P,): from the measured motion, else from the one that the values simulate."""
+    fit = attempt_fit(lambda: fit_from(model, record, free, values[None]))
+    if fit is not None and predicts(fit):
+        return fit
+    return attempt_fit(lambda: fit_simulated(model, record, free, values)) or fit
+
+
+def attempt_fit(fit: Callable[[], Fit | None]) -> Fit | None:
+    """A fit, or None where it fails: its motion diverges, or its sums are not finite."""
+    try:
+        found = fit()
+    except (ValueError, np.linalg.LinAlgError):
+        return None
+    return found if found is not None and np.isfinite(found.values).all() else None

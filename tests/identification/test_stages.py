@@ -1,0 +1,71 @@
+"""Where whole trials diverge a fit stands on pieces of them; where they do not, nothing changes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from myowave.identification.output_error import fit_from, fit_model
+from myowave.identification.prediction import predict
+from myowave.identification.stages import fit_in_stages, predicts
+from myowave.physics.motion import simulate
+
+
+@pytest.fixture(scope="module")
+def noisy(make_noisy):
+    return make_noisy(0.3)
+
+
+@pytest.mark.parametrize("horizon_s", [0.5, 0.7, 100.0])
+def test_every_sample_is_in_one_piece_and_pieces_keep_what_is_known_of_their_trial(noisy, horizon_s):
+    valid = noisy.valid.copy()
+    valid[1, 150:] = False
+    loads = torch.tensor([0.0, 1.0, 2.0, 3.0], dtype=torch.float64)
+    record = replace(noisy, valid=valid, known={"load": loads})
+    pieces = record.cut(horizon_s)
+    for name, angle in record.joined(record.angle).items():
+        np.testing.assert_array_equal(pieces.joined(pieces.angle)[name], angle)
+    origin = [record.names.index(name) for name in pieces.trials]
+    np.testing.assert_array_equal(pieces.known["load"], loads[origin])
+    np.testing.assert_array_equal(pieces.training, record.training[origin])
+    assert (pieces.lengths * record.dt >= min(horizon_s, 150 * record.dt) - 2 * record.dt).all()
+    part = pieces.take([len(origin) - 1])
+    assert part.trials == (record.names[-1],) and part.emg.shape[1] == part.lead + part.angle.shape[1]
+
+
+def test_a_piece_moves_as_the_trial_does_from_its_state_there(noisy, base):
+    """EMG from before the piece drives it too, as muscles are late."""
+    whole = simulate(noisy.simulation(base, {}), 0.6).state
+    pieces = noisy.cut(0.5)
+    row = [noisy.names.index(name) for name in pieces.trials]
+    begin = np.round(pieces.begin_s / noisy.dt).astype(int)
+    state = simulate(pieces.simulation(base, {}), *whole[row, begin].unbind(-1)).state
+    for i, length in enumerate(pieces.lengths):
+        torch.testing.assert_close(state[i, :length], whole[row[i], begin[i] : begin[i] + length], rtol=0, atol=1e-9)
+
+
+def test_pieces_of_simulated_trials_give_the_true_parameters(exact, base, free):
+    usual = np.array([p.start for p in free])
+    fit = fit_from(base, exact.cut(0.5), free, usual[None])
+    np.testing.assert_allclose(fit.values, [base.defaults[p.name] for p in free], rtol=2e-3)
+
+
+def test_trials_that_do_not_diverge_are_fitted_whole_with_the_same_result(noisy, base, free):
+    staged, plain = fit_in_stages(base, noisy.train, free), fit_model(base, noisy.train, free)
+    assert staged.record.horizon_s is None
+    np.testing.assert_array_equal(staged.values, plain.values)
+
+
+@pytest.fixture(scope="module")
+def runaway(noisy):
+    """Trials whose EMG has nothing to do with the motion and drives it far beyond what was measured."""
+    emg = np.random.default_rng(5).uniform(0, 1, noisy.emg.shape).repeat(40, axis=1)[:, : noisy.emg.shape[1]]
+    return replace(noisy, emg=torch.from_numpy(emg))
+
+
+def test_where_whole_trials_fail_the_fit_stands_on_pieces(runaway, base, free):
+    fit = fit_in_stages(base, runaway.train, free)
+    assert fit.record.horizon_s is not None and predicts(fit)
+    test = runaway.cut(fit.record.horizon_s)
+    assert np.isfinite(predict(fit, test.take(np.flatnonzero(~test.training))).rmse)
