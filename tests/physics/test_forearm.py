@@ -7,7 +7,6 @@ import pytest
 import torch
 import yaml
 
-from myowave.physics.bound import bind
 from myowave.physics.build import build_model
 from myowave.physics.dynamics import torques
 from myowave.physics.effects import SHIPPED, catalogue
@@ -15,6 +14,7 @@ from myowave.physics.joint import forearm
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
+from myowave.physics.valued import give_values
 from myowave.settings import parse_settings
 
 ROOT = Path(__file__).parents[2]
@@ -47,8 +47,8 @@ def test_the_inertia_of_a_rigid_body_is_that_of_its_kinetic_energy(elbow):
     rod = replace(elbow, joint=ROD | {"grip": 0.7})
     r = (torch.arange(4000, dtype=DOUBLE) + 0.5) / 4000 * LENGTH
     m, load, q = MASS / 4000, 0.6, torch.tensor([0.3, 1.4], dtype=DOUBLE)
-    bound = bind(rod, {"load": load}, q)
-    found = torques(bound, q, torch.zeros(2, dtype=DOUBLE), torch.zeros(2, 2, dtype=DOUBLE), {})
+    valued = give_values(rod, {"load": load}, q)
+    found = torques(valued, q, torch.zeros(2, dtype=DOUBLE), torch.zeros(2, 2, dtype=DOUBLE), {})
     expected = (m * r**2).sum() + load * 0.7**2
     torch.testing.assert_close(found.inertia, expected.expand(1), rtol=1e-6, atol=0)
     weight = 9.80665 * ((m * r).sum() + load * 0.7)

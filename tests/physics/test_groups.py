@@ -7,12 +7,12 @@ import pytest
 import torch
 import yaml
 
-from myowave.physics.bound import bind
 from myowave.physics.build import build_model
 from myowave.physics.constants import GROUP_CONSTANTS, constant_of, constant_unit
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
+from myowave.physics.valued import give_values
 from myowave.settings import parse_settings
 
 ROOT = Path(__file__).parents[2]
@@ -70,8 +70,8 @@ def test_muscles_without_a_group_have_no_factor(elbow):
     biceps, triceps = elbow.muscles
     mixed = replace(elbow, muscles=(replace(biceps, group="front"), triceps))
     assert set(mixed.defaults) - set(elbow.defaults) == {"strength_front", "length_front"}
-    bound = bind(mixed, {"strength_front": 2.0}, torch.zeros(1, dtype=DOUBLE))
-    assert bound.muscle["f0"].squeeze().tolist() == [600.0, 300.0]
+    valued = give_values(mixed, {"strength_front": 2.0}, torch.zeros(1, dtype=DOUBLE))
+    assert valued.muscle["f0"].squeeze().tolist() == [600.0, 300.0]
 
 
 def test_a_factor_is_a_constant_like_any_other(arm26):

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import torch
 
-from myowave.physics.bound import bind
 from myowave.physics.dynamics import muscle_quantities, torques
 from myowave.physics.effects import catalogue
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
+from myowave.physics.valued import give_values
 
 ANGLES = torch.linspace(0.15, 2.2, 60, dtype=torch.float64)
 REST = torch.zeros_like(ANGLES)
@@ -30,8 +30,8 @@ def work_done(torque, begin, end):
 
 @pytest.mark.parametrize("tilt", [0.0, 0.5])
 def test_torque_of_gravity_is_the_slope_of_the_energy_of_a_raised_mass(elbow, tilt):
-    bound = bind(elbow, {"mass": 1.7, "length": 0.4, "load": 0.6, "tilt": tilt}, ANGLES)
-    gravity = torques(bound, ANGLES, REST, INACTIVE, {}).gravity
+    valued = give_values(elbow, {"mass": 1.7, "length": 0.4, "load": 0.6, "tilt": tilt}, ANGLES)
+    gravity = torques(valued, ANGLES, REST, INACTIVE, {}).gravity
     height = lambda q: -0.4 * torch.cos(q + tilt)  # noqa: E731
     torch.testing.assert_close(gravity, -slope(lambda q: (1.7 + 0.6) * 9.80665 * height(q), ANGLES), rtol=0, atol=1e-8)
 
@@ -41,18 +41,18 @@ def test_passive_muscles_return_the_energy_stored_in_their_fibres(elbow):
     params = {"slack_Bi": 0.25, "slack_Tri": 0.15, "pennation_Tri": 0.3}
 
     def state(q):
-        bound = bind(elbow, params, q)
-        return bound, muscle_quantities(bound, q, torch.zeros_like(q), torch.zeros(len(q), 2, dtype=q.dtype))
+        valued = give_values(elbow, params, q)
+        return valued, muscle_quantities(valued, q, torch.zeros_like(q), torch.zeros(len(q), 2, dtype=q.dtype))
 
     def torque(q):
-        bound, _ = state(q)
-        return torques(bound, q, torch.zeros_like(q), torch.zeros(len(q), 2, dtype=q.dtype), {}).muscles
+        valued, _ = state(q)
+        return torques(valued, q, torch.zeros_like(q), torch.zeros(len(q), 2, dtype=q.dtype), {}).muscles
 
     ends = torch.tensor([0.3, 1.4], dtype=torch.float64)
-    bound, quantities = state(ends)
+    valued, quantities = state(ends)
     lengths = quantities["fibre_length"]
     stored = sum(
-        300.0 * bound.muscle["l0"][..., m].item() * work_done(elbow.curves.passive, *lengths[:, m].tolist())
+        300.0 * valued.muscle["l0"][..., m].item() * work_done(elbow.curves.passive, *lengths[:, m].tolist())
         for m in (0, 1)
     )
     assert abs(stored) > 1.0  # joules: the muscles are stretched
@@ -63,22 +63,24 @@ def test_passive_muscles_return_the_energy_stored_in_their_fibres(elbow):
 def test_moment_arms_do_the_virtual_work_of_the_path(offset, elbow):
     model = elbow.with_effects([catalogue()["moment_arm_offset"]])
     params = {"moment_arm_offset.d_Bi": offset, "moment_arm_offset.d_Tri": -offset}
-    bound = bind(model, params, ANGLES)
+    valued = give_values(model, params, ANGLES)
 
     def path(q):
-        fibre = muscle_quantities(bound, q, REST, INACTIVE)["fibre_length"]
-        return fibre * bound.muscle["l0"] + bound.muscle["slack"]
+        fibre = muscle_quantities(valued, q, REST, INACTIVE)["fibre_length"]
+        return fibre * valued.muscle["l0"] + valued.muscle["slack"]
 
-    arm = muscle_quantities(bound, ANGLES, REST, INACTIVE)["moment_arm"]
+    arm = muscle_quantities(valued, ANGLES, REST, INACTIVE)["moment_arm"]
     torch.testing.assert_close(arm, -slope(path, ANGLES), rtol=0, atol=1e-8)
 
 
 @pytest.mark.parametrize("name", ["joint_stiffness", "joint_stops", "gravity_tilt", "constant_torque"])
 def test_elastic_torques_do_no_work_around_a_closed_path_and_ignore_speed(name, elbow):
     effect = catalogue()[name]
-    bound = bind(elbow.with_effects([effect]), {f"{name}.{n}": p.typical for n, p in effect.parameters.items()}, ANGLES)
-    still = torques(bound, ANGLES, REST, INACTIVE, {}).effects
-    moving = torques(bound, ANGLES, REST + 3.0, INACTIVE + 0.5, {}).effects
+    valued = give_values(
+        elbow.with_effects([effect]), {f"{name}.{n}": p.typical for n, p in effect.parameters.items()}, ANGLES
+    )
+    still = torques(valued, ANGLES, REST, INACTIVE, {}).effects
+    moving = torques(valued, ANGLES, REST + 3.0, INACTIVE + 0.5, {}).effects
     assert (still != 0).any()
     torch.testing.assert_close(moving.expand_as(ANGLES), still.expand_as(ANGLES), rtol=0, atol=0)
 
@@ -90,7 +92,7 @@ def test_friction_and_damping_only_take_energy(name, elbow):
     q, qdot = torch.meshgrid(ANGLES, torch.linspace(-6, 6, 41, dtype=torch.float64), indexing="ij")
     active = torch.full((*q.shape, 2), 0.4, dtype=torch.float64)
     value = {f"{name}.{n}": p.typical for n, p in effect.parameters.items()}
-    with_it, without = (torques(bind(model, p, q), q, qdot, active, {}).total for p in (value, {}))
+    with_it, without = (torques(give_values(model, p, q), q, qdot, active, {}).total for p in (value, {}))
     power = (with_it - without) * qdot
     assert power.max() <= 1e-12
     assert power.min() < -0.1

@@ -11,7 +11,6 @@ import pytest
 import torch
 import yaml
 
-from myowave.physics.bound import bind
 from myowave.physics.build import build_model
 from myowave.physics.dynamics import muscle_quantities
 from myowave.physics.effects import SHIPPED, catalogue
@@ -20,6 +19,7 @@ from myowave.physics.muscle import EXTENSOR, FLEXOR
 from myowave.physics.path import SideBySide, StraightPath, TablePath, read_path
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
+from myowave.physics.valued import give_values
 from myowave.settings import parse_settings
 
 ROOT = Path(__file__).parents[2]
@@ -129,9 +129,9 @@ def test_a_model_may_mix_kinds_of_paths_and_moves_alike(elbow, mixed, noisy_emg,
 def test_paths_side_by_side_are_those_of_each_muscle_in_any_batch(mixed):
     scale, l1 = torch.tensor([[1.1], [0.9]], dtype=DOUBLE), torch.tensor([0.2, 0.21, 0.22], dtype=DOUBLE)
     q = torch.linspace(0.1, 2.0, 2 * 3 * 7, dtype=DOUBLE).reshape(2, 3, 7)
-    bound = bind(mixed, {"scale_Bi": scale, "l1_Tri": l1}, q).along(1)
-    assert isinstance(bound.combined.path, SideBySide)
-    found = muscle_quantities(bound, q, torch.zeros_like(q), torch.zeros(*q.shape, 2, dtype=DOUBLE))["moment_arm"]
+    valued = give_values(mixed, {"scale_Bi": scale, "l1_Tri": l1}, q).along(1)
+    assert isinstance(valued.combined.path, SideBySide)
+    found = muscle_quantities(valued, q, torch.zeros_like(q), torch.zeros(*q.shape, 2, dtype=DOUBLE))["moment_arm"]
     table, triceps = mixed.muscles[0].path, replace(mixed.muscles[1].path, l1=l1[:, None])
     torch.testing.assert_close(found[..., 0], scale[..., None] * table.length_and_arm(q)[1], rtol=0, atol=1e-15)
     torch.testing.assert_close(found[..., 1], triceps.length_and_arm(q)[1], rtol=0, atol=1e-15)

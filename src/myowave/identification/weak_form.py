@@ -61,7 +61,7 @@ class WeakForm:
     def of(cls, model: Model, record: Record) -> "WeakForm":
         """Along the measured angle of all trials given; the model must have no `effects_unseen_by_angle`."""
         assert not effects_unseen_by_angle(model), model.name
-        points, weights = _quadrature(breakpoints(record.simulation(model, {}).bound, record.dt, 1), record.dt)
+        points, weights = _quadrature(breakpoints(record.simulation(model, {}).valued, record.dt, 1), record.dt)
         steps = record.angle.shape[1] - 1
         q, qdot = np.empty((2, len(record.names), steps, len(points)))
         for trial, length in enumerate(record.lengths):
@@ -99,7 +99,7 @@ class WeakForm:
         simulation = self.record.simulation(self.model, bind_values(free, values))
         start = torch.arange(self.record.angle.shape[1] - 1, dtype=torch.float64)
         _, activation = simulation.activate(start[:, None, None] + self.points[:, None])
-        qddot = acceleration(simulation.bound.along(2), self.q, self.qdot, activation, {})
+        qddot = acceleration(simulation.valued.along(2), self.q, self.qdot, activation, {})
         residual = self.project(self.q, 2) - self.project(qddot, 0)
         return (residual * self.inside).flatten(-2).numpy()
 

@@ -1,7 +1,7 @@
 """Musculoskeletal forward dynamics of a hinge joint: muscles, joint, effects, and the motion they produce.
 
 Read in this order: `constants`, `curves`, `path` and `muscle` (one muscle), `joint` (the forearm), `effect` (what may
-be added), `model` (their sum), `bound` (with values for its parameters), `dynamics` (the equation of motion), `drive`
+be added), `model` (their sum), `valued` (with values for its parameters), `dynamics` (the equation of motion), `drive`
 (from EMG to activation), `simulation` (a model with all that drives it), `motion` (integration in time), `trajectory`
 (the same motion for all samples at once, with sensitivities). Everything is batched, double precision torch.
 """

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from myowave.physics.bound import Bound
 from myowave.physics.effect import call
 from myowave.physics.model import Model
 from myowave.physics.muscle import activation as activation_of
+from myowave.physics.valued import Valued
 
 
 @dataclass(frozen=True)
@@ -64,9 +64,9 @@ def excite(emg: Tensor, delay: Tensor, position: Tensor, dt: float) -> Tensor:
     return (left + (flat - before) * (right - left)).unflatten(-2, delayed.shape[-3:-1])
 
 
-def breakpoints(bound: Bound, dt: float, substeps: int) -> Tensor:
+def breakpoints(valued: Valued, dt: float, substeps: int) -> Tensor:
     """Where a step is split, as fractions of it: (..., T, S + 1) from 0 to 1, S pieces between the kinks."""
-    phase = torch.frac(bound.driving["delay"] / dt)
+    phase = torch.frac(valued.driving["delay"] / dt)
     if bool((phase == phase[..., :1]).all()):
         phase = phase[..., :1]
     if bool((phase < 1e-12).all()):
@@ -78,41 +78,41 @@ def breakpoints(bound: Bound, dt: float, substeps: int) -> Tensor:
     return torch.cat([split.flatten(-2), ends + 1.0], dim=-1)
 
 
-def drive_muscles(bound: Bound, emg: Tensor, dt: float, substeps: int = 1, lead: int = 0) -> Drive:
+def drive_muscles(valued: Valued, emg: Tensor, dt: float, substeps: int = 1, lead: int = 0) -> Drive:
     """Excitation and activation of every muscle at the points of every step.
 
     Args:
-        bound: with `axes` 0.
+        valued: with `axes` 0.
         emg: channels as the muscles name them, (..., T, N, M).
         dt: sampling interval [s].
         substeps: Runge-Kutta steps for each piece between kinks.
         lead: samples of EMG before the first step.
     """
-    split = breakpoints(bound, dt, substeps)
+    split = breakpoints(valued, dt, substeps)
     middle = (split[..., :-1] + split[..., 1:]) / 2
     points = torch.cat([torch.stack([split[..., :-1], middle], -1).flatten(-2), split[..., -1:]], -1)
     start = torch.arange(lead, emg.shape[-2] - 1, dtype=emg.dtype, device=emg.device)
     position = start[:, None, None] + points[..., None, :, None]
     pieces = (torch.diff(split, dim=-1) * dt).unsqueeze(-2)
-    excitation, activation = activate(bound, emg, position, dt)
+    excitation, activation = activate(valued, emg, position, dt)
     return Drive(excitation, activation, pieces)
 
 
-def activate(bound: Bound, emg: Tensor, position: Tensor, dt: float) -> tuple[Tensor, Tensor]:
+def activate(valued: Valued, emg: Tensor, position: Tensor, dt: float) -> tuple[Tensor, Tensor]:
     """Excitation and activation (Eqs. 1-2) at positions (..., T, n, D, 1) in units of samples, each (..., T, n, D, M).
 
     Effects that act on the excitation, and those on the activation that come before one with a state, are in it.
     """
-    raised = bound.along(2)
+    raised = valued.along(2)
     side = raised.driving["side"]
-    excitation = excite(emg, bound.driving["delay"], position, dt)
+    excitation = excite(emg, valued.driving["delay"], position, dt)
     # As in `muscle_quantities`: time runs fastest in memory, then trials, points within a step, muscles.
     excitation = excitation.movedim((-1, -2), (0, 1)).contiguous().movedim((0, 1), (-1, -2))
-    for effect in bound.model.on("excitation"):
+    for effect in valued.model.on("excitation"):
         quantities = {"excitation": excitation, "side": side}
         excitation = call(effect.function, quantities, raised.values(effect))
     activation = activation_of(excitation, raised.driving["shape"])
-    for effect in bound.model.early_activation:
+    for effect in valued.model.early_activation:
         quantities = {"excitation": excitation, "activation": activation, "side": side}
         activation = call(effect.function, quantities, raised.values(effect))
     return excitation, activation

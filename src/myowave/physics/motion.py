@@ -10,12 +10,12 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from myowave.physics.bound import Bound
 from myowave.physics.drive import Drive
 from myowave.physics.dynamics import acceleration, muscle_quantities, observe
 from myowave.physics.effect import Effect, call
 from myowave.physics.model import Model
 from myowave.physics.simulation import Simulation
+from myowave.physics.valued import Valued
 
 BUMP = 1e-6  # of an effect's state, to see how its target depends on it
 SHORTEST = 1e-15  # seconds; a piece of a step has length 0 where two muscles have the same delay and others do not
@@ -62,31 +62,31 @@ def _relax(
     return state + closed * gap0 + (1 - lag * closed) * (gap1 - gap0)
 
 
-def _relaxation_of(bound: Bound, effect: Effect) -> Relaxation:
+def _relaxation_of(valued: Valued, effect: Effect) -> Relaxation:
     relaxation = effect.relaxation
     assert relaxation is not None
-    return lambda quantities: call(relaxation, quantities, bound.values(effect))
+    return lambda quantities: call(relaxation, quantities, valued.values(effect))
 
 
 def _advance_activation(
-    bound: Bound, states: Mapping[str, Tensor], u: tuple[Tensor, ...], a: tuple[Tensor, ...], h: Tensor
+    valued: Valued, states: Mapping[str, Tensor], u: tuple[Tensor, ...], a: tuple[Tensor, ...], h: Tensor
 ) -> tuple[tuple[Tensor, ...], dict[str, Tensor]]:
     """Activation at the beginning, middle and end of a piece through effects with states, and their states there."""
-    advanced, side = {}, bound.muscle["side"]
-    for effect in bound.model.late_activation:
+    advanced, side = {}, valued.muscle["side"]
+    for effect in valued.model.late_activation:
         points = [{"excitation": ui, "activation": ai, "side": side} for ui, ai in zip(u, a, strict=True)]
         if effect.stateful:
-            relaxation, begin = _relaxation_of(bound, effect), states[effect.name]
+            relaxation, begin = _relaxation_of(valued, effect), states[effect.name]
             middle = _relax(relaxation, begin, h / 2, points[0], points[1])
             end = _relax(relaxation, begin, h, points[0], points[2])
             points = [p | {"state": s} for p, s in zip(points, (begin, middle, end), strict=True)]
             advanced[effect.name] = end
-        a = tuple(call(effect.function, p, bound.values(effect)) for p in points)
+        a = tuple(call(effect.function, p, valued.values(effect)) for p in points)
     return a, advanced
 
 
 def _advance_muscles(
-    bound: Bound, states: Mapping[str, Tensor], begin: Mapping[str, Any], end: tuple[Tensor, ...], h: Tensor
+    valued: Valued, states: Mapping[str, Tensor], begin: Mapping[str, Any], end: tuple[Tensor, ...], h: Tensor
 ) -> Mapping[str, Tensor]:
     """States of effects on the stage `muscle`, `h` seconds later.
 
@@ -97,22 +97,22 @@ def _advance_muscles(
         begin: the quantities of the muscles where the states are known.
         end: q, qdot (...) and activation (..., M) where they are wanted.
     """
-    later = muscle_quantities(bound, *end)
+    later = muscle_quantities(valued, *end)
     h = h.unsqueeze(-1)
     return {
-        e.name: _relax(_relaxation_of(bound, e), states[e.name], h, begin, later) for e in bound.model.tendon_effects
+        e.name: _relax(_relaxation_of(valued, e), states[e.name], h, begin, later) for e in valued.model.tendon_effects
     }
 
 
-def step(bound: Bound, state: Tensor, drive: Drive) -> Tensor:
+def step(valued: Valued, state: Tensor, drive: Drive) -> Tensor:
     """The state one sample later.
 
     Args:
-        bound: its `axes` as in `state`: 0 for one step of (..., T), 1 for all steps of (..., T, N - 1) at once.
+        valued: its `axes` as in `state`: 0 for one step of (..., T), 1 for all steps of (..., T, N - 1) at once.
         state: (..., K).
         drive: of these steps, activation (..., 2 S + 1, M).
     """
-    model = bound.model
+    model = valued.model
     q, qdot = state[..., 0], state[..., 1]
     states = _unpack(model, state)
     activation = drive.activation.unbind(-2)
@@ -121,28 +121,28 @@ def step(bound: Bound, state: Tensor, drive: Drive) -> Tensor:
         a = activation[points]
         if states:
             u = drive.excitation[..., points, :].unbind(-2)
-            a, advanced = _advance_activation(bound, states, u, a, h.unsqueeze(-1))
+            a, advanced = _advance_activation(valued, states, u, a, h.unsqueeze(-1))
             states = {**states, **advanced}
-        q, qdot, tendons = _runge_kutta(bound, states, q, qdot, a, h)
+        q, qdot, tendons = _runge_kutta(valued, states, q, qdot, a, h)
         states = {**states, **tendons}
     return _pack(model, q, qdot, states)
 
 
 def _runge_kutta(
-    bound: Bound, states: Mapping[str, Tensor], q: Tensor, qdot: Tensor, a: tuple[Tensor, ...], h: Tensor
+    valued: Valued, states: Mapping[str, Tensor], q: Tensor, qdot: Tensor, a: tuple[Tensor, ...], h: Tensor
 ) -> tuple[Tensor, Tensor, Mapping[str, Tensor]]:
     """One classical step of fourth order: q, qdot and the states of effects on the stage `muscle`."""
     half, sixth = h / 2.0, h / 6.0
-    tendons = bool(bound.model.tendon_effects)
-    begin = muscle_quantities(bound, q, qdot, a[0]) if tendons else {}
+    tendons = bool(valued.model.tendon_effects)
+    begin = muscle_quantities(valued, q, qdot, a[0]) if tendons else {}
 
     def advance(elapsed: Tensor, *end: Tensor) -> Mapping[str, Tensor]:
-        return _advance_muscles(bound, states, begin, end, elapsed) if tendons else {}
+        return _advance_muscles(valued, states, begin, end, elapsed) if tendons else {}
 
     def accelerate(elapsed: Tensor, q: Tensor, qdot: Tensor, a: Tensor) -> Tensor:
-        return acceleration(bound, q, qdot, a, advance(elapsed, q, qdot, a))
+        return acceleration(valued, q, qdot, a, advance(elapsed, q, qdot, a))
 
-    k1 = acceleration(bound, q, qdot, a[0], states)
+    k1 = acceleration(valued, q, qdot, a[0], states)
     v2 = qdot + half * k1
     k2 = accelerate(half, q + half * qdot, v2, a[1])
     v3 = qdot + half * k2
@@ -171,7 +171,7 @@ def _pack(model: Model, q: Tensor, qdot: Tensor, states: Mapping[str, Tensor]) -
 def initial_state(simulation: Simulation, q0: Tensor, qdot0: Tensor) -> Tensor:
     """State (..., T, K) at the first sample: the joint as given, the states of effects at rest there."""
     drive = simulation.drive
-    return _resting(simulation.bound, drive.excitation[..., 0, 0, :], drive.activation[..., 0, 0, :], q0, qdot0)
+    return _resting(simulation.valued, drive.excitation[..., 0, 0, :], drive.activation[..., 0, 0, :], q0, qdot0)
 
 
 def resting_states(simulation: Simulation, q: Tensor, qdot: Tensor) -> Tensor:
@@ -181,23 +181,23 @@ def resting_states(simulation: Simulation, q: Tensor, qdot: Tensor) -> Tensor:
     return _resting(simulation.along_time, u, a, q, qdot)
 
 
-def _resting(bound: Bound, u: Tensor, a: Tensor, q: Tensor, qdot: Tensor) -> Tensor:
-    model = bound.model
+def _resting(valued: Valued, u: Tensor, a: Tensor, q: Tensor, qdot: Tensor) -> Tensor:
+    model = valued.model
     states = {}
     for effect in model.late_activation:
-        quantities = {"excitation": u, "activation": a, "side": bound.muscle["side"]}
+        quantities = {"excitation": u, "activation": a, "side": valued.muscle["side"]}
         if effect.stateful:
-            states[effect.name] = quantities["state"] = _initial(bound, effect, quantities, a)
-        a = call(effect.function, quantities, bound.values(effect))
+            states[effect.name] = quantities["state"] = _initial(valued, effect, quantities, a)
+        a = call(effect.function, quantities, valued.values(effect))
     for effect in model.tendon_effects:
-        states[effect.name] = _initial(bound, effect, muscle_quantities(bound, q, qdot, a), a)
+        states[effect.name] = _initial(valued, effect, muscle_quantities(valued, q, qdot, a), a)
     return _pack(model, q, qdot, states)
 
 
-def _initial(bound: Bound, effect: Effect, quantities: Mapping[str, Any], like: Tensor) -> Tensor:
+def _initial(valued: Valued, effect: Effect, quantities: Mapping[str, Any], like: Tensor) -> Tensor:
     if effect.initial is None:
         return torch.zeros_like(like)
-    return torch.broadcast_tensors(call(effect.initial, quantities, bound.values(effect)), like)[0]
+    return torch.broadcast_tensors(call(effect.initial, quantities, valued.values(effect)), like)[0]
 
 
 def simulate(simulation: Simulation, q0: Tensor | float, qdot0: Tensor | float = 0.0) -> Motion:
@@ -214,7 +214,7 @@ def simulate(simulation: Simulation, q0: Tensor | float, qdot0: Tensor | float =
     batch = batch_shape(simulation, q0, qdot0)
     states = [initial_state(simulation, q0.expand(batch), qdot0.expand(batch))]
     for n in range(emg.shape[-2] - 1 - simulation.lead):
-        states.append(step(simulation.bound, states[-1], drive.at(n)))
+        states.append(step(simulation.valued, states[-1], drive.at(n)))
     return observed(simulation, torch.stack(states, -2))
 
 
@@ -225,10 +225,10 @@ def observed(simulation: Simulation, state: Tensor) -> Motion:
 
 def batch_shape(simulation: Simulation, q0: Tensor, qdot0: Tensor) -> torch.Size:
     """The shape (..., T) that drive, parameters and initial state broadcast to."""
-    bound = simulation.bound
-    shapes = [v.shape[:-1] for v in bound.muscle.values()] + [v.shape for v in bound.joint.values()]
-    shapes += [v.shape for v in bound.path.values()]
-    for effect in bound.model.effects:
-        values = bound.values(effect)
+    valued = simulation.valued
+    shapes = [v.shape[:-1] for v in valued.muscle.values()] + [v.shape for v in valued.joint.values()]
+    shapes += [v.shape for v in valued.path.values()]
+    for effect in valued.model.effects:
+        values = valued.values(effect)
         shapes += [v.shape[:-1] if effect.on_muscles(name) else v.shape for name, v in values.items()]
     return torch.broadcast_shapes(simulation.drive.activation.shape[:-3], q0.shape, qdot0.shape, *shapes)

@@ -1,9 +1,10 @@
 """A muscle's path over the joint: its length at every elbow angle, and its moment arm R = -d length / dq.
 
 A torque is force times R and a shortening velocity R qdot, so the muscle does the work that the joint receives. Each
-kind of path gives both from one formula. A path holds numbers in a muscle's description and tensors in a bound model.
+kind of path gives both from one formula. A path holds numbers in a muscle's description and tensors
+in a model with values.
 
-Shapes: q and constants broadcast; in a bound model they have the muscles on the last axis, (..., M).
+Shapes: q and constants broadcast; in a model with values they have the muscles on the last axis, (..., M).
 """
 
 import csv

@@ -10,14 +10,14 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
-from myowave.physics.bound import Bound, bind
 from myowave.physics.drive import Drive, activate, drive_muscles
 from myowave.physics.model import Model, Params
+from myowave.physics.valued import Valued, give_values
 
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """A model, ready to be simulated. The parameters are bound once, when they are first needed, and so is the drive.
+    """A model, ready to be simulated. Parameters get values and the drive is made once, when first needed.
 
     Args:
         params: values by name, each broadcastable to (..., T); the rest take the model's defaults.
@@ -27,7 +27,7 @@ class Simulation:
         lead: samples of EMG before the first sample of the motion, for muscles that answer late.
 
     Raises:
-        ValueError: when parameters are bound or changed, for a name that the model does not have.
+        ValueError: when parameters get values or change, for a name that the model does not have.
     """
 
     model: Model
@@ -38,23 +38,23 @@ class Simulation:
     lead: int = 0
 
     @cached_property
-    def bound(self) -> Bound:
+    def valued(self) -> Valued:
         """The model with values for all its parameters."""
-        return bind(self.model, self.params, self.emg)
+        return give_values(self.model, self.params, self.emg)
 
     @cached_property
-    def along_time(self) -> Bound:
+    def along_time(self) -> Valued:
         """The same, broadcastable to quantities (..., T, N)."""
-        return self.bound.along(1)
+        return self.valued.along(1)
 
     @cached_property
     def drive(self) -> Drive:
         """Excitation and activation of every muscle at the points of every step."""
-        return drive_muscles(self.bound, self.emg, self.dt, self.substeps, self.lead)
+        return drive_muscles(self.valued, self.emg, self.dt, self.substeps, self.lead)
 
     def activate(self, position: Tensor) -> tuple[Tensor, Tensor]:
         """Excitation and activation at positions (..., T, n, D, 1), in samples of the motion: (..., T, n, D, M)."""
-        return activate(self.bound, self.emg, position + self.lead, self.dt)
+        return activate(self.valued, self.emg, position + self.lead, self.dt)
 
     def with_params(self, params: Params) -> "Simulation":
         """The same with other values for some parameters; it shares the drive if none of them changes it."""

@@ -144,7 +144,7 @@ def _newton(simulation: Simulation, state: Tensor, newton: Newton) -> tuple[Tens
     A Jacobian is used again as long as it makes the change shrink tenfold. Returns the state, the last change, and the
     linearisation at the state before that change.
     """
-    bound, drive = simulation.along_time, simulation.drive
+    valued, drive = simulation.along_time, simulation.drive
     bumps = NUDGE * torch.eye(state.shape[-1], dtype=state.dtype, device=state.device)
     bumps = bumps.reshape(-1, *(1,) * (state.ndim - 1), state.shape[-1])
     still = torch.zeros_like(state[..., 0, :]).unsqueeze(-1)
@@ -153,10 +153,10 @@ def _newton(simulation: Simulation, state: Tensor, newton: Newton) -> tuple[Tens
     for _ in range(newton.iterations):
         before = state[..., :-1, :]
         if refresh:
-            copies = step(bound, torch.cat([before.unsqueeze(0), before + bumps]), drive)
+            copies = step(valued, torch.cat([before.unsqueeze(0), before + bumps]), drive)
             after, jacobian, stale = copies[0], ((copies[1:] - copies[0]) / NUDGE).movedim(0, -1), 0.0
         else:
-            after = step(bound, before, drive)
+            after = step(valued, before, drive)
         linear = Linear(state, after, jacobian)
         change = _recur(jacobian, (after - state[..., 1:, :]).unsqueeze(-1), still).squeeze(-1)
         state = state + change
@@ -202,10 +202,10 @@ def _derivatives_observed(
     nudges = torch.cat([nudges, nudges.new_full((tangent.shape[-1] - len(wrt),), NUDGE)])
     nudges = nudges.reshape(-1, *(1,) * (linear.at.ndim - 1))
     moved = linear.at + nudges.unsqueeze(-1) * tangent.movedim(-1, 0)
-    bound = simulation.along_time
-    parts = ((nudged.along_time, moved[: len(wrt)]), (bound, moved[len(wrt) :]))
+    valued = simulation.along_time
+    parts = ((nudged.along_time, moved[: len(wrt)]), (valued, moved[len(wrt) :]))
     angles = torch.cat([observe(values, at[..., 0], at[..., 1], simulation.dt) for values, at in parts if len(at)])
-    return (angles - observe(bound, linear.at[..., 0], linear.at[..., 1], simulation.dt)) / nudges
+    return (angles - observe(valued, linear.at[..., 0], linear.at[..., 1], simulation.dt)) / nudges
 
 
 def _recur(jacobian: Tensor, forcing: Tensor, start: Tensor) -> Tensor:

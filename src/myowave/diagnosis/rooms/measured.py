@@ -183,7 +183,7 @@ class Along:
         simulation = self.simulation
         states = [initial_state(simulation, q[:, 0], qdot[:, 0])]
         for n in range(q.shape[-1] - 1):
-            after = step(simulation.bound, states[-1], simulation.drive.at(n))
+            after = step(simulation.valued, states[-1], simulation.drive.at(n))
             states.append(torch.cat([joint[:, n + 1], after[:, 2:]], -1))
         return torch.stack(states, -2)
 
@@ -196,7 +196,7 @@ class Along:
         Returns:
             Three arrays (T, N - 1, D); what overflows is not finite.
         """
-        m, model, bound = self.measured, self.fitted.model, self.simulation.along_time
+        m, model, valued = self.measured, self.fitted.model, self.simulation.along_time
         shape = (len(m.names), m.angle.shape[1] - 1, len(points))
         position = torch.arange(shape[1], dtype=torch.float64)[:, None, None] + torch.from_numpy(points)[:, None]
         drive = [x.expand(*shape, -1).flatten(1, 2) for x in self.simulation.activate(position)]
@@ -204,11 +204,11 @@ class Along:
         _, q, qdot = (torch.from_numpy(m.between(x, points, 3)).flatten(1) for x in self.motion)
         states = self._states_between(points)
         for effect in model.late_activation:
-            quantities = {"excitation": excitation, "activation": activation, "side": bound.muscle["side"]}
+            quantities = {"excitation": excitation, "activation": activation, "side": valued.muscle["side"]}
             if effect.stateful:
                 quantities["state"] = states[effect.name]
-            activation = call(effect.function, quantities, bound.values(effect))
-        result = torques(bound, q, qdot, activation, states)
+            activation = call(effect.function, quantities, valued.values(effect))
+        result = torques(valued, q, qdot, activation, states)
         parts = (result.muscles + result.effects, result.gravity, result.inertia)
         given, gravity, inertia = (x.expand_as(q).reshape(shape).numpy() for x in parts)
         return given, gravity, inertia
@@ -251,6 +251,6 @@ class Along:
         for n in range(steps):
             at = np.minimum(start + n, shape[1] - 1)
             now = Drive(excitation[trial, at], activation[trial, at], pieces)
-            states.append(step(restarted.bound, states[-1], now))
+            states.append(step(restarted.valued, states[-1], now))
         q, qdot = torch.stack(states, -2)[..., :2].unbind(-1)
         return observe(restarted.along_time, q, qdot, m.dt).numpy()

@@ -18,8 +18,8 @@ from myowave.physics.path import Path, SideBySide, StraightPath
 
 
 @dataclass(frozen=True)
-class Bound:
-    """A model with values for all its parameters, stacked for arithmetic. Make it with `bind`.
+class Valued:
+    """A model with values for all its parameters, stacked for arithmetic. Make it with `give_values`.
 
     `muscle` values are (..., T, M), `joint` values (..., T), each with `axes` axes of length 1 put in after T. `path`
     holds the constants that only some muscles have, by full name, (..., T).
@@ -32,7 +32,7 @@ class Bound:
     effect: Mapping[str, Mapping[str, Tensor]]
     axes: int = 0
 
-    def along(self, axes: int) -> "Bound":
+    def along(self, axes: int) -> "Valued":
         """The same values, broadcastable to quantities with `axes` more axes (time, points) after the trials."""
         assert self.axes == 0
         effect = {
@@ -87,8 +87,8 @@ class Bound:
         def value(i: int, name: str) -> Tensor:
             return c[name][..., i] if name in c else self.path[f"{name}_{muscles[i].name}"]
 
-        bound = (m.path.with_constants({n: value(i, n) for n in m.path.constants}) for i, m in enumerate(muscles))
-        return SideBySide(tuple(bound))
+        valued = (m.path.with_constants({n: value(i, n) for n in m.path.constants}) for i, m in enumerate(muscles))
+        return SideBySide(tuple(valued))
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class Combined:
     tilt: Tensor | None
 
 
-def bind(model: Model, params: Params, like: Tensor) -> Bound:
+def give_values(model: Model, params: Params, like: Tensor) -> Valued:
     """Give values to a model's parameters; those not in `params` take their defaults.
 
     Args:
@@ -137,7 +137,7 @@ def bind(model: Model, params: Params, like: Tensor) -> Bound:
                 )
             muscle.update({n: v for n, v in changed.items() if n in muscle})
             joint.update({n: v for n, v in changed.items() if n in joint})
-    return Bound(model, muscle, joint, path, effect)
+    return Valued(model, muscle, joint, path, effect)
 
 
 def _scaled(model: Model, muscle: Mapping[str, Tensor], full: Mapping[str, Tensor]) -> dict[str, Tensor]:
