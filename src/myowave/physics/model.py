@@ -38,7 +38,7 @@ class Model:
     def defaults(self) -> dict[str, float]:
         """Every parameter of the model with its nominal value; those of effects are 0."""
         muscles = {f"{c}_{m.name}": value for m in self.muscles for c, value in m.nominal.items()}
-        groups = {f"{c}_{group}": 1.0 for group in self.groups for c in GROUP_CONSTANTS}
+        groups = {f"{factor}_{group}": 1.0 for group in self.groups for factor in GROUP_CONSTANTS}
         joint = {c: float(self.joint[c]) for c in self.joint}
         return muscles | groups | joint | dict.fromkeys(self.effect_parameters, 0.0)
 
