@@ -54,13 +54,13 @@ MUSCLE_CONSTANTS = {
     ),
 }
 
-# Of the muscles that name a group, so that one number is estimated for all of them: `strength_flexors`.
+# Factors, 1 by default, of the muscles that name a group: one number to estimate for all of them, `strength_flexors`.
 # ASSUME: muscles of a group are stronger or longer than the model says by one factor. A length keeps the ratio of fibre
 # to tendon, as scaling a model to a person does, and longer fibres shorten by as many of their lengths per second.
 GROUP_CONSTANTS = {
-    "strength": Constant("-", "factor on the maximum isometric forces of a group", default=1.0, scales=("f0",)),
+    "strength": Constant("-", "factor on the maximum isometric forces of a group", scales=("f0",)),
     "length": Constant(
-        "-", "factor on optimal fibre and tendon slack lengths of a group", default=1.0, scales=("l0", "slack", "vmax")
+        "-", "factor on optimal fibre and tendon slack lengths of a group", scales=("l0", "slack", "vmax")
     ),
 }
 

@@ -63,6 +63,7 @@ def beyond_tables(trials: Trials, tables: Mapping[str, TablePath]) -> list[Beyon
             continue
         worst = max(excess, key=excess.__getitem__)
         n = int(outside[worst].argmax())
+        low, high = ranges[worst]
         found.append(
             Beyond(
                 trial=trial,
@@ -72,7 +73,7 @@ def beyond_tables(trials: Trials, tables: Mapping[str, TablePath]) -> list[Beyon
                 margin=tables[worst].margin_deg,
                 muscle=worst,
                 file=tables[worst].file,
-                ends=(math.degrees(ranges[worst][0]), math.degrees(ranges[worst][1])),
+                ends=(math.degrees(low), math.degrees(high)),
             )
         )
     return found
