@@ -1,7 +1,7 @@
 """Put each deliberate fault of faults.yaml into a copy of the code and see its tests fail: `make mutants`.
 
-A fault that survives is a hole in the tests: mend the test, not the list. Names after the command choose faults by a part
-of their file's path.
+A fault that survives is a hole in the tests: mend the test, not the list. Arguments choose faults by a part of their
+file's path.
 """
 
 import os
