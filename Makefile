@@ -1,6 +1,6 @@
 # Everything from a fresh clone: `make run`, `make test`. The environment is made where it is not there.
 .DEFAULT_GOAL := run
-.PHONY: run bench test test-postgres test-browser test-slurm lint ui publish clean
+.PHONY: run bench mutants test test-postgres test-browser test-slurm lint ui publish clean
 
 PYTHON ?= python3
 CORES ?= 2
@@ -34,6 +34,9 @@ bench: $(VENV)/.ready ## speeds beside the straightforward program, measured sid
 	$(BIN)/python benchmarks/dry_run.py
 	$(BIN)/python benchmarks/learning.py
 	$(BIN)/python benchmarks/diagnosis.py
+
+mutants: $(VENV)/.ready ## put each deliberate fault of tests/faults/faults.yaml into a copy of the code and see its test fail
+	$(BIN)/python tests/faults/replay.py
 
 lint: $(VENV)/.ready ## style, layout and types of the Python code, layout of the rules
 	$(BIN)/ruff check .

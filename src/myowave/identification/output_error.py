@@ -23,7 +23,7 @@ from torch import Tensor
 from myowave.identification.free_parameters import Free, bind_values, moved, scales, start_values, within
 from myowave.identification.least_squares import Normal, bounded_step, normal_equations
 from myowave.identification.record import Record
-from myowave.identification.uncertainty import covariance, residual_variance
+from myowave.identification.uncertainty import correlation_time, covariance, residual_variance
 from myowave.physics.model import Model, Params
 from myowave.physics.motion import resting_states, simulate
 from myowave.physics.simulation import Simulation
@@ -33,6 +33,7 @@ Array = NDArray[np.float64]
 
 TOLERANCE = 1e-5  # of the simulated state [rad, rad/s]
 GAIN = 1e-3  # stop where the next step would lower the sum of squares by less than this many residual variances
+STANDSTILL = 0.1  # in pieces: stop after a step that gained less than this many independent samples are worth
 LIFTED_STEPS, STEPS = 4, 30  # the first suffice for sixteen starts to come down to two
 WATCHDOG, WATCHDOG_STEPS = 100.0, 3  # a step that fails is followed further if the sum of squares grew by less
 DAMPING, DAMPING_UP, DAMPING_DOWN, DAMPING_MOST = 1e-4, 10.0, 0.1, 1e8
@@ -293,12 +294,26 @@ def descend(fit: Fit) -> Iterator[Fit]:
         if promise > fit.variance:
             tried = _follow(fit, tried, damping)
         if tried is not None and tried.rss < fit.rss:
+            if fit.rss - tried.rss < _standstill(tried):
+                yield replace(tried, converged=True)
+                return
             fit, damping = tried, max(damping * DAMPING_DOWN, 1e-12)
         elif damping > DAMPING_MOST:
             return
         else:
             damping = max(damping, DAMPING) * DAMPING_UP
         yield fit
+
+
+def _standstill(fit: Fit) -> float:
+    """What a step must gain at least if another is to follow [rad^2].
+
+    A model that stands on pieces is far from the truth. Its residual is slow, so hundreds of samples are worth a few,
+    and its steps may creep along kinks of curves for ever without any gain that counts as evidence.
+    """
+    if fit.record.pieces is None:
+        return 0.0
+    return STANDSTILL * fit.variance * correlation_time(fit.normal.residual, fit.record)
 
 
 def _step(fit: Fit, damping: float) -> tuple[Array, Array]:

@@ -38,8 +38,8 @@ def residual_variance(normal: Normal, record: Record) -> float:
 
 
 def correlations(covariance: Array) -> Array:
-    """Correlations of estimates from their covariance, (P, P)."""
-    size = np.sqrt(np.diag(covariance)).clip(1e-300)
+    """Correlations of estimates from their covariance, (P, P); 0 for those that data say nothing about."""
+    size = np.sqrt(np.diag(covariance)).clip(1e-150)  # whose square is still above 0
     return covariance / np.outer(size, size)
 
 

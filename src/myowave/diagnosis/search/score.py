@@ -117,8 +117,6 @@ def score_effect(fit: Fit, effect: Effect, known: Collection[str] = ()) -> Score
     signal = normal.without_starts(raw - normal.slope @ imitation)
     information = np.einsum("tne,tnf->ef", signal, signal)
     estimate, drop = best_within(information, np.einsum("tne,tn->e", signal, normal.residual), free)
-    if not np.isfinite(drop):
-        raise ValueError(f"effect {effect.name}: its derivatives along the fitted motion are not finite.")
     visible, direction = _visible(information, np.einsum("tne,tnf->ef", raw, raw))
     size = np.abs(imitation @ direction) * np.sqrt(np.einsum("tnp,tnp->p", normal.slope, normal.slope))
     order = np.argsort(-size)
@@ -163,6 +161,8 @@ def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
         # How other parameters move the new states is not known here; a fit's next step finds it.
         of_others = torch.nn.functional.pad(old.tangent, (0, 0, 0, model.state_size - fit.model.state_size))
     count = len(fit.free)
+    if not np.isfinite(added.numpy()[:, record.valid]).all():
+        raise ValueError(f"{model.name}: the derivatives along the fitted motion are not finite.")
     sensitive = Sensitive(
         motion=motion,
         by_parameter=torch.cat([old.by_parameter, added]),

@@ -1,0 +1,119 @@
+"""Nothing that diverges or cannot be fitted ends a diagnosis: it stands on less, or is a row that says why."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from myowave.diagnosis.report.page import Story, write_page
+from myowave.diagnosis.report.tables import TABLES, predictions_table, ranking_table, verdict_summary
+from myowave.diagnosis.rooms.compare import compare_rooms
+from myowave.diagnosis.search.diagnose import diagnose
+from myowave.diagnosis.search.rank import count_folds, folds_won, left_out_residuals, rank_effects
+from myowave.identification.output_error import fit_from, refit
+from myowave.physics.effect import Effect, Parameter
+from myowave.settings import Diagnosis as DiagnosisSettings
+
+
+def _refuse(q, qdot, activation, *, c):
+    raise ValueError("no motion with this effect")
+
+
+def _blow_up(q, qdot, activation, *, c):
+    return torch.where(c != 0, torch.nan, 0.0) + 0 * q
+
+
+def broken(name, function):
+    parameter = Parameter(unit="N m", low=-1.0, high=1.0, typical=0.5, meaning="nothing")
+    return Effect(
+        name=name, acts_on="joint", equation="?", function=function, parameters={"c": parameter}, source="a test"
+    )
+
+
+@pytest.fixture(scope="module")
+def runaway(make_trials):
+    """Trials whose EMG has nothing to do with the motion and drives the model far beyond it."""
+    trials = make_trials()
+    emg = np.random.default_rng(5).uniform(0, 1, trials.emg.shape).repeat(40, axis=1)[:, : trials.emg.shape[1]]
+    return replace(trials, emg=emg)
+
+
+@pytest.fixture(scope="module")
+def diagnosis(runaway, base, effects, identify):
+    candidates = [effects["joint_damping"], effects["joint_stiffness"], broken("refusing", _refuse)]
+    return diagnose(runaway, base, candidates, identify, DiagnosisSettings(starts=1))
+
+
+def test_trials_over_which_the_model_diverges_are_judged_over_a_horizon_that_is_told(diagnosis):
+    summary = verdict_summary(diagnosis)
+    assert summary["horizon_s"] in (0.5, 1.0, 2.0)
+    assert all(np.isfinite(errors["heldout"]) for errors in summary["rmse_deg"].values())
+
+
+def test_an_effect_that_cannot_be_fitted_is_a_row_with_its_reason(diagnosis):
+    row = ranking_table(diagnosis).query("model == 'base' and effect == 'refusing'").iloc[0]
+    assert row["status"] == "failed" and "no motion with this effect" in row["reason"]
+
+
+def test_tables_show_whole_trials_in_the_order_of_time(diagnosis, runaway):
+    predictions = predictions_table(diagnosis)
+    for name, rows in predictions[predictions["model"] == "base"].groupby("trial"):
+        i = runaway.names.index(name)
+        np.testing.assert_array_equal(rows["angle_rad"], runaway.angle[i])
+        np.testing.assert_allclose(rows["time_s"], np.arange(len(rows)) * runaway.dt)
+    for table in ("errors", "misfit"):
+        found = TABLES[table](diagnosis)
+        names = found["trial"] if table == "errors" else found[found["factor"] == "trial"]["part"]
+        assert set(names) <= set(runaway.names)
+
+
+def test_the_page_says_over_what_the_model_was_judged(diagnosis, runaway, base, pytestconfig, tmp_path):
+    tables = {name: table(diagnosis) for name, table in TABLES.items()}
+    verdict = verdict_summary(diagnosis) | {"command": "", "hidden": None}
+    rooms = compare_rooms(
+        runaway,
+        lambda name: next(r.fit.model for r in diagnosis.tried if r.name == name),
+        tables["parameters"],
+        tables["errors"],
+    )
+    assert np.isfinite(rooms["horizons"]["horizon_s"]).all(), "nothing here ran free over whole trials"
+    ladder = tables["ladder"].assign(source="physics")
+    page = write_page(
+        Story(
+            verdict,
+            ladder,
+            tables["parameters"].assign(source="physics", error_pct=np.nan),
+            tables["ranking"],
+            tables["next_trials"],
+            **rooms,
+            images={},
+            draft="",
+        ),
+        "{{ compare }}",
+    )
+    assert f"predictions over {verdict['horizon_s']:g} s" in page
+
+
+@pytest.mark.parametrize("effect", [broken("refusing", _refuse), broken("endless", _blow_up)])
+def test_a_failing_candidate_changes_nothing_for_the_others(make_fit, effects, effect):
+    fit = make_fit({"joint_damping": {"c": 1.0}})
+    alone, beside = (rank_effects(fit, [effects["joint_damping"], *more]) for more in ([], [effect]))
+    assert {c.name: c.failure != "" for c in beside} == {"joint_damping": False, effect.name: True}
+    assert next(c for c in beside if c.name == "joint_damping").delta_bic == alone[0].delta_bic
+    assert not next(c for c in beside if c.failure).acceptable
+
+
+def test_folds_leave_out_trials_and_not_pieces(make_fit, effects):
+    """Without noise of its own a trial in pieces is predicted from the others, by one Gauss-Newton step of the rest."""
+    whole = make_fit({"joint_damping": {"c": 1.0}})
+    fit = fit_from(whole.model, whole.record.cut(0.5), whole.free, whole.values[None])
+    richer = refit(fit, whole.model.with_effects([effects["joint_damping"]]), whole.free)
+    assert count_folds(fit) == len(whole.record.names) == folds_won(fit, richer)[1]
+    # The prediction of a trial must not change with what is measured in another piece of it.
+    rows = fit.record.rows_by_trial[whole.record.names[0]]
+    residual = fit.normal.residual.copy()
+    residual[rows[1]] += np.radians(5.0)
+    other = replace(fit, normal=replace(fit.normal, residual=residual))
+    before, after = (left_out_residuals(f)[rows[0]] for f in (fit, other))
+    np.testing.assert_allclose(after, before, atol=1e-12)
