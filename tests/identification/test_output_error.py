@@ -23,6 +23,19 @@ def test_noiseless_motion_gives_back_its_parameters_from_a_far_start(exact, base
     assert worst_error(fit.values, free, base) < 1e-4
 
 
+def test_the_factors_of_a_group_are_found_as_the_constants_that_they_stand_for(exact, base):
+    """Trials of muscles as they are, seen by a model whose flexor is weaker and whose extensor is stronger."""
+    biceps, triceps = base.muscles
+    weaker = replace(biceps, group="front", constants=biceps.constants | {"f0": 250.0})
+    stronger = replace(triceps, group="back", constants=triceps.constants | {"f0": 375.0})
+    model = replace(base, muscles=(weaker, stronger))
+    names = ("strength_front", "length_front", "strength_back", "length_back")
+    free = free_parameters(model, dict.fromkeys(names, Identify(start_spread=0.1)), ())
+    fit = fit_model(model, exact, free, starts=4)
+    expected = {"strength_front": 300 / 250, "length_front": 1.0, "strength_back": 300 / 375, "length_back": 1.0}
+    assert fit.parameters == pytest.approx(expected, rel=1e-3)
+
+
 def test_lifted_steps_bring_starts_that_are_wide_apart_together(exact, base, free):
     search = Search.begin(base, exact, free, start_values(free, range(4)))
     before = np.ptp(search.values, axis=0)

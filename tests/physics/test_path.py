@@ -243,11 +243,11 @@ def test_a_faulty_table_is_explained(text, muscle, says, tmp_path):
 
 
 def test_a_missing_table_is_explained(tmp_path):
-    with pytest.raises(ValueError, match=r"no such table of a muscle's path; correct physics.muscles"):
+    with pytest.raises(ValueError, match=r"no such table of a muscle's path; correct the muscle's path.file"):
         read_path(str(tmp_path / "none.csv"))
 
 
 def test_a_table_of_the_other_side_is_refused(config):
     path = {"kind": "table", "file": str(ARM26), "muscle": "TRIlat"}
-    with pytest.raises(ValueError, match=r"muscles.Bi: with flexion, the length .* but a flexor gets shorter"):
+    with pytest.raises(ValueError, match=r"muscle Bi: with flexion, the length .* but a flexor gets shorter"):
         build_model("base", with_path(config, path))

@@ -53,7 +53,7 @@ checkpoint diagnose_dataset:
 rule compare_rooms:
     input:
         trials="results/data/{dataset}/trials.parquet",
-        effects=SETTINGS.physics.effect_files,
+        physics=physics_files,
         parameters=f"{DIAGNOSIS}/parameters.csv",
         errors=f"{DIAGNOSIS}/errors.csv",
     output:
@@ -61,7 +61,7 @@ rule compare_rooms:
     log:
         "results/logs/compare_rooms/{dataset}.log",
     params:
-        physics=section("physics"),
+        physics=physics_section,
         code=digest("compare_rooms"),
     script:
         "../scripts/compare_rooms.py"

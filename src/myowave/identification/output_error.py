@@ -198,7 +198,7 @@ def fit_from(model: Model, record: Record, free: Sequence[Free], values: Array) 
     if best is None:
         raise ValueError(
             f"model {model.name}: its motion diverges from every start of the fit. Check the units of the recording "
-            "and the constants of physics.muscles."
+            "and the constants of the arm's muscles."
         )
     return polish(best)
 

@@ -56,7 +56,7 @@ def _path(name: str, muscle: MuscleSettings) -> Path:
     first, last = (path.length_and_arm(torch.tensor(angle))[0].item() for angle in path.range)
     if SIDES[muscle.side] * (first - last) <= 0:
         raise ValueError(
-            f"physics.muscles.{name}: with flexion, the length in {settings.file} goes from {first:.4g} to {last:.4g} "
+            f"muscle {name}: with flexion, the length in {settings.file} goes from {first:.4g} to {last:.4g} "
             f"m, but a {muscle.side} gets {expected}. Angles are 0 with the arm straight, positive in flexion; correct "
             "them, or the side."
         )

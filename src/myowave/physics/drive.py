@@ -127,6 +127,6 @@ def channels_of(model: Model, channels: tuple[str, ...], emg: Tensor) -> Tensor:
     if missing := [f"{m.channel} (muscle {m.name})" for m in model.muscles if m.channel not in channels]:
         raise ValueError(
             f"the recording has no channel {', '.join(missing)}; it has {', '.join(channels)}. "
-            "Name the muscle's channel in physics.muscles, or add the column."
+            "Correct the muscle's emg in its arm, or add the column."
         )
     return emg[..., [channels.index(m.channel) for m in model.muscles]]

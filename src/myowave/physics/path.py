@@ -144,7 +144,7 @@ def read_path(file: str, muscle: str | None = None) -> TablePath:
         ValueError: for a file or a row that is not as it should be; the message says which, and what to do.
     """
     if not File(file).is_file():
-        raise ValueError(f"{file}: no such table of a muscle's path; correct physics.muscles.*.path.file.")
+        raise ValueError(f"{file}: no such table of a muscle's path; correct the muscle's path.file.")
     with open(file, newline="", encoding="utf-8-sig") as stream:
         reader = csv.DictReader(stream)
         columns = reader.fieldnames or ()
