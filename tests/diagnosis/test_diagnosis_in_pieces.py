@@ -105,7 +105,6 @@ def test_a_failing_candidate_changes_nothing_for_the_others(make_fit, effects, e
 
 
 def test_folds_leave_out_trials_and_not_pieces(make_fit, effects):
-    """Without noise of its own a trial in pieces is predicted from the others, by one Gauss-Newton step of the rest."""
     whole = make_fit({"joint_damping": {"c": 1.0}})
     fit = fit_from(whole.model, whole.record.cut(0.5), whole.free, whole.values[None])
     richer = refit(fit, whole.model.with_effects([effects["joint_damping"]]), whole.free)

@@ -87,9 +87,7 @@ def _shortest(model: Model, pieces: Record, free: Sequence[Free], values: Array,
 def _next(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit | None:
     """The fit from given values (P,): from the measured motion, else from the one that the values simulate."""
     fit = attempt_fit(lambda: fit_from(model, record, free, values[None]))
-    if fit is not None and predicts(fit):
-        return fit
-    return attempt_fit(lambda: fit_simulated(model, record, free, values)) or fit
+    return fit or attempt_fit(lambda: fit_simulated(model, record, free, values))
 
 
 def attempt_fit(fit: Callable[[], Fit | None]) -> Fit | None:
