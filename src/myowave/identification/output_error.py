@@ -291,7 +291,7 @@ def descend(fit: Fit) -> Iterator[Fit]:
             yield replace(fit, converged=True)
             return
         tried = _take(fit, *step)
-        if promise > fit.variance:
+        if promise > fit.variance and fit.record.pieces is None:  # in pieces a shorter step costs less
             tried = _follow(fit, tried, damping)
         if tried is not None and tried.rss < fit.rss:
             if fit.rss - tried.rss < _standstill(tried):
