@@ -20,6 +20,7 @@ from myowave.physics.model import Model
 Array = NDArray[np.float64]
 
 HORIZONS_S = (0.5, 1.0, 2.0)
+ENOUGH = 0.5  # share of the motion to be explained over longer pieces; what misses more is far from linear
 WEAK_STEPS = 20
 
 
@@ -40,24 +41,24 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
         ValueError: if the model has no motion even over the shortest horizon from its usual values.
     """
     found = attempt_fit(lambda: fit_model(model, record, free, starts=starts))
-    if found is not None and predicts(found):
+    if found is not None and explained(found) > 0:
         return found
     values = weak_values(model, record, free)
     standing = _shortest(model, record.cut(HORIZONS_S[0]), free, values, starts)
     for horizon_s in (*HORIZONS_S[1:], None):
         longer = record if horizon_s is None else record.cut(horizon_s)
         fit = _next(model, longer, free, standing.values)
-        if fit is None or not predicts(fit):
+        if fit is None or explained(fit) < ENOUGH:
             break
         standing = fit
     return standing
 
 
-def predicts(fit: Fit) -> bool:
-    """Whether a fitted model says more of the motion than a constant angle for each trial, or piece of one."""
+def explained(fit: Fit) -> float:
+    """Share of the motion about a constant angle for each trial, or piece of one, that a fit explains [-]."""
     angle, valid = fit.record.angle, fit.record.valid
     mean = (angle * valid).sum(-1, keepdims=True) / valid.sum(-1, keepdims=True)
-    return fit.rss < float((((angle - mean) * valid) ** 2).sum())
+    return 1.0 - fit.rss / max(float((((angle - mean) * valid) ** 2).sum()), 1e-300)
 
 
 def weak_values(model: Model, record: Record, free: Sequence[Free]) -> Array:
