@@ -5,46 +5,13 @@ from dataclasses import replace
 
 import pytest
 import torch
-import yaml
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.study.cases import Case, add_noise, clean_trials, simulate_case
-from myowave.identification.free_parameters import Free, free_parameters
 from myowave.identification.output_error import Fit, fit_model
 from myowave.identification.record import Record, make_record
-from myowave.physics.build import build_model
-from myowave.physics.effect import Effect
-from myowave.physics.effects import catalogue
-from myowave.physics.model import Model
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
-from myowave.settings import Identify, Physics, SimulatedDataset
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _one_thread():
-    torch.set_num_threads(1)
-
-
-@pytest.fixture(scope="session")
-def base(pytestconfig) -> Model:
-    physics = yaml.safe_load((pytestconfig.rootpath / "config.yaml").read_text(encoding="utf-8"))["physics"]
-    return build_model("base", Physics.model_validate(physics))
-
-
-@pytest.fixture(scope="session")
-def effects() -> dict[str, Effect]:
-    return catalogue()
-
-
-@pytest.fixture(scope="session")
-def dataset() -> SimulatedDataset:
-    return SimulatedDataset(kind="simulated", trials=4, samples=200, test=("4",), seed=3)
-
-
-@pytest.fixture(scope="session")
-def identify(dataset) -> dict[str, Identify]:
-    return dict(dataset.identify)
 
 
 @pytest.fixture(scope="session")
@@ -61,11 +28,6 @@ def make_trials(clean, dataset, base, effects) -> Callable[..., Trials]:
         return add_noise(trials, noise_deg, seed) if noise_deg else trials
 
     return make
-
-
-@pytest.fixture(scope="session")
-def free(base, identify) -> tuple[Free, ...]:
-    return free_parameters(base, identify, ())
 
 
 @pytest.fixture(scope="session")

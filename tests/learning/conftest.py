@@ -73,8 +73,3 @@ def teacher_forced(rollout) -> Task:
         learning_rate=1e-3,
     )
     return replace(rollout, recipe=recipe)
-
-
-@pytest.fixture(autouse=True)
-def one_thread():
-    torch.set_num_threads(1)

@@ -10,11 +10,6 @@ from myowave.data.simulate import synthetic_emg
 from myowave.physics.effect_check import trial_elbow
 
 
-@pytest.fixture(autouse=True, scope="session")
-def _one_thread():
-    torch.set_num_threads(1)
-
-
 @pytest.fixture(scope="session")
 def elbow():
     return trial_elbow()
