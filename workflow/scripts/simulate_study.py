@@ -1,4 +1,4 @@
-"""Simulate the trials that the study hides effects in: a dataset a seed, without effect or noise of the angle."""
+"""Simulate the trials that the study hides effects in: one dataset per seed, without effect or noise of the angle."""
 
 from myowave.data.store import write_trials
 from myowave.diagnosis.study.cases import clean_trials

@@ -202,7 +202,7 @@ def _draw_in_range(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], list[int]]:
     """EMG (T, N, C), the angle a perfect sensor sees (T, N) and the draw taken, for each trial the first in range.
 
-    Draw k of a trial is noise k % NOISE_DRAWS on EMG k // NOISE_DRAWS: datasets that differ in noise alone share
+    Draw k of a trial is noise k % NOISE_DRAWS on EMG k // NOISE_DRAWS: datasets that differ only in noise share
     their EMG as long as one of the noises works. Without noise every draw is another EMG.
     """
     emg = np.empty_like(blank.emg)

@@ -1,6 +1,6 @@
 """Tables on disk: Parquet with the metadata in the schema. The only module that imports pyarrow.
 
-A table of trials is long: one row a sample, columns `trial, time_s, emg_<muscle>..., angle_rad`, and
+A table of trials is long: one row per sample, columns `trial, time_s, emg_<muscle>..., angle_rad`, and
 further angles such as `tilt_rad` where they were recorded. A table of scales has a `scale` column before them (0, -1,
 ..., -J). What is not a column (dataset, dt, test trials, conditions, constants,
 provenance) travels as JSON in the schema metadata, so a file is complete by itself.

@@ -45,7 +45,7 @@ def decompose(trials: Trials, levels: int, wavelet: str = "db2", decompose: Deco
 
     Args:
         trials: the trials at scale [0].
-        levels: number of coarsenings J; 0 returns the trials alone.
+        levels: number of coarsenings J; 0 returns only the trials.
         wavelet: name of an orthogonal wavelet; the paper uses order-2 Daubechies.
         decompose: project EMG and angle, or only one of them (the paper's Sec. 6). Further signals go with the angle.
 

@@ -41,7 +41,7 @@ class MissingTorque:
 
     @property
     def rms(self) -> float:
-        """Root mean square of the missing torque less what noise alone would show [N m]."""
+        """Root mean square of the missing torque less what noise by itself would show [N m]."""
         return float(np.sqrt(max((self.points["torque_Nm"] ** 2).mean() - self.standard_error**2, 0.0)))
 
     def map(self) -> pd.DataFrame:

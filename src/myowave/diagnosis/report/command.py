@@ -14,7 +14,7 @@ def adding_command(
     Args:
         model: that was found, such as `base+joint_damping`.
         recipes: that the user's settings train with.
-        config_files: what the run was given after --configfile, in order; none where it had config.yaml alone.
+        config_files: what the run was given after --configfile, in order; none where it had only config.yaml.
     """
     trained = [f"results/figures/{dataset}/{model}/{recipe}/predictions.png" for recipe in recipes]
     page = f"results/diagnosis/{dataset}/verdict.html"

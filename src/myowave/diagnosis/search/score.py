@@ -1,7 +1,7 @@
 """Score test of an effect that a fitted model lacks: what would it gain, seen from where the fit stands?
 
 The derivative of the motion by the effect's parameters at 0, with all that the free parameters and the trials' starts
-could imitate taken out, is what the effect alone can do. Its product with the residual says how much the sum of
+could imitate taken out, is what only the effect can do. Its product with the residual says how much the sum of
 squares would fall, without a fit of the richer model. What is left of the derivative (the *visible share*) says
 whether these data can show the effect at all, and what took it out says which parameters absorb it.
 

@@ -9,7 +9,7 @@ from myowave.plotting import GREY, MEASURED, canvas, title
 
 
 def draw_overlay(predictions: pd.DataFrame, errors: pd.DataFrame) -> Figure:
-    """Measured and simulated angle of every trial, and what is left, a column a trial.
+    """Measured and simulated angle of every trial, and what is left, one column per trial.
 
     Args:
         predictions: columns model, trial, role, time_s, angle_rad, predicted_rad.

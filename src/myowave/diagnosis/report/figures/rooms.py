@@ -23,7 +23,7 @@ OFFSET = 0.13  # between training and held-out trials
 
 
 def draw_torque(torque: pd.DataFrame, found: str) -> Figure:
-    """Share of the needed torque that each predictor explains, and what is missing, a dot a trial.
+    """Share of the needed torque that each predictor explains, and what is missing, one dot per trial.
 
     Args:
         torque: columns model, trial, held_out, rmse_Nm, r2.
