@@ -55,7 +55,7 @@ class Record:
 
     Args:
         names: of the trials.
-        emg: one channel per muscle, (T, L + N, M), the first L samples before those of the motion (`lead`, 0 for trials).
+        emg: one channel per muscle, (T, L + N, M), the first L before those of the motion (`lead`, 0 for trials).
         angle: measured [rad], (T, N).
         valid: False where a shorter trial is padded, (T, N).
         training: which trials may be fitted, (T,).

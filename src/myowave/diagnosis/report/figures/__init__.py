@@ -1,4 +1,4 @@
-"""Pictures of a diagnosis, one module per step: compare, rooms, where, which, watch. Drawn from its tables, nothing else.
+"""Pictures of a diagnosis, one module per step: compare, rooms, where, which, watch. Drawn only from its tables.
 
 Where there are several models, the first (without any effect added) and the one that was found are shown.
 """
