@@ -55,10 +55,16 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
 
 
 def explained(fit: Fit) -> float:
-    """Share of the motion about a constant angle for each trial, or piece of one, that a fit explains [-]."""
-    angle, valid = fit.record.angle, fit.record.valid
+    """Share of the motion that a fit explains [-], see `share_explained`."""
+    return share_explained(fit.record, fit.normal.residual)
+
+
+def share_explained(record: Record, residual: Array) -> float:
+    """Share [-] of the motion about a constant angle for each trial, or piece of one, that is not in a residual
+    (T, N)."""
+    angle, valid = record.angle, record.valid
     mean = (angle * valid).sum(-1, keepdims=True) / valid.sum(-1, keepdims=True)
-    return 1.0 - fit.rss / max(float((((angle - mean) * valid) ** 2).sum()), 1e-300)
+    return 1.0 - float((residual**2).sum()) / max(float((((angle - mean) * valid) ** 2).sum()), 1e-300)
 
 
 def weak_values(model: Model, record: Record, free: Sequence[Free]) -> Array:

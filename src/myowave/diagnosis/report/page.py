@@ -197,6 +197,8 @@ def _reach(verdict: Mapping[str, Any]) -> str:
 def _which(story: Story) -> str:
     verdict = story.verdict
     count = story.ranking[story.ranking["model"] == story.ranking["model"].iloc[0]]["effect"].nunique()
+    if not verdict["follows"]:
+        return f"{count} effects were scored and none was fitted: the model is too far from the motion to say which."
     text = f"Each of {count} effects was scored against what the model leaves; the promising ones were fitted. "
     if verdict["verdict"] == "unknown":
         near = f" The nearest are {', '.join(verdict['nearest'])}." if verdict["nearest"] else ""
@@ -209,6 +211,8 @@ def _which(story: Story) -> str:
 
 
 def _add(verdict: Mapping[str, Any]) -> str:
+    if not verdict["follows"]:
+        return "Nothing, before the model follows the motion: look at its constants, the EMG, the load and the clocks."
     if verdict["verdict"] == "unknown":
         return (
             "Look at the draft below, give it a physical meaning, list the file in physics.effect_files and run "

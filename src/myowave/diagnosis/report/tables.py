@@ -49,6 +49,7 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         "outside_usual_range": {name: list(by) for name, by in verdict.masked.items()},
         "explained": verdict.explained,
         "structure_left": verdict.structure_left,
+        "follows": verdict.follows,
         "nearest": list(verdict.effects) if verdict.kind == "unknown" else [],
         "formula": diagnosis.draft.formula,
         "failed": dict(diagnosis.failed),
@@ -75,6 +76,11 @@ def sentence(diagnosis: Diagnosis) -> str:
         + ".",
     }
     text = texts[verdict.kind]
+    if not verdict.follows:
+        return (
+            f"The model does not follow these trials: even {diagnosis.record.horizon_s:g} s after a measured state it "
+            "misses more than a constant angle does. No effect was weighed."
+        )
     if verdict.kind in ("effect", "class") and verdict.structure_left:
         text += f" Something small is left that depends on the {last.independence.worst}."
     if verdict.absorbed and verdict.kind != "undecidable":

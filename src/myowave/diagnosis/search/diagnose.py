@@ -9,8 +9,9 @@ import pandas as pd
 from myowave.data.trials import Trials
 from myowave.diagnosis.misfit.independence import Independence, check_independence
 from myowave.diagnosis.misfit.where import MissingTorque, describe, misfit_by, missing_torque
-from myowave.diagnosis.search.draft import Draft, draft_effect
+from myowave.diagnosis.search.draft import Draft, draft_effect, no_draft
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
+from myowave.diagnosis.search.rank import rank_effects
 from myowave.diagnosis.search.score import FAILURES
 from myowave.diagnosis.search.selection import Selection, select_effects
 from myowave.diagnosis.search.verdict import Verdict, judge
@@ -18,7 +19,7 @@ from myowave.identification.free_parameters import free_parameters
 from myowave.identification.output_error import Fit, refit
 from myowave.identification.prediction import Prediction, predict
 from myowave.identification.record import Record, make_record
-from myowave.identification.stages import fit_in_stages
+from myowave.identification.stages import fit_in_stages, share_explained
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import Diagnosis as DiagnosisSettings
@@ -110,7 +111,12 @@ def diagnose(
         record = record.cut(fit.record.horizon_s)
     test = record.take(np.flatnonzero(~record.training))
     report(f"compare: {base.name} leaves {np.degrees(fit.rmse()):.3g} deg; the noise is {np.degrees(record.noise):.3g}")
-    selection = select_effects(fit, effects.values(), record.known)
+    if followed := follows(fit):
+        selection = select_effects(fit, effects.values(), record.known)
+    else:
+        report("stages: from measured states it misses more than a constant angle does; no effect is weighed")
+        ranking = rank_effects(fit, effects.values(), record.known, refits=False)
+        selection = Selection((fit,), (ranking,))
     rungs = tuple(make_rung(fit, test) for fit in selection.ladder)
     visited = {rung.name for rung in rungs}
     named, failed = [], {}
@@ -124,13 +130,22 @@ def diagnose(
     for rung in (*rungs, *named):
         train, heldout = np.degrees(rung.fit.rmse()), np.degrees(rung.heldout.rmse)
         report(f"{rung.name}: training {train:.3g} deg, held-out {heldout:.3g} deg")
-    verdict = judge(selection, rungs[-1].independence)
+    verdict = judge(selection, rungs[-1].independence, follows=followed)
     where = describe(rungs[0].misfit, float(np.degrees(record.noise)))
     report(f"verdict: {verdict.kind}, {', '.join(verdict.effects) or 'no effect'}")
-    draft = draft_effect(rungs[0].fit if verdict.kind == "unknown" else selection.fit, trials.dataset)
+    missing = rungs[0].fit if verdict.kind == "unknown" else selection.fit
+    draft = draft_effect(missing, trials.dataset) if followed else no_draft(missing, trials.dataset)
     proposals = _proposals(selection, verdict, effects)
     told = rungs, tuple(named), verdict, where, proposals, draft
     return Diagnosis(trials.dataset, record, test, selection, *told, failed)
+
+
+def follows(fit: Fit) -> bool:
+    """Whether a model that was fitted to pieces of trials predicts them from measured states, too, better than a
+    constant angle does. Pieces are fitted from starts of their own, which can make up for much over a short horizon."""
+    if fit.record.horizon_s is None:
+        return True
+    return share_explained(fit.record, predict(fit, fit.record).residual) > 0
 
 
 def fit_beside(ladder: Sequence[Fit], model: Model, identify: Mapping[str, Identify]) -> Fit:

@@ -101,6 +101,11 @@ def draft_effect(fit: Fit, dataset: str, name: str = "missing_torque") -> Draft:
     return Draft(terms, current, _source(terms, dataset, name))
 
 
+def no_draft(fit: Fit, dataset: str, name: str = "missing_torque") -> Draft:
+    """A draft without a term, where a formula would say nothing; see `draft_effect`."""
+    return Draft((), fit, _source((), dataset, name))
+
+
 def _effect(term: Term) -> Effect:
     def torque(q: Tensor, qdot: Tensor, activation: Tensor, *, c: Tensor) -> Tensor:
         return c * term.function(q, qdot, activation.mean(-1))

@@ -78,18 +78,24 @@ class Candidate:
 
 
 def rank_effects(
-    fit: Fit, effects: Iterable[Effect], known: Collection[str] = (), fitted: Mapping[str, Fit] | None = None
+    fit: Fit,
+    effects: Iterable[Effect],
+    known: Collection[str] = (),
+    fitted: Mapping[str, Fit] | None = None,
+    *,
+    refits: bool = True,
 ) -> list[Candidate]:
     """All effects that a fitted model does not have, the most evident first.
 
     Args:
         known: names of parameters that are known and so not to be estimated.
         fitted: fits with an effect that are there already, by its name.
+        refits: whether the promising ones are fitted; without that none can be accepted.
     """
     effects = {e.name: e for e in effects}
     scores = score_effects(fit, effects.values(), known)
     fits = dict(fitted or {})
-    hopeful = [name for name in _worth_refitting(fit, scores) if name not in fits]
+    hopeful = [name for name in _worth_refitting(fit, scores) if refits and name not in fits]
     raced, failures = _race({name: scores[name].start for name in hopeful}, fits.values())
     fits |= raced
     failures |= {name: score.failure for name, score in scores.items() if score.failure}

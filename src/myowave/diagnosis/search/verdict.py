@@ -29,6 +29,7 @@ class Verdict:
         explained: share of the excess over the noise that the effects explain [-].
         structure_left: whether the residual still depends on the inputs.
         masked: with undecidable, {parameter outside its usual range: effects that would explain it}.
+        follows: whether the base model follows the trials at all; where it does not, no effect was weighed.
     """
 
     kind: Kind
@@ -38,13 +39,15 @@ class Verdict:
     explained: float
     structure_left: bool
     masked: Mapping[str, tuple[str, ...]]
+    follows: bool = True
 
 
-def judge(selection: Selection, independence: Independence) -> Verdict:
+def judge(selection: Selection, independence: Independence, *, follows: bool = True) -> Verdict:
     """Weigh what the search found.
 
     Args:
         independence: of the residual of the last fit.
+        follows: see `Verdict`.
     """
     fit, last = selection.fit, selection.rankings[-1]
     absorbed = {c.name: c.score.absorbed_by for c in last if c.score.absorbed}
@@ -53,7 +56,7 @@ def judge(selection: Selection, independence: Independence) -> Verdict:
     structure_left = not independence.holds
     masked = _masked(fit, absorbed)
     kind: Kind
-    if selection.classes and structure_left and explained < ENOUGH:
+    if not follows or (selection.classes and structure_left and explained < ENOUGH):
         kind = "unknown"
     elif selection.classes:
         kind = "class" if alternatives else "effect"
@@ -61,7 +64,7 @@ def judge(selection: Selection, independence: Independence) -> Verdict:
         kind = "unknown"
     else:
         kind = "undecidable" if masked else "adequate"
-    return Verdict(kind, selection.effects, alternatives, absorbed, explained, structure_left, masked)
+    return Verdict(kind, selection.effects, alternatives, absorbed, explained, structure_left, masked, follows)
 
 
 def _explained(first: Fit, last: Fit) -> float:
