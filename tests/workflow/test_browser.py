@@ -197,8 +197,8 @@ def test_a_sweep_shows_its_trials(browser, page, store):
     assert len(trials) == 5
     address = f"{page.split('#')[0]}#/experiments/{experiment}/runs?viewStateShareKey=overview"
     text = browser.open(address, until="sweep of case1", name="sweep")
-    study = runs_of(store, "Sweeps", "study")[1][0]
-    assert shown(study.data.metrics["held_out_error_deg"], text)
+    search = runs_of(store, "Sweeps", "search")[1][0]
+    assert shown(search.data.metrics["held_out_error_deg"], text)
     assert browser.errors() == []
 
 
@@ -217,9 +217,9 @@ def test_the_report_is_one_page_that_works_without_a_network(browser, finished):
     browser.click("3 diagnosis")
     browser.wait("case1")
     browser.click("case1")
-    text = browser.wait("0 verdict")
+    text = browser.wait("00 verdict")
     browser.keep("report_diagnosis")
-    places = [text.find(name) for name in ("0 verdict", "1 overlay", "7 ranking", "8 ladder")]
+    places = [text.find(name) for name in ("00 verdict", "01 overlay", "09 ranking", "10 ladder")]
     assert places == sorted(places) and places[0] > 0, text
     external = browser.script(
         "performance.getEntriesByType('resource').map(e => e.name).filter(n => n.startsWith('http'))"

@@ -116,7 +116,7 @@ rule draw_diagnosis:
                 caption=f"../report/diagnosis/{figure}.rst",
                 category="3 diagnosis",
                 subcategory="{dataset}",
-                labels={"dataset": "{dataset}", "figure": f"{place} {figure}"},
+                labels={"dataset": "{dataset}", "figure": f"{place:02} {figure}"},
             )
             for place, figure in enumerate(FIGURE_NAMES, 1)
         ],
@@ -146,7 +146,7 @@ rule tell_verdict:
             caption="../report/verdict.rst",
             category="3 diagnosis",
             subcategory="{dataset}",
-            labels={"dataset": "{dataset}", "figure": "0 verdict"},
+            labels={"dataset": "{dataset}", "figure": "00 verdict"},
         ),
     log:
         "results/logs/tell_verdict/{dataset}.log",
