@@ -9,9 +9,10 @@ import torch
 from myowave.diagnosis.report.page import Story, write_page
 from myowave.diagnosis.report.tables import TABLES, predictions_table, ranking_table, verdict_summary
 from myowave.diagnosis.rooms.compare import compare_rooms
-from myowave.diagnosis.search.diagnose import diagnose
+from myowave.diagnosis.search.diagnose import diagnose, follows
 from myowave.diagnosis.search.rank import count_folds, folds_won, left_out_residuals, rank_effects
 from myowave.identification.output_error import fit_from, refit
+from myowave.identification.record import make_record
 from myowave.physics.effect import Effect, Parameter
 from myowave.settings import Diagnosis as DiagnosisSettings
 
@@ -54,6 +55,22 @@ def test_trials_over_which_the_model_diverges_are_judged_over_a_horizon_that_is_
 def test_an_effect_that_cannot_be_fitted_is_a_row_with_its_reason(diagnosis):
     row = ranking_table(diagnosis).query("model == 'base' and effect == 'refusing'").iloc[0]
     assert row["status"] == "failed" and "no motion with this effect" in row["reason"]
+
+
+def test_a_fit_to_pieces_follows_only_if_it_predicts_them_from_measured_states(make_trials, base, free):
+    record = make_record(make_trials(noise_deg=0.1), base).train.cut(1.0)
+    true = fit_from(base, record, free, np.array([[p.start for p in free]]))
+    weak = np.array([p.low if p.name.startswith("f0") else p.start for p in free])
+    assert follows(true) and not follows(replace(true, values=weak))
+
+
+def test_where_the_model_does_not_follow_no_effect_is_weighed(runaway, base, effects, identify, monkeypatch):
+    monkeypatch.setattr("myowave.diagnosis.search.diagnose.follows", lambda fit: False)
+    found = diagnose(runaway, base, [effects["joint_damping"]], identify, DiagnosisSettings(starts=1))
+    summary = verdict_summary(found)
+    assert summary["verdict"] == "unknown" and not summary["effects"] and not summary["follows"]
+    assert "does not follow" in summary["sentence"] and summary["formula"] == "0"
+    assert all(candidate.fit is None for candidate in found.selection.rankings[0])
 
 
 def test_tables_show_whole_trials_in_the_order_of_time(diagnosis, runaway):

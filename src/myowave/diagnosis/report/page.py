@@ -137,6 +137,8 @@ def _number(value: float) -> str:
 def _strength(story: Story) -> str:
     """How strong the verdict is, in numbers."""
     verdict = story.verdict
+    if not verdict["follows"]:
+        return tell_torque(story.torque, verdict["model"])
     texts = [KINDS[verdict["verdict"]] + "."]
     ladder = list(dict.fromkeys(story.ranking["model"]))
     for model, rows in story.ranking.groupby("model", sort=False):
