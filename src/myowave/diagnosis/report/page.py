@@ -169,7 +169,9 @@ def _added_to(model: str, ladder: list[str]) -> str:
 def _numbers(story: Story) -> list[tuple[str, str]]:
     errors, found = story.verdict["rmse_deg"], story.verdict["model"]
     model, first = next(iter(errors.items()))
-    numbers = [(f"held-out RMSE of {model}", f"{first['heldout']:.3g} deg")]
+    horizon = story.verdict["horizon_s"]
+    over = "" if horizon is None else f", over all of the {horizon:g} s after measured states"
+    numbers = [(f"held-out RMSE of {model}{over}", f"{first['heldout']:.3g} deg")]
     if found != model:
         numbers.append(("held-out RMSE with what was found", f"{errors[found]['heldout']:.3g} deg"))
     return [*numbers, ("noise of the measured angle", f"{first['noise']:.2g} deg")]

@@ -9,7 +9,7 @@ import pandas as pd
 from myowave.data.trials import Trials
 from myowave.diagnosis.misfit.independence import Independence, check_independence
 from myowave.diagnosis.misfit.where import MissingTorque, describe, misfit_by, missing_torque
-from myowave.diagnosis.search.draft import Draft, draft_effect, no_draft
+from myowave.diagnosis.search.draft import MOST_TERMS, Draft, draft_effect
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
 from myowave.diagnosis.search.rank import rank_effects
 from myowave.diagnosis.search.score import FAILURES
@@ -134,7 +134,7 @@ def diagnose(
     where = describe(rungs[0].misfit, float(np.degrees(record.noise)))
     report(f"verdict: {verdict.kind}, {', '.join(verdict.effects) or 'no effect'}")
     missing = rungs[0].fit if verdict.kind == "unknown" else selection.fit
-    draft = draft_effect(missing, trials.dataset) if followed else no_draft(missing, trials.dataset)
+    draft = draft_effect(missing, trials.dataset, most=MOST_TERMS if followed else 0)
     proposals = _proposals(selection, verdict, effects)
     told = rungs, tuple(named), verdict, where, proposals, draft
     return Diagnosis(trials.dataset, record, test, selection, *told, failed)

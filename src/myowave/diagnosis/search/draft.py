@@ -74,16 +74,17 @@ class Draft:
         return " ".join(f"{value:+.3g} {term.text}" for term, value, _ in self.terms) or "0"
 
 
-def draft_effect(fit: Fit, dataset: str, name: str = "missing_torque") -> Draft:
+def draft_effect(fit: Fit, dataset: str, name: str = "missing_torque", *, most: int = MOST_TERMS) -> Draft:
     """Describe what a fitted model still misses by a few terms of the library.
 
     Args:
         dataset: named in the file.
         name: of the effect.
+        most: terms; 0 where a formula would say nothing.
     """
     chosen: list[str] = []
     current = fit
-    for _ in range(MOST_TERMS):
+    for _ in range(most):
         scores = score_effects(current, (_effect(t) for t in LIBRARY if t.name not in chosen))
         sound = sorted((s for s in scores.values() if not s.absorbed and not s.failure), key=lambda s: -s.drop)
         fits = [(s.effect, attempt_fit(partial(polish, s.start))) for s in sound[:TRIED]]
@@ -99,11 +100,6 @@ def draft_effect(fit: Fit, dataset: str, name: str = "missing_torque") -> Draft:
     by_name = {t.name: t for t in LIBRARY}
     terms = tuple((by_name[n], values[f"draft_{n}.c"], errors[f"draft_{n}.c"]) for n in chosen)
     return Draft(terms, current, _source(terms, dataset, name))
-
-
-def no_draft(fit: Fit, dataset: str, name: str = "missing_torque") -> Draft:
-    """A draft without a term, where a formula would say nothing; see `draft_effect`."""
-    return Draft((), fit, _source((), dataset, name))
 
 
 def _effect(term: Term) -> Effect:
