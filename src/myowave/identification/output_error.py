@@ -112,10 +112,6 @@ class Fit:
         """Root mean square of the residual [rad]."""
         return float(np.sqrt(self.rss / self.record.samples))
 
-    def rmse_by_trial(self) -> Array:
-        """(T,) [rad]."""
-        return np.sqrt((self.normal.residual**2).sum(-1) / self.record.valid.sum(-1))
-
 
 @dataclass(frozen=True)
 class Search:

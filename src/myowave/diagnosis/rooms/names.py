@@ -5,5 +5,4 @@ EMG_ONLY = "EMG without physics"
 HOLD = "hold the angle"
 SAME_SPEED = "go on at the same speed"
 NOISE = "noise of the angle"
-TORQUE_BASELINES = (POSTURE, EMG_ONLY)
 HORIZON_BASELINES = (HOLD, SAME_SPEED, POSTURE, EMG_ONLY)
