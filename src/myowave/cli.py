@@ -100,6 +100,40 @@ def predict(
             print(line, file=target, flush=True)
 
 
+Mass = Annotated[float, typer.Option(help="of the body, kg")]
+Height = Annotated[float, typer.Option(help="of the body, m")]
+Sex = Annotated[str, typer.Option(help="f or m: whose table of body segments is taken")]
+
+
+@app.command("subject")
+@explain_mistakes
+def describe_subject(
+    mass: Mass, height: Height, sex: Sex, name: Annotated[str, typer.Option(help="of the arm in the settings")] = "me"
+) -> None:
+    """Print settings of a person's forearm with hand, each value with its standard deviation and source."""
+    from myowave.starting.subject import Body, subject_settings
+
+    typer.echo(subject_settings(Body(mass, height, sex), name), nl=False)
+
+
+@app.command("new")
+@explain_mistakes
+def begin_study(
+    name: Annotated[str, typer.Argument(help="of the study, such as my_study")],
+    folder: Annotated[Path, typer.Option("--from", help="folder with its recordings")],
+    config: ConfigFiles,
+    mass: Mass | None = None,
+    height: Height | None = None,
+    sex: Sex | None = None,
+    arm: Annotated[str, typer.Option(help="an arm of the settings, or default")] = "arm26",
+    force: Annotated[bool, typer.Option(help="write over a file that is there")] = False,
+) -> None:
+    """Write settings for a folder of recordings into NAME.yaml, and say what was guessed and what to fill in."""
+    from myowave.starting.study import begin
+
+    typer.echo(begin(name, folder, config, (mass, height, sex), arm, force))
+
+
 def read_numbers(option: str, text: str) -> list[float]:
     """Numbers separated by commas; none where the text is empty."""
     try:

@@ -16,6 +16,15 @@ def read_settings(paths: Sequence[Path]) -> Settings:
     Raises:
         ValueError: for a file that is not there, is not YAML, or has wrong keys.
     """
+    return parse_settings(add_subjects(read_layers(paths)))
+
+
+def read_layers(paths: Sequence[Path]) -> dict[str, Any]:
+    """The same as plain data, nothing checked.
+
+    Raises:
+        ValueError: for a file that is not there or is not YAML.
+    """
     config: dict[str, Any] = {}
     for path in paths:
         if not path.exists():
@@ -23,4 +32,4 @@ def read_settings(paths: Sequence[Path]) -> Settings:
                 f"There is no {path} in {Path.cwd()}; run the command where it is, or name it with --config."
             )
         config = lay_over(config, read_yaml(path, "physics and data"))
-    return parse_settings(add_subjects(config))
+    return config

@@ -1,0 +1,93 @@
+"""The arm of a new study: the preset `arm26`, with the person's forearm, driven by the channels that were recorded."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from myowave.settings.physics import read_preset
+from myowave.starting.subject import Body, joint_lines
+from myowave.starting.words import EXTENSORS, FLEXORS, muscle_in
+
+PRESET = "arm26"
+_NONE = "default"
+_WANTED = {"flexor": FLEXORS, "extensor": EXTENSORS}
+
+
+@dataclass(frozen=True)
+class StudyArm:
+    """The arm of a study.
+
+    Args:
+        name: to write under `arm`; None for the default arm.
+        lines: of its block under physics.arms; none where it is there already.
+        groups: of its muscles that are driven.
+        channels: that drive them; none where the arm is one of the settings.
+        to_do: what is left to the person.
+    """
+
+    name: str | None
+    lines: tuple[str, ...] = ()
+    groups: tuple[str, ...] = ()
+    channels: tuple[str, ...] = ()
+    to_do: tuple[str, ...] = ()
+
+
+def arm_of(study: str, channels: Sequence[str], body: Body | None, arm: str = PRESET) -> StudyArm:
+    """The arm of a study.
+
+    Args:
+        study: its name, which a new arm gets as well.
+        channels: names of its EMG channels, emg_<muscle>.
+        body: the person, where known.
+        arm: `arm26`, any other name of one in the settings, or `default`.
+
+    Raises:
+        ValueError: if the person is known but the arm is not `arm26`, or a mass or height cannot be.
+    """
+    if arm != PRESET:
+        if body is not None:
+            raise ValueError(
+                f"--arm {arm} has a forearm of its own; leave --arm out, or --mass, --height and --sex: `myowave "
+                "subject` prints a forearm to put into it."
+            )
+        return StudyArm(None if arm == _NONE else arm)
+    muscles = read_preset(PRESET)["muscles"]
+    driver: dict[str, str | None] = {side: _first(channels, wanted) for side, wanted in _WANTED.items()}
+    if not any(driver.values()):
+        driver = {side: _preset_channel(muscles.values(), side) for side in _WANTED}
+    changes = []
+    for name, muscle in muscles.items():
+        channel = driver[muscle["side"]]
+        if channel is None:
+            changes.append(f"        {name}: null # nobody recorded its EMG")
+        elif channel != muscle["emg"]:
+            changes.append(f"        {name}: {{emg: {channel}}}")
+    groups = tuple(dict.fromkeys(m["group"] for m in muscles.values() if driver[m["side"]] is not None))
+    to_do = tuple(_to_do(channels, driver, muscles.values()))
+    driving = tuple(channel for channel in driver.values() if channel is not None)
+    if body is None and not changes:
+        return StudyArm(PRESET, (), groups, driving, to_do)
+    lines = [f"      preset: {PRESET} # muscles with moment arms of an adult, and curves"]
+    lines += ["      joint:", *joint_lines(body)] if body else []
+    lines += ["      muscles:", *changes] if changes else []
+    return StudyArm(study, tuple(lines), groups, driving, to_do)
+
+
+def _first(channels: Sequence[str], wanted: Iterable[str]) -> str | None:
+    """The first channel of the most wanted muscle that there is."""
+    return next((c for muscle in wanted for c in channels if muscle_in(c.removeprefix("emg_")) == muscle), None)
+
+
+def _preset_channel(muscles: Iterable[dict[str, str]], side: str) -> str:
+    return next(muscle["emg"] for muscle in muscles if muscle["side"] == side)
+
+
+def _to_do(channels: Sequence[str], driver: dict[str, str | None], muscles: Iterable[dict[str, str]]) -> Iterable[str]:
+    needed = tuple(dict.fromkeys(muscle["emg"] for muscle in muscles))
+    if not set(driver.values()) & set(channels):
+        yield (
+            f"no channel has the name of an elbow's muscle; {PRESET} is driven by {' and '.join(needed)}: rename yours "
+            f"({', '.join(channels)})"
+        )
+    for side, channel in driver.items():
+        if channel is None:
+            yield f"no {side} of the elbow was recorded, so {PRESET} goes without; the verdict stands on the other side"
