@@ -116,6 +116,23 @@ def describe_subject(
     typer.echo(subject_settings(Body(mass, height, sex), name), nl=False)
 
 
+@app.command("geometry")
+@explain_mistakes
+def sample_geometry(
+    model: Annotated[Path, typer.Argument(help="a model of OpenSim, .osim")],
+    coordinate: Annotated[str, typer.Option(help="the elbow's angle in it, such as r_elbow_flex")],
+    output: Annotated[Path, typer.Option(file_okay=False, help="folder to write into")],
+    muscles: Annotated[list[str] | None, typer.Option(help="again for each; else all that move it")] = None,
+    name: Annotated[str, typer.Option(help="of the arm in the settings")] = "mine",
+    step: Annotated[float, typer.Option(help="largest distance of angles, deg")] = 5.0,
+    sign: Annotated[int, typer.Option(help="-1 where the coordinate falls in flexion")] = 1,
+) -> None:
+    """Write tables of muscle paths, and settings of an arm with them, from a model of OpenSim."""
+    from myowave.starting.geometry import write_geometry
+
+    typer.echo(write_geometry(model, coordinate, muscles or [], output, name, step, sign))
+
+
 @app.command("new")
 @explain_mistakes
 def begin_study(

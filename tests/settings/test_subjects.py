@@ -2,6 +2,7 @@
 
 import pytest
 
+from myowave.physics.anthropometry import forearm_with_hand
 from myowave.settings.subjects import add_subjects
 
 TABLE = """subject,files,test,mass,length,trial4.load
@@ -44,6 +45,31 @@ def test_a_subject_may_name_its_arm(config):
     datasets = add_subjects(config(table))["data"]["datasets"]
     assert (datasets["ann"]["arm"], datasets["bob"]["arm"]) == ("arm26", None)
     assert datasets["ann"]["constants"] == {}
+
+
+def test_body_measures_stand_for_the_forearms_constants_unless_these_are_there(config):
+    table = (
+        "subject,files,test,arm,body_mass,height,sex,com\n"
+        "ann,a.csv,t3,arm26,60,1.7,f,\nbob,b.csv,t3,arm26,60,1.7,f,0.2\ncid,c.csv,t3,,,,,\n"
+    )
+    datasets = add_subjects(config(table))["data"]["datasets"]
+    forearm = {name: estimate.value for name, estimate in forearm_with_hand(60, 1.7, "f").items()}
+    assert datasets["ann"]["constants"] == forearm and set(forearm) == {"mass", "com", "inertia", "grip"}
+    assert datasets["bob"]["constants"] == {**forearm, "com": 0.2}
+    assert datasets["cid"]["constants"] == {}
+
+
+@pytest.mark.parametrize(
+    ("cells", "says"),
+    [
+        ("60,,f", "row 2: body_mass, sex without height; fill in all three, or none"),
+        ("60,170,f", "row 2: height is 170; expected 1.2 to 2.3 m"),
+        ("60,tall,f", "row 2, column height: 'tall' is not a number"),
+    ],
+)
+def test_body_measures_that_cannot_be_are_named_with_their_row(config, cells, says):
+    with pytest.raises(ValueError, match=says):
+        add_subjects(config(f"subject,files,test,body_mass,height,sex\nann,a.csv,t3,{cells}\n"))
 
 
 def test_the_word_subjects_stands_for_all_of_them(config):

@@ -38,6 +38,7 @@ DOORS = {
 # Beside the layers: they may be used by any, and use none but those named here.
 BESIDE = {
     "settings": ("physics",),  # its list of constants, which loads nothing
+    "starting": ("physics", "data"),
     "workflow": (),
     "plotting.py": (),
     "tracking": ("data", "learning"),

@@ -4,6 +4,9 @@ Columns: `subject`, its name; `files`, a pattern such as data/s01/*.csv; `test`,
 spaces; `arm`, which may be left out, one of physics.arms, and an empty cell the default arm; every further column is a
 known constant of the subject in SI units, such as `mass` or `l1_Bi`, or, named `{trial}.{constant}`, one that differs
 between trials, such as `trial4.load`. An empty cell is not known.
+
+Where the arm's forearm is a rigid body (`arm26`), `body_mass` [kg], `height` [m] and `sex` (f or m) together stand for
+its `mass`, `com`, `inertia` and `grip`, by published tables; a column of these names counts more.
 """
 
 import csv
@@ -11,8 +14,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from myowave.physics.anthropometry import forearm_with_hand
+
 WORD = "subjects"  # in targets, stands for all subjects of the table
 _NAMED, _ARM = ("subject", "files", "test"), "arm"
+_BODY = ("body_mass", "height", "sex")
 
 
 def add_subjects(config: Mapping[str, Any]) -> dict[str, Any]:
@@ -60,10 +66,10 @@ def read_subjects(path: Path) -> dict[str, dict[str, Any]]:
 
 
 def _dataset(row: Mapping[str, str], where: str) -> dict[str, Any]:
-    constants: dict[str, float] = {}
+    constants = _forearm(row, where)
     conditions: dict[str, dict[str, float]] = {}
     for column, cell in row.items():
-        if column in (*_NAMED, _ARM) or not cell:
+        if column in (*_NAMED, _ARM, *_BODY) or not cell:
             continue
         if column is None:
             raise ValueError(f"{where}: more cells than columns; quote cells that hold a comma.")
@@ -79,6 +85,20 @@ def _dataset(row: Mapping[str, str], where: str) -> dict[str, Any]:
         "constants": constants,
         "conditions": conditions,
     }
+
+
+def _forearm(row: Mapping[str, str], where: str) -> dict[str, float]:
+    """Constants of the forearm, where the row has the body's measures."""
+    given = [name for name in _BODY if row.get(name)]
+    if not given:
+        return {}
+    if missing := [name for name in _BODY if name not in given]:
+        raise ValueError(f"{where}: {', '.join(given)} without {', '.join(missing)}; fill in all three, or none.")
+    mass, height = (_number(row[name], f"{where}, column {name}") for name in _BODY[:2])
+    try:
+        return {name: estimate.value for name, estimate in forearm_with_hand(mass, height, row["sex"]).items()}
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
 
 
 def _number(cell: str, where: str) -> float:

@@ -120,7 +120,7 @@ def _namings(files: Sequence[PurePosixPath]) -> Iterator[tuple[int, Naming]]:
     deepest = max(len(path.parts) - 1 for path in files)
     most = max(len(_tokens(path)) for path in files)
     ways = [(0, _by_folder(files, depth)) for depth in range(1, deepest + 1)]
-    ways += [(1, _by_name(files, start, cut)) for start in range(most) for cut in range(most - start)]
+    ways += [(1, _by_name(files, start, end)) for start in range(most) for end in _ends(start, most)]
     for kind, split in ways:
         if naming := _naming(files, split):
             yield kind, naming
@@ -141,15 +141,22 @@ def _by_folder(files: Sequence[PurePosixPath], depth: int) -> Split:
     return split
 
 
-def _by_name(files: Sequence[PurePosixPath], start: int, cut: int) -> Split:
-    """Trials are the files' names without the first `start` and the last `cut` tokens."""
+def _ends(start: int, most: int) -> Iterator[int | None]:
+    """Where a range of tokens may end: with the last, so many before it, or so many after the first."""
+    yield None
+    yield from range(-1, start - most, -1)
+    yield from range(start + 1, most)
+
+
+def _by_name(files: Sequence[PurePosixPath], start: int, end: int | None) -> Split:
+    """Trials are the files' names, tokens from `start` to `end` of them."""
     split = {}
     for path in files:
         tokens = _tokens(path)
-        part = "".join(tokens[start : len(tokens) - cut])
+        part = "".join(tokens[start:end])
         if trial := part.lstrip(_SEPARATORS):
             head = "".join(tokens[:start]) + part.removesuffix(trial)
-            tail = path.name[len("".join(tokens[: len(tokens) - cut])) :]
+            tail = path.name[len(head) + len(trial) :]
             split[path] = (trial, "/".join([*path.parts[:-1], head + TRIAL + tail]))
     return split
 
