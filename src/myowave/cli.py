@@ -100,15 +100,18 @@ def predict(
             print(line, file=target, flush=True)
 
 
-Mass = Annotated[float, typer.Option(help="of the body, kg")]
-Height = Annotated[float, typer.Option(help="of the body, m")]
-Sex = Annotated[str, typer.Option(help="f or m: whose table of body segments is taken")]
+MASS = typer.Option(help="of the body, kg")
+HEIGHT = typer.Option(help="of the body, m")
+SEX = typer.Option(help="f or m: whose table of body segments is taken")
 
 
 @app.command("subject")
 @explain_mistakes
 def describe_subject(
-    mass: Mass, height: Height, sex: Sex, name: Annotated[str, typer.Option(help="of the arm in the settings")] = "me"
+    mass: Annotated[float, MASS],
+    height: Annotated[float, HEIGHT],
+    sex: Annotated[str, SEX],
+    name: Annotated[str, typer.Option(help="of the arm in the settings")] = "me",
 ) -> None:
     """Print settings of a person's forearm with hand, each value with its standard deviation and source."""
     from myowave.starting.subject import Body, subject_settings
@@ -139,9 +142,9 @@ def begin_study(
     name: Annotated[str, typer.Argument(help="of the study, such as my_study")],
     folder: Annotated[Path, typer.Option("--from", help="folder with its recordings")],
     config: ConfigFiles,
-    mass: Mass | None = None,
-    height: Height | None = None,
-    sex: Sex | None = None,
+    mass: Annotated[float | None, MASS] = None,
+    height: Annotated[float | None, HEIGHT] = None,
+    sex: Annotated[str | None, SEX] = None,
     arm: Annotated[str, typer.Option(help="an arm of the settings, or default")] = "arm26",
     force: Annotated[bool, typer.Option(help="write over a file that is there")] = False,
 ) -> None:

@@ -29,9 +29,17 @@ def test_a_body_of_the_table_has_the_tables_own_mass_and_lengths(sex):
 
 
 @pytest.mark.parametrize("sex", SEXES)
-def test_the_inertia_about_the_elbow_is_more_than_that_of_a_point_and_less_than_of_all_at_the_grip(sex):
-    forearm = values(70, 1.75, sex)
-    assert forearm["mass"] * forearm["com"] ** 2 < forearm["inertia"] < forearm["mass"] * forearm["grip"] ** 2
+def test_the_inertia_is_that_of_two_rods_swung_about_the_elbow(sex):
+    """Two masses at one gyration radius on either side of each centre of mass swing as the segments do."""
+    table, mass = DE_LEVA[sex], 70.0
+    inertia = weight = 0.0
+    for segment, start in ((table.forearm, 0.0), (table.hand, table.forearm.length)):
+        for end in (-1, 1):
+            at = start + (segment.com + end * segment.gyration) * segment.length
+            inertia += mass * segment.mass / 2 * at**2
+            weight += mass * segment.mass / 2 * at
+    forearm = values(mass, table.height, sex)
+    assert forearm["inertia"] == pytest.approx(inertia) and forearm["mass"] * forearm["com"] == pytest.approx(weight)
 
 
 def test_another_table_is_within_two_standard_deviations():

@@ -129,7 +129,8 @@ def model(request, workplace, monkeypatch):
 
 
 def test_a_table_gives_the_models_lengths_and_moment_arms_back(model):
-    assert model().exit_code == 0
+    done = model()
+    assert done.exit_code == 0 and "differs" not in done.stdout
     q = torch.linspace(*RANGE, 50, dtype=torch.float64)
     for name, side in (("BIC_l", 1.0), ("TRI", -1.0)):
         length, arm = read_path("paths/path_lengths.csv", name).length_and_arm(q)
@@ -148,8 +149,14 @@ def test_the_settings_are_an_arm_of_these_muscles(model, laid_over):
     assert (muscle.f0_N, muscle.l0_m, muscle.vmax_m_s, muscle.pennation_rad) == pytest.approx((0.2, 0.2, 2.0, 0.1))
 
 
+def test_a_table_too_coarse_for_its_path_is_said(model):
+    done = model("--step", "45")
+    assert done.exit_code == 0 and "the table's differs from the model's by up to" in done.stdout
+
+
 def test_a_falling_coordinate_is_turned_round(model):
-    assert model("--sign", "-1").exit_code == 0
+    done = model("--sign", "-1")
+    assert done.exit_code == 0 and "differs" not in done.stdout
     path = read_path("paths/path_lengths.csv", "TRI")
     q = torch.linspace(-RANGE[1], 0, 20, dtype=torch.float64)
     assert path.range == pytest.approx((-RANGE[1], 0.0)) and torch.allclose(

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from scipy.io import savemat
 from sessions import ANGLE_HZ, EMG_HZ, burst, curl, noraxon, write_session
 from typer.testing import CliRunner
@@ -145,6 +146,18 @@ def test_the_persons_forearm_is_in_the_arm(workplace, laid_over):
         laid_over(study_of("curls", body=Body(m, 1.7, "f")).text).physics_of("mine").joint for m in (50, 90)
     )
     assert heavy.mass_kg / light.mass_kg == pytest.approx(90 / 50, rel=1e-3)
+
+
+def test_an_arm_of_other_settings_is_taken_with_its_groups(workplace):
+    write_session(workplace / "curls")
+    muscles = {name: None for name in ("TRIlong", "TRIlat", "TRImed")}
+    arm = {"preset": "arm26", "muscles": muscles}
+    Path("arm.yaml").write_text(yaml.safe_dump({"physics": {"arms": {"thin": arm}}}))
+    study = study_of("curls", config=[Path("config.yaml"), Path("arm.yaml")], arm="thin")
+    dataset = yaml.safe_load(study.text)["data"]["datasets"]["mine"]
+    assert dataset["arm"] == "thin" and set(dataset["identify"]) == {"strength_flexors", "length_flexors"}
+    assert "config.yaml arm.yaml mine.yaml" in study.said and "Before it runs" not in study.said
+    assert "there is no 'thin'" in study_of("curls", arm="thin").said
 
 
 def test_a_channel_without_a_muscle_is_asked_for(workplace):

@@ -31,6 +31,7 @@ PARTS = {
 }
 DOORS = {
     "mlflow": "tracking/store.py",
+    "opensim": "starting/opensim_model.py",
     "optuna": "learning/sweep/search.py",
     "pywt": "data/wavelets.py",
     "pyarrow": "data/store.py",

@@ -13,6 +13,21 @@ _WANTED = {"flexor": FLEXORS, "extensor": EXTENSORS}
 
 
 @dataclass(frozen=True)
+class Choice:
+    """Which arm a person asks for.
+
+    Args:
+        name: `arm26`, another one of the settings, or `default`.
+        body: the person, where known.
+        groups: of muscles of another arm.
+    """
+
+    name: str = PRESET
+    body: Body | None = None
+    groups: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class StudyArm:
     """The arm of a study.
 
@@ -31,25 +46,25 @@ class StudyArm:
     to_do: tuple[str, ...] = ()
 
 
-def arm_of(study: str, channels: Sequence[str], body: Body | None, arm: str = PRESET) -> StudyArm:
+def arm_of(study: str, channels: Sequence[str], choice: Choice) -> StudyArm:
     """The arm of a study.
 
     Args:
         study: its name, which a new arm gets as well.
         channels: names of its EMG channels, emg_<muscle>.
-        body: the person, where known.
-        arm: `arm26`, any other name of one in the settings, or `default`.
+        choice: which arm.
 
     Raises:
         ValueError: if the person is known but the arm is not `arm26`, or a mass or height cannot be.
     """
-    if arm != PRESET:
+    body = choice.body
+    if choice.name != PRESET:
         if body is not None:
             raise ValueError(
-                f"--arm {arm} has a forearm of its own; leave --arm out, or --mass, --height and --sex: `myowave "
-                "subject` prints a forearm to put into it."
+                f"--arm {choice.name} has a forearm of its own; leave --arm out, or --mass, --height and --sex: "
+                "`myowave subject` prints a forearm to put into it."
             )
-        return StudyArm(None if arm == _NONE else arm)
+        return StudyArm(None if choice.name == _NONE else choice.name, (), choice.groups)
     muscles = read_preset(PRESET)["muscles"]
     driver: dict[str, str | None] = {side: _first(channels, wanted) for side, wanted in _WANTED.items()}
     if not any(driver.values()):

@@ -36,7 +36,7 @@ def shown(path: Path) -> str:
     return str(path) if relative.startswith("..") else Path(relative).as_posix()
 
 
-def test_lines(trials: Sequence[str]) -> list[str]:
+def held_out_lines(trials: Sequence[str]) -> list[str]:
     """The test trial: the last."""
     return [
         f"      test: [{scalar(trials[-1])}] # GUESSED: the last. Never used for training; best one of each condition"

@@ -9,9 +9,8 @@ from myowave.data.checks.columns import ANGLES, TIME, emg_columns
 from myowave.data.files import natural
 from myowave.data.readers import TABLES, read_raw
 from myowave.data.readers.text import read_head
-from myowave.starting.arm import arm_of
-from myowave.starting.draft import Draft, arm_lines, conditions_lines, shown, test_lines
-from myowave.starting.subject import Body
+from myowave.starting.arm import Choice, arm_of
+from myowave.starting.draft import Draft, arm_lines, conditions_lines, held_out_lines, shown
 from myowave.starting.writing import inline_list
 
 
@@ -20,15 +19,14 @@ def prepared_in(folder: Path, files: Sequence[PurePosixPath]) -> list[PurePosixP
     return [path for path in files if path.suffix.lower() in TABLES and _is_prepared(_header(folder / path))]
 
 
-def prepared_draft(study: str, folder: Path, files: Sequence[PurePosixPath], body: Body | None, arm: str) -> Draft:
+def prepared_draft(study: str, folder: Path, files: Sequence[PurePosixPath], choice: Choice) -> Draft:
     """The block of a measured dataset.
 
     Args:
         study: its name.
         folder: that the files are in.
         files: prepared trials, relative to it.
-        body: the person, where known.
-        arm: name of the arm, or `default`.
+        choice: which arm.
 
     Raises:
         ValueError: if there is one trial only, or two of one name.
@@ -41,7 +39,7 @@ def prepared_draft(study: str, folder: Path, files: Sequence[PurePosixPath], bod
         raise ValueError(f"{folder}: two files are called {twice}; trials are named after their files, so rename one.")
     header = _header(folder / files[0])
     emg = list(emg_columns(header))
-    study_arm = arm_of(study, emg, body, arm)
+    study_arm = arm_of(study, emg, choice)
     others = [name for name in header if name not in (TIME, *ANGLES) and not name.startswith("emg_")]
     driving = set(study_arm.channels)
     spare = [name for name in emg if driving and name not in driving]
@@ -49,7 +47,7 @@ def prepared_draft(study: str, folder: Path, files: Sequence[PurePosixPath], bod
     lines = [
         "      kind: measured # one file per trial, already prepared",
         f"      files: {inline_list(_patterns(folder, files))}",
-        *test_lines(trials),
+        *held_out_lines(trials),
         *arm_lines(study_arm),
         *conditions_lines(trials),
     ]

@@ -10,11 +10,10 @@ import numpy as np
 from myowave.data.readers import ENDINGS, read_raw
 from myowave.settings import TextLayout
 from myowave.settings.recording import TRIAL
-from myowave.starting.arm import arm_of
-from myowave.starting.draft import Draft, arm_lines, conditions_lines, shown, test_lines
+from myowave.starting.arm import Choice, arm_of
+from myowave.starting.draft import Draft, arm_lines, conditions_lines, held_out_lines, shown
 from myowave.starting.files import Naming, ending_of, format_of, name_trials
 from myowave.starting.roles import Found, Role, Roles, guess_roles, signals_of
-from myowave.starting.subject import Body
 from myowave.starting.tables import layout_of, time_column_of
 from myowave.starting.words import is_technical
 from myowave.starting.writing import inline_list, scalar
@@ -34,15 +33,14 @@ class _Read:
     skipped: tuple[str, ...]
 
 
-def raw_draft(study: str, folder: Path, files: Sequence[PurePosixPath], body: Body | None, arm: str) -> Draft:
+def raw_draft(study: str, folder: Path, files: Sequence[PurePosixPath], choice: Choice) -> Draft:
     """The block of a recorded dataset.
 
     Args:
         study: its name.
         folder: that the files are in.
         files: recordings, relative to it.
-        body: the person, where known.
-        arm: name of the arm, or `default`.
+        choice: which arm.
 
     Raises:
         ValueError: if the names make no two trials, or no signal is EMG, or none is an angle.
@@ -59,11 +57,11 @@ def raw_draft(study: str, folder: Path, files: Sequence[PurePosixPath], body: Bo
             "files or columns, or write the block by hand (docs/real_arm.md)." + _because(read.skipped)
         )
     mvc = tuple(name for name in naming.mvc if all(_file(folder, role.found, name).is_file() for role in roles.emg))
-    study_arm = arm_of(study, [role.name for role in roles.emg], body, arm)
+    study_arm = arm_of(study, [role.name for role in roles.emg], choice)
     lines = [
         "      kind: recorded # raw EMG and angles, processed here",
         f"      trials: {inline_list(naming.trials)} # GUESSED from the names",
-        *test_lines(naming.trials),
+        *held_out_lines(naming.trials),
         *([f"      mvc: {inline_list(mvc)} # GUESSED: maximum contractions"] if mvc else []),
         "      emg: # GUESSED, all of it",
         *(line for role in roles.emg for line in _signal_lines(folder, role)),
@@ -210,7 +208,7 @@ def _degrees(role: Role) -> tuple[float, float]:
 def _guessed(naming: Naming, roles: Roles, angle: Role, mvc: Sequence[str], read: _Read) -> Iterator[str]:
     low, high = _degrees(angle)
     yield f"raw recordings ({', '.join(dict.fromkeys(one.form for one in read.found))})"
-    yield f"{len(naming.trials)} trials: {', '.join(naming.trials)}"
+    yield f"{len(naming.trials)} trials, each a {TRIAL} below: {', '.join(naming.trials)}"
     for role in roles.emg:
         yield f"{role.name}: {role.found.pattern}, {_facts(role)}" + (", an envelope" if role.form != "raw" else "")
     yield f"angle: {angle.found.pattern}, {_facts(angle)}, {low:.0f} to {high:.0f} deg in {naming.trials[0]}"

@@ -1,16 +1,19 @@
 """A new study from a folder of recordings: a file of settings to read, correct, and lay over config.yaml."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import yaml
+from pydantic import ValidationError
 
 from myowave.settings.files import read_layers
 from myowave.settings.layers import lay_over
 from myowave.settings.parsing import parse_settings
+from myowave.settings.physics import FurtherArm
 from myowave.settings.subjects import add_subjects
-from myowave.starting.arm import PRESET
+from myowave.starting.arm import PRESET, Choice
 from myowave.starting.draft import Draft, shown
 from myowave.starting.files import recordings_in
 from myowave.starting.prepared import prepared_draft, prepared_in
@@ -59,12 +62,21 @@ def new_study(
     data = below.get("data")
     if isinstance(data, dict) and name in (data.get("datasets") or {}):
         raise ValueError(f"there is a dataset {name} in {', '.join(map(str, config))} already; choose another name.")
+    choice = Choice(arm, body, _groups(below, arm))
     files = recordings_in(folder)
     prepared = prepared_in(folder, files)
-    draft = prepared_draft(name, folder, prepared, body, arm) if prepared else raw_draft(name, folder, files, body, arm)
+    draft = prepared_draft(name, folder, prepared, choice) if prepared else raw_draft(name, folder, files, choice)
     text = _text(name, folder, draft)
     problems = _problems(lay_over(below, yaml.safe_load(text)))
     return Study(text, _said(name, target, config, draft, problems))
+
+
+def _groups(config: Mapping[str, Any], arm: str) -> tuple[str, ...]:
+    """Groups of muscles of an arm of the settings; none where there is no such arm, or it is not right."""
+    try:
+        return FurtherArm.model_validate(config["physics"]["arms"][arm]).groups
+    except (KeyError, TypeError, ValidationError):
+        return ()
 
 
 def begin(
