@@ -102,6 +102,26 @@ def test_tables_with_rows_above_their_names_and_a_row_of_units_are_read(workplac
     assert prepared.raw["t1"].emg["emg_biceps"].values == pytest.approx(everything(0)["Biceps [uV]"], rel=1e-4)
 
 
+def test_a_column_of_times_in_another_language_is_found(workplace, laid_over):
+    for seed, trial in enumerate(("t1", "t2")):
+        table(workplace / "zeit" / f"{trial}.csv", {"Zeit": times(), **dict(list(everything(seed).items())[1:])})
+    dataset = laid_over(study_of("zeit").text).data.datasets["mine"]
+    assert dataset.layout.time_column == "Zeit"
+    assert prepare_recording("mine", dataset)[0].raw["t1"].angle.rate == pytest.approx(EMG_HZ)
+
+
+def test_tables_that_are_written_in_two_ways_are_said(workplace):
+    for seed, trial in enumerate(("t1", "t2")):
+        time, biceps, triceps, angle = everything(seed).values()
+        table(workplace / f"two/{trial}_emg.csv", {"time": time, "biceps": biceps, "triceps": triceps})
+        table(workplace / f"two/{trial}_angle.csv", {"time": time, "elbow": angle}, head="Recorder 3\n")
+    assert "export them alike" in study_of("two").said
+    for trial in ("t1", "t2"):
+        path = workplace / f"two/{trial}_angle.csv"
+        path.write_text(path.read_text().removeprefix("Recorder 3\n"))
+    assert "export them alike" not in study_of("two").said
+
+
 def test_formats_may_be_mixed_and_what_files_do_not_say_is_guessed_or_asked_for(workplace, laid_over):
     for seed, trial in enumerate(("t1", "t2")):
         (workplace / "mixed").mkdir(exist_ok=True)

@@ -1,7 +1,7 @@
 """A study of raw recordings: which file holds which signal of which trial, as the block of a recorded dataset."""
 
 import glob
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -26,11 +26,20 @@ _PLAIN = TextLayout()
 
 @dataclass(frozen=True, eq=False)
 class _Read:
-    """The first trial's files: their signals, and how tables of text are written."""
+    """The first trial's files: their signals, how tables of text are written by pattern, and what could not be read."""
 
     found: tuple[Found, ...]
-    layout: TextLayout
+    layouts: Mapping[str, TextLayout]
     skipped: tuple[str, ...]
+
+    def layouts_of(self, roles: Roles) -> list[TextLayout]:
+        """How the tables are written that are used; the settings have room for one way."""
+        used = {role.found.pattern for role in (*roles.emg, roles.angle) if role is not None}
+        ways: list[TextLayout] = []
+        for pattern, layout in self.layouts.items():
+            if pattern in used and layout not in ways:
+                ways.append(layout)
+        return ways
 
 
 def raw_draft(study: str, folder: Path, files: Sequence[PurePosixPath], choice: Choice) -> Draft:
@@ -57,6 +66,7 @@ def raw_draft(study: str, folder: Path, files: Sequence[PurePosixPath], choice: 
             "files or columns, or write the block by hand (docs/real_arm.md)." + _because(read.skipped)
         )
     mvc = tuple(name for name in naming.mvc if all(_file(folder, role.found, name).is_file() for role in roles.emg))
+    layouts = read.layouts_of(roles)
     study_arm = arm_of(study, [role.name for role in roles.emg], choice)
     lines = [
         "      kind: recorded # raw EMG and angles, processed here",
@@ -68,7 +78,7 @@ def raw_draft(study: str, folder: Path, files: Sequence[PurePosixPath], choice: 
         "      angle: # GUESSED. FILL IN sign and offset: 0 is the forearm hanging straight, positive in flexion",
         *_angle_lines(folder, angle),
         *_lean_lines(folder, roles.lean),
-        *_layout_lines(read.layout),
+        *_layout_lines(next(iter(layouts), _PLAIN)),
         *_processing_lines(roles.emg, angle, bool(mvc)),
         *arm_lines(study_arm),
         *conditions_lines(naming.trials),
@@ -76,15 +86,19 @@ def raw_draft(study: str, folder: Path, files: Sequence[PurePosixPath], choice: 
         *(['      ignore_columns: ["*"] # columns that are named nowhere above'] if _has_spare(roles) else []),
     ]
     guessed = tuple(_guessed(naming, roles, angle, mvc, read))
-    to_do = tuple(_to_do(naming, roles, angle, bool(mvc), study_arm.to_do))
-    return Draft("recorded", naming.trials, tuple(lines), guessed, to_do, study_arm)
+    to_do = [*_to_do(roles, angle, bool(mvc)), *study_arm.to_do]
+    if len(layouts) > 1:
+        to_do.append(
+            "tables of text differ in their rows above the numbers, and layout holds one way: export them alike"
+        )
+    return Draft("recorded", naming.trials, tuple(lines), guessed, tuple(to_do), study_arm)
 
 
 def _read_first(folder: Path, naming: Naming) -> _Read:
     """Signals of the first trial. A file that cannot be read is skipped, and said."""
     found: list[Found] = []
     skipped = []
-    layout = _PLAIN
+    layouts = {}
     for pattern in naming.patterns:
         path = folder / pattern.replace(TRIAL, naming.trials[0])
         try:
@@ -95,13 +109,14 @@ def _read_first(folder: Path, naming: Naming) -> _Read:
                 if column := time_column_of(raw.signals):
                     layout = layout.model_copy(update={"time_column": column})
                     raw = read_raw(path, form, layout)
+                layouts[pattern] = layout
             else:
                 raw = read_raw(path, form)
         except ValueError as error:
             skipped.append(str(error))
             continue
         found += signals_of(pattern, form, raw)
-    return _Read(tuple(found), layout, tuple(skipped))
+    return _Read(tuple(found), layouts, tuple(skipped))
 
 
 def _because(skipped: Sequence[str]) -> str:
@@ -226,7 +241,7 @@ def _guessed(naming: Naming, roles: Roles, angle: Role, mvc: Sequence[str], read
         yield f"not read: {reason}"
 
 
-def _to_do(naming: Naming, roles: Roles, angle: Role, mvc: bool, of_arm: Sequence[str]) -> Iterator[str]:
+def _to_do(roles: Roles, angle: Role, mvc: bool) -> Iterator[str]:
     low, high = _degrees(angle)
     yield "the mass in the hand in each trial, under conditions"
     if low < _LIKELY_DEG[0] or high > _LIKELY_DEG[1]:
@@ -243,4 +258,3 @@ def _to_do(naming: Naming, roles: Roles, angle: Role, mvc: bool, of_arm: Sequenc
         yield "samples a second, rate_hz, where the file has neither times nor a rate"
     if not mvc:
         yield "recordings of maximum contractions, under mvc; without any, strengths are known up to a gain"
-    yield from of_arm

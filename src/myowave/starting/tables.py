@@ -11,6 +11,7 @@ from myowave.data.processing.units import ARBITRARY, TO_MICROVOLTS, TO_RADIANS, 
 from myowave.data.readers import Signal
 from myowave.data.readers.text import read_head
 from myowave.settings import TextLayout
+from myowave.starting.words import is_technical
 
 _HEAD = 60
 _SEPARATORS = ("\t", ";", ",")
@@ -52,7 +53,8 @@ def time_column_of(signals: Sequence[Signal]) -> str | None:
     """A column of times that the reader does not know by its name: one that says so and rises all along."""
     if any(signal.time is not None for signal in signals):
         return None
-    return next((s.name for s in signals if re.search(_TIMES, s.name.lower()) and (np.diff(s.values) > 0).all()), None)
+    named = (s for s in signals if re.search(_TIMES, s.name.lower()) and is_technical(s.name))
+    return next((s.name for s in named if (np.diff(s.values) > 0).all()), None)
 
 
 def _is_numbers(cells: Sequence[str], separator: str) -> bool:
