@@ -8,16 +8,15 @@ LARGEST_CLASS = 2  # effects that data do not tell apart and that still count as
 Answer = tuple[tuple[str, ...], ...]
 
 
-def answer(kind: str, effects: Sequence[str], alternatives: Sequence[Sequence[str]]) -> Answer:
-    """What a verdict names: one class for each effect, of the effect only where the data tell it from all others.
+def answer(causes: Sequence[str], alternatives: Sequence[Sequence[str]]) -> Answer:
+    """What a verdict names: one class for each cause, of the cause only where the data tell it from all others.
 
     Args:
-        kind: of the verdict; `unknown` names nothing.
-        effects: accepted ones, in the order they were added.
+        causes: that it names, in the order they were added.
         alternatives: classes of those that others stand in for equally well, the accepted effect first.
     """
     classes = {members[0]: tuple(members) for members in alternatives}
-    return () if kind == "unknown" else tuple(classes.get(name, (name,)) for name in effects)
+    return tuple(classes.get(name, (name,)) for name in causes)
 
 
 def is_right(named: Answer, hidden: Collection[str]) -> bool:
@@ -46,7 +45,7 @@ def add_truth(summary: Mapping[str, Any], truth: Mapping[str, Any] | None) -> di
     if truth is None:
         return {**summary, "parameters": parameters, "hidden": None, "hit": None}
     hidden = list(truth["effects"])
-    named = answer(summary["verdict"], summary["effects"], summary["alternatives"])
+    named = answer(summary["effects"], summary["alternatives"])
     hit = is_right(named, hidden) and (bool(hidden) or summary["verdict"] == "adequate")
     return {**summary, "parameters": parameters, "hidden": hidden, "hit": hit}
 

@@ -11,34 +11,55 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from myowave.physics.constants import constant_of
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
-from myowave.settings import Identify
+from myowave.settings import Identify, Scatter
 
 Array = NDArray[np.float64]
 
 WITHIN_FACTOR = 5  # of its usual value, where a constant has no bounds
 LARGEST_FACTOR = np.e  # by which one step changes a positive constant
+FARTHEST = 12.0  # standard deviations that a constant may be from where it is expected
+LEAST_SHARE = 0.05  # of the way from its physical bound that a constant keeps at least
 
 
 @dataclass(frozen=True)
 class Free:
-    """A parameter to estimate: where it starts, its bounds, and a usual change of it (the scale of steps)."""
+    """A parameter to estimate: where it starts, its bounds, and a usual change of it (the scale of steps).
+
+    Args:
+        spread: further starts are up to this fraction away.
+        deviation: standard deviation of what is known of it beforehand, about `start`; infinite where nothing is.
+    """
 
     name: str
     start: float
     low: float
     high: float
     scale: float
-    spread: float = 0.0  # further starts are up to this fraction away
+    spread: float = 0.0
+    deviation: float = np.inf
+
+    @property
+    def assumed(self) -> bool:
+        """Whether it is free only because nobody measured it: something is known of it beforehand."""
+        return bool(np.isfinite(self.deviation))
 
 
-def free_parameters(model: Model, identify: Mapping[str, Identify], known: Collection[str]) -> tuple[Free, ...]:
-    """What to estimate: the constants that a dataset wants identified and all parameters of the model's effects.
+def free_parameters(
+    model: Model,
+    identify: Mapping[str, Identify],
+    known: Collection[str],
+    scatter: Mapping[str, Scatter] | None = None,
+) -> tuple[Free, ...]:
+    """What to estimate: the constants that a dataset wants identified, those that nobody measured, and all parameters
+    of the model's effects.
 
     Args:
         identify: parameters by name, with where their searches start and their bounds.
         known: names that are known and so not estimated.
+        scatter: what is known of constants that nobody measured, by constant (`slack`) or by parameter (`slack_Bi`).
 
     Raises:
         ValueError: for a name that the model does not have.
@@ -53,8 +74,16 @@ def free_parameters(model: Model, identify: Mapping[str, Identify], known: Colle
         for name, choice in identify.items()
         if name not in model.effect_parameters and name not in known
     ]
+    assumed = [
+        free
+        for name, value in model.defaults.items()
+        if name not in known
+        and name not in identify
+        and (of := _scatter_of(name, scatter or {})) is not None
+        and (free := _assumed(name, value, of)) is not None
+    ]
     of_effects = (p for effect in model.effects for p in effect_parameters(model, effect, known))
-    return (*constants, *(_narrowed(p, identify.get(p.name)) for p in of_effects))
+    return (*constants, *assumed, *(_narrowed(p, identify.get(p.name)) for p in of_effects))
 
 
 def effect_parameters(model: Model, effect: Effect, known: Collection[str] = ()) -> tuple[Free, ...]:
@@ -64,6 +93,26 @@ def effect_parameters(model: Model, effect: Effect, known: Collection[str] = ())
         for name, p in model.parameters_of(effect).items()
         if name not in known
     )
+
+
+def _scatter_of(name: str, scatter: Mapping[str, Scatter]) -> Scatter | None:
+    """What is known of one parameter: by its own name, else by that of the constant."""
+    return scatter.get(name, scatter.get(name.partition("_")[0]))
+
+
+def _assumed(name: str, value: float, scatter: Scatter) -> Free | None:
+    """A constant that nobody measured; None where its scatter is 0."""
+    deviation = scatter.absolute + scatter.relative * abs(value)
+    if not deviation:
+        return None
+    allowed = constant_of(name).bounds
+    # ASSUME: no constant is farther than this from where it is expected; what is has another cause.
+    low, high = value - FARTHEST * deviation, value + FARTHEST * deviation
+    least = max(allowed.get(key, -np.inf) for key in ("gt", "ge"))
+    most = min(allowed.get(key, np.inf) for key in ("lt", "le"))
+    if value > least:
+        low = max(low, least + LEAST_SHARE * (value - least))
+    return Free(name, value, max(low, least), min(high, most), deviation, deviation=deviation)
 
 
 def _constant(name: str, value: float, choice: Identify) -> Free:
@@ -108,6 +157,12 @@ def bind_values(free: Sequence[Free], values: Array) -> dict[str, Tensor]:
 def scales(free: Sequence[Free]) -> Array:
     """A usual change of each parameter, (P,)."""
     return np.array([p.scale for p in free])
+
+
+def expected(free: Sequence[Free]) -> tuple[Array, Array]:
+    """What is known beforehand: values, (P,), and their weight in units of the scales, 0 where nothing is, (P,)."""
+    weight = np.array([(p.scale / p.deviation) ** 2 for p in free])
+    return np.array([p.start for p in free]), weight
 
 
 def bounds(free: Sequence[Free]) -> tuple[Array, Array]:

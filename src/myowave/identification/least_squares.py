@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from torch import Tensor
 
-from myowave.identification.free_parameters import Free, bounds, scales
+from myowave.identification.free_parameters import Free, bounds, expected, scales
 from myowave.identification.record import Record
 from myowave.physics.trajectory import Sensitive
 
@@ -29,10 +29,13 @@ class Normal:
     """Residuals and their derivatives, the starts of the trials eliminated; parameters in units of their scale.
 
     Args:
-        residual: measured - simulated angle, 0 where padded, (..., T, N).
+        residual: measured - simulated angle, 0 where padded, (..., T, N); innovations of it, and of the derivatives,
+            as the filter of the record gives them.
         slope: d angle / d parameter, (..., T, N, P), and `by_start` (..., T, N, S).
-        matrix, vector: the normal equations without the starts, (..., P, P) and (..., P).
-        rss: sum of squares of the residual (...).
+        matrix, vector: the normal equations without the starts, with what is known beforehand, (..., P, P), (..., P).
+        rss: sum of squares of the residual (...) [rad^2].
+        weight: of what is known of each parameter beforehand, (P,) [rad^2], and how far each is `off` from there,
+            expected - value, (..., P).
     """
 
     residual: Array
@@ -41,6 +44,19 @@ class Normal:
     matrix: Array
     vector: Array
     rss: Array
+    weight: Array
+    off: Array
+
+    @property
+    def objective(self) -> Array:
+        """What a fit lowers, (...) [rad^2]: the sum of squares, and how far parameters are from where they are
+        expected, weighed as if the expectations were further samples."""
+        return self.rss + (self.weight * self.off**2).sum(-1)
+
+    @property
+    def data(self) -> Array:
+        """The matrix without what is known beforehand, (..., P, P)."""
+        return self.matrix - np.eye(len(self.weight)) * self.weight
 
     def without_starts(self, columns: Array) -> Array:
         """The part of columns (..., T, N, C) that no change of the trials' starts can imitate."""
@@ -61,6 +77,8 @@ class Normal:
             slope=np.concatenate([self.slope, columns], -1),
             matrix=np.block([[self.matrix, cross], [cross.T, own]]),
             vector=np.concatenate([self.vector, np.einsum("tne,tn->e", projected, self.residual)]),
+            weight=np.concatenate([self.weight, np.zeros(len(own))]),
+            off=np.concatenate([self.off, np.zeros(len(own))]),
         )
 
 
@@ -79,18 +97,25 @@ def without_starts(by_start: Array, columns: Array) -> Array:
     return columns - by_start @ onto_starts(by_start, columns)
 
 
-def normal_equations(result: Sensitive, record: Record, free: Sequence[Free]) -> Normal:
-    """Residuals of a motion and the normal equations, the starts of the trials eliminated."""
+def normal_equations(result: Sensitive, record: Record, free: Sequence[Free], values: Array) -> Normal:
+    """Residuals of a motion and the normal equations, the starts of the trials eliminated.
+
+    Args:
+        values: of the parameters, (..., P).
+    """
     valid = record.valid
     # A start from which the motion diverges must not spoil the others in the batch.
     missed = np.nan_to_num(record.angle - result.motion.angle.numpy(), nan=LARGEST).clip(-LARGEST, LARGEST)
-    residual = np.where(valid, missed, 0.0)
-    slope, by_start = scaled_slope(result.by_parameter, scales(free), valid), scaled_slope(result.by_start, 1.0, valid)
-    by_start = by_start[..., :1] if record.at_rest else by_start
+    residual = record.white(np.where(valid, missed, 0.0)[..., None])[..., 0]
+    slope = record.white(scaled_slope(result.by_parameter, scales(free), valid))
+    by_start = record.white(scaled_slope(result.by_start, 1.0, valid)[..., : 1 if record.at_rest else 2])
     projected = without_starts(by_start, slope)
     matrix = np.einsum("...tnp,...tnq->...pq", projected, slope)
     vector = np.einsum("...tnp,...tn->...p", projected, residual)
-    return Normal(residual, slope, by_start, matrix, vector, (residual**2).sum((-1, -2)))
+    usual, weight = expected(free)
+    weight, off = weight * record.variance, (usual - values) / scales(free)
+    matrix, vector = matrix + np.eye(len(free)) * weight, vector + weight * off
+    return Normal(residual, slope, by_start, matrix, vector, (residual**2).sum((-1, -2)), weight, off)
 
 
 def scaled_slope(derivatives: Tensor, scale: Array | float, valid: NDArray[np.bool_]) -> Array:

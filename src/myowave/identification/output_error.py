@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 
 TOLERANCE = 1e-5  # of the simulated state [rad, rad/s]
 GAIN = 1e-3  # stop where the next step would lower the sum of squares by less than this many residual variances
-STANDSTILL = 0.1  # in pieces: stop after a step that gained less than this many independent samples are worth
+STANDSTILL = 0.1  # stop after a step that gained less than this many independent samples are worth
 LIFTED_STEPS, STEPS = 4, 30  # the first suffice for sixteen starts to come down to two
 WATCHDOG, WATCHDOG_STEPS = 100.0, 3  # a step that fails is followed further if the sum of squares grew by less
 DAMPING, DAMPING_UP, DAMPING_DOWN, DAMPING_MOST = 1e-4, 10.0, 0.1, 1e8
@@ -81,12 +81,23 @@ class Fit:
         return self.sensitive.linear
 
     @property
+    def residual(self) -> Array:
+        """Measured - simulated angle, 0 where padded, (T, N) [rad]."""
+        return np.where(self.record.valid, self.record.angle - self.angle, 0.0)
+
+    @property
     def rss(self) -> float:
-        return float(self.normal.rss)
+        """Sum of squares of the residual [rad^2]."""
+        return float((self.residual**2).sum())
+
+    @property
+    def objective(self) -> float:
+        """What the fit lowers [rad^2], see `Normal.objective`."""
+        return float(self.normal.objective)
 
     @property
     def variance(self) -> float:
-        """Variance of the residual [rad^2]."""
+        """Variance of the residual, or of its innovations [rad^2]."""
         return residual_variance(self.normal, self.record)
 
     @property
@@ -122,7 +133,7 @@ class Search:
         values: (B, P).
         starts: angle and velocity at the start of each trial, (B, T, 2).
         guess: the state along each trial, a motion but for gaps, (B, T, N, K).
-        rss: sum of squares that the last step started from (B,); infinite before the first.
+        error: `Normal.objective` that the last step started from (B,); infinite before the first.
     """
 
     simulation: Simulation
@@ -131,7 +142,7 @@ class Search:
     values: Array
     starts: Array
     guess: Tensor
-    rss: Array
+    error: Array
 
     @classmethod
     def begin(cls, model: Model, record: Record, free: Sequence[Free], values: Array) -> "Search":
@@ -145,17 +156,17 @@ class Search:
         """A Gauss-Newton step of the parameters that closes the gaps of the guess at the same time."""
         simulation = self.simulation.with_params(bind_values(self.free, self.values))
         result = _solve(simulation, self.free, self.starts, self.guess, iterations=1)
-        normal = normal_equations(result, self.record, self.free)
+        normal = normal_equations(result, self.record, self.free, self.values)
         step = bounded_step(normal.matrix, normal.vector, self.free, self.values, DAMPING)
         shift = normal.starts_after(step)
         values, starts, guess = _move(self.free, self.values, self.starts, result, step, shift)
-        return replace(self, simulation=simulation, values=values, starts=starts, guess=guess, rss=normal.rss)
+        return replace(self, simulation=simulation, values=values, starts=starts, guess=guess, error=normal.objective)
 
     def better_half(self) -> "Search":
         """The half, but at least two, whose last step started from the smallest error."""
-        keep = np.argsort(self.rss, kind="stable")[: max(2, -(-len(self.values) // 2))]  # diverged ones come last
+        keep = np.argsort(self.error, kind="stable")[: max(2, -(-len(self.values) // 2))]  # diverged ones come last
         guess = self.guess[torch.from_numpy(keep)]
-        return replace(self, values=self.values[keep], starts=self.starts[keep], guess=guess, rss=self.rss[keep])
+        return replace(self, values=self.values[keep], starts=self.starts[keep], guess=guess, error=self.error[keep])
 
     def fits(self) -> Iterator[Fit | None]:
         """The fit where each search stands, None where no motion is found near its guess."""
@@ -262,7 +273,7 @@ def _attempt(
     result = _solve(simulation, free, begin, guess)
     if not result.gap < TOLERANCE:
         return None
-    return Fit(simulation, free, values, begin, normal_equations(result, record, free), result, record)
+    return Fit(simulation, free, values, begin, normal_equations(result, record, free, values), result, record)
 
 
 def polish(fit: Fit) -> Fit:
@@ -289,8 +300,8 @@ def descend(fit: Fit) -> Iterator[Fit]:
         tried = _take(fit, *step)
         if promise > fit.variance and fit.record.pieces is None:  # in pieces a shorter step costs less
             tried = _follow(fit, tried, damping)
-        if tried is not None and tried.rss < fit.rss:
-            if fit.rss - tried.rss < _standstill(tried):
+        if tried is not None and tried.objective < fit.objective:
+            if fit.objective - tried.objective < _standstill(tried):
                 yield replace(tried, converged=True)
                 return
             fit, damping = tried, max(damping * DAMPING_DOWN, 1e-12)
@@ -304,12 +315,11 @@ def descend(fit: Fit) -> Iterator[Fit]:
 def _standstill(fit: Fit) -> float:
     """What a step must gain at least if another is to follow [rad^2].
 
-    A model that stands on pieces is far from the truth. Its residual is slow, so hundreds of samples are worth a few,
-    and its steps may creep along kinks of curves for ever without any gain that counts as evidence.
+    The residual of a model that is far from the truth is slow, so hundreds of samples are worth a few, and its steps
+    may creep along kinks of curves for ever without any gain that counts as evidence. Nothing is asked of one that
+    leaves white noise.
     """
-    if fit.record.pieces is None:
-        return 0.0
-    return STANDSTILL * fit.variance * correlation_time(fit.normal.residual, fit.record)
+    return STANDSTILL * fit.variance * (correlation_time(fit.normal.residual, fit.record) - 1)
 
 
 def _step(fit: Fit, damping: float) -> tuple[Array, Array]:
@@ -319,12 +329,12 @@ def _step(fit: Fit, damping: float) -> tuple[Array, Array]:
 
 
 def _follow(fit: Fit, tried: Fit | None, damping: float) -> Fit | None:
-    """What a failed step leads to in a few more, as long as each lowers the sum of squares."""
-    limit = WATCHDOG * fit.rss
+    """What a failed step leads to in a few more, as long as each lowers the objective."""
+    limit = WATCHDOG * fit.objective
     for _ in range(WATCHDOG_STEPS):
-        if tried is None or tried.rss < fit.rss or tried.rss > limit:
+        if tried is None or tried.objective < fit.objective or tried.objective > limit:
             break
-        limit = tried.rss
+        limit = tried.objective
         tried = _take(tried, *_step(tried, damping))
     return tried
 
@@ -336,13 +346,14 @@ def _take(fit: Fit, step: Array, shift: Array) -> Fit | None:
 
 
 def promised(fit: Fit) -> float:
-    """The sum of squares that the next full step promises [rad^2]."""
-    return fit.rss - gain(fit, *_step(fit, DAMPING))
+    """The objective that the next full step promises [rad^2]."""
+    return fit.objective - gain(fit, *_step(fit, DAMPING))
 
 
 def gain(fit: Fit, step: Array, shift: Array) -> float:
-    """How much a step of the parameters (P,) and a shift of the starts (T, S) would lower the sum of squares, to first
+    """How much a step of the parameters (P,) and a shift of the starts (T, S) would lower the objective, to first
     order."""
     normal = fit.normal
     left = normal.residual - normal.slope @ step - (normal.by_start @ shift[..., None])[..., 0]
-    return float(normal.rss - (left**2).sum())
+    nearer = normal.weight @ (normal.off**2 - (normal.off - step) ** 2)
+    return float(normal.rss - (left**2).sum() + nearer)

@@ -14,6 +14,7 @@ from torch import Tensor
 
 from myowave.data.trials import Trials
 from myowave.data.wavelets import estimate_noise
+from myowave.identification.whitening import Filter
 from myowave.physics.drive import channels_of
 from myowave.physics.model import Model, Params
 from myowave.physics.simulation import Simulation
@@ -61,6 +62,9 @@ class Record:
         training: which trials may be fitted, (T,).
         known: constants that are known, each (T,): the conditions of the trials.
         noise: standard deviation of the noise of the angle [rad].
+        tolerance: standard deviation of what a model may miss at a sample, were samples independent [rad]: what is
+            known of constants beforehand weighs as much as samples with it. None: the noise.
+        filter: of residuals, which noise of the EMG or a filter of the angle has coloured; None where neither has.
         at_rest: whether every trial is known to start at rest.
         pieces: None for whole trials.
     """
@@ -75,6 +79,17 @@ class Record:
     noise: float
     at_rest: bool = False
     pieces: Pieces | None = None
+    tolerance: float | None = None
+    filter: Filter | None = None
+
+    @property
+    def variance(self) -> float:
+        """Of an independent sample of what a model may miss [rad^2]."""
+        return (self.noise if self.tolerance is None else self.tolerance) ** 2
+
+    def white(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Residuals or derivatives of the angle, (..., T, N, C), through the filter."""
+        return columns if self.filter is None else self.filter.innovations(columns) * self.valid[..., None]
 
     @property
     def trials(self) -> tuple[str, ...]:
@@ -125,6 +140,7 @@ class Record:
             training=self.training[index],
             known={name: values[index] for name, values in self.known.items()},
             pieces=None if self.pieces is None else self.pieces.take(index, longest),
+            filter=None if self.filter is None else self.filter.take(index, longest),
         )
 
     def cut(self, horizon_s: float) -> "Record":

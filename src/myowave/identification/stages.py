@@ -56,7 +56,7 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
 
 def explained(fit: Fit) -> float:
     """Share of the motion that a fit explains [-], see `share_explained`."""
-    return share_explained(fit.record, fit.normal.residual)
+    return share_explained(fit.record, fit.residual)
 
 
 def share_explained(record: Record, residual: Array) -> float:

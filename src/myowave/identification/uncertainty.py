@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from myowave.identification.free_parameters import Free, scales
+from myowave.identification.free_parameters import Free, expected, scales
 from myowave.identification.least_squares import Normal, pseudo_inverse
 from myowave.identification.record import Record
 
@@ -25,10 +25,12 @@ Array = NDArray[np.float64]
 
 
 def covariance(normal: Normal, record: Record, free: Sequence[Free]) -> Array:
-    """Covariance of the free parameters (P, P), SI units: that for white noise times the correlation time."""
+    """Covariance of the free parameters (P, P), SI units: that for white noise times the correlation time, less what is
+    known beforehand."""
     unit = np.outer(scales(free), scales(free))
     variance = residual_variance(normal, record) * correlation_time(normal.residual, record)
-    return pseudo_inverse(normal.matrix) * unit * variance
+    beforehand = np.diag(expected(free)[1])
+    return pseudo_inverse(normal.data / variance + beforehand) * unit
 
 
 def residual_variance(normal: Normal, record: Record) -> float:

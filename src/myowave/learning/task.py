@@ -53,7 +53,8 @@ class Task:
     @cached_property
     def labels(self) -> dict[str, Any]:
         """What a checkpoint says of where it comes from; those of all scales are the same."""
-        curves = [curve.__name__ for curve in vars(self.model.curves).values()]
+        shapes = self.model.curves
+        curves = [curve.__name__ for curve in (shapes.active_length, shapes.passive, shapes.force_velocity)]
         return {
             "dataset": self.scales[0].dataset,
             "dataset_digest": digest_trials(self.scales[0]),

@@ -64,6 +64,25 @@ GROUP_CONSTANTS = {
     ),
 }
 
+# Shapes of the muscle curves, 0 where the curves are as published; shared by all muscles of an arm: `descending_curve`.
+CURVE = "curve"
+CURVE_CONSTANTS = {
+    "ascending": Constant(
+        "-",
+        "relative widening of the active force-length curve below the optimal length",
+        bounds={"gt": -1},
+        default=0.0,
+    ),
+    "descending": Constant("-", "the same above the optimal length", bounds={"gt": -1}, default=0.0),
+    "concentric": Constant(
+        "-", "logarithm of the factor on the bend of the shortening force-velocity curve", default=0.0
+    ),
+    "yielding": Constant("-", "logarithm of the factor on the slope where lengthening begins", default=0.0),
+    "eccentric": Constant("-", "relative change of what lengthening adds to the force", bounds={"gt": -1}, default=0.0),
+    "passive": Constant("-", "logarithm of the factor on the passive force", default=0.0),
+    "onset": Constant("-", "shift of the passive curve towards longer fibres, in optimal lengths", default=0.0),
+}
+
 JOINT_CONSTANTS = {
     "mass": Constant("kg", "forearm mass", "mass_kg", POSITIVE),
     "length": Constant(
@@ -83,8 +102,11 @@ def names_of(constants: Mapping[str, Constant], *kinds: str) -> tuple[str, ...]:
 
 
 def constant_of(name: str) -> Constant:
-    """A constant by its full name: of a muscle (`f0_Bi`), of a group (`strength_flexors`) or of the joint (`mass`)."""
+    """A constant by its full name: of a muscle (`f0_Bi`), of a group (`strength_flexors`), of the muscle curves
+    (`onset_curve`) or of the joint (`mass`)."""
     kind, _, owner = name.partition("_")
+    if owner == CURVE and kind in CURVE_CONSTANTS:
+        return CURVE_CONSTANTS[kind]
     return (MUSCLE_CONSTANTS | GROUP_CONSTANTS if owner else JOINT_CONSTANTS)[kind]
 
 

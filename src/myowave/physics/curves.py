@@ -60,12 +60,60 @@ def force_velocity_thelen(velocity: Tensor) -> Tensor:
 
 
 @dataclass(frozen=True)
+class Shape:
+    """How curves differ from the published ones: the constants of `constants.CURVE_CONSTANTS`, 0 for not at all.
+
+    Each is broadcastable to the quantities of the muscles.
+    """
+
+    ascending: Tensor
+    descending: Tensor
+    concentric: Tensor
+    yielding: Tensor
+    eccentric: Tensor
+    passive: Tensor
+    onset: Tensor
+
+
+@dataclass(frozen=True)
 class Curves:
-    """The three curves that make a Hill-type muscle."""
+    """The three curves that make a Hill-type muscle.
+
+    Args:
+        shape: how they differ from the published ones; None for not at all.
+    """
 
     active_length: Curve = active_length_taneja
     passive: Curve = passive_taneja
     force_velocity: Curve = force_velocity_thelen
+    shape: Shape | None = None
+
+    def shaped(self, shape: Shape) -> "Curves":
+        """These curves in another shape. All of it is smooth, keeps force 1 at length 1 and velocity 0, and no force
+        when shortening at v_max."""
+
+        def active_length(length: Tensor) -> Tensor:
+            off = length - 1.0
+            return self.active_length(1.0 + off / (1.0 + torch.where(off < 0, shape.ascending, shape.descending)))
+
+        def passive(length: Tensor) -> Tensor:
+            return torch.exp(shape.passive) * self.passive(length - shape.onset)
+
+        def force_velocity(velocity: Tensor) -> Tensor:
+            # Shortening: of Hill's hyperbola with constant Af this changes 1 + 1 / Af by the factor exp(concentric).
+            force = self.force_velocity(velocity)
+            slow = force.clamp(max=1.0)
+            shortening = slow / (slow + (1.0 - slow) * torch.exp(shape.concentric))
+            # Lengthening: a hyperbola in the force gained, steeper where it begins, the same at the largest force.
+            gained, steeper = (force - 1.0).clamp(min=0.0), torch.exp(shape.yielding)
+            bent = gained * steeper / (1.0 + gained * (steeper - 1.0) / (ECCENTRIC_FORCE - 1.0))
+            return torch.where(velocity > 0, 1.0 + (1.0 + shape.eccentric) * bent, shortening)
+
+        return Curves(active_length, passive, force_velocity, shape)
+
+    def in_shape(self, family: "Curves") -> "Curves":
+        """Curves of another family, as published, in the shape that these have."""
+        return family if self.shape is None else family.shaped(self.shape)
 
 
 MILLARD = Curves(active_length_millard, passive_millard, force_velocity_millard)

@@ -56,10 +56,10 @@ def muscle_quantities(valued: Valued, q: Tensor, qdot: Tensor, activation: Tenso
     )
 
     def hill(a: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
-        force = muscle_physics.hill_force(model.curves, a, length, velocity)
+        force = muscle_physics.hill_force(valued.curves, a, length, velocity)
         for effect in model.fibre_effects:
             fibre = {"activation": a, "fibre_length": length, "fibre_velocity": velocity, "force": force}
-            force = call(effect.function, {**c, **fibre, "curves": model.curves}, valued.values(effect))
+            force = call(effect.function, {**c, **fibre, "curves": valued.curves}, valued.values(effect))
         return force
 
     return {
@@ -67,7 +67,7 @@ def muscle_quantities(valued: Valued, q: Tensor, qdot: Tensor, activation: Tenso
         "activation": activation,
         "fibre_length": fibre_length,
         "fibre_velocity": fibre_velocity,
-        "curves": model.curves,
+        "curves": valued.curves,
         "hill": hill,
         "force": hill(activation, fibre_length, fibre_velocity),
         "moment_arm": arm,
@@ -99,7 +99,7 @@ def torques(valued: Valued, q: Tensor, qdot: Tensor, activation: Tensor, states:
         quantities = {
             **valued.muscle,
             **valued.forearm,
-            "curves": model.curves,
+            "curves": valued.curves_of_joint,
             "q": q,
             "qdot": qdot,
             "activation": activation,

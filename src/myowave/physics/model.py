@@ -7,7 +7,14 @@ from functools import cached_property
 
 from torch import Tensor
 
-from myowave.physics.constants import GROUP_CONSTANTS, JOINT_CONSTANTS, MUSCLE_CONSTANTS, constant_of
+from myowave.physics.constants import (
+    CURVE,
+    CURVE_CONSTANTS,
+    GROUP_CONSTANTS,
+    JOINT_CONSTANTS,
+    MUSCLE_CONSTANTS,
+    constant_of,
+)
 from myowave.physics.curves import Curves
 from myowave.physics.effect import STAGES, Effect, Parameter
 from myowave.physics.joint import kind_of_forearm
@@ -39,8 +46,9 @@ class Model:
         """Every parameter of the model with its nominal value; those of effects are 0."""
         muscles = {f"{c}_{m.name}": value for m in self.muscles for c, value in m.nominal.items()}
         groups = {f"{factor}_{group}": 1.0 for group in self.groups for factor in GROUP_CONSTANTS}
+        curves = {f"{c}_{CURVE}": constant.default or 0.0 for c, constant in CURVE_CONSTANTS.items()}
         joint = {c: float(self.joint[c]) for c in self.joint}
-        return muscles | groups | joint | dict.fromkeys(self.effect_parameters, 0.0)
+        return muscles | groups | curves | joint | dict.fromkeys(self.effect_parameters, 0.0)
 
     @cached_property
     def groups(self) -> tuple[str, ...]:

@@ -138,6 +138,14 @@ def derivatives_of(
     return _derivatives_observed(simulation, linear, wrt, tangent, reach), tangent
 
 
+def forcing_of(simulation: Simulation, linear: Linear, wrt: Mapping[str, float], reach: float = NUDGE) -> Tensor:
+    """What a parameter of a richer model adds to the state within each step, (..., T, N - 1, K, P); see
+    `derivatives_of` for the arguments."""
+    nudged, nudges = simulation.nudged(wrt, reach, linear.at.ndim - 2)
+    moved = step(nudged.along_time, linear.at[..., :-1, :], nudged.drive) - linear.after
+    return (moved / nudges.reshape(-1, *(1,) * linear.after.ndim)).movedim(0, -1)
+
+
 def _newton(simulation: Simulation, state: Tensor, newton: Newton) -> tuple[Tensor, float, Linear]:
     """Close the gaps between the samples of a state whose first sample is right.
 
@@ -158,7 +166,7 @@ def _newton(simulation: Simulation, state: Tensor, newton: Newton) -> tuple[Tens
         else:
             after = step(valued, before, drive)
         linear = Linear(state, after, jacobian)
-        change = _recur(jacobian, (after - state[..., 1:, :]).unsqueeze(-1), still).squeeze(-1)
+        change = recur(jacobian, (after - state[..., 1:, :]).unsqueeze(-1), still).squeeze(-1)
         state = state + change
         shrinks = (size := float(change.detach().abs().amax())) < 0.1 * gap
         gap = size
@@ -189,7 +197,7 @@ def _tangents(
             begin[..., columns] = (shifted / nudges.reshape(-1, *(1,) * base_start.ndim)).movedim(0, -1)
     for i, shift in enumerate(((NUDGE, 0.0), (0.0, NUDGE)) if starts else (), start=len(wrt)):
         begin[..., i] = (initial_state(simulation, q0 + shift[0], qdot0 + shift[1]) - base_start) / NUDGE
-    return _recur(linear.jacobian, forcing, begin)
+    return recur(linear.jacobian, forcing, begin)
 
 
 def _derivatives_observed(
@@ -208,7 +216,7 @@ def _derivatives_observed(
     return (angles - observe(valued, linear.at[..., 0], linear.at[..., 1], simulation.dt)) / nudges
 
 
-def _recur(jacobian: Tensor, forcing: Tensor, start: Tensor) -> Tensor:
+def recur(jacobian: Tensor, forcing: Tensor, start: Tensor) -> Tensor:
     """y[n+1] = J[n] y[n] + f[n] for every column of f.
 
     The samples are cut into chunks that are walked side by side for y[first] = 0 and for the transition matrix, and

@@ -10,7 +10,8 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
-from myowave.physics.constants import GROUP_CONSTANTS, MUSCLE_CONSTANTS
+from myowave.physics.constants import CURVE, CURVE_CONSTANTS, GROUP_CONSTANTS, MUSCLE_CONSTANTS
+from myowave.physics.curves import Curves, Shape
 from myowave.physics.effect import Effect, call
 from myowave.physics.joint import Forearm, forearm
 from myowave.physics.model import Model, Params
@@ -22,7 +23,7 @@ class Valued:
     """A model with values for all its parameters, stacked for arithmetic. Make it with `give_values`.
 
     `muscle` values are (..., T, M), `joint` values (..., T), each with `axes` axes of length 1 put in after T. `path`
-    holds the constants that only some muscles have, by full name, (..., T).
+    holds the constants that only some muscles have, by full name, `curve` the shapes of the muscle curves, (..., T).
     """
 
     model: Model
@@ -30,6 +31,7 @@ class Valued:
     joint: Mapping[str, Tensor]
     path: Mapping[str, Tensor]
     effect: Mapping[str, Mapping[str, Tensor]]
+    curve: Mapping[str, Tensor]
     axes: int = 0
 
     def along(self, axes: int) -> "Valued":
@@ -45,6 +47,7 @@ class Valued:
             joint={n: _insert(v, axes, muscles=False) for n, v in self.joint.items()},
             path={n: _insert(v, axes, muscles=False) for n, v in self.path.items()},
             effect=effect,
+            curve={n: _insert(v, axes, muscles=False) for n, v in self.curve.items()},
             axes=axes,
         )
 
@@ -78,6 +81,20 @@ class Valued:
         """Constants of the joint, and what effects may ask of any kind of forearm."""
         combined = self.combined
         return {**self.joint, "inertia": combined.forearm.inertia_with(0.0), "weight": combined.weight}
+
+    @cached_property
+    def curves(self) -> Curves:
+        """The muscle curves, for quantities (..., M)."""
+        return self._shaped({name: value.unsqueeze(-1) for name, value in self.curve.items()})
+
+    @cached_property
+    def curves_of_joint(self) -> Curves:
+        """The same for quantities (...), as an effect on the joint has them."""
+        return self._shaped(self.curve)
+
+    def _shaped(self, shape: Mapping[str, Tensor]) -> Curves:
+        as_published = all(bool((value == 0).all()) for value in shape.values())
+        return self.model.curves if as_published else self.model.curves.shaped(Shape(**shape))
 
     def _paths(self) -> Path | SideBySide:
         c, muscles = self.muscle, self.model.muscles
@@ -137,7 +154,8 @@ def give_values(model: Model, params: Params, like: Tensor) -> Valued:
                 )
             muscle.update({n: v for n, v in changed.items() if n in muscle})
             joint.update({n: v for n, v in changed.items() if n in joint})
-    return Valued(model, muscle, joint, path, effect)
+    curve = {c: full[f"{c}_{CURVE}"] for c in CURVE_CONSTANTS}
+    return Valued(model, muscle, joint, path, effect, curve)
 
 
 def _scaled(model: Model, muscle: Mapping[str, Tensor], full: Mapping[str, Tensor]) -> dict[str, Tensor]:

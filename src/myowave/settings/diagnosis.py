@@ -1,6 +1,19 @@
 """The section `diagnosis`, and the study of how often it is right."""
 
+from typing import Annotated
+
+from pydantic import Field
+
 from myowave.settings.section import Name, Real, Section, Whole, setting
+
+CONSTANT = r"^[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9_]+)?$"
+
+
+class Scatter(Section):
+    """What is known of a constant that nobody measured on this subject: standard deviation about the model's value."""
+
+    relative: Real = setting("share of the value", "-", 0.0, ge=0, le=1)
+    absolute: Real = setting("the same in the constant's unit, added to it", "SI", 0.0, ge=0)
 
 
 class Study(Section):
@@ -29,5 +42,10 @@ class Diagnosis(Section):
         "standard deviation of the angle's noise; null: estimated from the training trials", "deg", None, gt=0, le=30
     )
     at_rest: bool = setting("every trial starts at rest, so that its first velocity is not estimated", "", False)
+    scatter: dict[Annotated[str, Field(pattern=CONSTANT)], Scatter] = setting(
+        "constants that nobody measured, free while effects are weighed, by constant (slack) or by muscle (slack_Bi)",
+        default=dict,
+        each="constant",
+    )
     starts: Whole = setting("searches of the fit of the base model, side by side", "-", 8, ge=1, le=1000)
     study: Study = setting("how often the diagnosis is right", default=Study)

@@ -9,7 +9,15 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from myowave.physics.constants import GROUP_CONSTANTS, JOINT_CONSTANTS, MUSCLE_CONSTANTS, Constant, names_of
+from myowave.physics.constants import (
+    CURVE,
+    CURVE_CONSTANTS,
+    GROUP_CONSTANTS,
+    JOINT_CONSTANTS,
+    MUSCLE_CONSTANTS,
+    Constant,
+    names_of,
+)
 from myowave.settings.layers import lay_over, read_yaml
 from myowave.settings.section import Name, Real, Section, setting
 
@@ -143,8 +151,8 @@ class Arm(Section):
 
     @property
     def parameters(self) -> set[str]:
-        """Names of all physical constants: `f0_Bi`, ..., `strength_flexors`, ..., `mass`, ..., `load`, `tilt`."""
-        names = set(names_of(JOINT_CONSTANTS, "", self.joint.kind))
+        """Names of all physical constants: `f0_Bi`, ..., `strength_flexors`, ..., `onset_curve`, ..., `mass`, ..."""
+        names = {f"{shape}_{CURVE}" for shape in CURVE_CONSTANTS} | set(names_of(JOINT_CONSTANTS, "", self.joint.kind))
         for name, muscle in self.muscles.items():
             names |= {f"{constant}_{name}" for constant in names_of(MUSCLE_CONSTANTS, "", muscle.geometry.kind)}
         names |= {f"{factor}_{group}" for factor in GROUP_CONSTANTS for group in self.groups}

@@ -64,7 +64,7 @@ class MissingTorque:
 def misfit_by(fit: Fit) -> pd.DataFrame:
     """RMSE of a fit in parts of its data: columns factor, part, low, high, samples, rmse_deg, mean_deg."""
     valid = fit.record.valid
-    residual = np.degrees(fit.normal.residual)
+    residual = np.degrees(fit.residual)
     signals = inputs_of(fit)
     velocity = signals["velocity"]
     rows = [_row("trial", name, left) for name, left in fit.record.joined(residual).items()]
@@ -169,7 +169,7 @@ def missing_torque(fit: Fit) -> MissingTorque:
     state = motion.state.numpy()
     rows, errors = [], []
     for i, name in enumerate(record.trials):
-        length, e = int(record.valid[i].sum()), fit.normal.residual[i]
+        length, e = int(record.valid[i].sum()), fit.residual[i]
         for centre in range(half, length - half, max(1, half // 2)):
             inside = slice(centre - half, centre + half + 1)
             kernel = second - by_angle[i, inside] * test + by_velocity[i, inside] * first

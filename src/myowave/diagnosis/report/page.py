@@ -18,6 +18,7 @@ KINDS = {
     "adequate": "The model is adequate",
     "effect": "An effect is missing, and named",
     "class": "An effect is missing; these data leave a choice",
+    "partial": "An effect is missing, and named; something else is missing, too",
     "unknown": "Something is missing that the catalogue does not hold",
     "undecidable": "These data cannot decide",
 }

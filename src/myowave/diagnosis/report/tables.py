@@ -24,7 +24,7 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         "dataset": diagnosis.dataset,
         "horizon_s": diagnosis.record.horizon_s,
         "verdict": verdict.kind,
-        "effects": [] if verdict.kind == "unknown" else list(verdict.effects),
+        "effects": list(verdict.causes),
         "model": diagnosis.selection.fit.model.name,
         "alternatives": [list(c) for c in verdict.alternatives],
         "sentence": sentence(diagnosis),
@@ -50,7 +50,11 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         "explained": verdict.explained,
         "structure_left": verdict.structure_left,
         "follows": verdict.follows,
-        "nearest": list(verdict.effects) if verdict.kind == "unknown" else [],
+        "missing_deg": float(np.degrees(verdict.missing)),
+        "missing_Nm": diagnosis.rungs[-1].missing.rms if verdict.structure_left else 0.0,
+        "shares": dict(verdict.shares),
+        "emg_noise": verdict.emg_noise,
+        "nearest": list(verdict.nearest),
         "formula": diagnosis.draft.formula,
         "failed": dict(diagnosis.failed),
     }
@@ -60,15 +64,21 @@ def sentence(diagnosis: Diagnosis) -> str:
     """The verdict for people."""
     verdict, last = diagnosis.verdict, diagnosis.rungs[-1]
     classes = {c[0]: c for c in verdict.alternatives}
-    named = [" or ".join(classes.get(name, (name,))) for name in verdict.effects]
+    named = [" or ".join(classes.get(name, (name,))) for name in verdict.effects or verdict.nearest]
     known = "at most " if diagnosis.noise_deg <= SMALLEST_NOISE_DEG else ""
     rmse = f"{np.degrees(last.fit.rmse()):.2g} deg; the noise is {known}{diagnosis.noise_deg:.2g} deg"
     them = "it" if len(named) == 1 else "them"
+    left = f"{np.degrees(verdict.missing):.2g} deg, {last.missing.rms:.2g} N m"
+    if verdict.emg_noise:
+        noise = f"noise of the recorded EMG of {verdict.emg_noise:.2g}"
+        named, them = [*named, noise], "it" if not named else "them"
+        rmse += f" and that of the EMG {verdict.emg_noise:.2g}"
     texts = {
         "adequate": f"The model is adequate: it leaves {rmse}, and no effect in the catalogue would explain more.",
         "effect": f"Missing: {' and '.join(named)}. With {them} the model leaves {rmse}.",
         "class": f"Missing: {' and '.join(named)}; these data cannot tell which. The model then leaves {rmse}.",
-        "unknown": "Something is missing that no effect in the catalogue explains"
+        "partial": f"Missing: {' and '.join(named)}, and something that is not in the catalogue ({left}).",
+        "unknown": f"Something is missing that no effect in the catalogue explains ({left})"
         + (f"; {', '.join(named)} would explain {verdict.explained:.0%} of it" if named else "")
         + f". As a formula: missing torque = {diagnosis.draft.formula} N m.",
         "undecidable": "Not decidable: "
@@ -81,8 +91,6 @@ def sentence(diagnosis: Diagnosis) -> str:
             f"The model does not follow these trials: even {diagnosis.record.horizon_s:g} s after a measured state it "
             "misses more than a constant angle does. No effect was weighed."
         )
-    if verdict.kind in ("effect", "class") and verdict.structure_left:
-        text += f" Something small is left that depends on the {last.independence.worst}."
     if verdict.absorbed and verdict.kind != "undecidable":
         hidden = "; ".join(f"{name} ({', '.join(by)})" for name, by in verdict.absorbed.items())
         text += f" Not decidable with these data, because parameters absorb them: {hidden}."
@@ -149,7 +157,7 @@ def ladder_table(diagnosis: Diagnosis) -> pd.DataFrame:
             "train_rmse_deg": np.degrees(rung.fit.rmse()),
             "heldout_rmse_deg": np.degrees(rung.heldout.rmse),
             "noise_deg": diagnosis.noise_deg,
-            "train_r2": _r2(rung.fit.normal.residual, rung.fit.record),
+            "train_r2": _r2(rung.fit.residual, rung.fit.record),
             "heldout_r2": _r2(rung.heldout.residual, diagnosis.test),
             "missing_torque_Nm": rung.missing.rms,
             "independent": rung.independence.holds,
@@ -239,7 +247,7 @@ def missing_torque_table(diagnosis: Diagnosis) -> pd.DataFrame:
 
 def _parts(diagnosis: Diagnosis, rung: Any) -> list[tuple[str, Record, np.ndarray]]:
     return [
-        ("train", rung.fit.record, rung.fit.normal.residual),
+        ("train", rung.fit.record, rung.fit.residual),
         ("test", diagnosis.test, rung.heldout.residual),
     ]
 

@@ -9,11 +9,12 @@ import pandas as pd
 from myowave.data.trials import Trials
 from myowave.diagnosis.misfit.independence import Independence, check_independence
 from myowave.diagnosis.misfit.where import MissingTorque, describe, misfit_by, missing_torque
+from myowave.diagnosis.search.conclude import Findings, search, weighed
 from myowave.diagnosis.search.draft import MOST_TERMS, Draft, draft_effect
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
 from myowave.diagnosis.search.rank import rank_effects
 from myowave.diagnosis.search.score import FAILURES
-from myowave.diagnosis.search.selection import Selection, select_effects
+from myowave.diagnosis.search.selection import Selection
 from myowave.diagnosis.search.verdict import Verdict, judge
 from myowave.identification.free_parameters import free_parameters
 from myowave.identification.output_error import Fit, refit
@@ -23,7 +24,7 @@ from myowave.identification.stages import fit_in_stages, share_explained
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import Diagnosis as DiagnosisSettings
-from myowave.settings import Identify
+from myowave.settings import Identify, Scatter
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class Diagnosis:
     dataset: str
     record: Record
     test: Record
-    selection: Selection
+    found: Findings
     rungs: tuple[Rung, ...]
     named: tuple[Rung, ...]
     verdict: Verdict
@@ -74,8 +75,13 @@ class Diagnosis:
         return self.rungs + self.named
 
     @property
+    def selection(self) -> Selection:
+        return self.found.selection
+
+    @property
     def noise_deg(self) -> float:
-        return float(np.degrees(self.record.noise))
+        """Noise of the angle within the band of the motion, as if it were white."""
+        return float(np.degrees(self.found.size.noise))
 
 
 def diagnose(
@@ -104,7 +110,7 @@ def diagnose(
     for name in [name for name, effect in effects.items() if base.refuses(effect)]:
         report(f"left out: effect {name} {base.refuses(effects.pop(name))}")
     record = make_record(trials, base, settings.angle_noise_deg, settings.at_rest)
-    free = free_parameters(base, identify, record.known)
+    free = free_parameters(base, identify, record.known, settings.scatter)
     fit = fit_in_stages(base, record.train, free, settings.starts)
     if fit.record.horizon_s is not None:
         report(f"stages: over whole trials {base.name} diverges; all is judged over {fit.record.horizon_s:g} s")
@@ -112,32 +118,33 @@ def diagnose(
     test = record.take(np.flatnonzero(~record.training))
     report(f"compare: {base.name} leaves {np.degrees(fit.rmse()):.3g} deg; the noise is {np.degrees(record.noise):.3g}")
     if followed := follows(fit):
-        selection = select_effects(fit, effects.values(), record.known)
+        found = search(fit, effects.values(), record.known)
     else:
         report("stages: from measured states it misses more than a constant angle does; no effect is weighed")
         ranking = rank_effects(fit, effects.values(), record.known, refits=False)
-        selection = Selection((fit,), (ranking,))
+        found = weighed(Selection((fit,), (ranking,)))
+    selection = found.selection
     rungs = tuple(make_rung(fit, test) for fit in selection.ladder)
     visited = {rung.name for rung in rungs}
     named, failed = [], {}
     for model in models:
         if model.name not in visited:
             try:
-                named.append(make_rung(fit_beside(selection.ladder, model, identify), test))
+                named.append(make_rung(fit_beside(selection.ladder, model, identify, settings.scatter), test))
             except FAILURES as error:
                 failed[model.name] = str(error)
                 report(f"left out: model {model.name}: {error}")
     for rung in (*rungs, *named):
         train, heldout = np.degrees(rung.fit.rmse()), np.degrees(rung.heldout.rmse)
         report(f"{rung.name}: training {train:.3g} deg, held-out {heldout:.3g} deg")
-    verdict = judge(selection, rungs[-1].independence, follows=followed)
-    where = describe(rungs[0].misfit, float(np.degrees(record.noise)))
-    report(f"verdict: {verdict.kind}, {', '.join(verdict.effects) or 'no effect'}")
+    verdict = judge(found, follows=followed)
+    where = describe(rungs[0].misfit, float(np.degrees(found.size.noise)))
+    report(f"verdict: {verdict.kind}, {', '.join(verdict.causes) or 'no effect'}")
     missing = rungs[0].fit if verdict.kind == "unknown" else selection.fit
     draft = draft_effect(missing, trials.dataset, most=MOST_TERMS if followed else 0)
     proposals = _proposals(selection, verdict, effects)
     told = rungs, tuple(named), verdict, where, proposals, draft
-    return Diagnosis(trials.dataset, record, test, selection, *told, failed)
+    return Diagnosis(trials.dataset, record, test, found, *told, failed)
 
 
 def follows(fit: Fit) -> bool:
@@ -148,17 +155,20 @@ def follows(fit: Fit) -> bool:
     return share_explained(fit.record, predict(fit, fit.record).residual) > 0
 
 
-def fit_beside(ladder: Sequence[Fit], model: Model, identify: Mapping[str, Identify]) -> Fit:
+def fit_beside(
+    ladder: Sequence[Fit], model: Model, identify: Mapping[str, Identify], scatter: Mapping[str, Scatter]
+) -> Fit:
     """Fit a model to the trials of a ladder, from the rung that has most of its effects and none besides.
 
     Args:
         ladder: fits, the base model's first.
         identify: constants to estimate beside the parameters of effects.
+        scatter: what is known of those that nobody measured.
     """
     wanted = {effect.name for effect in model.effects}
     within = [fit for fit in ladder if {effect.name for effect in fit.model.effects} <= wanted]
     record = ladder[0].record
-    return refit(within[-1], model, free_parameters(model, identify, record.known))
+    return refit(within[-1], model, free_parameters(model, identify, record.known, scatter))
 
 
 def make_rung(fit: Fit, test: Record) -> Rung:

@@ -91,8 +91,8 @@ def draft_effect(fit: Fit, dataset: str, name: str = "missing_torque", *, most: 
         tried = [(name, found) for name, found in fits if found is not None]
         if not tried:
             break
-        best, better = min(tried, key=lambda pair: pair[1].rss)
-        if delta_bic(current, better.rss, 1, independent_samples(better)) < EVIDENCE:
+        best, better = min(tried, key=lambda pair: pair[1].objective)
+        if delta_bic(current, better.objective, 1, independent_samples(better)) < EVIDENCE:
             break
         chosen.append(best.removeprefix("draft_"))
         current = better

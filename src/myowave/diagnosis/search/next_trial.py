@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from myowave.data.simulate import MANOEUVRES, Manoeuvre, synthetic_emg
 from myowave.diagnosis.search.score import score_effect
-from myowave.identification.free_parameters import Free, bind_values, effect_parameters
+from myowave.identification.free_parameters import Free, bind_values, effect_parameters, expected
 from myowave.identification.least_squares import normal_equations, pseudo_inverse, without_starts
 from myowave.identification.output_error import Fit, polish
 from myowave.identification.record import Record
@@ -67,16 +67,17 @@ def propose_trials(fit: Fit, one: Effect, other: Effect | None = None) -> list[P
     own = effect_parameters(fit.model.with_effects([one]), one)
     rival = effect_parameters(fit.model.with_effects([other]), other) if other is not None else ()
     imitators = (*fit.free, *rival)
+    weight = expected(imitators)[1] * fit.record.variance
     recorded = _slopes(fit, fit.record, [one, *([other] if other else [])], own, imitators)
     menu = _menu(fit)
     trials = _slopes(fit, menu, [one, *([other] if other else [])], own, imitators)
-    before = _separation([recorded], strength, fit.record.noise)
+    before = _separation([recorded], strength, weight, fit.record.noise)
     proposals = []
     for i, name in enumerate(menu.names):
         slope, wanted, free = (part[i : i + 1] for part in trials)
         one_trial = slope, wanted, free
         if np.isfinite(one_trial[0]).all():
-            after = _separation([recorded, one_trial], strength, fit.record.noise)
+            after = _separation([recorded, one_trial], strength, weight, fit.record.noise)
             proposals.append(Proposal(name, after, before))
     return sorted(proposals, key=lambda p: -p.separation)
 
@@ -112,6 +113,7 @@ def _menu(fit: Fit) -> Record:
         training=np.ones(len(MENU), dtype=bool),
         known=known,
         pieces=None,
+        filter=None,
     )
 
 
@@ -128,15 +130,15 @@ def _slopes(
         start = torch.tensor([[START_RAD, 0.0]], dtype=torch.float64).expand(len(record.names), 2)
     simulation = record.simulation(model, bind_values(everything, values))
     result = solve(simulation, start[:, 0], start[:, 1], wrt={p.name: p.scale for p in everything})
-    normal = normal_equations(result, record, everything)
+    normal = normal_equations(result, record, everything, values)
     count = len(own)
     return normal.slope[..., :count], normal.slope[..., count:], normal.by_start
 
 
-def _separation(parts: Sequence[tuple[Array, Array, Array]], strength: Array, noise: float) -> float:
-    """Chi-square of an effect of this strength that no change of the imitators and of the starts can make up for."""
-    size = parts[0][1].shape[-1]
-    matrix, vector, total = np.zeros((size, size)), np.zeros(size), 0.0
+def _separation(parts: Sequence[tuple[Array, Array, Array]], strength: Array, weight: Array, noise: float) -> float:
+    """Chi-square of an effect of this strength that no change of the imitators, which is dear by their `weight`, and of
+    the starts can make up for."""
+    matrix, vector, total = np.diag(weight), np.zeros(len(weight)), 0.0
     for own, imitators, by_start in parts:
         signal = own @ strength
         left = without_starts(by_start, signal[..., None])[..., 0]

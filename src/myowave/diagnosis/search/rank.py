@@ -38,6 +38,8 @@ class Candidate:
         folds_won, folds: trials that are predicted better with it, by parameters estimated from the others.
         detectable: smallest value of its first parameter that 9 of 10 such recordings would show.
         failure: why it could not be weighed; empty where it was.
+        surprising: whether its evidence is that constants need not be far from where they are expected, rather than a
+            better prediction: a change of constants that nobody measured predicts as well as the effect.
     """
 
     effect: Effect
@@ -48,6 +50,7 @@ class Candidate:
     folds: int
     detectable: float
     failure: str = ""
+    surprising: bool = False
 
     @property
     def name(self) -> str:
@@ -72,7 +75,7 @@ class Candidate:
             self.fit is not None
             and not self.score.absorbed
             and self.delta_bic > EVIDENCE
-            and self.folds_won >= int(FOLDS * self.folds)
+            and (self.surprising or self.folds_won >= int(FOLDS * self.folds))
             and not any(self.fit.at_bound(p.name) for p in self.score.free)
         )
 
@@ -99,7 +102,7 @@ def rank_effects(
     raced, failures = _race({name: scores[name].start for name in hopeful}, fits.values())
     fits |= raced
     failures |= {name: score.failure for name, score in scores.items() if score.failure}
-    best = min(fits.values(), key=lambda f: f.rss, default=fit)
+    best = min(fits.values(), key=lambda f: f.objective, default=fit)
     samples = independent_samples(best)
     statistic = EVIDENCE + np.log(samples)
     candidates = []
@@ -111,17 +114,18 @@ def rank_effects(
                 won, folds = folds_won(fit, with_it)
             except FAILURES as error:
                 with_it, failures[name] = None, str(error)
-        rss = fit.rss - score.drop if with_it is None else with_it.rss
+        objective = fit.objective - score.drop if with_it is None else with_it.objective
         candidates.append(
             Candidate(
                 effect=effects[name],
                 score=score,
                 fit=with_it,
-                delta_bic=delta_bic(fit, rss, len(score.free), samples),
+                delta_bic=delta_bic(fit, objective, len(score.free), samples),
                 folds_won=won,
                 folds=folds,
                 detectable=score.detectable(best.rss / samples, statistic),
                 failure=failures.get(name, "") if with_it is None else "",
+                surprising=with_it is not None and _surprising(fit, with_it),
             )
         )
     return sorted(candidates, key=lambda c: -c.delta_bic)
@@ -132,10 +136,10 @@ def independent_samples(fit: Fit) -> float:
     return fit.record.samples / correlation_time(fit.normal.residual, fit.record)
 
 
-def delta_bic(fit: Fit, rss: float, parameters: int, samples: float) -> float:
-    """Difference of BIC in favour of `parameters` more that lower a fit's sum of squares to `rss` [rad^2]."""
+def delta_bic(fit: Fit, objective: float, parameters: int, samples: float) -> float:
+    """Difference of BIC in favour of `parameters` more that lower a fit's objective to this [rad^2]."""
     floor = fit.record.samples * np.radians(SMALLEST_NOISE_DEG) ** 2
-    return float(samples * np.log((fit.rss + floor) / (rss + floor)) - parameters * np.log(samples))
+    return float(samples * np.log((fit.objective + floor) / (objective + floor)) - parameters * np.log(samples))
 
 
 def surprise(fit: Fit) -> float:
@@ -144,6 +148,13 @@ def surprise(fit: Fit) -> float:
     # distribution over the range in which its searches start.
     usual = [(p.start, p.spread * abs(p.start) / np.sqrt(3), v) for p, v in zip(fit.free, fit.values, strict=True)]
     return float(sum(((value - start) / scatter) ** 2 for start, scatter, value in usual if scatter > 0))
+
+
+def _surprising(without: Fit, with_it: Fit) -> bool:
+    """Whether most of what an effect gains is that constants come nearer to where they are expected. Beside a random
+    force that is no evidence: something unknown is missing, and constants do what they can for it."""
+    gained, better = without.objective - with_it.objective, without.normal.rss - with_it.normal.rss
+    return without.record.filter is None and better < gained / 2
 
 
 def similar(candidates: list[Candidate], to: Candidate) -> list[Candidate]:
@@ -160,9 +171,7 @@ def promising_pairs(ranking: list[Candidate]) -> list[tuple[str, str]]:
     if len(scores) < 2:
         return []
     signals = np.concatenate([s.signal for s in scores], -1)
-    products = np.einsum("tne,tnf->ef", signals, signals)
-    residual = scores[0].start.normal.residual
-    with_residual = np.einsum("tne,tn->e", signals, residual)
+    products, with_residual = signals.T @ signals, signals.T @ scores[0].residual
     ends = np.cumsum([len(s.free) for s in scores])
     columns = [slice(end - len(s.free), end) for s, end in zip(scores, ends, strict=True)]
     fit = scores[0].start
@@ -172,7 +181,7 @@ def promising_pairs(ranking: list[Candidate]) -> list[tuple[str, str]]:
         chosen = np.r_[tuple(columns[m] for m in members)]
         free = tuple(p for m in members for p in scores[m].free)
         _, drop = best_within(products[np.ix_(chosen, chosen)], with_residual[chosen], free)
-        return delta_bic(fit, max(fit.rss - drop, 0.0), len(free), samples)
+        return delta_bic(fit, max(fit.objective - drop, 0.0), len(free), samples)
 
     count = range(len(scores))
     single = max(promise(i) for i in count)
@@ -206,7 +215,7 @@ def left_out_residuals(fit: Fit) -> NDArray[np.float64]:
     projected = normal.without_starts(normal.slope)
     own = np.einsum("tnp,tnq->tpq", projected, normal.slope)
     product = np.einsum("tnp,tn->tp", projected, normal.residual)
-    total = product.sum(0)
+    total = normal.vector
     for rows in fit.record.rows_by_trial.values():
         own[rows], product[rows] = own[rows].sum(0), product[rows].sum(0)
     scale, (low, high) = scales(fit.free), bounds(fit.free)
@@ -229,7 +238,7 @@ def _race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> tuple[dict[str, F
     failures: dict[str, str] = {}
     fits = dict(starts)
     running = {name: descend(start) for name, start in starts.items()}
-    best_rival = min((f.rss for f in rivals), default=np.inf)
+    best_rival = min((f.objective for f in rivals), default=np.inf)
     while running:
         for name in list(running):
             try:
@@ -242,9 +251,9 @@ def _race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> tuple[dict[str, F
                 del running[name]
             else:
                 fits[name] = step
-        leader = min([best_rival, *(f.rss for f in fits.values())])
+        leader = min([best_rival, *(f.objective for f in fits.values())])
         for name in list(running):
-            hoped = fits[name].rss - OPTIMISM * (fits[name].rss - promised(fits[name]))
+            hoped = fits[name].objective - OPTIMISM * (fits[name].objective - promised(fits[name]))
             if fits[name].record.samples * np.log(max(hoped, 1e-300) / leader) > NEAR:
                 del running[name]
     return fits, failures
@@ -256,7 +265,7 @@ def _worth_refitting(fit: Fit, scores: Mapping[str, Score]) -> list[str]:
     if not possible:
         return []
     samples = independent_samples(fit)
-    hopes = {n: delta_bic(fit, max(fit.rss - s.drop, 0.0), len(s.free), samples) for n, s in possible.items()}
+    hopes = {n: delta_bic(fit, max(fit.objective - s.drop, 0.0), len(s.free), samples) for n, s in possible.items()}
     best = max(hopes.values())
     most = max(s.drop for s in possible.values())
     if best < WORTH_A_REFIT:

@@ -5,7 +5,11 @@ could imitate taken out, is what only the effect can do. Its product with the re
 squares would fall, without a fit of the richer model. What is left of the derivative (the *visible share*) says
 whether these data can show the effect at all, and what took it out says which parameters absorb it.
 
-Shapes: T trials, N samples, P free parameters of the fit, E parameters of the effect.
+What is known of parameters beforehand counts as further samples, one for each parameter: an effect that is as good as a
+change of a constant that nobody measured is worth what that change would be a surprise.
+
+Shapes: T trials, N samples, P free parameters of the fit, R = T N + P samples and expectations, E parameters of the
+effect.
 """
 
 from collections.abc import Collection, Iterable, Mapping
@@ -40,7 +44,7 @@ class Score:
         free: its parameters.
         start: the fit of the model with the effect at 0, to descend from.
         signal: derivatives by its parameters, in units of their scale, without what other parameters and starts
-            imitate, (T, N, E).
+            imitate, (R, E); `residual` (R,) is what they have to explain.
         information: signal^T signal (E, E) [rad^2].
         estimate: best values within the bounds, (E,), in units of the scale.
         drop: fall of the sum of squares that they promise [rad^2].
@@ -53,6 +57,7 @@ class Score:
     free: tuple[Free, ...]
     start: Fit
     signal: Array
+    residual: Array
     information: Array
     estimate: Array
     drop: float
@@ -64,8 +69,9 @@ class Score:
     def failed(cls, fit: Fit, effect: Effect, free: tuple[Free, ...], reason: str) -> "Score":
         """Of an effect that cannot be scored: it promises nothing."""
         count = len(free)
-        signal, information = np.zeros((*fit.record.angle.shape, count)), np.zeros((count, count))
-        return cls(effect.name, free, fit, signal, information, np.zeros(count), 0.0, 0.0, (), reason)
+        residual = _with_expectations(fit.normal.residual, np.sqrt(fit.normal.weight) * fit.normal.off)
+        signal, information = np.zeros((len(residual), count)), np.zeros((count, count))
+        return cls(effect.name, free, fit, signal, residual, information, np.zeros(count), 0.0, 0.0, (), reason)
 
     @property
     def absorbed(self) -> bool:
@@ -114,14 +120,21 @@ def score_effect(fit: Fit, effect: Effect, known: Collection[str] = ()) -> Score
     raw = start.normal.slope[..., count:]
     inverse = pseudo_inverse(normal.matrix, 1e-12)
     imitation = inverse @ start.normal.matrix[:count, count:]
-    signal = normal.without_starts(raw - normal.slope @ imitation)
-    information = np.einsum("tne,tnf->ef", signal, signal)
-    estimate, drop = best_within(information, np.einsum("tne,tn->e", signal, normal.residual), free)
+    heavy = np.sqrt(normal.weight)
+    signal = _with_expectations(normal.without_starts(raw - normal.slope @ imitation), -heavy[:, None] * imitation)
+    residual = _with_expectations(normal.residual, heavy * normal.off)
+    information = signal.T @ signal
+    estimate, drop = best_within(information, signal.T @ residual, free)
     visible, direction = _visible(information, np.einsum("tne,tnf->ef", raw, raw))
     size = np.abs(imitation @ direction) * np.sqrt(np.einsum("tnp,tnp->p", normal.slope, normal.slope))
     order = np.argsort(-size)
     absorbers = tuple(fit.free[i].name for i in order if size[i] > LARGE_PART * size[order[0]])
-    return Score(effect.name, free, start, signal, information, estimate, drop, visible, absorbers)
+    return Score(effect.name, free, start, signal, residual, information, estimate, drop, visible, absorbers)
+
+
+def _with_expectations(samples: Array, expectations: Array) -> Array:
+    """Samples (T, N, ...) and expectations (P, ...) one below the other, (R, ...)."""
+    return np.concatenate([samples.reshape(-1, *samples.shape[2:]), expectations])
 
 
 def confusion(scores: Mapping[str, Score], one: str, other: str) -> float:
@@ -129,7 +142,7 @@ def confusion(scores: Mapping[str, Score], one: str, other: str) -> float:
     a, b = scores[one], scores[other]
     towards = _strongest(a)
     signal = a.signal @ towards
-    product = np.einsum("tne,tn->e", b.signal, signal)
+    product = b.signal.T @ signal
     imitated = product @ pseudo_inverse(b.information, 1e-10) @ product
     return float(np.sqrt(np.clip(imitated / max((signal**2).sum(), 1e-300), 0.0, 1.0)))
 
@@ -174,7 +187,7 @@ def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
     everything = (*fit.free, *free)
     values = np.concatenate([fit.values, np.zeros(len(free))])
     # The motion is that of the fit, so its normal equations hold, with a few columns more.
-    normal = fit.normal.extended(scaled_slope(added, scales(free), record.valid))
+    normal = fit.normal.extended(record.white(scaled_slope(added, scales(free), record.valid)))
     return Fit(simulation, everything, values, fit.starts, normal, sensitive, record)
 
 

@@ -46,23 +46,19 @@ class Selection:
         return tuple(effect.name for effect in self.fit.model.effects)
 
 
-def select_effects(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> Selection:
+def select_effects(
+    fit: Fit, effects: Iterable[Effect], known: Collection[str] = (), hint: Fit | None = None
+) -> Selection:
     """Search for the effects that a fitted model lacks.
 
     Args:
         fit: of the model to start from; effects that it has stay.
         effects: the catalogue.
         known: names of parameters that are known and so not to be estimated.
+        hint: fit of a model with effects, to start from.
     """
     search = _Search(fit, tuple(effects), frozenset(known))
-    ranking = search.rank(fit)
-    best = _best(ranking)
-    classes: dict[str, tuple[str, ...]] = {}
-    top = search.better_pair(fit if best is None else best.refitted, ranking)
-    if top is not None:
-        top, classes = search.settle(top, classes)
-    elif best is not None:
-        top, classes = best.refitted, {best.name: _names(best, ranking)}
+    top, classes = search.begin() if hint is None else search.settle(hint, {})
     while top is not None and len(classes) < MOST_EFFECTS and (best := _best(search.rank(top))) is not None:
         classes[best.name] = _names(best, search.rank(top))
         name = top.model.name
@@ -82,13 +78,22 @@ class _Search:
     known: frozenset[str]
     ranked: dict[frozenset[str], tuple[float, list[Candidate]]] = field(default_factory=dict)
 
+    def begin(self) -> tuple[Fit | None, dict[str, tuple[str, ...]]]:
+        """The best effect, or a pair that is far better; and the classes they are in."""
+        ranking = self.rank(self.start)
+        best = _best(ranking)
+        pair = self.better_pair(self.start if best is None else best.refitted, ranking)
+        if pair is not None:
+            return self.settle(pair, {})
+        return (None, {}) if best is None else (best.refitted, {best.name: _names(best, ranking)})
+
     def rank(self, fit: Fit, fitted: Mapping[str, Fit] | None = None) -> list[Candidate]:
         """The ranking at a fit; that of an earlier fit of the same model will do if it is as good."""
         key = frozenset(effect.name for effect in fit.model.effects)
-        rss, ranking = self.ranked.get(key, (math.inf, []))
-        if rss > fit.rss * (1 + SAME) or fitted is not None:
+        error, ranking = self.ranked.get(key, (math.inf, []))
+        if error > fit.objective * (1 + SAME) or fitted is not None:
             ranking = rank_effects(fit, self.effects, self.known, fitted)
-            self.ranked[key] = (fit.rss, ranking)
+            self.ranked[key] = (fit.objective, ranking)
         return ranking
 
     def added(self, fit: Fit) -> tuple[Effect, ...]:
@@ -110,14 +115,14 @@ class _Search:
             except FAILURES:
                 continue
             parameters = len(second.free) - len(found.free)
-            if delta_bic(found, second.rss, parameters, independent_samples(second)) > needed:
+            if delta_bic(found, second.objective, parameters, independent_samples(second)) > needed:
                 return second
         return None
 
     def settle(self, fit: Fit, classes: Mapping[str, tuple[str, ...]]) -> tuple[Fit, dict[str, tuple[str, ...]]]:
         """Drop effects that are needless beside the others, and exchange those for which a better one is found."""
         classes = dict(classes)
-        for _ in range(ROUNDS if len(self.added(fit)) > 1 else 0):
+        for _ in range(ROUNDS if len(self.added(fit)) > 1 or not classes else 0):
             changed = False
             for effect in self.added(fit):
                 try:
@@ -151,7 +156,7 @@ class _Search:
         ladder, left = [self.start], list(self.added(top))
         while len(left) > 1:
             fits = {effect.name: self._extended(ladder[-1], effect, top) for effect in left}
-            best = min(left, key=lambda effect: fits[effect.name].rss)
+            best = min(left, key=lambda effect: fits[effect.name].objective)
             ladder.append(fits[best.name])
             left.remove(best)
         if not left:

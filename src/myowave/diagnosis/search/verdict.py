@@ -4,16 +4,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
-from myowave.diagnosis.misfit.independence import Independence
-from myowave.diagnosis.search.rank import EVIDENCE
-from myowave.diagnosis.search.selection import Selection
+from myowave.diagnosis.search.conclude import Findings
 from myowave.identification.output_error import Fit
 
-Kind = Literal["adequate", "effect", "class", "unknown", "undecidable"]
+Kind = Literal["adequate", "effect", "class", "partial", "unknown", "undecidable"]
 
-ENOUGH = 0.8  # share of the excess over the noise that named effects must explain where structure is left after them
+EMG_NOISE = "emg_noise"  # a cause that is no effect on the model: what was recorded is not all that drove the arm
+MOST_OF_IT = 0.9  # share of what is explained and what is left that names must explain where something is left
+CERTAINLY_OUTSIDE = 2.0  # standard errors
 
 
 @dataclass(frozen=True)
@@ -21,13 +19,18 @@ class Verdict:
     """The answer.
 
     Args:
-        kind: adequate; effect (named ones); class (some cannot be told apart); unknown (something is missing that no
-            effect explains); undecidable (a parameter may hide an effect).
-        effects: accepted, in the order they were added.
-        alternatives: for each effect that others stand in for equally well, all of them.
+        kind: adequate; effect (named ones, and nothing is left but noise); class (some cannot be told apart); partial
+            (named, while something else is missing); unknown (something is missing that no effect explains);
+            undecidable (a parameter may hide an effect).
+        effects: named, in the order they were added.
+        alternatives: for each named effect that others stand in for equally well, all of them.
+        nearest: effects that come nearest where none is named.
         absorbed: effects that no such data can show: {effect: the parameters that take their place}.
-        explained: share of the excess over the noise that the effects explain [-].
-        structure_left: whether the residual still depends on the inputs.
+        shares: of what the effects explain, each one's [-].
+        explained: what the effects explain of it and of what is left [-].
+        structure_left: whether more is left than noise.
+        missing: how much [rad, root mean square]; 0 where nothing is.
+        emg_noise: of the recorded EMG [-], where it explains what effects do not; 0 where there is no need for it.
         masked: with undecidable, {parameter outside its usual range: effects that would explain it}.
         follows: whether the base model follows the trials at all; where it does not, no effect was weighed.
     """
@@ -35,42 +38,77 @@ class Verdict:
     kind: Kind
     effects: tuple[str, ...]
     alternatives: tuple[tuple[str, ...], ...]
+    nearest: tuple[str, ...]
     absorbed: Mapping[str, tuple[str, ...]]
+    shares: Mapping[str, float]
     explained: float
     structure_left: bool
+    missing: float
+    emg_noise: float
     masked: Mapping[str, tuple[str, ...]]
     follows: bool = True
 
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """All that is named: effects, and noise of the EMG."""
+        return (*self.effects, *((EMG_NOISE,) if self.emg_noise else ()))
 
-def judge(selection: Selection, independence: Independence, *, follows: bool = True) -> Verdict:
+
+def judge(found: Findings, *, follows: bool = True) -> Verdict:
     """Weigh what the search found.
 
     Args:
-        independence: of the residual of the last fit.
         follows: see `Verdict`.
     """
-    fit, last = selection.fit, selection.rankings[-1]
-    absorbed = {c.name: c.score.absorbed_by for c in last if c.score.absorbed}
+    selection, fit = found.selection, found.selection.fit
+    absorbed = {c.name: c.score.absorbed_by for c in selection.rankings[-1] if c.score.absorbed}
     alternatives = tuple(c for c in selection.classes.values() if len(c) > 1)
-    explained = _explained(selection.ladder[0], fit)
-    structure_left = not independence.holds
+    left = not found.settled or not follows
+    explained = _explained(found)
     masked = _masked(fit, absorbed)
+    emg = found.disturbance.emg if found.disturbance is not None and found.settled else 0.0
+    named = selection.effects
     kind: Kind
-    if not follows or (selection.classes and structure_left and explained < ENOUGH):
-        kind = "unknown"
-    elif selection.classes:
+    if left:
+        kind = "partial" if named and follows and explained >= MOST_OF_IT else "unknown"
+    elif named or emg:
         kind = "class" if alternatives else "effect"
-    elif structure_left or any(c.delta_bic > EVIDENCE for c in last if c.fit is not None):
-        kind = "unknown"
     else:
         kind = "undecidable" if masked else "adequate"
-    return Verdict(kind, selection.effects, alternatives, absorbed, explained, structure_left, masked, follows)
+    unnamed = kind == "unknown"
+    return Verdict(
+        kind=kind,
+        effects=() if unnamed else named,
+        alternatives=() if unnamed else alternatives,
+        nearest=named if unnamed else (),
+        absorbed=absorbed,
+        shares=_shares(selection.ladder),
+        explained=explained,
+        structure_left=left,
+        missing=max(found.size.missing, found.repeated.size(fit)) if left else 0.0,
+        emg_noise=emg,
+        masked=masked,
+        follows=follows,
+    )
 
 
-def _explained(first: Fit, last: Fit) -> float:
-    noise = first.record.samples * first.record.noise**2
-    excess, left = first.rss - noise, last.rss - noise
-    return float(np.clip(1 - left / excess, 0.0, 1.0)) if excess > 0 else 0.0
+def _explained(found: Findings) -> float:
+    """What the named effects explain beside what is left, both in independent samples' variances."""
+    first, last = found.selection.ladder[0], found.selection.fit
+    explained = (first.objective - last.objective) / found.variance
+    left = max(found.repeated.excess, found.slow_excess)
+    return float(explained / max(explained + left, 1e-300)) if explained > 0 else 0.0
+
+
+def _shares(ladder: tuple[Fit, ...]) -> dict[str, float]:
+    """Share of each effect in the fall of the objective, in the order they were added."""
+    falls = {
+        effect.name: max(before.objective - after.objective, 0.0)
+        for before, after in zip(ladder, ladder[1:], strict=False)
+        for effect in after.model.effects[len(before.model.effects) :]
+    }
+    total = sum(falls.values())
+    return {name: fall / total for name, fall in falls.items()} if total > 0 else falls
 
 
 def _masked(fit: Fit, absorbed: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
@@ -83,6 +121,6 @@ def _masked(fit: Fit, absorbed: Mapping[str, tuple[str, ...]]) -> dict[str, tupl
     for p, value in zip(fit.free, fit.values, strict=True):
         beyond = abs(value - p.start) - p.spread * abs(p.start)
         names = tuple(effect for effect, by in absorbed.items() if p.name in by)
-        if p.spread > 0 and names and beyond > 2 * errors[p.name]:
+        if p.spread > 0 and names and beyond > CERTAINLY_OUTSIDE * errors[p.name]:
             found[p.name] = names
     return found

@@ -16,13 +16,11 @@ import torch
 
 from myowave.data.simulate import ANGLE_RANGE, simulate_trials
 from myowave.data.trials import Trials
-from myowave.diagnosis.misfit.independence import check_independence
 from myowave.diagnosis.scoring import answer, is_right, names_wrongly
 from myowave.diagnosis.search.rank import EVIDENCE, independent_samples
-from myowave.diagnosis.search.selection import Selection, select_effects
+from myowave.diagnosis.search.selection import Selection
 from myowave.diagnosis.search.verdict import Verdict, judge
 from myowave.identification.free_parameters import Free, free_parameters
-from myowave.identification.output_error import fit_model
 from myowave.identification.prediction import predict
 from myowave.identification.record import make_record
 from myowave.physics.drive import channels_of
@@ -86,7 +84,7 @@ def study_effect(
         trials = simulate_case(case, clean[case.seed - 1], dataset, base, catalogue)
         for noise in study.angle_noises_deg:
             noisy = add_noise(trials, noise, *case.digits)
-            rows.append(diagnose_case(case, noisy, dataset, base, catalogue.values(), settings.starts, noise))
+            rows.append(diagnose_case(case, noisy, dataset, base, catalogue.values(), settings, noise))
             progress(len(rows), len(cases) * len(study.angle_noises_deg), "")
     return pd.DataFrame(rows)
 
@@ -165,16 +163,16 @@ def diagnose_case(
     settings: SimulatedDataset,
     base: Model,
     effects: Iterable[Effect],
-    starts: int,
+    diagnosis: DiagnosisSettings,
     noise_deg: float,
 ) -> dict[str, Any]:
     """One row of the study: what was hidden, what was found, and how well."""
     effects = list(effects)
     began = time.process_time()
     record = make_record(trials, base)
-    free = _displaced(free_parameters(base, settings.identify, record.known), case)
-    selection = select_effects(fit_model(base, record.train, free, starts=starts), effects)
-    verdict = judge(selection, check_independence(selection.fit))
+    free = _displaced(free_parameters(base, settings.identify, record.known, diagnosis.scatter), case)
+    found = search(fit_in_stages(base, record.train, free, starts=diagnosis.starts), effects)
+    selection, verdict = found.selection, judge(found)
     seconds = time.process_time() - began
     test = record.take(np.flatnonzero(~record.training))
     return {
@@ -194,7 +192,7 @@ def diagnose_case(
 
 def _found(case: Case, verdict: Verdict) -> dict[str, Any]:
     """The verdict, and whether it is right."""
-    named = answer(verdict.kind, verdict.effects, verdict.alternatives)
+    named = answer(verdict.causes, verdict.alternatives)
     return {
         "verdict": verdict.kind,
         "found": " + ".join("/".join(members) for members in named),

@@ -35,6 +35,7 @@ NAMES = (
     "angle_offset",
     "angle_scale",
     "clock_shift",
+    "observation_lag",
 )
 SHIPPED: tuple[Effect, ...] = tuple(importlib.import_module(f"{__name__}.{name}").EFFECT for name in NAMES)
 

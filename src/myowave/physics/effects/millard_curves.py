@@ -11,7 +11,7 @@ def other_force(
     force: Tensor, activation: Tensor, fibre_length: Tensor, fibre_velocity: Tensor, curves: Curves, *, w: Tensor
 ) -> Tensor:
     """Force of the fibre [f0] with a share w of the other curves and 1 - w of the base model's."""
-    other = hill_force(MILLARD, activation, fibre_length, fibre_velocity)
+    other = hill_force(curves.in_shape(MILLARD), activation, fibre_length, fibre_velocity)
     return force + w * (other - hill_force(curves, activation, fibre_length, fibre_velocity))
 
 

@@ -1,0 +1,140 @@
+"""Is what a fit leaves repeated from trial to trial? Then it follows from what was recorded: physics can explain it.
+
+A general correction of the model, a torque of angle, velocity and activation and an excitation that depends on the
+recorded ones in other ways, is estimated for all trials together. What it explains beyond chance is structure; what it
+cannot explain is noise, or comes from something nobody recorded.
+
+Shapes: T trials, N samples, K numbers of the state, M muscles, C columns, P parameters.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from myowave.diagnosis.misfit.size import Size
+from myowave.identification.disturbance import excitation_forcing
+from myowave.identification.least_squares import pseudo_inverse
+from myowave.identification.output_error import Fit
+from myowave.identification.uncertainty import correlation_time
+from myowave.identification.whitening import Band
+from myowave.physics.effect import Effect, Parameter
+from myowave.physics.trajectory import forcing_of, recur
+
+Array = NDArray[np.float64]
+
+LAGS_S = (-0.16, -0.08, 0.08, 0.16, 0.3)  # of excitation, ahead and behind
+SIGNIFICANCE = 0.005
+FAST = 0.1  # rad/s at which friction has reached its size
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """What one general correction for all trials explains of a residual.
+
+    Args:
+        gain: how much the sum of squares falls, in variances of independent samples [-].
+        freedom: what it would fall by for noise, on average [-].
+    """
+
+    gain: float
+    freedom: float
+
+    @property
+    def significant(self) -> bool:
+        """Whether something is left that the same correction explains in all trials."""
+        return bool(chi2.sf(self.gain, max(self.freedom, 1.0)) < SIGNIFICANCE)
+
+    def size(self, fit: Fit) -> float:
+        """Root mean square of what it explains beyond chance [rad]."""
+        variance = fit.variance * correlation_time(fit.normal.residual, fit.record)
+        return float(np.sqrt(self.excess * variance / fit.record.samples))
+
+    @property
+    def excess(self) -> float:
+        """What it falls by beyond that, in variances of independent samples [-]."""
+        return max(self.gain - self.freedom, 0.0)
+
+
+def repeated_misfit(fit: Fit, size: Size) -> Repeated:
+    """Try a general correction of a fitted model, the same for all trials.
+
+    Args:
+        size: of the same fit.
+    """
+    normal = fit.normal
+    columns = normal.without_starts(fit.record.white(_columns(fit)))
+    residual = normal.without_starts(normal.residual[..., None])
+    slope = normal.without_starts(normal.slope)
+    variance = size.noise**2 if isinstance(fit.record.filter, Band) else fit.variance
+    flat = [x.reshape(-1, x.shape[-1]) for x in (columns, slope, residual)]
+    columns, slope, left = flat[0], flat[1], flat[2][:, 0]
+    columns = columns / np.sqrt((columns**2).mean(0)).clip(1e-300)
+    # What the fitted parameters can do has been done: the rest of each part of the correction is what it can add.
+    imitation = pseudo_inverse(slope.T @ slope + np.diag(normal.weight), 1e-12) @ (slope.T @ columns)
+    heavy = np.sqrt(normal.weight)
+    signal = np.concatenate([columns - slope @ imitation, -heavy[:, None] * imitation])
+    left = np.concatenate([left, heavy * normal.off])
+    # ASSUME: no part of the correction makes more than the whole misfit does.
+    ridge = variance / max(float((left**2).mean()), 1e-300) * np.eye(signal.shape[1])
+    product, matrix = signal.T @ left, signal.T @ signal
+    inverse = pseudo_inverse(matrix + ridge)
+    return Repeated(float(product @ inverse @ product / variance), float(np.trace(inverse @ matrix)))
+
+
+def _columns(fit: Fit) -> Array:
+    """What each part of the general correction does to the angle, (T, N, C)."""
+    pushes = np.concatenate([_by_torque(fit), _by_excitation(fit)], -1)
+    jacobian = fit.linear.jacobian
+    start = jacobian.new_zeros(*jacobian.shape[:-3], jacobian.shape[-1], pushes.shape[-1])
+    answer = recur(jacobian, torch.from_numpy(pushes), start)[..., 0, :].numpy()
+    return answer * fit.record.valid[..., None]
+
+
+def _by_torque(fit: Fit) -> Array:
+    """Changes of the state within a step by torques of the joint's state and the activations, (T, N - 1, K, C)."""
+    probe = Effect(
+        name="torque_probe",
+        acts_on="joint",
+        equation="c",
+        function=lambda q, *, c: c + torch.zeros_like(q),
+        parameters={"c": Parameter(unit="N m", low=-50.0, high=50.0, typical=1.0, meaning="constant torque")},
+        source="of this program",
+    )
+    simulation = fit.record.simulation(fit.model.with_effects([probe]), fit.params)
+    forcing = forcing_of(simulation, fit.linear, {"torque_probe.c": 1.0}, 1e-4).numpy()
+    state = fit.sensitive.motion.state.numpy()[:, :-1]
+    q, v = state[..., 0], state[..., 1]
+    activation = fit.simulation.drive.activation[..., 0, :].expand(*q.shape, -1).numpy()
+    parts = [np.ones_like(q), q, q**2, np.sin(2 * q), v, v * np.abs(v), np.tanh(v / FAST), q * v]
+    for a in np.moveaxis(activation, -1, 0):
+        parts += [a, a**2, a * q, a * q**2, a * v, a * v * np.abs(v), a * np.cumsum(a, -1) * fit.record.dt]
+    return forcing * np.stack(parts, -1)[..., None, :]
+
+
+def _by_excitation(fit: Fit) -> Array:
+    """The same by excitations that are late, early, or those of other muscles, (T, N - 1, K, C)."""
+    forcing = excitation_forcing(fit)
+    excitation = fit.simulation.drive.excitation[..., 0, :].expand(*forcing.shape[:2], -1).numpy()
+    return np.stack(
+        [
+            forcing[..., muscle] * signal[..., None]
+            for muscle in range(forcing.shape[-1])
+            for signal in _signals(fit, excitation, muscle)
+        ],
+        -1,
+    )
+
+
+def _signals(fit: Fit, excitation: Array, muscle: int) -> Iterator[Array]:
+    own = excitation[..., muscle]
+    samples = np.arange(own.shape[1])
+    for lag in LAGS_S:
+        shifted = (samples - round(lag / fit.record.dt)).clip(0, len(samples) - 1)
+        yield own[:, shifted] - own
+    for other in range(excitation.shape[-1]):
+        if other != muscle:
+            yield excitation[..., other]

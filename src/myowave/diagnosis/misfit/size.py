@@ -1,0 +1,98 @@
+"""How much is missing? The residual within the band of the motion, beside the noise just above that band.
+
+Noise of a sensor is as strong where the arm moves as just above, whatever filter the angle has passed since: a filter
+that lets the motion through lets that band through. What physics misses is slow, as the motion is. So the noise is not
+taken from the finest scales, which a filter empties, and white noise is the special case of a band that goes on.
+
+Shapes: T trials, N samples, F frequencies.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import periodogram
+from scipy.stats import f as f_distribution
+
+from myowave.identification.output_error import Fit
+from myowave.identification.record import SMALLEST_NOISE_DEG, Record
+
+Array = NDArray[np.float64]
+
+MOTION = 0.99  # share of the motion's power that lies in its band
+ABOVE = (1.5, 3.0)  # the band beside it, in units of its edge
+SIGNIFICANCE = 1e-3
+LEAST_RATIO = 1.25  # of powers: what is less is said to be nothing, however many samples there are
+
+
+@dataclass(frozen=True)
+class Size:
+    """How large the misfit of a fit is.
+
+    Args:
+        noise: of the angle within the band of the motion, as if it were white [rad].
+        missing: root mean square of what is slow and not noise [rad]; 0 where there is less than noise would make.
+        ratio: of the residual's power density in the band of the motion to that just above [-].
+        critical: what this ratio exceeds by chance in 1 of 1000 recordings [-].
+        edge_hz: where the band of the motion ends.
+        independent: number of independent values in that band, those fitted counted off.
+    """
+
+    noise: float
+    missing: float
+    ratio: float
+    critical: float
+    edge_hz: float
+    independent: float
+
+    @property
+    def excess(self) -> float:
+        """What is slow and not noise, in variances of independent values [-]."""
+        return self.independent * max(self.ratio - 1.0, 0.0)
+
+    @property
+    def significant(self) -> bool:
+        """Whether something is missing."""
+        return self.ratio > max(self.critical, LEAST_RATIO)
+
+
+def size_of_misfit(fit: Fit) -> Size:
+    """Compare the residual of a fit with the noise of the angle."""
+    return size_of(fit.residual, fit.angle, fit.record, fitted=len(fit.free) + 2 * len(fit.record.names))
+
+
+def size_of(residual: Array, motion: Array, record: Record, fitted: int = 0) -> Size:
+    """Compare a residual with the noise of the angle.
+
+    Args:
+        residual, motion: of every sample (T, N) [rad].
+        fitted: number of parameters that were fitted to the residual.
+    """
+    frequency, slow, above = np.empty(0), [], []
+    left, moved = record.joined(residual), record.joined(motion)
+    edge = _edge([*moved.values()], record.dt)
+    for values in left.values():
+        frequency, power = periodogram(values, 1 / record.dt, detrend=False)
+        density = power / (2 * record.dt)  # the variance of white noise as strong
+        slow.append(density[(frequency > 0) & (frequency <= edge)])
+        above.append(density[(frequency > ABOVE[0] * edge) & (frequency <= ABOVE[1] * edge)])
+    within, beside = np.concatenate(slow), np.concatenate(above)
+    floor = np.radians(SMALLEST_NOISE_DEG) ** 2
+    free = max(2.0, 2.0 * len(within) - fitted)
+    density = within.sum() * 2 / free + floor
+    noise = (beside.mean() if len(beside) else 0.0) + floor
+    critical = float(f_distribution.isf(SIGNIFICANCE, free, max(2.0, 2.0 * len(beside))))
+    share = 2 * edge * record.dt  # of all frequencies
+    missing = float(np.sqrt(max(density - noise, 0.0) * share))
+    return Size(float(np.sqrt(noise)), missing, float(density / noise), critical, edge, free)
+
+
+def _edge(motions: list[Array], dt: float) -> float:
+    """Frequency [Hz] below which nearly all of the motion's power is, over all trials."""
+    found = []
+    for motion in motions:
+        frequency, power = periodogram(motion, 1 / dt, window="hann", detrend="linear")
+        share = np.cumsum(power) / max(power.sum(), 1e-300)
+        found.append(frequency[np.searchsorted(share, MOTION)])
+    nyquist = 0.5 / dt
+    return float(min(np.mean(found), nyquist / ABOVE[1]))

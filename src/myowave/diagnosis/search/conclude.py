@@ -1,0 +1,101 @@
+"""Search for what a fitted model lacks, beside a random force where it leaves more than noise; see what is left.
+
+Where a model leaves more than the noise of the angle, an effect of the catalogue is missing, or one that is not in it,
+or the EMG itself is noisy. The last two push the arm by forces that no model has. So effects are weighed beside such a
+force, of the size that the residual calls for: one that is named then has evidence that the force cannot take from it.
+Where no force is needed beside the effects found, they are weighed again without.
+"""
+
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, replace
+
+from myowave.diagnosis.misfit.repeated import Repeated, repeated_misfit
+from myowave.diagnosis.misfit.size import ABOVE, Size, size_of, size_of_misfit
+from myowave.diagnosis.search.rank import EVIDENCE
+from myowave.diagnosis.search.selection import Selection, select_effects
+from myowave.identification.disturbance import Disturbance, estimate_disturbance
+from myowave.identification.output_error import Fit, refit
+from myowave.identification.uncertainty import correlation_time
+from myowave.identification.whitening import Band
+from myowave.physics.effect import Effect
+
+WHITE = 0.8  # of the noise in the band of the motion: an angle with less in its finest scales has passed a filter
+NOTHING = 0.2  # of the noise: less that is left is nothing
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What a search found, and what it leaves.
+
+    Args:
+        size: of the last fit's misfit.
+        slow_excess: see `Size.excess`; beside the random force, if there is one.
+        repeated: see `misfit.repeated`; of the last fit.
+        disturbance: the random force beside which effects were weighed; None where none was needed.
+        settled: whether what the last fit leaves, beside that force, is noise.
+    """
+
+    selection: Selection
+    size: Size
+    slow_excess: float
+    repeated: Repeated
+    disturbance: Disturbance | None = None
+    settled: bool = True
+
+    @property
+    def variance(self) -> float:
+        """Of what is independent in the last fit's residual [rad^2]."""
+        fit = self.selection.fit
+        return fit.variance * correlation_time(fit.normal.residual, fit.record)
+
+
+def search(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> Findings:
+    """Find the effects that a fitted model lacks.
+
+    Args:
+        effects: the catalogue.
+        known: names of parameters that are known and so not to be estimated.
+    """
+    effects = tuple(effects)
+    disturbance, size = None, size_of_misfit(fit)
+    if fit.record.pieces is not None:
+        return weighed(select_effects(fit, effects, known))
+    if fit.record.noise < WHITE * size.noise:
+        fit = within_band(fit, size)
+    elif size.significant:
+        disturbance = estimate_disturbance(fit)
+    if disturbance is None or disturbance.gain < EVIDENCE:
+        return weighed(select_effects(fit, effects, known))
+    selection = select_effects(beside_force(fit, disturbance), effects, known)
+    if selection.effects and estimate_disturbance(selection.fit).gain < EVIDENCE:
+        # With the effects found no force is needed: what they are told apart by is then seen best without one.
+        found = replace(selection.fit, record=fit.record)
+        hint = refit(found, found.model, found.free)
+        return weighed(select_effects(fit, effects, known, hint))
+    return weighed(selection, disturbance)
+
+
+def within_band(fit: Fit, size: Size) -> Fit:
+    """The fit of the same model to what is slow: the angle has passed a filter, which lets the motion through and
+    changes what is above."""
+    record = replace(fit.record, filter=Band(ABOVE[0] * size.edge_hz * fit.record.dt), noise=size.noise)
+    return refit(replace(fit, record=record), fit.model, fit.free)
+
+
+def beside_force(fit: Fit, disturbance: Disturbance) -> Fit:
+    """The fit of the same model that takes a random force for a part of the noise."""
+    record = replace(fit.record, filter=disturbance.whitener, tolerance=disturbance.angle)
+    return refit(replace(fit, record=record), fit.model, fit.free)
+
+
+def weighed(selection: Selection, disturbance: Disturbance | None = None) -> Findings:
+    """What a selection leaves, beside a random force or without one."""
+    fit, size = selection.fit, size_of_misfit(selection.fit)
+    repeated = repeated_misfit(fit, size)
+    # Beside an effect whatever is left counts against it; a model without any is good enough if next to nothing is left.
+    repeats = repeated.significant and (bool(selection.effects) or repeated.size(fit) > NOTHING * size.noise)
+    if disturbance is None:
+        return Findings(selection, size, size.excess, repeated, None, not (size.significant or repeats))
+    fitted = len(fit.free) + 2 * len(fit.record.names)
+    left = size_of(fit.normal.residual, fit.angle, fit.record, fitted)
+    return Findings(selection, size, left.excess, repeated, disturbance, not (left.significant or repeats))

@@ -1,0 +1,81 @@
+"""Noise of the recorded EMG: something else drove the muscles than what was recorded, and the motion wanders.
+
+Such noise drives the arm where no model can, so the difference between the measured and the simulated motion is the
+arm's answer to a force that nobody recorded. Along the fitted motion that answer is linear. A Kalman filter tells how
+likely a residual is for noise of the angle and noise of the EMG of any size, and turns residual and derivatives into
+innovations, which are white again: a fit to these is the prediction-error method (Ljung, System Identification, 2nd
+ed., Secs. 7.2, 10.6), and weighs every sample by what is not noise in it.
+
+Shapes: T trials, N samples, K numbers of the state, M muscles, C columns.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from myowave.identification.output_error import Fit
+from myowave.identification.whitening import Whitener
+from myowave.physics.effect import Effect, Parameter
+from myowave.physics.trajectory import forcing_of
+
+Array = NDArray[np.float64]
+
+USUAL = 0.05  # noise of an EMG between 0 and 1 [-]
+REACH = 1e-4  # step of the differences
+EFFORT = {"xatol": 0.02, "fatol": 0.1, "maxiter": 80}
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """Noise of the angle and of the EMG that make a residual most likely.
+
+    Args:
+        emg: standard deviation of every channel at every sample [-].
+        angle: of the angle [rad].
+        gain: how much more likely the residual is with noise of the EMG than without, as a difference of BIC.
+        whitener: turns residuals of these trials into innovations.
+    """
+
+    emg: float
+    angle: float
+    gain: float
+    whitener: Whitener
+
+
+def estimate_disturbance(fit: Fit) -> Disturbance:
+    """Noise of the EMG that a fit's residual calls for."""
+    # ASSUME: noise is white from sample to sample, as strong in all channels, and small enough for a linear answer.
+    forcing = excitation_forcing(fit)
+    jacobian, residual = fit.linear.jacobian.numpy(), fit.residual
+    added = forcing @ np.swapaxes(forcing, -1, -2)
+    samples, valid = fit.record.samples, fit.record.valid
+
+    def whitener(logs: Array) -> Whitener:
+        angle, emg = np.exp(logs)
+        return Whitener.of(jacobian, emg**2 * added, float(angle))
+
+    def unlikely(logs: Array) -> float:
+        return whitener(logs).unlikely(residual, valid)
+
+    found = minimize(unlikely, np.log([fit.record.noise, USUAL]), method="Nelder-Mead", options=EFFORT)
+    angle, emg = np.exp(found.x)
+    without = samples * (np.log((residual**2).sum() / samples) + 1)
+    gain = without - float(found.fun) - np.log(samples)
+    return Disturbance(float(emg), float(angle), float(gain), whitener(found.x))
+
+
+def excitation_forcing(fit: Fit) -> Array:
+    """What 1 more in each muscle's excitation adds to the state within a step, (T, N - 1, K, M)."""
+    probe = Effect(
+        name="excitation_probe",
+        acts_on="excitation",
+        equation="u + e",
+        function=lambda excitation, *, e: excitation + e,
+        parameters={"e": Parameter(unit="-", low=-1.0, high=1.0, typical=1.0, per_muscle=True, meaning="excitation")},
+        source="of this program",
+    )
+    model = fit.model.with_effects([probe])
+    simulation = fit.record.simulation(model, fit.params)
+    return forcing_of(simulation, fit.linear, dict.fromkeys(model.parameters_of(probe), 1.0), REACH).numpy()
