@@ -7,7 +7,22 @@ DIAGNOSIS = "results/diagnosis/{dataset}"
 DIAGNOSIS_PICTURES = "results/figures/{dataset}/diagnosis"
 DIAGNOSIS_TIME = "results/benchmarks/diagnose_dataset/{dataset}.tsv"
 DIAGNOSIS_TABLES = expand(f"{DIAGNOSIS}/{{table}}.csv", table=TABLE_NAMES, allow_missing=True)
+# What stands inside the pages.
+PAGE_PARTS = (
+    "tables.html.j2",
+    "style.css",
+    "print.js",
+    "motion.js",
+    "uplot/uPlot.iife.min.js",
+    "uplot/uPlot.min.css",
+    "uplot/LICENSE",
+)
 ROOM_TABLES = expand(f"{DIAGNOSIS}/{{table}}.csv", table=ROOM_NAMES, allow_missing=True)
+
+
+def page_file(name):
+    """A file of the pages; its name is the same after a move."""
+    return os.path.relpath(Path(workflow.basedir, "workflow/report", name))
 
 
 def networks_beside(wildcards):
@@ -109,6 +124,7 @@ rule draw_diagnosis:
         predictions=f"{DIAGNOSIS}/predictions.parquet",
         ladder=f"{DIAGNOSIS}/watch.csv",
         parameters=f"{DIAGNOSIS}/watch_parameters.csv",
+        effects=effect_files,
     output:
         figures=[
             report(
@@ -123,6 +139,7 @@ rule draw_diagnosis:
     log:
         "results/logs/draw_diagnosis/{dataset}.log",
     params:
+        effect_files=effect_files,
         code=digest("draw_diagnosis"),
     script:
         "../scripts/draw_diagnosis.py"
@@ -135,11 +152,15 @@ rule tell_verdict:
         parameters=f"{DIAGNOSIS}/watch_parameters.csv",
         ranking=f"{DIAGNOSIS}/ranking.csv",
         proposals=f"{DIAGNOSIS}/next_trials.csv",
+        missing=f"{DIAGNOSIS}/missing_torque.csv",
+        predictions=f"{DIAGNOSIS}/predictions.parquet",
         torque=f"{DIAGNOSIS}/torque.csv",
         horizons=f"{DIAGNOSIS}/horizons.csv",
         draft=f"{DIAGNOSIS}/draft_effect.py",
         figures=rules.draw_diagnosis.output.figures,
-        template=os.path.relpath(Path(workflow.basedir, "workflow/report/verdict.html.j2")),  # the same after a move
+        effects=effect_files,
+        template=page_file("verdict.html.j2"),
+        assets=[page_file(name) for name in PAGE_PARTS],
     output:
         page=report(
             f"{DIAGNOSIS}/verdict.html",
@@ -151,6 +172,7 @@ rule tell_verdict:
     log:
         "results/logs/tell_verdict/{dataset}.log",
     params:
+        effect_files=effect_files,
         code=digest("tell_verdict"),
     script:
         "../scripts/tell_verdict.py"

@@ -5,7 +5,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from myowave.data.store import read_table
 from myowave.diagnosis.report.page import Story, write_page
+from myowave.physics.effects import catalogue
 from myowave.workflow.job import job_log
 
 inputs = snakemake.input
@@ -18,10 +20,12 @@ with job_log(f"tell verdict of {snakemake.wildcards.dataset}", snakemake.log[0])
             {"absorbed_by": "", "confused_with": "", "reason": "", "estimate": ""}
         ),
         proposals=pd.read_csv(inputs.proposals),
+        missing=pd.read_csv(inputs.missing),
+        predictions=read_table(inputs.predictions)[0],
         torque=pd.read_csv(inputs.torque),
         horizons=pd.read_csv(inputs.horizons),
         images={Path(path).stem: Path(path) for path in inputs.figures},
         draft=Path(inputs.draft).read_text(encoding="utf-8"),
+        titles={name: effect.title for name, effect in catalogue(snakemake.params.effect_files).items()},
     )
-    page = write_page(story, Path(inputs.template).read_text(encoding="utf-8"))
-    Path(snakemake.output.page).write_text(page, encoding="utf-8")
+    Path(snakemake.output.page).write_text(write_page(story, Path(inputs.template)), encoding="utf-8")

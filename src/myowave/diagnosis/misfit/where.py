@@ -13,6 +13,7 @@ from scipy.stats import t as student
 
 from myowave.diagnosis.misfit.independence import inputs_of
 from myowave.identification.output_error import Fit
+from myowave.identification.record import SMALLEST_NOISE_DEG
 from myowave.physics.dynamics import moment_of_inertia
 from myowave.physics.valued import give_values
 
@@ -99,7 +100,7 @@ def describe(misfit: pd.DataFrame, noise_deg: float) -> str:
     """
     if (misfit["rmse_deg"] <= noise_deg).all():
         return f"In every part of the trials the misfit is below the noise, {noise_deg:.2g} deg: nothing to locate."
-    noise = f"The noise is {noise_deg:.2g} deg."
+    noise = f"The noise is {'at most ' * (noise_deg <= SMALLEST_NOISE_DEG)}{noise_deg:.2g} deg."
     said = [text for text in (_by_range(misfit), _by_direction(misfit), _by_trial(misfit)) if text]
     if not said:
         return f"The misfit is the same everywhere. {noise}"
@@ -209,15 +210,15 @@ def _row(factor: str, part: str, residual: Array, low: float = np.nan, high: flo
 def interval_of_rmse(residual: Array) -> tuple[float, float]:
     """95 % interval of the root mean square of a residual, (N,) in order of time, in its unit.
 
-    From the means of the squares over `BATCHES` stretches, which hardly depend on one another where the samples do;
-    (NaN, NaN) for fewer than two samples a stretch.
+    From the means of the squares over `BATCHES` stretches, which hardly depend on one another where the samples do, by
+    their scatter on a logarithmic scale; (NaN, NaN) for fewer than two samples a stretch, or where nothing is left.
     """
-    if len(residual) < 2 * BATCHES:
+    if len(residual) < 2 * BATCHES or not np.any(residual):
         return float("nan"), float("nan")
     means = np.array([(part**2).mean() for part in np.array_split(residual, BATCHES)])
     half = student.ppf(0.975, BATCHES - 1) * means.std(ddof=1) / np.sqrt(BATCHES)
-    square = (residual**2).mean()
-    return float(np.sqrt(max(square - half, 0.0))), float(np.sqrt(square + half))
+    rmse, factor = float(np.sqrt((residual**2).mean())), float(np.exp(half / means.mean() / 2))
+    return rmse / factor, rmse * factor
 
 
 def _extremes(parts: pd.DataFrame) -> tuple[pd.Series, pd.Series]:

@@ -17,7 +17,10 @@ from myowave.diagnosis.report.figures.which import draw_ranking
 
 
 def draw_diagnosis(
-    tables: Mapping[str, pd.DataFrame], predictions: pd.DataFrame, summary: Mapping[str, Any]
+    tables: Mapping[str, pd.DataFrame],
+    predictions: pd.DataFrame,
+    summary: Mapping[str, Any],
+    titles: Mapping[str, str],
 ) -> dict[str, Figure]:
     """All pictures of a dataset, by name.
 
@@ -26,24 +29,29 @@ def draw_diagnosis(
             `rooms.compare`.
         predictions: measured and simulated angle, from `tables.predictions_table`.
         summary: from `tables.verdict_summary`.
+        titles: what each effect is, in words.
     """
     errors, found = tables["errors"], summary["model"]
     noise, ladder = errors["noise_deg"].iloc[0], tables["ladder"]
     ends = (next(iter(summary["rmse_deg"])), found)
+
+    heldout = {model: errors["heldout"] for model, errors in summary["rmse_deg"].items()}
 
     def of_ends(table: pd.DataFrame) -> pd.DataFrame:
         return table[table["model"].isin(ends)]
 
     return {
         "overlay": draw_overlay(of_ends(predictions), of_ends(errors)),
-        "errors": draw_errors(errors, found),
+        "errors": draw_errors(errors, predictions, heldout, found),
         "torque": draw_torque(tables["torque"], found),
         "horizons": draw_horizons(tables["horizons"], noise, ladder[ladder["source"] != "physics"], found),
         "independence": draw_independence(of_ends(tables["independence"])),
         "correlations": draw_correlations(of_ends(tables["correlations"])),
         "misfit": draw_misfit(of_ends(tables["misfit"]), noise, summary["where"]),
         "missing_torque": draw_missing_torque(of_ends(tables["missing_torque"])),
-        "ranking": draw_ranking(tables["ranking"].fillna({"absorbed_by": "", "confused_with": "", "estimate": ""})),
+        "ranking": draw_ranking(
+            tables["ranking"].fillna({"absorbed_by": "", "confused_with": "", "estimate": ""}), titles
+        ),
         "ladder": draw_ladder(ladder, found),
         "parameters": draw_parameters(tables["parameters"], found),
     }
