@@ -176,3 +176,34 @@ rule tell_verdict:
         code=digest("tell_verdict"),
     script:
         "../scripts/tell_verdict.py"
+
+
+def links_of_all(wildcards):
+    """(text, address) of what belongs to all datasets, seen from results/."""
+    tables = [("One row for each trained network: summary.csv", "summary.csv")] if SETTINGS.targets.datasets else []
+    files = [("config.yaml", os.path.relpath(Path(workflow.basedir, "config.yaml"))), *zip(CONFIG_FILES, CONFIG_FILES)]
+    settings = {os.path.normpath(path): f"Settings: {name}" for name, path in reversed(files)}
+    return tables + [(text, os.path.join("..", path)) for path, text in reversed(settings.items())]
+
+
+# The first page to open: links to all that the main job made.
+rule list_datasets:
+    input:
+        verdicts=expand(f"{DIAGNOSIS}/verdict.json", dataset=SETTINGS.targets.diagnosed),
+        parameters=expand(f"{DIAGNOSIS}/parameters.csv", dataset=SETTINGS.targets.diagnosed),
+        torque=expand(f"{DIAGNOSIS}/torque.csv", dataset=SETTINGS.targets.diagnosed),
+        horizons=expand(f"{DIAGNOSIS}/horizons.csv", dataset=SETTINGS.targets.diagnosed),
+        effects=SETTINGS.physics.effect_files,
+        template=page_file("index.html.j2"),
+        assets=[page_file(name) for name in ("style.css", "beside.js")],
+    output:
+        index="results/index.html",
+    log:
+        "results/logs/list_datasets.log",
+    params:
+        settings={name: public(DATASETS[name]) for name in SETTINGS.targets.diagnosed},
+        effect_files=list(SETTINGS.physics.effect_files),
+        links=links_of_all,
+        code=digest("list_datasets"),
+    script:
+        "../scripts/list_datasets.py"

@@ -44,20 +44,24 @@ def named(model: str) -> Markup:
     return Markup("+<wbr>").join(escape(part) for part in model.split("+"))
 
 
-def ranking_rows(rows: pd.DataFrame, titles: Mapping[str, str]) -> Rows:
-    """The catalogue at one model, in the order of `RANKING_COLUMNS`."""
+def ranking_table(rows: pd.DataFrame, titles: Mapping[str, str]) -> tuple[list[str], Rows]:
+    """The catalogue at one model: columns, those of `RANKING_COLUMNS` in which something stands, and rows."""
     shown = rows.assign(
         folds=[f"{won} of {folds}" for won, folds in zip(rows["folds_won"], rows["folds"], strict=True)],
         confused_with=[
-            f"absorbed by {by}" if by else like.replace(" ", ", ")
-            for by, like in zip(rows["absorbed_by"], rows["confused_with"], strict=True)
+            f"absorbed by {by.replace(' ', ', ') or 'parameters together'}"
+            if status == "absorbed"
+            else like.replace(" ", ", ")
+            for status, by, like in zip(rows["status"], rows["absorbed_by"], rows["confused_with"], strict=True)
         ],
     )[list(RANKING_COLUMNS)]
     texts = [
         [v.replace("+-", "±") if isinstance(v, str) else number(v) for v in row]
         for row in shown.itertuples(index=False)
     ]
-    return [(titled(effect, titles), *others) for effect, *others in texts]
+    filled = [i for i in range(len(RANKING_COLUMNS)) if any(row[i] for row in texts)]
+    columns = [list(RANKING_COLUMNS.values())[i] for i in filled]
+    return columns, [tuple(titled(row[i], titles) if i == 0 else row[i] for i in filled) for row in texts]
 
 
 def ladder_rows(ladder: pd.DataFrame) -> Rows:

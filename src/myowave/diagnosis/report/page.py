@@ -14,13 +14,12 @@ import pandas as pd
 
 from myowave.diagnosis.report.cells import (
     LADDER_COLUMNS,
-    RANKING_COLUMNS,
     ladder_rows,
     named,
     parameter_columns,
     parameter_rows,
     proposal_rows,
-    ranking_rows,
+    ranking_table,
 )
 from myowave.diagnosis.report.ladder import PHYSICS, tell_failed_seeds
 from myowave.diagnosis.report.motion import list_motion
@@ -84,14 +83,16 @@ def write_page(story: Story, template: Path) -> str:
         "widths": {name: shown_width(path) for name, path in story.images.items()},
         "motion": list_motion(story.predictions, verdict["model"], _base(verdict)[1]["noise"]),
         "quiet": _quiet(verdict),
+        "weighed": verdict["follows"] and not _quiet(verdict),
         "compare": _compare(verdict),
         "rooms": (tell_torque(story.torque, verdict["model"]), tell_horizons(story.horizons, verdict["model"])),
         "where": _where(verdict),
         "missing": _missing(story),
         "which": _which(story),
-        "rankings": [(m, ranking_rows(rows, titles)) for m, rows in story.ranking.groupby("model", sort=False)],
-        "ranking_columns": list(RANKING_COLUMNS.values()),
-        "absorbed": [(name, ", ".join(by)) for name, by in verdict["absorbed"].items()],
+        "rankings": [(m, *ranking_table(rows, titles)) for m, rows in story.ranking.groupby("model", sort=False)],
+        "absorbed": [(name, ", ".join(by) or "parameters together") for name, by in verdict["absorbed"].items()]
+        if verdict["follows"]
+        else [],
         "next_trial": proposed
         and f"{proposed['trial']}. It would tell {proposed['question']} "
         f"(expected chi-square {proposed['separation']:.3g}, now {proposed['now']:.3g}).",

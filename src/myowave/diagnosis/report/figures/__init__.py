@@ -32,6 +32,7 @@ def draw_diagnosis(
         titles: what each effect is, in words.
     """
     errors, found = tables["errors"], summary["model"]
+    ranking = tables["ranking"].fillna({"absorbed_by": "", "confused_with": "", "estimate": ""})
     noise, ladder = errors["noise_deg"].iloc[0], tables["ladder"]
     ends = (next(iter(summary["rmse_deg"])), found)
 
@@ -49,9 +50,7 @@ def draw_diagnosis(
         "correlations": draw_correlations(of_ends(tables["correlations"])),
         "misfit": draw_misfit(of_ends(tables["misfit"]), noise, summary["where"]),
         "missing_torque": draw_missing_torque(of_ends(tables["missing_torque"])),
-        "ranking": draw_ranking(
-            tables["ranking"].fillna({"absorbed_by": "", "confused_with": "", "estimate": ""}), titles
-        ),
+        "ranking": draw_ranking(ranking, titles, summary["follows"]),
         "ladder": draw_ladder(ladder, found),
         "parameters": draw_parameters(tables["parameters"], found),
     }

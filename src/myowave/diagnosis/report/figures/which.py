@@ -1,5 +1,6 @@
 """Which: the catalogue weighed."""
 
+import textwrap
 from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
@@ -27,11 +28,12 @@ MEANING = {
 }
 
 
-def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
+def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str], follows: bool) -> Figure:
     """The catalogue weighed at each model, the most evident effects of each, a panel a model.
 
     Args:
         titles: what each effect is, in words.
+        follows: whether the model follows the trials; else no effect was weighed.
     """
     models = unique(ranking["model"])
     figure, axes = canvas(len(models), 1, width=12.0, height=3.3 * len(models) + 1.1)
@@ -63,7 +65,11 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
         added.append(
             f"{titles.get(effect) or effect} ($\\Delta$BIC {rows['delta_bic'].iloc[0]:.0f})" if len(rows) else effect
         )
-    if added:
+    if not follows:
+        title(
+            figure, f"No effect was weighed, as {short(models[0])} does not follow the trials; these are first guesses"
+        )
+    elif added:
         title(figure, f"The evidence asks for {', then '.join(added)}, then nothing more")
     else:
         title(figure, f"The evidence asks for no effect beside {short(models[0])}")
@@ -73,9 +79,10 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
 def _remark(row: Any) -> str:
     """What is known of a candidate, in a few words."""
     if row.status == "absorbed":
-        return f"absorbed by {row.absorbed_by.replace(' ', ', ')}"
+        by = row.absorbed_by.replace(" ", ", ") or "parameters together"
+        return textwrap.shorten(f"absorbed by {by}", REMARK_WIDTH, placeholder=" ...")
     if row.delta_bic <= 0:
         return ""
     found = f"{row.estimate.replace('+-', '±')}; won {row.folds_won} of {row.folds}"
     alike = f"{found}; like {row.confused_with.split(' ')[0]}" if row.confused_with else found
-    return alike if len(alike) <= REMARK_WIDTH else found
+    return alike if len(alike) <= REMARK_WIDTH else textwrap.shorten(found, REMARK_WIDTH, placeholder=" ...")
