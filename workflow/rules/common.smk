@@ -73,11 +73,6 @@ def physics_files(wildcards):
     return SETTINGS.physics_of(wildcards.dataset).files
 
 
-def effect_files(wildcards):
-    """Files with effects of the user's own."""
-    return list(SETTINGS.physics_of(wildcards.dataset).effect_files)
-
-
 def table_section(wildcards):
     """Tables of path lengths of the dataset's arm, by muscle: all that bounds its angles."""
     return {muscle: dump(path) for muscle, path in SETTINGS.physics_of(wildcards.dataset).tables.items()}

@@ -124,7 +124,6 @@ rule draw_diagnosis:
         predictions=f"{DIAGNOSIS}/predictions.parquet",
         ladder=f"{DIAGNOSIS}/watch.csv",
         parameters=f"{DIAGNOSIS}/watch_parameters.csv",
-        effects=effect_files,
     output:
         figures=[
             report(
@@ -139,7 +138,6 @@ rule draw_diagnosis:
     log:
         "results/logs/draw_diagnosis/{dataset}.log",
     params:
-        effect_files=effect_files,
         code=digest("draw_diagnosis"),
     script:
         "../scripts/draw_diagnosis.py"
@@ -158,7 +156,6 @@ rule tell_verdict:
         horizons=f"{DIAGNOSIS}/horizons.csv",
         draft=f"{DIAGNOSIS}/draft_effect.py",
         figures=rules.draw_diagnosis.output.figures,
-        effects=effect_files,
         template=page_file("verdict.html.j2"),
         assets=[page_file(name) for name in PAGE_PARTS],
     output:
@@ -172,7 +169,6 @@ rule tell_verdict:
     log:
         "results/logs/tell_verdict/{dataset}.log",
     params:
-        effect_files=effect_files,
         code=digest("tell_verdict"),
     script:
         "../scripts/tell_verdict.py"
@@ -193,7 +189,6 @@ rule list_datasets:
         parameters=expand(f"{DIAGNOSIS}/parameters.csv", dataset=SETTINGS.targets.diagnosed),
         torque=expand(f"{DIAGNOSIS}/torque.csv", dataset=SETTINGS.targets.diagnosed),
         horizons=expand(f"{DIAGNOSIS}/horizons.csv", dataset=SETTINGS.targets.diagnosed),
-        effects=SETTINGS.physics.effect_files,
         template=page_file("index.html.j2"),
         assets=[page_file(name) for name in ("style.css", "beside.js")],
     output:
@@ -202,7 +197,6 @@ rule list_datasets:
         "results/logs/list_datasets.log",
     params:
         settings={name: public(DATASETS[name]) for name in SETTINGS.targets.diagnosed},
-        effect_files=list(SETTINGS.physics.effect_files),
         links=links_of_all,
         code=digest("list_datasets"),
     script:

@@ -7,18 +7,13 @@ import pandas as pd
 
 from myowave.data.store import read_table
 from myowave.diagnosis.report.figures import draw_diagnosis
-from myowave.physics.effects import catalogue
 from myowave.plotting import save
 from myowave.workflow.job import job_log
 
 with job_log(f"draw diagnosis of {snakemake.wildcards.dataset}", snakemake.log[0]):
-    tables = {
-        Path(path).stem: pd.read_csv(path, dtype={"trial": str})
-        for path in [*snakemake.input.tables, *snakemake.input.rooms]
-    }
+    tables = {Path(path).stem: pd.read_csv(path) for path in [*snakemake.input.tables, *snakemake.input.rooms]}
     watched = {"ladder": pd.read_csv(snakemake.input.ladder), "parameters": pd.read_csv(snakemake.input.parameters)}
     summary = json.loads(Path(snakemake.input.summary).read_text(encoding="utf-8"))
-    titles = {name: effect.title for name, effect in catalogue(snakemake.params.effect_files).items()}
-    figures = draw_diagnosis(tables | watched, read_table(snakemake.input.predictions)[0], summary, titles)
+    figures = draw_diagnosis(tables | watched, read_table(snakemake.input.predictions)[0], summary)
     for path in snakemake.output.figures:
         save(figures[Path(path).stem], path)

@@ -6,7 +6,6 @@ from pathlib import Path
 import pandas as pd
 
 from myowave.diagnosis.report.index import Entry, write_index
-from myowave.physics.effects import catalogue
 from myowave.workflow.job import job_log
 
 inputs, params = snakemake.input, snakemake.params
@@ -23,6 +22,5 @@ with job_log("list datasets", snakemake.log[0]):
             inputs.verdicts, inputs.parameters, inputs.torque, inputs.horizons, strict=True
         )
     ]
-    titles = {name: effect.title for name, effect in catalogue(params.effect_files).items()}
-    page = write_index(entries, titles, params.links, Path(inputs.template))
+    page = write_index(entries, params.links, Path(inputs.template))
     Path(snakemake.output.index).write_text(page, encoding="utf-8")

@@ -7,7 +7,6 @@ import pandas as pd
 
 from myowave.data.store import read_table
 from myowave.diagnosis.report.page import Story, write_page
-from myowave.physics.effects import catalogue
 from myowave.workflow.job import job_log
 
 inputs = snakemake.input
@@ -26,6 +25,5 @@ with job_log(f"tell verdict of {snakemake.wildcards.dataset}", snakemake.log[0])
         horizons=pd.read_csv(inputs.horizons),
         images={Path(path).stem: Path(path) for path in inputs.figures},
         draft=Path(inputs.draft).read_text(encoding="utf-8"),
-        titles={name: effect.title for name, effect in catalogue(snakemake.params.effect_files).items()},
     )
     Path(snakemake.output.page).write_text(write_page(story, Path(inputs.template)), encoding="utf-8")

@@ -57,24 +57,21 @@ class Entry:
         return None if found == next(iter(errors)) else errors[found]
 
 
-def write_index(
-    entries: Iterable[Entry], titles: Mapping[str, str], links: Sequence[tuple[str, str]], template: Path
-) -> str:
+def write_index(entries: Iterable[Entry], links: Sequence[tuple[str, str]], template: Path) -> str:
     """The page as HTML, styles and scripts inside; it stands beside the folder `diagnosis`.
 
     Args:
-        titles: what each effect of the catalogue is, in words.
         links: (text, address) of what belongs to all datasets.
         template: index.html.j2; every text that comes from data is escaped.
     """
     entries = list(entries)
-    facts = [_facts(entry, titles) for entry in entries]
+    facts = [_facts(entry) for entry in entries]
     kinds = dict.fromkeys(fact for of_one in facts for fact in of_one)
     return fill(
         template,
         {
-            "tell": partial(tell, titles=titles),
-            "datasets": [_row(entry, titles) for entry in entries],
+            "tell": partial(tell, titles={}),
+            "datasets": [_row(entry) for entry in entries],
             "names": [entry.name for entry in entries],
             "facts": [(fact, [of_one.get(fact, "") for of_one in facts]) for fact in kinds],
             "links": links,
@@ -93,27 +90,27 @@ def interval(value: float, se: float | None, unit: str) -> str:
     return f"{value:.{digits}f}{of} ({low} to {high})"
 
 
-def _row(entry: Entry, titles: Mapping[str, str]) -> dict[str, Any]:
+def _row(entry: Entry) -> dict[str, Any]:
     """What the table of all datasets shows of one."""
     verdict = entry.verdict
     return {
         "name": entry.name,
         "kind": kind_of(verdict).label,
-        "effects": _effects(verdict, titles),
+        "effects": _effects(verdict),
         "before": degrees(entry.before["heldout"]),
         "after": degrees(entry.after["heldout"]) if entry.after else "",
         "over": _reach(verdict),
-        "noise": noise(entry.before["noise"]),
+        "noise": noise(verdict),
         "parameters": _parameters(entry, verdict["model"]),
         "settings": yaml.safe_dump({entry.name: dict(entry.settings)}, sort_keys=False, allow_unicode=True),
     }
 
 
-def _effects(verdict: Mapping[str, Any], titles: Mapping[str, str]) -> Markup:
+def _effects(verdict: Mapping[str, Any]) -> Markup:
     """The effects that are named, those of a class joined by `or`."""
     classes = {members[0]: members for members in verdict["alternatives"]}
     return Markup("; ").join(
-        Markup(" or ").join(titled(name, titles) for name in classes.get(effect, [effect]))
+        Markup(" or ").join(titled(name, verdict["titles"]) for name in classes.get(effect, [effect]))
         for effect in verdict["effects"]
     )
 
@@ -128,15 +125,15 @@ def _parameters(entry: Entry, model: str) -> dict[str, str]:
     return {r.parameter: interval(r.value, r.se, "" if pd.isna(r.unit) else r.unit) for r in rows.itertuples()}
 
 
-def _facts(entry: Entry, titles: Mapping[str, str]) -> dict[str, str | Markup]:
+def _facts(entry: Entry) -> dict[str, str | Markup]:
     """What can be set side by side, in the order in which it is read."""
     verdict, found = entry.verdict, entry.verdict["model"]
     facts: dict[str, str | Markup] = {
         "verdict": kind_of(verdict).label,
-        "what is missing": _effects(verdict, titles),
+        "what is missing": _effects(verdict),
         "model that was found": named(found),
         "predicted over": _reach(verdict),
-        "noise of the angle": noise(entry.before["noise"]),
+        "noise of the angle": noise(verdict),
     }
     for part, words in (("train", "training RMSE"), ("heldout", "held-out RMSE")):
         facts[f"{words}, base model"] = degrees(entry.before[part])

@@ -27,7 +27,6 @@ from myowave.diagnosis.report.pattern import tell_missing_torque
 from myowave.diagnosis.report.templates import fill
 from myowave.diagnosis.report.words import GLOSSARY, degrees, kind_of, noise, tell, titled, two_digits
 from myowave.diagnosis.rooms.telling import tell_horizons, tell_torque
-from myowave.identification.record import SMALLEST_NOISE_DEG
 
 PIXELS = 1.9  # of a picture in one of the page
 QUIET = 1.1  # an adequate model that leaves no more than so many times the noise has nothing to locate
@@ -45,7 +44,6 @@ class Story:
         torque, horizons: of `rooms.compare.compare_rooms`.
         images: {name: PNG file}; the page draws the overlay itself.
         draft: text of the drafted effect file.
-        titles: what each effect of the catalogue is, in words.
     """
 
     verdict: Mapping[str, Any]
@@ -59,7 +57,6 @@ class Story:
     horizons: pd.DataFrame
     images: Mapping[str, Path]
     draft: str
-    titles: Mapping[str, str]
 
 
 def write_page(story: Story, template: Path) -> str:
@@ -68,7 +65,7 @@ def write_page(story: Story, template: Path) -> str:
     Args:
         template: verdict.html.j2; every text that comes from data is escaped.
     """
-    verdict, titles = story.verdict, story.titles
+    verdict, titles = story.verdict, story.verdict["titles"]
     proposed = verdict["next_trial"]
     content = {
         "dataset": verdict["dataset"],
@@ -104,7 +101,7 @@ def write_page(story: Story, template: Path) -> str:
         "draft_is_news": kind_of(verdict).unexplained,
         "ladder_columns": LADDER_COLUMNS,
         "ladder": ladder_rows(story.ladder),
-        "ladder_caption": f"The noise of the measured angle is {_noise(verdict)}.",
+        "ladder_caption": f"The noise of the measured angle is {noise(verdict)}.",
         "failed_seeds": tell_failed_seeds(story.ladder),
         "parameter_columns": parameter_columns(story.parameters),
         "parameters": parameter_rows(story.parameters),
@@ -133,10 +130,6 @@ def _quiet(verdict: Mapping[str, Any]) -> bool:
     """Whether there is nothing to locate: the model is adequate, and leaves no more than the noise."""
     errors = _base(verdict)[1]
     return bool(verdict["verdict"] == "adequate" and errors["train"] <= QUIET * errors["noise"])
-
-
-def _noise(verdict: Mapping[str, Any]) -> str:
-    return noise(_base(verdict)[1]["noise"])
 
 
 def _strength(story: Story) -> list[str]:
@@ -185,7 +178,7 @@ def _numbers(story: Story) -> list[tuple[str, str]]:
     numbers = [(f"held-out RMSE of {model}{over}", degrees(first["heldout"]))]
     if found != model:
         numbers.append(("held-out RMSE with what was found", degrees(errors[found]["heldout"])))
-    return [*numbers, ("noise of the measured angle", _noise(story.verdict))]
+    return [*numbers, ("noise of the measured angle", noise(story.verdict))]
 
 
 def _compare(verdict: Mapping[str, Any]) -> str:
@@ -196,7 +189,7 @@ def _compare(verdict: Mapping[str, Any]) -> str:
     )
     if _quiet(verdict):
         return text
-    more = "more than " if errors["noise"] <= SMALLEST_NOISE_DEG else ""
+    more = "more than " if verdict["noise_is_bound"] else ""
     return (
         text + f" On the training trials that is {more}{two_digits(errors['train'] / errors['noise'])} times the noise."
     )
@@ -205,7 +198,7 @@ def _compare(verdict: Mapping[str, Any]) -> str:
 def _where(verdict: Mapping[str, Any]) -> str:
     """Where the misfit is; said once where it is no more than the noise."""
     if _quiet(verdict):
-        return f"What the model leaves is no more than the noise of the angle, {_noise(verdict)}: nothing to locate."
+        return f"What the model leaves is no more than the noise of the angle, {noise(verdict)}: nothing to locate."
     return str(verdict["where"])
 
 

@@ -7,8 +7,6 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
-from myowave.identification.record import SMALLEST_NOISE_DEG
-
 
 @dataclass(frozen=True)
 class Kind:
@@ -82,9 +80,10 @@ def two_digits(value: float) -> str:
     return f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}"
 
 
-def noise(value: float) -> str:
-    """The noise of the angle [deg] in text; no smaller one than `SMALLEST_NOISE_DEG` is ever estimated."""
-    return f"{'at most ' if value <= SMALLEST_NOISE_DEG else ''}{degrees(value)}"
+def noise(verdict: Mapping[str, Any]) -> str:
+    """The noise of the measured angle in text, said to be a bound where it is one."""
+    value = next(iter(verdict["rmse_deg"].values()))["noise"]
+    return f"{'at most ' * bool(verdict.get('noise_is_bound'))}{degrees(value)}"
 
 
 def tell(text: str, titles: Mapping[str, str]) -> Markup:

@@ -14,13 +14,11 @@ from myowave.diagnosis.report.figures.rooms import draw_horizons, draw_torque
 from myowave.diagnosis.report.figures.watch import draw_ladder, draw_parameters
 from myowave.diagnosis.report.figures.where import draw_misfit, draw_missing_torque
 from myowave.diagnosis.report.figures.which import draw_ranking
+from myowave.diagnosis.report.words import noise as tell_noise
 
 
 def draw_diagnosis(
-    tables: Mapping[str, pd.DataFrame],
-    predictions: pd.DataFrame,
-    summary: Mapping[str, Any],
-    titles: Mapping[str, str],
+    tables: Mapping[str, pd.DataFrame], predictions: pd.DataFrame, summary: Mapping[str, Any]
 ) -> dict[str, Figure]:
     """All pictures of a dataset, by name.
 
@@ -29,10 +27,10 @@ def draw_diagnosis(
             `rooms.compare`.
         predictions: measured and simulated angle, from `tables.predictions_table`.
         summary: from `tables.verdict_summary`.
-        titles: what each effect is, in words.
     """
     errors, found = tables["errors"], summary["model"]
     ranking = tables["ranking"].fillna({"absorbed_by": "", "confused_with": "", "estimate": ""})
+    said = tell_noise(summary)
     noise, ladder = errors["noise_deg"].iloc[0], tables["ladder"]
     ends = (next(iter(summary["rmse_deg"])), found)
 
@@ -42,15 +40,15 @@ def draw_diagnosis(
         return table[table["model"].isin(ends)]
 
     return {
-        "overlay": draw_overlay(of_ends(predictions), of_ends(errors)),
-        "errors": draw_errors(errors, predictions, heldout, found),
+        "overlay": draw_overlay(of_ends(predictions), of_ends(errors), said),
+        "errors": draw_errors(errors, heldout, found, said),
         "torque": draw_torque(tables["torque"], found),
         "horizons": draw_horizons(tables["horizons"], noise, ladder[ladder["source"] != "physics"], found),
         "independence": draw_independence(of_ends(tables["independence"])),
         "correlations": draw_correlations(of_ends(tables["correlations"])),
         "misfit": draw_misfit(of_ends(tables["misfit"]), noise, summary["where"]),
         "missing_torque": draw_missing_torque(of_ends(tables["missing_torque"])),
-        "ranking": draw_ranking(ranking, titles, summary["follows"]),
-        "ladder": draw_ladder(ladder, found),
+        "ranking": draw_ranking(ranking, summary["titles"], summary["follows"]),
+        "ladder": draw_ladder(ladder, found, said),
         "parameters": draw_parameters(tables["parameters"], found),
     }

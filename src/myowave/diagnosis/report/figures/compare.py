@@ -6,19 +6,18 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from myowave.diagnosis.misfit.where import interval_of_rmse
 from myowave.diagnosis.report.figures.style import WIDE, legend, ramp, sentence, short, style, unique, whiskers
 from myowave.diagnosis.report.words import degrees
-from myowave.diagnosis.report.words import noise as tell_noise
 from myowave.plotting import GREY, MEASURED, canvas, title
 
 
-def draw_overlay(predictions: pd.DataFrame, errors: pd.DataFrame) -> Figure:
+def draw_overlay(predictions: pd.DataFrame, errors: pd.DataFrame, noise: str) -> Figure:
     """Measured and simulated angle of every trial, and what is left, one column per trial.
 
     Args:
         predictions: columns model, trial, role, time_s, angle_rad, predicted_rad.
-        errors: columns model, trial, role, rmse_deg, r2, noise_deg.
+        errors: columns model, trial, role, rmse_deg, rmse_low_deg, rmse_high_deg (95 % interval), r2, noise_deg.
+        noise: of the angle, in words.
     """
     models = unique(predictions["model"])
     trials = unique(predictions["trial"])
@@ -50,42 +49,29 @@ def draw_overlay(predictions: pd.DataFrame, errors: pd.DataFrame) -> Figure:
     legend(figure, axes[0, 0], columns=3)
     by_model = errors.groupby("model", sort=False)["rmse_deg"]
     ranges = [f"{short(m)} misses by {by_model.min()[m]:.2g} to {degrees(by_model.max()[m])}" for m in models]
-    title(figure, f"By trial, {'; '.join(ranges)}; noise is {tell_noise(errors['noise_deg'].iloc[0])}")
+    title(figure, f"By trial, {'; '.join(ranges)}; noise is {noise}")
     return figure
 
 
-def draw_errors(
-    errors: pd.DataFrame, predictions: pd.DataFrame, heldout_deg: Mapping[str, float], found: str
-) -> Figure:
+def draw_errors(errors: pd.DataFrame, heldout_deg: Mapping[str, float], found: str, noise: str) -> Figure:
     """RMSE of every model on every trial, with 95 % intervals, against the noise of the measurement.
 
     Args:
-        errors, predictions: as in `draw_overlay`, of every model.
+        errors: as in `draw_overlay`, of every model.
         heldout_deg: RMSE of each model over all held-out trials.
         found: the model that was found.
+        noise: of the angle, in words.
     """
     models, trials = unique(errors["model"]), unique(errors["trial"])
-    noise = errors["noise_deg"].iloc[0]
+    level = errors["noise_deg"].iloc[0]
     figure, axes = canvas(1, 1, width=max(7.0, 1.6 * len(trials) + 2), height=4.0)
     axis, width = axes[0, 0], 0.8 / len(models)
-    left = np.degrees(predictions["angle_rad"] - predictions["predicted_rad"])
-    intervals = {
-        key: interval_of_rmse(part.to_numpy())
-        for key, part in left.groupby([predictions["model"], predictions["trial"]])
-    }
     for i, (model, color) in enumerate(zip(models, ramp(models, found), strict=True)):
         rows = errors[errors["model"] == model].set_index("trial").loc[trials]
         x = np.arange(len(trials)) + (i + 0.5) * width - 0.4
-        whiskers(
-            axis,
-            x,
-            rows["rmse_deg"],
-            [intervals[model, str(trial)] for trial in trials],
-            color=color,
-            order=i,
-            name=model,
-        )
-    axis.axhline(noise, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise:.2g} deg")
+        intervals = list(zip(rows["rmse_low_deg"], rows["rmse_high_deg"], strict=True))
+        whiskers(axis, x, rows["rmse_deg"], intervals, color=color, order=i, name=model)
+    axis.axhline(level, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise}")
     if errors["rmse_deg"].max() > WIDE * errors["rmse_deg"].min():
         axis.set_yscale("log")
         axis.yaxis.set_major_formatter("{x:g}")
@@ -96,7 +82,7 @@ def draw_errors(
     axis.set_ylabel("RMSE [deg], 95 % interval")
     legend(figure, axis, columns=2)
     texts = [f"{short(m)} misses by {degrees(heldout_deg[m])}" for m in dict.fromkeys((models[0], found))]
-    title(figure, f"On held-out trials {', '.join(texts)}; noise is {tell_noise(noise)}")
+    title(figure, f"On held-out trials {', '.join(texts)}; noise is {noise}")
     return figure
 
 

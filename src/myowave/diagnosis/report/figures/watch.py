@@ -7,18 +7,18 @@ from matplotlib.figure import Figure
 
 from myowave.diagnosis.report.figures.style import WIDE, legend, unique
 from myowave.diagnosis.report.words import degrees
-from myowave.diagnosis.report.words import noise as tell_noise
 from myowave.plotting import BLUE, GREEN, MEASURED, MODEL, ORANGE, PINK, canvas, title
 
 NETWORKS = ((GREEN, "^"), (ORANGE, "v"), (PINK, "D"), (MODEL, "P"))  # colour and marker of each kind of network
 
 
-def draw_ladder(ladder: pd.DataFrame, found: str) -> Figure:
+def draw_ladder(ladder: pd.DataFrame, found: str, noise: str) -> Figure:
     """Error and missing torque against the effects added.
 
     Args:
         ladder: columns source, model, named, train_rmse_deg, heldout_rmse_deg, noise_deg, missing_torque_Nm.
         found: the model that was found.
+        noise: of the angle, in words.
     """
     models = unique(ladder["model"])
     physics = ladder[ladder["source"] == "physics"]
@@ -39,8 +39,8 @@ def draw_ladder(ladder: pd.DataFrame, found: str) -> Figure:
     for (color, marker), (source, rows) in zip(cycle(NETWORKS), networks, strict=False):
         x = rows["model"].map(models.index)
         error.plot(x, rows["heldout_rmse_deg"], color=color, marker=marker, linestyle="-.", label=f"{source}, held out")
-    noise = ladder["noise_deg"].iloc[0]
-    error.axhline(noise, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise:.2g} deg")
+    level = ladder["noise_deg"].iloc[0]
+    error.axhline(level, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise}")
     values = ladder[["train_rmse_deg", "heldout_rmse_deg"]].stack()
     if values.max() > WIDE / 2 * values.min():
         error.set_yscale("log")
@@ -59,9 +59,7 @@ def draw_ladder(ladder: pd.DataFrame, found: str) -> Figure:
     legend(figure, error, columns=2)
     first, last = physics.iloc[0], physics[physics["model"] == found].iloc[0]
     if found == first["model"]:
-        finding = (
-            f"Nothing added: {degrees(first['heldout_rmse_deg'])} on held-out trials, noise is {tell_noise(noise)}"
-        )
+        finding = f"Nothing added: {degrees(first['heldout_rmse_deg'])} on held-out trials, noise is {noise}"
     else:
         finding = (
             f"With what was found the held-out error falls from {degrees(first['heldout_rmse_deg'])} to "
