@@ -43,6 +43,8 @@
   plots.push(new uPlot({...shared, hooks, scales: {x: {time: false}, y: {range: around}}, width: width(), height: 190, legend: {show: false},
     axes: axes("error [deg]", "time [s]"), series: [seconds, ...lines]}, left, box.querySelector(".left")));
 
+  box.plots = plots;  // for whoever looks from outside, such as a test
+
   const resize = wide => plots.forEach((p, i) => p.setSize({width: wide, height: i ? 190 : 300}));
   addEventListener("resize", () => resize(width()));
   addEventListener("beforeprint", () => resize(680));

@@ -27,6 +27,7 @@ def tell_missing_torque(cells: pd.DataFrame, rms: float, model: str) -> str:
     angle, velocity, torque, weight = (
         cells[c].to_numpy(dtype=float) for c in ("angle_rad", "velocity_rad_s", "torque_Nm", "windows")
     )
+    lacks = f"What {model} lacks, {rms:.2g} N m RMS,"
     one = np.ones_like(angle)
     moving = np.where(np.abs(velocity) > STILL_RAD_S, np.sign(velocity), 0.0)
     fits = {
@@ -39,12 +40,12 @@ def tell_missing_torque(cells: pd.DataFrame, rms: float, model: str) -> str:
     best = max(worth, key=lambda name: worth[name])
     if fits[best][1] < CLEAR:
         return (
-            f"What {model} lacks follows no simple pattern: neither a constant torque nor one that goes with the angle "
+            f"{lacks} follows no simple pattern: neither a constant torque nor one that goes with the angle "
             f"or the velocity explains more than {max(fits[best][1], 0):.0%} of the map."
         )
     coefficients, share = fits[best]
     told = {"same": _same, "velocity": _velocity, "direction": _direction, "angle": _angle}[best](coefficients)
-    text = f"What {model} lacks {told} This explains {share:.0%} of the map."
+    text = f"{lacks} {told} This explains {share:.0%} of the map."
     other = {"velocity": "direction", "direction": "velocity"}.get(best)
     if other and coefficients[0] < 0 and worth[other] > worth[best] - ALIKE:
         text += " The map does not tell damping, which grows with the speed, from friction, which does not."
@@ -69,14 +70,14 @@ def _velocity(coefficients: Array) -> str:
     size = f"by {abs(coefficients[0]):.2g} N m for each rad/s"
     if coefficients[0] < 0:
         return f"opposes the velocity, {size}: that is what damping does."
-    return f"goes with the velocity, {size}: the model brakes too much, or its muscles are too slow."
+    return f"goes with the velocity, {size}: the model brakes the motion more than the arm does."
 
 
 def _direction(coefficients: Array) -> str:
     size = f"by about {abs(coefficients[0]):.2g} N m at any speed"
     if coefficients[0] < 0:
         return f"opposes the motion, {size}: that is what dry friction does."
-    return f"goes with the motion, {size}: the muscles are too weak, or their EMG comes too late."
+    return f"goes with the motion, {size}: the model brakes it more than the arm does."
 
 
 def _angle(coefficients: Array) -> str:
