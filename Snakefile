@@ -29,3 +29,9 @@ rule all:
         figures_of_data,
         figures_of_learning,
         verdicts,
+        "results/index.html",
+
+
+onsuccess:
+    if Path("results/index.html").exists():
+        print(f"All results on one page: {Path('results/index.html').resolve()}")

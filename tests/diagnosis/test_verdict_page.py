@@ -3,16 +3,18 @@
 import json
 import re
 import shlex
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from myowave.diagnosis.report.cells import estimate
 from myowave.diagnosis.report.command import adding_command
 from myowave.diagnosis.report.contents import FIGURE_NAMES, ROOM_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.figures import draw_diagnosis
-from myowave.diagnosis.report.ladder import join_ladder, join_parameters
+from myowave.diagnosis.report.ladder import join_ladder, join_parameters, tell_failed_seeds
 from myowave.diagnosis.report.page import Story, write_page
 from myowave.diagnosis.report.tables import TABLES, predictions_table, verdict_summary
 from myowave.diagnosis.rooms.compare import compare_rooms
@@ -23,6 +25,7 @@ from myowave.plotting import save
 from myowave.settings import Diagnosis as DiagnosisSettings
 
 HIDDEN = {"joint_damping": {"c": 0.6}}
+MOST_BYTES = 1_500_000  # as a data URL, a third longer, Chromium shows no page over 2 MB: `snakemake --report` needs it
 CANDIDATES = ("joint_damping", "joint_stiffness", "hand_load", "gravity_tilt")
 
 
@@ -83,18 +86,28 @@ def story(diagnosis, verdict, tables, rooms, network, tmp_path_factory):
     parameters = join_parameters(verdict, [network], units)
     folder = tmp_path_factory.mktemp("pictures")
     watched = tables | rooms | {"ladder": ladder, "parameters": parameters}
-    figures = draw_diagnosis(watched, predictions_table(diagnosis), verdict)
+    predictions = predictions_table(diagnosis)
+    figures = draw_diagnosis(watched, predictions, verdict)
     for name, figure in figures.items():
         save(figure, folder / f"{name}.png")
     images = {name: folder / f"{name}.png" for name in figures}
-    draft = diagnosis.draft.source
-    proposals = tables["next_trials"]
-    return Story(verdict, ladder, parameters, tables["ranking"], proposals, **rooms, images=images, draft=draft)
+    return Story(
+        verdict=verdict,
+        ladder=ladder,
+        parameters=parameters,
+        ranking=tables["ranking"],
+        proposals=tables["next_trials"],
+        missing=tables["missing_torque"],
+        predictions=predictions,
+        **rooms,
+        images=images,
+        draft=diagnosis.draft.source,
+    )
 
 
 @pytest.fixture(scope="module")
 def template(pytestconfig):
-    return (pytestconfig.rootpath / "workflow/report/verdict.html.j2").read_text(encoding="utf-8")
+    return pytestconfig.rootpath / "workflow/report/verdict.html.j2"
 
 
 def test_verdict_json_says_what_was_found_and_how_well(verdict):
@@ -195,8 +208,12 @@ def test_the_page_needs_nothing_else(story, template):
     links = Links()
     links.feed(page)
     assert all(link.startswith(("data:image/png;base64,", "#")) for link in links.found)
-    assert not re.search(r"https?://|@import|url\(|<script", page)
-    assert len([link for link in links.found if link.startswith("data:")]) == len(story.images)
+    addresses = set(re.findall(r"https?://[^\s'\"]+", page))
+    assert addresses == {"https://github.com/leeoniya/uPlot"}, "but for the name of the library, in its licence line"
+    assert not re.search(r"@import|url\(|fetch\(|XMLHttpRequest|<script[^>]+src", page)
+    assert "default-src 'none'" in page, "the browser is told to load nothing"
+    drawn = set(story.images) - {"overlay"}  # the page draws it itself
+    assert len([link for link in links.found if link.startswith("data:")]) == len(drawn)
 
 
 def test_the_page_tells_the_verdict_and_the_command_in_order(story, template):
@@ -204,12 +221,14 @@ def test_the_page_tells_the_verdict_and_the_command_in_order(story, template):
     places = [page.index(f'<h2 id="{step}"') for step in ("compare", "where", "which", "add", "watch")]
     assert places == sorted(places)
     top = page[page.index("<h1>") : page.index("</h1>")]
-    assert "joint_damping" in top, "the verdict is the headline"
+    assert "damping of the joint (<code>joint_damping</code>)" in top, "the verdict is the headline"
     command = page[page.index("<pre>") : page.index("</pre>")]
     assert "results/diagnosis/" in command and "base+joint_damping/rollout" in command
     assert "absorb" in page and "hand_load" in page
     compared = page[places[0] : places[1]]
-    assert "posture and speed alone explain R2" in compared and "s after a measured state" in compared
+    assert (
+        re.search("posture and speed alone explain <abbr[^>]+>R2", compared) and "s after a measured state" in compared
+    )
 
 
 @pytest.mark.parametrize(
@@ -220,20 +239,98 @@ def test_the_page_tells_the_verdict_and_the_command_in_order(story, template):
             "physics.effect_files",
         ),
         ({"verdict": "adequate", "effects": []}, "nothing to add"),
+        ({"verdict": "partial", "structure_left": True, "formula": "+1.2 q"}, "more is left"),
+        ({"verdict": "never heard of"}, "The verdict is never heard of."),
         ({"next_trial": {"question": "a or b", "trial": "fast", "separation": 40.0, "now": 2.0}}, "Record this next"),
     ],
 )
 def test_the_page_says_what_to_do_whatever_the_verdict(story, template, changes, expected):
-    changed = Story(**{**vars(story), "verdict": {**story.verdict, **changes}})
+    changed = replace(story, verdict={**story.verdict, **changes})
     assert expected in write_page(changed, template)
 
 
 def test_values_on_the_page_are_those_of_the_model_that_was_found(story, template):
     richer = {"base+joint_damping": {"joint_damping.c": {"value": 1.4321, "se": 0.0123, "error_pct": None}}}
     verdict = {**story.verdict, "parameters": {**story.verdict["parameters"], **richer}}
-    assert "c = 1.432 ± 0.012" in write_page(Story(**{**vars(story), "verdict": verdict}), template)
+    assert "c = 1.432 ± 0.012" in write_page(replace(story, verdict=verdict), template)
 
 
 def test_text_from_data_is_escaped(story, template):
-    changed = Story(**{**vars(story), "verdict": {**story.verdict, "where": "<script>alert(1)</script>"}})
-    assert "<script>" not in write_page(changed, template)
+    changed = replace(story, verdict={**story.verdict, "where": "<script>alert(1)</script>"})
+    page = write_page(changed, template)
+    assert "<script>alert" not in page and "&lt;script&gt;alert" in page
+    trials = story.predictions.assign(trial="</script><script>alert(2)</script>")
+    assert "<script>alert" not in write_page(replace(story, predictions=trials), template)
+
+
+def test_the_page_is_the_same_each_time(story, template):
+    assert write_page(story, template) == write_page(story, template)
+
+
+def test_a_page_of_long_trials_can_still_be_opened_from_the_report(story, template):
+    """Ten minutes at 100 Hz in each of eight trials, with three models: the motion is thinned, and the page says so."""
+    time = np.arange(60_000) * 0.01
+    motion = pd.DataFrame({"time_s": time, "angle_rad": 1 + np.sin(time), "predicted_rad": 1 + np.cos(time)})
+    models = [*story.verdict["rmse_deg"], "base+joint_damping+fatigue"]
+    long = [motion.assign(model=m, trial=f"trial{t}", role="train") for m in models for t in range(8)]
+    page = write_page(replace(story, predictions=pd.concat(long)), template)
+    assert "samples one is drawn" in page
+    assert len(page.encode()) < MOST_BYTES
+
+
+def quiet(story: Story, **errors: float) -> Story:
+    """The story of a base model that is adequate, with other errors [deg] than it had."""
+    before = {"train": 0.00012, "heldout": 0.00013, "noise": 0.06, **errors}
+    verdict = {**story.verdict, "verdict": "adequate", "effects": [], "alternatives": [], "model": "base"}
+    verdict |= {"rmse_deg": {"base": before}, "where": "The misfit grows with time, from 0.00011 to 0.00013 deg."}
+    return replace(story, verdict=verdict)
+
+
+def test_below_the_noise_the_page_finds_nothing_and_says_so_once(story, template):
+    page = write_page(quiet(story), template)
+    assert page.count("nothing to locate") == 1 and "grows with" not in page
+    for drawn in ("RMSE by trial, direction", "missing torque over angle", "RMSE of every trial", "evidence for each"):
+        assert drawn not in page
+    above = write_page(quiet(story, train=0.1), template)
+    assert "grows with" in above and "RMSE by trial, direction" in above
+
+
+def test_a_fact_has_one_number_wherever_it_stands(story, template):
+    page = write_page(story, template)
+    errors = story.verdict["rmse_deg"]["base"]
+    times = {m for m in re.findall(r"([\d.]+) times the", page)}
+    assert times == {f"{errors['train'] / errors['noise']:.2g}"}
+    assert page.count(f"<b>{errors['heldout']:.2g} deg</b>") == 1
+    assert f"{errors['heldout']:.2g} deg on <abbr" in page
+
+
+def test_a_failed_seed_is_said_in_words(tables, network, story, template, tmp_path):
+    evaluation = pd.concat([network, network.assign(seed=[2, 3], test_mse=[np.nan, 0.5], test_r2=[np.nan, -0.3])])
+    join_ladder(tables["ladder"], [evaluation]).to_csv(tmp_path / "watch.csv", index=False)
+    page = write_page(replace(story, ladder=pd.read_csv(tmp_path / "watch.csv")), template)
+    assert "seeds 2 and 3 of 4 failed" in re.sub("<[^>]+>", "", page)
+    assert "failed:" not in write_page(story, template)
+    one = join_ladder(tables["ladder"], [network.assign(test_r2=[0.9, np.nan])])
+    assert "seed 1 of 2 failed" in tell_failed_seeds(one)[0]
+
+
+def test_every_cell_knows_its_column_on_a_phone(story, template):
+    page = write_page(story, template)
+    for table in re.findall(r"<table.*?</table>", page, re.DOTALL):
+        columns = [re.sub("<[^>]+>", "", c) for c in re.findall(r"<th[ >].*?</th>", table)]
+        for row in re.findall(r"<tr><td.*?</tr>", table, re.DOTALL):
+            assert re.findall(r'data-label="([^"]*)"', row) == columns
+
+
+@pytest.mark.parametrize(
+    ("value", "se", "text"),
+    [
+        (219.96, 6.77, "220.0 ± 6.8"),
+        (244.0, 21.4, "244 ± 21"),
+        (0.6, 1.1e-5, "0.600000 ± 0.000011"),
+        (1.5, None, "1.5"),
+        (299.999, 3e-12, "299.999"),
+    ],
+)
+def test_an_estimate_has_the_digits_that_its_error_leaves(value, se, text):
+    assert estimate(value, se) == text

@@ -9,7 +9,7 @@ import torch
 from scipy.signal import lfilter
 
 from myowave.diagnosis.misfit.independence import check_independence, inputs_of
-from myowave.diagnosis.misfit.where import describe, misfit_by, missing_torque
+from myowave.diagnosis.misfit.where import describe, interval_of_rmse, misfit_by, missing_torque
 from myowave.diagnosis.search.draft import LIBRARY, draft_effect
 from myowave.diagnosis.search.next_trial import propose_trials
 from myowave.identification.output_error import fit_model
@@ -67,6 +67,28 @@ def told_of(*, trial=(1, 1), rmse=(1, 1), mean=(0, 0), **bins: list[float]) -> s
     for factor, values in bins.items():
         rows += [(f"{factor} [deg]", "", 10.0 * i, 10.0 * (i + 1), value, 0.0) for i, value in enumerate(values)]
     return describe(pd.DataFrame(rows, columns=["factor", "part", "low", "high", "rmse_deg", "mean_deg"]), 0.5)
+
+
+def test_below_the_noise_nothing_is_found():
+    """A noise of 0.5 deg hides an error that grows tenfold from 0.01 to 0.1 deg."""
+    told = told_of(trial=[0.1, 0.3], rmse=[0.2, 0.1], mean=[0.1, -0.05], pitch=[0.01, 0.03, 0.06, 0.1])
+    assert told == "In every part of the trials the misfit is below the noise, 0.5 deg: nothing to locate."
+    assert "grows with pitch" in told_of(trial=[0.1, 0.3], rmse=[0.2, 0.1], pitch=[0.1, 0.3, 0.6, 1.0])
+
+
+@pytest.mark.parametrize("correlated", [1, 20])
+def test_the_interval_of_an_rmse_holds_the_true_one_as_often_as_it_says(correlated):
+    """Of 300 residuals of standard deviation 2, white or correlated over 20 samples."""
+    random = np.random.default_rng(0)
+    held = 0
+    for _ in range(300):
+        white = random.normal(size=2000 + correlated - 1)
+        residual = 2 * np.convolve(white, np.full(correlated, correlated**-0.5), "valid")
+        low, high = interval_of_rmse(residual)
+        assert low < np.sqrt((residual**2).mean()) < high
+        held += low < 2 < high
+    assert 0.88 < held / 300 < 0.99
+    assert np.isnan(interval_of_rmse(np.ones(5))).all()
 
 
 def test_the_finding_names_what_the_error_grows_with_from_end_to_end():

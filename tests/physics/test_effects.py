@@ -37,6 +37,11 @@ def test_names_are_unique_and_form_model_coordinates(elbow):
     assert parse_model(name, elbow, catalogue()).name == name
 
 
+def test_every_effect_has_a_title_in_few_plain_words():
+    for effect in SHIPPED:
+        assert 1 < len(effect.title.split()) <= 8 and "_" not in effect.title, effect.name
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_effect_passes_the_check_that_users_effects_pass(name):
     check_effect(catalogue()[name])

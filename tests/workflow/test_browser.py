@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.parse import unquote, urlparse
 
 import mlflow
 import pandas as pd
@@ -30,6 +31,7 @@ SMALL = {
     },
 }
 CONFIG = ("--configfile", "config.yaml", "mine.yaml")
+VERDICT = "results/diagnosis/case1/verdict.html"
 SCREENSHOTS = ROOT / "results/screenshots"
 # MLflow asks who is logged in and takes the 404 for "nobody": its only line of level SEVERE.
 EXPECTED = "mlflow/users/current"
@@ -225,4 +227,63 @@ def test_the_report_is_one_page_that_works_without_a_network(browser, finished):
         "performance.getEntriesByType('resource').map(e => e.name).filter(n => n.startsWith('http'))"
     )
     assert external == []
+    browser.driver.find_element("xpath", "//tr[contains(., '00 verdict')]//a").click()
+    time.sleep(2.0)
+    frame = browser.driver.find_element("tag name", "iframe")
+    browser.driver.switch_to.frame(frame)
+    drawn = browser.script("document.querySelectorAll('.uplot').length")
+    browser.driver.switch_to.default_content()
+    assert drawn == 2, "the verdict opens inside the report and draws the motion and its error"
     assert browser.errors() == []
+
+
+def test_the_motion_can_be_zoomed_and_each_model_switched_off(browser, finished):
+    browser.open((finished.folder / VERDICT).as_uri(), until="whole trial", name="verdict")
+    scale = "document.getElementById('motion').plots.map(p => [p.scales.x.min, p.scales.x.max])"
+    (whole, same), shown = (
+        browser.script(scale),
+        "document.getElementById('motion').plots.map(p => p.series.at(-1).show)",
+    )
+    browser.click("zoom in")
+    (near, also), middle = browser.script(scale), sum(whole) / 2
+    assert whole == same and near == also, "the error is shown over the same time"
+    assert whole[0] < near[0] < middle < near[1] < whole[1]
+    browser.click("whole trial")
+    assert browser.script(scale) == [whole, whole]
+    tick = browser.driver.find_elements("css selector", "#motion input[type=checkbox]")[-1]
+    assert browser.script(shown) == [True, True]
+    tick.click()
+    assert browser.script(shown) == [False, False]
+    assert browser.errors() == []
+
+
+def test_the_index_sets_ticked_datasets_side_by_side_and_its_links_lead_somewhere(browser, finished):
+    browser.open((finished.folder / "results/index.html").as_uri(), until="Tick two rows", name="index")
+    heads = "[...document.querySelectorAll('#beside th')].filter(e => e.offsetParent).map(e => e.textContent)"
+    assert browser.script(heads) == []
+    names = browser.script("[...document.querySelectorAll('#datasets td b')].map(e => e.textContent)")[:2]
+    for tick in browser.driver.find_elements("css selector", "#datasets input")[:2]:
+        tick.click()
+    assert browser.script(heads) == ["", *names]
+    browser.keep("index_beside")
+    links = browser.script("[...document.links].map(a => a.href)")
+    missing = [link for link in links if link.startswith("file:") and not Path(unquote(urlparse(link).path)).exists()]
+    assert len(links) > 20 and missing == []
+    assert browser.errors() == []
+
+
+@pytest.mark.parametrize("page", ["results/index.html", VERDICT])
+@pytest.mark.parametrize("width", [1280, 390])
+def test_tables_are_whole_on_a_screen_and_on_a_phone(page, width, browser, finished):
+    screen = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
+    browser.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+    try:
+        browser.open((finished.folder / page).as_uri(), until="noise", name=f"{Path(page).stem}_{width}")
+        browser.script("document.querySelectorAll('details').forEach(part => { part.open = true; })")
+        browser.script("document.querySelectorAll('#datasets input').forEach(tick => tick.click())")
+        wide = "document.documentElement.clientWidth"
+        ends = browser.script("[...document.querySelectorAll('table')].map(t => t.getBoundingClientRect().right)")
+        assert ends and max(ends) <= browser.script(wide)
+        assert browser.script(f"document.documentElement.scrollWidth - {wide}") <= 0
+    finally:
+        browser.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

@@ -1,6 +1,7 @@
 """The whole main job at a size that takes seconds: a simulated and a measured dataset, two scales, two seeds."""
 
 import json
+import re
 import shlex
 import shutil
 
@@ -29,6 +30,7 @@ def run(tmp_path_factory) -> Project:
     project.lay_over(TINY)
     done = project.snakemake("--cores", "2", *CONFIG)
     assert done.returncode == 0, done.stdout
+    assert f"All results on one page: {project.folder}/results/index.html" in done.stdout
     return project
 
 
@@ -88,6 +90,14 @@ def test_a_network_trained_on_demand_is_shown_beside_the_others(run):
     finally:
         shutil.rmtree(learned / "base+vmax_change")
     assert planned == {"watch_ladder": 1, "draw_diagnosis": 1, "tell_verdict": 1}
+
+
+def test_the_index_leads_to_every_dataset_and_to_the_settings_of_the_run(run):
+    page = (run.folder / "results/index.html").read_text()
+    links = [link for link in re.findall(r'href="([^"#]+)"', page) if not link.startswith("http")]
+    assert {"diagnosis/case1/verdict.html", "diagnosis/bench_elbow/verdict.html", "../mine.yaml"} <= set(links)
+    assert [link for link in links if not (run.folder / "results" / link).exists()] == []
+    assert "hidden_effect" not in page, "nobody is told what is hidden in a dataset"
 
 
 def test_the_runs_are_in_mlflow(run):

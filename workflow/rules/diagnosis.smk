@@ -7,7 +7,22 @@ DIAGNOSIS = "results/diagnosis/{dataset}"
 DIAGNOSIS_PICTURES = "results/figures/{dataset}/diagnosis"
 DIAGNOSIS_TIME = "results/benchmarks/diagnose_dataset/{dataset}.tsv"
 DIAGNOSIS_TABLES = expand(f"{DIAGNOSIS}/{{table}}.csv", table=TABLE_NAMES, allow_missing=True)
+# What stands inside the pages.
+PAGE_PARTS = (
+    "tables.html.j2",
+    "style.css",
+    "print.js",
+    "motion.js",
+    "uplot/uPlot.iife.min.js",
+    "uplot/uPlot.min.css",
+    "uplot/LICENSE",
+)
 ROOM_TABLES = expand(f"{DIAGNOSIS}/{{table}}.csv", table=ROOM_NAMES, allow_missing=True)
+
+
+def page_file(name):
+    """A file of the pages; its name is the same after a move."""
+    return os.path.relpath(Path(workflow.basedir, "workflow/report", name))
 
 
 def networks_beside(wildcards):
@@ -135,11 +150,14 @@ rule tell_verdict:
         parameters=f"{DIAGNOSIS}/watch_parameters.csv",
         ranking=f"{DIAGNOSIS}/ranking.csv",
         proposals=f"{DIAGNOSIS}/next_trials.csv",
+        missing=f"{DIAGNOSIS}/missing_torque.csv",
+        predictions=f"{DIAGNOSIS}/predictions.parquet",
         torque=f"{DIAGNOSIS}/torque.csv",
         horizons=f"{DIAGNOSIS}/horizons.csv",
         draft=f"{DIAGNOSIS}/draft_effect.py",
         figures=rules.draw_diagnosis.output.figures,
-        template=os.path.relpath(Path(workflow.basedir, "workflow/report/verdict.html.j2")),  # the same after a move
+        template=page_file("verdict.html.j2"),
+        assets=[page_file(name) for name in PAGE_PARTS],
     output:
         page=report(
             f"{DIAGNOSIS}/verdict.html",
@@ -154,3 +172,32 @@ rule tell_verdict:
         code=digest("tell_verdict"),
     script:
         "../scripts/tell_verdict.py"
+
+
+def links_of_all(wildcards):
+    """(text, address) of what belongs to all datasets, seen from results/."""
+    tables = [("One row for each trained network: summary.csv", "summary.csv")] if SETTINGS.targets.datasets else []
+    files = [("config.yaml", os.path.relpath(Path(workflow.basedir, "config.yaml"))), *zip(CONFIG_FILES, CONFIG_FILES)]
+    settings = {os.path.normpath(path): f"Settings: {name}" for name, path in reversed(files)}
+    return tables + [(text, os.path.join("..", path)) for path, text in reversed(settings.items())]
+
+
+# The first page to open: links to all that the main job made.
+rule list_datasets:
+    input:
+        verdicts=expand(f"{DIAGNOSIS}/verdict.json", dataset=SETTINGS.targets.diagnosed),
+        parameters=expand(f"{DIAGNOSIS}/parameters.csv", dataset=SETTINGS.targets.diagnosed),
+        torque=expand(f"{DIAGNOSIS}/torque.csv", dataset=SETTINGS.targets.diagnosed),
+        horizons=expand(f"{DIAGNOSIS}/horizons.csv", dataset=SETTINGS.targets.diagnosed),
+        template=page_file("index.html.j2"),
+        assets=[page_file(name) for name in ("style.css", "beside.js")],
+    output:
+        index="results/index.html",
+    log:
+        "results/logs/list_datasets.log",
+    params:
+        settings={name: public(DATASETS[name]) for name in SETTINGS.targets.diagnosed},
+        links=links_of_all,
+        code=digest("list_datasets"),
+    script:
+        "../scripts/list_datasets.py"

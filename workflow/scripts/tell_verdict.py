@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from myowave.data.store import read_table
 from myowave.diagnosis.report.page import Story, write_page
 from myowave.workflow.job import job_log
 
@@ -18,10 +19,11 @@ with job_log(f"tell verdict of {snakemake.wildcards.dataset}", snakemake.log[0])
             {"absorbed_by": "", "confused_with": "", "reason": "", "estimate": ""}
         ),
         proposals=pd.read_csv(inputs.proposals),
+        missing=pd.read_csv(inputs.missing),
+        predictions=read_table(inputs.predictions)[0],
         torque=pd.read_csv(inputs.torque),
         horizons=pd.read_csv(inputs.horizons),
         images={Path(path).stem: Path(path) for path in inputs.figures},
         draft=Path(inputs.draft).read_text(encoding="utf-8"),
     )
-    page = write_page(story, Path(inputs.template).read_text(encoding="utf-8"))
-    Path(snakemake.output.page).write_text(page, encoding="utf-8")
+    Path(snakemake.output.page).write_text(write_page(story, Path(inputs.template)), encoding="utf-8")

@@ -91,6 +91,9 @@ class Parameter:
 class Effect:
     """A physical effect that a model may have or lack; see the module's table for `acts_on` and `function`.
 
+    Args:
+        title: what it is in a few words, for people; the name's words where it is left out.
+
     Raises:
         ValueError: if the functions ask for quantities the stage does not have, or for other parameters than declared.
     """
@@ -103,6 +106,7 @@ class Effect:
     source: str
     relaxation: Callable[..., tuple[Tensor, Tensor, Tensor]] | None = None
     initial: Callable[..., Tensor] | None = None
+    title: str = ""
 
     def __post_init__(self) -> None:
         where = f"effect {self.name!r}"

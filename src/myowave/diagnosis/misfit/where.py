@@ -9,9 +9,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
+from scipy.stats import t as student
 
 from myowave.diagnosis.misfit.independence import inputs_of
 from myowave.identification.output_error import Fit
+from myowave.identification.record import SMALLEST_NOISE_DEG
 from myowave.physics.dynamics import moment_of_inertia
 from myowave.physics.valued import give_values
 
@@ -24,6 +26,7 @@ FEWEST = 3  # windows in a cell of the map
 CONTRAST = 1.15  # worst bin over best: less is not worth a sentence
 TREND = 0.8  # rank correlation of four bins with at most two neighbours exchanged
 SHIFT = 0.2  # mean error over RMSE from which the arm is said to run ahead or behind
+BATCHES = 10  # stretches of a residual whose scatter gives an interval
 STILL_RAD_S = 0.05  # slower than this counts neither as flexion nor as extension
 
 
@@ -62,7 +65,12 @@ class MissingTorque:
 
 
 def misfit_by(fit: Fit) -> pd.DataFrame:
-    """RMSE of a fit in parts of its data: columns factor, part, low, high, samples, rmse_deg, mean_deg."""
+    """RMSE of a fit in parts of its data.
+
+    Returns:
+        Columns factor, part, low, high, samples, rmse_deg, mean_deg, and rmse_low_deg, rmse_high_deg: the 95 %
+        interval of `interval_of_rmse`, empty where there are too few samples.
+    """
     valid = fit.record.valid
     residual = np.degrees(fit.residual)
     signals = inputs_of(fit)
@@ -90,7 +98,9 @@ def describe(misfit: pd.DataFrame, noise_deg: float) -> str:
         misfit: as `misfit_by` gives it.
         noise_deg: standard deviation of the noise of the angle.
     """
-    noise = f"The noise is {noise_deg:.2g} deg."
+    if (misfit["rmse_deg"] <= noise_deg).all():
+        return f"In every part of the trials the misfit is below the noise, {noise_deg:.2g} deg: nothing to locate."
+    noise = f"The noise is {'at most ' * (noise_deg <= SMALLEST_NOISE_DEG)}{noise_deg:.2g} deg."
     said = [text for text in (_by_range(misfit), _by_direction(misfit), _by_trial(misfit)) if text]
     if not said:
         return f"The misfit is the same everywhere. {noise}"
@@ -183,6 +193,7 @@ def missing_torque(fit: Fit) -> MissingTorque:
 def _row(factor: str, part: str, residual: Array, low: float = np.nan, high: float = np.nan) -> dict[str, object]:
     rmse = float(np.sqrt((residual**2).mean())) if len(residual) else 0.0
     mean = float(residual.mean()) if len(residual) else 0.0
+    least, most = interval_of_rmse(residual)
     return {
         "factor": factor,
         "part": part,
@@ -191,7 +202,23 @@ def _row(factor: str, part: str, residual: Array, low: float = np.nan, high: flo
         "samples": len(residual),
         "rmse_deg": rmse,
         "mean_deg": mean,
+        "rmse_low_deg": least,
+        "rmse_high_deg": most,
     }
+
+
+def interval_of_rmse(residual: Array) -> tuple[float, float]:
+    """95 % interval of the root mean square of a residual, (N,) in order of time, in its unit.
+
+    From the means of the squares over `BATCHES` stretches, which hardly depend on one another where the samples do, by
+    their scatter on a logarithmic scale; (NaN, NaN) for fewer than two samples a stretch, or where nothing is left.
+    """
+    if len(residual) < 2 * BATCHES or not np.any(residual):
+        return float("nan"), float("nan")
+    means = np.array([(part**2).mean() for part in np.array_split(residual, BATCHES)])
+    half = student.ppf(0.975, BATCHES - 1) * means.std(ddof=1) / np.sqrt(BATCHES)
+    rmse, factor = float(np.sqrt((residual**2).mean())), float(np.exp(half / means.mean() / 2))
+    return rmse / factor, rmse * factor
 
 
 def _extremes(parts: pd.DataFrame) -> tuple[pd.Series, pd.Series]:

@@ -16,8 +16,11 @@ COLUMNS = [
     "noise_deg",
     "heldout_r2",
     "missing_torque_Nm",
+    "seeds",
+    "failed_seeds",
 ]
 PHYSICS = "physics"
+FAILED_R2 = 0.0  # a network that predicts the held-out trials no better than their mean angle has failed
 
 
 def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.DataFrame:
@@ -25,7 +28,11 @@ def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.
 
     Args:
         rungs: as `tables.ladder_table` gives them.
-        evaluations: rows of evaluation.csv, one table for each trained network of the dataset; medians over its seeds.
+        evaluations: rows of evaluation.csv, one table for each trained network of the dataset; medians over its
+            seeds, where one whose prediction is not finite counts as the worst.
+
+    Returns:
+        Columns `COLUMNS`: `seeds` is the number of seeds of a network, `failed_seeds` says in words which failed.
     """
     physics = rungs.assign(source=PHYSICS)
     networks = [
@@ -34,14 +41,32 @@ def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.
             "model": table["model"].iloc[0],
             "effects": table["model"].iloc[0].count("+"),
             "named": False,
-            "heldout_rmse_deg": float(np.degrees(np.sqrt(table["test_mse"].median()))),
+            "heldout_rmse_deg": float(np.degrees(np.sqrt(table["test_mse"].fillna(np.inf).median()))),
             "noise_deg": rungs["noise_deg"].iloc[0],
-            "heldout_r2": table["test_r2"].median(),
+            "heldout_r2": table["test_r2"].fillna(-np.inf).median(),
+            "seeds": len(table),
+            "failed_seeds": _seeds(table["seed"][~(table["test_r2"] > FAILED_R2)]),
         }
         for table in evaluations
     ]
     joined = pd.concat([physics, pd.DataFrame(networks, columns=COLUMNS)]) if networks else physics
-    return joined[COLUMNS].sort_values("effects", kind="stable", ignore_index=True)
+    joined = joined.reindex(columns=COLUMNS).fillna({"failed_seeds": ""})
+    return joined.sort_values("effects", kind="stable", ignore_index=True)
+
+
+def tell_failed_seeds(ladder: pd.DataFrame) -> list[str]:
+    """A sentence for each network of which seeds failed; ladder as `join_ladder` gives it, also read from its file."""
+    return [
+        f"{row.source} with {row.model}: {row.failed_seeds} of {row.seeds:.0f} failed: no better on held-out trials "
+        "than a constant angle, or its motion runs away. The numbers are medians over all seeds."
+        for row in ladder[ladder["failed_seeds"].fillna("") != ""].itertuples()
+    ]
+
+
+def _seeds(seeds: Sequence[int]) -> str:
+    """Seeds in words; empty where there are none."""
+    *others, last = map(str, seeds) if len(seeds) else ("",)
+    return f"seeds {', '.join(others)} and {last}" if others else f"seed {last}" if last else ""
 
 
 def join_parameters(

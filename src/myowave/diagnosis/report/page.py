@@ -6,35 +6,30 @@ The page is made of verdict.json, the tables and the pictures; the template stan
 import base64
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-import jinja2
 import pandas as pd
 
+from myowave.diagnosis.report.cells import (
+    LADDER_COLUMNS,
+    ladder_rows,
+    named,
+    parameter_columns,
+    parameter_rows,
+    proposal_rows,
+    ranking_table,
+)
+from myowave.diagnosis.report.ladder import PHYSICS, tell_failed_seeds
+from myowave.diagnosis.report.motion import list_motion
+from myowave.diagnosis.report.pattern import tell_missing_torque
+from myowave.diagnosis.report.templates import fill
+from myowave.diagnosis.report.words import GLOSSARY, degrees, kind_of, noise, tell, titled, two_digits
 from myowave.diagnosis.rooms.telling import tell_horizons, tell_torque
 
-KINDS = {
-    "adequate": "The model is adequate",
-    "effect": "An effect is missing, and named",
-    "class": "An effect is missing; these data leave a choice",
-    "partial": "An effect is missing, and named; something else is missing, too",
-    "unknown": "Something is missing that the catalogue does not hold",
-    "undecidable": "These data cannot decide",
-}
-RANKING_COLUMNS = {
-    "effect": "effect",
-    "status": "status",
-    "delta_bic": "delta BIC",
-    "rmse_deg": "RMSE [deg]",
-    "score": "score [chi-square]",
-    "folds": "folds won",
-    "estimate": "estimate",
-    "visible_share": "visible share",
-    "smallest_detectable": "smallest detectable",
-    "confused_with": "like",
-    "reason": "why not",
-}
+PIXELS = 1.9  # of a picture in one of the page
+QUIET = 1.1  # an adequate model that leaves no more than so many times the noise has nothing to locate
 
 
 @dataclass(frozen=True)
@@ -44,9 +39,10 @@ class Story:
     Args:
         verdict: verdict.json.
         ladder, parameters: of `ladder.join_ladder` and `ladder.join_parameters`.
-        ranking, proposals: the tables of those names of `tables`.
+        ranking, proposals, missing: the tables `ranking`, `next_trials` and `missing_torque` of `tables`.
+        predictions: measured and simulated angle, of `tables.predictions_table`.
         torque, horizons: of `rooms.compare.compare_rooms`.
-        images: {name: PNG file}.
+        images: {name: PNG file}; the page draws the overlay itself.
         draft: text of the drafted effect file.
     """
 
@@ -55,75 +51,63 @@ class Story:
     parameters: pd.DataFrame
     ranking: pd.DataFrame
     proposals: pd.DataFrame
+    missing: pd.DataFrame
+    predictions: pd.DataFrame
     torque: pd.DataFrame
     horizons: pd.DataFrame
     images: Mapping[str, Path]
     draft: str
 
 
-def write_page(story: Story, template: str) -> str:
-    """The page as HTML, pictures inside.
+def write_page(story: Story, template: Path) -> str:
+    """The page as HTML, pictures, styles and scripts inside.
 
     Args:
-        template: Jinja template; every text that comes from data is escaped.
+        template: verdict.html.j2; every text that comes from data is escaped.
     """
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
-    verdict = story.verdict
-    news = verdict["verdict"] == "unknown"
+    verdict, titles = story.verdict, story.verdict["titles"]
     proposed = verdict["next_trial"]
-    return environment.from_string(template).render(
-        dataset=verdict["dataset"],
-        headline=verdict["sentence"].split(" Not decidable with these data")[0],
-        strength=_strength(story),
-        numbers=_numbers(story),
-        images={name: inline(path) for name, path in story.images.items()},
-        compare=_compare(verdict),
-        rooms=(tell_torque(story.torque, verdict["model"]), tell_horizons(story.horizons, verdict["model"])),
-        where=verdict["where"],
-        which=_which(story),
-        rankings=[(m, _ranking_rows(rows)) for m, rows in story.ranking.groupby("model", sort=False)],
-        ranking_columns=list(RANKING_COLUMNS.values()),
-        absorbed=[(name, ", ".join(by)) for name, by in verdict["absorbed"].items()],
-        next_trial=proposed
+    content = {
+        "dataset": verdict["dataset"],
+        "tell": partial(tell, titles=titles),
+        "titled": partial(titled, titles=titles),
+        "named": named,
+        "glossary": GLOSSARY,
+        "headline": verdict["sentence"].split(" Not decidable with these data")[0],
+        "strength": _strength(story),
+        "numbers": _numbers(story),
+        "images": {name: inline(path) for name, path in story.images.items() if name != "overlay"},
+        "widths": {name: shown_width(path) for name, path in story.images.items()},
+        "motion": list_motion(story.predictions, verdict["model"], _base(verdict)[1]["noise"]),
+        "quiet": _quiet(verdict),
+        "weighed": verdict["follows"] and not _quiet(verdict),
+        "compare": _compare(verdict),
+        "rooms": (tell_torque(story.torque, verdict["model"]), tell_horizons(story.horizons, verdict["model"])),
+        "where": _where(verdict),
+        "missing": _missing(story),
+        "which": _which(story),
+        "rankings": [(m, *ranking_table(rows, titles)) for m, rows in story.ranking.groupby("model", sort=False)],
+        "absorbed": [(name, ", ".join(by) or "parameters together") for name, by in verdict["absorbed"].items()]
+        if verdict["follows"]
+        else [],
+        "next_trial": proposed
         and f"{proposed['trial']}. It would tell {proposed['question']} "
         f"(expected chi-square {proposed['separation']:.3g}, now {proposed['now']:.3g}).",
-        proposals=[
-            (p.trial, f"{p.separation:.3g}", f"{p.now:.3g}", "yes" if p.separates else "no")
-            for p in story.proposals.itertuples()
-        ],
-        add=_add(verdict),
-        command=verdict["command"] if verdict["effects"] else "",
-        keep=_keep(verdict),
-        draft=story.draft if verdict["formula"] != "0" else "",
-        draft_is_news=news,
-        ladder_columns=[
-            "model",
-            "what",
-            "training RMSE [deg]",
-            "held-out RMSE [deg]",
-            "noise [deg]",
-            "held-out R2",
-            "missing torque [N m]",
-        ],
-        ladder=[
-            (
-                r.model,
-                r.source,
-                _number(r.train_rmse_deg),
-                _number(r.heldout_rmse_deg),
-                _number(r.noise_deg),
-                "" if pd.isna(r.heldout_r2) else f"{r.heldout_r2:.5f}",
-                _number(r.missing_torque_Nm),
-            )
-            for r in story.ladder.itertuples()
-        ],
-        parameter_columns=["parameter", "model", "what", "value", "± SE", "unit", "true error [%]"],
-        parameters=[
-            (r.parameter, r.model, r.source, f"{r.value:.5g}", _number(r.se), r.unit, _number(r.error_pct) or "unknown")
-            for r in story.parameters.itertuples()
-        ],
-        score=_score(verdict),
-    )
+        "proposals": proposal_rows(story.proposals),
+        "add": _add(verdict),
+        "command": verdict["command"] if verdict["effects"] else "",
+        "keep": _keep(verdict),
+        "draft": story.draft if verdict["formula"] != "0" else "",
+        "draft_is_news": kind_of(verdict).unexplained,
+        "ladder_columns": LADDER_COLUMNS,
+        "ladder": ladder_rows(story.ladder),
+        "ladder_caption": f"The noise of the measured angle is {noise(verdict)}.",
+        "failed_seeds": tell_failed_seeds(story.ladder),
+        "parameter_columns": parameter_columns(story.parameters),
+        "parameters": parameter_rows(story.parameters),
+        "score": _score(verdict),
+    }
+    return fill(template, content)
 
 
 def inline(path: Path) -> str:
@@ -131,16 +115,30 @@ def inline(path: Path) -> str:
     return "data:image/png;base64," + base64.b64encode(Path(path).read_bytes()).decode()
 
 
-def _number(value: float) -> str:
-    return "" if value is None or pd.isna(value) else f"{value:.3g}"
+def shown_width(path: Path) -> int:
+    """Width of a picture on the page [px], so that letters are as large in all of them; from the header of the PNG."""
+    return round(int.from_bytes(Path(path).read_bytes()[16:20]) / PIXELS)
 
 
-def _strength(story: Story) -> str:
-    """How strong the verdict is, in numbers."""
+def _base(verdict: Mapping[str, Any]) -> tuple[str, Mapping[str, float]]:
+    """The model without effects, and its errors [deg]."""
+    model, errors = next(iter(verdict["rmse_deg"].items()))
+    return model, errors
+
+
+def _quiet(verdict: Mapping[str, Any]) -> bool:
+    """Whether there is nothing to locate: the model is adequate, and leaves no more than the noise."""
+    errors = _base(verdict)[1]
+    return bool(verdict["verdict"] == "adequate" and errors["train"] <= QUIET * errors["noise"])
+
+
+def _strength(story: Story) -> list[str]:
+    """How strong the verdict is, in numbers, a paragraph for each effect."""
     verdict = story.verdict
     if not verdict["follows"]:
-        return tell_torque(story.torque, verdict["model"])
-    texts = [KINDS[verdict["verdict"]] + "."]
+        return [tell_torque(story.torque, verdict["model"])]
+    sentence = kind_of(verdict).sentence
+    texts = [] if sentence.rstrip(".") in verdict["sentence"] else [sentence]
     ladder = list(dict.fromkeys(story.ranking["model"]))
     for model, rows in story.ranking.groupby("model", sort=False):
         added = _added_to(model, ladder)
@@ -149,16 +147,21 @@ def _strength(story: Story) -> str:
             row = found.iloc[0]
             texts.append(
                 f"{added}: delta BIC {row['delta_bic']:.0f} where 10 is very strong evidence, better in "
-                f"{row['folds_won']} of {row['folds']} trials left out, {_estimates(verdict, added)}."
+                f"{row['folds_won']} of {row['folds']} trials left out, {_estimates(story, added)}."
             )
-    return " ".join(texts)
+    return texts
 
 
-def _estimates(verdict: Mapping[str, Any], effect: str) -> str:
+def _estimates(story: Story, effect: str) -> str:
     """The parameters of an effect in the model that was found, with their standard errors."""
-    found = verdict["parameters"][verdict["model"]]
-    mine = {name.removeprefix(f"{effect}."): p for name, p in found.items() if name.startswith(f"{effect}.")}
-    return ", ".join(f"{name} = {p['value']:.4g} ± {p['se']:.2g}" for name, p in mine.items())
+    found = story.verdict["parameters"][story.verdict["model"]]
+    units = story.parameters.drop_duplicates("parameter").set_index("parameter")["unit"].dropna()
+    texts = []
+    for name, p in found.items():
+        if name.startswith(f"{effect}."):
+            unit = f" {units[name]}" if units.get(name, "-") != "-" else ""
+            texts.append(f"{name.removeprefix(f'{effect}.')} = {p['value']:.4g} ± {p['se']:.2g}{unit}")
+    return ", ".join(texts)
 
 
 def _added_to(model: str, ladder: list[str]) -> str:
@@ -169,23 +172,44 @@ def _added_to(model: str, ladder: list[str]) -> str:
 
 def _numbers(story: Story) -> list[tuple[str, str]]:
     errors, found = story.verdict["rmse_deg"], story.verdict["model"]
-    model, first = next(iter(errors.items()))
+    model, first = _base(story.verdict)
     horizon = story.verdict["horizon_s"]
     over = "" if horizon is None else f", over all of the {horizon:g} s after measured states"
-    numbers = [(f"held-out RMSE of {model}{over}", f"{first['heldout']:.3g} deg")]
+    numbers = [(f"held-out RMSE of {model}{over}", degrees(first["heldout"]))]
     if found != model:
-        numbers.append(("held-out RMSE with what was found", f"{errors[found]['heldout']:.3g} deg"))
-    return [*numbers, ("noise of the measured angle", f"{first['noise']:.2g} deg")]
+        numbers.append(("held-out RMSE with what was found", degrees(errors[found]["heldout"])))
+    return [*numbers, ("noise of the measured angle", noise(story.verdict))]
 
 
 def _compare(verdict: Mapping[str, Any]) -> str:
-    model, errors = next(iter(verdict["rmse_deg"].items()))
-    ratio = errors["train"] / errors["noise"]
-    return _reach(verdict) + (
-        f"Fitted to the training trials, the model {model} leaves {errors['train']:.3g} deg there and "
-        f"{errors['heldout']:.3g} deg on trials it has not seen. The noise of the measured angle is "
-        f"{errors['noise']:.2g} deg, so on the training trials it leaves {ratio:.3g} times the noise."
+    model, errors = _base(verdict)
+    text = _reach(verdict) + (
+        f"Fitted to the training trials, the model {model} leaves {degrees(errors['train'])} there and "
+        f"{degrees(errors['heldout'])} on held-out trials."
     )
+    if _quiet(verdict):
+        return text
+    more = "more than " if verdict["noise_is_bound"] else ""
+    return (
+        text + f" On the training trials that is {more}{two_digits(errors['train'] / errors['noise'])} times the noise."
+    )
+
+
+def _where(verdict: Mapping[str, Any]) -> str:
+    """Where the misfit is; said once where it is no more than the noise."""
+    if _quiet(verdict):
+        return f"What the model leaves is no more than the noise of the angle, {noise(verdict)}: nothing to locate."
+    return str(verdict["where"])
+
+
+def _missing(story: Story) -> str:
+    """The map of missing torque of the model without effects, and of the one that was found."""
+    rows = story.ladder[story.ladder["source"] == PHYSICS].set_index("model")["missing_torque_Nm"]
+    models = dict.fromkeys([_base(story.verdict)[0], story.verdict["model"]])
+    cells = story.missing.groupby("model")
+    empty = story.missing.iloc[:0]
+    maps = {m: cells.get_group(m) if m in cells.groups else empty for m in models}
+    return " ".join(tell_missing_torque(maps[m], float(rows[m]), m) for m in models)
 
 
 def _reach(verdict: Mapping[str, Any]) -> str:
@@ -205,20 +229,22 @@ def _which(story: Story) -> str:
     if not verdict["follows"]:
         return f"{count} effects were scored and none was fitted: the model is too far from the motion to say which."
     text = f"Each of {count} effects was scored against what the model leaves; the promising ones were fitted. "
-    if verdict["verdict"] == "unknown":
+    if kind_of(verdict).unexplained and not verdict["effects"]:
         near = f" The nearest are {', '.join(verdict['nearest'])}." if verdict["nearest"] else ""
         return text + f"None explains it.{near} As a formula, the missing torque is {verdict['formula']} N m."
     if not verdict["effects"]:
         return text + "No effect is supported by the data."
     classes = [" or ".join(c) for c in verdict["alternatives"]]
     text += f"The evidence asks for {', then '.join(verdict['effects'])}."
-    return text + (f" Not told apart: {'; '.join(classes)}." if classes else "")
+    text += f" Not told apart: {'; '.join(classes)}." if classes else ""
+    left = f" More is left; as a formula, {verdict['formula']} N m." if verdict["formula"] != "0" else ""
+    return text + (left if kind_of(verdict).unexplained else "")
 
 
 def _add(verdict: Mapping[str, Any]) -> str:
     if not verdict["follows"]:
         return "Nothing, before the model follows the motion: look at its constants, the EMG, the load and the clocks."
-    if verdict["verdict"] == "unknown":
+    if kind_of(verdict).unexplained and not verdict["effects"]:
         return (
             "Look at the draft below, give it a physical meaning, list the file in physics.effect_files and run "
             "snakemake again: it then takes part like any other effect."
@@ -248,16 +274,3 @@ def _score(verdict: Mapping[str, Any]) -> str:
     if not verdict["hidden"]:
         return f"{truth}nothing was hidden in them, and {'nothing' if verdict['hit'] else 'something'} was reported."
     return f"{truth}{', '.join(verdict['hidden'])} was hidden in them, and was {'' if verdict['hit'] else 'not '}found."
-
-
-def _ranking_rows(rows: pd.DataFrame) -> list[list[str]]:
-    """The catalogue at one model, as text, in the order of `RANKING_COLUMNS`."""
-    shown = rows.assign(
-        folds=[f"{won} of {folds}" for won, folds in zip(rows["folds_won"], rows["folds"], strict=True)],
-        confused_with=[
-            f"absorbed by {by}" if by else like
-            for by, like in zip(rows["absorbed_by"], rows["confused_with"], strict=True)
-        ],
-    )[list(RANKING_COLUMNS)]
-    cells = shown.itertuples(index=False)
-    return [[v.replace("+-", "±") if isinstance(v, str) else _number(v) for v in row] for row in cells]

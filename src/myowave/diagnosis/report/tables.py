@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from myowave.diagnosis.misfit.where import interval_of_rmse
 from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import EVIDENCE, Candidate
 from myowave.diagnosis.search.score import confusion
@@ -57,6 +58,8 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         "nearest": list(verdict.nearest),
         "formula": diagnosis.draft.formula,
         "failed": dict(diagnosis.failed),
+        "noise_is_bound": diagnosis.noise_deg <= SMALLEST_NOISE_DEG,
+        "titles": {c.name: c.effect.title for c in diagnosis.selection.rankings[0]},
     }
 
 
@@ -190,7 +193,7 @@ def correlations_table(diagnosis: Diagnosis) -> pd.DataFrame:
 
 
 def errors_by_trial(diagnosis: Diagnosis) -> pd.DataFrame:
-    """RMSE and R2 of every model on every trial; `horizon_s` is empty where whole trials were predicted."""
+    """RMSE with its 95 % interval and R2 of every model on every trial; no `horizon_s` where these are whole trials."""
     rows = []
     for rung in diagnosis.tried:
         for role, record, residual in _parts(diagnosis, rung):
@@ -198,8 +201,10 @@ def errors_by_trial(diagnosis: Diagnosis) -> pd.DataFrame:
             for name, left in record.joined(residual).items():
                 rmse = np.degrees(np.sqrt((left**2).mean()))
                 r2 = float(1 - (left**2).sum() / ((measured[name] - measured[name].mean()) ** 2).sum())
-                rows.append((rung.name, name, role, rmse, r2, diagnosis.noise_deg, record.horizon_s))
-    return pd.DataFrame(rows, columns=["model", "trial", "role", "rmse_deg", "r2", "noise_deg", "horizon_s"])
+                low, high = interval_of_rmse(np.degrees(left))
+                rows.append((rung.name, name, role, rmse, low, high, r2, diagnosis.noise_deg, record.horizon_s))
+    columns = ["model", "trial", "role", "rmse_deg", "rmse_low_deg", "rmse_high_deg", "r2", "noise_deg", "horizon_s"]
+    return pd.DataFrame(rows, columns=columns)
 
 
 def predictions_table(diagnosis: Diagnosis) -> pd.DataFrame:

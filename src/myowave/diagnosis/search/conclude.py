@@ -92,7 +92,7 @@ def weighed(selection: Selection, disturbance: Disturbance | None = None) -> Fin
     """What a selection leaves, beside a random force or without one."""
     fit, size = selection.fit, size_of_misfit(selection.fit)
     repeated = repeated_misfit(fit, size)
-    # Beside an effect whatever is left counts against it; a model without any is good enough if next to nothing is left.
+    # Beside an effect whatever is left counts against it; a model without any may leave next to nothing.
     repeats = repeated.significant and (bool(selection.effects) or repeated.size(fit) > NOTHING * size.noise)
     if disturbance is None:
         return Findings(selection, size, size.excess, repeated, None, not (size.significant or repeats))

@@ -17,12 +17,14 @@ import torch
 from myowave.data.simulate import ANGLE_RANGE, simulate_trials
 from myowave.data.trials import Trials
 from myowave.diagnosis.scoring import answer, is_right, names_wrongly
+from myowave.diagnosis.search.conclude import search
 from myowave.diagnosis.search.rank import EVIDENCE, independent_samples
 from myowave.diagnosis.search.selection import Selection
 from myowave.diagnosis.search.verdict import Verdict, judge
 from myowave.identification.free_parameters import Free, free_parameters
 from myowave.identification.prediction import predict
 from myowave.identification.record import make_record
+from myowave.identification.stages import fit_in_stages
 from myowave.physics.drive import channels_of
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model

@@ -22,6 +22,7 @@ def settled(activation: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="activation_dynamics",
+    title="activation that lags",
     acts_on="activation",
     equation="dy/dt = (a - y) / (rise where a > y, else decay)",
     function=lagging_activation,

@@ -44,6 +44,7 @@ def brachialis_torque(
 
 EFFECT = Effect(
     name="brachialis",
+    title="a third flexor",
     acts_on="joint",
     equation="f0 a_flexor f_AL f_V R, a path of its own",
     function=brachialis_torque,

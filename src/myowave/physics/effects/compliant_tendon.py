@@ -62,6 +62,7 @@ def balanced(
 
 EFFECT = Effect(
     name="compliant_tendon",
+    title="a tendon that stretches",
     acts_on="muscle",
     equation="dy/dt = (F(l - strain slack y / l0, v) - y) / (strain slack dF/dv)",
     function=tendon_force,

@@ -16,6 +16,7 @@ def friction_torque(qdot: Tensor, *, tau: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="coulomb_friction",
+    title="dry friction of the joint",
     acts_on="joint",
     equation="-tau tanh(qdot / 0.1 rad/s)",
     function=friction_torque,

@@ -17,6 +17,7 @@ def other_force(
 
 EFFECT = Effect(
     name="degroote_curves",
+    title="other muscle curves",
     acts_on="muscle",
     equation="(1 - w) F + w F_degroote",
     function=other_force,

@@ -18,6 +18,7 @@ def without_crosstalk(excitation: Tensor, side: Tensor, *, x: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="emg_crosstalk",
+    title="crosstalk between electrodes",
     acts_on="excitation",
     equation="u_i - x mean(u_antagonists)",
     function=without_crosstalk,

@@ -12,6 +12,7 @@ def rescaled(excitation: Tensor, *, g: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="emg_gain",
+    title="EMG normalised to a wrong maximum",
     acts_on="excitation",
     equation="(1 + g) u",
     function=rescaled,

@@ -12,6 +12,7 @@ def without_rest(excitation: Tensor, *, b: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="emg_offset",
+    title="EMG that is not 0 at rest",
     acts_on="excitation",
     equation="u - b",
     function=without_rest,

@@ -16,6 +16,7 @@ def extra_inertia(inertia: Tensor, *, r: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="forearm_inertia",
+    title="another inertia of the forearm",
     acts_on="inertia",
     equation="I (1 + r) without the load",
     function=extra_inertia,

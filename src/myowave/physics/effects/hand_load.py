@@ -12,6 +12,7 @@ def more_load(load: Tensor, *, m: Tensor) -> dict[str, Tensor]:
 
 EFFECT = Effect(
     name="hand_load",
+    title="a load in the hand that nobody noted",
     acts_on="constants",
     equation="load + m",
     function=more_load,

@@ -12,6 +12,7 @@ def damping_torque(qdot: Tensor, *, c: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="joint_damping",
+    title="damping of the joint",
     acts_on="joint",
     equation="-c qdot",
     function=damping_torque,

@@ -15,6 +15,7 @@ def stiffness_torque(q: Tensor, *, k: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="joint_stiffness",
+    title="stiffness of the joint",
     acts_on="joint",
     equation="-k (q - 1.0 rad)",
     function=stiffness_torque,

@@ -21,6 +21,7 @@ def stop_torque(q: Tensor, *, k: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="joint_stops",
+    title="stops at the ends of the joint's range",
     acts_on="joint",
     equation="k (exp(-10 q) - exp(10 (q - 2.53 rad)))",
     function=stop_torque,

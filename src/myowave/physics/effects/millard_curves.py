@@ -17,6 +17,7 @@ def other_force(
 
 EFFECT = Effect(
     name="millard_curves",
+    title="other muscle curves",
     acts_on="muscle",
     equation="(1 - w) F + w F_millard",
     function=other_force,

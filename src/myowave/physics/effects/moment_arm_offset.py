@@ -15,6 +15,7 @@ def shifted_path(length_mt: Tensor, moment_arm: Tensor, q: Tensor, side: Tensor,
 
 EFFECT = Effect(
     name="moment_arm_offset",
+    title="moment arms off by a constant",
     acts_on="path",
     equation="R + d, length - d q (flexors; extensors mirrored)",
     function=shifted_path,

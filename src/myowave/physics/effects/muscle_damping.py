@@ -13,6 +13,7 @@ def damped_force(force: Tensor, fibre_velocity: Tensor, *, c: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="muscle_damping",
+    title="damping of the muscle fibres",
     acts_on="muscle",
     equation="F + c v",
     function=damped_force,

@@ -19,6 +19,7 @@ def more_pennation(pennation: Tensor, *, s: Tensor) -> dict[str, Tensor]:
 
 EFFECT = Effect(
     name="pennation",
+    title="fibres at an angle to the tendon",
     acts_on="constants",
     equation="sqrt(pennation^2 + s)",
     function=more_pennation,

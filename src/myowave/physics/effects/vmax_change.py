@@ -12,6 +12,7 @@ def other_vmax(vmax: Tensor, *, r: Tensor) -> dict[str, Tensor]:
 
 EFFECT = Effect(
     name="vmax_change",
+    title="faster or slower muscles",
     acts_on="constants",
     equation="(1 + r) v_max",
     function=other_vmax,

@@ -14,6 +14,7 @@ from myowave.diagnosis.report.figures.rooms import draw_horizons, draw_torque
 from myowave.diagnosis.report.figures.watch import draw_ladder, draw_parameters
 from myowave.diagnosis.report.figures.where import draw_misfit, draw_missing_torque
 from myowave.diagnosis.report.figures.which import draw_ranking
+from myowave.diagnosis.report.words import noise as tell_noise
 
 
 def draw_diagnosis(
@@ -28,22 +29,26 @@ def draw_diagnosis(
         summary: from `tables.verdict_summary`.
     """
     errors, found = tables["errors"], summary["model"]
+    ranking = tables["ranking"].fillna({"absorbed_by": "", "confused_with": "", "estimate": ""})
+    said = tell_noise(summary)
     noise, ladder = errors["noise_deg"].iloc[0], tables["ladder"]
     ends = (next(iter(summary["rmse_deg"])), found)
+
+    heldout = {model: errors["heldout"] for model, errors in summary["rmse_deg"].items()}
 
     def of_ends(table: pd.DataFrame) -> pd.DataFrame:
         return table[table["model"].isin(ends)]
 
     return {
-        "overlay": draw_overlay(of_ends(predictions), of_ends(errors)),
-        "errors": draw_errors(errors, found),
+        "overlay": draw_overlay(of_ends(predictions), of_ends(errors), said),
+        "errors": draw_errors(errors, heldout, found, said),
         "torque": draw_torque(tables["torque"], found),
         "horizons": draw_horizons(tables["horizons"], noise, ladder[ladder["source"] != "physics"], found),
         "independence": draw_independence(of_ends(tables["independence"])),
         "correlations": draw_correlations(of_ends(tables["correlations"])),
         "misfit": draw_misfit(of_ends(tables["misfit"]), noise, summary["where"]),
         "missing_torque": draw_missing_torque(of_ends(tables["missing_torque"])),
-        "ranking": draw_ranking(tables["ranking"].fillna({"absorbed_by": "", "confused_with": "", "estimate": ""})),
-        "ladder": draw_ladder(ladder, found),
+        "ranking": draw_ranking(ranking, summary["titles"], summary["follows"]),
+        "ladder": draw_ladder(ladder, found, said),
         "parameters": draw_parameters(tables["parameters"], found),
     }

@@ -1,19 +1,23 @@
 """Compare: measured and simulated motion, errors by trial, what the residual depends on, correlated estimates."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from myowave.diagnosis.report.figures.style import WIDE, legend, ramp, rms, sentence, short, style, unique
+from myowave.diagnosis.report.figures.style import WIDE, legend, ramp, sentence, short, style, unique, whiskers
+from myowave.diagnosis.report.words import degrees
 from myowave.plotting import GREY, MEASURED, canvas, title
 
 
-def draw_overlay(predictions: pd.DataFrame, errors: pd.DataFrame) -> Figure:
+def draw_overlay(predictions: pd.DataFrame, errors: pd.DataFrame, noise: str) -> Figure:
     """Measured and simulated angle of every trial, and what is left, one column per trial.
 
     Args:
         predictions: columns model, trial, role, time_s, angle_rad, predicted_rad.
-        errors: columns model, trial, role, rmse_deg, r2, noise_deg.
+        errors: columns model, trial, role, rmse_deg, rmse_low_deg, rmse_high_deg (95 % interval), r2, noise_deg.
+        noise: of the angle, in words.
     """
     models = unique(predictions["model"])
     trials = unique(predictions["trial"])
@@ -44,40 +48,41 @@ def draw_overlay(predictions: pd.DataFrame, errors: pd.DataFrame) -> Figure:
     axes[1, 0].set_ylabel("measured -\nsimulated [deg]")
     legend(figure, axes[0, 0], columns=3)
     by_model = errors.groupby("model", sort=False)["rmse_deg"]
-    ranges = [f"{short(m)} misses by {by_model.min()[m]:.2g} to {by_model.max()[m]:.2g} deg" for m in models]
-    title(figure, f"{'; '.join(ranges)}; noise is {errors['noise_deg'].iloc[0]:.2g} deg")
+    ranges = [f"{short(m)} misses by {by_model.min()[m]:.2g} to {degrees(by_model.max()[m])}" for m in models]
+    title(figure, f"By trial, {'; '.join(ranges)}; noise is {noise}")
     return figure
 
 
-def draw_errors(errors: pd.DataFrame, found: str) -> Figure:
-    """RMSE of every model on every trial against the noise of the measurement.
+def draw_errors(errors: pd.DataFrame, heldout_deg: Mapping[str, float], found: str, noise: str) -> Figure:
+    """RMSE of every model on every trial, with 95 % intervals, against the noise of the measurement.
 
     Args:
+        errors: as in `draw_overlay`, of every model.
+        heldout_deg: RMSE of each model over all held-out trials.
         found: the model that was found.
+        noise: of the angle, in words.
     """
     models, trials = unique(errors["model"]), unique(errors["trial"])
-    noise = errors["noise_deg"].iloc[0]
+    level = errors["noise_deg"].iloc[0]
     figure, axes = canvas(1, 1, width=max(7.0, 1.6 * len(trials) + 2), height=4.0)
     axis, width = axes[0, 0], 0.8 / len(models)
-    floor = min(errors["rmse_deg"].min(), noise) / 3
     for i, (model, color) in enumerate(zip(models, ramp(models, found), strict=True)):
         rows = errors[errors["model"] == model].set_index("trial").loc[trials]
         x = np.arange(len(trials)) + (i + 0.5) * width - 0.4
-        axis.bar(x, rows["rmse_deg"], width * 0.92, color=color, label=short(model), hatch="//" * (i == 0), ec="white")
-    axis.axhline(noise, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise:.2g} deg")
+        intervals = list(zip(rows["rmse_low_deg"], rows["rmse_high_deg"], strict=True))
+        whiskers(axis, x, rows["rmse_deg"], intervals, color=color, order=i, name=model)
+    axis.axhline(level, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise}")
     if errors["rmse_deg"].max() > WIDE * errors["rmse_deg"].min():
         axis.set_yscale("log")
         axis.yaxis.set_major_formatter("{x:g}")
-        axis.set_ylim(bottom=floor)
     axis.grid(axis="x", visible=False)
     roles = errors.drop_duplicates("trial").set_index("trial")["role"]
     names = [f"trial {_trial(t)}\n{'held out' if roles[t] == 'test' else 'training'}" for t in trials]
     axis.set_xticks(range(len(trials)), names)
-    axis.set_ylabel("RMSE [deg]")
+    axis.set_ylabel("RMSE [deg], 95 % interval")
     legend(figure, axis, columns=2)
-    ratio = [rms(errors[errors["model"] == m]["rmse_deg"]) / noise for m in (models[0], found)]
-    finding = f"{short(models[0])} leaves {ratio[0]:.3g} times the noise"
-    title(figure, finding + (f", {short(found)} {ratio[1]:.2g} times" if found != models[0] else ""))
+    texts = [f"{short(m)} misses by {degrees(heldout_deg[m])}" for m in dict.fromkeys((models[0], found))]
+    title(figure, f"On held-out trials {', '.join(texts)}; noise is {noise}")
     return figure
 
 

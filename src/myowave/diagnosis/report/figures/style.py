@@ -1,5 +1,8 @@
 """What the pictures of a diagnosis share: how a model is drawn and called, and the legend."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -38,8 +41,20 @@ def sentence(text: str) -> str:
     return text[0].upper() + text[1:]
 
 
-def rms(values: pd.Series) -> float:
-    return float(np.sqrt((values**2).mean()))
+def whiskers(
+    axis: Axes, x: Any, values: Any, intervals: Sequence[tuple[float, float]], *, color: str, order: int, name: str
+) -> None:
+    """A point for each value with a line over its interval: open diamonds for the first model, else dots.
+
+    Args:
+        intervals: (low, high), NaN where there is none.
+        order: place of the model; 0 is the one without effects.
+    """
+    low, high = np.array(intervals, dtype=float).reshape(-1, 2).T
+    middle = np.asarray(values, dtype=float)
+    span = np.nan_to_num(np.clip([middle - low, high - middle], 0.0, None))
+    look: dict[str, Any] = {"marker": "D", "markerfacecolor": "white"} if order == 0 else {"marker": "o"}
+    axis.errorbar(x, middle, span, color=color, linestyle="none", markersize=6, capsize=3, label=short(name), **look)
 
 
 def legend(figure: Figure, axis: Axes, *, columns: int) -> None:

@@ -6,23 +6,27 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from myowave.diagnosis.report.figures.style import WIDE, legend, unique
-from myowave.plotting import BLUE, GREEN, MEASURED, MODEL, ORANGE, PINK, SKY, canvas, title
+from myowave.diagnosis.report.words import degrees
+from myowave.plotting import BLUE, GREEN, MEASURED, MODEL, ORANGE, PINK, canvas, title
 
 NETWORKS = ((GREEN, "^"), (ORANGE, "v"), (PINK, "D"), (MODEL, "P"))  # colour and marker of each kind of network
 
 
-def draw_ladder(ladder: pd.DataFrame, found: str) -> Figure:
+def draw_ladder(ladder: pd.DataFrame, found: str, noise: str) -> Figure:
     """Error and missing torque against the effects added.
 
     Args:
         ladder: columns source, model, named, train_rmse_deg, heldout_rmse_deg, noise_deg, missing_torque_Nm.
         found: the model that was found.
+        noise: of the angle, in words.
     """
     models = unique(ladder["model"])
-    ratios = {"width_ratios": [4, 3]}
-    figure, axes = canvas(1, 2, width=max(9.5, 2.6 * len(models) + 4), height=4.5, gridspec_kw=ratios)
-    error, torque = axes[0]
     physics = ladder[ladder["source"] == "physics"]
+    missing = physics["missing_torque_Nm"]
+    widths = [4, 3] if (missing > 0).any() else [4]
+    wide = max(9.5, 2.6 * len(models) + 4)
+    figure, axes = canvas(1, len(widths), width=wide, height=4.5, gridspec_kw={"width_ratios": widths})
+    error = axes[0, 0]
     for name, column, color, marker, dashes in (
         ("training trials", "train_rmse_deg", BLUE, "o", "-"),
         ("held out", "heldout_rmse_deg", MODEL, "s", "--"),
@@ -35,8 +39,8 @@ def draw_ladder(ladder: pd.DataFrame, found: str) -> Figure:
     for (color, marker), (source, rows) in zip(cycle(NETWORKS), networks, strict=False):
         x = rows["model"].map(models.index)
         error.plot(x, rows["heldout_rmse_deg"], color=color, marker=marker, linestyle="-.", label=f"{source}, held out")
-    noise = ladder["noise_deg"].iloc[0]
-    error.axhline(noise, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise:.2g} deg")
+    level = ladder["noise_deg"].iloc[0]
+    error.axhline(level, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise}")
     values = ladder[["train_rmse_deg", "heldout_rmse_deg"]].stack()
     if values.max() > WIDE / 2 * values.min():
         error.set_yscale("log")
@@ -44,20 +48,22 @@ def draw_ladder(ladder: pd.DataFrame, found: str) -> Figure:
     else:
         error.set_ylim(bottom=0)
     error.set_ylabel("RMSE [deg]")
-    torque.bar(physics["model"].map(models.index), physics["missing_torque_Nm"], 0.55, color=SKY)
-    torque.set_ylabel("missing torque, RMS [N m]")
-    for axis in (error, torque):
+    for torque in axes[0, 1:]:
+        torque.plot(physics["model"].map(models.index), missing, color=BLUE, marker="o", linestyle="none", markersize=8)
+        torque.set_ylim(bottom=-0.04 * missing.max())
+        torque.set_ylabel("missing torque, RMS [N m]")
+    for axis in axes[0]:
         axis.set_xticks(range(len(models)), [m.replace("+", "\n+") for m in models], fontsize=9)
         axis.set_xlim(-0.5, len(models) - 0.5)
         axis.grid(axis="x", visible=False)
     legend(figure, error, columns=2)
     first, last = physics.iloc[0], physics[physics["model"] == found].iloc[0]
     if found == first["model"]:
-        finding = f"Nothing to add: {first['heldout_rmse_deg']:.2g} deg on held-out trials, noise is {noise:.2g} deg"
+        finding = f"Nothing added: {degrees(first['heldout_rmse_deg'])} on held-out trials, noise is {noise}"
     else:
         finding = (
-            f"With what was found the held-out error falls from {first['heldout_rmse_deg']:.2g} to "
-            f"{last['heldout_rmse_deg']:.2g} deg, missing torque from {first['missing_torque_Nm']:.2g} to "
+            f"With what was found the held-out error falls from {degrees(first['heldout_rmse_deg'])} to "
+            f"{degrees(last['heldout_rmse_deg'])}, missing torque from {first['missing_torque_Nm']:.2g} to "
             f"{last['missing_torque_Nm']:.2g} N m"
         )
     title(figure, finding)

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from myowave.diagnosis.report.figures.style import WIDE, legend, rms, short, style, unique
+from myowave.diagnosis.report.figures.style import WIDE, legend, short, style, unique, whiskers
 from myowave.plotting import MEASURED, canvas, title
 
 
@@ -12,7 +12,7 @@ def draw_misfit(misfit: pd.DataFrame, noise_deg: float, where: str) -> Figure:
     """RMSE in parts of the training data: by trial, direction, speed, angle, activation and time.
 
     Args:
-        misfit: columns model, factor, part, rmse_deg.
+        misfit: columns model, factor, part, rmse_deg, rmse_low_deg, rmse_high_deg (95 % interval).
         where: the findings, the strongest first.
     """
     models, factors = unique(misfit["model"]), unique(misfit["factor"])
@@ -24,18 +24,21 @@ def draw_misfit(misfit: pd.DataFrame, noise_deg: float, where: str) -> Figure:
     for axis, factor in zip(axes.flat, factors, strict=False):
         for order, model in enumerate(models):
             rows = misfit[(misfit["factor"] == factor) & (misfit["model"] == model)]
-            x = np.arange(len(rows)) + (order - (len(models) - 1) / 2) * 0.4
-            look = {"color": style(order)["color"], "hatch": "//" * (order == 0), "ec": "white"}
-            axis.bar(x, rows["rmse_deg"], 0.38, label=short(model), **look)
+            x = np.arange(len(rows)) + (order - (len(models) - 1) / 2) * 0.25
+            intervals = list(zip(rows["rmse_low_deg"], rows["rmse_high_deg"], strict=True))
+            whiskers(axis, x, rows["rmse_deg"], intervals, color=style(order)["color"], order=order, name=model)
             if order == 0:
                 names = [str(part).removeprefix("trial").replace(" to ", "\nto ") for part in rows["part"]]
                 axis.set_xticks(range(len(rows)), names, fontsize=9)
         axis.axhline(noise_deg, color=MEASURED, linestyle=":", linewidth=1.8, label="noise")
         axis.set_title(factor.replace(" [-]", ""))
+        axis.margins(x=0.12)
         axis.grid(axis="x", visible=False)
         if wide:
             axis.set_yscale("log")
             axis.yaxis.set_major_formatter("{x:g}")
+        else:
+            axis.set_ylim(bottom=0)
     for axis in list(axes.flat)[len(factors) :]:
         axis.set_visible(False)
     for axis in axes[:, 0]:
@@ -66,13 +69,9 @@ def draw_missing_torque(cells: pd.DataFrame) -> Figure:
         axis.grid(visible=False)
     axes[0, 0].set_ylabel("angular velocity [deg/s]")
     figure.colorbar(image, ax=axes, label="missing torque [N m]\n(positive: towards flexion)", shrink=0.9)
-    left = [rms(cells[cells["model"] == m]["torque_Nm"]) for m in models]
     worst = cells.loc[cells[cells["model"] == models[0]]["torque_Nm"].abs().idxmax()]
-    finding = (
-        f"{short(models[0])} lacks {worst['torque_Nm']:+.2g} N m at {np.degrees(worst['angle_rad']):.0f} deg and "
-        f"{np.degrees(worst['velocity_rad_s']):.0f} deg/s; {left[0]:.2g} N m over the map"
-    )
-    title(figure, finding + (f", {short(models[-1])} {left[-1]:.2g}" if len(models) > 1 else ""))
+    place = f"{np.degrees(worst['angle_rad']):.0f} deg and {np.degrees(worst['velocity_rad_s']):.0f} deg/s"
+    title(figure, f"{short(models[0])} lacks most, {worst['torque_Nm']:+.2g} N m, at {place}")
     return figure
 
 

@@ -1,19 +1,22 @@
 """Which: the catalogue weighed."""
 
+import textwrap
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
+from matplotlib.lines import Line2D
 
 from myowave.diagnosis.report.figures.style import short, unique
+from myowave.diagnosis.report.words import plain
 from myowave.plotting import BLUE, GREY, MEASURED, ORANGE, PINK, SKY, canvas, title
 
 THRESHOLD = 10.0  # delta BIC that counts as very strong evidence
 SHOWN = 10  # candidates a panel
-REMARK_WIDTH = 62  # letters beside a bar; the page has a table with all there is
+REMARK_WIDTH = 48  # letters beside a point; the page has a table with all there is
 STATUS = {"supported": BLUE, "refused": ORANGE, "behind": PINK, "absorbed": GREY, "not needed": SKY, "failed": MEASURED}
 MEANING = {
     "supported": "the data support it",
@@ -25,8 +28,13 @@ MEANING = {
 }
 
 
-def draw_ranking(ranking: pd.DataFrame) -> Figure:
-    """The catalogue weighed at each model, the most evident effects of each, a panel a model."""
+def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str], follows: bool) -> Figure:
+    """The catalogue weighed at each model, the most evident effects of each, a panel a model.
+
+    Args:
+        titles: what each effect is, in words.
+        follows: whether the model follows the trials; else no effect was weighed.
+    """
     models = unique(ranking["model"])
     figure, axes = canvas(len(models), 1, width=12.0, height=3.3 * len(models) + 1.1)
     figure.set_layout_engine("constrained", rect=(0.01, 0, 0.98, 1))  # the texts beside the panels need the width
@@ -34,28 +42,34 @@ def draw_ranking(ranking: pd.DataFrame) -> Figure:
         rows = ranking[ranking["model"] == model]
         rows = pd.concat([rows.head(SHOWN), rows.iloc[SHOWN:].query("status == 'absorbed'")]).iloc[::-1]
         y = np.arange(len(rows))
-        axis.barh(y, rows["delta_bic"], color=[STATUS[s] for s in rows["status"]], height=0.7)
+        axis.scatter(rows["delta_bic"], y, color=[STATUS[s] for s in rows["status"]], s=60, zorder=3)
         axis.set_xscale("symlog", linthresh=10, linscale=0.7)
         axis.xaxis.set_major_formatter("{x:g}")
         axis.axvline(THRESHOLD, color=MEASURED, linestyle=":", linewidth=2)
         axis.axvline(0, color=GREY, linewidth=0.8)
-        axis.set_yticks(y, rows["effect"])
+        axis.set_yticks(y, [plain(effect, titles) for effect in rows["effect"]], fontsize=9)
         axis.set_xlim(min(-10.0, rows["delta_bic"].min() * 1.2), max(40.0, rows["delta_bic"].max() * 1.5))
         beside = axis.get_yaxis_transform()
         for place, row in zip(y, rows.itertuples(), strict=True):
             axis.text(1.01, place, _remark(row), va="center", fontsize=8.5, color="#333333", transform=beside)
         axis.set_title(f"what to add to {short(model)}? best {len(rows)} of {(ranking['model'] == model).sum()}")
-        axis.grid(axis="y", visible=False)
+        axis.grid(axis="y", linestyle=":")
     axes[-1, 0].set_xlabel(f"evidence for adding the effect, $\\Delta$BIC [-]; dotted: {THRESHOLD:.0f}, very strong")
     seen = [s for s in STATUS if (ranking["status"] == s).any()]
-    handles = [Patch(color=STATUS[s]) for s in seen]
+    handles = [Line2D([], [], color=STATUS[s], marker="o", linestyle="none", markersize=7) for s in seen]
     figure.legend(handles, [MEANING[s] for s in seen], loc="outside lower left", ncols=3, frameon=False, fontsize=9)
     added = []
     for model, richer in pairwise(models):
         effect = richer.removeprefix(model).strip("+")
         rows = ranking[(ranking["model"] == model) & (ranking["effect"] == effect)]
-        added.append(f"{effect} ($\\Delta$BIC {rows['delta_bic'].iloc[0]:.0f})" if len(rows) else effect)
-    if added:
+        added.append(
+            f"{titles.get(effect) or effect} ($\\Delta$BIC {rows['delta_bic'].iloc[0]:.0f})" if len(rows) else effect
+        )
+    if not follows:
+        title(
+            figure, f"No effect was weighed, as {short(models[0])} does not follow the trials; these are first guesses"
+        )
+    elif added:
         title(figure, f"The evidence asks for {', then '.join(added)}, then nothing more")
     else:
         title(figure, f"The evidence asks for no effect beside {short(models[0])}")
@@ -65,9 +79,10 @@ def draw_ranking(ranking: pd.DataFrame) -> Figure:
 def _remark(row: Any) -> str:
     """What is known of a candidate, in a few words."""
     if row.status == "absorbed":
-        return f"absorbed by {row.absorbed_by.replace(' ', ', ')}"
+        by = row.absorbed_by.replace(" ", ", ") or "parameters together"
+        return textwrap.shorten(f"absorbed by {by}", REMARK_WIDTH, placeholder=" ...")
     if row.delta_bic <= 0:
         return ""
     found = f"{row.estimate.replace('+-', '±')}; won {row.folds_won} of {row.folds}"
     alike = f"{found}; like {row.confused_with.split(' ')[0]}" if row.confused_with else found
-    return alike if len(alike) <= REMARK_WIDTH else found
+    return alike if len(alike) <= REMARK_WIDTH else textwrap.shorten(found, REMARK_WIDTH, placeholder=" ...")

@@ -1,0 +1,122 @@
+"""Tables of a diagnosis as text for its page."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+from markupsafe import Markup, escape
+
+from myowave.diagnosis.report.ladder import PHYSICS
+from myowave.diagnosis.report.words import titled
+
+RANKING_COLUMNS = {
+    "effect": "effect",
+    "status": "status",
+    "delta_bic": "delta BIC",
+    "rmse_deg": "RMSE [deg]",
+    "folds": "folds won",
+    "estimate": "estimate",
+    "smallest_detectable": "smallest detectable",
+    "confused_with": "like",
+    "reason": "why not",
+}
+LADDER_COLUMNS = [
+    "model",
+    "what",
+    "training RMSE [deg]",
+    "held-out RMSE [deg]",
+    "held-out R2",
+    "missing torque [N m]",
+]
+NOTHING = 1e-9  # a smaller share of a value is no scatter but rounding
+Rows = list[tuple[str, ...]]
+
+
+def number(value: float) -> str:
+    """Three digits; empty where there is none."""
+    if value is None or pd.isna(value):
+        return ""
+    return f"{value:.3g}" if np.isfinite(value) else "runs away"
+
+
+def named(model: str) -> Markup:
+    """A model's name that may break after each +."""
+    return Markup("+<wbr>").join(escape(part) for part in model.split("+"))
+
+
+def ranking_table(rows: pd.DataFrame, titles: Mapping[str, str]) -> tuple[list[str], Rows]:
+    """The catalogue at one model: columns, those of `RANKING_COLUMNS` in which something stands, and rows."""
+    shown = rows.assign(
+        folds=[f"{won} of {folds}" for won, folds in zip(rows["folds_won"], rows["folds"], strict=True)],
+        confused_with=[
+            f"absorbed by {by.replace(' ', ', ') or 'parameters together'}"
+            if status == "absorbed"
+            else like.replace(" ", ", ")
+            for status, by, like in zip(rows["status"], rows["absorbed_by"], rows["confused_with"], strict=True)
+        ],
+    )[list(RANKING_COLUMNS)]
+    texts = [
+        [v.replace("+-", "±") if isinstance(v, str) else number(v) for v in row]
+        for row in shown.itertuples(index=False)
+    ]
+    filled = [i for i in range(len(RANKING_COLUMNS)) if any(row[i] for row in texts)]
+    columns = [list(RANKING_COLUMNS.values())[i] for i in filled]
+    return columns, [tuple(titled(row[i], titles) if i == 0 else row[i] for i in filled) for row in texts]
+
+
+def ladder_rows(ladder: pd.DataFrame) -> Rows:
+    """Every model, the physics and the networks, in the order of `LADDER_COLUMNS`."""
+    return [
+        (
+            named(r.model),
+            _what(r.source),
+            number(r.train_rmse_deg),
+            number(r.heldout_rmse_deg),
+            "" if pd.isna(r.heldout_r2) else f"{r.heldout_r2:.5f}",
+            number(r.missing_torque_Nm),
+        )
+        for r in ladder.itertuples()
+    ]
+
+
+def parameter_columns(parameters: pd.DataFrame) -> list[str]:
+    """The true error has a column where it is known."""
+    columns = ["parameter", "model", "what", "value ± SE", "unit"]
+    return [*columns, "true error [%]"] if parameters["error_pct"].notna().any() else columns
+
+
+def parameter_rows(parameters: pd.DataFrame) -> Rows:
+    """Every identified parameter of every model, in the order of `parameter_columns`."""
+    width = len(parameter_columns(parameters))
+    return [
+        (
+            r.parameter,
+            named(r.model),
+            _what(r.source),
+            estimate(r.value, r.se),
+            "" if pd.isna(r.unit) else r.unit,
+            number(r.error_pct),
+        )[:width]
+        for r in parameters.itertuples()
+    ]
+
+
+def proposal_rows(proposals: pd.DataFrame) -> Rows:
+    """Trials to record next."""
+    return [
+        (p.trial, f"{p.separation:.3g}", f"{p.now:.3g}", "yes" if p.separates else "no") for p in proposals.itertuples()
+    ]
+
+
+def estimate(value: float, se: float | None) -> str:
+    """A value with its standard error, if there is one, to the digits that this leaves."""
+    if se is None or pd.isna(se) or not np.isfinite(se) or se <= 0:
+        return f"{value:.4g}"
+    if se < NOTHING * abs(value):
+        return f"{value:.6g}"
+    digits = max(0, 1 - int(np.floor(np.log10(se))))
+    return f"{value:.{digits}f} ± {se:.{digits}f}" if digits <= 6 else f"{value:.6g} ± {se:.1g}"
+
+
+def _what(source: str) -> str:
+    return "physical model" if source == PHYSICS else source

@@ -1,0 +1,49 @@
+"""Measured and predicted motion as plain numbers for the picture that the page draws itself."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+MOST_NUMBERS = 60_000  # angles on a page: some 400 kB; more trials than that are thinned
+FARTHEST_DEG = 1e4  # a motion beyond it is drawn as a gap
+
+
+def list_motion(predictions: pd.DataFrame, found: str, noise_deg: float) -> dict[str, Any]:
+    """What the page draws, as JSON has it.
+
+    Args:
+        predictions: columns model, trial, role (train or test), time_s, angle_rad, predicted_rad; every model has every
+            trial.
+        found: the model that was found.
+        noise_deg: of the measured angle; an error below it is not drawn large.
+
+    Returns:
+        models: names, the one without effects first; found: place of the one that was found; every: of so many samples
+        one is kept; noise_deg; trials: name, held_out, begin_s, step_s, measured and, one list for each model,
+        predicted, in thousandths of a degree, None where a motion is not finite or far out.
+    """
+    models = list(dict.fromkeys(predictions["model"]))
+    every = max(1, -(-len(predictions) * (len(models) + 1) // (len(models) * MOST_NUMBERS)))
+    trials = []
+    for name, rows in predictions.groupby("trial", sort=False):
+        parts = {model: part.iloc[::every] for model, part in rows.groupby("model", sort=False)}
+        first = parts[models[0]]
+        time = first["time_s"].to_numpy()
+        trials.append(
+            {
+                "name": str(name).removeprefix("trial"),
+                "held_out": bool(first["role"].iloc[0] == "test"),
+                "begin_s": round(float(time[0]), 6),
+                "step_s": round(float(time[-1] - time[0]) / max(len(time) - 1, 1), 9),
+                "measured": _thousandths(first["angle_rad"]),
+                "predicted": [_thousandths(parts[model]["predicted_rad"]) for model in models],
+            }
+        )
+    about = {"models": models, "found": models.index(found), "every": every, "noise_deg": round(noise_deg, 6)}
+    return about | {"trials": trials}
+
+
+def _thousandths(angle_rad: pd.Series) -> list[int | None]:
+    angle = np.degrees(angle_rad.to_numpy(dtype=float))
+    return [round(1000 * float(a)) if abs(a) < FARTHEST_DEG else None for a in angle]

@@ -1,0 +1,29 @@
+"""Pages from the templates that stand with the workflow's captions, styles and scripts inside."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+
+
+def fill(template: Path, content: Mapping[str, Any]) -> str:
+    """A page as HTML that needs nothing else; every text that comes from data is escaped.
+
+    Args:
+        template: a Jinja template; what stands in its folder can be included, as it is with `asset(name)`.
+        content: what the template names.
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(template.parent),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+    )
+    environment.policies["json.dumps_kwargs"] = {"sort_keys": True, "separators": (",", ":"), "allow_nan": False}
+
+    def asset(name: str) -> Markup:
+        return Markup((template.parent / name).read_text(encoding="utf-8"))
+
+    return environment.get_template(template.name).render(asset=asset, **content)

@@ -1,0 +1,121 @@
+"""Words of the pages: what each kind of verdict means, effects by their titles, terms explained on hover."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from markupsafe import Markup, escape
+
+
+@dataclass(frozen=True)
+class Kind:
+    """How a kind of verdict is told.
+
+    Args:
+        label: in a cell of a table.
+        sentence: at the top of a page.
+        unexplained: whether something is left that no effect explains, so that a drafted effect is news.
+    """
+
+    label: str
+    sentence: str
+    unexplained: bool = False
+
+
+# The one list of kinds; `kind_of` copes with further ones.
+KINDS = {
+    "adequate": Kind("adequate", "The model is adequate."),
+    "effect": Kind("missing", "The catalogue names what is missing."),
+    "class": Kind("missing, with a choice", "The catalogue holds what is missing; these data leave a choice."),
+    "partial": Kind(
+        "missing, and more", "The catalogue names a part of what is missing; more is left.", unexplained=True
+    ),
+    "unknown": Kind("unknown", "Something is missing that the catalogue does not hold.", unexplained=True),
+    "undecidable": Kind("not decidable", "These data cannot decide."),
+}
+LOST = Kind("does not follow the motion", "The model does not follow these trials.")
+
+GLOSSARY = {
+    "held-out": "Kept aside: no fit and no choice has seen these trials. They tell how well new motion is predicted.",
+    "RMSE": "Root mean square error: the typical distance between measured and predicted angle.",
+    "R2": "Share of the variation that is explained: 1 is all of it, 0 no better than the mean, below 0 worse.",
+    "delta BIC": "How much better the effect describes the data, after paying for its parameters (difference of the "
+    "Bayesian information criterion). Above 10 is very strong evidence; below 0 the effect is not needed.",
+    "scale": "Networks learn from coarse to fine: 3-scale learns slow motion first, then faster parts in two steps; "
+    "1-scale learns the signals as they are.",
+    "noise": "Scatter of the measured angle that no model can explain.",
+    "missing torque": "Torque that would have to be added to the model to make its motion the measured one.",
+    "absorbed": "Parameters that are fitted anyway do the work of the effect, so these data cannot show it.",
+    "folds won": "Each training trial is left out in turn; a fold is won where the effect predicts that trial better.",
+    "smallest detectable": "An effect weaker than this could not be seen in these data.",
+    "standard error": "How far the estimate would scatter if the trials were recorded again (1 SD).",
+    "95 % interval": "Holds the true value in 95 of 100 such recordings, if the model is right.",
+    "class": "Effects that these data cannot tell apart.",
+}
+_WRITTEN = {
+    "held-out": r"held[- ]out",
+    "R2": r"R2|R²",
+    "scale": r"\d-scale|scales",
+    "absorbed": r"absorbed|absorbs?",
+    "standard error": r"standard error|SE",
+}
+
+
+def kind_of(verdict: Mapping[str, Any]) -> Kind:
+    """How the kind of a verdict is told; one that is not in `KINDS` by its own name."""
+    if not verdict.get("follows", True):
+        return LOST
+    kind = str(verdict["verdict"])
+    return KINDS.get(kind, Kind(kind, f"The verdict is {kind}.", unexplained=bool(verdict.get("structure_left"))))
+
+
+def degrees(value: float) -> str:
+    """An error in text, the same for one fact wherever it stands."""
+    return f"{two_digits(value)} deg"
+
+
+def two_digits(value: float) -> str:
+    """A number in text, with two significant digits and no power of ten for large ones; tables have one digit more."""
+    return f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}"
+
+
+def noise(verdict: Mapping[str, Any]) -> str:
+    """The noise of the measured angle in text, said to be a bound where it is one."""
+    value = next(iter(verdict["rmse_deg"].values()))["noise"]
+    return f"{'at most ' * bool(verdict.get('noise_is_bound'))}{degrees(value)}"
+
+
+def tell(text: str, titles: Mapping[str, str]) -> Markup:
+    """A text as HTML: effects with their titles, terms with their meaning on hover, each where it first stands.
+
+    Args:
+        titles: by effect; names within models, such as base+joint_damping, are left alone.
+    """
+    names = "|".join(sorted(map(re.escape, titles), key=len, reverse=True)) or "$^"
+    terms = "|".join(rf"(?P<t{i}>{_WRITTEN.get(term, term)})" for i, term in enumerate(GLOSSARY))
+    pattern = rf"(?<![\w+./])(?:(?P<effect>{names})(?![\w+/]|\.\w)|(?:{terms})(?!\w))"
+    seen: set[str] = set()
+
+    def mark(match: re.Match[str]) -> str:
+        group, found = str(match.lastgroup), match[0]
+        term = found if group == "effect" else list(GLOSSARY)[int(group[1:])]
+        first = term not in seen
+        seen.add(term)
+        if group == "effect":
+            return str(titled(found, titles)) if first else f"<code>{found}</code>"
+        return f'<abbr title="{escape(GLOSSARY[term])}">{found}</abbr>' if first else found
+
+    return Markup(re.sub(pattern, mark, str(escape(text))))
+
+
+def titled(effect: str, titles: Mapping[str, str]) -> Markup:
+    """An effect by its title, with the name that settings and models know it by."""
+    title = titles.get(effect, "")
+    name = Markup("<code>{}</code>").format(effect)
+    return Markup("{} ({})").format(title, name) if title else name
+
+
+def plain(effect: str, titles: Mapping[str, str]) -> str:
+    """As `titled`, for pictures."""
+    return f"{titles[effect]} ({effect})" if titles.get(effect) else effect

@@ -1,0 +1,110 @@
+"""The page over all datasets: what stands in its table, what can be set side by side, and that its links exist."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from myowave.diagnosis.report.contents import ROOM_NAMES, TABLE_NAMES
+from myowave.diagnosis.report.index import Entry, interval, write_index
+
+TORQUE = pd.DataFrame({"model": ["base", "posture and speed"], "held_out": True, "r2": [0.8, 0.3], "rmse_Nm": 1.0})
+HORIZONS = pd.DataFrame(
+    {
+        "predictor": ["base", "base+joint_damping", "hold the angle"],
+        "horizon_s": 0.5,
+        "held_out": True,
+        "rmse_deg": [3.0, 1.25, 9.0],
+    }
+)
+
+
+def entry(name: str, kind: str = "effect", **changes) -> Entry:
+    verdict = {
+        "dataset": name,
+        "verdict": kind,
+        "follows": True,
+        "effects": ["joint_damping"] if kind == "effect" else [],
+        "alternatives": [],
+        "model": "base+joint_damping" if kind == "effect" else "base",
+        "where": f"The misfit of {name} grows.",
+        "horizon_s": None,
+        "next_trial": None,
+        "titles": {"joint_damping": "damping of the joint"},
+        "rmse_deg": {
+            "base": {"train": 3.3, "heldout": 6.4, "noise": 0.5},
+            "base+joint_damping": {"train": 1.2, "heldout": 1.7, "noise": 0.5},
+        },
+    }
+    rows = [("base", "f0", 200.0, 5.0, "N"), ("base+joint_damping", "f0", 300.0, 2.0, "N")]
+    rows.append(("base+joint_damping", "joint_damping.c", 1.5, 0.1, "N m s/rad"))
+    parameters = pd.DataFrame(rows, columns=["model", "parameter", "value", "se", "unit"])
+    settings = {"kind": "measured", "test": ["trial3"]}
+    return Entry({**verdict, **changes}, parameters, TORQUE, HORIZONS, settings)
+
+
+@pytest.fixture(scope="module")
+def template(pytestconfig) -> Path:
+    return pytestconfig.rootpath / "workflow/report/index.html.j2"
+
+
+@pytest.fixture(scope="module")
+def page(template) -> str:
+    entries = [entry("anna"), entry("ben", "adequate"), entry("cleo", "partial", horizon_s=0.5)]
+    return write_index(entries, [("summary.csv", "summary.csv")], template)
+
+
+def rows_of(page: str, table: str) -> list[list[str]]:
+    """Texts of the cells of a table, row by row."""
+    body = re.search(rf'<table[^>]+id="{table}">.*?</table>', page, re.DOTALL)[0].split("<tbody>")[1]
+    cells = [re.findall(r"<td.*?</td>", row, re.DOTALL) for row in body.split("</tr>")[:-1]]
+    return [[re.sub(r"<[^>]+>", " ", cell).strip() for cell in row] for row in cells]
+
+
+def test_a_row_has_verdict_errors_and_parameters_of_the_model_that_was_found(page):
+    anna, ben, cleo = rows_of(page, "datasets")
+    assert anna[1:6] == ["anna", "missing: damping of the joint ( joint_damping )", "6.4 deg", "1.7 deg", "0.5 deg"]
+    assert "f0 = 300.0 N (296.1 to 303.9)" in anna[6] and "joint_damping.c = 1.50 N m s/rad (1.30 to 1.70)" in anna[6]
+    assert ben[2:5] == ["adequate", "6.4 deg", ""] and "f0 = 200.0 N" in ben[6]
+    assert "more" in cleo[2] and "0.5 s after a measured state" in cleo[3]
+
+
+def test_facts_of_all_datasets_stand_beside_one_another(page):
+    facts = {row[0]: row[1:] for row in rows_of(page, "beside")}
+    plain = {re.sub(r"\s+", " ", name): values for name, values in facts.items()}
+    assert plain["held-out RMSE , with what was found"] == ["1.7 deg", "", ""]
+    assert plain["R2 of the torque, posture and speed"] == ["0.30"] * 3
+    assert plain["RMSE 0.5 s after a measured state"] == ["1.2 deg", "3 deg", "3 deg"]
+    assert plain["joint_damping.c ( 95 % interval )"] == ["1.50 N m s/rad (1.30 to 1.70)", "", ""]
+
+
+def test_links_lead_to_what_a_diagnosis_writes(page):
+    files = {"verdict.html", "verdict.json", "watch.csv"} | {f"{name}.csv" for name in (*TABLE_NAMES, *ROOM_NAMES)}
+    links = set(re.findall(r'href="diagnosis/anna/([^"]+)"', page))
+    assert links == files
+    assert 'href="summary.csv"' in page and "make ui" in page
+
+
+def test_the_index_needs_no_network_and_escapes_what_comes_from_data(template):
+    page = write_index([entry("x", where="<script>alert(1)</script>")], [], template)
+    assert "<script>alert" not in page and "default-src 'none'" in page
+    assert not re.search(r"src=|@import|url\(", page.replace("default-src", ""))
+
+
+def test_without_datasets_there_is_still_a_page(template):
+    assert rows_of(write_index([], [], template), "datasets") == []
+
+
+@pytest.mark.parametrize(
+    ("value", "se", "unit", "text"),
+    [
+        (300.0, 2.0, "N", "300.0 N (296.1 to 303.9)"),
+        (0.98, 0.0102, "-", "0.980 (0.960 to 1.000)"),
+        (0.5, np.nan, "m", "0.5 m"),
+        (0.5, 0.0, "m", "0.5 m"),
+    ],
+)
+def test_an_interval_has_the_digits_that_it_leaves(value, se, unit, text):
+    assert interval(value, se, unit) == text

@@ -1,0 +1,85 @@
+"""Words of the pages: effects by their titles, terms explained, kinds of verdicts, what a map of torque looks like."""
+
+import re
+from typing import get_args
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from myowave.diagnosis.report.pattern import tell_missing_torque
+from myowave.diagnosis.report.words import GLOSSARY, KINDS, degrees, kind_of, noise, tell
+from myowave.diagnosis.search.verdict import Kind
+
+TITLES = {"joint_damping": "damping of the joint", "fatigue": "muscles that tire"}
+
+
+def test_every_kind_of_verdict_has_words_and_a_further_one_does_no_harm():
+    assert set(get_args(Kind)) <= set(KINDS)
+    further = kind_of({"verdict": "somewhat", "structure_left": True})
+    assert "somewhat" in further.label and "somewhat" in further.sentence and further.unexplained
+    assert kind_of({"verdict": "effect", "follows": False}).label == "does not follow the motion"
+
+
+def test_an_effect_stands_by_its_title_where_it_is_first_named():
+    text = str(tell("joint_damping, then fatigue; joint_damping again", TITLES))
+    first = "damping of the joint (<code>joint_damping</code>), then muscles that tire (<code>fatigue</code>)"
+    assert text == f"{first}; <code>joint_damping</code> again"
+
+
+@pytest.mark.parametrize(
+    "text", ["base+fatigue", "fatigue.k is 1", "prefatigue", "results/fatigue/x", "fatigue+pennation"]
+)
+def test_names_of_models_and_parameters_stay_as_they_are(text):
+    assert tell(text, TITLES) == text
+
+
+def test_terms_are_explained_once_in_a_text_and_text_is_escaped():
+    html = str(tell("held out RMSE <b>, held out, delta BIC of 3-scale", TITLES))
+    assert html.count("<abbr") == 4 and "&lt;b&gt;" in html
+    assert f'<abbr title="{GLOSSARY["held-out"]}">held out</abbr>' in html
+    assert re.sub("<[^>]+>", "", html) == "held out RMSE &lt;b&gt;, held out, delta BIC of 3-scale"
+
+
+def test_numbers_in_text_have_two_digits_and_no_power_of_ten():
+    assert [degrees(x) for x in (6.4752, 0.00283, 37.9, 120.4)] == ["6.5 deg", "0.0028 deg", "38 deg", "120 deg"]
+    verdict = {"rmse_deg": {"base": {"noise": 0.05}}}
+    assert noise(verdict) == "0.05 deg" and noise({**verdict, "noise_is_bound": True}) == "at most 0.05 deg"
+
+
+def cells(torque) -> pd.DataFrame:
+    """A map of 7 by 7 cells with torque(q, v) and scatter of 0.02 N m."""
+    q, v = (x.ravel() for x in np.meshgrid(np.linspace(0.3, 1.8, 7), np.linspace(-2.0, 2.1, 7)))
+    values = torque(q, v) + 0.02 * np.random.default_rng(1).normal(size=q.size)
+    return pd.DataFrame({"angle_rad": q, "velocity_rad_s": v, "torque_Nm": values, "windows": 5})
+
+
+@pytest.mark.parametrize(
+    ("torque", "told"),
+    [
+        (lambda q, v: -0.9 * v, "opposes the velocity, by 0.9 N m for each rad/s: that is what damping does"),
+        (lambda q, v: 0.9 * v, "goes with the velocity, by 0.9 N m"),
+        (
+            lambda q, v: -0.5 * np.sign(v),
+            "opposes the motion, by about 0.5 N m at any speed: that is what dry friction",
+        ),
+        (lambda q, v: 0.5 * np.sign(v), "goes with the motion"),
+        (lambda q, v: 1.5 + 0 * q, "much the same everywhere, +1.5 N m: that is what a constant torque"),
+        (lambda q, v: -2 * (q - 1), "pulls towards 57 deg, by 2 N m for each rad away from there"),
+        (lambda q, v: 2 * (q - 1), "pushes away from 57 deg"),
+        (lambda q, v: np.sin(6 * q) * np.cos(4 * v), "follows no simple pattern"),
+    ],
+)
+def test_a_map_of_missing_torque_is_told_by_its_pattern(torque, told):
+    assert told in tell_missing_torque(cells(torque), 0.5, "base")
+
+
+def test_between_damping_and_friction_the_map_may_leave_a_choice():
+    both = tell_missing_torque(cells(lambda q, v: -0.3 * v - 0.35 * np.sign(v)), 0.5, "base")
+    assert "does not tell damping" in both
+    assert "does not tell damping" not in tell_missing_torque(cells(lambda q, v: -0.9 * v), 0.5, "base")
+
+
+def test_a_map_of_noise_or_of_few_cells_is_not_told():
+    assert "no torque is missing" in tell_missing_torque(cells(lambda q, v: -0.9 * v), 0.0, "base")
+    assert "too few cells" in tell_missing_torque(cells(lambda q, v: -0.9 * v).head(3), 0.5, "base")
