@@ -1,17 +1,13 @@
 # Trials, simulated, measured or recorded, become one table; after it nobody asks which they were.
-from snakemake.exceptions import WorkflowError
-
 from myowave.data.files import all_files
 
 
 def recordings(wildcards):
     """Files of a measured dataset; a pattern stands for the files it matches now."""
     try:
-        return list(
-            map(str, all_files(f"data.datasets.{wildcards.dataset}.files", DATASETS[wildcards.dataset].files))
-        )
+        return list(map(str, all_files(f"data.datasets.{wildcards.dataset}.files", DATASETS[wildcards.dataset].files)))
     except ValueError as error:
-        raise WorkflowError(str(error))
+        sys.exit(str(error))
 
 
 def contents(wildcards):
