@@ -138,6 +138,7 @@ FAULTS = {
     "time goes back": (with_line(9, lambda x: x.replace(x.split(",")[2], "0.01")), ["line 9", "time_s goes from"]),
     "a stray quote": (with_line(7, lambda x: '"' + x), ["line 7", "no line of CSV"]),
     "a quote inside": (with_line(7, lambda x: x.replace(",", ',"', 1)), ["line 7", "no line of CSV"]),
+    "a quote before the last cell": (with_line(7, lambda x: ',"'.join(x.rsplit(",", 1))), ["line 7", "no line of CSV"]),
     "a cell too many": (with_line(7, lambda x: "0," + x), ["line 7", "5 values", "names 4 columns"]),
     "a line cut off": (with_line(7, lambda x: x[:9] + "\n"), ["line 7", "values, but the first line names 4"]),
     "a zero byte": (with_line(7, lambda x: x.replace("0", "\0", 1)), ["line 7", "expected a number"]),

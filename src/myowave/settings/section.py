@@ -42,10 +42,15 @@ def _plain_path(path: str) -> str:
     return path
 
 
-def without_password(text: str) -> str:
-    """The text with passwords in addresses masked, whatever else it says."""
-    masked = re.sub(r"(?s)(://[^/@:\s]*):.*@", r"\1:***@", text)  # rather too much than too little
-    return re.sub(r"(?i)((?:password|passwd|pwd|token|secret)=)[^&]+", r"\1***", masked)
+def without_password(value: str) -> str:
+    """A value with the password masked that an address in it holds; rather too much of it than too little."""
+    masked = re.sub(r"(?s)(://[^/@:\s]*):.*@", r"\1:***@", value)
+    return re.sub(r"(?is)((?:password|passwd|pwd|token|secret)=)[^&]+", r"\1***", masked)
+
+
+def without_passwords(text: str) -> str:
+    """A text with the passwords masked of all addresses in it, which hold no blanks."""
+    return re.sub(r"\S+", lambda word: without_password(word[0]), text)
 
 
 def _without_secret(address: Any) -> Any:

@@ -24,7 +24,7 @@ from urllib.error import HTTPError, URLError
 
 import pandas as pd
 
-from myowave.settings.section import without_password
+from myowave.settings.section import without_passwords
 from myowave.tracking.contents import LEARNING, RunContent, RunGroup, describe_experiment
 from myowave.tracking.views import VIEW, views_of
 
@@ -71,7 +71,7 @@ def publish(groups: Iterable[RunGroup], uri: str, *, needed: bool = False) -> st
     except Exception as error:  # whatever a store or a server may raise; training must not fail because of it
         ours = isinstance(error, ConnectionError | ValueError)
         what = error if ours else f"MLflow failed: {type(error).__name__}: {error}"
-        note = without_password(
+        note = without_passwords(
             f"**Not published** to tracking.uri = {uri}. {what}\n\n"
             "The results are complete without it; `snakemake --cores 1 publish` shows them later.\n"
         )
@@ -79,7 +79,7 @@ def publish(groups: Iterable[RunGroup], uri: str, *, needed: bool = False) -> st
             raise ValueError(note) from None
         return note
     where = f"at {uri}{start_page(uri)}" if is_server(uri) else "with `make ui`"
-    return without_password(f"{aside}{written} runs written to {uri}, {kept} there already. Browse them {where}\n")
+    return without_passwords(f"{aside}{written} runs written to {uri}, {kept} there already. Browse them {where}\n")
 
 
 def is_server(uri: str) -> bool:
@@ -107,7 +107,7 @@ def serve(uri: str, port: int = 5000) -> None:
         why = str(error) if isinstance(error, ValueError) else _in_short(error)
     if why:
         raise ValueError(
-            without_password(f"The MLflow store at {uri} cannot be opened ({why}).")
+            without_passwords(f"The MLflow store at {uri} cannot be opened ({why}).")
             + " `snakemake --cores 1 publish` puts a damaged file aside and makes it anew from results/."
         )
     print(f"Results in the browser: http://127.0.0.1:{port}{page} (stop with Ctrl-C)", flush=True)

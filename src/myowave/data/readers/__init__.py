@@ -86,6 +86,8 @@ def read(reader: Reader, path: Path) -> RawRecording:
     """
     try:
         return reader(path)
+    except PermissionError as error:
+        raise ValueError(f"{path}: the file cannot be opened ({error.strerror}). Allow it to be read.") from None
     except Exception as error:
         if isinstance(error, ValueError) and str(path.parent) in str(error):  # it names the file, or one beside it
             raise
