@@ -139,7 +139,7 @@ def refuse_to_overwrite(output: Path | None, inputs: Iterable[Path]) -> None:
 @explain_mistakes
 def ui(
     config: ConfigFiles,
-    port: Annotated[int, typer.Option(help="port on 127.0.0.1")] = 5000,
+    port: Annotated[int, typer.Option(min=1, max=65535, help="port on 127.0.0.1")] = 5000,
 ) -> None:
     """Browse the results with MLflow, on this machine only."""
     settings = read_settings(config)

@@ -16,7 +16,7 @@ class Targets(Section):
     without_networks: Annotated[tuple[str, ...], Once] = setting(
         "further datasets: diagnosed, no network trained", default=()
     )
-    models: dict[str, Annotated[tuple[ModelName, ...], Once, Field(min_length=1)]] = setting(
+    models: dict[str, Annotated[tuple[ModelName, ...], Once]] = setting(
         "physical models by dataset, such as base+joint_damping; [base] for one not named", default=dict, each="dataset"
     )
     follow_verdict: Annotated[tuple[str, ...], Once] = setting(
