@@ -53,13 +53,14 @@ ui: $(VENV)/.ready ## browse the results at http://127.0.0.1:5000
 clean: ## remove the environment; results/ stays
 	rm -rf $(VENV)
 
-# The environment is finished only when .ready is there, so an interrupted installation starts again.
+# The environment is finished only when .ready is there, so an interrupted installation starts again, from the beginning
+# where pip is not there yet.
 $(VENV)/.ready: environment.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 	  echo "myowave needs Python 3.11 or newer, but '$(PYTHON)' is $$($(PYTHON) -V 2>&1)."; \
 	  echo "Name another: make PYTHON=python3.12 run"; exit 1; }
 	@echo "Setting up $(VENV) (once; a few minutes) ..."
-	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) || { \
+	@$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear $(VENV) || { \
 	  echo "Could not make $(VENV). On Debian or Ubuntu: apt-get install python3-venv"; rm -rf $(VENV); exit 1; }
 	@$(BIN)/python -m pip install -qq --disable-pip-version-check --root-user-action=ignore -r environment.lock
 	@$(BIN)/python -m pip install -qq --disable-pip-version-check --root-user-action=ignore --no-deps --no-build-isolation -e .

@@ -1,12 +1,15 @@
 """The command `myowave`: what a person asks for outside of the workflow. Heavy imports stay inside the commands."""
 
 import functools
+import itertools
 import math
+import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
+from io import TextIOWrapper
 from pathlib import Path
-from typing import Annotated, ParamSpec
+from typing import Annotated, ParamSpec, TextIO
 
 import typer
 
@@ -17,6 +20,7 @@ app = typer.Typer(
     no_args_is_help=True, pretty_exceptions_enable=False, help="Elbow motion from EMG and what its physics misses."
 )
 P = ParamSpec("P")
+_STRANGE = "backslashreplace"  # bytes that are no UTF-8 are shown in the message on their line
 ConfigFiles = Annotated[
     list[Path],
     typer.Option(
@@ -35,7 +39,13 @@ def explain_mistakes(command: Callable[P, None]) -> Callable[P, None]:
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> None:
         try:
             command(*args, **kwargs)
-        except (ValueError, FileNotFoundError) as error:
+        except BrokenPipeError:  # who read the answers has enough of them
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise typer.Exit(0) from None
+        except OSError as error:
+            typer.echo(f"{error.filename}: {error.strerror}. Correct the name, or what may be done with it.", err=True)
+            raise typer.Exit(2) from None
+        except ValueError as error:
             typer.echo(str(error), err=True)
             raise typer.Exit(2) from None
 
@@ -86,7 +96,7 @@ def predict(
     from myowave.learning.streaming.predictor import Predictor
 
     trained = Checkpoint.load(checkpoint)
-    angles = start_angles(trained, read_numbers("--start-deg", start_deg))
+    angles = start_angles(trained, read_angles("--start-deg", start_deg))
     predictor = Predictor(trained, angles, None if seed is None else [seed])
     if not start_deg:
         typer.echo(
@@ -94,10 +104,17 @@ def predict(
             f"{len(angles)} samples; --start-deg says otherwise.",
             err=True,
         )
+    refuse_to_overwrite(output, [checkpoint, Path("/dev/stdin" if emg == "-" else emg)])
+    if isinstance(sys.stdin, TextIOWrapper):
+        sys.stdin.reconfigure(errors=_STRANGE)
     with ExitStack() as files:
-        lines = sys.stdin if emg == "-" else files.enter_context(open(emg, encoding="utf-8-sig"))
+        lines: TextIO = (
+            sys.stdin if emg == "-" else files.enter_context(open(emg, encoding="utf-8-sig", errors=_STRANGE))
+        )
+        answers = predict_lines(trained, predictor, lines, "standard input" if emg == "-" else emg)
+        first = next(answers, None)  # so that a file from before stays where nothing can be predicted
         target = files.enter_context(output.open("w", encoding="utf-8")) if output else sys.stdout
-        for line in predict_lines(trained, predictor, lines, "standard input" if emg == "-" else emg):
+        for line in itertools.chain([] if first is None else [first], answers):
             print(line, file=target, flush=True)
 
 
@@ -155,19 +172,29 @@ def begin_study(
     typer.echo(begin(name, folder, config, (mass, height, sex), arm, force))
 
 
-def read_numbers(option: str, text: str) -> list[float]:
-    """Numbers separated by commas; none where the text is empty."""
+def read_angles(option: str, text: str) -> list[float]:
+    """Angles [deg] separated by commas; none where the text is empty."""
     try:
-        return [float(part) for part in text.split(",")] if text else []
+        angles = [float(part) for part in text.split(",")] if text else []
     except ValueError:
-        raise ValueError(f"{option} is {text!r}; expected numbers with commas, such as 30 or 30,30.5.") from None
+        angles = [math.nan]
+    if not all(-180 <= angle <= 180 for angle in angles):
+        raise ValueError(f"{option} is {text!r}; expected angles of -180 to 180 with commas, such as 30 or 30,30.5.")
+    return angles
+
+
+def refuse_to_overwrite(output: Path | None, inputs: Iterable[Path]) -> None:
+    """Raise a ValueError if the output is one of the inputs, which would be emptied before it is read."""
+    for path in inputs:
+        if output is not None and output.exists() and path.exists() and output.samefile(path):
+            raise ValueError(f"--output {output} is also an input and would be overwritten; name another file.")
 
 
 @app.command()
 @explain_mistakes
 def ui(
     config: ConfigFiles,
-    port: Annotated[int, typer.Option(help="port on 127.0.0.1")] = 5000,
+    port: Annotated[int, typer.Option(min=1, max=65535, help="port on 127.0.0.1")] = 5000,
 ) -> None:
     """Browse the results with MLflow, on this machine only."""
     settings = read_settings(config)

@@ -1,6 +1,7 @@
 """Import of recordings: good files come in unchanged, and each fault is named with its file, row and remedy."""
 
 import re
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -166,6 +167,16 @@ FAULTS = {
     "too short": (lambda f: f[:30], "trial2.csv: 30 samples; expected at least 50"),
     "no samples": (lambda f: f[:0], "trial2.csv: 0 samples"),
     "other rate": (lambda f: f.assign(time_s=2 * f.time_s), "trial2.csv: sampled every 0.02 s; expected 0.01 s"),
+    "time in milliseconds": (
+        lambda f: f.assign(time_s=1000 * f.time_s),
+        "trial2.csv: time_s rises by 10 s .*expected 0.0004 to 0.1 s. If the times are in ms",
+    ),
+    "time in minutes": (lambda f: f.assign(time_s=f.time_s / 60), "rises by 0.0001667 s .*minutes, convert them"),
+    "over at once": (lambda f: f.assign(time_s=f.time_s / 20), "time_s spans 0.0495 s; expected at least 0.4 s"),
+    "an angle that never moves": (
+        lambda f: f.assign(angle_rad=0.5),
+        "trial2.csv: angle_rad stays at 0.5 in all 100 rows. The sensor was off",
+    ),
     "the same trial again": (lambda f: recording(1), "trial2.csv: the same samples as .*trial1.csv.*remove one"),
 }
 
@@ -212,6 +223,40 @@ def test_a_missing_file_says_where_it_was_looked_for_and_what_is_there(folder):
     )
     refuse(folder, looked, files=("trial*.csv", "trial9.csv"))
     refuse(folder, f"none/\\*.csv: no such file.*The folder {re.escape(str(folder))} holds", files=("none/*.csv",))
+
+
+@pytest.mark.parametrize("pattern", ["*.csv", "trial?.csv", "trial9.csv"])
+def test_a_link_to_nothing_is_named_and_not_left_out(folder, pattern):
+    (folder / "trial9.csv").symlink_to("/nowhere/trial9.csv")
+    refuse(folder, "trial9.csv: a link to /nowhere/trial9.csv, which is not there", files=("trial1.csv", pattern))
+
+
+@pytest.mark.parametrize("name", ["tri$al$", "{trial}", "tri[al]", "tri\\al", "trial\n2"])
+def test_a_name_that_figures_or_the_workflow_would_read_otherwise_is_refused(folder, name):
+    (folder / "trial2.csv").rename(folder / f"{name}.csv")
+    refuse(folder, "rename the trial, which is named after its file", files=("*.csv",))
+
+
+def damaged(where: float) -> bytes:
+    """A Parquet table with one byte changed, at a fraction of its length."""
+    content = BytesIO()
+    recording(2).to_parquet(content, compression="snappy", write_page_checksum=True)
+    content = bytearray(content.getvalue())
+    content[int(where * len(content))] ^= 0xFF
+    return bytes(content)
+
+
+@pytest.mark.parametrize("where", [0.02, 0.2, 0.5, 0.6, 0.9, 0.9999])
+def test_a_damaged_table_is_refused(folder, where):
+    (folder / "trial2.csv").unlink()
+    (folder / "trial2.parquet").write_bytes(damaged(where))
+    refuse(folder, "trial2.parquet: this is not a Parquet file, or it is damaged", files=("trial*",))
+
+
+def test_a_table_cut_short_is_refused(folder):
+    recording(2).to_parquet(folder / "trial4.parquet")
+    (folder / "trial4.parquet").write_bytes((folder / "trial4.parquet").read_bytes()[:500])
+    refuse(folder, "trial4.parquet: this is not a Parquet file, or it is damaged", files=("trial*",))
 
 
 def test_files_of_another_kind_or_name_taken_twice_are_refused(folder):

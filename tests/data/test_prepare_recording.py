@@ -41,6 +41,12 @@ def folder(tmp_path):
     return tmp_path
 
 
+def relink(path):
+    """Put a link to nothing in place of a file."""
+    path.unlink()
+    path.symlink_to(f"/nowhere/{path.name}")
+
+
 def test_a_good_session_becomes_trials(good, tmp_path):
     prepared, quality = prepare(good, conditions={"a": {"load": 1.0}})
     trials = prepared.trials
@@ -143,6 +149,9 @@ def test_packed_files_are_read_as_they_are(good, folder):
         (lambda f: noraxon(f / "b" / "elbow.csv", "x", 5 * curl(), 100.0, "deg"), "trial b: the angle .*offset_deg"),
         (lambda f: noraxon(f / "b" / "elbow.csv", "x", curl() / 57.3, 100.0, "deg"), "trial b: .*If it is in rad"),
         (lambda f: (f / "b" / "elbow.csv").write_text("time,value\n0,1\n"), "elbow.csv: this is not a signal"),
+        (lambda f: noraxon(f / "b" / "elbow.csv", "x", 30 + 0 * curl(), 100.0, "deg"), "b: the angle stays at 30 deg"),
+        (lambda f: noraxon(f / "b" / "elbow.csv", "x", curl(), 0.1, "deg"), "0.1 Hz by the file; .* 10 to 50000"),
+        (lambda f: relink(f / "b" / "tilt.csv"), "signals.tilt_rad.file: .*tilt.csv: a link to /nowhere/tilt.csv"),
     ],
 )  # fmt: skip
 def test_what_makes_a_recording_unusable_is_said(folder, spoil, says):

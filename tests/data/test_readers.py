@@ -1,5 +1,6 @@
 """Readers: what is written in each format comes back, with its names, units, rates and times, and nothing else."""
 
+import gzip
 import json
 import struct
 import types
@@ -8,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.io import savemat
+from sessions import noraxon
 
 from myowave.data.preparing import prepare_recording
 from myowave.data.readers import ENDINGS, READERS, read_raw
@@ -285,3 +287,58 @@ def test_a_session_may_mix_formats_rates_and_units(tmp_path):
     ):
         with pytest.raises(ValueError, match=says):
             prepare_recording("me", RecordedDataset(**section | change), tmp_path)
+
+
+# --------------------------------------------------------------------------------------------------- damaged files
+
+
+def good_file(folder, form):
+    """A file of a format that can be read."""
+    path = folder / f"a.{ {'matlab': 'mat', 'opensim': 'mot', 'parquet': 'parquet', 'edf': 'edf'}.get(form, 'csv') }"
+    table = rows(",", TIME, VALUES)
+    if form == "edf":
+        return edf(path, np.arange(40))
+    if form == "matlab":
+        savemat(path, {"emg": VALUES, "fs": 20.0}, do_compression=True)
+    elif form == "parquet":
+        pd.DataFrame({"time_s": TIME, "b": VALUES}).to_parquet(path)
+    elif form == "gz":
+        (path := folder / "a.csv.gz").write_bytes(gzip.compress(f"time,b\n{table}".encode()))
+    elif form == "noraxon":
+        noraxon(path, "b", VALUES, 20.0, "uV")
+    else:
+        head = {"csv": "time,b\n", "delsys": "X [s],b [V]\n", "opensim": "inDegrees=yes\nendheader\ntime,b\n"}
+        write(path, head[form] + table)
+    return path
+
+
+DAMAGES = {
+    "cut in half": lambda content: content[: len(content) // 2],
+    "all but the end": lambda content: content[:-3],
+    "empty": lambda content: b"",
+    "zeros": lambda content: bytes(len(content)),
+    "another head": lambda content: content[::-1][:60] + content[60:],
+    "noise inside": lambda content: content[:150] + bytes(b ^ 0x55 for b in content[150:200]) + content[200:],
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("form", ["csv", "gz", "parquet", "noraxon", "delsys", "opensim", "matlab", "edf"])
+def test_a_damaged_file_is_named_or_read_as_far_as_it_goes(tmp_path, form, damage):
+    path = good_file(tmp_path, form)
+    assert read_raw(path, None if form == "gz" else form).header
+    path.write_bytes(DAMAGES[damage](path.read_bytes()))
+    try:
+        raw = read_raw(path, None if form == "gz" else form)
+    except ValueError as error:
+        assert str(path) in str(error) and str(error).endswith((".", "\n", "')."))
+    else:
+        assert form not in ("gz", "parquet"), "formats with a checksum see it"
+        assert all(len(signal.values) <= 60 for signal in raw.signals)
+
+
+def test_sidecars_that_cannot_be_read_are_named(tmp_path):
+    write(tmp_path / "sub-01_emg.csv", "BB\n" + rows(",", VALUES))
+    write(tmp_path / "sub-01_emg.json", "{SamplingFrequency: 20")
+    with pytest.raises(ValueError, match="sub-01_emg.json: this is not JSON"):
+        read_raw(tmp_path / "sub-01_emg.csv")

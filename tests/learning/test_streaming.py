@@ -2,6 +2,7 @@
 
 import io
 import os
+import re
 import subprocess
 import sys
 
@@ -13,6 +14,8 @@ from typer.testing import CliRunner
 
 from myowave.cli import app
 from myowave.learning.prediction import predict_free_running, to_tensors
+from myowave.learning.streaming.command import predict_lines, start_angles
+from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
 
@@ -38,7 +41,7 @@ def table(trials) -> pd.DataFrame:
     return pd.DataFrame({"emg_triceps": emg["emg_triceps"], "note": 1, "time_s": trials.time, **emg})
 
 
-def run(*arguments: object, text: str | None = None):
+def run(*arguments: object, text: str | bytes | None = None):
     return CliRunner().invoke(app, ["predict", *map(str, arguments)], input=text)
 
 
@@ -106,32 +109,144 @@ def with_biceps(word: str):
     return lambda t: t.astype(object).mask((t.index == 9)[:, None] & (t.columns == "emg_biceps"), word)
 
 
-@pytest.mark.parametrize(
-    ("spoil", "says"),
-    [
-        (lambda t: t.rename(columns={"emg_triceps": "triceps"}), ["line 1", "emg_triceps", "triceps"]),
-        (with_biceps("abc"), ["line 11", "'abc'"]),
-        (with_biceps("nan"), ["line 11", "'nan'"]),
-        (with_biceps("1.51"), ["line 11", "emg_biceps is 1.51", "expected 0 to 1.5", "maximum voluntary contraction"]),
-        (with_biceps("-0.01"), ["line 11", "emg_biceps is -0.01", "expected 0 to 1.5", "Rectify"]),
-        (lambda t: t.assign(time_s=t["time_s"] / 2), ["line 3", "time_s", "Resample"]),
-    ],
-)
-def test_a_spoilt_line_is_named_and_what_came_before_is_kept(checkpoint, table, tmp_path, spoil, says):
-    out = tmp_path / "out.csv"
-    text = spoil(table).to_csv(index=False)
-    result = run("--checkpoint", checkpoint[1], "--emg", "-", "--output", out, text=text)
+def with_line(number: int, change):
+    """Changes the text of one line."""
+
+    def spoil(table):
+        lines = table.to_csv(index=False).splitlines(keepends=True)
+        lines[number - 1] = change(lines[number - 1])
+        return "".join(lines)
+
+    return spoil
+
+
+FAULTS = {
+    "no such channel": (lambda t: t.rename(columns={"emg_triceps": "triceps"}), ["line 1", "emg_triceps", "triceps"]),
+    "no header": (lambda t: t.to_csv(index=False, header=False), ["line 1", "no column emg_biceps"]),
+    "a channel twice": (with_line(1, lambda x: x.replace("note", "emg_biceps")), ["line 1", "emg_biceps", "keep one"]),
+    "text": (with_biceps("abc"), ["line 11", "'abc'"]),
+    "not a number": (with_biceps("nan"), ["line 11", "'nan'"]),
+    "infinite": (with_biceps("inf"), ["line 11", "'inf'"]),
+    "nothing in a cell": (with_biceps(""), ["line 11", "''", "expected a number"]),
+    "not normalised": (
+        with_biceps("1.51"),
+        ["line 11", "emg_biceps is 1.51", "expected 0 to 1.5", "maximum voluntary contraction"],
+    ),
+    "not rectified": (with_biceps("-0.01"), ["line 11", "emg_biceps is -0.01", "expected 0 to 1.5", "Rectify"]),
+    "another rate": (lambda t: t.assign(time_s=t["time_s"] / 2), ["line 3", "time_s", "Resample"]),
+    "time in ms": (lambda t: t.assign(time_s=t["time_s"] * 1000), ["line 3", "time_s", "Resample"]),
+    "time goes back": (with_line(9, lambda x: x.replace(x.split(",")[2], "0.01")), ["line 9", "time_s goes from"]),
+    "a stray quote": (with_line(7, lambda x: '"' + x), ["line 7", "no line of CSV"]),
+    "a quote inside": (with_line(7, lambda x: x.replace(",", ',"', 1)), ["line 7", "no line of CSV"]),
+    "a quote before the last cell": (with_line(7, lambda x: ',"'.join(x.rsplit(",", 1))), ["line 7", "no line of CSV"]),
+    "a cell too many": (with_line(7, lambda x: "0," + x), ["line 7", "5 values", "names 4 columns"]),
+    "a line cut off": (with_line(7, lambda x: x[:9] + "\n"), ["line 7", "values, but the first line names 4"]),
+    "a zero byte": (with_line(7, lambda x: x.replace("0", "\0", 1)), ["line 7", "expected a number"]),
+    "bytes of another encoding": (with_line(7, lambda x: x.replace(",1,", ",1,\udcff", 1)), ["line 7", "\\xff"]),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_spoilt_line_is_named_and_what_came_before_is_kept(checkpoint, table, tmp_path, fault):
+    spoil, says = FAULTS[fault]
+    out, spoilt = tmp_path / "out.csv", spoil(table)
+    text = spoilt if isinstance(spoilt, str) else spoilt.to_csv(index=False)
+    result = run(
+        "--checkpoint", checkpoint[1], "--emg", "-", "--output", out, text=text.encode(errors="surrogateescape")
+    )
     assert result.exit_code == 2
     assert all(word in result.stderr for word in says), result.stderr
     good = int(says[0].split()[1]) - 2
-    assert len(out.read_text().splitlines()) == (good + 1 if good > 0 else 0)
+    assert len(out.read_text().splitlines()) == good + 1 if good > 0 else not out.exists()
 
 
-def test_what_is_no_checkpoint_is_refused(checkpoint, table, tmp_path):
-    other = tmp_path / "other.pt"
-    other.write_text("not a network")
-    result = run("--checkpoint", other, "--emg", "-", text=table.to_csv(index=False))
-    assert result.exit_code == 2 and "not a checkpoint" in result.stderr
+def test_a_stray_quote_holds_no_answer_back(checkpoint, table):
+    network, _ = checkpoint
+    lines = table.to_csv(index=False).splitlines(keepends=True)
+    lines[5] = '"' + lines[5]
+
+    def endless():
+        yield from lines[:6]
+        raise AssertionError("another line was asked for before the quote was told")
+
+    predictor = Predictor(network, start_angles(network, [30.0]))
+    answers = predict_lines(network, predictor, endless(), "the sensor")
+    assert len([next(answers) for _ in range(5)]) == 5
+    with pytest.raises(ValueError, match="the sensor, line 6"):
+        next(answers)
+
+
+def test_an_output_that_is_an_input_is_refused_and_stays(checkpoint, table, tmp_path):
+    emg, link = tmp_path / "emg.csv", tmp_path / "link.csv"
+    table.to_csv(emg, index=False)
+    link.symlink_to(emg)
+    before = emg.read_bytes(), checkpoint[1].read_bytes()
+    for output in (emg, link, checkpoint[1]):
+        result = run("--checkpoint", checkpoint[1], "--emg", emg, "--output", output)
+        assert result.exit_code == 2 and "is also an input" in result.stderr
+    assert (emg.read_bytes(), checkpoint[1].read_bytes()) == before
+
+
+@pytest.mark.parametrize("angles", ["nan", "inf", "1e9", "30,nan,30,30", "", "30;31", "thirty"])
+def test_a_start_that_is_no_angle_is_refused(checkpoint, table, angles):
+    result = run("--checkpoint", checkpoint[1], "--emg", "-", f"--start-deg={angles}", text=table.to_csv(index=False))
+    assert result.exit_code == 0 if not angles else result.exit_code == 2 and "expected angles of -180" in result.stderr
+
+
+def other_content(change):
+    """The file of a checkpoint with its content changed."""
+
+    def spoil(path, content):
+        change(content)
+        torch.save(content, path)
+
+    return spoil
+
+
+def flip(path, place):
+    """Change one byte, at a fraction of the file's length."""
+    content = bytearray(path.read_bytes())
+    content[int(place * len(content))] ^= 0xFF
+    path.write_bytes(content)
+
+
+CHECKPOINTS = {
+    "text": (lambda path, _: path.write_text("not a network"), "not a checkpoint"),
+    "empty": (lambda path, _: path.write_bytes(b""), "not a checkpoint"),
+    "cut in half": (
+        lambda path, _: path.write_bytes(path.read_bytes()[: path.stat().st_size // 2]),
+        "not a checkpoint",
+    ),
+    "cut at its end": (lambda path, _: path.write_bytes(path.read_bytes()[:-20]), "not a checkpoint"),
+    "a byte of a weight": (lambda path, _: flip(path, 0.5), "damaged|not a checkpoint"),
+    "a byte of the head": (lambda path, _: flip(path, 0.02), "damaged|not a checkpoint"),
+    "another object": (lambda path, _: torch.save([1, 2], path), "checkpoint format is None"),
+    "code in it": (lambda path, _: torch.save(print, path), "not a checkpoint"),
+    "another version": (other_content(lambda c: c.update(format=99)), "checkpoint format is 99, expected 1"),
+    "a field missing": (other_content(lambda c: c.pop("dt")), "another version of myowave"),
+    "a field more": (other_content(lambda c: c.update(mood="good")), "another version of myowave"),
+    "a recipe that is none": (other_content(lambda c: c.update(recipe="{")), "another version of myowave"),
+    "no weights": (other_content(lambda c: c.update(weights={})), "another version of myowave"),
+    "a seed more": (other_content(lambda c: c.update(seeds=(0, 1, 2))), "weights, seeds and channels differ"),
+    "another arm's channels": (other_content(lambda c: c.update(channels=("emg_a",))), "weights, seeds and channels"),
+}
+
+
+@pytest.mark.parametrize("fault", CHECKPOINTS)
+def test_what_is_no_checkpoint_is_refused(checkpoint, table, tmp_path, fault):
+    spoil, says = CHECKPOINTS[fault]
+    path = tmp_path / "scale-0.pt"
+    path.write_bytes(checkpoint[1].read_bytes())
+    spoil(path, torch.load(path, weights_only=True))
+    result = run("--checkpoint", path, "--emg", "-", text=table.to_csv(index=False))
+    assert result.exit_code == 2 and re.search(says, result.stderr), result.output
+    assert str(path) in result.stderr and len(result.stderr.splitlines()) == 1 and not result.stdout
+
+
+def test_files_that_are_not_there_are_named(checkpoint, table, tmp_path):
     assert run("--checkpoint", tmp_path / "none.pt", "--emg", "-", text="").exit_code == 2
+    for name, says in ((tmp_path / "none.csv", "No such file"), (tmp_path, "Is a directory")):
+        result = run("--checkpoint", checkpoint[1], "--emg", name)
+        assert result.exit_code == 2 and f"{name}: {says}" in result.stderr and "Errno" not in result.stderr
     wrong = run("--checkpoint", checkpoint[1], "--emg", "-", "--start-deg", "30,31", text=table.to_csv(index=False))
     assert wrong.exit_code == 2 and "2 angles" in wrong.stderr

@@ -201,7 +201,7 @@ def test_a_table_of_the_configuration_is_a_path_and_a_file_that_the_model_is_mad
         (None, {"l1_m": 0.3}, "Bi: give l1_m and l2_m"),
         ({"kind": "straight", "l1_m": 0.3, "l2_m": 0.8}, {"l1_m": 0.3, "l2_m": 0.8}, "Bi: give l1_m and l2_m"),
         ({"kind": "bent"}, {}, "path.kind = 'bent': expected straight or table"),
-        ({"kind": "straight", "l1_m": 0, "l2_m": 0.8}, {}, r"Bi.path.l1_m = 0: expected a number, above 0 \[m\]"),
+        ({"kind": "straight", "l1_m": 0, "l2_m": 0.8}, {}, r"Bi.path.l1_m = 0: expected a number, at least 0.001"),
         ({"kind": "table"}, {}, "Bi.path.file: is missing"),
     ],
 )
@@ -226,7 +226,7 @@ GOOD = ("0,0.30", "10,0.29", "20,0.28", "30,0.27")
         (table(*GOOD[:3], "30,nan"), None, "line 5: length_m is 'nan'; expected a number"),
         (table(*GOOD[:3], "30"), None, "line 5: length_m is None; expected a number"),
         (table(*GOOD[:3], "x,0.27"), None, "line 5: angle_deg is 'x'; expected a number"),
-        (table(*GOOD[:3], "30,-0.27"), None, "line 5: length_m is -0.27; lengths are positive"),
+        (table(*GOOD[:3], "30,-0.27"), None, "line 5: length_m is -0.27; expected above 0, at most 5 m"),
         (table(*GOOD, header="angle,length_m"), None, "expected one of angle_deg and angle_rad.*found angle, length_m"),
         (table(*GOOD, header="angle_deg,arm_m"), None, "and length_m; found angle_deg, arm_m"),
         (table(*GOOD), "BRA", "has no column muscle"),

@@ -56,6 +56,16 @@ def test_a_file_may_hold_several_effects(tmp_path):
         ({"low": "0.1"}, "must hold 0"),
         ({"name": "joint_damping"}, "taken"),
         ({"stage": "constants", "arguments": "mass, *, k", "result": "{'weight': mass + k}"}, "weight.*not constants"),
+        ({"result": "__import__('sys').exit(0)"}, "raised SystemExit: 0"),
+        ({"result": "None"}, "raised TypeError"),
+        ({"result": "'text'"}, "raised TypeError"),
+        ({"result": "spring(q, k=k)"}, "raised RecursionError"),
+        ({"low": "float('-inf')"}, "bounds .-inf, 5.0. must be finite"),
+        ({"low": "float('nan')"}, "bounds .nan, 5.0. must be finite"),
+        ({"low": "'0'"}, "line 9: .*TypeError"),
+        ({"name": "kr\u00e4ftig"}, "identifier of ASCII letters"),
+        ({"name": "two+effects"}, "identifier of ASCII letters"),
+        ({"stage": "elbow"}, "acts_on is 'elbow'; expected one of"),
     ],
 )
 def test_a_faulty_effect_is_refused_with_the_file_and_the_reason(changes, message, tmp_path):
@@ -71,13 +81,29 @@ def test_a_faulty_effect_is_refused_with_the_file_and_the_reason(changes, messag
         ("EFFECT = 3\n", "holds no Effect"),
         ("x = 1\nraise RuntimeError('boom')\n", "line 2: .*RuntimeError: boom"),
         ("def f(:\n", "line 1: .*SyntaxError"),
+        ("import sys\nsys.exit(0)\n", "line 2: .*raised SystemExit: 0. Correct the file there"),
+        ("exit()\n", "line 1: .*raised SystemExit"),
+        ("import no_such_package\n", "line 1: .*ModuleNotFoundError: No module named 'no_such_package'"),
+        ("", "holds no Effect"),
+        ("x = 1\0\n", "raised (ValueError|SyntaxError): source code string cannot contain null bytes"),
+        ("x = '\udcff'\n", "SyntaxError.*utf-8"),
     ],
 )
 def test_a_file_without_a_usable_effect_is_refused(text, message, tmp_path):
     path = tmp_path / "broken.py"
-    path.write_text(text)
-    with pytest.raises(ValueError, match=message):
+    path.write_bytes(text.encode(errors="surrogateescape"))
+    with pytest.raises(ValueError, match=message) as refused:
         catalogue([path])
+    assert "broken.py" in str(refused.value)
+
+
+def test_a_file_that_is_no_python_by_its_name_is_refused(tmp_path):
+    path = write(tmp_path / "spring.txt")
+    with pytest.raises(ValueError, match="spring.txt: .*name that ends in .py"):
+        catalogue([path])
+    (tmp_path / "folder.py").mkdir()
+    with pytest.raises(ValueError, match="folder.py: no such effect file"):
+        catalogue([tmp_path / "folder.py"])
 
 
 def test_a_missing_file_is_refused(tmp_path):

@@ -110,7 +110,7 @@ def test_the_study_hides_effects_in_a_simulated_dataset():
 
 def test_a_faulty_arm_is_explained_where_it_is():
     said = problems(config_with({"thin": {"muscles": {"Flex": ELBOW | {"f0_N": -1}}, "joint": {}}}))
-    assert "physics.arms.thin.muscles.Flex.f0_N = -1: expected a number, above 0 [N]" in said
+    assert "physics.arms.thin.muscles.Flex.f0_N = -1: expected a number, above 0, at most 100000 [N]" in said
     assert "physics.arms.thin.joint.mass_kg: is missing" in said
 
 

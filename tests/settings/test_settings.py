@@ -4,7 +4,9 @@ import copy
 import json
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from random import Random
 
 import pytest
 import yaml
@@ -61,12 +63,95 @@ def test_the_shipped_configuration_is_accepted_and_survives_a_round_trip():
         ("data.datasets.case1.identify", {"f0_Bic": {}}, ("f0_Bic", "did you mean 'f0_Bi'")),
         ("data.datasets.case1.identify", {"f0_Bi": {"low": 3, "high": 2}}, ("low", "below high")),
         ("data.wavelet.levels", 1, ("targets.scales", "data.wavelet.levels")),
+        # values that no arm has
+        ("data.datasets.bench_elbow.constants", {"mass": -1}, ("constants.mass = -1", "above 0", "[kg]")),
+        ("data.datasets.bench_elbow.constants", {"length": 0}, ("constants.length = 0", "at least 0.001", "[m]")),
+        ("data.datasets.bench_elbow.constants", {"vmax_Bi": -3}, ("vmax_Bi = -3", "above 0", "[m/s]")),
+        ("data.datasets.bench_elbow.constants", {"mass": float("nan")}, ("constants.mass = nan", "number")),
+        ("data.datasets.bench_elbow.conditions", {"trial1": {"load": -50}}, ("trial1.load = -50", "at least 0")),
+        ("data.datasets.bench_elbow.conditions", {"trial1": {"tilt": 30}}, ("tilt = 30", "at most 3.1", "[rad]")),
+        ("data.datasets.case1.identify", {"f0_Bi": {"low": -500, "high": -100}}, ("f0_Bi.low = -500", "above 0")),
+        ("data.datasets.case1.identify", {"l0_Bi": {"low": 50, "high": 300}}, ("l0_Bi.low = 50", "at most 5 [m]")),
+        ("data.datasets.case1.identify", {"f0_Bi": {"literature": [-3]}}, ("literature", "positive")),
+        ("data.datasets.case1.identify", {"pennation_Bi": {}}, ("identify.pennation_Bi", "is 0", "nothing to start")),
+        ("physics.muscles.Bi.l0_m", 116, ("116", "at most 5 [m]", "optimal fibre length")),
+        ("physics.joint.length_m", 250, ("250", "at most 5 [m]")),
+        # names that nothing has, or that something else would read otherwise
+        ("data.datasets.bench_elbow.constants", {"joint_damping.c": 1.5}, ("no 'joint_damping.c'", "effect")),
+        ("data.datasets.bench_elbow.constants", {"foo.bar": 1}, ("no 'foo.bar'", "Known: ", "f0_Bi")),
+        ("data.datasets.bench_elbow.conditions", {"trial1": {"foo.bar": 1}}, ("trial1.foo.bar", "no 'foo.bar'")),
+        ("data.datasets.bench_elbow.identify", {"foo.bar": {}}, ("identify.foo.bar", "no 'foo.bar'")),
+        ("data.datasets.bench_elbow.test", ["tri$al3$"], ("'tri$al3$'", "$", "rename")),
+        ("data.datasets.bench_elbow.files", ["data/{me}/*.csv"], ("'data/{me}/*.csv'", "braces", "rename")),
+        ("data.datasets.study", SHIPPED["data"]["datasets"]["case1"], ("study", "rename")),
+        ("data.datasets.human_curls.signals.tilt_rad.condition", "mass", ("mass is in kg", "an angle", "tilt")),
+        # the same twice
+        ("targets.datasets", ["case1", "case1"], ("targets.datasets", "case1 is there more than once")),
+        ("targets.without_networks", ["human_curls"] * 2, ("human_curls is there more than once",)),
+        ("targets.recipes", ["rollout", "rollout"], ("targets.recipes", "rollout is there more than once")),
+        ("targets.scales", [1, 1, 2], ("targets.scales", "1 is there more than once")),
+        ("targets.models", {"case1": ["base", "base"]}, ("targets.models", "base is there more than once")),
+        ("targets.models", {"case1": ["base+fatigue+fatigue"]}, ("fatigue is there more than once",)),
+        ("data.datasets.case1.test", ["3", "3"], ("case1.test", "3 is there more than once")),
+        ("diagnosis.study.effects", ["fatigue", "fatigue"], ("study.effects", "fatigue is there more than once")),
+        ("data.datasets.case1.conditions", {"1": {"f0_Bi": 200}}, ("f0_Bi is both known (conditions)", "keep one")),
     ],
 )
 def test_a_wrong_value_is_named_with_what_is_allowed(path, value, says):
     line = problems(changed(path, value))[0]
     for text in (*says, path.split(".")[0]):
         assert text in line, line
+
+
+def places(section: object, path: tuple = ()) -> Iterator[tuple]:
+    """Paths of everything below a section."""
+    children = section.items() if isinstance(section, dict) else enumerate(section if isinstance(section, list) else ())
+    for key, value in children:
+        yield (*path, key)
+        yield from places(value, (*path, key))
+
+
+NONSENSE = (None, True, -1, 1e30, "", "x$y{z}", [], {}, [None], {"a": None}, {1: 2}, [[1]], float("nan"))
+
+
+def test_nonsense_anywhere_is_a_message_and_never_a_traceback():
+    everywhere, random = list(places(SHIPPED)), Random(1)
+    for _ in range(300):
+        config, (*parents, last) = copy.deepcopy(SHIPPED), random.choice(everywhere)
+        section = config
+        for part in parents:
+            section = section[part]
+        section[last] = random.choice(NONSENSE)
+        try:
+            parse_settings(config)
+        except ValueError as error:
+            assert max(map(len, str(error).splitlines())) < 1000
+
+
+@pytest.mark.parametrize("key", ["tracking.uri", "learning.sweep.storage"])
+@pytest.mark.parametrize(
+    "address",
+    [
+        "postgresql://me:hunter2@db.example/sweeps",
+        "postgresql://me:hunter2/x@y@db.example/sweeps",
+        "postgresql://me@db.example/sweeps?password=hunter2",
+        "mysql://me:hunter2@db.example/sweeps",
+        "https://:hunter2 @mlflow.example",
+    ],
+)
+def test_a_password_is_refused_and_never_shown(key, address):
+    (line,) = problems(changed(key, address))
+    assert key in line and "may not hold a password" in line and "~/.pgpass" in line and "hunter2" not in line
+
+
+def test_a_password_is_not_shown_by_what_is_wrong_around_it():
+    for path in ("tracking", "learning.sweep.storage"):
+        assert "hunter2" not in str(problems(changed(path, ["http://me:hunter2@mlflow.example"])))
+
+
+def test_a_heavier_forearm_needs_the_inertia_that_goes_with_it():
+    config = changed("data.datasets.human_curls.constants", {"mass": 9.0})
+    assert "inertia is" in problems(config)[0] and "mass com^2" in problems(config)[0]
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import pytest
 
 from myowave.physics.anthropometry import forearm_with_hand
+from myowave.settings import parse_settings
 from myowave.settings.subjects import add_subjects
 
 TABLE = """subject,files,test,mass,length,trial4.load
@@ -91,6 +92,9 @@ def test_a_configuration_without_a_table_stays_as_it_is():
         (TABLE.replace("bob", "case1"), "case1 .* is also in data.datasets"),
         (TABLE.replace(",test,", ",tests,"), "column test is missing"),
         (TABLE.replace("1.4,,", "1.4,,,7"), "row 3: more cells than columns"),
+        (TABLE.replace("bob,data/bob/*.csv,trial3,1.4,,", "bob"), "row 3: files, test is empty"),
+        (TABLE.replace("bob,", ","), "row 3: subject is empty"),
+        (TABLE.replace("bob,data", 'bob,"data'), "is not a CSV table in UTF-8"),
     ],
 )
 def test_faults_are_named(config, text, message):
@@ -103,3 +107,14 @@ def test_a_table_that_is_not_there(config):
     settings["data"]["subjects"] = "nowhere.csv"
     with pytest.raises(ValueError, match="there is no table nowhere.csv"):
         add_subjects(settings)
+
+
+def test_sections_of_another_kind_are_left_to_the_settings_to_refuse(config):
+    for wrong in (
+        {"targets": [1]},
+        {"targets": {"datasets": 3, "models": 4}},
+        {"data": {"subjects": 7}},
+        {"data": [1]},
+    ):
+        with pytest.raises(ValueError, match="expected|missing"):
+            parse_settings(add_subjects(config() | wrong))

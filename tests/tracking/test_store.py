@@ -4,11 +4,13 @@ import json
 import os
 import shutil
 import socket
+import sqlite3
 import subprocess
 import sys
 import time
 import urllib.request
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
+from functools import partial
 from pathlib import Path
 
 import mlflow
@@ -153,6 +155,90 @@ def test_a_store_is_made_where_there_is_none(trained, tmp_path):
     uri = f"sqlite:///{tmp_path}/new/mlflow.db"
     publish([from_model(trained)], uri)
     assert len(stored(uri)[2]) == SEEDS
+
+
+def test_a_store_that_was_killed_while_it_was_made_is_not_there_and_the_next_one_is_whole(trained, tmp_path):
+    path, draft = tmp_path / "new/mlflow.db", tmp_path / "new/.mlflow.db.draft"
+    code = f"from myowave.tracking.store import publish; publish([], 'sqlite:///{path}')"
+    with subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.DEVNULL) as making:
+        while not (draft.exists() and draft.stat().st_size > 4096):
+            assert making.poll() is None and not path.exists()
+            time.sleep(0.005)
+        making.kill()
+    assert draft.exists() and not path.exists(), "it was killed in the middle"
+    assert publish([from_model(trained)], f"sqlite:///{path}").startswith(f"{SEEDS + 1} runs written")
+    assert len(stored(f"sqlite:///{path}")[2]) == SEEDS and not draft.exists()
+
+
+def without_half_of_its_tables(path):
+    with sqlite3.connect(path) as database:
+        for (name,) in database.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()[::2]:
+            database.execute(f"DROP TABLE IF EXISTS '{name}'")
+    database.close()
+
+
+def with_tables_of_another_version(path):
+    with sqlite3.connect(path) as database:
+        database.execute("UPDATE alembic_version SET version_num = 'ff01da956556'")
+    database.close()
+
+
+def with_a_page_overwritten(path):
+    content = bytearray(path.read_bytes())
+    content[4096 : 3 * 4096] = b"\xaa" * 8192
+    path.write_bytes(content)
+
+
+def cut_short(path):
+    path.write_bytes(path.read_bytes()[:50_000])
+    path.with_name(path.name + "-journal").write_bytes(b"left behind")
+
+
+DAMAGES = (without_half_of_its_tables, with_tables_of_another_version, with_a_page_overwritten, cut_short)
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_store_that_cannot_be_opened_is_put_aside_and_made_anew(trained, uri, tmp_path, damage):
+    path = tmp_path / "results/mlflow.db"
+    damage(path)
+    with pytest.raises(ValueError, match="cannot be opened.*snakemake --cores 1 publish"):
+        serve(uri)
+    damaged = path.read_bytes()
+    note = publish([from_model(trained)], uri)
+    assert f"{path} could not be opened" in note and "is now mlflow.db.damaged-1, and was made anew" in note
+    assert len(stored(uri)[2]) == SEEDS and len(note.splitlines()) == 1
+    assert (tmp_path / "results/mlflow.db.damaged-1").stat().st_size == len(damaged), "nothing is thrown away"
+    assert not (tmp_path / "results/mlflow.db-journal").exists()
+    assert publish([from_model(trained)], uri).startswith("0 runs written")
+
+
+def test_a_store_that_is_in_use_is_never_put_aside(trained, uri, monkeypatch):
+    with closing(sqlite3.connect(uri.removeprefix("sqlite:///"))) as other:
+        other.execute("BEGIN EXCLUSIVE")
+        monkeypatch.setattr(sqlite3, "connect", partial(sqlite3.connect, timeout=0.1))
+        note = publish([from_model(trained)], uri)
+    assert note.startswith("**Not published**") and "locked" in note
+    assert publish([from_model(trained)], uri).startswith(f"{SEEDS + 1} runs written")
+
+
+def test_a_file_that_is_no_database_is_left_alone(trained, tmp_path):
+    mine = tmp_path / "summary.csv"
+    mine.write_text("dataset,model\n")
+    note = publish([from_model(trained)], f"sqlite:///{mine}")
+    assert note.startswith("**Not published**") and f"{mine} is no SQLite database" in note
+    assert mine.read_text() == "dataset,model\n"
+
+
+def test_no_note_holds_a_password(trained, monkeypatch):
+    def down(uri):
+        raise OSError(f"no connection to {uri}")
+
+    monkeypatch.setattr("myowave.tracking.store.start_page", down)
+    note = publish([from_model(trained)], "http://me:hunter2@127.0.0.1:9")
+    assert note.startswith("**Not published**") and "hunter2" not in note
+    with pytest.raises(ValueError) as caught:
+        serve("postgresql://me:hunter2@127.0.0.1:9/none")
+    assert "hunter2" not in str(caught.value) and "cannot be opened" in str(caught.value)
 
 
 def test_a_moved_store_finds_its_artifacts_again(trained, uri, tmp_path):

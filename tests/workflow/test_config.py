@@ -1,5 +1,9 @@
 """The workflow and its configuration: what stops it, and what each rule is told."""
 
+from itertools import pairwise
+
+import pytest
+
 from myowave.settings import shipped_effects
 
 SECRET = "1.234567"
@@ -54,11 +58,63 @@ def test_the_study_hides_every_effect_that_ships_or_those_it_is_told(project):
     assert studied(effects=["joint_damping", "fatigue"]) == 4
 
 
-def test_recordings_that_are_not_there_are_named(project):
-    wrong = {"data": {"datasets": {"bench_elbow": {"files": ["data/nothing/*.csv"]}}}}
-    done = project.snakemake("-n", *project.lay_over(wrong))
-    assert done.returncode != 0
-    assert "data.datasets.bench_elbow.files: 'data/nothing/*.csv' matches no file" in done.stdout
+@pytest.mark.parametrize(
+    ("pattern", "says"),
+    [
+        ("data/nothing/*.csv", "bench_elbow.files: 'data/nothing/*.csv' matches no file, looked up from"),
+        ("data/odd/*.csv", "bench_elbow.files: data/odd/gone.csv: a link to /nowhere/gone.csv, which is not there"),
+        ("data/odd*/?.csv", "bench_elbow.files: data/odd{1}/a.csv holds braces; rename the file or folder"),
+    ],
+)
+def test_recordings_that_cannot_be_found_are_named_in_a_line(project, pattern, says):
+    for name in ("odd", "odd{1}"):
+        (project.folder / "data" / name).mkdir()
+    (project.folder / "data/odd/gone.csv").symlink_to("/nowhere/gone.csv")
+    (project.folder / "data/odd{1}/a.csv").write_text("")
+    done = project.snakemake("-n", *project.lay_over({"data": {"datasets": {"bench_elbow": {"files": [pattern]}}}}))
+    assert done.returncode != 0 and says in done.stdout and "Traceback" not in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (None, "There is no mine.yaml in"),
+        ("targets: [", "mine.yaml is not valid YAML, line 1"),
+        ("targets: {}\ntargets: {}\n", "mine.yaml, line 2, column 1: the key targets is there already"),
+        (
+            "a: &a {x: 1}\n" + "".join(f"{b}: &{b} [{', '.join([f'*{a}'] * 9)}]\n" for a, b in pairwise("abcdefghi")),
+            "huge",
+        ),
+    ],
+)
+def test_a_configuration_that_cannot_be_read_is_one_line(project, text, says):
+    if text is not None:
+        (project.folder / "mine.yaml").write_text(text)
+    done = project.snakemake("-n", "--configfile", "config.yaml", "mine.yaml")
+    assert done.returncode != 0 and says in done.stdout and "Traceback" not in done.stdout
+    assert len(done.stdout.splitlines()) <= 3, done.stdout
+
+
+OWN = """
+targets: {datasets: [me], scales: [1]}
+physics:
+  muscles:
+    Bi: {side: flexor, emg: emg_biceps, f0_N: 300.0, l0_m: 0.6, vmax_m_s: 6.0, slack_m: 0.55, l1_m: 0.3, l2_m: 0.8}
+    Tri: {side: extensor, emg: emg_triceps, f0_N: 300.0, l0_m: 0.4, vmax_m_s: 4.0, slack_m: 0.33, l1_m: 0.2, l2_m: 0.7}
+  joint: {mass_kg: 1.0, length_m: 1.0}
+data: {datasets: {me: {kind: measured, files: [data/bench_elbow/*.csv], test: [trial3]}}}
+learning: {recipes: {rollout: {epochs: 5}}}
+"""
+
+
+def test_a_configuration_of_ones_own_needs_none_of_the_datasets_that_ship(project):
+    (project.folder / "config.yaml").write_text(OWN)
+    planned = project.planned()
+    assert planned["import_trials"] == planned["train_scale"] == planned["tell_verdict"] == 1
+    assert "search_settings" in project.planned("sweep")
+    for target, says in (("hidden_effects", "kind: simulated"), ("paper", "data.datasets.case1")):
+        done = project.snakemake("-n", target)
+        assert done.returncode != 0 and says in done.stdout and "Traceback" not in done.stdout
 
 
 def test_no_rule_is_told_what_is_hidden_but_the_one_that_puts_it_in(project):

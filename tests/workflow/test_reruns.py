@@ -3,6 +3,7 @@
 All outputs are put there by hand and recorded with `--touch`; then each change is made, planned, and taken back.
 """
 
+import os
 import shutil
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -45,6 +46,18 @@ def edited(project: Project, path: str, old: str, new: str) -> Iterator[None]:
 
 
 def test_a_second_run_has_nothing_to_do(finished):
+    assert finished.planned(*CONFIG) == {}
+
+
+def test_a_recording_put_back_with_an_older_date_is_imported_again(finished):
+    path = finished.folder / "data/bench_elbow/trial2.csv"
+    original, date = path.read_bytes(), path.stat().st_mtime_ns
+    path.write_bytes(original.replace(b"0.01,", b"0.010,", 1))
+    os.utime(path, ns=(date, date - 10**12))
+    planned = finished.planned(*CONFIG)
+    path.write_bytes(original)
+    os.utime(path, ns=(date, date))
+    assert planned["import_trials"] == 1 and "simulate_trials" not in planned
     assert finished.planned(*CONFIG) == {}
 
 

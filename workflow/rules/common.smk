@@ -5,7 +5,7 @@ from pathlib import Path
 
 from myowave.settings import check_effects, dump, parse_settings, public
 from myowave.settings.subjects import add_subjects
-from myowave.workflow.digest import digest_script
+from myowave.workflow.digest import digest_files, digest_script
 
 try:
     SETTINGS = parse_settings(add_subjects(config))
@@ -71,6 +71,11 @@ def physics_section(wildcards):
 def physics_files(wildcards):
     """Files that the dataset's physics is made of."""
     return SETTINGS.physics_of(wildcards.dataset).files
+
+
+def physics_contents(wildcards):
+    """Digests of these files: dates alone miss a file put back."""
+    return digest_files(physics_files(wildcards))
 
 
 def table_section(wildcards):

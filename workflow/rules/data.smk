@@ -1,30 +1,18 @@
 # Trials, simulated, measured or recorded, become one table; after it nobody asks which they were.
-from glob import glob
-
-from snakemake.exceptions import WorkflowError
+from myowave.data.files import all_files
 
 
 def recordings(wildcards):
     """Files of a measured dataset; a pattern stands for the files it matches now."""
-    return expand_patterns(DATASETS[wildcards.dataset].files, f"data.datasets.{wildcards.dataset}.files")
+    try:
+        return list(map(str, all_files(f"data.datasets.{wildcards.dataset}.files", DATASETS[wildcards.dataset].files)))
+    except ValueError as error:
+        sys.exit(str(error))
 
 
-def expand_patterns(patterns, key):
-    """Files that the patterns match, each pattern's in order.
-
-    Raises:
-        WorkflowError: for a pattern that matches nothing.
-    """
-    files = []
-    for pattern in patterns:
-        matched = sorted(glob(pattern, recursive=True))
-        if not matched:
-            raise WorkflowError(
-                f"{key}: {pattern!r} matches no file, looked up from {Path.cwd()}. Correct the name, or run snakemake "
-                "from the folder that the name starts from."
-            )
-        files += matched
-    return list(dict.fromkeys(files))
+def contents(wildcards):
+    """Digests of the recordings and of the tables of the dataset's arm: dates alone miss a file put back."""
+    return digest_files([*recordings(wildcards), *table_files(wildcards)])
 
 
 rule simulate_trials:
@@ -39,6 +27,7 @@ rule simulate_trials:
         dataset=one_of(SIMULATED),
     params:
         physics=physics_section,
+        contents=physics_contents,
         dataset=lambda wildcards: dump(DATASETS[wildcards.dataset]),  # with what is hidden: this rule puts it in
         code=digest("simulate_trials"),
     script:
@@ -57,6 +46,7 @@ rule import_trials:
         dataset=one_of(MEASURED),
     params:
         dataset=dataset_section,
+        contents=contents,
         channels=lambda wildcards: SETTINGS.physics_of(wildcards.dataset).channels,
         tables=table_section,
         code=digest("import_trials"),
@@ -77,6 +67,7 @@ rule prepare_recording:
         dataset=one_of(RECORDED),
     params:
         dataset=dataset_section,
+        contents=contents,
         tables=table_section,
         code=digest("prepare_recording"),
     script:
@@ -102,6 +93,7 @@ rule draw_recording:
         dataset=one_of(RECORDED),
     params:
         dataset=dataset_section,
+        contents=contents,
         code=digest("draw_recording"),
     script:
         "../scripts/draw_recording.py"

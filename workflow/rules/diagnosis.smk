@@ -56,6 +56,7 @@ checkpoint diagnose_dataset:
     threads: 1
     params:
         physics=physics_section,
+        contents=physics_contents,
         identify=identify_section,
         models=lambda wildcards: models_of(wildcards.dataset),
         diagnosis=lambda wildcards: {k: v for k, v in section("diagnosis").items() if k != "study"},
@@ -77,6 +78,7 @@ rule compare_rooms:
         "results/logs/compare_rooms/{dataset}.log",
     params:
         physics=physics_section,
+        contents=physics_contents,
         code=digest("compare_rooms"),
     script:
         "../scripts/compare_rooms.py"

@@ -32,6 +32,7 @@ rule train_scale:
     threads: 1
     params:
         physics=physics_section,
+        contents=physics_contents,
         identify=identify_section,
         recipe=recipe_section,
         seeds=SETTINGS.learning.seeds,

@@ -11,6 +11,28 @@ PAPER_CHOICES = [
 PAPER_CHOICE = "results/learning/case1/base/{recipe}/1-scale/{file}"
 
 
+def of_shipped(files):
+    """An input function: these files, where the configuration has what the paper's protocols need."""
+
+    def found(wildcards):
+        named = [
+            *(f"data.datasets.{name}" for name in PAPER_CASES + PAPER_SUBJECTS if name not in DATASETS),
+            *(
+                f"learning.recipes.{name}"
+                for name in [*PAPER_CHOICES, "paper_subject"]
+                if name not in SETTINGS.learning.recipes
+            ),
+        ]
+        if named:
+            sys.exit(
+                f"The paper's protocols need {', '.join(named)}, which the configuration does not have. Lay your files over "
+                "the config.yaml that ships: --configfile config.yaml mine.yaml."
+            )
+        return files
+
+    return found
+
+
 def paper_scales(dataset):
     """Numbers of scales: 1 to 3 in Sec. 4, 1 to 5 in Sec. 5; with true bounds, which the paper lacks, both ends."""
     return {"elbow_literature": [1, 2, 3, 4, 5], "elbow_bounds": [1, 5]}.get(dataset, [1, 2, 3])
@@ -47,13 +69,13 @@ localrules:
 
 rule paper:
     input:
-        "results/paper/tables.md",
+        of_shipped("results/paper/tables.md"),
         expand("results/paper/{run}/{figure}.png", run=PAPER_RUNS, figure=["metrics", "predictions", "parameters"]),
 
 
 rule score_one_step:
     input:
-        checkpoints=paper_runs("scale-0.pt"),
+        checkpoints=of_shipped(paper_runs("scale-0.pt")),
         trials=expand("results/data/{dataset}/trials.parquet", dataset=PAPER_CASES + PAPER_SUBJECTS),
     output:
         scores="results/paper/one_step.csv",
@@ -67,7 +89,7 @@ rule score_one_step:
 
 rule compare_paper:
     input:
-        cases=paper_evaluations(PAPER_CASES, "paper"),
+        cases=of_shipped(paper_evaluations(PAPER_CASES, "paper")),
         choices=expand(PAPER_CHOICE, recipe=PAPER_CHOICES, file="evaluation.csv"),
         histories=expand(PAPER_CHOICE, recipe=PAPER_CHOICES, file="history-0.parquet"),
         subject=paper_evaluations(PAPER_SUBJECTS, "paper_subject"),
@@ -84,8 +106,8 @@ rule compare_paper:
     log:
         "results/logs/compare_paper.log",
     params:
-        recipes={name: dump(SETTINGS.learning.recipes[name]) for name in PAPER_CHOICES},
-        identify={name: public(DATASETS[name])["identify"] for name in PAPER_SUBJECTS},
+        recipes=lambda wildcards: {name: dump(SETTINGS.learning.recipes[name]) for name in PAPER_CHOICES},
+        identify=lambda wildcards: {name: public(DATASETS[name])["identify"] for name in PAPER_SUBJECTS},
         code=digest("compare_paper"),
     script:
         "../scripts/compare_paper.py"

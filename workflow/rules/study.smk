@@ -2,7 +2,6 @@
 from myowave.settings import shipped_effects
 
 STUDY = SETTINGS.diagnosis.study
-STUDY_PHYSICS = SETTINGS.physics_of(STUDY.dataset)
 STUDIED = [*(STUDY.effects or shipped_effects()), *("+".join(pair) for pair in STUDY.pairs), "none"]
 
 
@@ -12,9 +11,37 @@ def study_section():
     return diagnosis | {"study": {k: v for k, v in diagnosis["study"].items() if k not in ("effects", "pairs")}}
 
 
+def studied_dataset():
+    """The simulated dataset that effects are hidden in."""
+    if SETTINGS.studied is None:
+        sys.exit(
+            "hidden_effects hides effects in simulated trials, and data.datasets has none with kind: simulated. Copy case1 "
+            "from the config.yaml that ships, or lay your files over that: --configfile config.yaml mine.yaml."
+        )
+    return SETTINGS.studied
+
+
+def study_files(wildcards):
+    """Files that the physics of that dataset is made of."""
+    return SETTINGS.physics_of(studied_dataset()).files
+
+
+def study_contents(wildcards):
+    """Digests of these files."""
+    return digest_files(study_files(wildcards))
+
+
+def study_physics(wildcards):
+    return dump(SETTINGS.physics_of(studied_dataset()))
+
+
+def study_dataset(wildcards):
+    return dump(DATASETS[studied_dataset()])
+
+
 rule simulate_study:
     input:
-        physics=STUDY_PHYSICS.files,
+        physics=study_files,
     output:
         trials=expand(
             "results/diagnosis/study/trials-{seed}.parquet", seed=range(1, max(STUDY.seeds, STUDY.clean_sets) + 1)
@@ -22,8 +49,9 @@ rule simulate_study:
     log:
         "results/logs/simulate_study.log",
     params:
-        physics=dump(STUDY_PHYSICS),
-        dataset=dump(DATASETS[STUDY.dataset]),
+        physics=study_physics,
+        contents=study_contents,
+        dataset=study_dataset,
         code=digest("simulate_study"),
     script:
         "../scripts/simulate_study.py"
@@ -32,7 +60,7 @@ rule simulate_study:
 rule study_effect:
     input:
         trials=rules.simulate_study.output.trials,
-        physics=STUDY_PHYSICS.files,
+        physics=study_files,
     output:
         cases="results/diagnosis/study/{hidden}.csv",
     log:
@@ -41,8 +69,9 @@ rule study_effect:
         hidden=one_of(name.replace("+", r"\+") for name in STUDIED),
     threads: 1
     params:
-        physics=dump(STUDY_PHYSICS),
-        dataset=dump(DATASETS[STUDY.dataset]),
+        physics=study_physics,
+        contents=study_contents,
+        dataset=study_dataset,
         diagnosis=study_section(),
         code=digest("study_effect"),
     script:

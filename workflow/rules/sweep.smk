@@ -26,6 +26,7 @@ def sweep_figures(network):
 # All that an error on held-out data depends on; a search is continued as long as it stays the same.
 judged_section = dict(
     physics=dump(SWEEP_PHYSICS),
+    contents=digest_files(SWEEP_PHYSICS.files),
     identify=public(DATASETS[SWEEP.dataset])["identify"],
     recipe=dump(SETTINGS.learning.recipes[SWEEP.recipe]),
     code=digest_module("learning/sweep/objective.py"),

@@ -4,6 +4,8 @@ import re
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
+from myowave.settings.section import odd_name
+
 
 def find_files(
     dataset: str, patterns: Sequence[str], endings: Collection[str], root: str | Path = "."
@@ -20,7 +22,8 @@ def find_files(
         {trial name: path}, those of a pattern in natural order (trial2 before trial10).
 
     Raises:
-        ValueError: one line for each pattern without a file, file of another kind, or name taken twice.
+        ValueError: one line for each pattern without a file, file of another kind or that is not there, name taken
+            twice, or name that a trial cannot have.
     """
     found: dict[str, Path] = {}
     problems = []
@@ -29,7 +32,11 @@ def find_files(
         if not matches:
             problems.append(nothing_found(Path(root), pattern))
         for path in matches:
-            if path.suffix.lower() not in endings:
+            if broken := broken_link(path):
+                problems.append(broken)
+            elif why := odd_name(path.stem):
+                problems.append(f"{path}: {why}, which is named after its file.")
+            elif path.suffix.lower() not in endings:
                 problems.append(f"{path}: the ending is {path.suffix!r}; expected {' or '.join(endings)}.")
             elif path.stem in found and found[path.stem] != path:
                 problems.append(
@@ -43,15 +50,50 @@ def find_files(
     return found
 
 
+def all_files(key: str, patterns: Sequence[str], root: str | Path = ".") -> list[Path]:
+    """Files that paths and patterns stand for, each once.
+
+    Args:
+        key: of the settings that they are from, for messages.
+
+    Raises:
+        ValueError: one line for each pattern without a file, link to nothing, and path with braces, which would be
+            placeholders to the workflow.
+    """
+    found: dict[Path, None] = {}
+    problems = []
+    for pattern in patterns:
+        if not (matches := match_files(Path(root), pattern)):
+            problems.append(
+                f"{pattern!r} matches no file, looked up from {Path(root).resolve()}. Correct the name, or run "
+                "snakemake from the folder that the name starts from."
+            )
+        found |= dict.fromkeys(matches)
+    problems += [broken for path in found if (broken := broken_link(path))]
+    problems += [f"{path} holds braces; rename the file or folder." for path in found if set("{}") & set(str(path))]
+    if problems:
+        raise ValueError("\n".join(f"{key}: {problem}" for problem in problems))
+    return list(found)
+
+
+def broken_link(path: Path) -> str:
+    """What is wrong with a link to a file that is not there; empty for all else."""
+    if not path.is_symlink() or path.exists():
+        return ""
+    return f"{path}: a link to {path.readlink()}, which is not there. Put the file there, or remove the link."
+
+
 def match_files(root: Path, pattern: str) -> list[Path]:
-    """Files that a path or pattern stands for, in natural order."""
+    """Files that a path or pattern stands for, in natural order, links to nothing among them."""
     if re.search(r"[*?\[]", pattern) is None:
         path = root / pattern
-        return [path] if path.is_file() else []
+        return [path] if path.is_file() or broken_link(path) else []
     whole = root / pattern
     anchor = Path(whole.anchor) if whole.is_absolute() else Path()
     matches = anchor.glob(str(whole.relative_to(anchor)))
-    return sorted((path for path in matches if path.is_file()), key=lambda path: natural(str(path)))
+    return sorted(
+        (path for path in matches if path.is_file() or broken_link(path)), key=lambda path: natural(str(path))
+    )
 
 
 def natural(text: str) -> list[tuple[int, int | str]]:

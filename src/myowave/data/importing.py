@@ -17,11 +17,11 @@ from myowave.data.checks.across import duplicate_problems, rate_problems, role_p
 from myowave.data.checks.columns import ANGLES, TIME, column_problems, emg_columns, is_ignored
 from myowave.data.checks.ranges import angle_problems, emg_problems
 from myowave.data.checks.tables import beyond_tables, table_problems
-from myowave.data.checks.time import time_problems
+from myowave.data.checks.time import pace_problems, time_problems
 from myowave.data.checks.values import length_problems, value_problems
 from myowave.data.files import find_files
 from myowave.data.processing.units import to_radians
-from myowave.data.readers import TABLES, RawRecording
+from myowave.data.readers import TABLES, RawRecording, read
 from myowave.data.recording import Recording
 from myowave.data.trials import Trials
 from myowave.settings import MeasuredDataset, TablePath
@@ -111,7 +111,7 @@ def read_recording(
         The recording, or None where it cannot be used, and the problems found: exactly one of the two is empty.
     """
     try:
-        raw = TABLES[path.suffix.lower()](path)
+        raw = read(TABLES[path.suffix.lower()], path)
     except ValueError as error:
         return None, [str(error)]
     if problems := list(column_problems(raw, channels, ignored)):
@@ -144,6 +144,7 @@ def _rounds(raw: RawRecording, channels: Sequence[str] | None) -> Iterator[Itera
 
 def _problems_of_signals(raw: RawRecording, channels: Sequence[str]) -> Iterator[str]:
     yield from time_problems(raw, raw[TIME].values, TIME)
+    yield from pace_problems(raw, raw[TIME].values, TIME)
     yield from emg_problems(raw, channels)
     yield from angle_problems(raw, _angle_column(raw))
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from myowave.data.checks.across import duplicate_problems, rate_problems
-from myowave.data.checks.ranges import EMG_LIMIT
+from myowave.data.checks.ranges import EMG_LIMIT, STILL
 from myowave.data.checks.tables import beyond_tables, table_problems
 from myowave.data.checks.values import SHORTEST
 from myowave.data.processing.excitation import describe, envelope, lag_of
@@ -200,7 +200,12 @@ def _value_problems(settings: RecordedDataset, recordings: Mapping[str, Recordin
                     "artefact there and cut it off with cut_s, or train on a trial of such effort."
                 )
         angle = np.degrees(recording.angle)
-        if np.abs(angle).max() > 180:
+        if np.ptp(recording.angle) < STILL:
+            yield (
+                f"trial {name}: the angle stays at {angle[0]:.4g} deg. The sensor was off, or the column is another "
+                "one: correct it, or leave the trial out."
+            )
+        elif np.abs(angle).max() > 180:
             yield (
                 f"trial {name}: the angle goes from {angle.min():.0f} to {angle.max():.0f} deg; expected -180 to 180. "
                 "Correct sign, offset_deg or unit of the angle."

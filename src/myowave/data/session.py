@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from myowave.data.checks.columns import is_ignored
-from myowave.data.checks.time import time_problems
+from myowave.data.checks.time import FASTEST_RAW, SLOWEST, time_problems
 from myowave.data.checks.values import value_problems
-from myowave.data.files import match_files, nothing_found
+from myowave.data.files import broken_link, match_files, nothing_found
 from myowave.data.processing.sampled import Sampled
 from myowave.data.processing.units import (
     ARBITRARY,
@@ -138,6 +138,9 @@ class _Reading:
             self._say(f"{where}.file: {many if found else nothing_found(self._root, pattern)}")
             return Path(pattern), None
         path = found[0]
+        if broken := broken_link(path):
+            self._say(f"{where}.file: {broken}")
+            return path, None
         if path not in self._files:
             try:
                 self._files[path] = read_raw(path, settings.format, self._settings.layout)
@@ -205,6 +208,14 @@ def _clock_problems(raw: RawRecording, signal: Signal, settings: RawSignal) -> I
     if not stated:
         yield f"{raw.path}: {signal.name} has neither times nor a rate; give its samples a second as rate_hz."
         return
+    for name, rate in stated.items():
+        if not 1 / SLOWEST <= rate <= 1 / FASTEST_RAW:
+            yield (
+                f"{raw.path}: {signal.name} has {rate:g} Hz by {name}; expected {1 / SLOWEST:g} to "
+                f"{1 / FASTEST_RAW:g}. "
+                "If its times are in ms or minutes, convert them to seconds; else correct the rate."
+            )
+            return
     if max(stated.values()) / min(stated.values()) - 1 > RATE_TOLERANCE:
         said = ", ".join(f"{rate:g} Hz by {name}" for name, rate in stated.items())
         yield f"{raw.path}: {signal.name} has {said}; expected one rate. Correct rate_hz, or export the file again."

@@ -46,17 +46,26 @@ def write_table(frame: pd.DataFrame, path: str | Path, metadata: Mapping[str, An
     table = pa.Table.from_pandas(frame, preserve_index=False)
     table = table.replace_schema_metadata({METADATA_KEY: json.dumps(metadata or {}).encode()})
     with replacing(path) as temporary:
-        pq.write_table(table, temporary)
+        pq.write_table(table, temporary, write_page_checksum=True)
 
 
 def read_table(path: str | Path) -> tuple[pd.DataFrame, dict[str, Any]]:
-    """Read a Parquet table and the metadata that `write_table` put in it (empty for a foreign file)."""
-    try:
-        table = pq.ParquetFile(path).read()
-    except pa.ArrowInvalid as error:
-        raise ValueError(f"{path}: this is not a Parquet file ({error}). Write it again, or remove it.") from error
-    metadata = (table.schema.metadata or {}).get(METADATA_KEY, b"{}")
-    return table.replace_schema_metadata(None).to_pandas(), json.loads(metadata)
+    """Read a Parquet table and the metadata that `write_table` put in it (empty for a foreign file).
+
+    Raises:
+        ValueError: for a file that is none, or damaged: pages of what `write_table` wrote carry checksums.
+        OSError: for one that is not there, or may not be read.
+    """
+    with open(path, "rb") as file:
+        try:
+            table = pq.ParquetFile(file, page_checksum_verification=True).read()
+            metadata = json.loads((table.schema.metadata or {}).get(METADATA_KEY, b"{}"))
+            return table.replace_schema_metadata(None).to_pandas(), metadata
+        except Exception as error:  # whatever damaged bytes make the reader raise
+            reason = " ".join(str(error).split()) or type(error).__name__
+            raise ValueError(
+                f"{path}: this is not a Parquet file, or it is damaged ({reason[:200]}). Write it again, or remove it."
+            ) from error
 
 
 def write_json(content: Mapping[str, Any], path: str | Path) -> None:
@@ -71,10 +80,14 @@ def write_trials(trials: Trials, path: str | Path) -> None:
 
 
 def read_trials(path: str | Path) -> Trials:
-    """Read trials written by `write_trials`."""
+    """Read trials written by `write_trials`.
+
+    Raises:
+        ValueError: for a file that holds none.
+    """
     frame, metadata = read_table(path)
     _require(metadata, "trials", path)
-    return _from_frame(frame, metadata)
+    return _from_frame(frame, metadata, path)
 
 
 def write_scales(scales: Mapping[int, Trials], path: str | Path) -> None:
@@ -93,10 +106,14 @@ def write_scales(scales: Mapping[int, Trials], path: str | Path) -> None:
 
 
 def read_scales(path: str | Path) -> dict[int, Trials]:
-    """Read what `write_scales` wrote: {number of coarsenings: trials at that scale}."""
+    """Read what `write_scales` wrote: {number of coarsenings: trials at that scale}.
+
+    Raises:
+        ValueError: for a file that holds none.
+    """
     frame, metadata = read_table(path)
     _require(metadata, "scales", path)
-    return {-int(scale): _from_frame(rows, metadata) for scale, rows in frame.groupby("scale", sort=False)}
+    return {-int(scale): _from_frame(rows, metadata, path) for scale, rows in frame.groupby("scale", sort=False)}
 
 
 def _to_frame(trials: Trials) -> pd.DataFrame:
@@ -125,22 +142,27 @@ def _to_metadata(trials: Trials) -> dict[str, Any]:
     }
 
 
-def _from_frame(frame: pd.DataFrame, metadata: Mapping[str, Any]) -> Trials:
-    channels = metadata["channels"]
-    rows = {name: group for name, group in frame.groupby("trial", sort=False)}
-    return Trials.from_sequences(
-        dataset=metadata["dataset"],
-        dt=metadata["dt_s"],
-        names=metadata["trials"],
-        channels=channels,
-        emg=[rows[name][channels].to_numpy() for name in metadata["trials"]],
-        angle=[rows[name]["angle_rad"].to_numpy() for name in metadata["trials"]],
-        test=metadata["test"],
-        conditions=metadata["conditions"],
-        constants=metadata["constants"],
-        provenance=metadata["provenance"],
-        signals={name: [rows[t][name].to_numpy() for t in metadata["trials"]] for name in metadata["signals"]},
-    )
+def _from_frame(frame: pd.DataFrame, metadata: Mapping[str, Any], path: str | Path) -> Trials:
+    try:
+        channels = metadata["channels"]
+        rows = {name: group for name, group in frame.groupby("trial", sort=False)}
+        return Trials.from_sequences(
+            dataset=metadata["dataset"],
+            dt=metadata["dt_s"],
+            names=metadata["trials"],
+            channels=channels,
+            emg=[rows[name][channels].to_numpy() for name in metadata["trials"]],
+            angle=[rows[name]["angle_rad"].to_numpy() for name in metadata["trials"]],
+            test=metadata["test"],
+            conditions=metadata["conditions"],
+            constants=metadata["constants"],
+            provenance=metadata["provenance"],
+            signals={name: [rows[t][name].to_numpy() for t in metadata["trials"]] for name in metadata["signals"]},
+        )
+    except KeyError as error:
+        raise ValueError(
+            f"{path}: written by another version of myowave (no {error}). Remove it, and run again."
+        ) from None
 
 
 def _require(metadata: Mapping[str, Any], kind: str, path: str | Path) -> None:

@@ -6,7 +6,7 @@ what it was trained on and how, and is refused, with the reason, where that does
 
 import hashlib
 import json
-import pickle
+import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -91,12 +91,21 @@ class Checkpoint:
         """Read a checkpoint.
 
         Raises:
-            ValueError: for a file that is none, or of another version.
+            ValueError: for a file that is none, is damaged, or of another version.
+            OSError: for one that is not there, or may not be read.
         """
-        try:
-            content = torch.load(path, map_location=device, weights_only=True)
-        except (pickle.UnpicklingError, RuntimeError, EOFError) as error:
-            raise ValueError(f"{path}: not a checkpoint of myowave ({type(error).__name__}). Train it again.") from None
+        content: Any = None
+        with open(path, "rb") as file:
+            try:
+                # Sums of all parts, as torch would load numbers that a disk or a copy has changed.
+                damaged = zipfile.ZipFile(file).testzip()
+                content = None if damaged else torch.load(path, map_location=device, weights_only=True)
+            except Exception as error:  # whatever such bytes make the reader raise
+                raise ValueError(
+                    f"{path}: not a checkpoint of myowave ({type(error).__name__}). Train it again."
+                ) from None
+        if damaged:
+            raise ValueError(f"{path}: this checkpoint is damaged (in {damaged}). Copy it again, or train it again.")
         found = content.pop("format", None) if isinstance(content, dict) else None
         if found != FORMAT:
             raise ValueError(f"{path}: checkpoint format is {found}, expected {FORMAT}. Train it again.")
@@ -104,8 +113,12 @@ class Checkpoint:
             content["recipe"] = json.loads(content["recipe"])
             content["architecture"] = Architecture(**content["architecture"])
             content["scaling"] = Scaling(**content["scaling"])
-            return cls(**content)
-        except (KeyError, TypeError) as error:  # fields are missing, or unknown
+            checkpoint = cls(**content)
+            found = (checkpoint.network.seeds, checkpoint.architecture.channels)
+            if found != (len(checkpoint.seeds), len(checkpoint.channels)):
+                raise ValueError("weights, seeds and channels differ in number")
+            return checkpoint
+        except (KeyError, TypeError, ValueError, AttributeError) as error:  # fields are missing, unknown or others
             raise ValueError(f"{path}: written by another version of myowave ({error}). Train it again.") from None
 
     def require(self, **expected: Any) -> None:

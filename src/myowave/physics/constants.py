@@ -3,6 +3,7 @@
 Nothing heavy is imported here: whoever checks a configuration reads this file without loading the physics.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -15,7 +16,8 @@ class Constant:
         unit: SI unit.
         meaning: one phrase for people.
         key: what the configuration calls it; empty where it is no key there.
-        bounds: of the configuration's value, as pydantic calls them (gt, ge, lt, le).
+        bounds: of any value that settings give it, as pydantic calls them (gt, ge, lt, le). They leave room for any
+            arm and model of one, and catch another unit.
         default: None where a model must give a value.
         kind: of path or of forearm that it belongs to; empty where all muscles, or all forearms, have it.
         drives: whether excitation or activation depends on it. Only such constants reach the functions that compute
@@ -34,20 +36,20 @@ class Constant:
     scales: tuple[str, ...] = ()
 
 
-POSITIVE = {"gt": 0}
+DISTANCE = {"ge": 0.001, "le": 5}  # in mm it would be farther
 
 # The parameter of muscle `Bi` is called `f0_Bi`.
 MUSCLE_CONSTANTS = {
-    "f0": Constant("N", "maximum isometric force", "f0_N", POSITIVE),
-    "l0": Constant("m", "optimal fibre length", "l0_m", POSITIVE),
-    "vmax": Constant("m/s", "maximum contraction velocity", "vmax_m_s", POSITIVE),
-    "slack": Constant("m", "tendon slack length", "slack_m", POSITIVE),
+    "f0": Constant("N", "maximum isometric force", "f0_N", {"gt": 0, "le": 1e5}),
+    "l0": Constant("m", "optimal fibre length", "l0_m", DISTANCE),
+    "vmax": Constant("m/s", "maximum contraction velocity", "vmax_m_s", {"gt": 0, "le": 100}),
+    "slack": Constant("m", "tendon slack length", "slack_m", DISTANCE),
     "pennation": Constant(
         "rad", "pennation angle at optimal fibre length", "pennation_rad", {"ge": 0, "lt": 1.4}, default=0.0
     ),
-    "l1": Constant("m", "distance of the origin from the joint", "l1_m", POSITIVE, kind="straight"),
-    "l2": Constant("m", "distance of the insertion from the joint", "l2_m", POSITIVE, kind="straight"),
-    "scale": Constant("-", "factor on the lengths of a table", "scale", POSITIVE, default=1.0, kind="table"),
+    "l1": Constant("m", "distance of the origin from the joint", "l1_m", DISTANCE, kind="straight"),
+    "l2": Constant("m", "distance of the insertion from the joint", "l2_m", DISTANCE, kind="straight"),
+    "scale": Constant("-", "factor on the lengths of a table", "scale", {"gt": 0, "le": 10}, default=1.0, kind="table"),
     "delay": Constant("s", "electromechanical delay", "delay_s", {"ge": 0, "le": 0.5}, default=0.08, drives=True),
     "shape": Constant(
         "-", "shape factor A of the activation, Eq. 2", "shape_A", {"ge": 0, "le": 3}, default=0.2, drives=True
@@ -58,9 +60,14 @@ MUSCLE_CONSTANTS = {
 # ASSUME: muscles of a group are stronger or longer than the model says by one factor. A length keeps the ratio of fibre
 # to tendon, as scaling a model to a person does, and longer fibres shorten by as many of their lengths per second.
 GROUP_CONSTANTS = {
-    "strength": Constant("-", "factor on the maximum isometric forces of a group", scales=("f0",)),
+    "strength": Constant(
+        "-", "factor on the maximum isometric forces of a group", bounds={"gt": 0, "le": 100}, scales=("f0",)
+    ),
     "length": Constant(
-        "-", "factor on optimal fibre and tendon slack lengths of a group", scales=("l0", "slack", "vmax")
+        "-",
+        "factor on optimal fibre and tendon slack lengths of a group",
+        bounds={"gt": 0, "le": 10},
+        scales=("l0", "slack", "vmax"),
     ),
 }
 
@@ -84,15 +91,22 @@ CURVE_CONSTANTS = {
 }
 
 JOINT_CONSTANTS = {
-    "mass": Constant("kg", "forearm mass", "mass_kg", POSITIVE),
+    "mass": Constant("kg", "forearm mass", "mass_kg", {"gt": 0, "le": 100}),
     "length": Constant(
-        "m", "distance of all mass from the elbow, a point at the wrist", "length_m", POSITIVE, kind="point"
+        "m", "distance of all mass from the elbow, a point at the wrist", "length_m", DISTANCE, kind="point"
     ),
-    "com": Constant("m", "distance of the forearm's centre of mass from the elbow", "com_m", POSITIVE, kind="body"),
-    "inertia": Constant("kg m^2", "moment of inertia about the elbow", "inertia_kg_m2", POSITIVE, kind="body"),
-    "grip": Constant("m", "distance of what the hand holds from the elbow", "grip_m", POSITIVE, kind="body"),
-    "load": Constant("kg", "known mass held in the hand", default=0.0),
-    "tilt": Constant("rad", "known lean of the upper arm from the vertical, forward positive", default=0.0),
+    "com": Constant("m", "distance of the forearm's centre of mass from the elbow", "com_m", DISTANCE, kind="body"),
+    "inertia": Constant(
+        "kg m^2", "moment of inertia about the elbow", "inertia_kg_m2", {"gt": 0, "le": 100}, kind="body"
+    ),
+    "grip": Constant("m", "distance of what the hand holds from the elbow", "grip_m", DISTANCE, kind="body"),
+    "load": Constant("kg", "known mass held in the hand", bounds={"ge": 0, "le": 200}, default=0.0),
+    "tilt": Constant(
+        "rad",
+        "known lean of the upper arm from the vertical, forward positive",
+        bounds={"ge": -math.pi, "le": math.pi},
+        default=0.0,
+    ),
 }
 
 

@@ -30,6 +30,7 @@ these see the changed fibre as `hill(activation, fibre_length, fibre_velocity)`,
 
 import functools
 import inspect
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -81,6 +82,8 @@ class Parameter:
     per_muscle: bool = False
 
     def __post_init__(self) -> None:
+        if not (math.isfinite(self.low) and math.isfinite(self.high)):
+            raise ValueError(f"bounds [{self.low}, {self.high}] must be finite; give the widest that is physical")
         if not (self.low <= 0.0 <= self.high and self.low < self.high):
             raise ValueError(f"bounds [{self.low}, {self.high}] must hold 0, which means no effect")
         if not (self.low <= self.typical <= self.high and self.typical != 0.0):
@@ -110,8 +113,8 @@ class Effect:
 
     def __post_init__(self) -> None:
         where = f"effect {self.name!r}"
-        if not self.name.isidentifier():
-            raise ValueError(f"{where}: the name must be a Python identifier, such as joint_damping")
+        if not (self.name.isidentifier() and self.name.isascii()):
+            raise ValueError(f"{where}: the name must be a Python identifier of ASCII letters, such as joint_damping")
         if self.acts_on not in QUANTITIES:
             raise ValueError(f"{where}: acts_on is {self.acts_on!r}; expected one of {', '.join(STAGES)}")
         if not self.parameters:

@@ -86,7 +86,7 @@ def _try(model: Model, params: Mapping[str, Tensor | float], where: str) -> Tens
     emg = rising[:, None].expand(len(angle), SAMPLES, len(model.muscles))
     try:
         return simulate(Simulation(model, params, emg, DT), angle, velocity).angle
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # whatever a user's function may raise
         shapes = f"q {tuple(angle.shape)}, activation {tuple(emg.shape[::2])}"
         raise ValueError(
             f"{where}: calling it (trials without a batch: {shapes}) raised {type(error).__name__}: {error}. "

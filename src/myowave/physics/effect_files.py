@@ -42,11 +42,10 @@ def _run(path: Path) -> dict[str, object]:
     sys.modules[name] = module  # dataclasses look their module up there
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a file that ends the program would end it in silence
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
         line = lines[-1] if lines else getattr(error, "lineno", None)
         at = f", line {line}" if line else ""
-        raise ValueError(
-            f"{path}{at}: reading the effect file raised {type(error).__name__}: {error}. Correct the file there."
-        ) from error
+        found = f"{type(error).__name__}: {error}".removesuffix(": ")
+        raise ValueError(f"{path}{at}: reading the effect file raised {found}. Correct the file there.") from error
     return vars(module)

@@ -28,7 +28,9 @@ from myowave.physics.cubics import Cubics
 FEWEST_ROWS = 4  # of a table: a cubic spline has no fewer
 FINER, MOST_CELLS = 4, 2000  # cells of an uneven table: how many in its smallest step, and how many in all
 ANGLE_COLUMNS = {"angle_deg": math.pi / 180, "angle_rad": 1.0}
+HALF_TURN = {"angle_deg": 180.0, "angle_rad": math.pi}
 LENGTH_COLUMN, MUSCLE_COLUMN = "length_m", "muscle"
+LONGEST = 5.0  # m, of a muscle-tendon unit: in mm it would be longer
 
 
 @dataclass(frozen=True, eq=False)  # a kind says itself whether two of its paths are equal
@@ -145,10 +147,13 @@ def read_path(file: str, muscle: str | None = None) -> TablePath:
     """
     if not File(file).is_file():
         raise ValueError(f"{file}: no such table of a muscle's path; correct the muscle's path.file.")
-    with open(file, newline="", encoding="utf-8-sig") as stream:
-        reader = csv.DictReader(stream)
-        columns = reader.fieldnames or ()
-        rows = [(reader.line_num, row) for row in reader]
+    try:
+        with open(file, newline="", encoding="utf-8-sig") as stream:
+            reader = csv.DictReader(stream)
+            columns = reader.fieldnames or ()
+            rows = [(reader.line_num, row) for row in reader]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"{file}: this is not a CSV table in UTF-8 ({error}). Save it as such.") from None
     angle_column = _check_columns(file, columns, muscle)
     if muscle is not None:
         known = sorted({row[MUSCLE_COLUMN] for _, row in rows})
@@ -159,14 +164,22 @@ def read_path(file: str, muscle: str | None = None) -> TablePath:
         raise ValueError(f"{file}: has {len(rows)} rows; a path needs at least {FEWEST_ROWS}, better one every 5 deg.")
     angle, length = ([_number(file, line, row, c) for line, row in rows] for c in (angle_column, LENGTH_COLUMN))
     for (line, _), before, here in zip(rows[1:], angle[:-1], angle[1:], strict=True):
+        if abs(here) > HALF_TURN[angle_column]:
+            raise ValueError(
+                f"{file}, line {line}: {angle_column} is {here:g}; expected -{HALF_TURN[angle_column]:.4g} to "
+                f"{HALF_TURN[angle_column]:.4g}. Correct the column's name or its unit."
+            )
         if here <= before:
             raise ValueError(
                 f"{file}, line {line}: {angle_column} goes from {before:g} to {here:g}; angles must increase from row "
                 "to row. Sort the table, and keep one row for each angle."
             )
     for (line, _), value in zip(rows, length, strict=True):
-        if value <= 0:
-            raise ValueError(f"{file}, line {line}: {LENGTH_COLUMN} is {value:g}; lengths are positive, in metres.")
+        if not 0 < value <= LONGEST:
+            raise ValueError(
+                f"{file}, line {line}: {LENGTH_COLUMN} is {value:g}; expected above 0, at most {LONGEST:g} m. Write "
+                "lengths in metres."
+            )
     return TablePath.through(np.array(angle) * ANGLE_COLUMNS[angle_column], length)
 
 

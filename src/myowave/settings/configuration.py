@@ -1,12 +1,14 @@
 """All of config.yaml in one object, and what its sections ask of one another."""
 
-from collections.abc import Collection
+import operator
+from collections.abc import Collection, Iterator, Mapping
 
 from pydantic import ValidationError, model_validator
 
-from myowave.settings.data import Data, RecordedDataset, force_and_length
+from myowave.physics.constants import constant_of, constant_unit
+from myowave.settings.data import Data, Dataset, RecordedDataset, force_and_length
 from myowave.settings.diagnosis import Diagnosis
-from myowave.settings.keys import did_you_mean, explain, list_keys
+from myowave.settings.keys import did_you_mean, explain, in_words, list_keys
 from myowave.settings.learning import SEARCHABLE, Learning, PlannedSweep, Recipe
 from myowave.settings.physics import Physics
 from myowave.settings.section import Section, dump, setting
@@ -96,9 +98,20 @@ class Settings(Section):
                     problems += [f"{where}.{end} does not fit recipe {sweep.recipe}: {line}" for line in lines]
         return problems
 
+    @property
+    def studied(self) -> str | None:
+        """The simulated dataset that the study hides effects in; None where there is none."""
+        return next(iter([self.diagnosis.study.dataset] if self.diagnosis.study.dataset else self._simulated), None)
+
+    @property
+    def _simulated(self) -> list[str]:
+        return [name for name, dataset in self.data.datasets.items() if dataset.kind == "simulated"]
+
     def _problems_of_study(self) -> list[str]:
-        simulated = [name for name, dataset in self.data.datasets.items() if dataset.kind == "simulated"]
-        return unless_known("diagnosis.study.dataset", self.diagnosis.study.dataset, simulated, " among simulated ones")
+        dataset = self.diagnosis.study.dataset
+        if dataset is None:
+            return []
+        return unless_known("diagnosis.study.dataset", dataset, self._simulated, " among simulated ones")
 
     def _problems_of_arms(self) -> list[str]:
         problems = []
@@ -112,33 +125,107 @@ class Settings(Section):
 
     def _problems_of_constants(self, name: str) -> list[str]:
         where, dataset, arm = f"data.datasets.{name}", self.data.datasets[name], self.physics_of(name)
-        named = [(f"{where}.identify.{p}", p) for p in dataset.identify]
-        named += [(f"{where}.constants.{p}", p) for p in dataset.constants]
-        named += [(f"{where}.conditions.{t}.{p}", p) for t, c in dataset.conditions.items() for p in c]
-        signals = getattr(dataset, "signals", {})
-        named += [(f"{where}.signals.{s}.condition", v.condition) for s, v in signals.items() if v.condition]
         whose = " in the default arm" if dataset.arm is None else f" in arm {dataset.arm}"
+        nominal = arm.nominal
         problems = []
-        for path, parameter in named:
-            if "." not in parameter:  # a parameter of an effect is checked where effects are known
-                problems += unless_known(path, parameter, arm.parameters, whose)
-        for parameter in set(dataset.identify) & set(dataset.constants):
-            problems.append(f"{where}: {parameter} is both known (constants) and to identify; keep one of them.")
-        if isinstance(dataset, RecordedDataset):
-            for muscle, settings in arm.muscles.items():
-                if settings.emg not in dataset.emg:
-                    problems.append(
-                        f"{where}.emg: muscle {muscle}{whose} is driven by {settings.emg}, which is not here; it has "
-                        f"{', '.join(dataset.emg)}. Add the channel, or name another one as the muscle's emg."
-                    )
+        for path, parameter in _names(where, dataset):
+            problems += unless_known(path, parameter, nominal, whose, _EFFECTS if "." in parameter else "")
+        for path, parameter, value in _values(where, dataset):
+            problems += out_of_bounds(path, parameter, value) if parameter in nominal else []
+        known = {"constants": dataset.constants, "conditions": {p for c in dataset.conditions.values() for p in c}}
+        for key, parameters in known.items():
+            for parameter in sorted(set(dataset.identify) & set(parameters)):
+                problems.append(f"{where}: {parameter} is both known ({key}) and to identify; keep one of them.")
+        for parameter in dataset.identify:
+            if nominal.get(parameter) == 0:
+                problems.append(
+                    f"{where}.identify.{parameter}: {parameter} is 0{whose}, so a search has nothing to start from. "
+                    "Give the arm the value that you expect, or leave it out."
+                )
+        for trial, conditions in {"": {}, **dataset.conditions}.items():
+            at = f"{where}.conditions.{trial}" if trial else f"{where}.constants"
+            problems += _problems_of_body(at, nominal | dataset.constants | conditions) if arm.joint.com_m else []
+        return problems + self._problems_of_signals(where, whose, dataset, arm)
+
+    @staticmethod
+    def _problems_of_signals(where: str, whose: str, dataset: Dataset, arm: Physics) -> list[str]:
+        """Of a recorded dataset: channels that the arm needs, and conditions that no angle can be."""
+        if not isinstance(dataset, RecordedDataset):
+            return []
+        problems = []
+        for muscle, settings in arm.muscles.items():
+            if settings.emg not in dataset.emg:
+                problems.append(
+                    f"{where}.emg: muscle {muscle}{whose} is driven by {settings.emg}, which is not here; it has "
+                    f"{', '.join(dataset.emg)}. Add the channel, or name another one as the muscle's emg."
+                )
+        for signal, angle in dataset.signals.items():
+            if angle.condition in arm.parameters and (unit := constant_unit(angle.condition)) != "rad":
+                problems.append(
+                    f"{where}.signals.{signal}.condition: {angle.condition} is in {unit}, and the signal is an angle; "
+                    "expected a constant in rad, such as tilt."
+                )
         return problems
 
 
-def unless_known(path: str, name: str, known: Collection[str], whose: str = "") -> list[str]:
+_EFFECTS = (
+    " A parameter of an effect is not set here: it is estimated wherever the model has the effect, within the bounds "
+    "in the effect's file."
+)
+
+
+def _names(where: str, dataset: Dataset) -> Iterator[tuple[str, str]]:
+    """Where a dataset names a physical constant, and which."""
+    yield from ((f"{where}.identify.{p}", p) for p in dataset.identify)
+    yield from ((f"{where}.constants.{p}", p) for p in dataset.constants)
+    yield from ((f"{where}.conditions.{t}.{p}", p) for t, c in dataset.conditions.items() for p in c)
+    for name, signal in getattr(dataset, "signals", {}).items():
+        if signal.condition:
+            yield f"{where}.signals.{name}.condition", signal.condition
+
+
+def _values(where: str, dataset: Dataset) -> Iterator[tuple[str, str, float]]:
+    """Where a dataset gives a value to a physical constant, which constant and what value."""
+    yield from ((f"{where}.constants.{p}", p, value) for p, value in dataset.constants.items())
+    for trial, conditions in dataset.conditions.items():
+        yield from ((f"{where}.conditions.{trial}.{p}", p, value) for p, value in conditions.items())
+    for parameter, choice in dataset.identify.items():
+        given = {"low": [choice.low], "high": [choice.high], "literature": choice.literature}
+        for key, values in given.items():
+            yield from ((f"{where}.identify.{parameter}.{key}", parameter, v) for v in values if v is not None)
+
+
+def out_of_bounds(path: str, name: str, value: float) -> list[str]:
+    """No problem, or one: the value at `path` is none that the physical constant of this name may have."""
+    constant = constant_of(name)
+    if all(_WITHIN[bound](value, limit) for bound, limit in constant.bounds.items()):
+        return []
+    return [
+        f"{path} = {value:g}: expected a number, {', '.join(in_words(constant.bounds))} [{constant.unit}] "
+        f"({constant.meaning})."
+    ]
+
+
+_WITHIN = {"gt": operator.gt, "ge": operator.ge, "lt": operator.lt, "le": operator.le}
+
+
+def _problems_of_body(at: str, constants: Mapping[str, float]) -> list[str]:
+    """Whether a rigid forearm can have such an inertia."""
+    least = constants["mass"] * constants["com"] ** 2
+    if constants["inertia"] >= least:
+        return []
+    return [
+        f"{at}: the forearm's inertia is {constants['inertia']:g}, but about the elbow it is at least mass com^2 = "
+        f"{least:g} kg m^2; give mass, com and inertia together."
+    ]
+
+
+def unless_known(path: str, name: str, known: Collection[str], whose: str = "", more: str = "") -> list[str]:
     """No problem, or one: what is at `path` is not among the known names, of which `whose` says more."""
     if name in known:
         return []
     names = sorted(known)
     return [
         f"{path}: there is no {name!r}{whose}{did_you_mean(name, names) or '.'} Known: {', '.join(names) or 'none'}."
+        + more
     ]

@@ -18,7 +18,7 @@ from myowave.settings.recording import (
     RawAngle,
     TextLayout,
 )
-from myowave.settings.section import Name, Real, Section, TrialName, Whole, dump, setting
+from myowave.settings.section import FilePath, Name, Once, Real, Section, TrialName, Whole, dump, setting
 
 
 class Identify(Section):
@@ -70,7 +70,7 @@ class _Dataset(Section):
     """What simulated and measured datasets have in common."""
 
     arm: Name | None = setting("whose arm it is, one of physics.arms; null: the default arm", default=None)
-    test: tuple[TrialName, ...] = setting("trials kept for testing; the others train", min_length=1)
+    test: Annotated[tuple[TrialName, ...], Once] = setting("trials kept for testing; the others train", min_length=1)
     constants: dict[str, Real] = setting("known physical constants of the subject, {name: value}", "SI", dict)
     conditions: dict[TrialName, dict[str, Real]] = setting(
         "known constants that differ between trials, {trial: {name: value}}", "SI", dict, each="trial"
@@ -116,7 +116,7 @@ class MeasuredDataset(_Dataset):
     """Trials from files, one file per trial, named after the file without its ending."""
 
     kind: Literal["measured"] = setting("measured: read from files")
-    files: tuple[str, ...] = setting("CSV or Parquet files, or patterns such as data/me/*.csv", min_length=1)
+    files: tuple[FilePath, ...] = setting("CSV or Parquet files, or patterns such as data/me/*.csv", min_length=1)
     ignore_columns: tuple[str, ...] = setting(_IGNORE, default=())
 
 
@@ -124,8 +124,12 @@ class RecordedDataset(_Dataset):
     """Trials from raw files as a recorder exports them: EMG in volts, angles, each with a clock of its own."""
 
     kind: Literal["recorded"] = setting("recorded: raw EMG and angles, processed here")
-    trials: tuple[TrialName, ...] = setting("names of the trials, which stand for {trial} in the files", min_length=2)
-    mvc: tuple[TrialName, ...] = setting("recordings of maximum voluntary contractions, named as trials are", "", ())
+    trials: Annotated[tuple[TrialName, ...], Once] = setting(
+        "names of the trials, which stand for {trial} in the files", min_length=2
+    )
+    mvc: Annotated[tuple[TrialName, ...], Once] = setting(
+        "recordings of maximum voluntary contractions, named as trials are", "", ()
+    )
     emg: dict[ChannelName, EmgChannel] = setting("EMG channels", each="channel", min_length=1)
     angle: RawAngle = setting("elbow angle; 0 hangs straight down, positive in flexion")
     signals: dict[ExtraName, ExtraAngle] = setting(
@@ -149,8 +153,6 @@ class RecordedDataset(_Dataset):
     @model_validator(mode="after")
     def _roles_fit(self) -> "RecordedDataset":
         names = ", ".join(self.trials)
-        if len(set(self.trials)) < len(self.trials):
-            raise ValueError(f"trials {names}: one is named twice; keep one of each")
         if unknown := [name for name in (*self.test, *self.conditions, *self.cut_s) if name not in self.trials]:
             raise ValueError(f"no trial named {', '.join(unknown)}; the trials are {names}")
         if not set(self.trials) - set(self.test):
@@ -181,9 +183,15 @@ class Data(Section):
 
     wavelet: Wavelet = setting("multi-resolution", default=Wavelet)
     datasets: dict[Name, Dataset] = setting("all datasets, by name", each="dataset", min_length=1)
-    subjects: str | None = setting(
+    subjects: FilePath | None = setting(
         "CSV table of subjects, each row a measured dataset; `subjects` in targets stands for all", default=None
     )
+
+    @model_validator(mode="after")
+    def _folders_apart(self) -> "Data":
+        if "study" in self.datasets:
+            raise ValueError("datasets: the name study is that of the diagnosis' own study; rename the dataset")
+        return self
 
 
 def public(dataset: SimulatedDataset | MeasuredDataset | RecordedDataset) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from myowave.settings.section import Name, Real, Section, Whole, setting
+from myowave.settings.section import Name, Once, Real, Section, Whole, setting
 
 CONSTANT = r"^[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9_]+)?$"
 
@@ -19,20 +19,24 @@ class Scatter(Section):
 class Study(Section):
     """How often the diagnosis is right: effects hidden in simulated trials, `snakemake hidden_effects`."""
 
-    dataset: Name = setting("simulated dataset whose trials the effects are hidden in", "", "case1")
-    effects: tuple[Name, ...] | None = setting(
+    dataset: Name | None = setting(
+        "simulated dataset whose trials the effects are hidden in; null: the first one", default=None
+    )
+    effects: Annotated[tuple[Name, ...], Once] | None = setting(
         "effects to hide, one at a time; null: all that ship", default=None, min_length=1
     )
-    strengths: tuple[Real, ...] = setting(
+    strengths: Annotated[tuple[Annotated[Real, Field(gt=0, le=1)], ...], Once] = setting(
         "strengths of the hidden effects, as fractions of twice the typical one, or of what bounds allow",
         "-",
         (0.25, 0.5, 1.0),
         min_length=1,
     )
     seeds: Whole = setting("datasets for each effect and strength", "-", 3, ge=1, le=100)
-    angle_noises_deg: tuple[Real, ...] = setting("noises of the angle", "deg", (0.3, 1.0, 3.0), min_length=1)
+    angle_noises_deg: Annotated[tuple[Annotated[Real, Field(gt=0, le=30)], ...], Once] = setting(
+        "noises of the angle", "deg", (0.3, 1.0, 3.0), min_length=1
+    )
     clean_sets: Whole = setting("datasets without an effect for each noise", "-", 20, ge=1, le=1000)
-    pairs: tuple[tuple[Name, Name], ...] = setting("effects hidden together", "", ())
+    pairs: Annotated[tuple[Annotated[tuple[Name, Name], Once], ...], Once] = setting("effects hidden together", "", ())
 
 
 class Diagnosis(Section):

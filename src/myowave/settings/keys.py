@@ -14,10 +14,12 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
+from myowave.settings.section import without_password
+
 # Names for the types of values, in messages and in the table.
 _TYPES = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}
 _MANY = {"a number": "numbers", "a whole number": "whole numbers", "text": "texts"}
-_BOUNDS = {"ge": "at least {}", "gt": "above {}", "le": "at most {}", "lt": "below {}"}
+_BOUNDS = {"ge": "at least {:g}", "gt": "above {:g}", "le": "at most {:g}", "lt": "below {:g}"}
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,11 @@ def explain(error: ValidationError, keys: Sequence[Key]) -> list[str]:
     return [_explain_one(problem, keys) for problem in error.errors()]
 
 
+def in_words(bounds: Mapping[str, float]) -> list[str]:
+    """Bounds as pydantic calls them, each in words."""
+    return [_BOUNDS[name].format(limit) for name, limit in bounds.items()]
+
+
 def did_you_mean(word: str, known: Sequence[str]) -> str:
     """`; did you mean 'x'?` where a known word is close, else nothing."""
     close = difflib.get_close_matches(str(word), known, n=1)
@@ -83,7 +90,7 @@ def _tag(member: type[BaseModel]) -> str:
 def _allowed(field: FieldInfo) -> str:
     bounds = []
     for item in field.metadata:
-        bounds += [text.format(getattr(item, b)) for b, text in _BOUNDS.items() if getattr(item, b, None) is not None]
+        bounds += in_words({b: getattr(item, b) for b in _BOUNDS if getattr(item, b, None) is not None})
         pattern = getattr(item, "pattern", None)
         bounds += [f"matching {pattern}"] if pattern else []
         length = getattr(item, "min_length", None)
@@ -150,7 +157,7 @@ def _explain_one(problem: Mapping[str, Any], keys: Sequence[Key]) -> str:
 
 
 def _short(value: Any) -> str:
-    return textwrap.shorten(repr(value), 80, placeholder=" ...")
+    return textwrap.shorten(without_password(repr(value)), 80, placeholder=" ...")
 
 
 def _expected(key: Key) -> str:

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from myowave.settings.section import ModelName, Name, Real, Section, Whole, setting
+from myowave.settings.section import Address, ModelName, Name, Real, Section, Whole, setting
 
 
 class Recipe(Section):
@@ -103,7 +103,7 @@ class Sweep(Section):
     )
     unpruned: Whole = setting("settings that are tried to the end before any is given up", "-", 5, ge=1)
     seed: Whole = setting("seed of the search", "-", 0, ge=0)
-    storage: str = setting(
+    storage: Address = setting(
         "where the search is: journal, a file beside its results, or postgresql://USER@HOST/DATABASE",
         "",
         "journal",

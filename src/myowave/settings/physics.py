@@ -19,7 +19,7 @@ from myowave.physics.constants import (
     names_of,
 )
 from myowave.settings.layers import lay_over, read_yaml
-from myowave.settings.section import Name, Real, Section, setting
+from myowave.settings.section import FilePath, Name, Once, Real, Section, setting
 
 PRESETS = Path("data")  # folder of the arms that ship, each in one of its own
 
@@ -43,7 +43,7 @@ class TablePath(Section):
     """A path given by its length at several angles; between these it is a cubic spline."""
 
     kind: Literal["table"] = setting("table: lengths of the muscle-tendon unit, at rising elbow angles")
-    file: str = setting("CSV file with columns angle_deg or angle_rad and length_m", min_length=1)
+    file: FilePath = setting("CSV file with columns angle_deg or angle_rad and length_m", min_length=1)
     muscle: str | None = setting("whose rows to take, where the file has a column muscle", "", None)
     scale: Real = constant(MUSCLE_CONSTANTS["scale"])
     margin_deg: Real = setting(
@@ -152,11 +152,24 @@ class Arm(Section):
     @property
     def parameters(self) -> set[str]:
         """Names of all physical constants: `f0_Bi`, ..., `strength_flexors`, ..., `onset_curve`, ..., `mass`, ..."""
-        names = {f"{shape}_{CURVE}" for shape in CURVE_CONSTANTS} | set(names_of(JOINT_CONSTANTS, "", self.joint.kind))
+        return set(self.nominal)
+
+    @property
+    def nominal(self) -> dict[str, float]:
+        """Value of each physical constant, by name [SI]."""
+        values = {f"{shape}_{CURVE}": constant.default or 0.0 for shape, constant in CURVE_CONSTANTS.items()}
+        values |= _values(JOINT_CONSTANTS, self.joint, "", self.joint.kind)
         for name, muscle in self.muscles.items():
-            names |= {f"{constant}_{name}" for constant in names_of(MUSCLE_CONSTANTS, "", muscle.geometry.kind)}
-        names |= {f"{factor}_{group}" for factor in GROUP_CONSTANTS for group in self.groups}
-        return names
+            path = muscle.geometry
+            of_muscle = _values(MUSCLE_CONSTANTS, muscle, "") | _values(MUSCLE_CONSTANTS, path, path.kind)
+            values |= {f"{constant}_{name}": value for constant, value in of_muscle.items()}
+        return values | {f"{factor}_{group}": 1.0 for factor in GROUP_CONSTANTS for group in self.groups}
+
+
+def _values(constants: Mapping[str, Constant], given: Section, *kinds: str) -> dict[str, float]:
+    """Values of the constants of some kinds: those in a section, or the default where configurations have no key."""
+    named = {name: constants[name] for name in names_of(constants, *kinds)}
+    return {name: getattr(given, c.key) if c.key else c.default or 0.0 for name, c in named.items()}
 
 
 class FurtherArm(Arm):
@@ -195,7 +208,7 @@ class Physics(Arm):
     """The musculoskeletal model that everything starts from. Its own muscles, joint and curves are the default arm."""
 
     arms: dict[Name, FurtherArm] = setting("further arms, for datasets that name one", default=dict, each="arm")
-    effect_files: tuple[str, ...] = setting("Python files with effects of your own", default=())
+    effect_files: Annotated[tuple[FilePath, ...], Once] = setting("Python files with effects of your own", default=())
 
     @property
     def files(self) -> tuple[str, ...]:

@@ -26,7 +26,9 @@ class RawSignal(Section):
     column: str | None = setting("its name in the file; null where the file holds one signal", default=None)
     format: Format | None = setting("format of the file; null goes by the ending", default=None)
     unit: str | None = setting("unit, where the file names none", default=None)
-    rate_hz: Real | None = setting("samples a second, where the file has neither rate nor time", "Hz", None, gt=0)
+    rate_hz: Real | None = setting(
+        "samples a second, where the file has neither rate nor time", "Hz", None, ge=10, le=50_000
+    )
 
 
 class EmgChannel(RawSignal):
@@ -69,7 +71,9 @@ class Processing(Section):
     band_pass_hz: tuple[Real, Real] | None = setting(
         "band of the raw EMG that is kept; its upper end is at most 0.45 of the sampling rate", "Hz", (20.0, 450.0)
     )
-    notch_hz: Real | None = setting("frequency of mains hum to take out where a line is found", "Hz", None, gt=0)
+    notch_hz: Real | None = setting(
+        "frequency of mains hum to take out where a line is found", "Hz", None, gt=0, le=1000
+    )
     low_pass_hz: Real = setting("corner of the envelope of the rectified EMG", "Hz", 4.0, gt=0, le=50)
     phase: Literal["zero", "causal"] = setting(
         "zero: filtered forwards and backwards, no lag; causal: as in real time, with the filter's lag", default="zero"
@@ -78,7 +82,7 @@ class Processing(Section):
         "what 1 means: the largest envelope of a channel over the training trials, or over the recordings in mvc",
         default="session",
     )
-    rate_hz: Real | None = setting("samples a second of the trials; null takes the angle's", "Hz", None, gt=0)
+    rate_hz: Real | None = setting("samples a second of the trials; null takes the angle's", "Hz", None, ge=10, le=2500)
     emg_start_offset_s: Real = setting(
         "time by which the EMG's clock started after the angle's; negative: before", "s", 0.0, ge=-60, le=60
     )

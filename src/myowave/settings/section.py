@@ -1,8 +1,13 @@
 """What all sections of the configuration are made of: frozen models, and types that YAML cannot surprise."""
 
+import re
+from collections.abc import Sequence
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+
+# What figures read as formulas, the workflow as placeholders, and a file system as folders or patterns.
+_ODD = re.compile(r"[$\\{}*?\[\]/\x00-\x1f]")
 
 
 def _refuse_bool(value: Any) -> Any:
@@ -16,11 +21,67 @@ def _name_of_trial(value: Any) -> Any:
     return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
+def odd_name(name: str) -> str:
+    """Why a trial cannot be called so; empty where it can."""
+    if name.strip() and not _ODD.search(name):
+        return ""
+    return f"the name {name!r} is empty or holds one of $ \\ {{ }} * ? [ ] / or a control sign; rename the trial"
+
+
+def _plain_name(name: str) -> str:
+    if why := odd_name(name):
+        raise ValueError(why)
+    return name
+
+
+def _plain_path(path: str) -> str:
+    if set("{}\n\0") & set(path) or not path.strip():
+        raise ValueError(
+            "a path may not be empty or hold braces, which would be placeholders; rename what is called so"
+        )
+    return path
+
+
+def without_password(value: str) -> str:
+    """A value with the password masked that an address in it holds; rather too much of it than too little."""
+    masked = re.sub(r"(?s)(://[^/@:\s]*):.*@", r"\1:***@", value)
+    return re.sub(r"(?is)((?:password|passwd|pwd|token|secret)=)[^&]+", r"\1***", masked)
+
+
+def without_passwords(text: str) -> str:
+    """A text with the passwords masked of all addresses in it, which hold no blanks."""
+    return re.sub(r"\S+", lambda word: without_password(word[0]), text)
+
+
+def _without_secret(address: Any) -> Any:
+    if isinstance(address, str) and without_password(address) != address:
+        raise ValueError(
+            "an address may not hold a password or token, which would stand in logs, pages and records of jobs. Take "
+            "it out; that of PostgreSQL belongs in ~/.pgpass or PGPASSWORD, that of a tracking server in "
+            "MLFLOW_TRACKING_USERNAME and MLFLOW_TRACKING_PASSWORD"
+        )
+    return address
+
+
+def _each_once(values: Sequence[Any]) -> Sequence[Any]:
+    if repeated := sorted({str(value) for value in values if values.count(value) > 1}):
+        raise ValueError(f"{', '.join(repeated)} is there more than once; keep one of each")
+    return values
+
+
+def _effects_once(model: str) -> str:
+    _each_once(model.split("+"))
+    return model
+
+
 Real = Annotated[float, BeforeValidator(_refuse_bool)]
 Whole = Annotated[int, BeforeValidator(_refuse_bool)]
-TrialName = Annotated[str, BeforeValidator(_name_of_trial)]
+TrialName = Annotated[str, BeforeValidator(_name_of_trial), AfterValidator(_plain_name)]
+FilePath = Annotated[str, AfterValidator(_plain_path)]
+Address = Annotated[str, BeforeValidator(_without_secret)]
+Once = AfterValidator(_each_once)  # of a list
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
-ModelName = Annotated[str, Field(pattern=r"^base(\+[A-Za-z_][A-Za-z0-9_]*)*$")]
+ModelName = Annotated[str, Field(pattern=r"^base(\+[A-Za-z_][A-Za-z0-9_]*)*$"), AfterValidator(_effects_once)]
 
 
 def setting(meaning: str, unit: str = "", default: Any = ..., *, each: str = "name", **bounds: Any) -> Any:

@@ -27,20 +27,22 @@ def add_subjects(config: Mapping[str, Any]) -> dict[str, Any]:
     Raises:
         ValueError: if the table cannot be read, or a subject is named twice or as another dataset is.
     """
-    data = config.get("data")
-    if not isinstance(data, Mapping) or not (table := data.get("subjects")):
-        return dict(config)
+    data, targets = config.get("data"), config.get("targets") or {}
+    if not isinstance(data, Mapping) or not isinstance(table := data.get("subjects"), str):
+        return dict(config)  # what is no section or no path is for the settings to refuse
     subjects = read_subjects(Path(table))
     datasets = data.get("datasets") or {}
+    if not isinstance(datasets, Mapping) or not isinstance(targets, Mapping):
+        return dict(config)
     if both := sorted(set(subjects) & set(datasets)):
         raise ValueError(f"data.subjects: {', '.join(both)} in {table} is also in data.datasets; rename one.")
-    targets = dict(config.get("targets") or {})
+    targets = dict(targets)
     for key in ("datasets", "without_networks", "follow_verdict"):
-        if key in targets:
+        if isinstance(targets.get(key), list):
             targets[key] = [name for entry in targets[key] for name in (subjects if entry == WORD else [entry])]
-    models = dict(targets.get("models") or {})
-    for_all = models.pop(WORD, None)
-    targets["models"] = models | (dict.fromkeys(subjects, for_all) if for_all else {})
+    if isinstance(models := targets.get("models"), Mapping) and (for_all := models.get(WORD)):
+        others = {name: value for name, value in models.items() if name != WORD}
+        targets["models"] = others | dict.fromkeys(subjects, for_all)
     return {**config, "targets": targets, "data": {**data, "datasets": {**datasets, **subjects}}}
 
 
@@ -50,15 +52,24 @@ def read_subjects(path: Path) -> dict[str, dict[str, Any]]:
     Raises:
         ValueError: naming the row and column that is wrong.
     """
-    if not path.exists():
+    if not path.is_file():
         raise ValueError(f"data.subjects: there is no table {path}, looked up from {Path.cwd()}.")
+    try:
+        return _read_rows(path)
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"data.subjects: {path} is not a CSV table in UTF-8 ({error}). Save it as such.") from None
+
+
+def _read_rows(path: Path) -> dict[str, dict[str, Any]]:
     with path.open(newline="", encoding="utf-8-sig") as file:
-        reader = csv.DictReader(file)
+        reader = csv.DictReader(file, strict=True)
         if missing := [name for name in _NAMED if name not in (reader.fieldnames or ())]:
             raise ValueError(f"{path}: column {', '.join(missing)} is missing; found {reader.fieldnames}.")
         subjects: dict[str, dict[str, Any]] = {}
         for row in reader:
             where = f"{path}, row {reader.line_num}"
+            if empty := [name for name in _NAMED if not (row[name] or "").strip()]:
+                raise ValueError(f"{where}: {', '.join(empty)} is empty; every subject needs {', '.join(_NAMED)}.")
             if row["subject"] in subjects:
                 raise ValueError(f"{where}: subject {row['subject']!r} is there already; a subject has one row.")
             subjects[row["subject"]] = _dataset(row, where)

@@ -4,22 +4,26 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from myowave.settings.section import ModelName, Section, setting
+from myowave.settings.section import ModelName, Once, Section, setting
 
 
 class Targets(Section):
     """What plain `snakemake` makes. It changes no result, only which ones there are."""
 
-    datasets: tuple[str, ...] = setting("datasets whose networks are trained, and which are diagnosed", default=())
-    without_networks: tuple[str, ...] = setting("further datasets: diagnosed, no network trained", default=())
-    models: dict[str, tuple[ModelName, ...]] = setting(
+    datasets: Annotated[tuple[str, ...], Once] = setting(
+        "datasets whose networks are trained, and which are diagnosed", default=()
+    )
+    without_networks: Annotated[tuple[str, ...], Once] = setting(
+        "further datasets: diagnosed, no network trained", default=()
+    )
+    models: dict[str, Annotated[tuple[ModelName, ...], Once]] = setting(
         "physical models by dataset, such as base+joint_damping; [base] for one not named", default=dict, each="dataset"
     )
-    follow_verdict: tuple[str, ...] = setting(
+    follow_verdict: Annotated[tuple[str, ...], Once] = setting(
         "datasets whose network is also trained with the physical model that the diagnosis finds", default=()
     )
-    recipes: tuple[str, ...] = setting("recipes", default=("rollout",), min_length=1)
-    scales: tuple[Annotated[int, Field(ge=1, le=5)], ...] = setting(
+    recipes: Annotated[tuple[str, ...], Once] = setting("recipes", default=("rollout",), min_length=1)
+    scales: Annotated[tuple[Annotated[int, Field(ge=1, le=5)], ...], Once] = setting(
         "numbers of scales, 1 to 5: 3 trains at scales -2, -1, 0", "-", (1, 2, 3), min_length=1
     )
 

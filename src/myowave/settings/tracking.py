@@ -1,12 +1,12 @@
 """The section `tracking`: where MLflow shows the results."""
 
-from myowave.settings.section import Section, setting
+from myowave.settings.section import Address, Section, setting
 
 
 class Tracking(Section):
     """Where MLflow shows the results; they are on disk with or without it."""
 
-    uri: str = setting(
+    uri: Address = setting(
         "MLflow store: sqlite:///FILE, or the http(s) address of a server",
         "",
         "sqlite:///results/mlflow.db",

@@ -8,19 +8,23 @@ What runs hold is decided in `contents`, and how an experiment looks when it is 
 """
 
 import fcntl
+import itertools
 import json
 import logging
 import os
 import re
+import sqlite3
 import sys
+import tempfile
 import urllib.request
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from urllib.error import HTTPError, URLError
 
 import pandas as pd
 
+from myowave.settings.section import without_passwords
 from myowave.tracking.contents import LEARNING, RunContent, RunGroup, describe_experiment
 from myowave.tracking.views import VIEW, views_of
 
@@ -31,10 +35,11 @@ os.environ.setdefault("MLFLOW_HTTP_REQUEST_MAX_RETRIES", "3")  # 7 of them keep 
 import mlflow
 from mlflow.entities import Metric, Param, Run, RunTag
 
-for _name in ("alembic", "mlflow.store.db.utils"):  # progress of creating the tables, of no use to a reader
-    logging.getLogger(_name).setLevel(logging.WARNING)
+logging.getLogger("alembic").setLevel(logging.WARNING)  # progress of creating the tables, of no use to a reader
+logging.getLogger("mlflow.store.db.utils").setLevel(logging.CRITICAL)  # likewise, and tracebacks of what notes say
 
 SQLITE = "sqlite:///"
+_MAGIC, _ENDINGS = b"SQLite format 3\0", ("", "-journal", "-wal", "-shm")
 _ANSWER_S = 10.0  # a server that needs longer to say that it is there is not there
 _BATCH = 1000  # MLflow's limit for metrics in one call
 _PARAM_LENGTH = 500  # MLflow's limit for the text of a parameter is higher; longer ones cannot be read in a table
@@ -61,10 +66,12 @@ def publish(groups: Iterable[RunGroup], uri: str, *, needed: bool = False) -> st
         if is_server(uri):
             _knock(uri)
         with _only_writer(uri):
+            aside = _make_whole(_file_of(uri)) if uri.startswith(SQLITE) else ""
             written, kept = _publish(groups, uri)
     except Exception as error:  # whatever a store or a server may raise; training must not fail because of it
-        what = error if isinstance(error, ConnectionError) else f"MLflow failed: {type(error).__name__}: {error}"
-        note = (
+        ours = isinstance(error, ConnectionError | ValueError)
+        what = error if ours else f"MLflow failed: {type(error).__name__}: {error}"
+        note = without_passwords(
             f"**Not published** to tracking.uri = {uri}. {what}\n\n"
             "The results are complete without it; `snakemake --cores 1 publish` shows them later.\n"
         )
@@ -72,7 +79,7 @@ def publish(groups: Iterable[RunGroup], uri: str, *, needed: bool = False) -> st
             raise ValueError(note) from None
         return note
     where = f"at {uri}{start_page(uri)}" if is_server(uri) else "with `make ui`"
-    return f"{written} runs written to {uri}, {kept} there already. Browse them {where}\n"
+    return without_passwords(f"{aside}{written} runs written to {uri}, {kept} there already. Browse them {where}\n")
 
 
 def is_server(uri: str) -> bool:
@@ -84,16 +91,26 @@ def serve(uri: str, port: int = 5000) -> None:
     """Replace this process by the MLflow UI, reachable from this machine only.
 
     Raises:
-        ValueError: if there is no store yet.
+        ValueError: if there is no store yet, or none that can be opened.
     """
     if is_server(uri):
         raise ValueError(f"tracking.uri is the server {uri}; open that address in a browser.")
-    if uri.startswith(SQLITE) and not Path(uri.removeprefix(SQLITE)).exists():
+    if uri.startswith(SQLITE) and not _file_of(uri).exists():
         raise ValueError(
-            f"There is no MLflow store at {uri.removeprefix(SQLITE)} yet; it is made by `make run`, or from existing "
-            "results by `snakemake --cores 1 publish`."
+            f"There is no MLflow store at {_file_of(uri)} yet; it is made by `make run`, or from existing results by "
+            "`snakemake --cores 1 publish`."
         )
-    print(f"Results in the browser: http://127.0.0.1:{port}{start_page(uri)} (stop with Ctrl-C)", flush=True)
+    try:
+        why = _why_closed(_file_of(uri)) if uri.startswith(SQLITE) else ""
+        page = "" if why else start_page(uri)
+    except Exception as error:  # whatever a database that is down may raise
+        why = str(error) if isinstance(error, ValueError) else _in_short(error)
+    if why:
+        raise ValueError(
+            without_passwords(f"The MLflow store at {uri} cannot be opened ({why}).")
+            + " `snakemake --cores 1 publish` puts a damaged file aside and makes it anew from results/."
+        )
+    print(f"Results in the browser: http://127.0.0.1:{port}{page} (stop with Ctrl-C)", flush=True)
     os.environ["MLFLOW_SERVER_ENABLE_JOB_EXECUTION"] = "false"  # starts in half the time
     command = ["mlflow", "ui", "--backend-store-uri", uri, "--host", "127.0.0.1", "--port", str(port), "--workers", "1"]
     os.execv(sys.executable, [sys.executable, "-m", *command])
@@ -158,11 +175,70 @@ def _only_writer(uri: str) -> Iterator[None]:
     if not uri.startswith(SQLITE):
         yield
         return
-    path = Path(uri.removeprefix(SQLITE))
+    path = _file_of(uri)
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.with_name(path.name + ".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         yield
+
+
+def _make_whole(path: Path) -> str:
+    """Make a sqlite store where there is none, in one step; one that cannot be opened is put aside first.
+
+    MLflow needs seconds to make its tables, and never opens a file again in which it was killed meanwhile.
+
+    Returns:
+        What was put aside, for people; empty where nothing was.
+
+    Raises:
+        ValueError: for a file that is no database: it may be anything.
+    """
+    if path.exists() and path.stat().st_size == 0:
+        path.unlink()
+    aside = ""
+    if path.exists() and (why := _why_closed(path)):
+        number = next(n for n in itertools.count(1) if not path.with_name(f"{path.name}.damaged-{n}").exists())
+        kept = path.with_name(f"{path.name}.damaged-{number}")
+        for ending in _ENDINGS:  # a journal that stays would be played back into the new file
+            if (part := path.with_name(path.name + ending)).exists():
+                part.rename(kept.with_name(kept.name + ending))
+        aside = f"{path} could not be opened ({why}); it is now {kept.name}, and was made anew. "
+    if not path.exists():
+        draft = path.with_name(f".{path.name}.draft")
+        for ending in _ENDINGS:
+            draft.with_name(draft.name + ending).unlink(missing_ok=True)
+        mlflow.MlflowClient(tracking_uri=f"{SQLITE}{draft}").search_experiments(max_results=1)
+        draft.replace(path)
+    return aside
+
+
+def _why_closed(path: Path) -> str:
+    """Why a sqlite file is no store that MLflow can open; empty where it can."""
+    with path.open("rb") as file:
+        if file.read(len(_MAGIC)) != _MAGIC:
+            raise ValueError(f"{path} is no SQLite database. Name another file, or remove it.")
+    try:
+        with closing(sqlite3.connect(path)) as database:
+            if (found := database.execute("PRAGMA quick_check(1)").fetchone()[0]) != "ok":
+                return " ".join(str(found).split())[:200]
+        # Through a link, as MLflow keeps open what it once opened by its address, also where another file is there now.
+        with tempfile.TemporaryDirectory() as folder:
+            (link := Path(folder, path.name)).symlink_to(path.resolve())
+            mlflow.MlflowClient(tracking_uri=f"{SQLITE}{link}").search_experiments(max_results=1)
+    except Exception as error:
+        if re.search("is locked|readonly database|unable to open|disk is full|I/O error", str(error)):  # no damage
+            raise
+        return _in_short(error)
+    return ""
+
+
+def _in_short(error: Exception) -> str:
+    return f"{type(error).__name__}: {str(error).strip().partition(chr(10))[0][:200]}"
+
+
+def _file_of(uri: str) -> Path:
+    """The file of a sqlite store."""
+    return Path(uri.removeprefix(SQLITE))
 
 
 def _below(there: Mapping[str, list[Run]], job_key: str) -> Iterator[Run]:
@@ -210,7 +286,7 @@ def _hide_default(client: mlflow.MlflowClient) -> None:
 
 def _artifact_folder(name: str, uri: str) -> Path:
     """Where artifacts of an experiment lie: beside a sqlite file, or in results/ where the store is a database."""
-    beside = Path(uri.removeprefix(SQLITE)).parent if uri.startswith(SQLITE) else Path("results")
+    beside = _file_of(uri).parent if uri.startswith(SQLITE) else Path("results")
     return beside.resolve() / "mlartifacts" / re.sub(r"\W+", "-", name).strip("-")
 
 

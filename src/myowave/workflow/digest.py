@@ -11,7 +11,7 @@ import hashlib
 import json
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -45,6 +45,15 @@ def digest_script(script: Path, *, source: Path = _SOURCE) -> str:
 def digest_module(path: str, *, source: Path = _SOURCE) -> str:
     """As `digest_script`, of a module of the package by its path below it, such as `learning/training.py`."""
     return digest_script(source / path, source=source)
+
+
+def digest_files(paths: Iterable[str | Path]) -> dict[str, str]:
+    """Digests of the contents of files, by path; files that are not there are left out."""
+    found = {}
+    for path in map(Path, paths):
+        with suppress(FileNotFoundError), path.open("rb") as file:
+            found[str(path)] = hashlib.file_digest(file, "sha256").hexdigest()[:16]
+    return found
 
 
 def imported_modules(script: Path, *, source: Path = _SOURCE) -> set[Path]:

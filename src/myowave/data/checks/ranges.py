@@ -1,4 +1,4 @@
-"""Whether EMG is a fraction of a maximum voluntary contraction, and an angle what its column says."""
+"""Whether EMG is a fraction of a maximum voluntary contraction, and an angle what its column says, and moves."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -9,6 +9,10 @@ from myowave.data.readers import RawRecording
 
 EMG_LIMIT = 1.5
 """Largest EMG taken as a fraction of a maximum voluntary contraction [-]; more means it was not normalised."""
+
+
+STILL = 1e-6
+"""An angle that stays within this [rad] was not measured on an arm, which trembles even where it holds still."""
 
 
 def emg_problems(recording: RawRecording, channels: Sequence[str]) -> Iterator[str]:
@@ -26,7 +30,11 @@ def emg_problems(recording: RawRecording, channels: Sequence[str]) -> Iterator[s
 
 
 def angle_problems(recording: RawRecording, column: str) -> Iterator[str]:
-    """An angle beyond half a turn, or one that looks like the other unit; `column` is angle_rad or angle_deg."""
+    """An angle that never moves, is beyond half a turn, or looks like the other unit.
+
+    Args:
+        column: angle_rad or angle_deg.
+    """
     angle = recording[column].values
     n = int(np.abs(angle).argmax())
     span = f"the column spans {angle.min():g} to {angle.max():g}"
@@ -35,10 +43,15 @@ def angle_problems(recording: RawRecording, column: str) -> Iterator[str]:
             f"{recording.at(n)}: angle_rad is {angle[n]:g} ({span}); expected -pi to pi. If these are degrees, call "
             "the column angle_deg."
         )
-    if column == "angle_deg" and abs(angle[n]) > 180:
+    elif column == "angle_deg" and abs(angle[n]) > 180:
         yield f"{recording.at(n)}: angle_deg is {angle[n]:g} ({span}); expected -180 to 180."
-    if column == "angle_deg" and abs(angle[n]) < math.pi:
+    elif column == "angle_deg" and abs(angle[n]) < math.pi:
         yield (
             f"{recording.path}: angle_deg never leaves {-math.pi:.2f} to {math.pi:.2f} ({span}), which no elbow motion "
             "does. If these are radians, call the column angle_rad."
+        )
+    elif math.isclose(angle.min(), angle.max(), rel_tol=0, abs_tol=STILL):
+        yield (
+            f"{recording.path}: {column} stays at {angle[0]:g} in all {len(angle)} rows. The sensor was off, or the "
+            "column is another one: correct the file, or leave the trial out."
         )

@@ -1,4 +1,4 @@
-"""Whether a trial was sampled at one rate."""
+"""Whether a trial was sampled at one rate, and at one that recorders have."""
 
 from collections.abc import Iterator
 
@@ -9,6 +9,26 @@ from myowave.data.readers import RawRecording
 
 STEP_TOLERANCE = 0.01
 """Jitter of the sampling allowed beyond the rounding of `time_s`, as a fraction of a step."""
+
+
+SLOWEST, FASTEST, FASTEST_RAW = 0.1, 1 / 2500, 1 / 50_000
+"""Longest step [s] of any recording, and shortest of a trial and of a raw recording; others are in another unit."""
+SHORTEST_S = 0.4
+"""Shortest trial [s]; no elbow motion is over so soon."""
+
+
+def pace_problems(recording: RawRecording, time: NDArray[np.float64], column: str) -> Iterator[str]:
+    """Times of a trial that are in another unit than seconds; arguments as in `time_problems`."""
+    span = float(time[-1] - time[0])
+    step = span / (len(time) - 1)
+    remedy = "If the times are in ms or minutes, convert them to seconds"
+    if not FASTEST <= step <= SLOWEST:
+        yield (
+            f"{recording.path}: {column} rises by {step:.4g} s from row to row; expected {FASTEST:g} to {SLOWEST:g} s. "
+            f"{remedy}; else resample the file."
+        )
+    elif span < SHORTEST_S:
+        yield f"{recording.path}: {column} spans {span:.3g} s; expected at least {SHORTEST_S:g} s. {remedy}."
 
 
 def time_problems(recording: RawRecording, time: NDArray[np.float64], column: str) -> Iterator[str]:

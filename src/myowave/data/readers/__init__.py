@@ -22,7 +22,7 @@ from myowave.data.readers.parquet import read_parquet, read_raw_parquet
 from myowave.data.readers.signals import RawRecording, Signal
 from myowave.settings import TextLayout
 
-__all__ = ["ENDINGS", "READERS", "TABLES", "RawRecording", "Reader", "Signal", "read_raw"]
+__all__ = ["ENDINGS", "READERS", "TABLES", "RawRecording", "Reader", "Signal", "read", "read_raw"]
 
 Reader = Callable[[Path], RawRecording]
 
@@ -75,4 +75,24 @@ def read_raw(path: Path, form: str | None = None, layout: TextLayout | None = No
             f"format: {', '.join(READERS)}."
         )
     reader = partial(read_delimited, layout=layout) if form == "csv" else READERS[form]
-    return with_sidecars(reader(path))
+    return read(lambda file: with_sidecars(reader(file)), path)
+
+
+def read(reader: Reader, path: Path) -> RawRecording:
+    """What a reader gives for a file.
+
+    Raises:
+        ValueError: where the file cannot be read, whatever its bytes make the reader raise.
+    """
+    try:
+        return reader(path)
+    except PermissionError as error:
+        raise ValueError(f"{path}: the file cannot be opened ({error.strerror}). Allow it to be read.") from None
+    except Exception as error:
+        if isinstance(error, ValueError) and str(path.parent) in str(error):  # it names the file, or one beside it
+            raise
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise ValueError(
+            f"{path}: this file is damaged, or of another format ({reason[:200]}). Copy or export it again, or "
+            "name its format."
+        ) from error

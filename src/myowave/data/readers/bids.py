@@ -17,7 +17,11 @@ _UNKNOWN = ("", "n/a")
 
 
 def with_sidecars(recording: RawRecording) -> RawRecording:
-    """The recording with units and rates of the files beside it; what it says itself stays."""
+    """The recording with units and rates of the files beside it; what it says itself stays.
+
+    Raises:
+        ValueError: if one of these files cannot be read.
+    """
     name = recording.path.name.split(".")[0]
     if not name.endswith(_SUFFIX):
         return recording
@@ -47,5 +51,9 @@ def _channels(path: Path) -> dict[str, dict[str, str]]:
 def _rate(path: Path) -> float | None:
     if not path.is_file():
         return None
-    rate = json.loads(path.read_text(encoding="utf-8")).get("SamplingFrequency")
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path}: this is not JSON ({error}). Correct the file, or remove it.") from None
+    rate = content.get("SamplingFrequency") if isinstance(content, dict) else None
     return float(rate) if isinstance(rate, int | float) else None

@@ -34,6 +34,8 @@ def read_edf(path: Path) -> RawRecording:
         fields = _fields(content, count)
         samples = [int(cell) for cell in fields[8]]
         scales = [[float(cell) for cell in fields[n]] for n in (3, 4, 5, 6)]
+        if not seconds > 0 or any(low == high for low, high in zip(*scales[2:], strict=True)):
+            raise ValueError("records of no length, or digital ends that are equal")
     except ValueError as error:
         raise ValueError(f"{path}: the header of this EDF cannot be read ({error}). Export it again.") from None
     records = _records(path, content[_FIXED * (count + 1) :], sum(samples), bytes_each)

@@ -30,23 +30,35 @@ def read_samples(lines: Iterable[str], channels: Sequence[str], dt: float, sourc
     Raises:
         ValueError: naming the line, at the first that is no sample of EMG.
     """
-    rows = csv.reader(lines)
-    header = [name.strip().removeprefix("\ufeff") for name in next(rows, [])]
+    numbered = ((f"{source}, line {n}", line) for n, line in enumerate(lines, 1))
+    header = [name.strip().removeprefix("\ufeff") for name in _cells(*next(numbered, (source, "")))]
     if missing := [name for name in channels if name not in header]:
         raise ValueError(
             f"{source}, line 1: no column {', '.join(missing)}; found {', '.join(header) or 'nothing'}. The first line "
             f"names the columns, among them the channels of the network: {', '.join(channels)}."
         )
+    if repeated := [name for name in ("time_s", *channels) if header.count(name) > 1]:
+        raise ValueError(f"{source}, line 1: {', '.join(repeated)} is there more than once; keep one of each.")
     before = None
-    for row in rows:
-        if not row:
+    for where, line in numbered:
+        if not (row := _cells(where, line)):
             continue
-        where = f"{source}, line {rows.line_num}"
         numbers = _read_numbers(row, header, ["time_s", *channels], where)
         time = numbers.pop("time_s", 0.0 if before is None else before + dt)
         _check_rate(before, time, dt, where)
         yield Sample(time, list(numbers.values()), where)
         before = time
+
+
+def _cells(where: str, line: str) -> list[str]:
+    """The cells of one line; each is read by itself, so that a stray quote keeps no later line waiting."""
+    try:
+        return next(csv.reader([line], strict=True), [])
+    except csv.Error as error:
+        raise ValueError(
+            f"{where}: found {line.rstrip()[:80]!r}, which is no line of CSV ({error}). What was predicted before is "
+            "written; correct the line."
+        ) from None
 
 
 def _read_numbers(row: Sequence[str], header: Sequence[str], names: Sequence[str], where: str) -> dict[str, float]:

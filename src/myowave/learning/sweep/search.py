@@ -24,6 +24,7 @@ from optuna.storages.journal import JournalFileBackend, JournalFileSymlinkLock
 from optuna.trial import FrozenTrial, Trial, TrialState, create_trial
 
 from myowave.settings import Recipe, Sweep
+from myowave.settings.section import without_passwords
 
 optuna.logging.set_verbosity(optuna.logging.WARNING)  # the job's log says what happens
 
@@ -205,15 +206,11 @@ def _open_storage(storage: str) -> BaseStorage:
         return RDBStorage(storage, engine_kwargs={"pool_pre_ping": True})
     except Exception as error:  # whatever the driver raises: no server, no such database, wrong password
         raise ValueError(
-            f"learning.sweep.storage = {_without_password(storage)}: the database cannot be opened "
-            f"({type(error).__name__}: {error}). Start the server and create the database, or use `storage: journal`."
+            without_passwords(
+                f"learning.sweep.storage = {storage}: the database cannot be opened ({type(error).__name__}: {error})."
+            )
+            + " Start the server and create the database, or use `storage: journal`."
         ) from None
-
-
-def _without_password(address: str) -> str:
-    head, at, tail = address.rpartition("@")
-    scheme, _, user = head.partition("://")
-    return f"{scheme}://{user.split(':')[0]}{at}{tail}" if at else address
 
 
 def _begin(search: Search, worker: str) -> Trial | None:
