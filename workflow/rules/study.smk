@@ -1,14 +1,6 @@
-# How often the diagnosis is right: effects hidden in simulated trials, `snakemake hidden_effects --cores 2`.
-from myowave.settings import shipped_effects
-
+# How often the diagnosis is right: effects hidden in simulated trials of several worlds, `snakemake hidden_effects`.
 STUDY = SETTINGS.diagnosis.study
-STUDIED = [*(STUDY.effects or shipped_effects()), *("+".join(pair) for pair in STUDY.pairs), "none"]
-
-
-def study_section():
-    """Settings of the diagnosis without the lists of what is hidden, so that a further effect reruns no other."""
-    diagnosis = section("diagnosis")
-    return diagnosis | {"study": {k: v for k, v in diagnosis["study"].items() if k not in ("effects", "pairs")}}
+WORLDS = ["as_assumed", "other_curves", "other_constants", "other_data", "other_solver", "outside"]
 
 
 def studied_dataset():
@@ -39,52 +31,33 @@ def study_dataset(wildcards):
     return dump(DATASETS[studied_dataset()])
 
 
-rule simulate_study:
+rule study_world:
     input:
         physics=study_files,
     output:
-        trials=expand(
-            "results/diagnosis/study/trials-{seed}.parquet", seed=range(1, max(STUDY.seeds, STUDY.clean_sets) + 1)
-        ),
+        cases="results/diagnosis/study/{world}-{part}.csv",
     log:
-        "results/logs/simulate_study.log",
-    params:
-        physics=study_physics,
-        contents=study_contents,
-        dataset=study_dataset,
-        code=digest("simulate_study"),
-    script:
-        "../scripts/simulate_study.py"
-
-
-rule study_effect:
-    input:
-        trials=rules.simulate_study.output.trials,
-        physics=study_files,
-    output:
-        cases="results/diagnosis/study/{hidden}.csv",
-    log:
-        "results/logs/study_effect/{hidden}.log",
+        "results/logs/study_world/{world}-{part}.log",
     wildcard_constraints:
-        hidden=one_of(name.replace("+", r"\+") for name in STUDIED),
+        world=one_of(WORLDS),
+        part=r"\d+",
     threads: 1
     params:
         physics=study_physics,
         contents=study_contents,
         dataset=study_dataset,
-        diagnosis=study_section(),
-        code=digest("study_effect"),
+        diagnosis=section("diagnosis"),
+        code=digest("study_world"),
     script:
-        "../scripts/study_effect.py"
+        "../scripts/study_world.py"
 
 
 rule summarize_study:
     input:
-        cases=expand("results/diagnosis/study/{hidden}.csv", hidden=STUDIED),
+        cases=expand("results/diagnosis/study/{world}-{part}.csv", world=WORLDS, part=range(STUDY.parts)),
     output:
         cases="results/diagnosis/study.csv",
-        confusion="results/diagnosis/study_confusion.csv",
-        summary="results/diagnosis/study_summary.json",
+        summary="results/diagnosis/study_summary.csv",
     log:
         "results/logs/summarize_study.log",
     params:

@@ -1,7 +1,4 @@
-"""Draw what the diagnosis answered for each hidden effect."""
-
-import json
-from pathlib import Path
+"""Draw how often the diagnosis was right in each world."""
 
 import pandas as pd
 
@@ -10,6 +7,4 @@ from myowave.plotting import save
 from myowave.workflow.job import job_log
 
 with job_log("draw study", snakemake.log[0]):
-    cases = pd.read_csv(snakemake.input.cases, keep_default_na=False)
-    summary = json.loads(Path(snakemake.input.summary).read_text(encoding="utf-8"))
-    save(draw_study(cases, summary), snakemake.output.figure)
+    save(draw_study(pd.read_csv(snakemake.input.summary)), snakemake.output.figure)

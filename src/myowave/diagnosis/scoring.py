@@ -21,13 +21,17 @@ def answer(causes: Sequence[str], alternatives: Sequence[Sequence[str]]) -> Answ
 
 def is_right(named: Answer, hidden: Collection[str]) -> bool:
     """Whether each hidden effect was named, by itself or in a class of at most two, and no other."""
-    held = [any(effect in members and len(members) <= LARGEST_CLASS for members in named) for effect in hidden]
-    return all(held) and len(named) == len(hidden)
+    return holds(named, hidden) and len(named) == len(hidden)
+
+
+def holds(named: Answer, hidden: Collection[str]) -> bool:
+    """Whether each hidden effect was named, by itself or in a class of at most two, maybe beside others."""
+    return all(any(effect in members and len(members) <= LARGEST_CLASS for members in named) for effect in hidden)
 
 
 def names_wrongly(named: Answer, hidden: Collection[str]) -> bool:
-    """Whether an effect that is not in the data was named by itself."""
-    return any(len(members) == 1 and members[0] not in hidden for members in named)
+    """Whether something was named, by itself or as a class, that is not in the data."""
+    return any(not set(members) & set(hidden) for members in named)
 
 
 def add_truth(summary: Mapping[str, Any], truth: Mapping[str, Any] | None) -> dict[str, Any]:

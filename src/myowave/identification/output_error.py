@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 
 TOLERANCE = 1e-5  # of the simulated state [rad, rad/s]
 GAIN = 1e-3  # stop where the next step would lower the sum of squares by less than this many residual variances
-STANDSTILL = 0.1  # stop after a step that gained less than this many independent samples are worth
+STANDSTILL = 0.03  # stop after a step that gained less than this many independent samples are worth
 LIFTED_STEPS, STEPS = 4, 30  # the first suffice for sixteen starts to come down to two
 WATCHDOG, WATCHDOG_STEPS = 100.0, 3  # a step that fails is followed further if the sum of squares grew by less
 DAMPING, DAMPING_UP, DAMPING_DOWN, DAMPING_MOST = 1e-4, 10.0, 0.1, 1e8
@@ -316,10 +316,9 @@ def _standstill(fit: Fit) -> float:
     """What a step must gain at least if another is to follow [rad^2].
 
     The residual of a model that is far from the truth is slow, so hundreds of samples are worth a few, and its steps
-    may creep along kinks of curves for ever without any gain that counts as evidence. Nothing is asked of one that
-    leaves white noise.
+    may creep along kinks of curves for ever without any gain that counts as evidence.
     """
-    return STANDSTILL * fit.variance * (correlation_time(fit.normal.residual, fit.record) - 1)
+    return STANDSTILL * fit.variance * correlation_time(fit.normal.residual, fit.record)
 
 
 def _step(fit: Fit, damping: float) -> tuple[Array, Array]:

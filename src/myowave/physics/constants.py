@@ -81,6 +81,11 @@ CURVE_CONSTANTS = {
         default=0.0,
     ),
     "descending": Constant("-", "the same above the optimal length", bounds={"gt": -1}, default=0.0),
+    "rising": Constant(
+        "-", "logarithm of the power that the active force is raised to below optimal length", default=0.0
+    ),
+    "falling": Constant("-", "the same above optimal length", default=0.0),
+    "sagging": Constant("-", "the same of the force when shortening", default=0.0),
     "concentric": Constant(
         "-", "logarithm of the factor on the bend of the shortening force-velocity curve", default=0.0
     ),

@@ -22,6 +22,7 @@ ECCENTRIC_FORCE = 1.4
 # Eq. 50: passive curve of an adult.
 PASSIVE_GAMMA1 = 0.075
 PASSIVE_GAMMA2 = 6.6
+NO_FORCE = 1e-12  # keeps the derivative of a power finite
 PASSIVE_SLOPE = PASSIVE_GAMMA2 * math.exp(0.4 * PASSIVE_GAMMA2)
 
 
@@ -68,6 +69,9 @@ class Shape:
 
     ascending: Tensor
     descending: Tensor
+    rising: Tensor
+    falling: Tensor
+    sagging: Tensor
     concentric: Tensor
     yielding: Tensor
     eccentric: Tensor
@@ -94,7 +98,9 @@ class Curves:
 
         def active_length(length: Tensor) -> Tensor:
             off = length - 1.0
-            return self.active_length(1.0 + off / (1.0 + torch.where(off < 0, shape.ascending, shape.descending)))
+            short = off < 0
+            force = self.active_length(1.0 + off / (1.0 + torch.where(short, shape.ascending, shape.descending)))
+            return _raised(force, torch.where(short, shape.rising, shape.falling))
 
         def passive(length: Tensor) -> Tensor:
             return torch.exp(shape.passive) * self.passive(length - shape.onset)
@@ -103,7 +109,7 @@ class Curves:
             # Shortening: of Hill's hyperbola with constant Af this changes 1 + 1 / Af by the factor exp(concentric).
             force = self.force_velocity(velocity)
             slow = force.clamp(max=1.0)
-            shortening = slow / (slow + (1.0 - slow) * torch.exp(shape.concentric))
+            shortening = _raised(slow / (slow + (1.0 - slow) * torch.exp(shape.concentric)), shape.sagging)
             # Lengthening: a hyperbola in the force gained, steeper where it begins, the same at the largest force.
             gained, steeper = (force - 1.0).clamp(min=0.0), torch.exp(shape.yielding)
             bent = gained * steeper / (1.0 + gained * (steeper - 1.0) / (ECCENTRIC_FORCE - 1.0))
@@ -114,6 +120,11 @@ class Curves:
     def in_shape(self, family: "Curves") -> "Curves":
         """Curves of another family, as published, in the shape that these have."""
         return family if self.shape is None else family.shaped(self.shape)
+
+
+def _raised(force: Tensor, logarithm: Tensor) -> Tensor:
+    """A force between 0 and 1 to a power, which keeps both ends."""
+    return force.clamp(min=NO_FORCE) ** torch.exp(logarithm)
 
 
 MILLARD = Curves(active_length_millard, passive_millard, force_velocity_millard)

@@ -31,12 +31,13 @@ class Study(Section):
         (0.25, 0.5, 1.0),
         min_length=1,
     )
-    seeds: Whole = setting("datasets for each effect and strength", "-", 3, ge=1, le=100)
-    angle_noises_deg: Annotated[tuple[Annotated[Real, Field(gt=0, le=30)], ...], Once] = setting(
-        "noises of the angle", "deg", (0.3, 1.0, 3.0), min_length=1
+    cases: Whole = setting("datasets with an effect, for each world and noise", "-", 26, ge=1, le=100_000)
+    clean_sets: Whole = setting("datasets without an effect, for each world", "-", 40, ge=1, le=100_000)
+    angle_noises_deg: Annotated[tuple[Real, ...], Once] = setting(
+        "noises of the angle in the world that is as assumed", "deg", (0.3, 1.0, 3.0), min_length=1
     )
-    clean_sets: Whole = setting("datasets without an effect for each noise", "-", 20, ge=1, le=1000)
-    pairs: Annotated[tuple[Annotated[tuple[Name, Name], Once], ...], Once] = setting("effects hidden together", "", ())
+    angle_noise_deg: Real = setting("noise of the angle in the other worlds", "deg", 1.0, gt=0, le=30)
+    parts: Whole = setting("jobs that each world is cut into", "-", 2, ge=1, le=1000)
 
 
 class Diagnosis(Section):

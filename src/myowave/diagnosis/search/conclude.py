@@ -11,15 +11,14 @@ from dataclasses import dataclass, replace
 
 from myowave.diagnosis.misfit.repeated import Repeated, repeated_misfit
 from myowave.diagnosis.misfit.size import ABOVE, Size, size_of, size_of_misfit
-from myowave.diagnosis.search.rank import EVIDENCE
+from myowave.diagnosis.search.rank import EVIDENCE, independent_variance
 from myowave.diagnosis.search.selection import Selection, select_effects
 from myowave.identification.disturbance import Disturbance, estimate_disturbance
 from myowave.identification.output_error import Fit, refit
-from myowave.identification.uncertainty import correlation_time
 from myowave.identification.whitening import Band
 from myowave.physics.effect import Effect
 
-WHITE = 0.8  # of the noise in the band of the motion: an angle with less in its finest scales has passed a filter
+MOST_OF_IT = 0.9  # share that effects must explain to be named where something else is left
 NOTHING = 0.2  # of the noise: less that is left is nothing
 
 
@@ -45,8 +44,21 @@ class Findings:
     @property
     def variance(self) -> float:
         """Of what is independent in the last fit's residual [rad^2]."""
-        fit = self.selection.fit
-        return fit.variance * correlation_time(fit.normal.residual, fit.record)
+        return independent_variance(self.selection.fit)
+
+    @property
+    def explained(self) -> float:
+        """What the effects found explain, as a share of it and of what is left [-]."""
+        first, last = self.selection.ladder[0], self.selection.fit
+        explained = (first.objective - last.objective) / self.variance
+        left = max(self.repeated.excess, self.slow_excess)
+        return float(explained / max(explained + left, 1e-300)) if explained > 0 else 0.0
+
+    @property
+    def carries(self) -> bool:
+        """Whether the effects found may be named: nothing else is left and no force was needed beside them, or little
+        is left beside what they explain."""
+        return (self.settled and self.disturbance is None) or self.explained >= MOST_OF_IT
 
 
 def search(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> Findings:
@@ -56,11 +68,20 @@ def search(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> 
         effects: the catalogue.
         known: names of parameters that are known and so not to be estimated.
     """
-    effects = tuple(effects)
+    found = _search(fit, tuple(effects), known)
+    if found.selection.effects and not found.carries:
+        # What cannot be named must not make a model look worse than it is by itself.
+        first = found.selection
+        alone = weighed(Selection(first.ladder[:1], first.rankings[:1]), found.disturbance)
+        return alone if alone.settled else found
+    return found
+
+
+def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str]) -> Findings:
     disturbance, size = None, size_of_misfit(fit)
     if fit.record.pieces is not None:
         return weighed(select_effects(fit, effects, known))
-    if fit.record.noise < WHITE * size.noise:
+    if size.filtered:
         fit = within_band(fit, size)
     elif size.significant:
         disturbance = estimate_disturbance(fit)
@@ -93,9 +114,12 @@ def weighed(selection: Selection, disturbance: Disturbance | None = None) -> Fin
     fit, size = selection.fit, size_of_misfit(selection.fit)
     repeated = repeated_misfit(fit, size)
     # Beside an effect whatever is left counts against it; a model without any may leave next to nothing.
-    repeats = repeated.significant and (bool(selection.effects) or repeated.size(fit) > NOTHING * size.noise)
+    nothing = 0.0 if selection.effects or disturbance is not None else NOTHING * size.noise
+    repeats = repeated.significant and repeated.size(fit) > nothing
     if disturbance is None:
-        return Findings(selection, size, size.excess, repeated, None, not (size.significant or repeats))
+        slow = size.significant and size.missing > nothing
+        return Findings(selection, size, size.excess, repeated, None, not (slow or repeats))
     fitted = len(fit.free) + 2 * len(fit.record.names)
     left = size_of(fit.normal.residual, fit.angle, fit.record, fitted)
-    return Findings(selection, size, left.excess, repeated, disturbance, not (left.significant or repeats))
+    slow = left.significant and left.missing > nothing
+    return Findings(selection, size, left.excess, repeated, disturbance, not (slow or repeats))

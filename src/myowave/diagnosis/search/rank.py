@@ -23,6 +23,7 @@ EVIDENCE = 10.0  # difference of BIC that counts as very strong (Kass & Raftery 
 MARGIN = 6.0  # between two effects, below which they are not told apart (strong: odds of 20 to 1)
 FOLDS = 0.8  # share of folds, rounded down, in which the model with the effect must predict better
 PAIRS = 2  # pairs of effects that are fitted where scores promise more than one effect gives
+LITTLE = 0.5  # of the variance of an independent sample: a step that gains less changes no ranking
 OPTIMISM = 3.0  # a fit that is behind may still gain this many times what its next step promises
 WORTH_A_REFIT, NEAR, SHARE, MOST = 2.0, 25.0, 0.4, 7  # which candidates are refitted, see `_worth_refitting`
 
@@ -134,6 +135,11 @@ def rank_effects(
 def independent_samples(fit: Fit) -> float:
     """Number of independent samples of a fit's residual."""
     return fit.record.samples / correlation_time(fit.normal.residual, fit.record)
+
+
+def independent_variance(fit: Fit) -> float:
+    """Variance of what is independent in a fit's residual [rad^2]."""
+    return fit.variance * correlation_time(fit.normal.residual, fit.record)
 
 
 def delta_bic(fit: Fit, objective: float, parameters: int, samples: float) -> float:
@@ -249,8 +255,11 @@ def _race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> tuple[dict[str, F
                 continue
             if step is None:
                 del running[name]
-            else:
-                fits[name] = step
+                continue
+            # Nothing that counts as evidence is gained any more; the winner is fitted to the end by whoever takes it.
+            if step is not fits[name] and fits[name].objective - step.objective < LITTLE * independent_variance(step):
+                del running[name]
+            fits[name] = step
         leader = min([best_rival, *(f.objective for f in fits.values())])
         for name in list(running):
             hoped = fits[name].objective - OPTIMISM * (fits[name].objective - promised(fits[name]))

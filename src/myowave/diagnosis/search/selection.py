@@ -62,7 +62,7 @@ def select_effects(
     while top is not None and len(classes) < MOST_EFFECTS and (best := _best(search.rank(top))) is not None:
         classes[best.name] = _names(best, search.rank(top))
         name = top.model.name
-        top, classes = search.settle(best.refitted, classes)
+        top, classes = search.settle(polish(best.refitted), classes)
         if top.model.name == name:  # what was added went again
             break
     ladder = [fit] if top is None else search.climb_or_jump(top)
@@ -85,7 +85,7 @@ class _Search:
         pair = self.better_pair(self.start if best is None else best.refitted, ranking)
         if pair is not None:
             return self.settle(pair, {})
-        return (None, {}) if best is None else (best.refitted, {best.name: _names(best, ranking)})
+        return (None, {}) if best is None else (polish(best.refitted), {best.name: _names(best, ranking)})
 
     def rank(self, fit: Fit, fitted: Mapping[str, Fit] | None = None) -> list[Candidate]:
         """The ranking at a fit; that of an earlier fit of the same model will do if it is as good."""
@@ -136,7 +136,7 @@ class _Search:
                     fit, changed = without, True
                     break
                 if best.name != effect.name and (own not in similar(ranking, best) or best.weight > own.weight):
-                    fit, changed = best.refitted, True
+                    fit, changed = polish(best.refitted), True
                     classes[best.name] = _names(best, ranking)
                     break
                 classes[effect.name] = _names(own, ranking)

@@ -10,7 +10,6 @@ from myowave.identification.output_error import Fit
 Kind = Literal["adequate", "effect", "class", "partial", "unknown", "undecidable"]
 
 EMG_NOISE = "emg_noise"  # a cause that is no effect on the model: what was recorded is not all that drove the arm
-MOST_OF_IT = 0.9  # share of what is explained and what is left that names must explain where something is left
 CERTAINLY_OUTSIDE = 2.0  # standard errors
 
 
@@ -63,14 +62,13 @@ def judge(found: Findings, *, follows: bool = True) -> Verdict:
     selection, fit = found.selection, found.selection.fit
     absorbed = {c.name: c.score.absorbed_by for c in selection.rankings[-1] if c.score.absorbed}
     alternatives = tuple(c for c in selection.classes.values() if len(c) > 1)
-    left = not found.settled or not follows
-    explained = _explained(found)
+    left = not found.settled or not follows or (bool(selection.effects) and not found.carries)
     masked = _masked(fit, absorbed)
-    emg = found.disturbance.emg if found.disturbance is not None and found.settled else 0.0
+    emg = found.disturbance.emg if found.disturbance is not None and not left else 0.0
     named = selection.effects
     kind: Kind
     if left:
-        kind = "partial" if named and follows and explained >= MOST_OF_IT else "unknown"
+        kind = "partial" if named and follows and found.carries else "unknown"
     elif named or emg:
         kind = "class" if alternatives else "effect"
     else:
@@ -83,21 +81,13 @@ def judge(found: Findings, *, follows: bool = True) -> Verdict:
         nearest=named if unnamed else (),
         absorbed=absorbed,
         shares=_shares(selection.ladder),
-        explained=explained,
+        explained=found.explained,
         structure_left=left,
         missing=max(found.size.missing, found.repeated.size(fit)) if left else 0.0,
         emg_noise=emg,
         masked=masked,
         follows=follows,
     )
-
-
-def _explained(found: Findings) -> float:
-    """What the named effects explain beside what is left, both in independent samples' variances."""
-    first, last = found.selection.ladder[0], found.selection.fit
-    explained = (first.objective - last.objective) / found.variance
-    left = max(found.repeated.excess, found.slow_excess)
-    return float(explained / max(explained + left, 1e-300)) if explained > 0 else 0.0
 
 
 def _shares(ladder: tuple[Fit, ...]) -> dict[str, float]:

@@ -1,7 +1,6 @@
-"""How often the diagnosis is right: effects hidden in simulated trials, of many strengths and noises.
+"""How often the diagnosis is right: effects hidden in trials of several worlds, of many strengths and noises.
 
-A case is one dataset. Its motion is simulated once and used with every noise. What was hidden is known here and to
-`simulate_case` only; the diagnosis gets trials.
+A case is one dataset. What was hidden is known here and to `make_trials` only; the diagnosis gets trials.
 """
 
 import time
@@ -14,108 +13,86 @@ import numpy as np
 import pandas as pd
 import torch
 
-from myowave.data.simulate import ANGLE_RANGE, simulate_trials
+from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
-from myowave.diagnosis.scoring import answer, is_right, names_wrongly
-from myowave.diagnosis.search.conclude import search
+from myowave.diagnosis.scoring import answer, holds, names_wrongly
+from myowave.diagnosis.search.conclude import Findings, search
 from myowave.diagnosis.search.rank import EVIDENCE, independent_samples
-from myowave.diagnosis.search.selection import Selection
+from myowave.diagnosis.search.score import FAILURES, score_effects
 from myowave.diagnosis.search.verdict import Verdict, judge
+from myowave.diagnosis.study.worlds import ALLOWED, HELD, World, draw_world, held, record
 from myowave.identification.free_parameters import Free, free_parameters
+from myowave.identification.output_error import Fit
 from myowave.identification.prediction import predict
 from myowave.identification.record import make_record
 from myowave.identification.stages import fit_in_stages
 from myowave.physics.drive import channels_of
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
+from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
-from myowave.physics.trajectory import solve
 from myowave.settings import Diagnosis as DiagnosisSettings
 from myowave.settings import SimulatedDataset
 
 POWER = 1.2816  # standard deviations above the threshold that 9 of 10 recordings reach
+OUTSIDE, ASSUMED = "outside", "as_assumed"
+SAYS_SO = ("unknown", "partial", "undecidable", "adequate")  # answers that name nothing, or say that something is left
 
 
 @dataclass(frozen=True)
 class Case:
-    """A dataset of the study: hidden effects with their parameters by full name, and a seed."""
+    """A dataset of the study.
 
+    Args:
+        world: one of `worlds.ALLOWED`.
+        hidden: effects with their parameters by short name.
+        taken_out: effects that the catalogue lacks.
+        number: of the case in its world; decides all that is drawn.
+        noise_deg: of the angle.
+    """
+
+    world: str
     hidden: Mapping[str, Mapping[str, float]]
-    seed: int
-    strength: float = 1.0
+    taken_out: tuple[str, ...]
+    number: int
+    strength: float
+    noise_deg: float
 
     @property
     def label(self) -> str:
         return "+".join(self.hidden) or "none"
 
     @property
-    def digits(self) -> tuple[int, ...]:
-        """Seed of what is drawn for this case only, so that cases are independent."""
-        return self.seed, round(1000 * self.strength), zlib.crc32(self.label.encode())
+    def random(self) -> np.random.Generator:
+        """What is drawn for this case only, so that cases are independent."""
+        return np.random.default_rng([self.number, zlib.crc32(f"{self.world} {self.label}".encode())])
 
 
-def study_effect(
-    hidden: str,
-    clean: Sequence[Trials],
-    dataset: SimulatedDataset,
-    settings: DiagnosisSettings,
-    base: Model,
-    catalogue: Mapping[str, Effect],
-    progress: Callable[[int, int, str], None] = lambda done, total, text: None,
-) -> pd.DataFrame:
-    """All cases with one effect, with a pair ("one+other"), or with none.
-
-    Args:
-        clean: trials of the seeds 1, 2, ... as `clean_trials` gives them.
-        dataset: what they were simulated with.
-
-    Returns:
-        One row per case and noise, see `diagnose_case`.
-    """
+def list_cases(world: str, base: Model, catalogue: Mapping[str, Effect], settings: DiagnosisSettings) -> list[Case]:
+    """All cases of a world: each effect in turn with strengths and noises that go round, and sets without any."""
     study = settings.study
-    if hidden == "none":
-        cases = [Case({}, seed) for seed in range(1, study.clean_sets + 1)]
-    else:
-        effects, seeds = [catalogue[name] for name in hidden.split("+")], range(1, study.seeds + 1)
-        if len(effects) > 1:
-            cases = [*pair_cases(base, effects, seeds)]
-        else:
-            cases = [*single_cases(base, effects[0], study.strengths, seeds)]
-    rows = []
-    for case in cases:
-        trials = simulate_case(case, clean[case.seed - 1], dataset, base, catalogue)
-        for noise in study.angle_noises_deg:
-            noisy = add_noise(trials, noise, *case.digits)
-            rows.append(diagnose_case(case, noisy, dataset, base, catalogue.values(), settings, noise))
-            progress(len(rows), len(cases) * len(study.angle_noises_deg), "")
-    return pd.DataFrame(rows)
+    names = [name for name in study.effects or catalogue if not base.refuses(catalogue[name])]
+    noises = study.angle_noises_deg if world == ASSUMED else (study.angle_noise_deg,)
+    cases = []
+    for i in range(study.cases * len(noises)):
+        chosen = [names[(i // len(noises)) % len(names)]]
+        if world == OUTSIDE and i % 2:  # two at once, of which one is not in the catalogue
+            chosen.append(names[(i * 7 + 3) % len(names)])
+        chosen = list(dict.fromkeys(chosen))
+        strength = study.strengths[(i // len(noises) + i // len(names)) % len(study.strengths)]
+        hidden = {name: hidden_values(base, catalogue[name], strength, i) for name in chosen}
+        out = (chosen[0],) if world == OUTSIDE else ()
+        cases.append(Case(world, hidden, out, i, strength, noises[i % len(noises)]))
+    clean = [Case(world, {}, (), i, 0.0, noises[i % len(noises)]) for i in range(study.clean_sets)]
+    return cases + (clean if world != OUTSIDE else [])
 
 
-def clean_trials(dataset: SimulatedDataset, base: Model, seed: int) -> Trials:
-    """Trials of a seed without hidden effect, with a perfect sensor."""
-    plain = dataset.model_copy(update={"hidden_effect": {}, "angle_noise_deg": 0.0, "seed": seed})
-    return simulate_trials(f"study{seed}", plain, base, {})[0]
-
-
-def single_cases(model: Model, effect: Effect, strengths: Sequence[float], seeds: Sequence[int]) -> Iterator[Case]:
-    """An effect in several strengths and seeds, of both signs where it has them.
+def hidden_values(model: Model, effect: Effect, strength: float, turn: int) -> dict[str, float]:
+    """Parameter values: of alternating sign from one turn and from one muscle to the next where bounds allow.
 
     Args:
-        strengths: as fractions of the strongest, which is twice the typical one or as near as the bounds allow.
+        strength: as a fraction of the strongest, which is twice the typical one or as near as the bounds allow.
     """
-    for strength in strengths:
-        for i, seed in enumerate(seeds):
-            yield Case({effect.name: _values(model, effect, strength, i)}, seed, strength)
-
-
-def pair_cases(model: Model, pair: Sequence[Effect], seeds: Sequence[int]) -> Iterator[Case]:
-    """Two effects at once, each of its typical strength."""
-    for i, seed in enumerate(seeds):
-        yield Case({e.name: _values(model, e, 0.5, i) for e in pair}, seed, 0.5)
-
-
-def _values(model: Model, effect: Effect, strength: float, turn: int) -> dict[str, float]:
-    """Parameter values: of alternating sign from one turn and from one muscle to the next where bounds allow."""
     named = model.with_effects([effect]).parameters_of(effect)
     room = min(max(p.high, -p.low) / abs(p.typical) for p in named.values())
     factor = strength * min(2.0, room)
@@ -126,165 +103,169 @@ def _values(model: Model, effect: Effect, strength: float, turn: int) -> dict[st
     return values
 
 
-def simulate_case(
-    case: Case, clean: Trials, settings: SimulatedDataset, base: Model, catalogue: Mapping[str, Effect]
-) -> Trials:
-    """Trials with the hidden effects and a perfect sensor.
+def study_world(
+    cases: Sequence[Case],
+    dataset: SimulatedDataset,
+    settings: DiagnosisSettings,
+    base: Model,
+    catalogue: Mapping[str, Effect],
+    progress: Callable[[int, int, str], None] = lambda done, total, text: None,
+) -> pd.DataFrame:
+    """Diagnose cases; one row per case, see `diagnose_case`.
 
     Args:
-        clean: the trials of this seed without effects or noise; their EMG is used where the motion it gives stays in
-            range, else the EMG is drawn again.
+        dataset: what the trials are like.
     """
-    if not case.hidden:
-        return clean
-    model = base.with_effects(catalogue[name] for name in case.hidden)
+    rows = []
+    for case in cases:
+        world = draw_world(case.world, base, settings.scatter, case.random)
+        made = make_trials(case, world, dataset, catalogue)
+        if made is not None:
+            rows.append(diagnose_case(case, world, made, dataset, settings, base, catalogue))
+        progress(len(rows), len(cases), "")
+    return pd.DataFrame(rows)
+
+
+def make_trials(case: Case, world: World, dataset: SimulatedDataset, catalogue: Mapping[str, Effect]) -> Trials | None:
+    """Trials of a case as its recorder reports them; None where no EMG is found that keeps the arm in range."""
+    settings = dataset.model_copy(
+        update={
+            "hidden_effect": case.hidden,
+            "seed": case.number + 1,
+            "angle_noise_deg": 0.0,
+            "constants": dict(world.constants),
+        }
+    )
+    try:
+        trials, _ = simulate_trials(f"{case.world}{case.number}", settings, world.model, catalogue)
+    except ValueError:
+        return None
+    if world.held:
+        trials = replace(trials, angle=_with_held_emg(case, trials, settings, world, catalogue))
+    random = case.random
+    noisy = trials.angle + np.radians(case.noise_deg) * random.standard_normal(trials.angle.shape)
+    return record(replace(trials, angle=noisy, constants={}), world, random)
+
+
+def _with_held_emg(
+    case: Case, trials: Trials, settings: SimulatedDataset, world: World, catalogue: Mapping[str, Effect]
+) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """The angle of the same EMG held between samples, (T, N)."""
+    model = world.model.with_effects(catalogue[name] for name in case.hidden)
     values = {f"{effect}.{p}": v for effect, ps in case.hidden.items() for p, v in ps.items()}
-    emg = channels_of(base, clean.channels, torch.from_numpy(clean.emg))
-    start = torch.full((len(clean.names),), settings.start_rad, dtype=torch.float64)
-    velocity = np.gradient(clean.angle, clean.dt, axis=-1)
-    guess = torch.from_numpy(np.stack([clean.angle, velocity], -1))
-    guess = torch.nn.functional.pad(guess, (0, model.state_size - 2))
-    params = {name: torch.tensor(value, dtype=torch.float64) for name, value in values.items()}
-    motion = solve(Simulation(model, params, emg, clean.dt), start, torch.zeros_like(start), guess=guess).motion
-    q = motion.q.numpy()
-    if np.isfinite(q).all() and ANGLE_RANGE[0] < q.min() and q.max() < ANGLE_RANGE[1]:
-        return replace(clean, angle=motion.angle.numpy())
-    noiseless = settings.model_copy(update={"hidden_effect": case.hidden, "seed": case.seed, "angle_noise_deg": 0.0})
-    return simulate_trials(clean.dataset, noiseless, base, catalogue)[0]
-
-
-def add_noise(trials: Trials, noise_deg: float, *seed: int) -> Trials:
-    """Trials with white noise on the angle [deg]."""
-    random = np.random.default_rng([*seed, round(1000 * noise_deg)])
-    return replace(trials, angle=trials.angle + np.radians(noise_deg) * random.standard_normal(trials.angle.shape))
+    emg = held(channels_of(model, trials.channels, torch.from_numpy(trials.emg)))
+    motion = simulate(Simulation(model, values, emg, trials.dt / HELD), settings.start_rad)
+    return motion.angle.numpy()[..., ::HELD]
 
 
 def diagnose_case(
     case: Case,
+    world: World,
     trials: Trials,
-    settings: SimulatedDataset,
+    dataset: SimulatedDataset,
+    settings: DiagnosisSettings,
     base: Model,
-    effects: Iterable[Effect],
-    diagnosis: DiagnosisSettings,
-    noise_deg: float,
+    catalogue: Mapping[str, Effect],
 ) -> dict[str, Any]:
     """One row of the study: what was hidden, what was found, and how well."""
-    effects = list(effects)
+    known = {name: effect for name, effect in catalogue.items() if name not in case.taken_out}
     began = time.process_time()
-    record = make_record(trials, base)
-    free = _displaced(free_parameters(base, settings.identify, record.known, diagnosis.scatter), case)
-    found = search(fit_in_stages(base, record.train, free, starts=diagnosis.starts), effects)
-    selection, verdict = found.selection, judge(found)
-    seconds = time.process_time() - began
-    test = record.take(np.flatnonzero(~record.training))
-    return {
+    whole = make_record(trials, base)
+    free = _displaced(free_parameters(base, dataset.identify, whole.known, settings.scatter), case)
+    row = {
+        "world": case.world,
         "hidden": case.label,
-        "seed": case.seed,
+        "taken_out": " ".join(case.taken_out),
+        "number": case.number,
         "strength": case.strength,
-        "noise_deg": noise_deg,
-        **_found(case, verdict),
-        "signal": _signal(case, selection),
-        "rmse_over_noise": np.degrees(selection.fit.rmse()) / noise_deg,
+        "noise_deg": case.noise_deg,
+        "recording": " ".join(f"{name}={value:.3g}" for name, value in world.recording.items()),
+    }
+    try:
+        found = search(fit_in_stages(base, whole.train, free, starts=settings.starts), known.values())
+    except FAILURES as error:
+        return row | {"verdict": "failed", "found": str(error), "right": False, "wrong_name": False}
+    verdict = judge(found)
+    seconds = time.process_time() - began
+    test = whole.take(np.flatnonzero(~whole.training))
+    selection = found.selection
+    return {
+        **row,
+        **_told(case, world, verdict),
+        "signal": _signal(case, selection.ladder[0], catalogue),
+        "explained": verdict.explained,
+        "missing_deg": np.degrees(verdict.missing),
+        "emg_noise": verdict.emg_noise,
+        "rmse_base_deg": np.degrees(selection.ladder[0].rmse()),
+        "rmse_deg": np.degrees(selection.fit.rmse()),
         "heldout_base_deg": np.degrees(predict(selection.ladder[0], test).rmse),
         "heldout_deg": np.degrees(predict(selection.fit, test).rmse),
-        **_accuracy(case, selection, base),
+        **_intervals(case, world, found, base),
         "seconds": seconds,
     }
 
 
-def _found(case: Case, verdict: Verdict) -> dict[str, Any]:
+def _told(case: Case, world: World, verdict: Verdict) -> dict[str, Any]:
     """The verdict, and whether it is right."""
     named = answer(verdict.causes, verdict.alternatives)
+    allowed = ALLOWED[case.world] | frozenset(case.hidden) - set(case.taken_out)
+    wrong = names_wrongly(named, allowed)
+    if case.taken_out:
+        rest = [name for name in case.hidden if name not in case.taken_out]
+        says_so = verdict.kind in ("unknown", "partial") or any(len(members) > 1 for members in named)
+        right = (says_so or not named) and not wrong if rest or named else True
+    elif case.hidden:
+        right = holds(named, case.hidden)
+    else:
+        right = verdict.kind in ("adequate", "undecidable") or (bool(named) and not wrong)
     return {
         "verdict": verdict.kind,
         "found": " + ".join("/".join(members) for members in named),
-        "hit": bool(case.hidden) and is_right(named, case.hidden),
-        "wrong_name": names_wrongly(named, case.hidden),
+        "nearest": " ".join(verdict.nearest),
+        "right": bool(right),
+        "wrong_name": wrong,
         "absorbed": " ".join(sorted(verdict.absorbed)),
     }
 
 
 def _displaced(free: Iterable[Free], case: Case) -> list[Free]:
     """What to estimate, expected where the truth is up to its spread away: nobody knows the values before."""
-    random = np.random.default_rng(case.digits)
+    random = case.random
     return [replace(p, start=p.start / (1 + p.spread * random.uniform(-1, 1))) for p in free]
 
 
-def _signal(case: Case, selection: Selection) -> float:
+def _signal(case: Case, fit: Fit, catalogue: Mapping[str, Effect]) -> float:
     """How far the weakest hidden effect is above what 9 of 10 recordings would show: at least 1 for one that is [-]."""
-    fit, signals = selection.ladder[0], []
-    for score in (c.score for c in selection.rankings[0] if c.name in case.hidden):
-        truth = np.array([case.hidden[score.effect][p.name.split(".", 1)[1]] / p.scale for p in score.free])
-        seen = np.sqrt(truth @ score.information @ truth) / fit.record.noise
+    signals = []
+    for name, score in score_effects(fit, (catalogue[name] for name in case.hidden)).items():
+        truth = np.array([case.hidden[name][p.name.split(".", 1)[1]] / p.scale for p in score.free])
+        seen = np.sqrt(truth @ score.information @ truth / fit.record.variance)
         threshold = np.sqrt(EVIDENCE + len(truth) * np.log(independent_samples(fit))) + POWER
         signals.append(0.0 if score.absorbed else float(seen / threshold))
     return min(signals, default=0.0)
 
 
-def _accuracy(case: Case, selection: Selection, base: Model) -> dict[str, Any]:
-    """Errors of the estimates, and how many 95 % intervals hold the truth (of the right model only)."""
-    first, last = selection.ladder[0], selection.fit
-    worst = {
-        f"worst_error_{label}_pct": max(abs(fit.parameters[p] / base.defaults[p] - 1) * 100 for p in first.parameters)
-        for label, fit in (("base", first), ("final", last))
-    }
-    if set(selection.effects) != set(case.hidden):
-        return {**worst, "intervals": 0, "covered": 0}
-    truth = {f"{e}.{p}": v for e, ps in case.hidden.items() for p, v in ps.items()}
+def _intervals(case: Case, world: World, found: Findings, base: Model) -> dict[str, Any]:
+    """How many 95 % intervals of the last model hold the truth, where it has the effects that were hidden, and the
+    largest error of what was to be identified."""
+    last = found.selection.fit
+    truth = {**base.defaults, **world.constants}
+    truth |= {f"{e}.{p}": v for e, ps in case.hidden.items() for p, v in ps.items()}
+    identified = [p.name for p in last.free if p.spread > 0]
+    worst = max((abs(last.parameters[name] / truth[name] - 1) * 100 for name in identified), default=np.nan)
+    if set(found.selection.effects) != set(case.hidden):
+        return {"worst_error_pct": worst, "intervals": 0, "covered": 0}
     errors = last.standard_errors()
-    inside = [
-        abs(value - truth.get(name, base.defaults.get(name, 0.0))) <= 1.96 * errors[name]
-        for name, value in last.parameters.items()
-    ]
-    return {**worst, "intervals": len(inside), "covered": sum(inside)}
+    names = [p.name for p in last.free if not (p.name.endswith("_curve") and case.world == "other_curves")]
+    inside = [abs(last.parameters[name] - truth[name]) <= 1.96 * errors[name] for name in names]
+    return {"worst_error_pct": worst, "intervals": len(inside), "covered": int(sum(inside))}
 
 
-def confusion_matrix(rows: pd.DataFrame) -> pd.DataFrame:
-    """How often each hidden effect (rows) was answered in each way (columns), of the cases above what is detectable."""
-    shown = rows[(rows["signal"] >= 1) | (rows["hidden"] == "none")]
-    answer = shown["found"].where(shown["found"] != "", shown["verdict"])
-    return pd.crosstab(shown["hidden"], answer)
-
-
-def summarize(rows: pd.DataFrame) -> dict[str, Any]:
-    """Rates of right and wrong answers, errors, intervals and times; rates in percent.
-
-    Counted as right: every hidden effect named, or in a class of at most two. Only effects above their own smallest
-    detectable value count.
-    """
-    single = rows[~rows["hidden"].str.contains("+", regex=False) & (rows["hidden"] != "none")]
-    shown = single[single["signal"] >= 1]
-    hits = shown[shown["hit"]]
-    clean = rows[rows["hidden"] == "none"]
-    aliases = single.groupby("hidden").filter(lambda group: (group["signal"] == 0).all())
-    reported = [name in by.split() for name, by in zip(aliases["hidden"], aliases["absorbed"], strict=True)]
-    pairs = rows[rows["hidden"].str.contains("+", regex=False) & (rows["signal"] >= 1)]
-    by_noise = {
-        str(noise): {
-            "shown": len(group),
-            "hit_pct": 100 * group["hit"].mean(),
-            "wrong_name_pct": 100 * group["wrong_name"].mean(),
-            "worst_error_median_pct": group.loc[group["hit"], "worst_error_final_pct"].median(),
-            "worst_error_at_most_1_pct": 100 * (group.loc[group["hit"], "worst_error_final_pct"] <= 1).mean(),
-            "worst_error_95_pct": group.loc[group["hit"], "worst_error_final_pct"].quantile(0.95),
-            "worst_error_base_median_pct": group.loc[group["hit"], "worst_error_base_pct"].median(),
-        }
-        for noise, group in shown.groupby("noise_deg")
-    }
-    return {
-        "cases": len(rows),
-        "by_noise": by_noise,
-        "wrong_name_pct": 100 * shown["wrong_name"].mean(),
-        "wrong_name_below_detectable_pct": 100 * single.loc[single["signal"] < 1, "wrong_name"].mean(),
-        "false_alarms": int((clean["verdict"] != "adequate").sum()),
-        "clean": len(clean),
-        "aliases": sorted(aliases["hidden"].unique()),
-        "aliases_reported_pct": 100 * float(np.mean(reported)) if reported else None,
-        "pairs_hit_pct": 100 * pairs["hit"].mean(),
-        "pairs": len(pairs),
-        "rmse_over_noise_max": hits["rmse_over_noise"].max(),
-        "heldout_falls_pct": 100 * (hits["heldout_deg"] < hits["heldout_base_deg"]).mean(),
-        "interval_coverage_pct": 100 * rows["covered"].sum() / max(int(rows["intervals"].sum()), 1),
-        "seconds_mean": rows["seconds"].mean(),
-        "seconds_total": rows["seconds"].sum(),
-    }
+def groups(rows: pd.DataFrame) -> Iterator[tuple[str, str, float, pd.DataFrame]]:
+    """The rows that are counted together: of each world and noise those with a detectable effect, and those without."""
+    for (world, noise), part in rows.groupby(["world", "noise_deg"], sort=False):
+        with_effect = part[(part["hidden"] != "none") & ((part["signal"] >= 1) | (part["taken_out"] != ""))]
+        if len(with_effect):
+            yield str(world), "effect", float(noise), with_effect
+    for world, part in rows[rows["hidden"] == "none"].groupby("world", sort=False):
+        yield str(world), "nothing", np.nan, part

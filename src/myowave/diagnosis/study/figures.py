@@ -1,7 +1,4 @@
-"""How often the diagnosis is right, over all hidden effects of the study."""
-
-from collections.abc import Mapping
-from typing import Any
+"""How often the diagnosis is right, world by world."""
 
 import numpy as np
 import pandas as pd
@@ -10,72 +7,52 @@ from matplotlib.figure import Figure
 
 from myowave.plotting import canvas, title
 
-NOTHING = "nothing"
+NAMES = {
+    "as_assumed": "as the model assumes",
+    "other_curves": "other muscle curves",
+    "other_constants": "other constants",
+    "other_data": "other sensors and filters",
+    "other_solver": "EMG held by the solver",
+    "outside": "effect not in the catalogue",
+}
+RIGHT, WRONG = "#0072b2", "#d55e00"
 
 
-def draw_study(cases: pd.DataFrame, summary: Mapping[str, Any]) -> Figure:
-    """What was answered for each hidden effect, and how often that was right with each noise.
+def draw_study(summary: pd.DataFrame) -> Figure:
+    """Rates of right answers and of wrong names in each world, with their 95 % intervals.
 
     Args:
-        cases: as `study.study_effect` gives them, of all effects.
-        summary: from `study.summarize`.
+        summary: from `summary.summarize`.
     """
-    cases = cases[(cases["signal"] >= 1) | (cases["hidden"] == "none")]
-    answered, right = answers(cases), hit_rates(cases)
-    figure, axes = canvas(
-        1, 2, width=15.0, height=2.6 + 0.27 * len(answered), width_ratios=[answered.shape[1], 0.42 * len(answered)]
-    )
-    rates = ", ".join(f"{rate['hit_pct']:.0f} %" for rate in summary["by_noise"].values())
-    noises = ", ".join(f"{float(noise):g}" for noise in summary["by_noise"])
+    parts = [(text, summary[summary["hidden"] == hidden]) for hidden, text in PANELS.items()]
+    figure, axes = canvas(1, 2, width=13.0, height=1.8 + 0.36 * max(len(rows) for _, rows in parts))
+    with_effect, without = (rows for _, rows in parts)
     title(
         figure,
-        f"Detectable effects are found in {rates} of cases at {noises} deg of noise; "
-        f"{summary['false_alarms']} false alarms in {summary['clean']} sets without an effect",
+        f"Right in {with_effect['right_pct'].min():.0f} to {with_effect['right_pct'].max():.0f} % of sets with an "
+        f"effect, depending on the world; a wrong name in at most {summary['wrong_name_pct'].max():.0f} %",
     )
-    _heat(axes[0, 0], answered, "share of cases in which the answer holds the effect, alone or in a class [%]")
-    _heat(axes[0, 1], right, "right: named, or one of two [%]", smallest=0.0)
-    axes[0, 0].set_ylabel("hidden effect")
-    axes[0, 0].set_xlabel("in the answer")
-    axes[0, 1].set_xlabel("noise of the angle [deg]")
-    axes[0, 1].set_yticks([])
+    for axis, (text, rows) in zip(axes[0], parts, strict=True):
+        _rates(axis, rows.reset_index(drop=True), text)
     return figure
 
 
-def answers(cases: pd.DataFrame) -> pd.DataFrame:
-    """Percentage of the cases with a hidden effect (rows) whose answer holds each effect (columns)."""
-    effects = list(dict.fromkeys(name for hidden in cases["hidden"] if hidden != "none" for name in hidden.split("+")))
-    held = pd.DataFrame(
-        {
-            **{e: [e in found.replace("/", " ").split() for found in cases["found"]] for e in effects},
-            NOTHING: (cases["found"] == "").to_numpy(),
-        },
-        index=cases["hidden"],
-    )
-    order = list(dict.fromkeys(cases["hidden"]))
-    return 100 * held.groupby(level=0).mean().loc[order]
+PANELS = {"effect": "an effect is hidden, and large enough to be seen", "nothing": "nothing is hidden"}
 
 
-def hit_rates(cases: pd.DataFrame) -> pd.DataFrame:
-    """Percentage of right answers for each hidden effect (rows) and noise (columns); nan where none is detectable."""
-    right = cases.assign(right=np.where(cases["hidden"] == "none", cases["verdict"] == "adequate", cases["hit"]))
-    rates = 100 * right.pivot_table(index="hidden", columns="noise_deg", values="right", aggfunc="mean")
-    return rates.loc[list(dict.fromkeys(cases["hidden"]))]
-
-
-def _heat(axis: Axes, table: pd.DataFrame, label: str, *, smallest: float = 0.5) -> None:
-    """A table of percentages in colours; numbers below `smallest` are not written."""
-    values = table.to_numpy(float)
-    axis.imshow(values, cmap="Blues", vmin=0, vmax=100, aspect="auto")
-    for (i, j), value in np.ndenumerate(values):
-        if value >= smallest:
-            axis.text(j, i, f"{value:.0f}", ha="center", va="center", fontsize=8, color="w" if value > 60 else "k")
-        elif not np.isfinite(value):
-            axis.text(j, i, "-", ha="center", va="center", fontsize=8, color="#888888")
-    names = [f"{c:g}" if isinstance(c, float) else c for c in table.columns]
-    turned = len(names) > 5
-    axis.set_xticks(range(len(names)), names, rotation=60 if turned else 0, ha="right" if turned else "center")
-    axis.set_yticks(
-        range(len(table)), [name.replace("+", " + ") for name in table.index.where(table.index != "none", "no effect")]
-    )
-    axis.set_title(label)
-    axis.grid(visible=False)
+def _rates(axis: Axes, rows: pd.DataFrame, text: str) -> None:
+    place = -np.arange(len(rows), dtype=float)
+    for shift, name, colour, marker, label in (
+        (0.12, "right", RIGHT, "o", "right"),
+        (-0.12, "wrong_name", WRONG, "s", "a wrong name"),
+    ):
+        middle = rows[f"{name}_pct"].to_numpy(float)
+        ends = np.stack([middle - rows[f"{name}_low_pct"], rows[f"{name}_high_pct"] - middle])
+        axis.errorbar(middle, place + shift, xerr=ends.clip(0), fmt=marker, color=colour, capsize=3, label=label)
+    labels = [
+        NAMES.get(r.world, r.world) + (f", {r.noise_deg:g} deg" if np.isfinite(r.noise_deg) else "") + f" ({r.sets})"
+        for r in rows.itertuples()
+    ]
+    axis.set_yticks(place, labels)
+    axis.set(xlim=(-3, 103), xlabel="share of sets, with 95 % interval [%]", title=text)
+    axis.legend(loc="center", frameon=True)

@@ -1,0 +1,17 @@
+"""Diagnose a part of the cases of one world of the study."""
+
+from myowave.diagnosis.study.cases import list_cases, study_world
+from myowave.physics.build import build_model
+from myowave.physics.effects import catalogue
+from myowave.settings import Diagnosis, Physics, SimulatedDataset
+from myowave.workflow.job import job_log
+
+world, part = snakemake.wildcards.world, int(snakemake.wildcards.part)
+with job_log(f"study {world} {part}", snakemake.log[0]) as log:
+    physics = Physics.model_validate(snakemake.params.physics)
+    settings = Diagnosis.model_validate(snakemake.params.diagnosis)
+    base, effects = build_model("base", physics), catalogue(physics.effect_files)
+    cases = list_cases(world, base, effects, settings)[part :: settings.study.parts]
+    dataset = SimulatedDataset.model_validate(snakemake.params.dataset)
+    rows = study_world(cases, dataset, settings, base, effects, log.progress)
+    rows.to_csv(snakemake.output.cases, index=False)
