@@ -11,11 +11,12 @@ from myowave.identification.record import make_record
 
 
 @pytest.mark.parametrize("name", ["joint_damping", "fatigue", "extra_delay", "vmax_change"])
-def test_the_score_of_a_weak_effect_is_the_gain_of_its_fit(make_fit, effects, name):
-    hidden = {p: 0.2 * q.typical for p, q in effects[name].parameters.items()}
+def test_the_score_of_a_weak_effect_is_the_gain_of_its_fit(make_fit, base, effects, name):
+    parameters = base.with_effects([effects[name]]).parameters_of(effects[name])
+    hidden = {full.removeprefix(f"{name}."): 0.2 * p.typical for full, p in parameters.items()}
     fit = make_fit({name: hidden}, noise_deg=0.3)
     score = score_effect(fit, effects[name])
-    gained = fit.rss - polish(score.start).rss
+    gained = fit.objective - polish(score.start).objective
     assert score.drop > 5 * fit.variance
     assert score.drop == pytest.approx(gained, rel=0.15)
 
@@ -25,7 +26,7 @@ def test_the_score_of_a_weak_effect_is_the_gain_of_its_fit(make_fit, effects, na
 )
 def test_an_effect_more_never_fits_worse(make_fit, effects, name):
     fit = make_fit({"emg_crosstalk": {"x": 0.1}})
-    assert polish(score_effect(fit, effects[name]).start).rss <= fit.rss * (1 + 1e-9)
+    assert polish(score_effect(fit, effects[name]).start).objective <= fit.objective * (1 + 1e-9)
 
 
 def test_a_hand_load_is_absorbed_by_both_strengths_in_one_condition(loaded, base, free, effects):
