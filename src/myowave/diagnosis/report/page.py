@@ -127,7 +127,7 @@ def _base(verdict: Mapping[str, Any]) -> tuple[str, Mapping[str, float]]:
 
 
 def _added(verdict: Mapping[str, Any]) -> list[str]:
-    """The effects that are named and that the model has which was found: noise of the EMG is named and no part of it."""
+    """The named effects that the model has which was found: noise of the EMG is a cause, and no part of a model."""
     return [effect for effect in verdict["effects"] if effect in verdict["model"].split("+")]
 
 
