@@ -92,8 +92,6 @@ def test_the_forcing_is_what_more_excitation_adds_to_the_state(fit):
     state = np.zeros((len(made.record.names), 2))
     moved = [state[:, 0]]
     for n in range(forcing.shape[1]):
-        state = (made.linear.jacobian.numpy()[:, n] @ state[..., None])[..., 0] + forcing[:, n].sum(
-            -1
-        )  # of both muscles
+        state = (made.linear.jacobian.numpy()[:, n] @ state[..., None])[..., 0] + forcing[:, n].sum(-1)
         moved.append(state[:, 0])
     np.testing.assert_allclose(np.stack(moved, -1), (angles[1] - angles[0]) / step, rtol=0.03, atol=0.03)
