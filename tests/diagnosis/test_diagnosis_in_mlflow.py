@@ -34,7 +34,11 @@ ENDED, LASTED = 1_700_000_000.0, 42.5
 
 @pytest.fixture
 def group(tmp_path):
-    (tmp_path / "verdict.json").write_text(json.dumps(VERDICT))
+    return written(tmp_path, VERDICT)
+
+
+def written(tmp_path, verdict):
+    (tmp_path / "verdict.json").write_text(json.dumps(verdict))
     (tmp_path / "verdict.html").write_text("the story")
     LADDER.to_csv(tmp_path / "ladder.csv", index=False)
     benchmark = tmp_path / "me.tsv"
@@ -55,3 +59,9 @@ def test_the_curve_runs_over_the_models_of_the_search_alone(group):
 
 def test_the_description_holds_verdict_and_command(group):
     assert VERDICT["sentence"] in group.parent.description and VERDICT["command"] in group.parent.description
+
+
+def test_noise_of_the_emg_is_among_the_effects_and_is_no_model_to_add(tmp_path):
+    verdict = VERDICT | {"effects": ["emg_noise"], "model": "base", "sentence": "Missing: noise of the recorded EMG."}
+    parent = written(tmp_path, verdict).parent
+    assert parent.params["effects"] == "emg_noise" and VERDICT["command"] not in parent.description

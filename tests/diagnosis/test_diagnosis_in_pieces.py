@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+from myowave.diagnosis.report.ladder import join_ladder
 from myowave.diagnosis.report.page import Story, write_page
 from myowave.diagnosis.report.tables import TABLES, predictions_table, ranking_table, verdict_summary
 from myowave.diagnosis.rooms.compare import compare_rooms
@@ -95,19 +96,22 @@ def test_the_page_says_over_what_the_model_was_judged(diagnosis, runaway, base, 
         tables["errors"],
     )
     assert np.isfinite(rooms["horizons"]["horizon_s"]).all(), "nothing here ran free over whole trials"
-    ladder = tables["ladder"].assign(source="physics")
+    template = tmp_path / "template.html.j2"
+    template.write_text("{{ compare }}")
     page = write_page(
         Story(
             verdict,
-            ladder,
+            join_ladder(tables["ladder"], []),
             tables["parameters"].assign(source="physics", error_pct=np.nan),
             tables["ranking"],
             tables["next_trials"],
+            tables["missing_torque"],
+            predictions_table(diagnosis),
             **rooms,
             images={},
             draft="",
         ),
-        "{{ compare }}",
+        template,
     )
     assert f"predictions over {verdict['horizon_s']:g} s" in page
 
@@ -130,6 +134,9 @@ def test_folds_leave_out_trials_and_not_pieces(make_fit, effects):
     rows = fit.record.rows_by_trial[whole.record.names[0]]
     residual = fit.normal.residual.copy()
     residual[rows[1]] += np.radians(5.0)
-    other = replace(fit, normal=replace(fit.normal, residual=residual))
+    normal = fit.normal
+    projected = normal.without_starts(normal.slope)
+    vector = normal.vector + np.einsum("tnp,tn->p", projected, residual - normal.residual)
+    other = replace(fit, normal=replace(normal, residual=residual, vector=vector))
     before, after = (left_out_residuals(f)[rows[0]] for f in (fit, other))
     np.testing.assert_allclose(after, before, atol=1e-12)

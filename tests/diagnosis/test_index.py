@@ -32,7 +32,7 @@ def entry(name: str, kind: str = "effect", **changes) -> Entry:
         "where": f"The misfit of {name} grows.",
         "horizon_s": None,
         "next_trial": None,
-        "titles": {"joint_damping": "damping of the joint"},
+        "titles": {"joint_damping": "damping of the joint", "emg_noise": "noise of the recorded EMG"},
         "rmse_deg": {
             "base": {"train": 3.3, "heldout": 6.4, "noise": 0.5},
             "base+joint_damping": {"train": 1.2, "heldout": 1.7, "noise": 0.5},
@@ -108,3 +108,10 @@ def test_without_datasets_there_is_still_a_page(template):
 )
 def test_an_interval_has_the_digits_that_it_leaves(value, se, unit, text):
     assert interval(value, se, unit) == text
+
+
+def test_noise_of_the_emg_stands_beside_effects_in_words(template):
+    entries = [entry("anna", effects=["joint_damping", "emg_noise"]), entry("ben", effects=["emg_noise"], model="base")]
+    page = write_index(entries, [], template)
+    assert page.count("noise of the recorded EMG (<code>emg_noise</code>)") >= 2
+    assert "damping of the joint (<code>joint_damping</code>); noise of the recorded EMG" in page

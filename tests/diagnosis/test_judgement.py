@@ -1,18 +1,20 @@
-"""A verdict says no more than the evidence: named, in a class, unknown, hidden or adequate."""
+"""A verdict says no more than the evidence: named, in a class, in part, unknown, hidden or adequate."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from myowave.diagnosis.misfit.independence import Independence
+from myowave.diagnosis.misfit.repeated import Repeated
+from myowave.diagnosis.misfit.size import Size
+from myowave.diagnosis.search.conclude import Findings
 from myowave.diagnosis.search.rank import rank_effects
 from myowave.diagnosis.search.selection import Selection
-from myowave.diagnosis.search.verdict import judge
+from myowave.diagnosis.search.verdict import EMG_NOISE, judge
+from myowave.identification.disturbance import Disturbance
+from myowave.identification.whitening import Whitener
 
-
-def independence(holds):
-    return Independence(("angle",), np.array([0.0]), np.array([[0.05 if holds else 0.5]]), np.array([0.1]))
+NOISE, MISSING = np.radians(0.5), np.radians(0.3)
 
 
 @pytest.fixture(scope="module")
@@ -28,42 +30,80 @@ def weighed(fit, effects):
 
 
 @pytest.fixture
-def named(fit, weighed, effects):
-    """The selection of an effect that explains a share of the excess over the noise, and its class."""
+def usual(fit):
+    """The fit with all parameters where searches start."""
+    return replace(fit, values=np.array([p.start for p in fit.free]))
 
-    def make(share, members=("joint_damping",)):
-        noise = fit.record.samples * fit.record.noise**2
-        rss = noise + (1 - share) * (fit.rss - noise)
+
+def found(selection, *, settled=True, slow=0.0, repeated=0.0, emg=0.0):
+    """What a search found: what is left is slow, or repeated in all trials, in variances of independent samples."""
+    size = Size(NOISE, 0.0 if settled else MISSING, 1.0, 1.4, 1.0, 100.0)
+    nothing = Whitener(np.zeros((1, 0, 2, 2)), np.zeros((1, 1, 2)), np.ones((1, 1)), NOISE)
+    force = Disturbance(emg, NOISE, 50.0, nothing) if emg else None
+    return Findings(selection, size, slow, Repeated(10.0 + repeated, 10.0), force, settled)
+
+
+@pytest.fixture
+def named(fit, weighed, effects):
+    """The selection of an effect that takes most of the misfit away, and its class."""
+
+    def make(members=("joint_damping",)):
         simulation = replace(fit.simulation, model=fit.model.with_effects([effects["joint_damping"]]))
-        richer = replace(fit, simulation=simulation, normal=replace(fit.normal, rss=np.array(rss)))
+        richer = replace(fit, simulation=simulation, normal=replace(fit.normal, rss=0.1 * fit.normal.rss))
         return Selection((fit, richer), (weighed, weighed), {"joint_damping": members})
 
     return make
 
 
+@pytest.mark.parametrize("kind_of_rest", ["slow", "repeated"])
 @pytest.mark.parametrize(
-    ("share", "holds", "kind"),
-    [(0.3, False, "unknown"), (0.7, False, "unknown"), (0.9, False, "effect"), (0.7, True, "effect")],
+    ("share", "settled", "kind"),
+    [(0.3, False, "unknown"), (0.85, False, "unknown"), (0.95, False, "partial"), (0.3, True, "effect")],
 )
-def test_effects_are_named_where_they_explain_most_or_leave_no_structure(share, holds, kind, named):
-    verdict = judge(named(share), independence(holds))
+def test_effects_are_named_where_they_explain_nearly_all_or_leave_only_noise(share, settled, kind, kind_of_rest, named):
+    """Whether what is left is slow or repeated in all trials: the larger one counts."""
+    selection = named()
+    gained = (selection.ladder[0].objective - selection.fit.objective) / found(selection).variance
+    verdict = judge(found(selection, settled=settled, **{kind_of_rest: gained * (1 / share - 1)}))
     assert verdict.kind == kind
     assert verdict.explained == pytest.approx(share)
-    assert verdict.effects == ("joint_damping",) and verdict.structure_left != holds
+    assert verdict.structure_left != settled
+    assert verdict.missing >= MISSING if not settled else verdict.missing == 0.0
+    nothing = kind == "unknown"
+    assert verdict.effects == verdict.causes == (() if nothing else ("joint_damping",))
+    assert verdict.nearest == (("joint_damping",) if nothing else ())
+    assert verdict.shares == {"joint_damping": 1.0}
 
 
 def test_effects_that_cannot_be_told_apart_are_a_class(named):
-    verdict = judge(named(0.95, ("joint_damping", "muscle_damping")), independence(True))
-    assert verdict.kind == "class" and verdict.alternatives == (("joint_damping", "muscle_damping"),)
+    members = ("joint_damping", "muscle_damping")
+    verdict = judge(found(named(members)))
+    assert verdict.kind == "class" and verdict.alternatives == (members,)
+    unknown = judge(found(named(members), settled=False, slow=1e9))
+    assert unknown.kind == "unknown" and unknown.alternatives == ()
 
 
-def test_without_an_effect_structure_or_evidence_is_unknown_and_nothing_is_adequate(fit, weighed):
-    nothing = Selection((fit,), (weighed,))
-    usual = replace(fit, values=np.array([p.start for p in fit.free]))
-    assert judge(nothing, independence(False)).kind == "unknown"
-    assert judge(replace(nothing, ladder=(usual,)), independence(True)).kind == "adequate"
-    tempting = [replace(c, delta_bic=11.0) for c in weighed]
-    assert judge(replace(nothing, ladder=(usual,), rankings=(tempting,)), independence(True)).kind == "unknown"
+def test_without_an_effect_what_is_left_is_unknown_and_nothing_is_adequate(fit, weighed, usual):
+    nothing = Selection((usual,), (weighed,))
+    assert judge(found(nothing)).kind == "adequate"
+    unknown = judge(found(nothing, settled=False, slow=50.0))
+    assert unknown.kind == "unknown" and unknown.explained == 0.0 and unknown.missing >= MISSING
+
+
+def test_a_model_that_does_not_follow_is_unknown_whatever_it_leaves(named, weighed, usual):
+    for selection in (named(), Selection((usual,), (weighed,))):
+        verdict = judge(found(selection), follows=False)
+        assert verdict.kind == "unknown" and not verdict.follows and not verdict.effects
+
+
+def test_noise_of_the_emg_is_a_cause_beside_effects_or_alone_where_nothing_else_is_left(named, weighed, usual):
+    nothing = Selection((usual,), (weighed,))
+    alone, both = judge(found(nothing, emg=0.02)), judge(found(named(), emg=0.02))
+    assert alone.kind == both.kind == "effect" and alone.emg_noise == both.emg_noise == 0.02
+    assert alone.effects == () and alone.causes == (EMG_NOISE,)
+    assert both.effects == ("joint_damping",) and both.causes == ("joint_damping", EMG_NOISE)
+    unsettled = judge(found(nothing, settled=False, slow=50.0, emg=0.02))
+    assert unsettled.kind == "unknown" and unsettled.causes == () and unsettled.emg_noise == 0.0
 
 
 @pytest.mark.parametrize(("errors_away", "kind"), [(1.0, "adequate"), (4.0, "undecidable"), (-4.0, "undecidable")])
@@ -74,6 +114,6 @@ def test_a_parameter_outside_its_usual_range_may_hide_an_absorbed_effect(errors_
         i = next(i for i, p in enumerate(fit.free) if p.name == name)
         p, error, values = fit.free[i], fit.standard_errors()[name], np.array([p.start for p in fit.free])
         values[i] += np.sign(errors_away) * p.spread * p.start + errors_away * error
-        verdict = judge(Selection((replace(fit, values=values),), (weighed,)), independence(True))
+        verdict = judge(found(Selection((replace(fit, values=values),), (weighed,))))
         assert verdict.kind == (kind if hidden else "adequate")
         assert verdict.masked == ({name: hidden} if verdict.kind == "undecidable" else {})

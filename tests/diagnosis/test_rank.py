@@ -48,15 +48,15 @@ def coloured(fit, colour, seed=0):
 @pytest.mark.parametrize("parameters", [0, 1, 3])
 def test_parameters_that_gain_nothing_cost_the_logarithm_of_the_samples_each(fit, parameters):
     """The penalty of the BIC (Schwarz 1978)."""
-    assert delta_bic(fit, fit.rss, parameters, 200.0) == pytest.approx(-parameters * np.log(200.0))
+    assert delta_bic(fit, fit.objective, parameters, 200.0) == pytest.approx(-parameters * np.log(200.0))
 
 
 def test_evidence_is_the_fall_of_the_bic(fit):
     """BIC = n ln(RSS / n) + k ln n, for residuals far above the smallest noise that counts."""
     loud = with_residual(fit, coloured(fit, 0.0) * 20)
     n, fewer, more = 300.0, 4, 6
-    bic = [n * np.log(rss / n) + k * np.log(n) for rss, k in ((loud.rss, fewer), (0.6 * loud.rss, more))]
-    assert delta_bic(loud, 0.6 * loud.rss, more - fewer, n) == pytest.approx(bic[0] - bic[1], rel=1e-3)
+    bic = [n * np.log(rss / n) + k * np.log(n) for rss, k in ((loud.objective, fewer), (0.6 * loud.objective, more))]
+    assert delta_bic(loud, 0.6 * loud.objective, more - fewer, n) == pytest.approx(bic[0] - bic[1], rel=1e-3)
 
 
 @pytest.mark.parametrize("colour", [0.0, 0.5, 0.8])
@@ -70,13 +70,13 @@ def test_a_ranking_counts_the_independent_samples_of_the_best_candidates_residua
     """Other muscle curves leave a slow residual whatever is added; few of its samples are worth anything."""
     fit = make_fit({"millard_curves": {"w": 1.0}}, noise_deg=0.05)
     ranking = rank_effects(fit, [effects[n] for n in ("joint_damping", "gravity_tilt")])
-    best = min((c.fit for c in ranking if c.fit), key=lambda f: f.rss, default=fit)
+    best = min((c.fit for c in ranking if c.fit), key=lambda f: f.objective, default=fit)
     samples = independent_samples(best)
     assert samples < 0.3 * fit.record.samples
     for candidate in ranking:
-        rss = candidate.fit.rss if candidate.fit else fit.rss - candidate.score.drop
+        rss = candidate.fit.objective if candidate.fit else fit.objective - candidate.score.drop
         assert candidate.delta_bic == pytest.approx(delta_bic(fit, rss, len(candidate.score.free), samples))
-        assert candidate.delta_bic < samples * np.log(fit.rss / rss)
+        assert candidate.delta_bic < samples * np.log(fit.objective / rss)
 
 
 def test_candidates_are_ranked_by_evidence(ranking):

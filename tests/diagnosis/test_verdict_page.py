@@ -249,6 +249,29 @@ def test_the_page_says_what_to_do_whatever_the_verdict(story, template, changes,
     assert expected in write_page(changed, template)
 
 
+def test_noise_of_the_emg_is_named_in_words_and_there_is_no_model_to_add(story, template):
+    assert story.verdict["titles"]["emg_noise"] == "noise of the recorded EMG"
+    noisy = {"verdict": "effect", "effects": ["emg_noise"], "model": "base", "emg_noise": 0.02}
+    page = write_page(replace(story, verdict={**story.verdict, **noisy}), template)
+    assert "noise of the recorded EMG (<code>emg_noise</code>)" in page
+    assert "There is nothing to add. No model makes up for" in page
+    assert "targets: {models" not in page and "base/rollout" not in page
+    both = {**noisy, "effects": ["joint_damping", "emg_noise"], "model": "base+joint_damping"}
+    page = write_page(replace(story, verdict={**story.verdict, **both}), template)
+    assert "base+joint_damping/rollout" in page and "noise of the recorded EMG" in page
+
+
+def test_the_sentence_names_noise_of_the_emg_with_its_size(diagnosis):
+    for kind, effects, told in (
+        ("effect", (), "Missing: noise of the recorded EMG of 0.02. With it"),
+        ("effect", ("joint_damping",), "Missing: joint_damping and noise of the recorded EMG of 0.02. With them"),
+        ("partial", ("joint_damping",), "Missing: joint_damping, and something that is not in the catalogue"),
+    ):
+        noise = 0.02 if kind == "effect" else 0.0
+        verdict = replace(diagnosis.verdict, kind=kind, effects=effects, alternatives=(), emg_noise=noise)
+        assert verdict_summary(replace(diagnosis, verdict=verdict))["sentence"].startswith(told)
+
+
 def test_values_on_the_page_are_those_of_the_model_that_was_found(story, template):
     richer = {"base+joint_damping": {"joint_damping.c": {"value": 1.4321, "se": 0.0123, "error_pct": None}}}
     verdict = {**story.verdict, "parameters": {**story.verdict["parameters"], **richer}}

@@ -1,5 +1,7 @@
 """Steps are least squares within bounds, singular or not; what a trial's start can imitate is no evidence."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -73,7 +75,7 @@ def test_what_is_left_without_starts_is_orthogonal_to_them_and_the_rest_is_their
 
 def test_eliminating_starts_solves_for_parameters_and_starts_together(make_noisy, base, free):
     fit = fit_model(base, make_noisy(1.0).train, free)
-    moved = normal_equations(fit.sensitive, fit.record, fit.free)
+    moved = normal_equations(fit.sensitive, fit.record, fit.free, fit.values)
     columns = [moved.slope.reshape(-1, len(free))]
     for trial in range(len(fit.record.names)):
         apart = np.zeros_like(moved.by_start)
@@ -88,9 +90,16 @@ def test_eliminating_starts_solves_for_parameters_and_starts_together(make_noisy
 
 def test_more_columns_extend_the_normal_equations_as_if_they_had_been_there(make_noisy, base, free):
     fit = fit_model(base, make_noisy(1.0).train, free)
-    few = normal_equations(fit.sensitive, fit.record, free)
+    few = normal_equations(fit.sensitive, fit.record, free, fit.values)
     part = np.s_[..., : len(free) - 1]
-    fewer = type(few)(few.residual, few.slope[part], few.by_start, few.matrix[:-1, :-1], few.vector[:-1], few.rss)
+    fewer = replace(
+        few,
+        slope=few.slope[part],
+        matrix=few.matrix[:-1, :-1],
+        vector=few.vector[:-1],
+        weight=few.weight[:-1],
+        off=few.off[:-1],
+    )
     again = fewer.extended(few.slope[..., len(free) - 1 :])
     np.testing.assert_allclose(again.matrix, few.matrix, rtol=1e-9)
     np.testing.assert_allclose(again.vector, few.vector, rtol=1e-6, atol=1e-9)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from myowave.identification.least_squares import scaled_slope, without_starts
 from myowave.identification.output_error import Fit
 from myowave.identification.whitening import Whitener
 from myowave.physics.effect import Effect, Parameter
@@ -61,7 +62,10 @@ def estimate_disturbance(fit: Fit) -> Disturbance:
 
     found = minimize(unlikely, np.log([fit.record.noise, USUAL]), method="Nelder-Mead", options=EFFORT)
     angle, emg = np.exp(found.x)
-    without = samples * (np.log((residual**2).sum() / samples) + 1)
+    # The fit may have been made beside another force, which leaves its trials to start wherever they like.
+    by_start = scaled_slope(fit.sensitive.by_start, 1.0, valid)[..., : 1 if fit.record.at_rest else 2]
+    settled = without_starts(by_start, residual[..., None])
+    without = samples * (np.log((settled**2).sum() / samples) + 1)
     gain = without - float(found.fun) - np.log(samples)
     return Disturbance(float(emg), float(angle), float(gain), whitener(found.x))
 

@@ -110,9 +110,11 @@ class Curves:
             force = self.force_velocity(velocity)
             slow = force.clamp(max=1.0)
             shortening = _raised(slow / (slow + (1.0 - slow) * torch.exp(shape.concentric)), shape.sagging)
-            # Lengthening: a hyperbola in the force gained, steeper where it begins, the same at the largest force.
+            # Lengthening: a hyperbola in the force gained, steeper where it begins, the same at the largest force, and
+            # beyond that in families that have no largest.
             gained, steeper = (force - 1.0).clamp(min=0.0), torch.exp(shape.yielding)
-            bent = gained * steeper / (1.0 + gained * (steeper - 1.0) / (ECCENTRIC_FORCE - 1.0))
+            usual = gained.clamp(max=ECCENTRIC_FORCE - 1.0)
+            bent = usual * steeper / (1.0 + usual * (steeper - 1.0) / (ECCENTRIC_FORCE - 1.0)) + (gained - usual)
             return torch.where(velocity > 0, 1.0 + (1.0 + shape.eccentric) * bent, shortening)
 
         return Curves(active_length, passive, force_velocity, shape)

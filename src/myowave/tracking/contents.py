@@ -210,7 +210,8 @@ def from_diagnosis(folder: Path, pictures: Path, benchmark: Path) -> RunGroup:
     tags = {"dataset": dataset, "verdict": verdict["verdict"]}
     finished, duration_s = benchmark.stat().st_mtime, float(pd.read_csv(benchmark, sep="\t")["s"].iloc[0])
     files = [path, folder / "verdict.html", *sorted(folder.glob("*.csv")), *sorted(pictures.glob("*.png"))]
-    add = f"Add what was found:\n\n    {verdict['command']}\n\n" if verdict["effects"] else ""
+    added = set(verdict["effects"]) & set(found.split("+"))  # noise of the EMG is named and no part of the model
+    add = f"Add what was found:\n\n    {verdict['command']}\n\n" if added else ""
     page = f"The whole story is in `{folder}/verdict.html`, attached."
     columns = ["train_rmse_deg", "heldout_rmse_deg", "noise_deg", "missing_torque_Nm"]
     parent = RunContent(

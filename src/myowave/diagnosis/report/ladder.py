@@ -34,7 +34,7 @@ def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.
     Returns:
         Columns `COLUMNS`: `seeds` is the number of seeds of a network, `failed_seeds` says in words which failed.
     """
-    physics = rungs.assign(source=PHYSICS)
+    physics = rungs.assign(source=PHYSICS, failed_seeds="")
     networks = [
         {
             "source": source_of(table),
@@ -50,8 +50,7 @@ def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.
         for table in evaluations
     ]
     joined = pd.concat([physics, pd.DataFrame(networks, columns=COLUMNS)]) if networks else physics
-    joined = joined.reindex(columns=COLUMNS).fillna({"failed_seeds": ""})
-    return joined.sort_values("effects", kind="stable", ignore_index=True)
+    return joined.reindex(columns=COLUMNS).sort_values("effects", kind="stable", ignore_index=True)
 
 
 def tell_failed_seeds(ladder: pd.DataFrame) -> list[str]:

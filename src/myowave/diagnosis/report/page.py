@@ -95,7 +95,7 @@ def write_page(story: Story, template: Path) -> str:
         f"(expected chi-square {proposed['separation']:.3g}, now {proposed['now']:.3g}).",
         "proposals": proposal_rows(story.proposals),
         "add": _add(verdict),
-        "command": verdict["command"] if verdict["effects"] else "",
+        "command": verdict["command"] if _added(verdict) else "",
         "keep": _keep(verdict),
         "draft": story.draft if verdict["formula"] != "0" else "",
         "draft_is_news": kind_of(verdict).unexplained,
@@ -124,6 +124,11 @@ def _base(verdict: Mapping[str, Any]) -> tuple[str, Mapping[str, float]]:
     """The model without effects, and its errors [deg]."""
     model, errors = next(iter(verdict["rmse_deg"].items()))
     return model, errors
+
+
+def _added(verdict: Mapping[str, Any]) -> list[str]:
+    """The named effects that the model has which was found: noise of the EMG is a cause, and no part of a model."""
+    return [effect for effect in verdict["effects"] if effect in verdict["model"].split("+")]
 
 
 def _quiet(verdict: Mapping[str, Any]) -> bool:
@@ -249,8 +254,8 @@ def _add(verdict: Mapping[str, Any]) -> str:
             "Look at the draft below, give it a physical meaning, list the file in physics.effect_files and run "
             "snakemake again: it then takes part like any other effect."
         )
-    if not verdict["effects"]:
-        return "There is nothing to add."
+    if not _added(verdict):
+        return "There is nothing to add." + " No model makes up for noise of the EMG." * bool(verdict["effects"])
     return (
         "Typed in the project's folder with its environment active (. .venv/bin/activate), this trains the network "
         "with the model that was found, and shows it below beside what is there. Nothing is overwritten: a model is a "
@@ -260,7 +265,7 @@ def _add(verdict: Mapping[str, Any]) -> str:
 
 def _keep(verdict: Mapping[str, Any]) -> str:
     """Settings with which plain `snakemake` makes what was found too; empty where there is nothing to add."""
-    if not verdict["effects"]:
+    if not _added(verdict):
         return ""
     base = next(iter(verdict["rmse_deg"]))
     return f"targets: {{models: {{{verdict['dataset']}: [{base}, {verdict['model']}]}}}}"

@@ -9,11 +9,13 @@ from myowave.diagnosis.misfit.where import interval_of_rmse
 from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import EVIDENCE, Candidate
 from myowave.diagnosis.search.score import confusion
+from myowave.diagnosis.search.verdict import EMG_NOISE
 from myowave.identification.record import SMALLEST_NOISE_DEG, Record
 from myowave.identification.uncertainty import correlations
 from myowave.physics.constants import constant_unit
 from myowave.physics.model import Model
 
+EMG_NOISE_TITLE = "noise of the recorded EMG"
 CONFUSED = 0.8  # one effect imitates at least this much of another
 
 
@@ -59,7 +61,7 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         "formula": diagnosis.draft.formula,
         "failed": dict(diagnosis.failed),
         "noise_is_bound": diagnosis.noise_deg <= SMALLEST_NOISE_DEG,
-        "titles": {c.name: c.effect.title for c in diagnosis.selection.rankings[0]},
+        "titles": {c.name: c.effect.title for c in diagnosis.selection.rankings[0]} | {EMG_NOISE: EMG_NOISE_TITLE},
     }
 
 
@@ -73,7 +75,7 @@ def sentence(diagnosis: Diagnosis) -> str:
     them = "it" if len(named) == 1 else "them"
     left = f"{np.degrees(verdict.missing):.2g} deg, {last.missing.rms:.2g} N m"
     if verdict.emg_noise:
-        noise = f"noise of the recorded EMG of {verdict.emg_noise:.2g}"
+        noise = f"{EMG_NOISE_TITLE} of {verdict.emg_noise:.2g}"
         named, them = [*named, noise], "it" if not named else "them"
         rmse += f" and that of the EMG {verdict.emg_noise:.2g}"
     texts = {

@@ -160,7 +160,7 @@ def _surprising(without: Fit, with_it: Fit) -> bool:
     """Whether most of what an effect gains is that constants come nearer to where they are expected. Beside a random
     force that is no evidence: something unknown is missing, and constants do what they can for it."""
     gained, better = without.objective - with_it.objective, without.normal.rss - with_it.normal.rss
-    return without.record.filter is None and better < gained / 2
+    return without.record.filter is None and bool(better < gained / 2)
 
 
 def similar(candidates: list[Candidate], to: Candidate) -> list[Candidate]:

@@ -5,7 +5,7 @@ from torch import Tensor
 
 from myowave.physics.effect import Effect, Parameter
 
-SHORTEST = 1e-9  # s; a lag of 0 is then no lag, not a division by 0
+SHORTEST = 1e-12  # s; a lag of 0 is then no lag, not a division by 0
 
 
 def lagging_angle(q: Tensor, qdot: Tensor, dt: float, *, tau: Tensor) -> Tensor:
@@ -29,6 +29,7 @@ def lagging_angle(q: Tensor, qdot: Tensor, dt: float, *, tau: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="observation_lag",
+    title="angle sensor that lags",
     acts_on="observation",
     equation="tau dy/dt = q - y",
     function=lagging_angle,

@@ -1,0 +1,97 @@
+"""Noise of the EMG is estimated from how the motion wanders, and is none where the motion does not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from myowave.data.simulate import simulate_trials
+from myowave.identification.disturbance import estimate_disturbance, excitation_forcing
+from myowave.identification.output_error import Fit, fit_model, refit
+from myowave.identification.record import make_record
+from myowave.physics.motion import simulate
+from myowave.settings import SimulatedDataset
+
+NOISE_DEG = 0.5
+
+
+@pytest.fixture(scope="module")
+def driven(base):
+    """Trials in which EMG never falls below 0.1, so that noise of either sign moves the muscles."""
+    dataset = SimulatedDataset(kind="simulated", trials=4, samples=200, test=("4",), seed=3, emg_noise=0.0)
+    trials = simulate_trials("driven", dataset, base, {})[0]
+    return replace(trials, emg=0.1 + 0.8 * trials.emg)
+
+
+@pytest.fixture(scope="module")
+def fit(driven, base, free):
+    """The base model fitted to trials whose recorded EMG has noise that did not drive the arm, (size, seed)."""
+
+    def make(emg_noise: float, seed: int = 0) -> Fit:
+        random = np.random.default_rng(seed)
+        simulation = make_record(driven, base).simulation(base, {})
+        q = simulate(simulation, torch.full((4,), np.pi / 6, dtype=torch.float64)).angle.numpy()
+        angle = q + np.radians(NOISE_DEG) * random.standard_normal(q.shape)
+        recorded = driven.emg + emg_noise * random.standard_normal(driven.emg.shape)
+        record = make_record(replace(driven, angle=angle, emg=recorded), base)
+        return fit_model(base, record.train, free)
+
+    return make
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_noise_of_the_emg_is_found_with_its_size(fit, seed):
+    found = estimate_disturbance(fit(0.02, seed))
+    assert found.emg == pytest.approx(0.02, rel=0.35)
+    assert np.degrees(found.angle) == pytest.approx(NOISE_DEG, rel=0.15)
+    assert found.gain > 100
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_none_is_found_where_the_emg_is_what_drove_the_arm(fit, seed):
+    found = estimate_disturbance(fit(0.0, seed))
+    assert found.emg < 0.003 and found.gain < 0
+    assert np.degrees(found.angle) == pytest.approx(NOISE_DEG, rel=0.1)
+
+
+def test_a_fit_beside_a_force_that_is_not_there_needs_none(fit):
+    """It leaves its trials to start where the noise of their first samples is, and that is no wandering."""
+    plain, other = fit(0.0), fit(0.05, seed=1)
+    force = estimate_disturbance(other)
+    record = replace(plain.record, filter=force.whitener, tolerance=force.angle)
+    beside = refit(replace(plain, record=record), plain.model, plain.free)
+    moved = replace(plain, sensitive=beside.sensitive, starts=beside.starts)
+    assert moved.rss > 1.2 * plain.rss, "its raw residual is no longer the smallest"
+    assert estimate_disturbance(moved).gain < 0
+
+
+def test_innovations_beside_the_force_are_white_where_the_residual_is_slow(fit):
+    made = fit(0.03)
+    found = estimate_disturbance(made)
+    new = found.whitener.innovations(made.residual[..., None])[..., 0]
+
+    def correlation(values):
+        return float((values[:, 1:] * values[:, :-1]).sum() / (values**2).sum())
+
+    assert correlation(made.residual) > 0.5 and abs(correlation(new)) < 0.15
+    assert np.sqrt((new**2).mean()) == pytest.approx(found.angle, rel=0.1)
+
+
+def test_the_forcing_is_what_more_excitation_adds_to_the_state(fit):
+    """One more in all excitations at once, by the trial's own simulation with EMG that is 1e-4 higher."""
+    made = fit(0.0)
+    forcing = excitation_forcing(made)
+    assert forcing.shape == (*made.linear.after.shape, 2)
+    flexor, extensor = np.moveaxis(forcing[..., 1, :], -1, 0)
+    assert (flexor > 0).mean() > 0.95 and (extensor < 0).mean() > 0.95
+    simulation, step = made.simulation, 1e-4
+    more = replace(simulation, emg=simulation.emg + step)
+    start = torch.from_numpy(made.starts)
+    angles = [simulate(s, start[:, 0], start[:, 1]).q.numpy() for s in (simulation, more)]
+    state = np.zeros((len(made.record.names), 2))
+    moved = [state[:, 0]]
+    for n in range(forcing.shape[1]):
+        state = (made.linear.jacobian.numpy()[:, n] @ state[..., None])[..., 0] + forcing[:, n].sum(-1)
+        moved.append(state[:, 0])
+    np.testing.assert_allclose(np.stack(moved, -1), (angles[1] - angles[0]) / step, rtol=0.03, atol=0.03)
