@@ -128,6 +128,37 @@ def test_nonsense_anywhere_is_a_message_and_never_a_traceback():
             assert max(map(len, str(error).splitlines())) < 1000
 
 
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [("slak", "slack"), ("slack_Bii", "slack_Bi"), ("yielding_curv", "yielding_curve"), ("curve", "")],
+)
+def test_scatter_of_a_constant_that_no_arm_has_is_refused(name, meant):
+    (line,) = problems(changed(f"diagnosis.scatter.{name}", {"absolute": 0.1}))
+    assert line.startswith(f"diagnosis.scatter.{name}: there is no {name!r}") and f"{meant!r}" * bool(meant) in line
+    assert "pennation" in line and "onset_curve" in line
+
+
+@pytest.mark.parametrize("name", ["pennation", "slack_Tri", "slack_BIClong", "strength", "length_flexors", "tilt"])
+def test_scatter_may_be_that_of_a_constant_of_all_muscles_or_of_one_in_any_arm(name):
+    settings = parse_settings(changed(f"diagnosis.scatter.{name}", {"relative": 0.1}))
+    assert settings.diagnosis.scatter[name].relative == 0.1 and "vmax" in settings.diagnosis.scatter
+
+
+@pytest.mark.parametrize(
+    ("value", "says"),
+    [
+        ({"relative": -0.1}, ("-0.1", "at least 0")),
+        ({"relative": 5}, ("5", "at most 1", "share")),
+        ({"absolute": "much"}, ("'much'", "number")),
+        ({"relativ": 0.1}, ("did you mean 'relative'",)),
+        (0.1, ("0.1", "section")),
+    ],
+)
+def test_scatter_that_is_no_deviation_is_refused(value, says):
+    (line,) = problems(changed("diagnosis.scatter.slack", value))
+    assert line.startswith("diagnosis.scatter.slack") and all(part in line for part in says), line
+
+
 @pytest.mark.parametrize("key", ["tracking.uri", "learning.sweep.storage"])
 @pytest.mark.parametrize(
     "address",

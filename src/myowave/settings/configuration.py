@@ -5,7 +5,14 @@ from collections.abc import Collection, Iterator, Mapping
 
 from pydantic import ValidationError, model_validator
 
-from myowave.physics.constants import constant_of, constant_unit
+from myowave.physics.constants import (
+    CURVE,
+    GROUP_CONSTANTS,
+    JOINT_CONSTANTS,
+    MUSCLE_CONSTANTS,
+    constant_of,
+    constant_unit,
+)
 from myowave.settings.data import Data, Dataset, RecordedDataset, force_and_length
 from myowave.settings.diagnosis import Diagnosis
 from myowave.settings.keys import did_you_mean, explain, in_words, list_keys
@@ -39,7 +46,7 @@ class Settings(Section):
     @model_validator(mode="after")
     def _agree(self) -> "Settings":
         problems = [*self._problems_of_targets(), *self._problems_of_sweep()]
-        problems += [*self._problems_of_study(), *self._problems_of_arms()]
+        problems += [*self._problems_of_study(), *self._problems_of_scatter(), *self._problems_of_arms()]
         if problems:
             raise ValueError("\n".join(problems))
         return self
@@ -112,6 +119,20 @@ class Settings(Section):
         if dataset is None:
             return []
         return unless_known("diagnosis.study.dataset", dataset, self._simulated, " among simulated ones")
+
+    def _problems_of_scatter(self) -> list[str]:
+        """A constant may be named as such, or as that of one muscle or group of any arm."""
+        constants = sorted({*MUSCLE_CONSTANTS, *GROUP_CONSTANTS, *JOINT_CONSTANTS})
+        arms = (self.physics.of_arm(name) for name in (None, *self.physics.arms))
+        full = sorted({parameter for arm in arms for parameter in arm.parameters})
+        return [
+            f"diagnosis.scatter.{name}: there is no {name!r}{did_you_mean(name, [*constants, *full]) or '.'} "
+            f"Known: {', '.join(constants)}, each also for one muscle or group, as "
+            f"slack_{next(iter(self.physics.muscles))}; "
+            f"{', '.join(p for p in full if p.endswith('_' + CURVE))}."
+            for name in self.diagnosis.scatter
+            if name not in constants and name not in full
+        ]
 
     def _problems_of_arms(self) -> list[str]:
         problems = []
