@@ -14,15 +14,15 @@ import yaml
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
-from myowave.diagnosis.search.selection import select_effects
-from myowave.diagnosis.study.cases import Case, add_noise, clean_trials, simulate_case
+from myowave.data.simulate import simulate_trials
+from myowave.diagnosis.search.conclude import search
 from myowave.identification.free_parameters import free_parameters
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import Record, make_record
 from myowave.physics.build import build_model
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
-from myowave.settings import Physics, SimulatedDataset
+from myowave.settings import Physics, Scatter, SimulatedDataset
 
 DAMPING = 0.6  # N m s/rad, hidden
 NOISE_DEG = 0.5
@@ -31,15 +31,17 @@ NOISE_DEG = 0.5
 def main() -> None:
     torch.set_num_threads(1)
     with open("config.yaml", encoding="utf-8") as file:
-        base = build_model("base", Physics.model_validate(yaml.safe_load(file)["physics"]))
-    settings, effects = SimulatedDataset(kind="simulated", test=("3",)), catalogue()
-    case = Case({"joint_damping": {"c": DAMPING}}, 1)
-    trials = simulate_case(case, clean_trials(settings, base, 1), settings, base, effects)
-    record = make_record(add_noise(trials, NOISE_DEG, 1), base).train
+        config = yaml.safe_load(file)
+    base = build_model("base", Physics.model_validate(config["physics"]))
+    scatter = {name: Scatter.model_validate(of) for name, of in config["diagnosis"]["scatter"].items()}
+    hidden = {"joint_damping": {"c": DAMPING}}
+    settings = SimulatedDataset(kind="simulated", test=("3",), hidden_effect=hidden, angle_noise_deg=NOISE_DEG)
+    effects = catalogue()
+    record = make_record(simulate_trials("benchmark", settings, base, effects)[0], base).train
 
     begin = time.process_time()
-    fit = fit_model(base, record, free_parameters(base, settings.identify, ()), starts=8)
-    selection = select_effects(fit, effects.values())
+    fit = fit_model(base, record, free_parameters(base, settings.identify, (), scatter), starts=8)
+    selection = search(fit, effects.values()).selection
     ours = time.process_time() - begin
 
     begin = time.process_time()

@@ -3,20 +3,26 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import torch
 
+from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
-from myowave.diagnosis.study.cases import Case, add_noise, clean_trials, simulate_case
 from myowave.identification.output_error import Fit, fit_model
 from myowave.identification.record import Record, make_record
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
 
 
+def add_noise(trials: Trials, noise_deg: float, seed: int) -> Trials:
+    noise = np.random.default_rng(seed).standard_normal(trials.angle.shape)
+    return replace(trials, angle=trials.angle + np.radians(noise_deg) * noise)
+
+
 @pytest.fixture(scope="session")
 def clean(dataset, base) -> Trials:
-    return clean_trials(dataset, base, 3)
+    return simulate_trials("clean", dataset, base, {})[0]
 
 
 @pytest.fixture(scope="session")
@@ -24,8 +30,9 @@ def make_trials(clean, dataset, base, effects) -> Callable[..., Trials]:
     """Trials with hidden effects, {effect: {parameter: value}}, and noise on the angle."""
 
     def make(hidden: dict | None = None, noise_deg: float = 0.5, seed: int = 3) -> Trials:
-        trials = simulate_case(Case(hidden or {}, 3), clean, dataset, base, effects)
-        return add_noise(trials, noise_deg, seed) if noise_deg else trials
+        hiding = dataset.model_copy(update={"hidden_effect": hidden or {}})
+        trials = simulate_trials("hidden", hiding, base, effects)[0] if hidden else clean
+        return add_noise(trials, noise_deg, seed)
 
     return make
 

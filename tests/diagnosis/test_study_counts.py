@@ -1,101 +1,119 @@
-"""The study hides what it says, and counts right and wrong as promised."""
+"""The study makes the worlds that it names, hides what it says, and counts right and wrong as promised."""
 
 import numpy as np
 import pandas as pd
 import pytest
 import torch
+from scipy.stats import binomtest
 
-from myowave.diagnosis.study.cases import (
-    Case,
-    add_noise,
-    confusion_matrix,
-    pair_cases,
-    simulate_case,
-    single_cases,
-    summarize,
-)
-from myowave.diagnosis.study.figures import NOTHING, answers, hit_rates
-from myowave.physics.drive import channels_of
-from myowave.physics.motion import simulate
-from myowave.physics.simulation import Simulation
+from myowave.diagnosis.study.cases import Case, hidden_values, list_cases, make_trials
+from myowave.diagnosis.study.figures import draw_study
+from myowave.diagnosis.study.summary import summarize
+from myowave.diagnosis.study.worlds import ALLOWED, HELD, World, draw_curves, draw_world, held, record
+from myowave.settings import Diagnosis, Scatter
+
+SCATTER = {"slack": Scatter(relative=0.03), "delay": Scatter(absolute=0.007)}
+SETTINGS = Diagnosis(scatter=SCATTER)
+
+
+def a_case(world="as_assumed", hidden=None, noise_deg=0.0, out=()):
+    return Case(world, hidden or {}, out, 3, 1.0, noise_deg)
 
 
 def test_every_hidden_value_is_within_its_bounds_and_not_zero(base, effects):
     for effect in effects.values():
-        for case in single_cases(base, effect, (0.25, 1.0), range(1, 4)):
-            for name, value in case.hidden[effect.name].items():
+        for strength, turn in ((0.25, 0), (1.0, 1)):
+            for name, value in hidden_values(base, effect, strength, turn).items():
                 parameter = base.with_effects([effect]).parameters_of(effect)[f"{effect.name}.{name}"]
                 assert parameter.low <= value <= parameter.high and value != 0.0
 
 
-def test_a_case_moves_as_the_simulator_says(base, effects, clean, dataset):
-    case = Case({"joint_damping": {"c": 1.0}}, 3)
-    trials = simulate_case(case, clean, dataset, base, effects)
-    model = base.with_effects([effects["joint_damping"]])
-    emg = channels_of(base, clean.channels, torch.from_numpy(clean.emg))
-    motion = simulate(Simulation(model, {"joint_damping.c": 1.0}, emg, clean.dt), dataset.start_rad)
-    np.testing.assert_allclose(trials.angle, motion.angle.numpy(), atol=1e-8)
-    assert simulate_case(Case({}, 3), clean, dataset, base, effects) is clean
+def test_all_effects_and_noises_come_round_in_every_world(base, effects):
+    settings = Diagnosis(study={"cases": len(effects), "clean_sets": 5})
+    for world in ALLOWED:
+        cases = list_cases(world, base, effects, settings)
+        assert {name for case in cases for name in case.hidden} == set(effects)
+        assert sum(not case.hidden for case in cases) == (0 if world == "outside" else 5)
+        assert all(case.taken_out for case in cases) == (world == "outside")
+        assert {case.noise_deg for case in cases} == ({0.3, 1.0, 3.0} if world == "as_assumed" else {1.0})
 
 
-def test_noise_is_as_large_as_asked_and_the_same_every_time(clean):
-    noise = add_noise(clean, 2.0, 1).angle - clean.angle
-    assert np.degrees(noise.std()) == pytest.approx(2.0, rel=0.1)
-    np.testing.assert_array_equal(add_noise(clean, 2.0, 1).angle, add_noise(clean, 2.0, 1).angle)
+def test_what_the_recorder_reports_holds_nothing_of_what_was_drawn(base, effects, dataset):
+    case = a_case("other_constants", {"joint_damping": {"c": 0.5}})
+    world = draw_world(case.world, base, SCATTER, case.random)
+    trials = make_trials(case, world, dataset, effects)
+    assert set(world.constants) == {"slack_Bi", "slack_Tri", "delay_Bi", "delay_Tri"}
+    assert trials.constants == {} and world.constants["slack_Bi"] != base.defaults["slack_Bi"]
 
 
-def test_a_pair_hides_both(base, effects):
-    case = next(pair_cases(base, [effects["fatigue"], effects["gravity_tilt"]], [1]))
-    assert set(case.hidden) == {"fatigue", "gravity_tilt"}
+def test_other_curves_are_muscle_curves_and_differ_from_arm_to_arm():
+    lengths, velocities = torch.linspace(0.3, 1.9, 400).double(), torch.linspace(-1.0, 1.0, 400).double()
+    drawn = [draw_curves(np.random.default_rng(seed)) for seed in range(6)]
+    for curves in drawn:
+        active = curves.active_length(lengths)
+        assert active.max() == pytest.approx(1.0, abs=1e-4) and active.min() >= 0.0
+        assert (torch.diff(curves.passive(lengths)) >= 0).all()
+        force = curves.force_velocity(velocities)
+        assert (torch.diff(force) >= -1e-12).all() and force[0] == pytest.approx(0.0, abs=1e-6)
+        assert curves.force_velocity(torch.zeros(1).double()).item() == pytest.approx(1.0, abs=1e-3)
+    assert len({round(curves.active_length(torch.tensor([0.8]).double()).item(), 6) for curves in drawn}) == 6
 
 
-def test_only_visible_effects_count_and_false_alarms_are_counted():
-    row = {
-        "strength": 1.0,
-        "noise_deg": 1.0,
-        "worst_error_base_pct": 5.0,
-        "worst_error_final_pct": 0.5,
-        "heldout_deg": 1.0,
-        "heldout_base_deg": 1.5,
-        "rmse_over_noise": 1.0,
-        "intervals": 5,
-        "covered": 5,
-        "seconds": 1.0,
-        "wrong_name": False,
-        "absorbed": "",
-    }
-    rows = pd.DataFrame(
-        [
-            row | {"hidden": "a", "signal": 2.0, "hit": True, "found": "a", "verdict": "effect"},
-            row | {"hidden": "a", "signal": 2.0, "hit": False, "found": "b", "verdict": "effect", "wrong_name": True},
-            row | {"hidden": "a", "signal": 0.5, "hit": False, "found": "", "verdict": "adequate"},
-            row | {"hidden": "none", "signal": 0.0, "hit": False, "found": "a", "verdict": "effect"},
-            row | {"hidden": "b", "signal": 0.0, "hit": False, "found": "", "verdict": "adequate", "absorbed": "b c"},
-        ]
+def test_held_emg_stays_as_it_is_until_the_next_sample():
+    emg = torch.rand(2, 5, 3)
+    fine = held(emg)
+    assert fine.shape == (2, 4 * HELD + 1, 3)
+    assert torch.equal(fine[:, HELD : 2 * HELD], emg[:, 1:2].expand(-1, HELD, -1))
+
+
+@pytest.mark.parametrize(
+    ("recording", "changes"), [({"step_deg": 1.0}, "angle"), ({"emg_noise": 0.05}, "emg"), ({"angle_hz": 5.0}, "angle")]
+)
+def test_a_recorder_changes_what_it_says_and_no_more(clean, base, recording, changes):
+    seen = record(clean, World(base, recording=recording), np.random.default_rng(1))
+    other = {"angle": "emg", "emg": "angle"}[changes]
+    np.testing.assert_array_equal(getattr(seen, other), getattr(clean, other))
+    assert not np.allclose(getattr(seen, changes), getattr(clean, changes), atol=1e-4)
+    if "step_deg" in recording:
+        np.testing.assert_allclose(np.degrees(seen.angle), np.round(np.degrees(seen.angle)), atol=1e-9)
+
+
+def test_another_rate_keeps_the_motion(clean, base):
+    seen = record(clean, World(base, recording={"rate_hz": 100.0}), np.random.default_rng(1))
+    assert seen.dt == pytest.approx(0.01)
+    time = np.arange(seen.angle.shape[1]) * seen.dt
+    np.testing.assert_allclose(
+        seen.angle[0], np.interp(time, np.arange(clean.angle.shape[1]) * clean.dt, clean.angle[0]), atol=1e-9
     )
-    summary = summarize(rows)
-    assert summary["by_noise"]["1.0"]["hit_pct"] == 50.0 and summary["wrong_name_pct"] == 50.0
-    assert summary["false_alarms"] == 1 and summary["clean"] == 1
-    assert summary["aliases"] == ["b"] and summary["aliases_reported_pct"] == 100.0
-    matrix = confusion_matrix(rows)
-    assert matrix.loc["a"].sum() == 2 and matrix.loc["a", "b"] == 1
 
 
-def test_the_picture_shows_what_an_effect_was_taken_for_and_how_often_the_answer_was_right():
-    cases = pd.DataFrame(
-        [
-            ("a", 1.0, "a/b", True, "class"),
-            ("a", 3.0, "", False, "adequate"),
-            ("b", 1.0, "b", True, "effect"),
-            ("a+b", 1.0, "a + b", True, "effect"),
-            ("none", 1.0, "", False, "adequate"),
-        ],
-        columns=["hidden", "noise_deg", "found", "hit", "verdict"],
+def rows_of(*rows):
+    columns = ["world", "hidden", "taken_out", "noise_deg", "signal", "right", "wrong_name", "verdict", "intervals"]
+    frame = pd.DataFrame(rows, columns=columns)
+    return frame.assign(covered=frame["intervals"] - 1, seconds=2.0)
+
+
+def test_only_visible_effects_count_and_sets_without_any_are_counted_apart():
+    rows = rows_of(
+        ("as_assumed", "a", "", 1.0, 2.0, True, False, "effect", 20),
+        ("as_assumed", "a", "", 1.0, 2.0, False, True, "effect", 20),
+        ("as_assumed", "a", "", 1.0, 0.5, False, False, "adequate", 20),
+        ("as_assumed", "none", "", 1.0, 0.0, True, False, "adequate", 20),
+        ("outside", "b", "b", 1.0, 0.1, True, False, "unknown", 20),
     )
-    held = answers(cases)
-    assert list(held.index) == ["a", "b", "a+b", "none"]
-    assert held.loc["a"].to_dict() == {"a": 50.0, "b": 50.0, NOTHING: 50.0}
-    assert held.loc["a+b"].to_dict() == {"a": 100.0, "b": 100.0, NOTHING: 0.0}
-    rates = hit_rates(cases)
-    assert rates.loc["a"].tolist() == [100.0, 0.0] and rates.loc["none", 1.0] == 100.0
-    assert np.isnan(rates.loc["b", 3.0])
+    summary = summarize(rows).set_index(["world", "hidden"])
+    seen = summary.loc[("as_assumed", "effect")]
+    assert (seen["sets"], seen["right_pct"], seen["wrong_name_pct"], seen["coverage_pct"]) == (2, 50.0, 50.0, 95.0)
+    low, high = binomtest(1, 2).proportion_ci(method="wilson")
+    assert (seen["right_low_pct"], seen["right_high_pct"]) == pytest.approx((100 * low, 100 * high))
+    assert summary.loc[("as_assumed", "nothing"), "sets"] == 1
+    assert summary.loc[("outside", "effect"), "sets"] == 1, "what is not in the catalogue counts, visible or not"
+
+
+def test_the_picture_has_a_row_for_each_world():
+    rows = rows_of(
+        *[(world, "a", "", 1.0, 2.0, True, False, "effect", 20) for world in ALLOWED],
+        *[(world, "none", "", 1.0, 0.0, True, False, "adequate", 20) for world in ALLOWED if world != "outside"],
+    )
+    left, right = draw_study(summarize(rows)).axes
+    assert len(left.get_yticks()) == len(ALLOWED) and len(right.get_yticks()) == len(ALLOWED) - 1

@@ -264,14 +264,13 @@ def test_every_key_says_what_it_means_and_numbers_have_a_unit():
 
 @pytest.mark.parametrize(
     "path",
-    ["targets.models.case1", "data.datasets.case1.hidden_effect", "diagnosis.study.effects", "diagnosis.study.pairs"],
+    ["targets.models.case1", "data.datasets.case1.hidden_effect", "diagnosis.study.effects"],
 )
 def test_an_effect_that_does_not_ship_is_refused_wherever_it_is_named(path):
     named = {
         "models": ["base+fatigu"],
         "hidden": {"fatigu": {}},
         "effects": ["fatigu"],
-        "pairs": [["fatigue", "fatigu"]],
     }
     value = next(value for word, value in named.items() if word in path)
     with pytest.raises(ValueError, match=rf"{path}: there is no 'fatigu'; did you mean 'fatigue'\?") as caught:

@@ -4,8 +4,6 @@ from itertools import pairwise
 
 import pytest
 
-from myowave.settings import shipped_effects
-
 SECRET = "1.234567"
 HIDDEN = {
     "targets": {"datasets": ["case1"], "models": {"case1": ["base", "base+joint_damping"]}},
@@ -47,15 +45,12 @@ def test_the_finest_scale_needs_all_coarser_ones(project):
     assert planned["train_scale"] == 3
 
 
-def test_the_study_hides_every_effect_that_ships_or_those_it_is_told(project):
+def test_the_study_has_a_job_for_each_part_of_each_world(project):
     def studied(**study):
-        study |= {"pairs": [["fatigue", "hand_load"]]}
-        return project.planned(*project.lay_over({"diagnosis": {"study": study}}), "--", "hidden_effects")[
-            "study_effect"
-        ]
+        planned = project.planned(*project.lay_over({"diagnosis": {"study": study}}), "--", "hidden_effects")
+        return planned["study_world"]
 
-    assert studied() == len(shipped_effects()) + 2, "each effect, the pair, and nothing hidden"
-    assert studied(effects=["joint_damping", "fatigue"]) == 4
+    assert studied(parts=1) == 6 and studied(parts=3) == 18
 
 
 @pytest.mark.parametrize(

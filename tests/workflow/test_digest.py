@@ -134,7 +134,7 @@ def test_an_edit_is_seen_although_what_was_read_before_is_kept(tmp_path):
         ("watch_ladder", {"diagnosis/report"}, {"physics", "learning", "diagnosis/search"}),
         ("tell_verdict", {"diagnosis/report"}, {"physics", "learning", "diagnosis/search"}),
         ("list_datasets", {"diagnosis/report"}, {"physics", "learning", "diagnosis/search"}),
-        ("study_effect", {"physics", "identification", "diagnosis/study"}, {"learning", "plotting.py"}),
+        ("study_world", {"physics", "identification", "diagnosis/study"}, {"learning", "plotting.py"}),
         ("publish_runs", {"tracking"}, {"physics", "diagnosis", "learning/training.py"}),
     ],
 )

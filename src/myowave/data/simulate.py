@@ -148,10 +148,13 @@ def simulate_trials(
         constants=settings.constants,
     )
     params = {name: torch.from_numpy(values) for name, values in blank.known(model.defaults).items()}
+    hidden |= settings.hidden_constants
     params |= {name: torch.tensor(value, dtype=torch.float64) for name, value in hidden.items()}
     emg, observed, draws = _draw_in_range(blank, settings, model, params, sides)
     random = np.random.default_rng([settings.seed, 2**31])
     observed = observed + np.radians(settings.angle_noise_deg) * random.standard_normal(observed.shape)
+    if settings.recorder_noise:
+        emg = np.clip(emg + settings.recorder_noise * random.standard_normal(emg.shape), 0.0, 1.0)
     provenance = {"source": "simulated", "seed": settings.seed, "draws": dict(zip(names, draws, strict=True))}
     truth = {
         "dataset": dataset,
@@ -159,6 +162,7 @@ def simulate_trials(
         "effects": list(settings.hidden_effect),
         "parameters": {**model.defaults, **settings.constants, **hidden},
         "emg_noise": settings.emg_noise,
+        "recorder_noise": settings.recorder_noise,
         "angle_noise_deg": settings.angle_noise_deg,
     }
     return replace(blank, emg=emg, angle=observed, provenance=provenance), truth

@@ -199,6 +199,7 @@ def _names(where: str, dataset: Dataset) -> Iterator[tuple[str, str]]:
     """Where a dataset names a physical constant, and which."""
     yield from ((f"{where}.identify.{p}", p) for p in dataset.identify)
     yield from ((f"{where}.constants.{p}", p) for p in dataset.constants)
+    yield from ((f"{where}.hidden_constants.{p}", p) for p in getattr(dataset, "hidden_constants", ()))
     yield from ((f"{where}.conditions.{t}.{p}", p) for t, c in dataset.conditions.items() for p in c)
     for name, signal in getattr(dataset, "signals", {}).items():
         if signal.condition:
@@ -207,7 +208,9 @@ def _names(where: str, dataset: Dataset) -> Iterator[tuple[str, str]]:
 
 def _values(where: str, dataset: Dataset) -> Iterator[tuple[str, str, float]]:
     """Where a dataset gives a value to a physical constant, which constant and what value."""
-    yield from ((f"{where}.constants.{p}", p, value) for p, value in dataset.constants.items())
+    hidden = getattr(dataset, "hidden_constants", {})
+    for key, constants in (("constants", dataset.constants), ("hidden_constants", hidden)):
+        yield from ((f"{where}.{key}.{p}", p, value) for p, value in constants.items())
     for trial, conditions in dataset.conditions.items():
         yield from ((f"{where}.conditions.{trial}.{p}", p, value) for p, value in conditions.items())
     for parameter, choice in dataset.identify.items():

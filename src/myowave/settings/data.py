@@ -101,6 +101,12 @@ class SimulatedDataset(_Dataset):
         dict,
         each="effect",
     )
+    hidden_constants: dict[str, Real] = setting(
+        "constants of the arm that made the data, where they differ from the model's and nobody knows it", "SI", dict
+    )
+    recorder_noise: Real = setting(
+        "standard deviation of noise on the recorded EMG, which did not drive the arm", "-", 0.0, ge=0, le=1
+    )
 
     @model_validator(mode="after")
     def _test_exists(self) -> "SimulatedDataset":
@@ -194,8 +200,10 @@ class Data(Section):
         return self
 
 
+HIDDEN = ("hidden_effect", "hidden_constants", "recorder_noise")
+
+
 def public(dataset: SimulatedDataset | MeasuredDataset | RecordedDataset) -> dict[str, Any]:
     """A dataset as plain data without what is hidden in it: all that a rule may know but simulation and scoring."""
     values = dump(dataset)
-    values.pop("hidden_effect", None)
-    return values
+    return {key: value for key, value in values.items() if key not in HIDDEN}

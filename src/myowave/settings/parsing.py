@@ -50,7 +50,6 @@ def check_effects(settings: Settings) -> None:
         named += [(f"data.datasets.{name}.hidden_effect", effect) for effect in getattr(dataset, "hidden_effect", ())]
     study = settings.diagnosis.study
     named += [("diagnosis.study.effects", effect) for effect in study.effects or ()]
-    named += [("diagnosis.study.pairs", effect) for pair in study.pairs for effect in pair]
     known = shipped_effects()
     if problems := [line for path, effect in named for line in unless_known(path, effect, known)]:
         raise ValueError("\n".join(problems))

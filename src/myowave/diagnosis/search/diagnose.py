@@ -80,8 +80,9 @@ class Diagnosis:
 
     @property
     def noise_deg(self) -> float:
-        """Noise of the angle within the band of the motion, as if it were white."""
-        return float(np.degrees(self.found.size.noise))
+        """Noise of the angle, as if it were white: within the band of the motion, or beside that of the EMG."""
+        disturbance = self.found.disturbance
+        return float(np.degrees(self.found.size.noise if disturbance is None else disturbance.angle))
 
 
 def diagnose(
