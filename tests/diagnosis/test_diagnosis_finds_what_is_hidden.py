@@ -145,9 +145,10 @@ def test_what_the_catalogue_lacks_is_called_unknown_and_drafted(make_trials, bas
 
 def test_a_class_comes_with_the_trial_that_would_separate_it(make_trials, base, few, identify):
     trials = make_trials({"extra_delay": {"d_Bi": 0.02, "d_Tri": 0.02}})
-    found = diagnose(trials, base, few.values(), identify, SETTINGS)
+    candidates = [effect for name, effect in few.items() if name != "clock_shift"]  # which says the same with less
+    found = diagnose(trials, base, candidates, identify, SETTINGS)
     assert found.verdict.kind == "class"
-    assert {"extra_delay", "clock_shift"} <= set(found.verdict.alternatives[0])
+    assert {"extra_delay", "activation_dynamics"} <= set(found.verdict.alternatives[0])
     assert found.proposals
 
 

@@ -40,7 +40,7 @@ def found(selection, *, settled=True, slow=0.0, repeated=0.0, emg=0.0):
     size = Size(NOISE, 0.0 if settled else MISSING, 1.0, 1.4, 1.0, 100.0)
     nothing = Whitener(np.zeros((1, 0, 2, 2)), np.zeros((1, 1, 2)), np.ones((1, 1)), NOISE)
     force = Disturbance(emg, NOISE, 50.0, nothing) if emg else None
-    return Findings(selection, size, slow, Repeated(10.0 + repeated, 10.0), force, settled)
+    return Findings(selection, size, slow, Repeated(10.0 + repeated, 10.0, NOISE**2), force, settled)
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ def named(fit, weighed, effects):
 @pytest.mark.parametrize("kind_of_rest", ["slow", "repeated"])
 @pytest.mark.parametrize(
     ("share", "settled", "kind"),
-    [(0.3, False, "unknown"), (0.85, False, "unknown"), (0.95, False, "partial"), (0.3, True, "effect")],
+    [(0.3, False, "unknown"), (0.9, False, "unknown"), (0.97, False, "partial"), (0.3, True, "effect")],
 )
 def test_effects_are_named_where_they_explain_nearly_all_or_leave_only_noise(share, settled, kind, kind_of_rest, named):
     """Whether what is left is slow or repeated in all trials: the larger one counts."""

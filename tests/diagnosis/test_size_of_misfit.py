@@ -86,8 +86,8 @@ def test_what_physics_misses_repeats_in_all_trials(make_fit, effect, parameter, 
 
 
 def test_a_correction_is_significant_only_beyond_its_freedom():
-    assert not Repeated(20.0, 20.0).significant and Repeated(60.0, 20.0).significant
-    assert Repeated(15.0, 20.0).excess == 0.0 and Repeated(25.0, 20.0).excess == 5.0
+    assert not Repeated(20.0, 20.0, 1.0).significant and Repeated(60.0, 20.0, 1.0).significant
+    assert Repeated(15.0, 20.0, 1.0).excess == 0.0 and Repeated(25.0, 20.0, 1.0).excess == 5.0
 
 
 def test_an_angle_that_has_passed_a_filter_is_judged_by_what_is_slow(make_trials, base, free, effects):

@@ -19,7 +19,6 @@ from myowave.diagnosis.misfit.size import Size
 from myowave.identification.disturbance import excitation_forcing
 from myowave.identification.least_squares import pseudo_inverse
 from myowave.identification.output_error import Fit
-from myowave.identification.uncertainty import correlation_time
 from myowave.identification.whitening import Band
 from myowave.physics.effect import Effect, Parameter
 from myowave.physics.trajectory import forcing_of, recur
@@ -38,10 +37,12 @@ class Repeated:
     Args:
         gain: how much the sum of squares falls, in variances of independent samples [-].
         freedom: what it would fall by for noise, on average [-].
+        variance: of an independent sample [rad^2].
     """
 
     gain: float
     freedom: float
+    variance: float
 
     @property
     def significant(self) -> bool:
@@ -50,8 +51,7 @@ class Repeated:
 
     def size(self, fit: Fit) -> float:
         """Root mean square of what it explains beyond chance [rad]."""
-        variance = fit.variance * correlation_time(fit.normal.residual, fit.record)
-        return float(np.sqrt(self.excess * variance / fit.record.samples))
+        return float(np.sqrt(self.excess * self.variance / fit.record.samples))
 
     @property
     def excess(self) -> float:
@@ -82,7 +82,7 @@ def repeated_misfit(fit: Fit, size: Size) -> Repeated:
     ridge = variance / max(float((left**2).mean()), 1e-300) * np.eye(signal.shape[1])
     product, matrix = signal.T @ left, signal.T @ signal
     inverse = pseudo_inverse(matrix + ridge)
-    return Repeated(float(product @ inverse @ product / variance), float(np.trace(inverse @ matrix)))
+    return Repeated(float(product @ inverse @ product / variance), float(np.trace(inverse @ matrix)), variance)
 
 
 def _columns(fit: Fit) -> Array:

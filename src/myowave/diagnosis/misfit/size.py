@@ -22,8 +22,6 @@ Array = NDArray[np.float64]
 MOTION = 0.99  # share of the motion's power that lies in its band
 ABOVE = (1.5, 3.0)  # the band beside it, in units of its edge
 SIGNIFICANCE = 1e-3
-FALLING = 0.5  # of the density of the highest octave to that of the one below: what white noise never is
-SMALLEST = 1e-7  # rad: below this, rounding
 LEAST_RATIO = 1.25  # of powers: what is less is said to be nothing, however many samples there are
 
 
@@ -38,7 +36,6 @@ class Size:
         critical: what this ratio exceeds by chance in 1 of 1000 recordings [-].
         edge_hz: where the band of the motion ends.
         independent: number of independent values in that band, those fitted counted off.
-        fall: of the residual's power density in the highest octave to that in the one below [-].
     """
 
     noise: float
@@ -47,12 +44,6 @@ class Size:
     critical: float
     edge_hz: float
     independent: float
-    fall: float
-
-    @property
-    def filtered(self) -> bool:
-        """Whether the angle has passed a filter, which leaves less and less the higher the frequency."""
-        return self.fall < FALLING
 
     @property
     def excess(self) -> float:
@@ -77,8 +68,7 @@ def size_of(residual: Array, motion: Array, record: Record, fitted: int = 0) -> 
         residual, motion: of every sample (T, N) [rad].
         fitted: number of parameters that were fitted to the residual.
     """
-    slow, above, octaves = [], [], []
-    nyquist = 0.5 / record.dt
+    slow, above = [], []
     left, moved = record.joined(residual), record.joined(motion)
     edge = _edge([*moved.values()], record.dt)
     for values in left.values():
@@ -86,19 +76,15 @@ def size_of(residual: Array, motion: Array, record: Record, fitted: int = 0) -> 
         density = power / (2 * record.dt)  # the variance of white noise as strong
         slow.append(density[(frequency > 0) & (frequency <= edge)])
         above.append(density[(frequency > ABOVE[0] * edge) & (frequency <= ABOVE[1] * edge)])
-        halves = (frequency > nyquist / 2, (frequency > nyquist / 4) & (frequency <= nyquist / 2))
-        octaves.append([density[half].mean() for half in halves])
     within, beside = np.concatenate(slow), np.concatenate(above)
     floor = np.radians(SMALLEST_NOISE_DEG) ** 2
     free = max(2.0, 2.0 * len(within) - fitted)
     density = within.sum() * 2 / free + floor
     noise = (beside.mean() if len(beside) else 0.0) + floor
     critical = float(f_distribution.isf(SIGNIFICANCE, free, max(2.0, 2.0 * len(beside))))
-    highest, lower = np.mean(octaves, axis=0)
-    fall = float((highest + SMALLEST**2) / (lower + SMALLEST**2))
     share = 2 * edge * record.dt  # of all frequencies
     missing = float(np.sqrt(max(density - noise, 0.0) * share))
-    return Size(float(np.sqrt(noise)), missing, float(density / noise), critical, edge, free, fall)
+    return Size(float(np.sqrt(noise)), missing, float(density / noise), critical, edge, free)
 
 
 def _edge(motions: list[Array], dt: float) -> float:

@@ -9,6 +9,7 @@ Where no force is needed beside the effects found, they are weighed again withou
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 
+from myowave.data.wavelets import estimate_noise
 from myowave.diagnosis.misfit.repeated import Repeated, repeated_misfit
 from myowave.diagnosis.misfit.size import ABOVE, Size, size_of, size_of_misfit
 from myowave.diagnosis.search.rank import EVIDENCE, independent_variance
@@ -18,7 +19,8 @@ from myowave.identification.output_error import Fit, refit
 from myowave.identification.whitening import Band
 from myowave.physics.effect import Effect
 
-MOST_OF_IT = 0.9  # share that effects must explain to be named where something else is left
+MOST_OF_IT = 0.95  # share that effects must explain to be named where something else is left
+WHITE = 0.8  # of the noise in the band of the motion: less in the finest scales may be a filter's doing
 NOTHING = 0.2  # of the noise: less that is left is nothing
 
 
@@ -81,10 +83,11 @@ def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str]) -> Fi
     disturbance, size = None, size_of_misfit(fit)
     if fit.record.pieces is not None:
         return weighed(select_effects(fit, effects, known))
-    if size.filtered:
-        fit = within_band(fit, size)
-    elif size.significant:
+    coloured = fit.record.noise < WHITE * size.noise
+    if size.significant:
         disturbance = estimate_disturbance(fit)
+    if coloured and (disturbance is None or has_passed_a_filter(fit, disturbance)):
+        fit, disturbance = within_band(fit, size), None
     if disturbance is None or disturbance.gain < EVIDENCE:
         return weighed(select_effects(fit, effects, known))
     selection = select_effects(beside_force(fit, disturbance), effects, known)
@@ -94,6 +97,13 @@ def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str]) -> Fi
         hint = refit(found, found.model, found.free)
         return weighed(select_effects(fit, effects, known, hint))
     return weighed(selection, disturbance)
+
+
+def has_passed_a_filter(fit: Fit, disturbance: Disturbance) -> bool:
+    """Whether the finest scales lack noise even where the colour that a random force gives has been taken out: what a
+    force does, or a missing effect, reaches beyond the band of the motion, too."""
+    new = disturbance.whitener.innovations(fit.residual[..., None])[..., 0]
+    return estimate_noise(*fit.record.joined(new).values()) < WHITE * disturbance.angle
 
 
 def within_band(fit: Fit, size: Size) -> Fit:

@@ -1,0 +1,52 @@
+"""Effects beside noise of the EMG: what such noise can do is not put down to an effect, and the other way round."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from myowave.diagnosis.search.conclude import Findings, search
+from myowave.diagnosis.search.verdict import judge
+from myowave.identification.output_error import fit_model
+from myowave.identification.record import make_record
+
+CANDIDATES = ("joint_damping", "gravity_tilt", "joint_stiffness", "emg_crosstalk")
+
+
+@pytest.fixture(scope="module")
+def searched(make_trials, base, free, effects) -> Callable[..., Findings]:
+    """What a search finds where the recorded EMG has noise that did not drive the arm."""
+
+    def make(hidden: dict, emg_noise: float, seed: int = 0) -> Findings:
+        trials = make_trials(hidden)
+        wrong = emg_noise * np.random.default_rng(seed).standard_normal(trials.emg.shape)
+        record = make_record(replace(trials, emg=trials.emg + wrong), base).train
+        return search(fit_model(base, record, free), [effects[name] for name in CANDIDATES])
+
+    return make
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_noise_of_the_emg_alone_is_named_alone(searched, seed):
+    verdict = judge(searched({}, 0.05, seed))
+    assert verdict.causes == ("emg_noise",) and verdict.kind == "effect" and not verdict.structure_left
+    assert verdict.emg_noise == pytest.approx(0.05, rel=0.5)
+
+
+def test_an_effect_beside_noise_of_the_emg_is_named_with_it(searched):
+    found = searched({"joint_damping": {"c": 1.5}}, 0.05)
+    verdict = judge(found)
+    assert verdict.causes == ("joint_damping", "emg_noise") and not verdict.structure_left
+    fit = found.selection.fit
+    error = fit.standard_errors()["joint_damping.c"]
+    assert fit.parameters["joint_damping.c"] == pytest.approx(1.5, abs=4 * error) and error < 0.5
+    assert fit.record.filter is found.disturbance.whitener
+
+
+@pytest.mark.parametrize("damping", [0.6, 1.0, 1.5])
+def test_an_effect_alone_needs_no_force_beside_it(searched, damping):
+    """While it is missing its misfit calls for one."""
+    found = searched({"joint_damping": {"c": damping}}, 0.0)
+    assert judge(found).causes == ("joint_damping",)
+    assert found.disturbance is None and found.selection.fit.record.filter is None
