@@ -59,7 +59,8 @@ def free_parameters(
     Args:
         identify: parameters by name, with where their searches start and their bounds.
         known: names that are known and so not estimated.
-        scatter: what is known of constants that nobody measured, by constant (`slack`) or by parameter (`slack_Bi`).
+        scatter: what is known of constants that nobody measured, by constant (`slack`, of muscles without a group) or
+            by parameter (`slack_Bi`).
 
     Raises:
         ValueError: for a name that the model does not have.
@@ -74,12 +75,14 @@ def free_parameters(
         for name, choice in identify.items()
         if name not in model.effect_parameters and name not in known
     ]
+    # ASSUME: muscles of a group differ from the model as their group does, by the group's factors.
+    grouped = {f"{c}_{muscle.name}" for muscle in model.muscles if muscle.group for c in muscle.nominal}
     assumed = [
         free
         for name, value in model.defaults.items()
         if name not in known
         and name not in identify
-        and (of := _scatter_of(name, scatter or {})) is not None
+        and (of := _scatter_of(name, scatter or {}, alone=name not in grouped)) is not None
         and (free := _assumed(name, value, of)) is not None
     ]
     of_effects = (p for effect in model.effects for p in effect_parameters(model, effect, known))
@@ -95,9 +98,9 @@ def effect_parameters(model: Model, effect: Effect, known: Collection[str] = ())
     )
 
 
-def _scatter_of(name: str, scatter: Mapping[str, Scatter]) -> Scatter | None:
-    """What is known of one parameter: by its own name, else by that of the constant."""
-    return scatter.get(name, scatter.get(name.partition("_")[0]))
+def _scatter_of(name: str, scatter: Mapping[str, Scatter], *, alone: bool) -> Scatter | None:
+    """What is known of one parameter: by its own name, else by that of the constant where it stands `alone`."""
+    return scatter.get(name, scatter.get(name.partition("_")[0]) if alone else None)
 
 
 def _assumed(name: str, value: float, scatter: Scatter) -> Free | None:

@@ -198,6 +198,11 @@ def fit_model(
 
 def fit_from(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit:
     """Fit a model from given values (B, P), side by side; raises as `fit_model` does."""
+    return polish(begin_from(model, record, free, values))
+
+
+def begin_from(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit:
+    """The fit to descend from that the best of some values (B, P) lead to; raises as `fit_model` does."""
     search = Search.begin(model, record, free, values)
     for _ in range(LIFTED_STEPS):
         search = search.lifted().better_half()
@@ -207,7 +212,7 @@ def fit_from(model: Model, record: Record, free: Sequence[Free], values: Array) 
             f"model {model.name}: its motion diverges from every start of the fit. Check the units of the recording "
             "and the constants of the arm's muscles."
         )
-    return polish(best)
+    return best
 
 
 def fit_simulated(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit | None:

@@ -43,6 +43,8 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
     found = attempt_fit(lambda: fit_model(model, record, free, starts=starts))
     if found is not None and explained(found) > 0:
         return found
+    # ASSUME: a model that does not follow whole trials tells nothing of constants that nobody measured.
+    free = [p for p in free if not p.assumed]
     values = weak_values(model, record, free)
     standing = _shortest(model, record.cut(HORIZONS_S[0]), free, values, starts)
     for horizon_s in (*HORIZONS_S[1:], None):

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from myowave.diagnosis.search.score import FAILURES, Score, best_within, score_effects
 from myowave.identification.free_parameters import bounds, scales
 from myowave.identification.least_squares import pseudo_inverse
-from myowave.identification.output_error import Fit, descend, promised
+from myowave.identification.output_error import Fit, begin_from, descend, promised
 from myowave.identification.record import SMALLEST_NOISE_DEG
+from myowave.identification.stages import attempt_fit
 from myowave.identification.uncertainty import correlation_time
 from myowave.physics.effect import Effect
 
@@ -23,6 +24,7 @@ EVIDENCE = 10.0  # difference of BIC that counts as very strong (Kass & Raftery 
 MARGIN = 6.0  # between two effects, below which they are not told apart (strong: odds of 20 to 1)
 FOLDS = 0.8  # share of folds, rounded down, in which the model with the effect must predict better
 PAIRS = 2  # pairs of effects that are fitted where scores promise more than one effect gives
+WORTH_FOLLOWING = 10.0  # of the objective without an effect: what a fresh start with it may begin at
 LITTLE = 0.5  # of the variance of an independent sample: a step that gains less changes no ranking
 OPTIMISM = 3.0  # a fit that is behind may still gain this many times what its next step promises
 WORTH_A_REFIT, NEAR, SHARE, MOST = 2.0, 25.0, 0.4, 7  # which candidates are refitted, see `_worth_refitting`
@@ -64,6 +66,11 @@ class Candidate:
         return self.delta_bic - (0.0 if self.fit is None else surprise(self.fit))
 
     @property
+    def absorbed(self) -> bool:
+        """Whether the parameters take its place: by the score, and no fit with it says otherwise."""
+        return self.score.absorbed and (self.fit is None or self.delta_bic < NEAR)
+
+    @property
     def refitted(self) -> Fit:
         """The fit with it, as every acceptable one has."""
         assert self.fit is not None
@@ -74,7 +81,7 @@ class Candidate:
         """Whether the data ask for adding it."""
         return (
             self.fit is not None
-            and not self.score.absorbed
+            and not self.absorbed
             and self.delta_bic > EVIDENCE
             and (self.surprising or self.folds_won >= int(FOLDS * self.folds))
             and not any(self.fit.at_bound(p.name) for p in self.score.free)
@@ -100,7 +107,9 @@ def rank_effects(
     scores = score_effects(fit, effects.values(), known)
     fits = dict(fitted or {})
     hopeful = [name for name in _worth_refitting(fit, scores) if refits and name not in fits]
-    raced, failures = _race({name: scores[name].start for name in hopeful}, fits.values())
+    begun = {name: scores[name].start for name in hopeful}
+    begun |= _fresh_starts(fit, scores, hopeful) if refits else {}
+    raced, failures = _race(begun, fits.values())
     fits |= raced
     failures |= {name: score.failure for name, score in scores.items() if score.failure}
     best = min(fits.values(), key=lambda f: f.objective, default=fit)
@@ -130,6 +139,25 @@ def rank_effects(
             )
         )
     return sorted(candidates, key=lambda c: -c.delta_bic)
+
+
+def _fresh_starts(fit: Fit, scores: Mapping[str, Score], hopeful: Collection[str]) -> dict[str, Fit]:
+    """Fits with an effect that replaces what the model has, as other curves do, from where constants are expected.
+
+    The constants of a fit without the effect have gone where they imitate it, and no small step leads back from there.
+    Only those are given that are better than where the fit without the effect leads.
+    """
+    found = {}
+    for name, score in scores.items():
+        if score.failure or not all(abs(p.scale) in (abs(p.low), abs(p.high)) for p in score.free):
+            continue
+        start = score.start
+        values = [v if "." in p.name else p.start for p, v in zip(fit.free, fit.values, strict=True)]
+        values += [p.scale if p.high > 0 else -p.scale for p in score.free]
+        fresh = attempt_fit(lambda: begin_from(start.model, fit.record, start.free, np.array([values])))  # noqa: B023
+        if fresh is not None and fresh.objective < WORTH_FOLLOWING * fit.objective:
+            found[name] = fresh
+    return found
 
 
 def independent_samples(fit: Fit) -> float:
@@ -165,7 +193,7 @@ def _surprising(without: Fit, with_it: Fit) -> bool:
 
 def similar(candidates: list[Candidate], to: Candidate) -> list[Candidate]:
     """The candidates that the data do not tell from one of them."""
-    return [c for c in candidates if c.fit is not None and not c.score.absorbed and c.delta_bic > to.delta_bic - MARGIN]
+    return [c for c in candidates if c.fit is not None and not c.absorbed and c.delta_bic > to.delta_bic - MARGIN]
 
 
 def promising_pairs(ranking: list[Candidate]) -> list[tuple[str, str]]:

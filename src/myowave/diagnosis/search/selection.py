@@ -77,6 +77,7 @@ class _Search:
     effects: tuple[Effect, ...]
     known: frozenset[str]
     ranked: dict[frozenset[str], tuple[float, list[Candidate]]] = field(default_factory=dict)
+    best: dict[frozenset[str], Fit] = field(default_factory=dict)
 
     def begin(self) -> tuple[Fit | None, dict[str, tuple[str, ...]]]:
         """The best effect, or a pair that is far better; and the classes they are in."""
@@ -94,7 +95,20 @@ class _Search:
         if error > fit.objective * (1 + SAME) or fitted is not None:
             ranking = rank_effects(fit, self.effects, self.known, fitted)
             self.ranked[key] = (fit.objective, ranking)
+            for found in (c.fit for c in ranking if c.fit is not None):
+                self.keep(found)
         return ranking
+
+    def keep(self, fit: Fit) -> Fit:
+        """The best fit of this model that was seen so far."""
+        key = frozenset(effect.name for effect in fit.model.effects)
+        if key not in self.best or fit.objective < self.best[key].objective:
+            self.best[key] = fit
+        return self.best[key]
+
+    def without(self, fit: Fit, effect: Effect) -> Fit:
+        """The fit of the same model less one effect."""
+        return self.keep(_without(fit, effect))
 
     def added(self, fit: Fit) -> tuple[Effect, ...]:
         """The effects that a model has more than the one at the start."""
@@ -126,7 +140,7 @@ class _Search:
             changed = False
             for effect in self.added(fit):
                 try:
-                    without = _without(fit, effect)
+                    without = self.without(fit, effect)
                 except FAILURES:  # nothing is found without it, so it stays
                     continue
                 ranking = self.rank(without, {effect.name: fit})
