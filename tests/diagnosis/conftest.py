@@ -16,7 +16,7 @@ from myowave.physics.simulation import Simulation
 
 
 def add_noise(trials: Trials, noise_deg: float, seed: int) -> Trials:
-    noise = np.random.default_rng(seed).standard_normal(trials.angle.shape)
+    noise = np.random.default_rng([seed, round(1000 * noise_deg)]).standard_normal(trials.angle.shape)
     return replace(trials, angle=trials.angle + np.radians(noise_deg) * noise)
 
 

@@ -126,7 +126,7 @@ class Curves:
 
 def _raised(force: Tensor, logarithm: Tensor) -> Tensor:
     """A force between 0 and 1 to a power, which keeps both ends."""
-    return force.clamp(min=NO_FORCE) ** torch.exp(logarithm)
+    return torch.where(force > NO_FORCE, force.clamp(min=NO_FORCE) ** torch.exp(logarithm), force)
 
 
 MILLARD = Curves(active_length_millard, passive_millard, force_velocity_millard)

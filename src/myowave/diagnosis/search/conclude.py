@@ -19,8 +19,9 @@ from myowave.identification.output_error import Fit, refit
 from myowave.identification.whitening import Band
 from myowave.physics.effect import Effect
 
-MOST_OF_IT = 0.95  # share that effects must explain to be named where something else is left
+MOST_OF_IT = 0.9  # share that effects must explain to be named where something else is left
 WHITE = 0.8  # of the noise in the band of the motion: less in the finest scales may be a filter's doing
+ROUGHLY = 3.0  # times what noise gives: a random force is not exactly as assumed, and leaves a little that repeats
 NOTHING = 0.2  # of the noise: less that is left is nothing
 
 
@@ -129,6 +130,7 @@ def weighed(selection: Selection, disturbance: Disturbance | None = None) -> Fin
     if disturbance is None:
         slow = size.significant and size.missing > nothing
         return Findings(selection, size, size.excess, repeated, None, not (slow or repeats))
+    repeats = repeats and repeated.gain > ROUGHLY * repeated.freedom
     fitted = len(fit.free) + 2 * len(fit.record.names)
     left = size_of(fit.normal.residual, fit.angle, fit.record, fitted)
     slow = left.significant and left.missing > nothing

@@ -127,19 +127,24 @@ def record(trials: Trials, world: World, random: np.random.Generator) -> Trials:
     if noise := settings.get("emg_noise"):
         emg = emg + noise * random.standard_normal(emg.shape)
     if edge := settings.get("emg_hz"):
-        emg = sosfiltfilt(butter(2, 2 * edge * trials.dt, output="sos"), emg, axis=1)
+        emg = _low_pass(emg, edge, trials.dt)
     if edge := settings.get("angle_hz"):
-        angle = sosfiltfilt(butter(2, 2 * edge * trials.dt, output="sos"), angle, axis=1)
+        angle = _low_pass(angle, edge, trials.dt)
     if step := settings.get("step_deg"):
         angle = np.radians(step) * np.round(angle / np.radians(step))
     if rate := settings.get("rate_hz"):
-        time = np.arange(emg.shape[1]) * trials.dt
-        fine = np.arange(0.0, time[-1], 1 / rate)[: 2 * len(time)]
+        time = np.arange(emg.shape[1], dtype=np.float64) * trials.dt
+        fine: Array = np.arange(0.0, float(time[-1]), 1 / rate)[: 2 * len(time)]
         emg, angle = (_resampled(x, time, fine) for x in (emg, angle))
         return replace(
             trials, dt=1 / rate, lengths=(len(fine),) * len(trials.names), emg=np.clip(emg, 0.0, 1.0), angle=angle
         )
     return replace(trials, emg=np.clip(emg, 0.0, 1.0), angle=angle)
+
+
+def _low_pass(values: Array, edge_hz: float, dt: float) -> Array:
+    """Signals (T, N, ...) through a Butterworth filter forwards and backwards."""
+    return np.asarray(sosfiltfilt(butter(2, 2 * edge_hz * dt, output="sos"), values, axis=1), dtype=np.float64)
 
 
 def _resampled(values: Array, time: Array, fine: Array) -> Array:
