@@ -72,10 +72,10 @@ def search(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> 
         known: names of parameters that are known and so not to be estimated.
     """
     found = _search(fit, tuple(effects), known)
-    if found.selection.effects and not found.carries:
+    if found.selection.effects and found.disturbance is None and not found.carries:
         # What cannot be named must not make a model look worse than it is by itself.
         first = found.selection
-        alone = weighed(Selection(first.ladder[:1], first.rankings[:1]), found.disturbance)
+        alone = weighed(Selection(first.ladder[:1], first.rankings[:1]))
         return alone if alone.settled else found
     return found
 
