@@ -3,6 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
+EMG_NOISE = "emg_noise"  # what verdicts call noise of the recorded EMG
 LARGEST_CLASS = 2  # effects that data do not tell apart and that still count as an answer
 
 Answer = tuple[tuple[str, ...], ...]
@@ -48,7 +49,7 @@ def add_truth(summary: Mapping[str, Any], truth: Mapping[str, Any] | None) -> di
     }
     if truth is None:
         return {**summary, "parameters": parameters, "hidden": None, "hit": None}
-    hidden = list(truth["effects"])
+    hidden = [*truth["effects"], *([EMG_NOISE] if truth.get("recorder_noise") else [])]
     named = answer(summary["effects"], summary["alternatives"])
     hit = is_right(named, hidden) and (bool(hidden) or summary["verdict"] == "adequate")
     return {**summary, "parameters": parameters, "hidden": hidden, "hit": hit}
