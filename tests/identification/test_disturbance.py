@@ -59,7 +59,7 @@ def test_a_fit_beside_a_force_that_is_not_there_needs_none(fit):
     """It leaves its trials to start where the noise of their first samples is, and that is no wandering."""
     plain, other = fit(0.0), fit(0.05, seed=1)
     force = estimate_disturbance(other)
-    record = replace(plain.record, filter=force.whitener, tolerance=force.angle)
+    record = replace(plain.record, filter=force.whitener, noise=force.angle)
     beside = refit(replace(plain, record=record), plain.model, plain.free)
     moved = replace(plain, sensitive=beside.sensitive, starts=beside.starts)
     assert moved.rss > 1.2 * plain.rss, "its raw residual is no longer the smallest"

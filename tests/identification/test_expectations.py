@@ -83,7 +83,7 @@ def test_the_objective_is_that_of_samples_and_pseudo_observations(fit, wide):
     far = [(v - p.start) / p.deviation for p, v in zip(wide, fit.values, strict=True) if p.assumed]
     assert np.abs(far).max() > 0.1
     assert fit.objective == pytest.approx(fit.rss + fit.record.noise**2 * np.sum(np.square(far)))
-    tolerant = refit(replace(fit, record=replace(fit.record, tolerance=2 * fit.record.noise)), fit.model, wide)
+    tolerant = refit(replace(fit, record=replace(fit.record, noise=2 * fit.record.noise)), fit.model, wide)
     far = [(v - p.start) / p.deviation for p, v in zip(wide, tolerant.values, strict=True) if p.assumed]
     assert tolerant.objective == pytest.approx(tolerant.rss + 4 * fit.record.noise**2 * np.sum(np.square(far)))
 

@@ -1,6 +1,7 @@
 # How often the diagnosis is right: effects hidden in simulated trials of several worlds, `snakemake hidden_effects`.
+from myowave.settings import WORLDS
+
 STUDY = SETTINGS.diagnosis.study
-WORLDS = ["as_assumed", "other_curves", "other_constants", "other_data", "other_solver", "outside"]
 
 
 def studied_dataset():

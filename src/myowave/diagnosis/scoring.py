@@ -3,7 +3,8 @@
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-EMG_NOISE = "emg_noise"  # what verdicts call noise of the recorded EMG
+from myowave.diagnosis.causes import EMG_NOISE
+
 LARGEST_CLASS = 2  # effects that data do not tell apart and that still count as an answer
 
 Answer = tuple[tuple[str, ...], ...]

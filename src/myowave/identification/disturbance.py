@@ -9,7 +9,7 @@ ed., Secs. 7.2, 10.6), and weighs every sample by what is not noise in it.
 Shapes: T trials, N samples, K numbers of the state, M muscles, C columns.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,8 @@ from scipy.optimize import minimize
 from myowave.identification.least_squares import scaled_slope, without_starts
 from myowave.identification.output_error import Fit
 from myowave.identification.whitening import Whitener
-from myowave.physics.effect import Effect, Parameter
+from myowave.physics.effect import Effect
+from myowave.physics.effects.emg_offset import EFFECT as EMG_OFFSET
 from myowave.physics.trajectory import forcing_of
 
 Array = NDArray[np.float64]
@@ -72,14 +73,17 @@ def estimate_disturbance(fit: Fit) -> Disturbance:
 
 def excitation_forcing(fit: Fit) -> Array:
     """What 1 more in each muscle's excitation adds to the state within a step, (T, N - 1, K, M)."""
-    probe = Effect(
-        name="excitation_probe",
-        acts_on="excitation",
-        equation="u + e",
-        function=lambda excitation, *, e: excitation + e,
-        parameters={"e": Parameter(unit="-", low=-1.0, high=1.0, typical=1.0, per_muscle=True, meaning="excitation")},
-        source="of this program",
-    )
+    return -forcing_by(fit, EMG_OFFSET, -REACH)  # an offset takes away
+
+
+def forcing_by(fit: Fit, effect: Effect, reach: float = REACH) -> Array:
+    """What 1 in each parameter of an effect adds to the state within a step of a fit's motion, (T, N - 1, K, P).
+
+    Args:
+        effect: without a state; the model may have it already.
+        reach: step of the differences.
+    """
+    probe = replace(effect, name=f"{effect.name}_more")
     model = fit.model.with_effects([probe])
     simulation = fit.record.simulation(model, fit.params)
-    return forcing_of(simulation, fit.linear, dict.fromkeys(model.parameters_of(probe), 1.0), REACH).numpy()
+    return forcing_of(simulation, fit.linear, dict.fromkeys(model.parameters_of(probe), 1.0), reach).numpy()

@@ -21,6 +21,7 @@ from myowave.physics.trajectory import Sensitive
 Array = NDArray[np.float64]
 
 LARGEST = 1e6  # of residuals [rad] and slopes: where a motion diverges, its sums are large and not infinite
+UNSEEN = 1e-12  # the same, of what imitates an effect
 NEGLIGIBLE = 1e-14  # eigenvalues below this share of the largest are rounding
 
 
@@ -67,6 +68,26 @@ class Normal:
         left = self.residual[..., None] - self.slope @ step[..., None, :, None]
         return onto_starts(self.by_start, left)[..., 0]
 
+    def beyond(self, columns: Array) -> tuple[Array, Array]:
+        """What only further parameters can do, beside those fitted and the starts of the trials.
+
+        Args:
+            columns: derivatives of the angle by them, (T, N, E).
+
+        Returns:
+            Their part that nothing else imitates, (R, E), at the T N samples and P expectations one below the other,
+            as `left` has what it may explain; and the imitation by the fitted parameters, (P, E).
+        """
+        cross = np.einsum("tnp,tne->pe", self.slope, self.without_starts(columns))
+        imitation = pseudo_inverse(self.matrix, UNSEEN) @ cross
+        samples = self.without_starts(columns - self.slope @ imitation)
+        return _stacked(samples, -np.sqrt(self.weight)[:, None] * imitation), imitation
+
+    @property
+    def left(self) -> Array:
+        """Residual and, below it, how far parameters are from where they are expected, weighed as samples, (R,)."""
+        return _stacked(self.residual, np.sqrt(self.weight) * self.off)
+
     def extended(self, columns: Array) -> "Normal":
         """The normal equations with more parameters, from their derivatives in units of their scale, (T, N, E)."""
         projected = self.without_starts(columns)
@@ -80,6 +101,11 @@ class Normal:
             weight=np.concatenate([self.weight, np.zeros(len(own))]),
             off=np.concatenate([self.off, np.zeros(len(own))]),
         )
+
+
+def _stacked(samples: Array, expectations: Array) -> Array:
+    """Samples (T, N, ...) and expectations (P, ...) one below the other, (R, ...)."""
+    return np.concatenate([samples.reshape(-1, *samples.shape[2:]), expectations])
 
 
 def onto_starts(by_start: Array, columns: Array) -> Array:
@@ -113,7 +139,7 @@ def normal_equations(result: Sensitive, record: Record, free: Sequence[Free], va
     matrix = np.einsum("...tnp,...tnq->...pq", projected, slope)
     vector = np.einsum("...tnp,...tn->...p", projected, residual)
     usual, weight = expected(free)
-    weight, off = weight * record.variance, (usual - values) / scales(free)
+    weight, off = weight * record.noise**2, (usual - values) / scales(free)
     matrix, vector = matrix + np.eye(len(free)) * weight, vector + weight * off
     return Normal(residual, slope, by_start, matrix, vector, (residual**2).sum((-1, -2)), weight, off)
 

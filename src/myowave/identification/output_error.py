@@ -101,6 +101,11 @@ class Fit:
         return residual_variance(self.normal, self.record)
 
     @property
+    def independent_variance(self) -> float:
+        """Variance of what is independent in the residual, or in its innovations [rad^2]."""
+        return self.variance * correlation_time(self.normal.residual, self.record)
+
+    @property
     def parameters(self) -> dict[str, float]:
         return {p.name: float(v) for p, v in zip(self.free, self.values, strict=True)}
 
@@ -323,7 +328,7 @@ def _standstill(fit: Fit) -> float:
     The residual of a model that is far from the truth is slow, so hundreds of samples are worth a few, and its steps
     may creep along kinks of curves for ever without any gain that counts as evidence.
     """
-    return STANDSTILL * fit.variance * correlation_time(fit.normal.residual, fit.record)
+    return STANDSTILL * fit.independent_variance
 
 
 def _step(fit: Fit, damping: float) -> tuple[Array, Array]:

@@ -61,9 +61,8 @@ class Record:
         valid: False where a shorter trial is padded, (T, N).
         training: which trials may be fitted, (T,).
         known: constants that are known, each (T,): the conditions of the trials.
-        noise: standard deviation of the noise of the angle [rad].
-        tolerance: standard deviation of what a model may miss at a sample, were samples independent [rad]: what is
-            known of constants beforehand weighs as much as samples with it. None: the noise.
+        noise: standard deviation of the noise of the angle [rad]; what is known of constants beforehand weighs as much
+            as samples with it.
         filter: of residuals, which noise of the EMG or a filter of the angle has coloured; None where neither has.
         at_rest: whether every trial is known to start at rest.
         pieces: None for whole trials.
@@ -79,13 +78,7 @@ class Record:
     noise: float
     at_rest: bool = False
     pieces: Pieces | None = None
-    tolerance: float | None = None
     filter: Filter | None = None
-
-    @property
-    def variance(self) -> float:
-        """Of an independent sample of what a model may miss [rad^2]."""
-        return (self.noise if self.tolerance is None else self.tolerance) ** 2
 
     def white(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
         """Residuals or derivatives of the angle, (..., T, N, C), through the filter."""

@@ -141,7 +141,11 @@ def derivatives_of(
 def forcing_of(simulation: Simulation, linear: Linear, wrt: Mapping[str, float], reach: float = NUDGE) -> Tensor:
     """What a parameter of a richer model adds to the state within each step, (..., T, N - 1, K, P); see
     `derivatives_of` for the arguments."""
-    nudged, nudges = simulation.nudged(wrt, reach, linear.at.ndim - 2)
+    return _forcing(linear, *simulation.nudged(wrt, reach, linear.at.ndim - 2))
+
+
+def _forcing(linear: Linear, nudged: Simulation, nudges: Tensor) -> Tensor:
+    """The same, from a simulation for each parameter moved by its nudge, (P,)."""
     moved = step(nudged.along_time, linear.at[..., :-1, :], nudged.drive) - linear.after
     return (moved / nudges.reshape(-1, *(1,) * linear.after.ndim)).movedim(0, -1)
 
@@ -181,7 +185,7 @@ def _tangents(
     simulation: Simulation, linear: Linear, wrt: Mapping[str, float], reach: float, *, starts: bool
 ) -> Tensor:
     """d state / d parameters [and q0, qdot0], (..., T, N, K, P [+ 2]): the linearised recursion along a motion."""
-    before, after = linear.at[..., :-1, :], linear.after
+    after = linear.after
     q0, qdot0 = linear.at[..., 0, 0], linear.at[..., 0, 1]
     base_start = initial_state(simulation, q0, qdot0)
     forcing = after.new_zeros(*after.shape, len(wrt) + (2 if starts else 0))
@@ -191,8 +195,7 @@ def _tangents(
         if group:
             nudged, nudges = simulation.nudged({n: wrt[n] for n in group}, reach, q0.ndim)
             columns = [names.index(n) for n in group]
-            moved = step(nudged.along_time, before, nudged.drive) - after
-            forcing[..., columns] = (moved / nudges.reshape(-1, *(1,) * after.ndim)).movedim(0, -1)
+            forcing[..., columns] = _forcing(linear, nudged, nudges)
             shifted = initial_state(nudged, q0, qdot0) - base_start
             begin[..., columns] = (shifted / nudges.reshape(-1, *(1,) * base_start.ndim)).movedim(0, -1)
     for i, shift in enumerate(((NUDGE, 0.0), (0.0, NUDGE)) if starts else (), start=len(wrt)):

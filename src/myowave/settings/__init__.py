@@ -16,7 +16,7 @@ from myowave.settings.data import (
     Wavelet,
     public,
 )
-from myowave.settings.diagnosis import Diagnosis, Scatter, Study
+from myowave.settings.diagnosis import WORLDS, Diagnosis, Scatter, Study
 from myowave.settings.learning import SEARCHABLE, Dimension, Learning, PlannedSweep, Recipe, Sweep
 from myowave.settings.parsing import KEYS, check_effects, parse_settings, shipped_effects
 from myowave.settings.physics import Curves, Joint, Muscle, Physics, StraightPath, TablePath
@@ -28,6 +28,7 @@ from myowave.settings.tracking import Tracking
 __all__ = [
     "KEYS",
     "SEARCHABLE",
+    "WORLDS",
     "Curves",
     "Data",
     "Dataset",

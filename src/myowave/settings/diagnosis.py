@@ -8,6 +8,9 @@ from myowave.settings.section import Name, Once, Real, Section, Whole, setting
 
 CONSTANT = r"^[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9_]+)?$"
 
+# Worlds of the study: as the model assumes, and each other in one way; in the last, effects are not in the catalogue.
+WORLDS = ("as_assumed", "other_curves", "other_constants", "other_data", "other_solver", "outside")
+
 
 class Scatter(Section):
     """What is known of a constant that nobody measured on this subject: standard deviation about the model's value."""

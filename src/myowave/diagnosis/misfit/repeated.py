@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from myowave.diagnosis.misfit.size import Size
-from myowave.identification.disturbance import excitation_forcing
+from myowave.identification.disturbance import excitation_forcing, forcing_by
 from myowave.identification.least_squares import pseudo_inverse
 from myowave.identification.output_error import Fit
 from myowave.identification.whitening import Band
-from myowave.physics.effect import Effect, Parameter
-from myowave.physics.trajectory import forcing_of, recur
+from myowave.physics.effects.constant_torque import EFFECT as CONSTANT_TORQUE
+from myowave.physics.trajectory import recur
 
 Array = NDArray[np.float64]
 
@@ -65,19 +65,11 @@ def repeated_misfit(fit: Fit, size: Size) -> Repeated:
     Args:
         size: of the same fit.
     """
-    normal = fit.normal
-    columns = normal.without_starts(fit.record.white(_columns(fit)))
-    residual = normal.without_starts(normal.residual[..., None])
-    slope = normal.without_starts(normal.slope)
-    variance = size.noise**2 if isinstance(fit.record.filter, Band) else fit.variance
-    flat = [x.reshape(-1, x.shape[-1]) for x in (columns, slope, residual)]
-    columns, slope, left = flat[0], flat[1], flat[2][:, 0]
-    columns = columns / np.sqrt((columns**2).mean(0)).clip(1e-300)
+    columns = fit.normal.without_starts(fit.record.white(_columns(fit)))
+    columns = columns / np.sqrt((columns**2).mean((0, 1))).clip(1e-300)
     # What the fitted parameters can do has been done: the rest of each part of the correction is what it can add.
-    imitation = pseudo_inverse(slope.T @ slope + np.diag(normal.weight), 1e-12) @ (slope.T @ columns)
-    heavy = np.sqrt(normal.weight)
-    signal = np.concatenate([columns - slope @ imitation, -heavy[:, None] * imitation])
-    left = np.concatenate([left, heavy * normal.off])
+    (signal, _), left = fit.normal.beyond(columns), fit.normal.left
+    variance = size.noise**2 if isinstance(fit.record.filter, Band) else fit.variance
     # ASSUME: no part of the correction makes more than the whole misfit does.
     ridge = variance / max(float((left**2).mean()), 1e-300) * np.eye(signal.shape[1])
     product, matrix = signal.T @ left, signal.T @ signal
@@ -96,16 +88,7 @@ def _columns(fit: Fit) -> Array:
 
 def _by_torque(fit: Fit) -> Array:
     """Changes of the state within a step by torques of the joint's state and the activations, (T, N - 1, K, C)."""
-    probe = Effect(
-        name="torque_probe",
-        acts_on="joint",
-        equation="c",
-        function=lambda q, *, c: c + torch.zeros_like(q),
-        parameters={"c": Parameter(unit="N m", low=-50.0, high=50.0, typical=1.0, meaning="constant torque")},
-        source="of this program",
-    )
-    simulation = fit.record.simulation(fit.model.with_effects([probe]), fit.params)
-    forcing = forcing_of(simulation, fit.linear, {"torque_probe.c": 1.0}, 1e-4).numpy()
+    forcing = forcing_by(fit, CONSTANT_TORQUE)
     state = fit.sensitive.motion.state.numpy()[:, :-1]
     q, v = state[..., 0], state[..., 1]
     activation = fit.simulation.drive.activation[..., 0, :].expand(*q.shape, -1).numpy()

@@ -56,9 +56,10 @@ class Size:
         return self.ratio > max(self.critical, LEAST_RATIO)
 
 
-def size_of_misfit(fit: Fit) -> Size:
-    """Compare the residual of a fit with the noise of the angle."""
-    return size_of(fit.residual, fit.angle, fit.record, fitted=len(fit.free) + 2 * len(fit.record.names))
+def size_of_misfit(fit: Fit, residual: Array | None = None) -> Size:
+    """Compare the residual of a fit, or what a filter has made of it (T, N), with the noise of the angle."""
+    fitted = len(fit.free) + 2 * len(fit.record.names)
+    return size_of(fit.residual if residual is None else residual, fit.angle, fit.record, fitted)
 
 
 def size_of(residual: Array, motion: Array, record: Record, fitted: int = 0) -> Size:

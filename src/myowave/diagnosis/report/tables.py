@@ -5,17 +5,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from myowave.diagnosis.causes import EMG_NOISE, EMG_NOISE_TITLE
 from myowave.diagnosis.misfit.where import interval_of_rmse
 from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import EVIDENCE, Candidate
 from myowave.diagnosis.search.score import confusion
-from myowave.diagnosis.search.verdict import EMG_NOISE
 from myowave.identification.record import SMALLEST_NOISE_DEG, Record
 from myowave.identification.uncertainty import correlations
 from myowave.physics.constants import constant_unit
 from myowave.physics.model import Model
 
-EMG_NOISE_TITLE = "noise of the recorded EMG"
 CONFUSED = 0.8  # one effect imitates at least this much of another
 
 
@@ -41,11 +40,9 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
             for rung in diagnosis.tried
         },
         "parameters": {
-            rung.name: {
-                name: {"value": value, "se": rung.fit.standard_errors()[name]}
-                for name, value in rung.fit.parameters.items()
-            }
+            rung.name: {name: {"value": value, "se": errors[name]} for name, value in rung.fit.parameters.items()}
             for rung in diagnosis.tried
+            for errors in [rung.fit.standard_errors()]
         },
         "next_trial": best,
         "absorbed": {name: list(by) for name, by in verdict.absorbed.items()},

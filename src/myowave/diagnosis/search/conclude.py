@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 from myowave.data.wavelets import estimate_noise
 from myowave.diagnosis.misfit.repeated import Repeated, repeated_misfit
-from myowave.diagnosis.misfit.size import ABOVE, Size, size_of, size_of_misfit
-from myowave.diagnosis.search.rank import EVIDENCE, independent_variance
+from myowave.diagnosis.misfit.size import ABOVE, Size, size_of_misfit
+from myowave.diagnosis.search.rank import EVIDENCE
 from myowave.diagnosis.search.selection import Selection, select_effects
 from myowave.identification.disturbance import Disturbance, estimate_disturbance
 from myowave.identification.output_error import Fit, refit
@@ -47,7 +47,7 @@ class Findings:
     @property
     def variance(self) -> float:
         """Of what is independent in the last fit's residual [rad^2]."""
-        return independent_variance(self.selection.fit)
+        return self.selection.fit.independent_variance
 
     @property
     def explained(self) -> float:
@@ -116,7 +116,7 @@ def within_band(fit: Fit, size: Size) -> Fit:
 
 def beside_force(fit: Fit, disturbance: Disturbance) -> Fit:
     """The fit of the same model that takes a random force for a part of the noise."""
-    record = replace(fit.record, filter=disturbance.whitener, tolerance=disturbance.angle)
+    record = replace(fit.record, filter=disturbance.whitener, noise=disturbance.angle)
     return refit(replace(fit, record=record), fit.model, fit.free)
 
 
@@ -131,7 +131,6 @@ def weighed(selection: Selection, disturbance: Disturbance | None = None) -> Fin
         slow = size.significant and size.missing > nothing
         return Findings(selection, size, size.excess, repeated, None, not (slow or repeats))
     repeats = repeats and repeated.gain > ROUGHLY * repeated.freedom
-    fitted = len(fit.free) + 2 * len(fit.record.names)
-    left = size_of(fit.normal.residual, fit.angle, fit.record, fitted)
+    left = size_of_misfit(fit, fit.normal.residual)
     slow = left.significant and left.missing > nothing
     return Findings(selection, size, left.excess, repeated, disturbance, not (slow or repeats))

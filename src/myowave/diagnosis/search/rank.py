@@ -108,7 +108,7 @@ def rank_effects(
     fits = dict(fitted or {})
     hopeful = [name for name in _worth_refitting(fit, scores) if refits and name not in fits]
     begun = {name: scores[name].start for name in hopeful}
-    begun |= _fresh_starts(fit, scores, hopeful) if refits else {}
+    begun |= _fresh_starts(fit, scores) if refits else {}
     raced, failures = _race(begun, fits.values())
     fits |= raced
     failures |= {name: score.failure for name, score in scores.items() if score.failure}
@@ -133,7 +133,7 @@ def rank_effects(
                 delta_bic=delta_bic(fit, objective, len(score.free), samples),
                 folds_won=won,
                 folds=folds,
-                detectable=score.detectable(best.rss / samples, statistic),
+                detectable=score.detectable(float(best.normal.rss) / samples, statistic),
                 failure=failures.get(name, "") if with_it is None else "",
                 surprising=with_it is not None and _surprising(fit, with_it),
             )
@@ -141,13 +141,16 @@ def rank_effects(
     return sorted(candidates, key=lambda c: -c.delta_bic)
 
 
-def _fresh_starts(fit: Fit, scores: Mapping[str, Score], hopeful: Collection[str]) -> dict[str, Fit]:
+def _fresh_starts(fit: Fit, scores: Mapping[str, Score]) -> dict[str, Fit]:
     """Fits with an effect that replaces what the model has, as other curves do, from where constants are expected.
 
     The constants of a fit without the effect have gone where they imitate it, and no small step leads back from there.
-    Only those are given that are better than where the fit without the effect leads.
+    Only those are given that begin not far above the fit without the effect, and none where that leaves no more than
+    the noise.
     """
-    found = {}
+    found: dict[str, Fit] = {}
+    if fit.normal.rss < fit.record.samples * fit.record.noise**2:
+        return found
     for name, score in scores.items():
         if score.failure or not all(abs(p.scale) in (abs(p.low), abs(p.high)) for p in score.free):
             continue
@@ -163,11 +166,6 @@ def _fresh_starts(fit: Fit, scores: Mapping[str, Score], hopeful: Collection[str
 def independent_samples(fit: Fit) -> float:
     """Number of independent samples of a fit's residual."""
     return fit.record.samples / correlation_time(fit.normal.residual, fit.record)
-
-
-def independent_variance(fit: Fit) -> float:
-    """Variance of what is independent in a fit's residual [rad^2]."""
-    return fit.variance * correlation_time(fit.normal.residual, fit.record)
 
 
 def delta_bic(fit: Fit, objective: float, parameters: int, samples: float) -> float:
@@ -285,7 +283,7 @@ def _race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> tuple[dict[str, F
                 del running[name]
                 continue
             # Nothing that counts as evidence is gained any more; the winner is fitted to the end by whoever takes it.
-            if step is not fits[name] and fits[name].objective - step.objective < LITTLE * independent_variance(step):
+            if step is not fits[name] and fits[name].objective - step.objective < LITTLE * step.independent_variance:
                 del running[name]
             fits[name] = step
         leader = min([best_rival, *(f.objective for f in fits.values())])

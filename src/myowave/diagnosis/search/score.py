@@ -69,7 +69,7 @@ class Score:
     def failed(cls, fit: Fit, effect: Effect, free: tuple[Free, ...], reason: str) -> "Score":
         """Of an effect that cannot be scored: it promises nothing."""
         count = len(free)
-        residual = _with_expectations(fit.normal.residual, np.sqrt(fit.normal.weight) * fit.normal.off)
+        residual = fit.normal.left
         signal, information = np.zeros((len(residual), count)), np.zeros((count, count))
         return cls(effect.name, free, fit, signal, residual, information, np.zeros(count), 0.0, 0.0, (), reason)
 
@@ -118,11 +118,7 @@ def score_effect(fit: Fit, effect: Effect, known: Collection[str] = ()) -> Score
     start = _start(fit, model, free)
     count, normal = len(fit.free), fit.normal
     raw = start.normal.slope[..., count:]
-    inverse = pseudo_inverse(normal.matrix, 1e-12)
-    imitation = inverse @ start.normal.matrix[:count, count:]
-    heavy = np.sqrt(normal.weight)
-    signal = _with_expectations(normal.without_starts(raw - normal.slope @ imitation), -heavy[:, None] * imitation)
-    residual = _with_expectations(normal.residual, heavy * normal.off)
+    (signal, imitation), residual = normal.beyond(raw), normal.left
     information = signal.T @ signal
     estimate, drop = best_within(information, signal.T @ residual, free)
     visible, direction = _visible(information, np.einsum("tne,tnf->ef", raw, raw))
@@ -130,11 +126,6 @@ def score_effect(fit: Fit, effect: Effect, known: Collection[str] = ()) -> Score
     order = np.argsort(-size)
     absorbers = tuple(fit.free[i].name for i in order if size[i] > LARGE_PART * size[order[0]])
     return Score(effect.name, free, start, signal, residual, information, estimate, drop, visible, absorbers)
-
-
-def _with_expectations(samples: Array, expectations: Array) -> Array:
-    """Samples (T, N, ...) and expectations (P, ...) one below the other, (R, ...)."""
-    return np.concatenate([samples.reshape(-1, *samples.shape[2:]), expectations])
 
 
 def confusion(scores: Mapping[str, Score], one: str, other: str) -> float:

@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from myowave.diagnosis.causes import EMG_NOISE
 from myowave.diagnosis.search.conclude import Findings
 from myowave.identification.output_error import Fit
 
 Kind = Literal["adequate", "effect", "class", "partial", "unknown", "undecidable"]
 
-EMG_NOISE = "emg_noise"  # a cause that is no effect on the model: what was recorded is not all that drove the arm
 CERTAINLY_OUTSIDE = 2.0  # standard errors
 
 

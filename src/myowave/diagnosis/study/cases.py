@@ -36,7 +36,6 @@ from myowave.settings import SimulatedDataset
 
 POWER = 1.2816  # standard deviations above the threshold that 9 of 10 recordings reach
 OUTSIDE, ASSUMED = "outside", "as_assumed"
-SAYS_SO = ("unknown", "partial", "undecidable", "adequate")  # answers that name nothing, or say that something is left
 
 
 @dataclass(frozen=True)
@@ -133,7 +132,7 @@ def make_trials(case: Case, world: World, dataset: SimulatedDataset, catalogue: 
             "hidden_effect": case.hidden,
             "seed": case.number + 1,
             "angle_noise_deg": 0.0,
-            "constants": dict(world.constants),
+            "hidden_constants": dict(world.constants),
         }
     )
     try:
@@ -142,9 +141,9 @@ def make_trials(case: Case, world: World, dataset: SimulatedDataset, catalogue: 
         return None
     if world.held:
         trials = replace(trials, angle=_with_held_emg(case, trials, settings, world, catalogue))
-    random = case.random
+    random = case.random.spawn(1)[0]
     noisy = trials.angle + np.radians(case.noise_deg) * random.standard_normal(trials.angle.shape)
-    return record(replace(trials, angle=noisy, constants={}), world, random)
+    return record(replace(trials, angle=noisy), world, random)
 
 
 def _with_held_emg(
@@ -211,9 +210,8 @@ def _told(case: Case, world: World, verdict: Verdict) -> dict[str, Any]:
     allowed = ALLOWED[case.world] | frozenset(case.hidden) - set(case.taken_out)
     wrong = names_wrongly(named, allowed)
     if case.taken_out:
-        rest = [name for name in case.hidden if name not in case.taken_out]
-        says_so = verdict.kind in ("unknown", "partial") or any(len(members) > 1 for members in named)
-        right = (says_so or not named) and not wrong if rest or named else True
+        says_so = verdict.kind == "partial" or any(len(members) > 1 for members in named)
+        right = not named or (says_so and not wrong)
     elif case.hidden:
         right = holds(named, case.hidden)
     else:
@@ -230,7 +228,7 @@ def _told(case: Case, world: World, verdict: Verdict) -> dict[str, Any]:
 
 def _displaced(free: Iterable[Free], case: Case) -> list[Free]:
     """What to estimate, expected where the truth is up to its spread away: nobody knows the values before."""
-    random = case.random
+    random = case.random.spawn(2)[1]
     return [replace(p, start=p.start / (1 + p.spread * random.uniform(-1, 1))) for p in free]
 
 
@@ -239,7 +237,7 @@ def _signal(case: Case, fit: Fit, catalogue: Mapping[str, Effect]) -> float:
     signals = []
     for name, score in score_effects(fit, (catalogue[name] for name in case.hidden)).items():
         truth = np.array([case.hidden[name][p.name.split(".", 1)[1]] / p.scale for p in score.free])
-        seen = np.sqrt(truth @ score.information @ truth / fit.record.variance)
+        seen = np.sqrt(truth @ score.information @ truth) / fit.record.noise
         threshold = np.sqrt(EVIDENCE + len(truth) * np.log(independent_samples(fit))) + POWER
         signals.append(0.0 if score.absorbed else float(seen / threshold))
     return min(signals, default=0.0)

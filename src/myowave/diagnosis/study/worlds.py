@@ -19,10 +19,11 @@ from scipy.signal import butter, sosfiltfilt
 from torch import Tensor
 
 from myowave.data.trials import Trials
+from myowave.diagnosis.causes import EMG_NOISE
 from myowave.identification.free_parameters import free_parameters
 from myowave.physics.curves import Curve, Curves
 from myowave.physics.model import Model
-from myowave.settings import Scatter
+from myowave.settings import WORLDS, Scatter
 
 Array = NDArray[np.float64]
 
@@ -30,13 +31,10 @@ TABLE = np.linspace(0.0, 2.5, 2001)  # fibre lengths, and velocities + 1, at whi
 HELD = 4  # steps in a sample of the other solver
 
 # Effects that are no wrong names in a world, as they say what is different there.
-ALLOWED: Mapping[str, frozenset[str]] = {
-    "as_assumed": frozenset(),
+ALLOWED: Mapping[str, frozenset[str]] = dict.fromkeys(WORLDS, frozenset[str]()) | {
     "other_curves": frozenset({"millard_curves", "degroote_curves"}),
     "other_constants": frozenset({"vmax_change", "extra_delay", "activation_shape", "moment_arm_offset"}),
-    "other_data": frozenset({"emg_noise"}),
-    "other_solver": frozenset(),
-    "outside": frozenset(),
+    "other_data": frozenset({EMG_NOISE}),
 }
 
 

@@ -1,0 +1,4 @@
+"""Causes of a misfit that are no effects on the model. Nothing heavy is imported here: scoring and pages read it."""
+
+EMG_NOISE = "emg_noise"  # what was recorded is not all that drove the arm
+EMG_NOISE_TITLE = "noise of the recorded EMG"
