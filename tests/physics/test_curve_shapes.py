@@ -4,10 +4,10 @@ import pytest
 import torch
 
 from myowave.physics.constants import CURVE_CONSTANTS
-from myowave.physics.curves import DEGROOTE, ECCENTRIC_FORCE, MILLARD, SHAPE_AF, Curves, Shape
+from myowave.physics.curves import DEGROOTE, ECCENTRIC_FORCE, MILLARD, SHAPE_AF, THELEN, Curves, Shape
 from myowave.physics.valued import give_values
 
-FAMILIES = {"paper": Curves(), "millard": MILLARD, "degroote": DEGROOTE}
+FAMILIES = {"paper": Curves(), "millard": MILLARD, "degroote": DEGROOTE, "thelen": THELEN}
 LENGTHS = torch.linspace(0.3, 1.8, 301, dtype=torch.float64)
 VELOCITIES = torch.linspace(-1.2, 1.2, 481, dtype=torch.float64)
 SHORTENING, LENGTHENING = VELOCITIES[(VELOCITIES > -1) & (VELOCITIES < 0)], VELOCITIES[VELOCITIES > 0]

@@ -6,7 +6,7 @@ import torch
 from scipy.interpolate import BPoly
 from scipy.optimize import brentq
 
-from myowave.physics.curves import ACTIVE_LENGTH, FORCE_VELOCITY, PASSIVE
+from myowave.physics.curves import ACTIVE_LENGTH, FORCE_VELOCITY, PASSIVE, THELEN
 
 LENGTHS = torch.linspace(0.0, 2.2, 44001, dtype=torch.float64)
 VELOCITIES = torch.linspace(-1.5, 1.5, 30001, dtype=torch.float64)
@@ -44,8 +44,10 @@ def test_force_velocity_curve_is_smooth_where_the_muscle_turns(name):
     torch.testing.assert_close(anchors, torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64), rtol=0, atol=1e-9)
     rise = slopes(curve, VELOCITIES)
     assert rise.min() >= -1e-12
-    within = slopes(curve, VELOCITIES[(VELOCITIES > -0.95)])
-    assert torch.diff(within).abs().max() < 0.05  # no jump of the slope: C1
+    for within in (VELOCITIES[(VELOCITIES > -0.95) & (VELOCITIES < 0)], VELOCITIES[VELOCITIES > 0]):
+        assert torch.diff(slopes(curve, within)).abs().max() < 0.05  # no jump of the slope: C1
+    before, after = slopes(curve, torch.tensor([-1e-4, 0.0, 1e-4], dtype=torch.float64))
+    assert after / before == pytest.approx(2.0 if name == "thelen" else 1.0, abs=0.01)
 
 
 @pytest.mark.parametrize(("curves", "x"), [(ACTIVE_LENGTH, LENGTHS), (PASSIVE, LENGTHS), (FORCE_VELOCITY, VELOCITIES)])
@@ -86,20 +88,20 @@ def test_taneja_curves_are_eqs_49_and_50_as_printed():
     assert (ACTIVE_LENGTH["taneja"](double(0.1, 0.39, 1.61, 2.0)) == 0).all(), "no force outside"
 
 
-def test_thelen_velocity_is_the_inverse_of_the_force_that_hill_and_thelen_print():
+def test_hill_velocity_is_the_inverse_of_the_force_that_hill_prints():
     """Shortening v = (F - 1) / (1 + F / Af), Thelen 2003, Eq. 6; lengthening as fast for every force below 1.4 as the
     hyperbola with this limit and the same slope at rest."""
     shape, largest = 0.25, 1.4
     shortening, lengthening = np.linspace(0, 1, 21), np.linspace(1, 1.39, 21)
     velocity = (shortening - 1) / (1 + shortening / shape)
-    torch.testing.assert_close(FORCE_VELOCITY["thelen"](double(velocity)), double(shortening))
+    torch.testing.assert_close(FORCE_VELOCITY["hill"](double(velocity)), double(shortening))
     slope = 1 + 1 / shape
     velocity = (lengthening - 1) * (largest - 1) / (slope * (largest - lengthening))
-    torch.testing.assert_close(FORCE_VELOCITY["thelen"](double(velocity)), double(lengthening))
+    torch.testing.assert_close(FORCE_VELOCITY["hill"](double(velocity)), double(lengthening))
 
 
-def test_thelen_force_tends_to_its_largest_and_has_one_slope_at_rest():
-    curve, step = FORCE_VELOCITY["thelen"], 1e-6
+def test_hill_force_tends_to_its_largest_and_has_one_slope_at_rest():
+    curve, step = FORCE_VELOCITY["hill"], 1e-6
     assert curve(double(1e9)).item() == pytest.approx(1.4, abs=1e-6)
     assert curve(double(1e3)).item() < 1.4
     before, rest, after = curve(double(-step, 0.0, step)).tolist()
@@ -175,3 +177,22 @@ def test_degroote_curves_are_the_printed_ones():
         torch.testing.assert_close(curves["degroote"](double(x)), double(expected), rtol=0, atol=0.015)
     unit = [ACTIVE_LENGTH["degroote"](double(1.0)), PASSIVE["degroote"](double(1.6))]
     torch.testing.assert_close(torch.cat(unit), torch.ones(2, dtype=torch.float64), rtol=0, atol=1e-6)
+
+
+def test_thelen_curves_are_the_printed_ones():
+    """Thelen 2003, Eqs. 3, 4, 6 and 7 for young adults: force from a fibre velocity is the inverse of what he prints,
+    v = (0.25 + 0.75 a) v_max (F - a f_l) / b."""
+    length = np.linspace(0.4, 1.6, 30)
+    bell, strained = np.exp(-((length - 1) ** 2) / 0.45), (np.exp(5 * (length - 1) / 0.6) - 1) / (np.exp(5) - 1)
+    torch.testing.assert_close(ACTIVE_LENGTH["thelen"](double(length)), double(bell))
+    torch.testing.assert_close(PASSIVE["thelen"](double(length)), double(np.maximum(strained, 0)))
+    at_rest = double(1.0)
+    for a in (0.1, 0.5, 1.0):
+        for force in (*np.linspace(0.0, a, 8), *np.linspace(1.001 * a, 1.39 * a, 8)):
+            slow = a + force / 0.25
+            fast = (2 + 2 / 0.25) * (a * 1.4 - force) / (1.4 - 1)
+            velocity = (0.25 + 0.75 * a) * (force - a) / (slow if force <= a else fast)
+            assert THELEN.active(double(a), at_rest, double(velocity)).item() == pytest.approx(force, abs=1e-12)
+    # Beyond a strain of 0.6 the passive curve goes on straight.
+    beyond = PASSIVE["thelen"](double(1.6, 1.7, 1.8))
+    assert beyond[2] - beyond[1] == pytest.approx((beyond[1] - beyond[0]).item()) == pytest.approx(0.1 * 8.39, rel=0.01)

@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from myowave.physics import effects
-from myowave.physics.curves import DEGROOTE, MILLARD
+from myowave.physics.curves import DEGROOTE, MILLARD, THELEN
 from myowave.physics.effect import Effect, Parameter
 from myowave.physics.effect_check import check_effect
 from myowave.physics.effects import SHIPPED, catalogue
@@ -66,7 +66,9 @@ def test_all_effects_together_change_nothing_at_zero(elbow, drive, plain, dt):
 
 
 def test_curve_effects_at_full_strength_are_the_other_curves(elbow, drive, dt):
-    for name, curves in (("millard_curves", MILLARD), ("degroote_curves", DEGROOTE)):
+    for name, curves in (
+        ("millard_curves", MILLARD), ("degroote_curves", DEGROOTE), ("thelen_curves", THELEN)
+    ):  # fmt: skip
         blended = simulate(Simulation(elbow.with_effects([catalogue()[name]]), {f"{name}.w": 1.0}, drive, dt), 1.0)
         other = simulate(Simulation(replace(elbow, curves=curves), {}, drive, dt), 1.0)
         torch.testing.assert_close(blended.q, other.q, rtol=0, atol=1e-9)
@@ -85,6 +87,13 @@ def test_crosstalk_is_taken_out_of_a_recording_to_first_order(elbow):
     for x in (0.1, 0.05):
         mixed = recorded + x * recorded.flip(-1)
         assert (pure(mixed, side, x=torch.tensor([x], dtype=torch.float64)) - recorded).abs().max() <= x**2
+
+
+def test_co_contraction_drives_each_muscle_with_a_share_of_its_antagonists():
+    excitation = torch.tensor([[0.5, 0.2, 0.4]], dtype=torch.float64)
+    side = torch.tensor([1.0, -1.0, 1.0], dtype=torch.float64)
+    driven = catalogue()["co_contraction"].function(excitation, side, c=torch.tensor([0.5], dtype=torch.float64))
+    torch.testing.assert_close(driven, torch.tensor([[0.6, 0.425, 0.5]], dtype=torch.float64))
 
 
 def test_more_strength_of_an_effect_at_once_is_a_batch(elbow, drive, dt):

@@ -55,6 +55,7 @@ class Task:
         """What a checkpoint says of where it comes from; those of all scales are the same."""
         shapes = self.model.curves
         curves = [curve.__name__ for curve in (shapes.active_length, shapes.passive, shapes.force_velocity)]
+        curves += [f"slowing {shapes.slowing}"] if shapes.slowing else []
         return {
             "dataset": self.scales[0].dataset,
             "dataset_digest": digest_trials(self.scales[0]),

@@ -5,7 +5,7 @@ from dataclasses import replace
 import torch
 
 from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS, names_of
-from myowave.physics.curves import ACTIVE_LENGTH, FORCE_VELOCITY, PASSIVE, Curves
+from myowave.physics.curves import ACTIVE_LENGTH, FORCE_VELOCITY, PASSIVE, THELEN, Curves
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model, parse_model
 from myowave.physics.muscle import EXTENSOR, FLEXOR, Muscle
@@ -32,6 +32,7 @@ def build_model(name: str, physics: Physics) -> Model:
             active_length=ACTIVE_LENGTH[physics.curves.active_length],
             passive=PASSIVE[physics.curves.passive],
             force_velocity=FORCE_VELOCITY[physics.curves.force_velocity],
+            slowing=THELEN.slowing if physics.curves.force_velocity == "thelen" else 0.0,
         ),
     )
     return parse_model(name, base, catalogue(physics.effect_files))

@@ -13,12 +13,17 @@ from torch import Tensor
 
 from myowave.physics.degroote import active_length_degroote, force_velocity_degroote, passive_degroote
 from myowave.physics.millard import active_length_millard, force_velocity_millard, passive_millard
+from myowave.physics.thelen import (
+    ECCENTRIC_FORCE,
+    SHAPE_AF,
+    SLOWING,
+    active_length_thelen,
+    force_velocity_thelen,
+    passive_thelen,
+)
 
 Curve = Callable[[Tensor], Tensor]
 
-# Thelen 2003, Table 1 (young adults): shape of the force-velocity hyperbola and the largest eccentric force.
-SHAPE_AF = 0.25
-ECCENTRIC_FORCE = 1.4
 # Eq. 50: passive curve of an adult.
 PASSIVE_GAMMA1 = 0.075
 PASSIVE_GAMMA2 = 6.6
@@ -46,13 +51,14 @@ def passive_taneja(length: Tensor) -> Tensor:
     return PASSIVE_GAMMA1 * (toe + PASSIVE_SLOPE * (length - 1.4).clamp(min=0.0))
 
 
-def force_velocity_thelen(velocity: Tensor) -> Tensor:
+def force_velocity_hill(velocity: Tensor) -> Tensor:
     """Normalised Hill hyperbola: 0 at -1, 1 at 0, towards 1.4 when lengthening; C1 at 0.
 
     Shortening (1 + v) / (1 - v / Af) and lengthening (1 + v F s) / (1 + v s) both are 1 + k v / (1 + b v), with the
     same slope k = 1 + 1 / Af and another b on each side.
 
-    Source: Hill 1938 with the constants of Thelen 2003. The paper cites the curve [67] without a formula.
+    Source: Hill 1938 with the constants of Thelen 2003, whose own curve is twice as steep when lengthening and whose
+    v_max depends on the activation (`thelen`). The paper cites the curve [67] without a formula.
     """
     slope = 1 + 1 / SHAPE_AF
     velocity = velocity.clamp(min=-1.0)
@@ -85,12 +91,20 @@ class Curves:
 
     Args:
         shape: how they differ from the published ones; None for not at all.
+        slowing: share of v_max that a muscle without activation lacks [-].
     """
 
     active_length: Curve = active_length_taneja
     passive: Curve = passive_taneja
-    force_velocity: Curve = force_velocity_thelen
+    force_velocity: Curve = force_velocity_hill
     shape: Shape | None = None
+    slowing: float = 0.0
+
+    def active(self, activation: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
+        """Active force of a fibre in units of f0: a f_AL(l) f_V(v). Source: Taneja et al. 2023, Eq. 46."""
+        if self.slowing:
+            velocity = velocity / (1.0 - self.slowing * (1.0 - activation))
+        return activation * self.active_length(length) * self.force_velocity(velocity)
 
     def shaped(self, shape: Shape) -> "Curves":
         """These curves in another shape. All of it is smooth, keeps force 1 at length 1 and velocity 0, and no force
@@ -117,7 +131,7 @@ class Curves:
             bent = usual * steeper / (1.0 + usual * (steeper - 1.0) / (ECCENTRIC_FORCE - 1.0)) + (gained - usual)
             return torch.where(velocity > 0, 1.0 + (1.0 + shape.eccentric) * bent, shortening)
 
-        return Curves(active_length, passive, force_velocity, shape)
+        return Curves(active_length, passive, force_velocity, shape, self.slowing)
 
     def in_shape(self, family: "Curves") -> "Curves":
         """Curves of another family, as published, in the shape that these have."""
@@ -131,16 +145,24 @@ def _raised(force: Tensor, logarithm: Tensor) -> Tensor:
 
 MILLARD = Curves(active_length_millard, passive_millard, force_velocity_millard)
 DEGROOTE = Curves(active_length_degroote, passive_degroote, force_velocity_degroote)
+THELEN = Curves(active_length_thelen, passive_thelen, force_velocity_thelen, slowing=SLOWING)
 
 # What `physics.curves` in config.yaml may name, curve by curve.
 ACTIVE_LENGTH: dict[str, Curve] = {
     "taneja": active_length_taneja,
     "millard": active_length_millard,
     "degroote": active_length_degroote,
+    "thelen": active_length_thelen,
 }
-PASSIVE: dict[str, Curve] = {"taneja": passive_taneja, "millard": passive_millard, "degroote": passive_degroote}
+PASSIVE: dict[str, Curve] = {
+    "taneja": passive_taneja,
+    "millard": passive_millard,
+    "degroote": passive_degroote,
+    "thelen": passive_thelen,
+}
 FORCE_VELOCITY: dict[str, Curve] = {
-    "thelen": force_velocity_thelen,
+    "hill": force_velocity_hill,
     "millard": force_velocity_millard,
     "degroote": force_velocity_degroote,
+    "thelen": force_velocity_thelen,
 }

@@ -89,4 +89,4 @@ def hill_force(curves: Curves, activation: Tensor, length: Tensor, velocity: Ten
 
     Source: Taneja et al. 2023, Eqs. 45-46.
     """
-    return activation * curves.active_length(length) * curves.force_velocity(velocity) + curves.passive(length)
+    return curves.active(activation, length, velocity) + curves.passive(length)

@@ -117,9 +117,11 @@ class Joint(Section):
 class Curves(Section):
     """Which published muscle curves to use; their sources are in physics/curves.py."""
 
-    active_length: Literal["taneja", "millard", "degroote"] = setting("active force-length", "", "taneja")
-    passive: Literal["taneja", "millard", "degroote"] = setting("passive force-length", "", "taneja")
-    force_velocity: Literal["thelen", "millard", "degroote"] = setting("force-velocity", "", "thelen")
+    active_length: Literal["taneja", "millard", "degroote", "thelen"] = setting("active force-length", "", "taneja")
+    passive: Literal["taneja", "millard", "degroote", "thelen"] = setting("passive force-length", "", "taneja")
+    force_velocity: Literal["hill", "millard", "degroote", "thelen"] = setting(
+        "force-velocity; with thelen, v_max falls with the activation", "", "hill"
+    )
 
 
 class Arm(Section):

@@ -32,7 +32,7 @@ HELD = 4  # steps in a sample of the other solver
 
 # Effects that are no wrong names in a world, as they say what is different there.
 ALLOWED: Mapping[str, frozenset[str]] = dict.fromkeys(WORLDS, frozenset[str]()) | {
-    "other_curves": frozenset({"millard_curves", "degroote_curves"}),
+    "other_curves": frozenset({"millard_curves", "degroote_curves", "thelen_curves"}),
     "other_constants": frozenset({"vmax_change", "extra_delay", "activation_shape", "moment_arm_offset"}),
     "other_data": frozenset({EMG_NOISE}),
 }

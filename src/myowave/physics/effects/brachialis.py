@@ -39,7 +39,7 @@ def brachialis_torque(
     best, _ = path.length_and_arm(torch.full_like(q, BEST_ANGLE))
     fibre_length = 1.0 + (length - best) / l0.clamp(min=1e-6)
     fibre_velocity = -arm * qdot / vmax.clamp(min=1e-6)
-    return f0 * a * curves.active_length(fibre_length) * curves.force_velocity(fibre_velocity) * arm
+    return f0 * curves.active(a, fibre_length, fibre_velocity) * arm
 
 
 EFFECT = Effect(

@@ -1,0 +1,28 @@
+"""Contraction of both sides that was not recorded: deeper heads work against one another, and the joint stiffens."""
+
+from torch import Tensor
+
+from myowave.physics.effect import Effect, Parameter
+
+
+def with_both_sides(excitation: Tensor, side: Tensor, *, c: Tensor) -> Tensor:
+    """Excitation u_i + c mean(u_j) over the antagonists j of muscle i: what works against it pulls it along."""
+    # ASSUME: what the electrodes miss is a fixed share of the antagonists' excitation, at the same time.
+    opposite = (side[..., :, None] * side[..., None, :] < 0).to(excitation.dtype)
+    share = opposite / opposite.sum(-1, keepdim=True).clamp(min=1.0)
+    return excitation + c * (excitation @ share.transpose(-1, -2))
+
+
+EFFECT = Effect(
+    name="co_contraction",
+    title="contraction of both sides that was not recorded",
+    acts_on="excitation",
+    equation="u_i + c mean(u_antagonists)",
+    function=with_both_sides,
+    parameters={
+        "c": Parameter(
+            unit="-", low=0.0, high=1.0, typical=0.1, meaning="share of the antagonists that a muscle joins unseen"
+        ),
+    },
+    source="co-activation about the elbow, e.g. Gribble, Mullin, Cothros & Mattar 2003, J. Neurophysiol. 89",
+)
