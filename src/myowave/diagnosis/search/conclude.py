@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from myowave.data.wavelets import estimate_noise
 from myowave.diagnosis.misfit.repeated import Repeated, repeated_misfit
 from myowave.diagnosis.misfit.size import ABOVE, Size, size_of_misfit
+from myowave.diagnosis.search.each import Each
 from myowave.diagnosis.search.rank import EVIDENCE
 from myowave.diagnosis.search.selection import Selection, select_effects
 from myowave.identification.disturbance import Disturbance, estimate_disturbance
@@ -64,14 +65,15 @@ class Findings:
         return (self.settled and self.disturbance is None) or self.explained >= MOST_OF_IT
 
 
-def search(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> Findings:
+def search(fit: Fit, effects: Iterable[Effect], known: Collection[str] = (), each: Each = map) -> Findings:
     """Find the effects that a fitted model lacks.
 
     Args:
         effects: the catalogue.
         known: names of parameters that are known and so not to be estimated.
+        each: how candidates are weighed, one after the other or side by side.
     """
-    found = _search(fit, tuple(effects), known)
+    found = _search(fit, tuple(effects), known, each)
     if found.selection.effects and found.disturbance is None and not found.carries:
         # What cannot be named must not make a model look worse than it is by itself.
         first = found.selection
@@ -80,23 +82,26 @@ def search(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> 
     return found
 
 
-def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str]) -> Findings:
+def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str], each: Each) -> Findings:
+    def select(fit: Fit, hint: Fit | None = None) -> Selection:
+        return select_effects(fit, effects, known, hint, each)
+
     disturbance, size = None, size_of_misfit(fit)
     if fit.record.pieces is not None:
-        return weighed(select_effects(fit, effects, known))
+        return weighed(select(fit))
     coloured = fit.record.noise < WHITE * size.noise
     if size.significant:
         disturbance = estimate_disturbance(fit)
     if coloured and (disturbance is None or has_passed_a_filter(fit, disturbance)):
         fit, disturbance = within_band(fit, size), None
     if disturbance is None or disturbance.gain < EVIDENCE:
-        return weighed(select_effects(fit, effects, known))
-    selection = select_effects(beside_force(fit, disturbance), effects, known)
+        return weighed(select(fit))
+    selection = select(beside_force(fit, disturbance))
     if selection.effects and estimate_disturbance(selection.fit).gain < EVIDENCE:
         # With the effects found no force is needed: what they are told apart by is then seen best without one.
         found = replace(selection.fit, record=fit.record)
         hint = refit(found, found.model, found.free)
-        return weighed(select_effects(fit, effects, known, hint))
+        return weighed(select(fit, hint))
     return weighed(selection, disturbance)
 
 

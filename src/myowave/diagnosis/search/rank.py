@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from myowave.diagnosis.search.each import Each
 from myowave.diagnosis.search.score import FAILURES, Score, best_within, score_effects
 from myowave.identification.free_parameters import bounds, scales
 from myowave.identification.least_squares import pseudo_inverse
@@ -95,6 +96,7 @@ def rank_effects(
     fitted: Mapping[str, Fit] | None = None,
     *,
     refits: bool = True,
+    each: Each = map,
 ) -> list[Candidate]:
     """All effects that a fitted model does not have, the most evident first.
 
@@ -102,14 +104,15 @@ def rank_effects(
         known: names of parameters that are known and so not to be estimated.
         fitted: fits with an effect that are there already, by its name.
         refits: whether the promising ones are fitted; without that none can be accepted.
+        each: how candidates are weighed, one after the other or side by side.
     """
     effects = {e.name: e for e in effects}
-    scores = score_effects(fit, effects.values(), known)
+    scores = score_effects(fit, effects.values(), known, each)
     fits = dict(fitted or {})
     hopeful = [name for name in _worth_refitting(fit, scores) if refits and name not in fits]
     begun = {name: scores[name].start for name in hopeful}
-    begun |= _fresh_starts(fit, scores) if refits else {}
-    raced, failures = _race(begun, fits.values())
+    begun |= _fresh_starts(fit, scores, each) if refits else {}
+    raced, failures = _race(begun, fits.values(), each)
     fits |= raced
     failures |= {name: score.failure for name, score in scores.items() if score.failure}
     best = min(fits.values(), key=lambda f: f.objective, default=fit)
@@ -141,26 +144,29 @@ def rank_effects(
     return sorted(candidates, key=lambda c: -c.delta_bic)
 
 
-def _fresh_starts(fit: Fit, scores: Mapping[str, Score]) -> dict[str, Fit]:
+def _fresh_starts(fit: Fit, scores: Mapping[str, Score], each: Each) -> dict[str, Fit]:
     """Fits with an effect that replaces what the model has, as other curves do, from where constants are expected.
 
     The constants of a fit without the effect have gone where they imitate it, and no small step leads back from there.
     Only those are given that begin not far above the fit without the effect, and none where that leaves no more than
     the noise.
     """
-    found: dict[str, Fit] = {}
     if fit.normal.rss < fit.record.samples * fit.record.noise**2:
-        return found
-    for name, score in scores.items():
-        if score.failure or not all(abs(p.scale) in (abs(p.low), abs(p.high)) for p in score.free):
-            continue
-        start = score.start
-        values = [v if "." in p.name else p.start for p, v in zip(fit.free, fit.values, strict=True)]
-        values += [p.scale if p.high > 0 else -p.scale for p in score.free]
-        fresh = attempt_fit(lambda: begin_from(start.model, fit.record, start.free, np.array([values])))  # noqa: B023
-        if fresh is not None and fresh.objective < WORTH_FOLLOWING * fit.objective:
-            found[name] = fresh
-    return found
+        return {}
+    expected = [v if "." in p.name else p.start for p, v in zip(fit.free, fit.values, strict=True)]
+
+    def begin(name: str) -> Fit | None:
+        start = scores[name].start
+        values = [*expected, *(p.scale if p.high > 0 else -p.scale for p in scores[name].free)]
+        return attempt_fit(lambda: begin_from(start.model, fit.record, start.free, np.array([values])))
+
+    replacing = [
+        name
+        for name, score in scores.items()
+        if not score.failure and all(abs(p.scale) in (abs(p.low), abs(p.high)) for p in score.free)
+    ]
+    fresh = zip(replacing, each(begin, replacing), strict=True)
+    return {name: f for name, f in fresh if f is not None and f.objective < WORTH_FOLLOWING * fit.objective}
 
 
 def independent_samples(fit: Fit) -> float:
@@ -261,8 +267,8 @@ def left_out_residuals(fit: Fit) -> NDArray[np.float64]:
     return normal.without_starts(left[..., None])[..., 0]
 
 
-def _race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> tuple[dict[str, Fit], dict[str, str]]:
-    """Fit the candidates side by side, step by step; those that fall behind too far to win stop early.
+def _race(starts: Mapping[str, Fit], rivals: Iterable[Fit], each: Each) -> tuple[dict[str, Fit], dict[str, str]]:
+    """Fit the candidates together, step by step; those that fall behind too far to win stop early.
 
     Returns:
         The fits, and of the candidates that cannot be fitted the reason.
@@ -271,12 +277,17 @@ def _race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> tuple[dict[str, F
     fits = dict(starts)
     running = {name: descend(start) for name, start in starts.items()}
     best_rival = min((f.objective for f in rivals), default=np.inf)
+
+    def advance(name: str) -> Fit | str | None:
+        try:
+            return next(running[name], None)
+        except FAILURES as error:
+            return str(error)
+
     while running:
-        for name in list(running):
-            try:
-                step = next(running[name], None)
-            except FAILURES as error:
-                failures[name] = str(error)
+        for name, step in zip(list(running), list(each(advance, list(running))), strict=True):
+            if isinstance(step, str):
+                failures[name] = step
                 del running[name], fits[name]
                 continue
             if step is None:

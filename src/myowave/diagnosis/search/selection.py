@@ -4,6 +4,7 @@ import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+from myowave.diagnosis.search.each import Each
 from myowave.diagnosis.search.rank import (
     EVIDENCE,
     Candidate,
@@ -47,7 +48,7 @@ class Selection:
 
 
 def select_effects(
-    fit: Fit, effects: Iterable[Effect], known: Collection[str] = (), hint: Fit | None = None
+    fit: Fit, effects: Iterable[Effect], known: Collection[str] = (), hint: Fit | None = None, each: Each = map
 ) -> Selection:
     """Search for the effects that a fitted model lacks.
 
@@ -56,8 +57,9 @@ def select_effects(
         effects: the catalogue.
         known: names of parameters that are known and so not to be estimated.
         hint: fit of a model with effects, to start from.
+        each: how candidates are weighed, one after the other or side by side.
     """
-    search = _Search(fit, tuple(effects), frozenset(known))
+    search = _Search(fit, tuple(effects), frozenset(known), each)
     top, classes = search.begin() if hint is None else search.settle(hint, {})
     while top is not None and len(classes) < MOST_EFFECTS and (best := _best(search.rank(top))) is not None:
         classes[best.name] = _names(best, search.rank(top))
@@ -76,6 +78,7 @@ class _Search:
     start: Fit
     effects: tuple[Effect, ...]
     known: frozenset[str]
+    each: Each
     ranked: dict[frozenset[str], tuple[float, list[Candidate]]] = field(default_factory=dict)
     best: dict[frozenset[str], Fit] = field(default_factory=dict)
 
@@ -93,7 +96,7 @@ class _Search:
         key = frozenset(effect.name for effect in fit.model.effects)
         error, ranking = self.ranked.get(key, (math.inf, []))
         if error > fit.objective * (1 + SAME) or fitted is not None:
-            ranking = rank_effects(fit, self.effects, self.known, fitted)
+            ranking = rank_effects(fit, self.effects, self.known, fitted, each=self.each)
             self.ranked[key] = (fit.objective, ranking)
             for found in (c.fit for c in ranking if c.fit is not None):
                 self.keep(found)
