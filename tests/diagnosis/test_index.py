@@ -28,6 +28,7 @@ def entry(name: str, kind: str = "effect", **changes) -> Entry:
         "follows": True,
         "effects": ["joint_damping"] if kind == "effect" else [],
         "alternatives": [],
+        "stand_ins": {},
         "model": "base+joint_damping" if kind == "effect" else "base",
         "where": f"The misfit of {name} grows.",
         "horizon_s": None,

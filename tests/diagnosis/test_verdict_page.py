@@ -272,6 +272,18 @@ def test_the_sentence_names_noise_of_the_emg_with_its_size(diagnosis):
         assert verdict_summary(replace(diagnosis, verdict=verdict))["sentence"].startswith(told)
 
 
+def test_what_would_do_as_well_outside_the_catalogue_is_told(diagnosis, story, template):
+    others = {"joint_damping": ("a torque like q qdot",)}
+    verdict = replace(
+        diagnosis.verdict, kind="class", effects=("joint_damping",), alternatives=(), emg_noise=0.0, stand_ins=others
+    )
+    summary = verdict_summary(replace(diagnosis, verdict=verdict))
+    assert summary["sentence"].startswith("Missing: joint_damping or something like it; these data cannot tell which.")
+    assert "Outside the catalogue, a torque like q qdot would do as well as joint_damping." in summary["sentence"]
+    page = write_page(replace(story, verdict={**story.verdict, **summary}), template)
+    assert "a torque like q qdot would do as well" in page
+
+
 def test_values_on_the_page_are_those_of_the_model_that_was_found(story, template):
     richer = {"base+joint_damping": {"joint_damping.c": {"value": 1.4321, "se": 0.0123, "error_pct": None}}}
     verdict = {**story.verdict, "parameters": {**story.verdict["parameters"], **richer}}

@@ -65,7 +65,7 @@ def repeated_misfit(fit: Fit, size: Size) -> Repeated:
     Args:
         size: of the same fit.
     """
-    columns = fit.normal.without_starts(fit.record.white(_columns(fit)))
+    columns = np.stack([*corrections(fit).values()], -1)
     columns = columns / np.sqrt((columns**2).mean((0, 1))).clip(1e-300)
     # What the fitted parameters can do has been done: the rest of each part of the correction is what it can add.
     (signal, _), left = fit.normal.beyond(columns), fit.normal.left
@@ -77,47 +77,53 @@ def repeated_misfit(fit: Fit, size: Size) -> Repeated:
     return Repeated(float(product @ inverse @ product / variance), float(np.trace(inverse @ matrix)), variance)
 
 
-def _columns(fit: Fit) -> Array:
-    """What each part of the general correction does to the angle, (T, N, C)."""
-    pushes = np.concatenate([_by_torque(fit), _by_excitation(fit)], -1)
-    jacobian = fit.linear.jacobian
+def corrections(fit: Fit) -> dict[str, Array]:
+    """What each part of the general correction does to what counts of the angle, the starts of the trials fitted,
+    (T, N), by what it is in words."""
+    parts = {**_by_torque(fit), **_by_excitation(fit)}
+    jacobian, pushes = fit.linear.jacobian, np.stack([*parts.values()], -1)
     start = jacobian.new_zeros(*jacobian.shape[:-3], jacobian.shape[-1], pushes.shape[-1])
-    answer = recur(jacobian, torch.from_numpy(pushes), start)[..., 0, :].numpy()
-    return answer * fit.record.valid[..., None]
+    answer = recur(jacobian, torch.from_numpy(pushes), start)[..., 0, :].numpy() * fit.record.valid[..., None]
+    return dict(zip(parts, np.moveaxis(fit.normal.without_starts(fit.record.white(answer)), -1, 0), strict=True))
 
 
-def _by_torque(fit: Fit) -> Array:
-    """Changes of the state within a step by torques of the joint's state and the activations, (T, N - 1, K, C)."""
+def _by_torque(fit: Fit) -> dict[str, Array]:
+    """Changes of the state within a step by torques of the joint's state and the activations, (T, N - 1, K) each."""
     forcing = forcing_by(fit, CONSTANT_TORQUE)
     state = fit.sensitive.motion.state.numpy()[:, :-1]
     q, v = state[..., 0], state[..., 1]
     activation = fit.simulation.drive.activation[..., 0, :].expand(*q.shape, -1).numpy()
-    parts = [np.ones_like(q), q, q**2, np.sin(2 * q), v, v * np.abs(v), np.tanh(v / FAST), q * v]
-    for a in np.moveaxis(activation, -1, 0):
-        parts += [a, a**2, a * q, a * q**2, a * v, a * v * np.abs(v), a * np.cumsum(a, -1) * fit.record.dt]
-    return forcing * np.stack(parts, -1)[..., None, :]
+    parts = {
+        "1": np.ones_like(q), "q": q, "q^2": q**2, "sin(2 q)": np.sin(2 * q), "qdot": v, "qdot |qdot|": v * np.abs(v),
+        "the sign of qdot": np.tanh(v / FAST), "q qdot": q * v,
+    }  # fmt: skip
+    for muscle, a in zip(fit.model.muscles, np.moveaxis(activation, -1, 0), strict=True):
+        own = {
+            "": a, "^2": a**2, " q": a * q, " q^2": a * q**2, " qdot": a * v, " qdot |qdot|": a * v * np.abs(v),
+            " times its integral": a * np.cumsum(a, -1) * fit.record.dt,
+        }  # fmt: skip
+        parts |= {f"a_{muscle.name}{name}": part for name, part in own.items()}
+    return {f"a torque like {name}": forcing[..., 0] * part[..., None] for name, part in parts.items()}
 
 
-def _by_excitation(fit: Fit) -> Array:
-    """The same by excitations that are late, early, or those of other muscles, (T, N - 1, K, C)."""
+def _by_excitation(fit: Fit) -> dict[str, Array]:
+    """The same by excitations that are late, early, or those of other muscles."""
     forcing = excitation_forcing(fit)
     excitation = fit.simulation.drive.excitation[..., 0, :].expand(*forcing.shape[:2], -1).numpy()
-    return np.stack(
-        [
-            forcing[..., muscle] * signal[..., None]
-            for muscle in range(forcing.shape[-1])
-            for signal in _signals(fit, excitation, muscle)
-        ],
-        -1,
-    )
+    return {
+        name: forcing[..., muscle] * signal[..., None]
+        for muscle in range(forcing.shape[-1])
+        for name, signal in _signals(fit, excitation, muscle)
+    }
 
 
-def _signals(fit: Fit, excitation: Array, muscle: int) -> Iterator[Array]:
-    own = excitation[..., muscle]
+def _signals(fit: Fit, excitation: Array, muscle: int) -> Iterator[tuple[str, Array]]:
+    names, own = [m.name for m in fit.model.muscles], excitation[..., muscle]
     samples = np.arange(own.shape[1])
     for lag in LAGS_S:
         shifted = (samples - round(lag / fit.record.dt)).clip(0, len(samples) - 1)
-        yield own[:, shifted] - own
+        when = f"{abs(lag):g} s {'late' if lag > 0 else 'early'}"
+        yield f"a part of the excitation of {names[muscle]} {when}", own[:, shifted] - own
     for other in range(excitation.shape[-1]):
         if other != muscle:
-            yield excitation[..., other]
+            yield f"excitation of {names[muscle]} like that of {names[other]}", excitation[..., other]

@@ -111,6 +111,7 @@ def _effects(verdict: Mapping[str, Any]) -> Markup:
     classes = {members[0]: members for members in verdict["alternatives"]}
     return Markup("; ").join(
         Markup(" or ").join(titled(name, verdict["titles"]) for name in classes.get(effect, [effect]))
+        + " or something like it" * (effect in verdict["stand_ins"])
         for effect in verdict["effects"]
     )
 

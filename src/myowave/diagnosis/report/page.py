@@ -242,6 +242,8 @@ def _which(story: Story) -> str:
     classes = [" or ".join(c) for c in verdict["alternatives"]]
     text += f"The evidence asks for {', then '.join(verdict['effects'])}."
     text += f" Not told apart: {'; '.join(classes)}." if classes else ""
+    for name, others in verdict["stand_ins"].items():
+        text += f" Outside the catalogue, {' or '.join(others)} would do as well as {name}."
     left = f" More is left; as a formula, {verdict['formula']} N m." if verdict["formula"] != "0" else ""
     return text + (left if kind_of(verdict).unexplained else "")
 

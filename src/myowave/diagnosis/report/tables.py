@@ -29,6 +29,7 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         "effects": list(verdict.causes),
         "model": diagnosis.selection.fit.model.name,
         "alternatives": [list(c) for c in verdict.alternatives],
+        "stand_ins": {name: list(others) for name, others in verdict.stand_ins.items()},
         "sentence": sentence(diagnosis),
         "where": diagnosis.where,
         "rmse_deg": {
@@ -67,6 +68,10 @@ def sentence(diagnosis: Diagnosis) -> str:
     verdict, last = diagnosis.verdict, diagnosis.rungs[-1]
     classes = {c[0]: c for c in verdict.alternatives}
     named = [" or ".join(classes.get(name, (name,))) for name in verdict.effects or verdict.nearest]
+    other = "".join(
+        f" Outside the catalogue, {' or '.join(others)} would do as well as {name}."
+        for name, others in verdict.stand_ins.items()
+    )
     known = "at most " if diagnosis.noise_deg <= SMALLEST_NOISE_DEG else ""
     rmse = f"{np.degrees(last.fit.rmse()):.2g} deg; the noise is {known}{diagnosis.noise_deg:.2g} deg"
     them = "it" if len(named) == 1 else "them"
@@ -78,7 +83,8 @@ def sentence(diagnosis: Diagnosis) -> str:
     texts = {
         "adequate": f"The model is adequate: it leaves {rmse}, and no effect in the catalogue would explain more.",
         "effect": f"Missing: {' and '.join(named)}. With {them} the model leaves {rmse}.",
-        "class": f"Missing: {' and '.join(named)}; these data cannot tell which. The model then leaves {rmse}.",
+        "class": f"Missing: {' and '.join(named)}{' or something like it' if not classes else ''}; these data cannot "
+        f"tell which. The model then leaves {rmse}.{other}",
         "partial": f"Missing: {' and '.join(named)}, and something that is not in the catalogue ({left}).",
         "unknown": f"Something is missing that no effect in the catalogue explains ({left})"
         + (f"; {', '.join(named)} would explain {verdict.explained:.0%} of it" if named else "")

@@ -27,7 +27,7 @@ class Kind:
 KINDS = {
     "adequate": Kind("adequate", "The model is adequate."),
     "effect": Kind("missing", "The catalogue names what is missing."),
-    "class": Kind("missing, with a choice", "The catalogue holds what is missing; these data leave a choice."),
+    "class": Kind("missing, with a choice", "What is missing has a name; these data leave a choice."),
     "partial": Kind(
         "missing, and more", "The catalogue names a part of what is missing; more is left.", unexplained=True
     ),
@@ -52,6 +52,7 @@ GLOSSARY = {
     "standard error": "How far the estimate would scatter if the trials were recorded again (1 SD).",
     "95 % interval": "Holds the true value in 95 of 100 such recordings, if the model is right.",
     "class": "Effects that these data cannot tell apart.",
+    "outside the catalogue": "Simple torques and excitations that no effect of the catalogue makes are tried, too.",
 }
 _WRITTEN = {
     "held-out": r"held[- ]out",

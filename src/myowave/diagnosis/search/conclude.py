@@ -6,15 +6,17 @@ force, of the size that the residual calls for: one that is named then has evide
 Where no force is needed beside the effects found, they are weighed again without.
 """
 
-from collections.abc import Collection, Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 
 from myowave.data.wavelets import estimate_noise
 from myowave.diagnosis.misfit.repeated import Repeated, repeated_misfit
 from myowave.diagnosis.misfit.size import ABOVE, Size, size_of_misfit
 from myowave.diagnosis.search.each import Each
-from myowave.diagnosis.search.rank import EVIDENCE
-from myowave.diagnosis.search.selection import Selection, select_effects
+from myowave.diagnosis.search.rank import EVIDENCE, rank_effects
+from myowave.diagnosis.search.score import FAILURES
+from myowave.diagnosis.search.selection import Selection, select_effects, without_effect
+from myowave.diagnosis.search.stand_ins import StandIns, find_stand_ins
 from myowave.identification.disturbance import Disturbance, estimate_disturbance
 from myowave.identification.output_error import Fit, refit
 from myowave.identification.whitening import Band
@@ -36,6 +38,7 @@ class Findings:
         repeated: see `misfit.repeated`; of the last fit.
         disturbance: the random force beside which effects were weighed; None where none was needed.
         settled: whether what the last fit leaves, beside that force, is noise.
+        stand_ins: for each effect found, what the catalogue does not hold and that would do as well.
     """
 
     selection: Selection
@@ -44,6 +47,7 @@ class Findings:
     repeated: Repeated
     disturbance: Disturbance | None = None
     settled: bool = True
+    stand_ins: Mapping[str, StandIns] = field(default_factory=dict)
 
     @property
     def variance(self) -> float:
@@ -60,8 +64,10 @@ class Findings:
 
     @property
     def carries(self) -> bool:
-        """Whether the effects found may be named: nothing else is left and no force was needed beside them, or little
-        is left beside what they explain."""
+        """Whether the effects found may be named: nothing that the catalogue does not hold does better, and nothing
+        else is left and no force was needed beside them, or little is left beside what they explain."""
+        if any(other.better for other in self.stand_ins.values()):
+            return False
         return (self.settled and self.disturbance is None) or self.explained >= MOST_OF_IT
 
 
@@ -73,7 +79,10 @@ def search(fit: Fit, effects: Iterable[Effect], known: Collection[str] = (), eac
         known: names of parameters that are known and so not to be estimated.
         each: how candidates are weighed, one after the other or side by side.
     """
-    found = _search(fit, tuple(effects), known, each)
+    effects = tuple(effects)
+    found = _search(fit, effects, known, each)
+    if found.carries and fit.record.pieces is None:
+        found = replace(found, stand_ins=_stand_ins(found.selection, effects, known, each))
     if found.selection.effects and found.disturbance is None and not found.carries:
         # What cannot be named must not make a model look worse than it is by itself.
         first = found.selection
@@ -103,6 +112,23 @@ def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str], each:
         hint = refit(found, found.model, found.free)
         return weighed(select(fit, hint))
     return weighed(selection, disturbance)
+
+
+def _stand_ins(
+    selection: Selection, effects: tuple[Effect, ...], known: Collection[str], each: Each
+) -> dict[str, StandIns]:
+    """What would do as well as each effect that was added, beside the others."""
+    found = {}
+    first, last = selection.ladder[0], selection.fit
+    for effect in last.model.effects[len(first.model.effects) :]:
+        try:
+            without = without_effect(last, effect)
+            ranking = rank_effects(without, effects, known, {effect.name: last}, refits=False, each=each)
+        except FAILURES:  # nothing moves without it
+            continue
+        own = next(c for c in ranking if c.name == effect.name)
+        found[effect.name] = find_stand_ins(without, own, ranking) if own.fit is not None else StandIns()
+    return found
 
 
 def has_passed_a_filter(fit: Fit, disturbance: Disturbance) -> bool:

@@ -111,7 +111,7 @@ class _Search:
 
     def without(self, fit: Fit, effect: Effect) -> Fit:
         """The fit of the same model less one effect."""
-        return self.keep(_without(fit, effect))
+        return self.keep(without_effect(fit, effect))
 
     def added(self, fit: Fit) -> tuple[Effect, ...]:
         """The effects that a model has more than the one at the start."""
@@ -201,7 +201,7 @@ def _names(best: Candidate, ranking: list[Candidate]) -> tuple[str, ...]:
     return (best.name, *others)
 
 
-def _without(fit: Fit, effect: Effect) -> Fit:
+def without_effect(fit: Fit, effect: Effect) -> Fit:
     """The fit of the same model less one effect."""
     rest = tuple(e for e in fit.model.effects if e.name != effect.name)
     model = Model(fit.model.muscles, fit.model.joint, fit.model.curves, rest)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from myowave.diagnosis.causes import EMG_NOISE
+from myowave.diagnosis.misfit.size import size_of_misfit
 from myowave.diagnosis.search.conclude import Findings
 from myowave.identification.output_error import Fit
 
@@ -23,6 +24,7 @@ class Verdict:
             undecidable (a parameter may hide an effect).
         effects: named, in the order they were added.
         alternatives: for each named effect that others stand in for equally well, all of them.
+        stand_ins: for each named effect, what the catalogue does not hold and that would do as well, in words.
         nearest: effects that come nearest where none is named.
         absorbed: effects that no such data can show: {effect: the parameters that take their place}.
         shares: of what the effects explain, each one's [-].
@@ -37,6 +39,7 @@ class Verdict:
     kind: Kind
     effects: tuple[str, ...]
     alternatives: tuple[tuple[str, ...], ...]
+    stand_ins: Mapping[str, tuple[str, ...]]
     nearest: tuple[str, ...]
     absorbed: Mapping[str, tuple[str, ...]]
     shares: Mapping[str, float]
@@ -66,24 +69,30 @@ def judge(found: Findings, *, follows: bool = True) -> Verdict:
     masked = _masked(fit, absorbed)
     emg = found.disturbance.emg if found.disturbance is not None and not left else 0.0
     named = selection.effects
+    stand_ins = {effect: others.names for effect, others in found.stand_ins.items() if others.names}
     kind: Kind
     if left:
         kind = "partial" if named and follows and found.carries else "unknown"
     elif named or emg:
-        kind = "class" if alternatives else "effect"
+        kind = "class" if alternatives or stand_ins else "effect"
     else:
         kind = "undecidable" if masked else "adequate"
     unnamed = kind == "unknown"
+    # Where something outside the catalogue does better than an effect, that is missing, and no rest beside the effect.
+    refuted = any(others.better for others in found.stand_ins.values())
+    missing = max(found.size.missing, found.repeated.size(fit))
+    missing = max(missing, size_of_misfit(selection.ladder[0]).missing) if refuted else missing
     return Verdict(
         kind=kind,
         effects=() if unnamed else named,
         alternatives=() if unnamed else alternatives,
+        stand_ins={} if unnamed else stand_ins,
         nearest=named if unnamed else (),
         absorbed=absorbed,
         shares=_shares(selection.ladder),
         explained=found.explained,
         structure_left=left,
-        missing=max(found.size.missing, found.repeated.size(fit)) if left else 0.0,
+        missing=missing if left else 0.0,
         emg_noise=emg,
         masked=masked,
         follows=follows,

@@ -210,7 +210,9 @@ def _told(case: Case, world: World, verdict: Verdict) -> dict[str, Any]:
     allowed = ALLOWED[case.world] | frozenset(case.hidden) - set(case.taken_out)
     wrong = names_wrongly(named, allowed)
     if case.taken_out:
-        says_so = verdict.kind == "partial" or any(len(members) > 1 for members in named)
+        # A class that holds what is not in the catalogue is no wrong name where that is the truth.
+        wrong = names_wrongly(tuple(c for c in named if c[0] not in verdict.stand_ins), allowed)
+        says_so = verdict.kind == "partial" or bool(verdict.stand_ins) or any(len(members) > 1 for members in named)
         right = not named or (says_so and not wrong)
     elif case.hidden:
         right = holds(named, case.hidden)
@@ -220,6 +222,7 @@ def _told(case: Case, world: World, verdict: Verdict) -> dict[str, Any]:
         "verdict": verdict.kind,
         "found": " + ".join("/".join(members) for members in named),
         "nearest": " ".join(verdict.nearest),
+        "or_else": "; ".join(names[0] for names in verdict.stand_ins.values()),
         "right": bool(right),
         "wrong_name": wrong,
         "absorbed": " ".join(sorted(verdict.absorbed)),

@@ -1,0 +1,66 @@
+"""Could something that the catalogue does not hold do the work of an effect that is named?
+
+Parts of a general correction (a torque that goes with the angle, the velocity, an activation; an excitation that is
+late, or of another muscle) are weighed against the effect, all to first order from the fit without it. One that the
+catalogue holds, under whatever name, has been weighed as an effect and does not count.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from myowave.diagnosis.misfit.repeated import corrections
+from myowave.diagnosis.search.rank import MARGIN, Candidate, delta_bic, independent_samples
+from myowave.diagnosis.search.score import ABSORBED
+from myowave.identification.output_error import Fit
+
+SAME = 0.99  # cosine between what two changes do to the motion, above which they are one
+MOST = 2  # that are told
+
+
+@dataclass(frozen=True)
+class StandIns:
+    """What the catalogue does not hold and that would do for an effect.
+
+    Args:
+        names: in words, the best first; at most `MOST`.
+        better: whether the best of them does better than the effect, beyond doubt.
+    """
+
+    names: tuple[str, ...] = ()
+    better: bool = False
+
+
+def find_stand_ins(without: Fit, effect: Candidate, ranking: Sequence[Candidate]) -> StandIns:
+    """Weigh the parts of a general correction against an effect.
+
+    Args:
+        without: the fit without the effect.
+        effect: as weighed there.
+        ranking: of all effects there.
+    """
+    parts = corrections(without)
+    columns = np.stack([*parts.values()], -1)
+    (signals, _), left = without.normal.beyond(columns), without.normal.left
+    size, whole = np.sqrt((signals**2).sum(0)), np.sqrt((columns**2).sum((0, 1)))
+    seen = size > ABSORBED * np.maximum(whole, 1e-300)
+    unit = signals / np.where(seen, size, 1.0)
+    held = np.zeros(len(parts), bool)
+    for candidate in ranking:
+        if not (candidate.failure or candidate.score.absorbed):
+            directions, strengths, _ = np.linalg.svd(candidate.score.signal, full_matrices=False)
+            directions = directions[:, strengths > 1e-6 * strengths.max(initial=0.0)]
+            held |= np.sqrt(((directions.T @ unit) ** 2).sum(0)) > SAME
+    drops = np.where(seen & ~held, (unit.T @ left) ** 2, 0.0)
+    samples = independent_samples(effect.refitted)
+    fall = max(effect.score.drop, without.objective - effect.refitted.objective)
+    own = delta_bic(without, without.objective - fall, len(effect.score.free), samples)
+    names = list(parts)
+    ahead = {
+        names[i]: delta_bic(without, max(without.objective - drops[i], 0.0), 1, samples) - own
+        for i in np.argsort(-drops)[:MOST]
+        if drops[i] > 0
+    }
+    as_good = tuple(name for name, lead in ahead.items() if lead > -MARGIN)
+    return StandIns(as_good, any(lead > MARGIN for lead in ahead.values()))

@@ -1,0 +1,58 @@
+"""What the catalogue does not hold and that would do as well as an effect that is named."""
+
+from dataclasses import replace
+
+import pytest
+
+from myowave.diagnosis.misfit.repeated import corrections
+from myowave.diagnosis.search.conclude import search
+from myowave.diagnosis.search.rank import rank_effects
+from myowave.diagnosis.search.stand_ins import find_stand_ins
+from myowave.diagnosis.search.verdict import judge
+
+
+@pytest.fixture(scope="module")
+def damped(make_fit):
+    return make_fit({"joint_damping": {"c": 1.0}})
+
+
+def weigh(fit, effects, *names):
+    """The stand-ins of the first effect, where the catalogue holds only some."""
+    ranking = rank_effects(fit, [effects[name] for name in names])
+    return find_stand_ins(fit, next(c for c in ranking if c.name == names[0]), ranking)
+
+
+def test_an_effect_that_is_in_the_data_has_no_equal_outside_the_catalogue(damped, effects):
+    found = weigh(damped, effects, "joint_damping")
+    assert found.names == () and not found.better
+
+
+def test_where_the_effect_in_the_data_is_not_in_the_catalogue_its_torque_does_better_than_another(damped, effects):
+    found = weigh(damped, effects, "muscle_damping")
+    assert found.better and found.names[0] == "a torque like qdot"
+
+
+def test_what_the_catalogue_holds_under_another_name_is_no_stand_in(damped, effects):
+    found = weigh(damped, effects, "muscle_damping", "joint_damping")
+    assert "a torque like qdot" not in found.names
+
+
+def test_an_effect_that_something_outside_the_catalogue_outdoes_is_not_named(damped, effects):
+    verdict = judge(search(damped, [effects["muscle_damping"], effects["fatigue"]]))
+    assert verdict.effects == () and verdict.kind in ("unknown", "adequate")
+
+
+def test_what_would_do_as_well_makes_a_class(damped, effects):
+    found = search(damped, [effects["joint_damping"]])
+    (alone,) = found.stand_ins.values()
+    assert judge(found).kind == "effect"
+    others = {"joint_damping": replace(alone, names=("a torque like q qdot",))}
+    verdict = judge(replace(found, stand_ins=others))
+    assert verdict.kind == "class" and verdict.stand_ins == {"joint_damping": ("a torque like q qdot",)}
+    assert judge(replace(found, stand_ins={"joint_damping": replace(alone, better=True)})).kind == "unknown"
+
+
+def test_corrections_are_named_by_what_they_go_with(damped):
+    names = list(corrections(damped))
+    assert len(set(names)) == len(names)
+    assert {"a torque like q", "excitation of Bi like that of Tri", "a torque like a_Tri qdot"} <= set(names)
