@@ -38,6 +38,17 @@ def test_all_effects_and_noises_come_round_in_every_world(base, effects):
         assert {case.noise_deg for case in cases} == ({0.3, 1.0, 3.0} if world == "as_assumed" else {1.0})
 
 
+def test_few_cases_are_another_sample_of_the_catalogue_in_each_world_and_a_part_of_more(base, effects):
+    def hidden(world, cases):
+        settings = Diagnosis(study={"cases": cases, "clean_sets": 1})
+        return [(case.label, case.strength) for case in list_cases(world, base, effects, settings) if case.hidden]
+
+    few = {world: hidden(world, 6) for world in ALLOWED}
+    assert all(hidden(world, 9)[: len(cases)] == cases for world, cases in few.items())
+    first = [{name for name, _ in cases} for cases in few.values()]
+    assert all(one != other for i, one in enumerate(first) for other in first[:i])
+
+
 def test_what_the_recorder_reports_holds_nothing_of_what_was_drawn(base, effects, dataset):
     case = a_case("other_constants", {"joint_damping": {"c": 0.5}})
     world = draw_world(case.world, base, SCATTER, case.random)

@@ -68,9 +68,12 @@ class Case:
 
 
 def list_cases(world: str, base: Model, catalogue: Mapping[str, Effect], settings: DiagnosisSettings) -> list[Case]:
-    """All cases of a world: each effect in turn with strengths and noises that go round, and sets without any."""
+    """All cases of a world: effects in an order of its own, with strengths and noises that go round, and sets without
+    any effect."""
     study = settings.study
-    names = [name for name in study.effects or catalogue if not base.refuses(catalogue[name])]
+    possible = [name for name in study.effects or catalogue if not base.refuses(catalogue[name])]
+    # Few cases are then a sample of the catalogue, another one in each world, and more cases hold fewer ones.
+    names = [str(name) for name in np.random.default_rng(zlib.crc32(world.encode())).permutation(possible)]
     noises = study.angle_noises_deg if world == ASSUMED else (study.angle_noise_deg,)
     cases = []
     for i in range(study.cases * len(noises)):
