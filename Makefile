@@ -1,6 +1,6 @@
 # Everything from a fresh clone: `make run`, `make test`. The environment is made where it is not there.
 .DEFAULT_GOAL := run
-.PHONY: run bench mutants test test-postgres test-browser test-slurm lint ui publish clean
+.PHONY: run bench mutants faults test test-postgres test-browser test-slurm lint ui dashboard publish clean
 
 PYTHON ?= python3
 CORES ?= 2
@@ -35,6 +35,9 @@ bench: $(VENV)/.ready ## speeds beside the straightforward program, measured sid
 	$(BIN)/python benchmarks/learning.py
 	$(BIN)/python benchmarks/diagnosis.py
 
+faults: $(VENV)/.ready ## kill a small job at random moments, load it, fill its disk: nothing is lost and the results are the same
+	$(BIN)/python tests/faults/attack.py
+
 mutants: $(VENV)/.ready ## put each deliberate fault of tests/faults/faults.yaml into a copy of the code and see its test fail
 	$(BIN)/python tests/faults/replay.py
 
@@ -50,6 +53,11 @@ publish: $(VENV)/.ready ## rebuild the MLflow store from results/
 ui: $(VENV)/.ready ## browse the results at http://127.0.0.1:5000
 	$(BIN)/myowave ui
 
+SWEEP ?= $(firstword $(shell ls -t results/learning/*/*/*/*-scale/sweep/journal.log 2>/dev/null))
+dashboard: $(VENV)/.ready ## browse the last sweep at http://127.0.0.1:8080; another: SWEEP=.../journal.log or a database
+	@test -n "$(SWEEP)" || { echo "There is no sweep in results/ yet: snakemake sweep --cores 2"; exit 1; }
+	$(BIN)/optuna-dashboard --host 127.0.0.1 --port 8080 "$(SWEEP)"
+
 clean: ## remove the environment; results/ stays
 	rm -rf $(VENV)
 
@@ -62,6 +70,6 @@ $(VENV)/.ready: environment.lock pyproject.toml
 	@echo "Setting up $(VENV) (once; a few minutes) ..."
 	@$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear $(VENV) || { \
 	  echo "Could not make $(VENV). On Debian or Ubuntu: apt-get install python3-venv"; rm -rf $(VENV); exit 1; }
-	@$(BIN)/python -m pip install -qq --disable-pip-version-check --root-user-action=ignore -r environment.lock
-	@$(BIN)/python -m pip install -qq --disable-pip-version-check --root-user-action=ignore --no-deps --no-build-isolation -e .
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check --root-user-action=ignore --require-hashes --no-deps -r environment.lock
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check --root-user-action=ignore --no-build-isolation -e .
 	@touch $@

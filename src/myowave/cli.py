@@ -15,6 +15,7 @@ import typer
 
 from myowave.settings import KEYS
 from myowave.settings.files import read_settings
+from myowave.settings.listing import describe, find_keys, list_groups
 
 app = typer.Typer(
     no_args_is_help=True, pretty_exceptions_enable=False, help="Elbow motion from EMG and what its physics misses."
@@ -54,13 +55,22 @@ def explain_mistakes(command: Callable[P, None]) -> Callable[P, None]:
 
 @app.command("settings")
 @explain_mistakes
-def list_settings() -> None:
-    """List every key of config.yaml with unit, allowed values, default and meaning."""
-    for key in {key.name: key for key in KEYS}.values():
-        default = "required" if key.default is None else f"default {key.default}" if key.default else ""
-        facts = [fact for fact in (key.unit and f"[{key.unit}]", default) if fact]
-        typer.echo(f"{typer.style(key.name, bold=True)}  {'  '.join(facts)}")
-        typer.echo(f"    {key.meaning}: {key.allowed}")
+def list_settings(
+    words: Annotated[
+        list[str] | None, typer.Argument(help="a group, such as learning.sweep, or words, such as noise")
+    ] = None,
+    everything: Annotated[bool, typer.Option("--all", help="every key of config.yaml")] = False,
+) -> None:
+    """List groups of settings, or the keys of a group or about a word with unit, default, meaning, allowed values."""
+    if not words and not everything:
+        for group, (count, meaning) in list_groups(KEYS).items():
+            typer.echo(f"{typer.style(f'{group:<18}', bold=True)} {count:>3}  {meaning}")
+        typer.echo("`myowave settings GROUP` lists the keys of one, `myowave settings WORD` finds some, --all is all.")
+        return
+    for key in find_keys(KEYS, words or []):
+        facts, meaning = describe(key)
+        typer.echo(f"{typer.style(key.name, bold=True)}  {facts}")
+        typer.echo(f"    {meaning}")
 
 
 @app.command("effects")
@@ -86,8 +96,13 @@ def predict(
     emg: Annotated[str, typer.Option(help="CSV with the EMG columns; - reads standard input as a stream")],
     seed: Annotated[int | None, typer.Option(help="one seed; else the mean of all, with its spread (1 SD)")] = None,
     start_deg: Annotated[
-        str, typer.Option(help="angle at the start: one where the arm rests, or the first measured, with commas")
+        str,
+        typer.Option(
+            help="angle at the start: one where the arm rests, or the first measured, with commas; else those of the "
+            "column angle_rad or angle_deg"
+        ),
     ] = "",
+    deg: Annotated[bool, typer.Option("--deg", help="angles in degrees; else in radians")] = False,
     output: Annotated[Path | None, typer.Option(dir_okay=False, help="file to write; else the terminal")] = None,
 ) -> None:
     """Predict the angle from EMG, a line for each line, as soon as it is there."""
@@ -98,12 +113,6 @@ def predict(
     trained = Checkpoint.load(checkpoint)
     angles = start_angles(trained, read_angles("--start-deg", start_deg))
     predictor = Predictor(trained, angles, None if seed is None else [seed])
-    if not start_deg:
-        typer.echo(
-            f"Assumed: at rest at {math.degrees(angles[0]):.1f} deg, the mean of the training trials, for the first "
-            f"{len(angles)} samples; --start-deg says otherwise.",
-            err=True,
-        )
     refuse_to_overwrite(output, [checkpoint, Path("/dev/stdin" if emg == "-" else emg)])
     if isinstance(sys.stdin, TextIOWrapper):
         sys.stdin.reconfigure(errors=_STRANGE)
@@ -111,7 +120,8 @@ def predict(
         lines: TextIO = (
             sys.stdin if emg == "-" else files.enter_context(open(emg, encoding="utf-8-sig", errors=_STRANGE))
         )
-        answers = predict_lines(trained, predictor, lines, "standard input" if emg == "-" else emg)
+        source, say = "standard input" if emg == "-" else emg, None if start_deg else say_aside
+        answers = predict_lines(trained, predictor, lines, source, deg=deg, say=say)
         first = next(answers, None)  # so that a file from before stays where nothing can be predicted
         target = files.enter_context(output.open("w", encoding="utf-8")) if output else sys.stdout
         for line in itertools.chain([] if first is None else [first], answers):
@@ -170,6 +180,11 @@ def begin_study(
     from myowave.starting.study import begin
 
     typer.echo(begin(name, folder, config, (mass, height, sex), arm, force))
+
+
+def say_aside(text: str) -> None:
+    """A line beside the answers."""
+    typer.echo(text, err=True)
 
 
 def read_angles(option: str, text: str) -> list[float]:

@@ -6,7 +6,7 @@ import os
 import pandas as pd
 import pytest
 
-from myowave.tracking.contents import from_diagnosis
+from myowave.tracking.contents import DIAGNOSIS, from_diagnosis
 
 LADDER = pd.DataFrame(
     {
@@ -52,16 +52,43 @@ def test_runs_last_as_long_as_the_diagnosis_did(group):
 
 
 def test_the_curve_runs_over_the_models_of_the_search_alone(group):
-    assert group.parent.curves["heldout_rmse_deg"].to_dict() == {0: 4.0, 1: 0.6}
+    assert group.parent.curves["curve/heldout_rmse_deg"].to_dict() == {0: 4.0, 1: 0.6}
     assert group.parent.metrics["heldout_rmse_deg"] == 0.6, "of the model that was found"
-    assert [run.name for run in group.children] == list(LADDER["model"]), "and a model that was named has a run too"
+    models = [run.params["model"] for run in group.children]
+    assert models == list(LADDER["model"]), "and a model that was named has a run too"
 
 
-def test_the_description_holds_verdict_and_command(group):
-    assert VERDICT["sentence"] in group.parent.description and VERDICT["command"] in group.parent.description
+def test_the_description_holds_the_verdict_and_points_to_the_command(group):
+    assert VERDICT["sentence"] in group.parent.description and "command that adds" in group.parent.description
+    assert max(map(len, group.parent.description.splitlines())) < 300, "no endless command line"
 
 
 def test_noise_of_the_emg_is_among_the_effects_and_is_no_model_to_add(tmp_path):
     verdict = VERDICT | {"effects": ["emg_noise"], "model": "base", "sentence": "Missing: noise of the recorded EMG."}
     parent = written(tmp_path, verdict).parent
-    assert parent.params["effects"] == "emg_noise" and VERDICT["command"] not in parent.description
+    assert parent.params["missing"] == "emg_noise" and "command" not in parent.description
+
+
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({}, "me: tilt"),
+        ({"verdict": "adequate", "effects": [], "model": "base"}, "me: adequate"),
+        ({"verdict": "unknown", "effects": [], "model": "base"}, "me: unknown"),
+        ({"verdict": "class", "alternatives": [["tilt", "fatigue"]]}, "me: class tilt or fatigue"),
+        (
+            {"verdict": "partial", "effects": ["tilt", "fatigue"], "shares": {"tilt": 0.9, "fatigue": 0.1}},
+            "me: partial tilt 90%, fatigue 10%",
+        ),
+    ],
+)
+def test_a_run_is_named_by_what_was_found_and_a_column_holds_the_verdict(tmp_path, changes, name):
+    verdict = VERDICT | changes | {"missing_deg": 1.5, "missing_Nm": 0.7}
+    parent = written(tmp_path, verdict).parent
+    assert parent.name == name and parent.params["verdict"] == verdict["verdict"]
+    assert (parent.metrics["missing_deg"], parent.metrics["missing_Nm"]) == (1.5, 0.7)
+    assert parent.metrics["base_heldout_rmse_deg"] == 4.0, "beside that with what was found"
+
+
+def test_all_datasets_share_one_experiment(group, tmp_path):
+    assert written(tmp_path, VERDICT | {"dataset": "you"}).experiment == group.experiment == DIAGNOSIS

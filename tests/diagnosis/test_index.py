@@ -1,5 +1,6 @@
 """The page over all datasets: what stands in its table, what can be set side by side, and that its links exist."""
 
+import json
 import re
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import pandas as pd
 import pytest
 
 from myowave.diagnosis.report.contents import ROOM_NAMES, TABLE_NAMES
-from myowave.diagnosis.report.index import Entry, interval, write_index
+from myowave.diagnosis.report.index import Entry, interval, read_entries, read_entry, write_index
 
 TORQUE = pd.DataFrame({"model": ["base", "posture and speed"], "held_out": True, "r2": [0.8, 0.3], "rmse_Nm": 1.0})
 HORIZONS = pd.DataFrame(
@@ -116,3 +117,19 @@ def test_noise_of_the_emg_stands_beside_effects_in_words(template):
     page = write_index(entries, [], template)
     assert page.count("noise of the recorded EMG (<code>emg_noise</code>)") >= 2
     assert "damping of the joint (<code>joint_damping</code>); noise of the recorded EMG" in page
+
+
+def test_a_diagnosis_of_another_run_is_read_from_its_folder_and_one_of_another_version_is_refused(tmp_path, template):
+    written = entry("anna")
+    (tmp_path / "verdict.json").write_text(json.dumps(written.verdict))
+    for name in ("parameters", "torque", "horizons"):
+        getattr(written, name).to_csv(tmp_path / f"{name}.csv", index=False)
+    read = write_index([read_entry(tmp_path, {})], [], template)
+    assert rows_of(read, "datasets")[0][1:6] == rows_of(write_index([written], [], template), "datasets")[0][1:6]
+    assert "<pre>" not in read, "nobody knows the settings of that run"
+    old = {key: value for key, value in written.verdict.items() if key != "rmse_deg"}
+    (tmp_path / "verdict.json").write_text(json.dumps(old))
+    with pytest.raises(ValueError, match=f"{tmp_path}.*another version.*remove it"):
+        read_entry(tmp_path, {})
+    said: list[str] = []
+    assert list(read_entries({tmp_path: {}}, said.append)) == [] and "Left out of the index" in said[0]

@@ -80,10 +80,45 @@ def test_one_seed_from_measured_angles_without_times(checkpoint, trials, table):
 def test_the_assumed_start_is_said(checkpoint, trials, table):
     network, path = checkpoint
     result = run("--checkpoint", path, "--emg", "-", text=table.to_csv(index=False))
-    assert "Assumed: at rest at" in result.stderr
+    assert "no column angle_rad or angle_deg. Assumed: at rest at" in result.stderr
     written = pd.read_csv(io.StringIO(result.stdout))
     batch = expected(network, trials, network.scaling.angle_mean)
     np.testing.assert_allclose(written["angle_rad"], batch.mean(0), rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize(("column", "scale"), [("angle_rad", 1.0), ("angle_deg", 180 / np.pi)])
+def test_a_measured_angle_is_the_start_and_no_more_of_it_is_looked_at(checkpoint, trials, table, column, scale):
+    network, path = checkpoint
+    emg, angle = to_tensors(trials.select(["3"]), torch.device("cpu"))
+    batch = predict_free_running(network.network, emg, angle, trials.dt)[:, 0].numpy()
+    measured = scale * trials.angle[2]
+    measured[network.network.history :] = 0.0
+    result = run("--checkpoint", path, "--emg", "-", text=table.assign(**{column: measured}).to_csv(index=False))
+    assert result.exit_code == 0 and f"Start: the first 4 angles of the column {column}" in result.stderr
+    written = pd.read_csv(io.StringIO(result.stdout))
+    np.testing.assert_allclose(written["angle_rad"], batch.mean(0), rtol=0, atol=1e-6)
+    told = run("--checkpoint", path, "--emg", "-", "--start-deg", 30, text=table.assign(**{column: measured}).to_csv())
+    assert told.stderr == "" and "0.523598" in told.stdout.splitlines()[1], "what is said counts more"
+
+
+def test_an_angle_column_that_holds_no_angle_is_not_the_start_and_it_is_said_why(checkpoint, table):
+    network, path = checkpoint
+    for column, value in (("angle_rad", 30.0), ("angle_deg", np.nan)):
+        text = table.assign(**{column: value}).to_csv(index=False)
+        result = run("--checkpoint", path, "--emg", "-", text=text)
+        assert result.exit_code == 0 and f"line 2: {column} is" in result.stderr and "Assumed: at rest" in result.stderr
+        assert float(result.stdout.splitlines()[1].split(",")[1]) == pytest.approx(network.scaling.angle_mean)
+    half = table.assign(angle_deg=[30.0, 31.0, "lost", *[33.0] * (len(table) - 3)]).to_csv(index=False)
+    result = run("--checkpoint", path, "--emg", "-", text=half)
+    assert result.exit_code == 2 and "line 4: angle_deg is 'lost'" in result.stderr and "--start-deg" in result.stderr
+
+
+def test_degrees_are_those_of_the_radians(checkpoint, table):
+    texts = [run("--checkpoint", checkpoint[1], "--emg", "-", *deg, text=table.to_csv()) for deg in ((), ("--deg",))]
+    rad, deg = (pd.read_csv(io.StringIO(result.stdout)) for result in texts)
+    assert list(deg) == ["time_s", "angle_deg", "spread_deg"]
+    np.testing.assert_allclose(np.deg2rad(deg["angle_deg"]), rad["angle_rad"], rtol=1e-7)
+    np.testing.assert_allclose(np.deg2rad(deg["spread_deg"]), rad["spread_rad"], rtol=1e-2, atol=1e-8)
 
 
 def test_each_line_is_answered_before_the_next_one_comes(checkpoint, table):

@@ -1,5 +1,6 @@
 """MLflow holds what the result files say, once, and its failures stay its own."""
 
+import fcntl
 import json
 import os
 import shutil
@@ -12,6 +13,7 @@ import urllib.request
 from contextlib import closing, contextmanager
 from functools import partial
 from pathlib import Path
+from threading import Thread
 
 import mlflow
 import numpy as np
@@ -19,7 +21,16 @@ import pandas as pd
 import pytest
 
 from myowave.data.store import write_table
-from myowave.tracking.contents import CURVE_POINTS, LEARNING, SWEEPS, Swept, TrainedModel, from_model, from_sweep
+from myowave.tracking.contents import (
+    BY_SCALES,
+    CURVE_POINTS,
+    LEARNING,
+    SWEEPS,
+    Swept,
+    TrainedModel,
+    from_model,
+    from_sweep,
+)
 from myowave.tracking.store import publish, serve, start_page
 
 SEEDS = 3
@@ -44,7 +55,10 @@ def trained(tmp_path):
             "f0_Bi": 300 + random.random(SEEDS),
             "seconds": 12.0,
         }
-    ).to_csv(folder / "evaluation.csv", index=False)
+    ).assign(f0_Bi_error_pct=np.nan).to_csv(folder / "evaluation.csv", index=False)
+    pd.DataFrame({"seed": range(SEEDS), "parameter": "f0_Bi", "standard_error": [0.5, 0.6, 0.7]}).to_csv(
+        folder / "parameters.csv", index=False
+    )
     for level, epochs in EPOCHS.items():
         history = [
             pd.DataFrame({"epoch": np.arange(1, epochs + 1), "seed": seed, "loss": random.random(epochs)})
@@ -221,6 +235,19 @@ def test_a_store_that_is_in_use_is_never_put_aside(trained, uri, monkeypatch):
     assert publish([from_model(trained)], uri).startswith(f"{SEEDS + 1} runs written")
 
 
+def test_waiting_for_another_writer_is_said(trained, uri, capfd):
+    with open(f"{uri.removeprefix('sqlite:///')}.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        waiting = Thread(target=publish, args=([], uri))
+        waiting.start()
+        said = ""
+        while "Waiting for another process that writes" not in said and waiting.is_alive():
+            time.sleep(0.05)
+            said += capfd.readouterr().err
+        assert waiting.is_alive(), "it waits, and is not silent"
+    waiting.join()
+
+
 def test_a_file_that_is_no_database_is_left_alone(trained, tmp_path):
     mine = tmp_path / "summary.csv"
     mine.write_text("dataset,model\n")
@@ -323,8 +350,32 @@ def test_the_first_page_is_the_prepared_view_of_the_only_experiment(trained, uri
     assert f"({page})" in experiment.tags["mlflow.note.content"], "who comes another way finds a link to it"
     key = page.split("viewStateShareKey=")[1].split("&")[0]
     (group,) = json.loads(experiment.tags[f"mlflow.sharedViewState.{key}"])["groupBy"]["groupByKeys"]
+    client, parent, children = stored(uri)
+    assert {run.data.tags[group["groupByData"]] for run in children} == {"case1 base rollout"}, "a line for all scales"
+    (point,) = client.get_metric_history(children[0].info.run_id, BY_SCALES)
+    assert (point.step, point.value) == (2, pytest.approx(children[0].data.metrics["test_rmse_deg"]))
+
+
+def test_errors_are_in_degrees_and_parameters_have_their_standard_errors(trained, uri):
+    group = from_model(trained)
+    publish([group], uri)
     _, parent, children = stored(uri)
-    assert {run.data.tags[group["groupByData"]] for run in children} == {parent.info.run_name}
+    for run, se in zip(children, (0.5, 0.6, 0.7), strict=True):
+        assert run.data.metrics["test_rmse_deg"] == pytest.approx(np.rad2deg(run.data.metrics["test_mse"] ** 0.5))
+        assert run.data.metrics["f0_Bi_se"] == pytest.approx(se)
+    assert "nan" not in parent.data.tags["mlflow.note.content"] and "f0_Bi_error_pct" not in parent.data.metrics
+
+
+def test_the_first_page_of_the_server_opens_experiments_as_machine_learning():
+    code = (
+        "from myowave.tracking.store import browser_app; page = browser_app().router.routes[0]; "
+        "print(page.path, page.endpoint().body.decode())"
+    )
+    done = subprocess.run([sys.executable, "-W", "ignore", "-c", code], capture_output=True, text=True)
+    assert done.stdout.startswith("/ <!doctype"), done.stderr
+    assert 'setItem("mlflow.workflowType_v1", "\\"machine_learning\\"")' in done.stdout
+    script, page = done.stdout.index("<script>"), done.stdout.index("main.")
+    assert script < page, "before MLflow's own scripts read it"
 
 
 def test_the_ui_says_where_there_is_nothing_to_show(tmp_path):

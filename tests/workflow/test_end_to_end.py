@@ -119,6 +119,22 @@ def test_after_an_interruption_training_goes_on_from_the_last_finished_scale(run
     assert (folder / "scale-1.pt").stat().st_mtime_ns == coarse
 
 
+def test_a_run_with_other_settings_takes_nothing_of_this_one_away(run):
+    def rows():
+        table = pd.read_csv(run.folder / "results/summary.csv").drop(columns="seconds")  # one was trained again above
+        return table.sort_values(KEYS).reset_index(drop=True)
+
+    def listed():
+        return set(re.findall(r'href="diagnosis/(\w+)/verdict.html"', (run.folder / "results/index.html").read_text()))
+
+    before, other = rows(), run.folder / "other.yaml"
+    other.write_text("targets: {datasets: [case1], models: {}, follow_verdict: []}")
+    done = run.snakemake("--cores", "1", *CONFIG, "other.yaml", "--", "results/summary.csv", "results/index.html")
+    assert done.returncode == 0, done.stdout
+    pd.testing.assert_frame_equal(rows(), before, check_dtype=False)
+    assert listed() == {"case1", "bench_elbow"}
+
+
 def test_a_faulty_recording_is_explained_on_the_terminal(project):
     path = project.folder / "data/bench_elbow/trial2.csv"
     lines = path.read_text().splitlines()

@@ -11,7 +11,9 @@ try:
     SETTINGS = parse_settings(add_subjects(config))
     check_effects(SETTINGS)
 except ValueError as error:
-    sys.exit(f"The configuration has problems; nothing was run.\n{error}\n`myowave settings` lists all keys.")
+    sys.exit(
+        f"The configuration has problems; nothing was run.\n{error}\n`myowave settings WORD` finds keys, `myowave settings --all` lists all."
+    )
 
 # The files after --configfile, relative to this folder.
 CONFIG_FILES = [os.path.relpath(path) for path in workflow.overwrite_configfiles]

@@ -25,20 +25,6 @@ def page_file(name):
     return os.path.relpath(Path(workflow.basedir, "workflow/report", name))
 
 
-def networks_beside(wildcards):
-    """Evaluations of further networks of a dataset that were trained on demand.
-
-    Not a function of the rule's input: Snakemake compares only params that are not, and a new network has to be seen.
-    """
-    dataset, planned = wildcards.dataset, []
-    if dataset in SETTINGS.targets.datasets:
-        summary = Path(DIAGNOSIS.format(dataset=dataset), "summary.json")
-        follows = dataset in SETTINGS.targets.follow_verdict and summary.exists()
-        planned = networks_with(dataset, found_model(summary) if follows else None)
-    trained = Path().glob(f"results/learning/{dataset}/*/*/*-scale/evaluation.csv")
-    return sorted(set(map(str, trained)) - set(planned))
-
-
 # A checkpoint, as it decides with which models networks are trained where targets.follow_verdict asks for that.
 checkpoint diagnose_dataset:
     input:
@@ -112,7 +98,7 @@ rule watch_ladder:
     log:
         "results/logs/watch_ladder/{dataset}.log",
     params:
-        beside=networks_beside,
+        beside=lambda wildcards: networks_beside(wildcards.dataset),
         code=digest("watch_ladder"),
     script:
         "../scripts/watch_ladder.py"
@@ -176,9 +162,17 @@ rule tell_verdict:
         "../scripts/tell_verdict.py"
 
 
+def verdicts_beside(wildcards):
+    """Settings of each dataset that other runs diagnosed, as far as this one knows them: its row stays in the index."""
+    pages = sorted(Path().glob(f"{DIAGNOSIS.format(dataset='*')}/verdict.html"))
+    names = [page.parent.name for page in pages if page.parent.name not in SETTINGS.targets.diagnosed]
+    return {name: public(DATASETS[name]) if name in DATASETS else {} for name in names}
+
+
 def links_of_all(wildcards):
     """(text, address) of what belongs to all datasets, seen from results/."""
-    tables = [("One row for each trained network: summary.csv", "summary.csv")] if SETTINGS.targets.datasets else []
+    trained = SETTINGS.targets.datasets or Path("results/summary.csv").exists()
+    tables = [("One row for each trained network: summary.csv", "summary.csv")] if trained else []
     files = [("config.yaml", os.path.relpath(Path(workflow.basedir, "config.yaml"))), *zip(CONFIG_FILES, CONFIG_FILES)]
     settings = {os.path.normpath(path): f"Settings: {name}" for name, path in reversed(files)}
     return tables + [(text, os.path.join("..", path)) for path, text in reversed(settings.items())]
@@ -199,6 +193,7 @@ rule list_datasets:
         "results/logs/list_datasets.log",
     params:
         settings={name: public(DATASETS[name]) for name in SETTINGS.targets.diagnosed},
+        beside=verdicts_beside,
         links=links_of_all,
         code=digest("list_datasets"),
     script:

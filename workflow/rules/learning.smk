@@ -58,6 +58,7 @@ rule evaluate_model:
         "../scripts/evaluate_model.py"
 
 
+# Rows of networks that runs with other settings trained stay: what they made is in results/ as well.
 rule summarize_models:
     input:
         evaluations=evaluations,
@@ -71,6 +72,7 @@ rule summarize_models:
     log:
         "results/logs/summarize_models.log",
     params:
+        beside=lambda wildcards: networks_beside(),
         code=digest("summarize_models"),
     script:
         "../scripts/summarize_models.py"

@@ -72,3 +72,17 @@ def networks_of(dataset):
 def evaluations(wildcards):
     """Evaluations of the networks of all datasets."""
     return [path for dataset in SETTINGS.targets.datasets for path in networks_of(dataset)]
+
+
+def networks_beside(dataset="*"):
+    """Evaluations of further networks of a dataset, or of all: trained on demand, or by runs with other settings.
+
+    Not a function of a rule's input: Snakemake compares only params that are not, and a new network has to be seen.
+    """
+    planned = []
+    for name in SETTINGS.targets.datasets:
+        summary = Path(DIAGNOSIS.format(dataset=name), "summary.json")
+        follows = name in SETTINGS.targets.follow_verdict and summary.exists()
+        planned += networks_with(name, found_model(summary) if follows else None)
+    trained = Path().glob(f"results/learning/{dataset}/*/*/*-scale/evaluation.csv")
+    return sorted(set(map(str, trained)) - set(planned))

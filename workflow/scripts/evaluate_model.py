@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from myowave.data.store import read_trials, write_table
+from myowave.data.store import read_trials, replacing, write_table
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import evaluate, predict_trials, tabulate_parameters, tabulate_predictions
 from myowave.workflow.job import job_log
@@ -15,6 +15,7 @@ with job_log(f"evaluate {where.dataset} {where.model} {where.recipe} {where.scal
     predicted = predict_trials(checkpoint, trials)
     truth = json.loads(Path(snakemake.input.truth).read_text())["parameters"] if snakemake.input.truth else None
     rows = evaluate(checkpoint, trials, predicted, recipe=where.recipe, truth=truth)
-    rows.to_csv(snakemake.output.evaluation, index=False)
+    with replacing(snakemake.output.evaluation) as temporary:  # other runs read it too
+        rows.to_csv(temporary, index=False)
     tabulate_parameters(checkpoint).to_csv(snakemake.output.parameters, index=False)
     write_table(tabulate_predictions(checkpoint, trials, predicted), snakemake.output.predictions)

@@ -12,8 +12,19 @@ from myowave.data.store import read_table
 
 
 def read_evaluations(paths: Iterable[str | Path]) -> pd.DataFrame:
-    """Rows of all evaluations; columns of parameters that some models do not identify are empty there."""
-    return pd.concat([pd.read_csv(path) for path in paths], ignore_index=True)
+    """Rows of all evaluations; columns of parameters that some models do not identify are empty there.
+
+    Raises:
+        ValueError: for a file that holds no table.
+    """
+    return pd.concat([_read_evaluation(path) for path in paths], ignore_index=True)
+
+
+def _read_evaluation(path: str | Path) -> pd.DataFrame:
+    try:
+        return pd.read_csv(path)
+    except ValueError as error:
+        raise ValueError(f"{path}: no table of scores ({error}). Remove it, and run again: it is made anew.") from None
 
 
 def read_histories(paths: Iterable[str | Path]) -> dict[int, pd.DataFrame]:

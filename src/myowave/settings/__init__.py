@@ -2,7 +2,7 @@
 
 One module per section, `configuration` for what they ask of one another. `parse_settings` turns the parsed YAML into
 frozen objects or says, one line per problem, which key is wrong, what was found and what is allowed. `myowave
-settings` prints the keys as a table. Nothing heavy is imported here: the Snakefile reads this package at every start.
+settings` lists the keys. Nothing heavy is imported here: the Snakefile reads this package at every start.
 """
 
 from myowave.settings.configuration import Settings

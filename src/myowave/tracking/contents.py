@@ -7,6 +7,7 @@ parents carry the medians, and all parameters are on both.
 
 import hashlib
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,12 +19,16 @@ from myowave.learning.tables import join_histories
 
 LEARNING = "Learning: how well is motion predicted?"
 SWEEPS = "Sweeps: which settings are best?"
-DIAGNOSIS = "Diagnosis of {dataset}: what does the model miss?"
+DIAGNOSIS = "Diagnosis: what does the model miss?"
 EXPERIMENTS = {
-    LEARNING: "A group is one dataset, physical model, recipe and number of scales; its runs are seeds.",
+    LEARNING: "A run for each dataset, physical model, recipe and number of scales, with the medians over its seeds; "
+    "below it a run for each seed. Charts and table are means over seeds.",
+    DIAGNOSIS: "A run for each dataset with its verdict, page and figures; below it a run for each fitted model.",
     SWEEPS: "A run is a search for better settings of a recipe; below it are the settings tried.",
 }
 COORDINATES = ("dataset", "model", "recipe", "scales")
+# A curve over numbers of scales: a point for each run, a line through those of one tag `line`. Its name is the title.
+BY_SCALES = "test error in deg by number of scales"
 CURVE_POINTS = 60  # a curve in the browser needs no more
 
 
@@ -62,7 +67,7 @@ class RunContent:
     Args:
         job_key: what the run stands for; the same when its files are made again.
         finished: when its results were written [s since 1970]; they took `duration_s` [s].
-        curves: indexed by epoch over all scales.
+        curves: indexed by epoch over all scales; columns are names of metrics.
     """
 
     name: str
@@ -92,14 +97,6 @@ class RunGroup:
     children: tuple[RunContent, ...]
 
 
-def describe_experiment(name: str) -> str:
-    """What an experiment holds, for its page."""
-    return EXPERIMENTS.get(
-        name,
-        "A run with the verdict, its page and figures; below it a run for each model that was fitted.",
-    )
-
-
 def from_model(model: TrainedModel) -> RunGroup:
     """A run with the medians over the seeds, and below it a run for each seed."""
     table = pd.read_csv(model.folder / "evaluation.csv")
@@ -108,8 +105,11 @@ def from_model(model: TrainedModel) -> RunGroup:
     name = "{dataset} {model} {recipe} {scales}-scale".format(**where)
     job_key = "learning/{dataset}/{model}/{recipe}/{scales}-scale".format(**where)
     params = {**where, **model.settings, "seeds": len(table)}
-    tags = {k: str(v) for k, v in where.items()} | {"group": name}
-    metrics = table.drop(columns=[*COORDINATES, "seed"]).select_dtypes("number")
+    line = "{dataset} {model} {recipe}".format(**where)
+    tags = {k: str(v) for k, v in where.items()} | {"group": name, "line": line}
+    metrics = table.drop(columns=[*COORDINATES, "seed"]).select_dtypes("number").dropna(axis=1, how="all")
+    metrics.insert(0, "test_rmse_deg", metrics["test_mse"].pow(0.5).map(math.degrees))
+    errors = _standard_errors(model.folder, table["seed"])
     described = f"{where['model']} on {where['dataset']}, recipe {where['recipe']}, {where['scales']} scale(s)"
     made_by = f"Made by `snakemake --cores 2 {model.folder}/evaluation.csv`."
     finished, duration_s = (model.folder / "evaluation.csv").stat().st_mtime, float(table["seconds"].iloc[0])
@@ -131,8 +131,10 @@ def from_model(model: TrainedModel) -> RunGroup:
             name=f"{name} seed {seed}",
             job_key=f"{job_key}/seed-{seed}",
             params=params | {"seed": seed},
-            metrics=metrics.loc[row].to_dict(),
-            curves=curves[curves["seed"] == seed].drop(columns="seed"),
+            metrics=metrics.loc[row].to_dict() | errors.get(seed, {}),
+            curves=_with_point(
+                curves[curves["seed"] == seed].drop(columns="seed"), where["scales"], metrics.loc[row, "test_rmse_deg"]
+            ),
             description=f"{described}, seed {seed}.\n\n{made_by}",
             tags=tags | {"kind": "seed"},
             finished=finished,
@@ -140,7 +142,8 @@ def from_model(model: TrainedModel) -> RunGroup:
         )
         for row, seed in table["seed"].items()
     ]
-    files = [model.folder / "evaluation.csv", *sorted(model.folder.glob("history-*.parquet")), *model.figures]
+    tables = [path for path in (model.folder / "evaluation.csv", model.folder / "parameters.csv") if path.exists()]
+    files = [*tables, *sorted(model.folder.glob("history-*.parquet")), *model.figures]
     return RunGroup(LEARNING, _digest(dict(model.settings), files), parent, tuple(children))
 
 
@@ -211,24 +214,29 @@ def from_diagnosis(folder: Path, pictures: Path, benchmark: Path) -> RunGroup:
     finished, duration_s = benchmark.stat().st_mtime, float(pd.read_csv(benchmark, sep="\t")["s"].iloc[0])
     files = [path, folder / "verdict.html", *sorted(folder.glob("*.csv")), *sorted(pictures.glob("*.png"))]
     added = set(verdict["effects"]) & set(found.split("+"))  # noise of the EMG is named and no part of the model
-    add = f"Add what was found:\n\n    {verdict['command']}\n\n" if added else ""
-    page = f"The whole story is in `{folder}/verdict.html`, attached."
+    add = " The page has the command that adds what was found." if added else ""
+    page = f"The whole story is in `{folder}/verdict.html`, attached.{add}"
     columns = ["train_rmse_deg", "heldout_rmse_deg", "noise_deg", "missing_torque_Nm"]
+    missing = name_causes(verdict)
+    told = missing if verdict["verdict"] == "effect" else f"{verdict['verdict']} {missing}".strip()
     parent = RunContent(
-        name=f"{dataset}: {verdict['verdict']}",
+        name=f"{dataset}: {told}",
         job_key=f"diagnosis/{dataset}",
-        params={"dataset": dataset, "model": found, "effects": ", ".join(verdict["effects"]) or "none"},
-        metrics=errors.loc[found].to_dict(),
-        description=f"{verdict['sentence']}\n\n{verdict['where']}\n\n{_markdown(errors[columns])}\n\n{add}{page}",
+        params={"dataset": dataset, "verdict": verdict["verdict"], "missing": missing or "-", "model": found},
+        metrics=errors.loc[found].to_dict()
+        | {"base_heldout_rmse_deg": errors["heldout_rmse_deg"].iloc[0]}
+        | {name: verdict[name] for name in ("missing_deg", "missing_Nm") if name in verdict}
+        | {f"share/{effect}": share for effect, share in verdict.get("shares", {}).items()},
+        description=f"{verdict['sentence']}\n\n{verdict['where']}\n\n{_markdown(errors[columns])}\n\n{page}",
         tags=tags | {"kind": "verdict"},
         finished=finished,
         duration_s=duration_s,
-        curves=climbed.set_index(climbed["effects"].rename("epoch"))[columns],
+        curves=climbed.set_index(climbed["effects"].rename("epoch"))[columns].add_prefix("curve/"),
         artifacts=files,
     )
     children = [
         RunContent(
-            name=model,
+            name=f"{dataset} {model}",
             job_key=f"diagnosis/{dataset}/{model}",
             params={"dataset": dataset, "model": model},
             metrics=row.to_dict() | _estimates(verdict["parameters"][model]),
@@ -239,7 +247,18 @@ def from_diagnosis(folder: Path, pictures: Path, benchmark: Path) -> RunGroup:
         )
         for model, row in errors.iterrows()
     ]
-    return RunGroup(DIAGNOSIS.format(dataset=dataset), _digest({}, files), parent, tuple(children))
+    return RunGroup(DIAGNOSIS, _digest({}, files), parent, tuple(children))
+
+
+def name_causes(verdict: Mapping[str, Any]) -> str:
+    """What a verdict names, each with its share where there are several, those of a class joined by `or`."""
+    classes = {members[0]: members for members in verdict.get("alternatives", [])}
+    shares = verdict.get("shares", {}) if len(verdict.get("shares", {})) > 1 else {}
+    named = []
+    for effect in verdict["effects"]:
+        share = f" {shares[effect]:.0%}" if effect in shares else ""
+        named.append(" or ".join(classes.get(effect, [effect])) + share)
+    return ", ".join(named)
 
 
 def _estimates(parameters: Mapping[str, Mapping[str, float | None]]) -> dict[str, float | None]:
@@ -249,6 +268,24 @@ def _estimates(parameters: Mapping[str, Mapping[str, float | None]]) -> dict[str
         for name, entry in parameters.items()
         for key, suffix in (("value", ""), ("se", "_se"), ("error_pct", "_error_pct"))
     }
+
+
+def _standard_errors(folder: Path, seeds: Iterable[int]) -> dict[int, dict[str, float]]:
+    """Standard error of each parameter of each seed, as metrics; nothing where the table is not there."""
+    path = folder / "parameters.csv"
+    if not path.exists():
+        return {}
+    table = pd.read_csv(path)
+    return {
+        seed: {f"{row.parameter}_se": row.standard_error for row in table[table["seed"] == seed].itertuples()}
+        for seed in seeds
+    }
+
+
+def _with_point(curves: pd.DataFrame, scales: int, error: float) -> pd.DataFrame:
+    """The curves, and one of a single point: the test error [deg] at the number of scales, for a line through them."""
+    curves = curves.reindex(curves.index.union([scales]).rename("epoch"))
+    return curves.assign(**{BY_SCALES: pd.Series({scales: error})})
 
 
 def _metric_name(column: str) -> str:
@@ -261,11 +298,12 @@ def _curves(folder: Path, scales: int) -> pd.DataFrame:
     history = join_histories(folder, scales).select_dtypes("number")
     epochs = history["epoch"].drop_duplicates()
     shown = epochs.iloc[:: max(1, len(epochs) // CURVE_POINTS)]
-    return history[history["epoch"].isin([*shown, epochs.max()])].set_index("epoch")
+    thin = history[history["epoch"].isin([*shown, epochs.max()])].set_index("epoch")
+    return thin.rename(columns=lambda name: name if name == "seed" else f"curve/{name}")
 
 
 def _markdown(table: pd.DataFrame) -> str:
-    return table.to_markdown(floatfmt=".4g")
+    return table.dropna(how="all").to_markdown(floatfmt=".4g", missingval="")
 
 
 def _digest(settings: Mapping[str, Any], files: Iterable[str | Path]) -> str:

@@ -19,14 +19,16 @@ import tempfile
 import urllib.request
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
+from importlib.metadata import entry_points
 from pathlib import Path
+from typing import Any
 from urllib.error import HTTPError, URLError
 
 import pandas as pd
 
 from myowave.settings.section import without_passwords
-from myowave.tracking.contents import LEARNING, RunContent, RunGroup, describe_experiment
-from myowave.tracking.views import VIEW, views_of
+from myowave.tracking.contents import EXPERIMENTS, LEARNING, RunContent, RunGroup
+from myowave.tracking.views import TABLE, VIEW, views_of
 
 os.environ.setdefault("MLFLOW_DISABLE_TELEMETRY", "true")  # read at import
 os.environ.setdefault("MLFLOW_SUPPRESS_PRINTING_URL_TO_STDOUT", "true")  # two lines for every run on a server
@@ -39,6 +41,9 @@ logging.getLogger("alembic").setLevel(logging.WARNING)  # progress of creating t
 logging.getLogger("mlflow.store.db.utils").setLevel(logging.CRITICAL)  # likewise, and tracebacks of what notes say
 
 SQLITE = "sqlite:///"
+APP = "myowave"  # of MLflow's server, see `browser_app`
+# What its pages keep in the browser: the way of work they show, and that the assistant need not open by itself.
+_KEPT = {"mlflow.workflowType_v1": '"machine_learning"', "mlflow.assistant.fab.autoOpenedOnFirstLoad_v1": "true"}
 _MAGIC, _ENDINGS = b"SQLite format 3\0", ("", "-journal", "-wal", "-shm")
 _ANSWER_S = 10.0  # a server that needs longer to say that it is there is not there
 _BATCH = 1000  # MLflow's limit for metrics in one call
@@ -113,6 +118,8 @@ def serve(uri: str, port: int = 5000) -> None:
     print(f"Results in the browser: http://127.0.0.1:{port}{page} (stop with Ctrl-C)", flush=True)
     os.environ["MLFLOW_SERVER_ENABLE_JOB_EXECUTION"] = "false"  # starts in half the time
     command = ["mlflow", "ui", "--backend-store-uri", uri, "--host", "127.0.0.1", "--port", str(port), "--workers", "1"]
+    if entry_points(group="mlflow.app", name=APP):  # known once this version is installed
+        command += ["--app-name", APP]
     os.execv(sys.executable, [sys.executable, "-m", *command])
 
 
@@ -122,8 +129,28 @@ def start_page(uri: str) -> str:
     return f"/{_prepared_view(found.experiment_id)}" if found else ""
 
 
-def _prepared_view(experiment: str) -> str:
-    return f"#/experiments/{experiment}/runs?viewStateShareKey={VIEW}&compareRunsMode=CHART"
+def _prepared_view(experiment: str, view: str = VIEW, mode: str = "CHART") -> str:
+    more = f"&compareRunsMode={mode}&workflowType=machine_learning"
+    return f"#/experiments/{experiment}/runs?viewStateShareKey={view}{more}"
+
+
+def browser_app() -> Any:
+    """MLflow's server with a first page that opens experiments as those of machine learning.
+
+    Its pages keep in the browser which of two ways of work they show, and begin with that of language models, whatever
+    an experiment says of itself: a click on one in the list then leads to an empty page of traces instead of its runs.
+    `mlflow.app` in pyproject.toml names this function.
+    """
+    from fastapi.responses import HTMLResponse
+    from fastapi.routing import APIRoute
+    from mlflow.server import app as pages
+    from mlflow.server.fastapi_app import app
+
+    keep = "".join(f"localStorage.setItem({json.dumps(key)}, {json.dumps(value)});" for key, value in _KEPT.items())
+    page = Path(pages.static_folder, "index.html").read_text(encoding="utf-8")
+    page = page.replace("<head>", f"<head><script>{keep}</script>", 1)
+    app.router.routes.insert(0, APIRoute("/", lambda: HTMLResponse(page)))
+    return app
 
 
 def _publish(groups: Iterable[RunGroup], uri: str) -> tuple[int, int]:
@@ -178,7 +205,11 @@ def _only_writer(uri: str) -> Iterator[None]:
     path = _file_of(uri)
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.with_name(path.name + ".lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            print(f"Waiting for another process that writes {path} ...", file=sys.stderr, flush=True)
+            fcntl.flock(lock, fcntl.LOCK_EX)
         yield
 
 
@@ -270,8 +301,14 @@ def _experiment(client: mlflow.MlflowClient, name: str, uri: str) -> str:
 def _describe(client: mlflow.MlflowClient, experiment: str, name: str) -> None:
     """Say what an experiment holds, prepare its views, and link to the first of them."""
     tags = {f"mlflow.sharedViewState.{key}": json.dumps(view) for key, view in views_of(name).items()}
-    link = f" [With columns and charts chosen]({_prepared_view(experiment)})" if VIEW in views_of(name) else ""
-    tags |= {"mlflow.note.content": describe_experiment(name) + link}
+    shown = []
+    if VIEW in (views := views_of(name)):
+        table = TABLE if TABLE in views else VIEW
+        shown = [
+            f"[{text}]({_prepared_view(experiment, view, mode)})"
+            for text, view, mode in (("Charts", VIEW, "CHART"), ("Table", table, "TABLE"))
+        ]
+    tags |= {"mlflow.note.content": " ".join([EXPERIMENTS[name], *shown])}
     tags |= {"mlflow.experimentKind": "custom_model_development"}
     for key, value in tags.items():
         client.set_experiment_tag(experiment, key, value)
@@ -326,10 +363,10 @@ def _write(client: mlflow.MlflowClient, experiment: str, content: RunContent, ta
 
 
 def _metrics(content: RunContent) -> Iterator[Metric]:
-    """Final values, and curves under `curve/`; values that are not there are left out."""
+    """Final values and curves; values that are not there are left out."""
     for name, value in content.metrics.items():
         if pd.notna(value):
             yield Metric(name, float(value), 0, 0)
     for name, curve in content.curves.items():
         for epoch, value in curve.dropna().items():
-            yield Metric(f"curve/{name}", float(value), 0, int(epoch))
+            yield Metric(name, float(value), 0, int(epoch))

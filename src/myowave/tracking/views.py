@@ -9,11 +9,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from myowave.settings import SEARCHABLE
-from myowave.tracking.contents import DIAGNOSIS, LEARNING, SWEEPS
+from myowave.tracking.contents import BY_SCALES, DIAGNOSIS, LEARNING, SWEEPS
 
 VIEW = "overview"  # key of the view that is opened first
+TABLE = "table"  # of networks, a row for each number of scales
 _SECTION = "charts"
 _NAME = "attributes.`Run Name`"
+_COLUMNS, _CARD_HEIGHT = 2, 420  # wide enough for a title, which is the name of the metric
 _NAME_WIDTH = 300  # px; the usual one cuts names off
 
 View = dict[str, Any]
@@ -35,7 +37,16 @@ def _view(columns: Sequence[str], charts: Sequence[View], *, order: str, ascendi
             {"uuid": f"chart-{i}", "metricSectionId": _SECTION, "deleted": False, "isGenerated": False, **chart}
             for i, chart in enumerate(charts)
         ],
-        "compareRunSections": [{"uuid": _SECTION, "name": "At a glance", "display": True, "isReordered": False}],
+        "compareRunSections": [
+            {
+                "uuid": _SECTION,
+                "name": "At a glance",
+                "display": True,
+                "isReordered": False,
+                "columns": min(len(charts), _COLUMNS),
+                "cardHeight": _CARD_HEIGHT,
+            }
+        ],
         "isAccordionReordered": True,
         "runsHiddenMode": "SHOWALL",
         "hideEmptyCharts": True,
@@ -43,26 +54,18 @@ def _view(columns: Sequence[str], charts: Sequence[View], *, order: str, ascendi
     }
 
 
-def _axis(name: str, kind: str = "METRIC") -> View:
-    return {"key": name, "type": kind, "dataAccessKey": name}
-
-
-def _scatter(x: View, y: View, name: str) -> View:
-    return {"type": "SCATTER", "xaxis": x, "yaxis": y, "displayName": name, "runsCountToCompare": 100}
-
-
 def _bar(metric: str, name: str) -> View:
     return {"type": "BAR", "metricKey": metric, "dataAccessKey": metric, "displayName": name, "runsCountToCompare": 30}
 
 
-def _line(metrics: Sequence[str], name: str) -> View:
+def _line(metrics: Sequence[str], name: str, scale: str = "log") -> View:
     return {
         "type": "LINE",
         "metricKey": metrics[0],
         "selectedMetricKeys": list(metrics),
         "xAxisKey": "step",
         "lineSmoothness": 0,
-        "scaleType": "log",
+        "scaleType": scale,
         "displayName": name,
         "runsCountToCompare": 30,
     }
@@ -76,24 +79,32 @@ def _grouped(tag: str) -> View:
     }
 
 
+_TEST_COLUMNS = [
+    *(_column("metrics", name) for name in ("test_rmse_deg", "test_r2", "val_r2")),
+    _column("params", "scales"),  # the other coordinates are in the names
+]
 VIEWS: Mapping[str, Mapping[str, View]] = {
     LEARNING: {
         VIEW: _view(
-            [
-                *(_column("metrics", name) for name in ("test_mse", "test_r2", "test_nmse", "val_r2")),
-                _column("params", "scales"),  # the other coordinates are in the names
-            ],
-            [
-                _scatter(_axis("scales", "PARAM"), _axis("test_mse"), "Test error against number of scales"),
-                _scatter(_axis("scales", "PARAM"), _axis("test_r2"), "Test R2 against number of scales"),
-                _bar("test_r2", "Test R2 of each group, mean over seeds"),
-                _line(["curve/loss"], "Training loss against epoch, through all scales"),
-            ],
-            order=_column("metrics", "test_mse"),
+            _TEST_COLUMNS,
+            [_line([BY_SCALES], "Test error [deg] against number of scales, mean over seeds")],
+            order=_column("metrics", "test_rmse_deg"),
             ascending=True,
             searchFilter="tags.kind = 'seed'",  # means over seeds are made here; their parents would count twice
+            **_grouped("line"),
+        ),
+        TABLE: _view(
+            _TEST_COLUMNS,
+            [
+                _bar("test_rmse_deg", "Test error [deg], mean over seeds"),
+                _bar("test_r2", "Test R2, mean over seeds"),
+                _line(["curve/loss"], "Training loss against epoch, through all scales"),
+            ],
+            order=_column("metrics", "test_rmse_deg"),
+            ascending=True,
+            searchFilter="tags.kind = 'seed'",
             **_grouped("group"),
-        )
+        ),
     },
     SWEEPS: {
         VIEW: _view(
@@ -107,29 +118,26 @@ VIEWS: Mapping[str, Mapping[str, View]] = {
             ascending=True,
         )
     },
+    DIAGNOSIS: {
+        VIEW: _view(
+            [
+                *(_column("params", name) for name in ("verdict", "missing")),
+                *(_column("metrics", name) for name in ("base_heldout_rmse_deg", "heldout_rmse_deg", "noise_deg")),
+                *(_column("metrics", name) for name in ("missing_deg", "missing_Nm")),
+            ],
+            [
+                _bar("base_heldout_rmse_deg", "Held-out error [deg] of the base model"),
+                _bar("heldout_rmse_deg", "Held-out error [deg] with what was found"),
+                _bar("missing_deg", "What is still missing [deg]"),
+            ],
+            order=_column("metrics", "base_heldout_rmse_deg"),
+            ascending=False,
+            searchFilter="tags.kind = 'verdict'",  # the models that were fitted stand on the page of the verdict's run
+        )
+    },
 }
 
 
 def views_of(experiment: str) -> Mapping[str, View]:
-    """The views of an experiment; each diagnosed dataset has its own, and all look alike."""
-    return _DIAGNOSIS if experiment.startswith(DIAGNOSIS.split("{")[0]) else VIEWS.get(experiment, {})
-
-
-_DIAGNOSIS: Mapping[str, View] = {
-    VIEW: _view(
-        [
-            *(_column("params", name) for name in ("model", "effects")),
-            *(_column("metrics", name) for name in ("train_rmse_deg", "heldout_rmse_deg", "missing_torque_Nm")),
-        ],
-        [
-            _line(
-                ["curve/heldout_rmse_deg", "curve/train_rmse_deg", "curve/noise_deg"],
-                "Error against number of effects [deg]",
-            ),
-            _line(["curve/missing_torque_Nm"], "Missing torque against number of effects [N m]"),
-            _bar("heldout_rmse_deg", "Error on held-out trials of each model"),
-        ],
-        order=_column("metrics", "heldout_rmse_deg"),
-        ascending=False,
-    )
-}
+    """The views of an experiment."""
+    return VIEWS.get(experiment, {})

@@ -1,6 +1,7 @@
 """One page over all datasets: verdicts, errors before and after, parameters; any of them side by side."""
 
-from collections.abc import Iterable, Mapping, Sequence
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -30,7 +31,7 @@ class Entry:
         verdict: verdict.json.
         parameters: parameters.csv, columns model, parameter, value, se, unit.
         torque, horizons: of `rooms.compare.compare_rooms`.
-        settings: of the dataset, without what is hidden in it.
+        settings: of the dataset, without what is hidden in it; none where they are not known.
     """
 
     verdict: Mapping[str, Any]
@@ -55,6 +56,38 @@ class Entry:
         found = self.verdict["model"]
         errors: Mapping[str, Mapping[str, float]] = self.verdict["rmse_deg"]
         return None if found == next(iter(errors)) else errors[found]
+
+
+def read_entry(folder: Path, settings: Mapping[str, Any]) -> Entry:
+    """The entry of the dataset whose diagnosis is in a folder.
+
+    Raises:
+        ValueError: where its files are not there, or were written by another version.
+    """
+    try:
+        entry = Entry(
+            verdict=json.loads((folder / "verdict.json").read_text(encoding="utf-8")),
+            parameters=pd.read_csv(folder / "parameters.csv"),
+            torque=pd.read_csv(folder / "torque.csv"),
+            horizons=pd.read_csv(folder / "horizons.csv"),
+            settings=settings,
+        )
+        _row(entry), _facts(entry)
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+        raise ValueError(
+            f"{folder} is not whole, or another version's ({type(error).__name__}: {error}). Run its dataset again, or "
+            "remove it."
+        ) from None
+    return entry
+
+
+def read_entries(folders: Mapping[Path, Mapping[str, Any]], say: Callable[[str], None]) -> Iterator[Entry]:
+    """Entries of diagnoses that other runs made, {folder: settings}; one that cannot be read is said and left out."""
+    for folder, settings in folders.items():
+        try:
+            yield read_entry(folder, settings)
+        except ValueError as error:
+            say(f"Left out of the index: {error}")
 
 
 def write_index(entries: Iterable[Entry], links: Sequence[tuple[str, str]], template: Path) -> str:
@@ -102,8 +135,12 @@ def _row(entry: Entry) -> dict[str, Any]:
         "over": _reach(verdict),
         "noise": noise(verdict),
         "parameters": _parameters(entry, verdict["model"]),
-        "settings": yaml.safe_dump({entry.name: dict(entry.settings)}, sort_keys=False, allow_unicode=True),
+        "settings": _written(entry) if entry.settings else "",
     }
+
+
+def _written(entry: Entry) -> str:
+    return yaml.safe_dump({entry.name: dict(entry.settings)}, sort_keys=False, allow_unicode=True)
 
 
 def _effects(verdict: Mapping[str, Any]) -> Markup:

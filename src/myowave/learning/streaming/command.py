@@ -1,11 +1,11 @@
 """What `myowave predict` does: a line of prediction for each line of EMG."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.streaming.predictor import Predictor
-from myowave.learning.streaming.reading import read_samples
+from myowave.learning.streaming.reading import Sample, read_samples
 
 
 def start_angles(checkpoint: Checkpoint, start_deg: Sequence[float]) -> list[float]:
@@ -27,22 +27,61 @@ def start_angles(checkpoint: Checkpoint, start_deg: Sequence[float]) -> list[flo
     return angles * history if len(angles) == 1 else angles
 
 
-def predict_lines(checkpoint: Checkpoint, predictor: Predictor, lines: Iterable[str], source: str) -> Iterator[str]:
+def predict_lines(
+    checkpoint: Checkpoint,
+    predictor: Predictor,
+    lines: Iterable[str],
+    source: str,
+    *,
+    deg: bool = False,
+    say: Callable[[str], None] | None = None,
+) -> Iterator[str]:
     """A line of prediction for each line of EMG, as soon as it is there.
 
     Args:
         lines: CSV, see `reading.read_samples`.
         source: what the lines come from, for messages.
+        deg: angles in degrees.
+        say: where nothing is said of the start: the first measured angles of the lines are taken, where they have any,
+            and it is told which start was taken, and why.
 
     Yields:
-        CSV: time_s, angle_rad, and spread_rad over the seeds (1 SD) where they are several.
+        CSV: time_s, angle_rad, and spread_rad over the seeds (1 SD) where they are several; with `deg` angle_deg, ...
 
     Raises:
         ValueError: naming the line, at the first that is no sample of EMG.
     """
+    unit, scale = ("deg", math.degrees(1)) if deg else ("rad", 1.0)
+    from_column = False
     for i, sample in enumerate(read_samples(lines, checkpoint.channels, checkpoint.dt, source)):
-        angle = predictor.step(sample.emg, sample.where)
+        if i == 0 and say is not None:
+            from_column = _told_start(checkpoint, sample, say)
+        measured = _known_angle(sample) if from_column and i < predictor.history else None
+        angle = scale * predictor.step(sample.emg, sample.where, measured)
         several = len(angle) > 1
         if i == 0:
-            yield "time_s,angle_rad,spread_rad" if several else "time_s,angle_rad"
+            yield f"time_s,angle_{unit},spread_{unit}" if several else f"time_s,angle_{unit}"
         yield f"{sample.time:.9g},{angle.mean():.9g}" + (f",{angle.std():.3g}" if several else "")
+
+
+def _told_start(checkpoint: Checkpoint, first: Sample, say: Callable[[str], None]) -> bool:
+    """Whether the start is measured, by the first sample; what was decided is said."""
+    history = checkpoint.network.history
+    try:
+        first.measured()
+    except ValueError as error:
+        say(
+            f"{error} Assumed: at rest at {math.degrees(checkpoint.scaling.angle_mean):.1f} deg, the mean of the "
+            f"training trials, for the first {history} samples; --start-deg says otherwise."
+        )
+        return False
+    name = first.angle[0] if first.angle else ""
+    say(f"Start: the first {history} angles of the column {name}; later ones are not looked at.")
+    return True
+
+
+def _known_angle(sample: Sample) -> float:
+    try:
+        return sample.measured()
+    except ValueError as error:
+        raise ValueError(f"{error} The prediction starts from it; correct it, or give --start-deg.") from None

@@ -48,17 +48,22 @@ class Predictor:
         self._mean, self._std = np.array(network.scaling.emg_mean), np.array(network.scaling.emg_std)
         given = torch.tensor(list(angles[: network.history]), dtype=torch.float64)
         self._angles = given.numpy()
-        self._given = list(zip(*(values.tolist() for values in network.encode_angle(given)), strict=True))
         self._z, self._v = np.zeros((2, len(chosen), 1, 1))
         self._start = np.zeros((len(chosen), 1, network.architecture.hidden))
         self._hidden = self._start
         self._past: deque[np.ndarray] = deque(maxlen=network.history)  # what drove the last history cells
 
-    def step(self, emg: Sequence[float], where: str | None = None) -> np.ndarray:
+    @property
+    def history(self) -> int:
+        """Number of first samples whose angles are given."""
+        return self._network.history
+
+    def step(self, emg: Sequence[float], where: str | None = None, measured: float | None = None) -> np.ndarray:
         """The angle [rad] at the next sample for every seed, (S,), from its EMG (one number per channel).
 
         Args:
             where: what messages call the sample; its number by default.
+            measured: angle [rad] that takes the place of the given one; after the history it does not count.
 
         Raises:
             ValueError: for another number of channels, or EMG that is not normalised; the sample then does not count.
@@ -71,7 +76,10 @@ class Predictor:
         driven = self._encode(emg) @ weights["input"] + weights["bias"]
         recurrent = self._remember() @ weights["hidden"]
         if known:
-            self._z, self._v = (np.full_like(self._z, value) for value in self._given[n])
+            if measured is not None:
+                self._angles[n] = measured
+            two = torch.from_numpy(self._angles[max(n - 1, 0) : n + 1])
+            self._z, self._v = (np.full_like(self._z, float(values[-1])) for values in self._network.encode_angle(two))
         else:
             output = self._cell(driven, recurrent) @ weights["output"] + weights["output_bias"]
             self._z, self._v = self._network.move(output, self._z, self._v)

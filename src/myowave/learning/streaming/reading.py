@@ -5,24 +5,52 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from myowave.data.checks.columns import ANGLES
+
 RATE_TOLERANCE = 0.01  # largest relative difference from the sampling interval of the training that counts as rounding
 
 
 @dataclass(frozen=True)
 class Sample:
-    """One sample: time [s], EMG of each channel [-], and what messages call its line."""
+    """One sample of EMG.
+
+    Args:
+        time: [s].
+        emg: of each channel [-].
+        where: what messages call its line.
+        angle: name and text of the column with a measured angle, where there is one; not looked at.
+    """
 
     time: float
     emg: Sequence[float]
     where: str
+    angle: tuple[str, str] | None = None
+
+    def measured(self) -> float:
+        """The measured angle [rad].
+
+        Raises:
+            ValueError: where there is none, or no angle.
+        """
+        if self.angle is None:
+            raise ValueError(f"There is no column {' or '.join(ANGLES)}.")
+        name, text = self.angle
+        limit = math.pi if name == "angle_rad" else 180.0
+        try:
+            angle = float(text)
+        except ValueError:
+            angle = math.nan
+        if not abs(angle) <= limit:
+            raise ValueError(f"{self.where}: {name} is {text!r}, expected a number from {-limit:.4g} to {limit:.4g}.")
+        return angle if name == "angle_rad" else math.radians(angle)
 
 
 def read_samples(lines: Iterable[str], channels: Sequence[str], dt: float, source: str) -> Iterator[Sample]:
     """Samples as soon as their lines are there.
 
     Args:
-        lines: CSV, the first line naming the columns: the channels, and `time_s` where it is known. Others, such as a
-            measured angle, are not read.
+        lines: CSV, the first line naming the columns: the channels, `time_s` where it is known, and `angle_rad` or
+            `angle_deg` where it was measured. Others are not read.
         channels: what to read, in this order.
         dt: sampling interval that is expected [s].
         source: what the lines come from, for messages.
@@ -39,6 +67,7 @@ def read_samples(lines: Iterable[str], channels: Sequence[str], dt: float, sourc
         )
     if repeated := [name for name in ("time_s", *channels) if header.count(name) > 1]:
         raise ValueError(f"{source}, line 1: {', '.join(repeated)} is there more than once; keep one of each.")
+    angle = next((name for name in ANGLES if name in header), None)
     before = None
     for where, line in numbered:
         if not (row := _cells(where, line)):
@@ -46,7 +75,7 @@ def read_samples(lines: Iterable[str], channels: Sequence[str], dt: float, sourc
         numbers = _read_numbers(row, header, ["time_s", *channels], where)
         time = numbers.pop("time_s", 0.0 if before is None else before + dt)
         _check_rate(before, time, dt, where)
-        yield Sample(time, list(numbers.values()), where)
+        yield Sample(time, list(numbers.values()), where, (angle, row[header.index(angle)]) if angle else None)
         before = time
 
 

@@ -1,0 +1,56 @@
+"""`myowave settings`: groups first, then the keys of one, or those about a word."""
+
+import pytest
+from typer.testing import CliRunner
+
+from myowave.cli import app
+from myowave.settings import KEYS
+from myowave.settings.listing import find_keys, list_groups
+
+
+def names(*words: str) -> list[str]:
+    return [key.name for key in find_keys(KEYS, words)]
+
+
+def asked(*arguments: str):
+    return CliRunner().invoke(app, ["settings", *arguments])
+
+
+def test_groups_fit_on_a_screen_and_count_every_key_once():
+    groups = list_groups(KEYS)
+    sections = {key.name for key in KEYS if any(k.name.startswith(f"{key.name}.") for k in KEYS)}
+    assert sum(count for count, _ in groups.values()) == len({key.name for key in KEYS} - sections)
+    assert len(asked().output.splitlines()) == len(groups) + 1 <= 24
+    assert groups["diagnosis.study"][0] == len(names("diagnosis.study")) - 1, "and the section itself"
+
+
+def test_a_group_is_listed_whole_and_nothing_else():
+    assert names("diagnosis.study")[0] == "diagnosis.study"
+    assert all(name.startswith("diagnosis.study") for name in names("diagnosis.study"))
+    assert "targets.scales" in names("targets") and "learning.sweep.scales" not in names("targets")
+
+
+def test_a_word_finds_keys_by_name_or_meaning_and_more_words_fewer():
+    assert {"data.datasets.<dataset>.angle_noise_deg", "learning.recipes.<recipe>.history_noise"} <= set(names("Noise"))
+    assert names("noise", "other", "worlds") == ["diagnosis.study.angle_noise_deg"]
+
+
+def test_an_arm_of_its_own_says_nothing_again_unless_it_is_asked_for():
+    assert "physics.muscles.<muscle>.slack_m" in names("slack")
+    assert not [name for name in names("slack") if name.startswith("physics.arms")]
+    assert "physics.arms.<arm>.muscles.<muscle>.slack_m" in names("physics.arms.<arm>.muscles")
+
+
+def test_a_key_is_printed_with_unit_default_and_bounds():
+    output = asked("learning_rate").output
+    assert "learning.recipes.<recipe>.learning_rate" in output and "above 0" in output
+
+
+def test_all_is_every_key():
+    assert asked("--all").output.count("\n") == 2 * len({key.name for key in KEYS})
+
+
+@pytest.mark.parametrize(("word", "near"), [("wavelett", "did you mean 'wavelet'?"), ("no such thing", "No setting")])
+def test_a_word_that_is_nowhere_is_said(word, near):
+    result = asked(word)
+    assert result.exit_code == 2 and near in result.output
