@@ -1,9 +1,10 @@
 """What `myowave predict` does: a line of prediction for each line of EMG."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from myowave.learning.checkpoint import Checkpoint
+from myowave.learning.inputs import NOTHING
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.streaming.reading import read_samples
 
@@ -27,12 +28,19 @@ def start_angles(checkpoint: Checkpoint, start_deg: Sequence[float]) -> list[flo
     return angles * history if len(angles) == 1 else angles
 
 
-def predict_lines(checkpoint: Checkpoint, predictor: Predictor, lines: Iterable[str], source: str) -> Iterator[str]:
+def predict_lines(
+    checkpoint: Checkpoint,
+    predictor: Predictor,
+    lines: Iterable[str],
+    source: str,
+    fixed: Mapping[str, float] = NOTHING,
+) -> Iterator[str]:
     """A line of prediction for each line of EMG, as soon as it is there.
 
     Args:
         lines: CSV, see `reading.read_samples`.
         source: what the lines come from, for messages.
+        fixed: known inputs that hold for the whole run, see `known.read_known`; the others are columns.
 
     Yields:
         CSV: time_s, angle_rad, and spread_rad over the seeds (1 SD) where they are several.
@@ -40,8 +48,11 @@ def predict_lines(checkpoint: Checkpoint, predictor: Predictor, lines: Iterable[
     Raises:
         ValueError: naming the line, at the first that is no sample of EMG.
     """
-    for i, sample in enumerate(read_samples(lines, checkpoint.channels, checkpoint.dt, source)):
-        angle = predictor.step(sample.emg, sample.where)
+    told = checkpoint.architecture.known
+    columns = [name for name in told if name not in fixed]
+    for i, sample in enumerate(read_samples(lines, checkpoint.channels, checkpoint.dt, source, columns)):
+        known = {**fixed, **dict(zip(columns, sample.known, strict=True))}
+        angle = predictor.step(sample.emg, sample.where, [known[name] for name in told])
         several = len(angle) > 1
         if i == 0:
             yield "time_s,angle_rad,spread_rad" if several else "time_s,angle_rad"
