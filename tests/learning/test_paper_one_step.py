@@ -21,7 +21,7 @@ def test_the_score_is_that_of_the_unseen_trial_without_given_samples(checkpoint,
     network = checkpoint.network
     emg, angle = to_tensors(trials, torch.device("cpu"))
     with torch.no_grad():
-        predicted = predict_teacher_forced(network, network.encode_emg(emg, trials.dt), angle)
+        predicted = predict_teacher_forced(network, network.encode_inputs(emg, trials.dt), angle)
     (test,) = trials.index(trials.test)
     expected = r_squared(angle[test, 2:], predicted[:, test, 2:])
     assert score_one_step(checkpoint, trials) == pytest.approx(expected.tolist())

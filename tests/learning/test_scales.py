@@ -43,7 +43,7 @@ def data_loss(checkpoint, emg, angle, dt):
     """J_data of Eq. 17 by hand, of the samples that neither validate nor were given, (S,)."""
     network, fraction = checkpoint.network, checkpoint.recipe["validation_fraction"]
     with torch.no_grad():
-        predicted = predict_teacher_forced(network, network.encode_emg(emg, dt), angle)
+        predicted = predict_teacher_forced(network, network.encode_inputs(emg, dt), angle)
     end = angle.shape[1] - round(fraction * angle.shape[1])
     inside = slice(network.history, end)
     return (predicted - angle)[..., inside].square().mean((1, 2))

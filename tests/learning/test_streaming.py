@@ -245,6 +245,13 @@ def flip(path, place):
     path.write_bytes(content)
 
 
+def flip_weight(path, content):
+    """Change one byte of a weight, wherever the file holds it."""
+    held = bytearray(path.read_bytes())
+    held[held.index(content["weights"]["output"].numpy().tobytes())] ^= 0xFF
+    path.write_bytes(held)
+
+
 CHECKPOINTS = {
     "text": (lambda path, _: path.write_text("not a network"), "not a checkpoint"),
     "empty": (lambda path, _: path.write_bytes(b""), "not a checkpoint"),
@@ -253,7 +260,7 @@ CHECKPOINTS = {
         "not a checkpoint",
     ),
     "cut at its end": (lambda path, _: path.write_bytes(path.read_bytes()[:-20]), "not a checkpoint"),
-    "a byte of a weight": (lambda path, _: flip(path, 0.5), "damaged|not a checkpoint"),
+    "a byte of a weight": (flip_weight, "damaged"),
     "a byte of the head": (lambda path, _: flip(path, 0.02), "damaged|not a checkpoint"),
     "another object": (lambda path, _: torch.save([1, 2], path), "checkpoint format is None"),
     "code in it": (lambda path, _: torch.save(print, path), "not a checkpoint"),

@@ -34,7 +34,7 @@ SMALL = {
 CONFIG = ("--configfile", "config.yaml", "mine.yaml")
 VERDICT = "results/diagnosis/case1/verdict.html"
 SCREENSHOTS = ROOT / "results/screenshots"
-# Lines of level SEVERE that MLflow writes itself: it asks who is logged in and takes the 404 for "nobody", and its table
+# Lines of level SEVERE that MLflow writes itself: it asks who is logged in and takes the 404 for nobody, and its table
 # of runs is sometimes left while it is still drawn.
 EXPECTED = ("mlflow/users/current", "AG Grid: unable to find bean reference")
 

@@ -44,5 +44,6 @@ def hold_out_ends(trials: Trials, share: float) -> Trials:
         },
         constants=trials.constants,
         signals={key: [values[i, samples] for _, i, samples in parts] for key, values in train.signals.items()},
+        over_time=trials.over_time,
         provenance={"held out": f"the last {share:g} of each training trial", "of": trials.provenance},
     )

@@ -112,6 +112,7 @@ def prepare(dataset: str, settings: RecordedDataset, session: Session) -> Prepar
         emg=[recording.emg for recording in recordings.values()],
         angle=[recording.angle for recording in recordings.values()],
         signals=signals,
+        over_time={s.condition: key for key, s in settings.signals.items() if s.condition},
         test=settings.test,
         conditions=_conditions(settings, signals),
         constants=settings.constants,

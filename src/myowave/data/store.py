@@ -135,6 +135,7 @@ def _to_metadata(trials: Trials) -> dict[str, Any]:
         "trials": list(trials.names),
         "channels": list(trials.channels),
         "signals": list(trials.signals),
+        "over_time": dict(trials.over_time),
         "test": list(trials.test),
         "conditions": {name: dict(values) for name, values in trials.conditions.items()},
         "constants": dict(trials.constants),
@@ -158,6 +159,7 @@ def _from_frame(frame: pd.DataFrame, metadata: Mapping[str, Any], path: str | Pa
             constants=metadata["constants"],
             provenance=metadata["provenance"],
             signals={name: [rows[t][name].to_numpy() for t in metadata["trials"]] for name in metadata["signals"]},
+            over_time=metadata["over_time"],
         )
     except KeyError as error:
         raise ValueError(

@@ -35,6 +35,7 @@ class Trials:
         constants: known physical parameters of the subject, {parameter: value in SI units}.
         provenance: where the numbers come from; JSON-able, read by people only.
         signals: further angles over time [rad], {name such as tilt_rad: (T, N)}, padded as the others are.
+        over_time: {physical parameter: the signal that is its value over time, of which a condition is the median}.
     """
 
     dataset: str
@@ -49,6 +50,7 @@ class Trials:
     constants: Mapping[str, float] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
     signals: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    over_time: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("emg", "angle"):
@@ -137,6 +139,7 @@ class Trials:
             constants=self.constants,
             provenance=self.provenance,
             signals={name: values[index, : max(lengths)] for name, values in self.signals.items()},
+            over_time=self.over_time,
         )
 
     def condition(self, parameter: str, default: float) -> NDArray[np.float64]:
@@ -177,6 +180,10 @@ class Trials:
             raise ValueError(
                 f"dataset {self.dataset!r}: channels {foreign} do not begin with {EMG_PREFIX!r}; call them "
                 "emg_<muscle>."
+            )
+        if missing := sorted(set(self.over_time.values()) - set(self.signals)):
+            raise ValueError(
+                f"dataset {self.dataset!r}: over_time names {missing}; the signals are {sorted(self.signals)}."
             )
         for where, named in (("test", self.test), ("conditions", tuple(self.conditions))):
             unknown = [name for name in named if name not in self.names]

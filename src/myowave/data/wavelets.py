@@ -138,6 +138,7 @@ def _project_trials(trials: Trials, level: int, wavelet: str, decompose: Decompo
             name: [project(values[i, :length], angle_level, wavelet) for i, length in recorded]
             for name, values in trials.signals.items()
         },
+        over_time=trials.over_time,
         provenance={**trials.provenance, "wavelet": wavelet, "decompose": decompose},
     )
 

@@ -58,7 +58,7 @@ def _stretch(command: NDArray[np.float64], samples: int, random: np.random.Gener
 
 def simulate_imagined(
     model: Model, params: dict[str, Tensor], trials: Trials, emg: NDArray[np.float64], seed: int
-) -> tuple[Tensor, Tensor]:
+) -> tuple[Tensor, Tensor, NDArray[np.int64]]:
     """Motion on made-up EMG, for each seed's parameters.
 
     Args:
@@ -67,7 +67,8 @@ def simulate_imagined(
         emg: (T, N, C).
 
     Returns:
-        Angle (S, T, N) [rad], and which of these trials stay in the recorded range, (S, T).
+        Angle (S, T, N) [rad], which of these trials stay in the recorded range, (S, T), and the positions of the
+        training trials whose known constants they have, (T,).
     """
     random = np.random.default_rng([seed, 11])
     donors = random.integers(len(trials.names), size=len(emg))
@@ -79,4 +80,4 @@ def simulate_imagined(
     low, high = trials.angle.min(), trials.angle.max()
     margin = MARGIN * (high - low)
     inside = ((angle > low - margin) & (angle < high + margin)).all(-1)
-    return torch.where(inside.unsqueeze(-1), angle, float(trials.angle.mean())), inside
+    return torch.where(inside.unsqueeze(-1), angle, float(trials.angle.mean())), inside, donors

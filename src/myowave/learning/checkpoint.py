@@ -117,6 +117,8 @@ class Checkpoint:
             found = (checkpoint.network.seeds, checkpoint.architecture.channels)
             if found != (len(checkpoint.seeds), len(checkpoint.channels)):
                 raise ValueError("weights, seeds and channels differ in number")
+            if checkpoint.weights["input"].shape[1] != checkpoint.architecture.inputs:
+                raise ValueError("weights and inputs differ in number")
             return checkpoint
         except (KeyError, TypeError, ValueError, AttributeError) as error:  # fields are missing, unknown or others
             raise ValueError(f"{path}: written by another version of myowave ({error}). Train it again.") from None
@@ -151,9 +153,10 @@ def digest_trials(trials: Trials) -> str:
     """Digest of the numbers and labels that training sees, so that a checkpoint knows its data."""
     digest = hashlib.sha256()
     labels = [trials.dataset, trials.dt, trials.names, trials.channels, trials.lengths, trials.test]
+    signals = [*trials.signals, *trials.over_time.items()]
     known = {name: dict(values) for name, values in trials.conditions.items()}
-    digest.update(json.dumps([*labels, known, dict(trials.constants)], sort_keys=True).encode())
-    for values in (trials.emg, trials.angle):
+    digest.update(json.dumps([*labels, *signals, known, dict(trials.constants)], sort_keys=True).encode())
+    for values in (trials.emg, trials.angle, *trials.signals.values()):
         digest.update(np.ascontiguousarray(values).tobytes())
     return digest.hexdigest()[:16]
 

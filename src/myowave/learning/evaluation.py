@@ -39,8 +39,8 @@ def predict_trials(checkpoint: Checkpoint, trials: Trials) -> Tensor:
     """
     checkpoint.require(dataset_digest=digest_trials(trials))
     network = checkpoint.network
-    emg, angle = to_tensors(trials, network.device)
-    return predict_free_running(network, emg, angle, trials.dt).cpu()
+    inputs, angle = to_tensors(trials, network.device, network.architecture.known)
+    return predict_free_running(network, inputs, angle, trials.dt).cpu()
 
 
 def evaluate(

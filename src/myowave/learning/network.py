@@ -6,12 +6,13 @@ Inputs and outputs are standardised with numbers of the training trials (`Scalin
 (`absolute`, Eq. 13) or an increment on linear extrapolation, q_n = 2 q_(n-1) - q_(n-2) + net: then the network has to
 learn a small, smooth acceleration only, and the history cell also sees the last step q_i - q_(i-1).
 
-Shapes: S seeds, B windows, N samples, C channels, X inputs, Q angle features, H hidden units, G = 3 H (GRU) or H (RNN).
+Shapes: S seeds, B windows, N samples, C channels, K known inputs, X inputs, Q angle features, H hidden units, G = 3 H
+(GRU) or H (RNN).
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
@@ -19,6 +20,7 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
+from myowave.learning.inputs import NOTHING, Known, given_inputs, unit_of
 
 Weights = Mapping[str, Tensor]
 Array = TypeVar("Array", Tensor, np.ndarray)
@@ -26,18 +28,19 @@ Array = TypeVar("Array", Tensor, np.ndarray)
 
 @dataclass(frozen=True)
 class Architecture:
-    """What the network looks like; see `settings.Recipe` for the meaning of each choice."""
+    """What the network looks like; see `settings.Recipe` for the meaning of each choice, and `inputs` for `known`."""
 
     cell: str
     hidden: int
     channels: int
     increments: bool
     time_input: bool
+    known: Known = field(default_factory=dict)
 
     @property
     def inputs(self) -> int:
-        """Number of inputs X: EMG channels, and time where it is one."""
-        return self.channels + self.time_input
+        """Number of inputs X: EMG channels, what is known beside them, and time where it is one."""
+        return self.channels + len(self.known) + self.time_input
 
     @property
     def features(self) -> int:
@@ -55,15 +58,16 @@ class Scaling:
     """Numbers that make inputs and outputs of order one, from the training trials at scale [0].
 
     Args:
-        emg_mean, emg_std: of each channel [-].
+        input_mean, input_std: of each EMG channel [-], then of each known input in its own unit; angles count in units
+            of the elbow's where they move less.
         angle_mean, angle_std: [rad].
         step_std: of q_n - q_(n-1) [rad].
         bend_std: of q_n - 2 q_(n-1) + q_(n-2) [rad], what an increment network has to output.
         duration: of the longest trial [s]; time enters as a fraction of it.
     """
 
-    emg_mean: tuple[float, ...]
-    emg_std: tuple[float, ...]
+    input_mean: tuple[float, ...]
+    input_std: tuple[float, ...]
     angle_mean: float
     angle_std: float
     step_std: float
@@ -71,16 +75,20 @@ class Scaling:
     duration: float
 
     @classmethod
-    def of(cls, trials: Trials) -> "Scaling":
-        """Scaling of some trials, all of which count."""
-        emg = np.concatenate([e[:n] for e, n in zip(trials.emg, trials.lengths, strict=True)])
+    def of(cls, trials: Trials, known: Known = NOTHING) -> "Scaling":
+        """Scaling of some trials, all of which count, and of what is known of them."""
+        inputs = np.concatenate([x[:n] for x, n in zip(given_inputs(trials, known), trials.lengths, strict=True)])
         angle = [q[:n] for q, n in zip(trials.angle, trials.lengths, strict=True)]
         floor = 1e-6  # a signal that never changes must not be divided by zero
+        input_std, angle_std = np.maximum(inputs.std(0), floor), float(max(np.concatenate(angle).std(), floor))
+        # A posture that hardly changes would tell the network which trial it sees, were it blown up to order one.
+        for i, name in enumerate(known, start=len(trials.channels)):
+            input_std[i] = max(input_std[i], angle_std) if unit_of(name) == "rad" else input_std[i]
         return cls(
-            emg_mean=tuple(emg.mean(0).tolist()),
-            emg_std=tuple(np.maximum(emg.std(0), floor).tolist()),
+            input_mean=tuple(inputs.mean(0).tolist()),
+            input_std=tuple(input_std.tolist()),
             angle_mean=float(np.concatenate(angle).mean()),
-            angle_std=float(max(np.concatenate(angle).std(), floor)),
+            angle_std=angle_std,
             step_std=float(max(np.concatenate([np.diff(q) for q in angle]).std(), floor)),
             bend_std=float(max(np.concatenate([np.diff(q, n=2) for q in angle]).std(), floor)),
             duration=float(max(trials.lengths) * trials.dt),
@@ -129,16 +137,18 @@ class Network:
         """A copy whose weights take gradients."""
         return replace(self, weights={name: w.detach().clone().requires_grad_() for name, w in self.weights.items()})
 
-    def encode_emg(self, emg: Tensor, dt: float) -> Tensor:
-        """Inputs x_n = [e_n, t_n], standardised, (T, N, X), float32, from EMG (T, N, C) [-] `dt` apart [s]."""
+    def encode_inputs(self, inputs: Tensor, dt: float) -> Tensor:
+        """Inputs x_n = [e_n, known, t_n], standardised, (T, N, X), float32, from those of `given_inputs` (T, N, C + K)
+        `dt` apart [s]."""
         scaling = self.scaling
         mean, std = (
-            torch.as_tensor(v, dtype=emg.dtype, device=emg.device) for v in (scaling.emg_mean, scaling.emg_std)
+            torch.as_tensor(v, dtype=inputs.dtype, device=inputs.device)
+            for v in (scaling.input_mean, scaling.input_std)
         )
-        x = (emg - mean) / std
+        x = (inputs - mean) / std
         if self.architecture.time_input:
-            time = torch.arange(emg.shape[-2], dtype=emg.dtype, device=emg.device) * dt
-            fraction = (time / scaling.duration).unsqueeze(-1).expand(*emg.shape[:-1], 1)
+            time = torch.arange(inputs.shape[-2], dtype=inputs.dtype, device=inputs.device) * dt
+            fraction = (time / scaling.duration).unsqueeze(-1).expand(*inputs.shape[:-1], 1)
             x = torch.cat([x, fraction], dim=-1)
         return x.float()
 

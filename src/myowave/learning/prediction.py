@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
+from myowave.learning.inputs import NOTHING, Known, given_inputs
 from myowave.learning.network import Network
 from myowave.learning.paper.windowed import run_windowed
 from myowave.learning.rollouts.rollout import roll_out
@@ -18,18 +19,18 @@ RUNS = {"carried": roll_out, "windowed": run_windowed}  # how a network runs fre
 
 
 @torch.no_grad()
-def predict_free_running(network: Network, emg: Tensor, angle: Tensor, dt: float) -> Tensor:
-    """Predict trials from EMG and the first `network.history` angles.
+def predict_free_running(network: Network, inputs: Tensor, angle: Tensor, dt: float) -> Tensor:
+    """Predict trials from EMG, what is known beside it, and the first `network.history` angles.
 
     Args:
-        emg: (T, N, C) [-].
+        inputs: (T, N, C + K), see `given_inputs`.
         angle: [rad], (T, n) with n at least `network.history`; what comes after is not read.
 
     Returns:
         (S, T, N) [rad]; the first `network.history` samples are those given.
     """
     given = angle[:, : network.history].double().expand(network.seeds, -1, -1)
-    x, (z, v) = network.encode_emg(emg, dt), network.encode_angle(given)
+    x, (z, v) = network.encode_inputs(inputs, dt), network.encode_angle(given)
     # In float64, a trial of thousands of samples comes out the same in any order of summation, as `streaming` needs.
     weights = {name: value.double() for name, value in network.weights.items()}
     free = run_free(replace(network, weights=weights), x.double(), z.double(), v.double())
@@ -41,6 +42,10 @@ def run_free(network: Network, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
     return RUNS[network.hidden_state](network, x, z, v)
 
 
-def to_tensors(trials: Trials, device: torch.device) -> tuple[Tensor, Tensor]:
-    """EMG (T, N, C) and angle (T, N) [rad] of trials, float64; copies, so that trials stay as they are."""
-    return torch.tensor(trials.emg, device=device), torch.tensor(trials.angle, device=device)
+def to_tensors(trials: Trials, device: torch.device, known: Known = NOTHING) -> tuple[Tensor, Tensor]:
+    """Inputs (T, N, C + K) and angle (T, N) [rad] of trials, float64; copies, so that trials stay as they are.
+
+    Args:
+        known: what the network is told beside EMG, `network.architecture.known`.
+    """
+    return torch.tensor(given_inputs(trials, known), device=device), torch.tensor(trials.angle, device=device)

@@ -11,7 +11,9 @@ from torch import Tensor
 from myowave.data.trials import Trials
 from myowave.identification.free_parameters import Free, free_parameters, start_values
 from myowave.learning.checkpoint import Checkpoint, digest_model, digest_trials
+from myowave.learning.inputs import known_inputs
 from myowave.learning.network import Architecture, Network, Scaling, initialise
+from myowave.learning.prediction import to_tensors
 from myowave.learning.windows import Corpus, count_training_samples
 from myowave.physics.model import Model
 from myowave.settings import Identify, Recipe
@@ -116,16 +118,17 @@ def begin_stage(task: Task, level: int, before: Checkpoint | None = None) -> Sta
         raise ValueError(f"scale -{level} of {task.total} starts from the checkpoint of -{level + 1}; none given.")
     network = network.to(task.device).trainable()
     usable = torch.tensor(count_training_samples(trials, recipe.validation_fraction, network.history))
-    emg, angle = (torch.from_numpy(values).to(task.device) for values in (trials.emg, trials.angle))
-    corpus = Corpus.of(network, emg, angle.unsqueeze(0), trials.dt, usable)
+    inputs, angle = to_tensors(trials, task.device, network.architecture.known)
+    corpus = Corpus.of(network, inputs, angle.unsqueeze(0), trials.dt, usable)
     return Stage(task, level, trials, network, corpus, free, start, values, before)
 
 
 def fresh_network(task: Task) -> Network:
     """The network of a task before any training."""
     recipe, finest = task.recipe, task.training_trials(0)
+    known = known_inputs(finest, task.model.defaults, recipe.known_inputs)
     architecture = Architecture(
-        recipe.cell, recipe.hidden, len(finest.channels), recipe.output == "increment", recipe.time_input
+        recipe.cell, recipe.hidden, len(finest.channels), recipe.output == "increment", recipe.time_input, known
     )
     weights = initialise(architecture, task.seeds)
-    return Network(architecture, Scaling.of(finest), weights, recipe.hidden_state, recipe.history_steps)
+    return Network(architecture, Scaling.of(finest, known), weights, recipe.hidden_state, recipe.history_steps)

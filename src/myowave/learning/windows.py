@@ -33,10 +33,10 @@ class Corpus:
     usable: Tensor
 
     @classmethod
-    def of(cls, network: Network, emg: Tensor, angle: Tensor, dt: float, usable: Tensor) -> "Corpus":
-        """From EMG (T, N, C) and angles (S or 1, T, N) [rad], on the device of the EMG."""
+    def of(cls, network: Network, inputs: Tensor, angle: Tensor, dt: float, usable: Tensor) -> "Corpus":
+        """From inputs (T, N, C + K), see `given_inputs`, and angles (S or 1, T, N) [rad], on their device."""
         z, v = network.encode_angle(angle)
-        return cls(network.encode_emg(emg, dt), z, v, usable.to(emg.device))
+        return cls(network.encode_inputs(inputs, dt), z, v, usable.to(inputs.device))
 
     def draw(self, count: int, length: int, random: torch.Generator) -> tuple[Tensor, Tensor]:
         """Trial and first sample of windows, (B,) each, all places equally likely.

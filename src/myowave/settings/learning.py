@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from myowave.settings.section import Address, ModelName, Name, Real, Section, Whole, setting
+from myowave.settings.section import Address, ModelName, Name, Once, Real, Section, Whole, setting
 
 
 class Recipe(Section):
@@ -22,6 +22,11 @@ class Recipe(Section):
         "absolute: the network gives the angle (Eq. 13); increment: what linear extrapolation lacks", "", "increment"
     )
     time_input: bool = setting("whether time t_n is an input beside EMG", "", False)
+    known_inputs: Annotated[tuple[str, ...], Once] | None = setting(
+        "inputs beside EMG: names of conditions such as load, where they differ between training trials, and of "
+        "signals such as tilt_rad, of which a dataset may have any; null: all that it has",
+        default=None,
+    )
     history_steps: Whole = setting("past samples of known angle that a prediction starts from", "-", 4, ge=1, le=100)
     history_noise: Real = setting("noise added to the history while training", "rad", 0.0, ge=0, le=1)
     rollout_s: Real = setting("time fed by the network's own predictions; 0 is teacher forcing", "s", 1.6, ge=0, le=60)

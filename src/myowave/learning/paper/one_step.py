@@ -26,9 +26,9 @@ def score_one_step(checkpoint: Checkpoint, trials: Trials) -> list[float]:
             f"checkpoint of {checkpoint.dataset}, {checkpoint.model}: its recipe has hidden_state: "
             f"{network.hidden_state}; scores one step ahead are of recipes with hidden_state: windowed."
         )
-    emg, angle = to_tensors(trials.select(trials.test), network.device)
+    inputs, angle = to_tensors(trials.select(trials.test), network.device, network.architecture.known)
     with torch.no_grad():
-        predicted = predict_teacher_forced(network, network.encode_emg(emg, trials.dt), angle)
+        predicted = predict_teacher_forced(network, network.encode_inputs(inputs, trials.dt), angle)
     lengths = [trials.lengths[t] for t in trials.index(trials.test)]
     given = first_predicted(network)
     scores = [r_squared(angle[t, given:n], predicted[:, t, given:n]) for t, n in enumerate(lengths)]

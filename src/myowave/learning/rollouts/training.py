@@ -9,11 +9,13 @@ import operator
 from collections.abc import Iterable
 from functools import reduce
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from myowave.learning.augmentation import imagine_emg, simulate_imagined
 from myowave.learning.identification import Identification
+from myowave.learning.inputs import told_of
 from myowave.learning.loss import Losses, Noise
 from myowave.learning.rollouts.loss import RolloutLoss, Simulated
 from myowave.learning.task import Stage
@@ -62,9 +64,11 @@ class RolloutTraining:
         if not follows.any():
             return None
         emg = imagine_emg(stage.trials, stage.task.recipe.simulated_trials, DATA_SEED)
-        angle, inside = simulate_imagined(stage.task.model, self.search.params, stage.trials, emg, DATA_SEED)
+        angle, inside, donors = simulate_imagined(stage.task.model, self.search.params, stage.trials, emg, DATA_SEED)
+        told = told_of(stage.trials, donors, stage.network.architecture.known, emg.shape[1])
+        inputs = torch.from_numpy(np.concatenate([emg, told], axis=-1)).to(device)
         usable = torch.full((len(emg),), emg.shape[1])
-        corpus = Corpus.of(stage.network, torch.from_numpy(emg).to(device), angle.to(device), stage.trials.dt, usable)
+        corpus = Corpus.of(stage.network, inputs, angle.to(device), stage.trials.dt, usable)
         return Simulated(corpus, (inside & follows.unsqueeze(-1)).to(device))
 
 

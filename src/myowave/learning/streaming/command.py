@@ -1,9 +1,10 @@
 """What `myowave predict` does: a line of prediction for each line of EMG."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 from myowave.learning.checkpoint import Checkpoint
+from myowave.learning.inputs import NOTHING
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.streaming.reading import Sample, read_samples
 
@@ -32,6 +33,7 @@ def predict_lines(
     predictor: Predictor,
     lines: Iterable[str],
     source: str,
+    fixed: Mapping[str, float] = NOTHING,
     *,
     deg: bool = False,
     say: Callable[[str], None] | None = None,
@@ -41,6 +43,7 @@ def predict_lines(
     Args:
         lines: CSV, see `reading.read_samples`.
         source: what the lines come from, for messages.
+        fixed: known inputs that hold for the whole run, see `known.read_known`; the others are columns.
         deg: angles in degrees.
         say: where nothing is said of the start: the first measured angles of the lines are taken, where they have any,
             and it is told which start was taken, and why.
@@ -52,12 +55,15 @@ def predict_lines(
         ValueError: naming the line, at the first that is no sample of EMG.
     """
     unit, scale = ("deg", math.degrees(1)) if deg else ("rad", 1.0)
+    told = checkpoint.architecture.known
+    columns = [name for name in told if name not in fixed]
     from_column = False
-    for i, sample in enumerate(read_samples(lines, checkpoint.channels, checkpoint.dt, source)):
+    for i, sample in enumerate(read_samples(lines, checkpoint.channels, checkpoint.dt, source, columns)):
         if i == 0 and say is not None:
             from_column = _told_start(checkpoint, sample, say)
         measured = _known_angle(sample) if from_column and i < predictor.history else None
-        angle = scale * predictor.step(sample.emg, sample.where, measured)
+        known = {**fixed, **dict(zip(columns, sample.known, strict=True))}
+        angle = scale * predictor.step(sample.emg, sample.where, [known[name] for name in told], measured)
         several = len(angle) > 1
         if i == 0:
             yield f"time_s,angle_{unit},spread_{unit}" if several else f"time_s,angle_{unit}"

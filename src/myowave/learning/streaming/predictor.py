@@ -3,7 +3,7 @@
 A step is done in numpy, because it is two dozen products of small matrices: torch would spend more time on calling them
 than on computing them.
 
-Shapes: S seeds, C channels, X inputs, H hidden units, G gates, as in `network`.
+Shapes: S seeds, C channels, K known inputs, X inputs, H hidden units, G gates, as in `network`.
 """
 
 from collections import deque
@@ -45,7 +45,7 @@ class Predictor:
         # Float64, and inputs rounded to float32 as everywhere: then any order of summation gives the batch's numbers.
         self._weights = {name: value[chosen].double().cpu().numpy() for name, value in network.weights.items()}
         self._network, self._channels, self._dt, self._count = network, checkpoint.channels, dt, 0
-        self._mean, self._std = np.array(network.scaling.emg_mean), np.array(network.scaling.emg_std)
+        self._mean, self._std = np.array(network.scaling.input_mean), np.array(network.scaling.input_std)
         given = torch.tensor(list(angles[: network.history]), dtype=torch.float64)
         self._angles = given.numpy()
         self._z, self._v = np.zeros((2, len(chosen), 1, 1))
@@ -58,24 +58,37 @@ class Predictor:
         """Number of first samples whose angles are given."""
         return self._network.history
 
-    def step(self, emg: Sequence[float], where: str | None = None, measured: float | None = None) -> np.ndarray:
+    def step(
+        self,
+        emg: Sequence[float],
+        where: str | None = None,
+        known: Sequence[float] = (),
+        measured: float | None = None,
+    ) -> np.ndarray:
         """The angle [rad] at the next sample for every seed, (S,), from its EMG (one number per channel).
 
         Args:
             where: what messages call the sample; its number by default.
+            known: what the network is told beside EMG, in the order of its architecture's `known`, SI units.
             measured: angle [rad] that takes the place of the given one; after the history it does not count.
 
         Raises:
-            ValueError: for another number of channels, or EMG that is not normalised; the sample then does not count.
+            ValueError: for another number of channels or known inputs, or EMG that is not normalised; the sample then
+                does not count.
         """
-        if len(emg) != len(self._mean):
-            raise ValueError(f"a sample of EMG has {len(emg)} numbers; the network takes {len(self._mean)} channels.")
+        if len(emg) != len(self._channels):
+            raise ValueError(
+                f"a sample of EMG has {len(emg)} numbers; the network takes {len(self._channels)} channels."
+            )
+        if len(known) != len(names := tuple(self._network.architecture.known)):
+            takes = ", ".join(names) or "nothing"
+            raise ValueError(f"{len(known)} numbers are known beside EMG; the network takes {takes}.")
         n, weights, scaling = self._count, self._weights, self._network.scaling
         _check_emg(self._channels, emg, where or f"sample {n + 1}")
-        known = n < self._network.history
-        driven = self._encode(emg) @ weights["input"] + weights["bias"]
+        given = n < self._network.history
+        driven = self._encode([*emg, *known]) @ weights["input"] + weights["bias"]
         recurrent = self._remember() @ weights["hidden"]
-        if known:
+        if given:
             if measured is not None:
                 self._angles[n] = measured
             two = torch.from_numpy(self._angles[max(n - 1, 0) : n + 1])
@@ -89,13 +102,13 @@ class Predictor:
         self._past.append(seen)
         self._hidden = self._cell(seen, recurrent)
         self._count += 1
-        if known:
+        if given:
             return np.full(len(self._z), self._angles[n])
         return self._z[:, 0, 0] * scaling.angle_std + scaling.angle_mean
 
-    def _encode(self, emg: Sequence[float]) -> np.ndarray:
-        """As `Network.encode_emg`, of one sample: (1, X)."""
-        x = (np.asarray(emg, dtype=np.float64) - self._mean) / self._std
+    def _encode(self, inputs: Sequence[float]) -> np.ndarray:
+        """As `Network.encode_inputs`, of one sample: (1, X)."""
+        x = (np.asarray(inputs, dtype=np.float64) - self._mean) / self._std
         if self._network.architecture.time_input:
             x = np.append(x, self._count * self._dt / self._network.scaling.duration)
         return x.astype(np.float32).astype(np.float64)[None]

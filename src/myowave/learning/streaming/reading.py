@@ -6,23 +6,27 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from myowave.data.checks.columns import ANGLES
+from myowave.learning.inputs import unit_of
+from myowave.learning.streaming.known import check_known
 
 RATE_TOLERANCE = 0.01  # largest relative difference from the sampling interval of the training that counts as rounding
 
 
 @dataclass(frozen=True)
 class Sample:
-    """One sample of EMG.
+    """One sample.
 
     Args:
         time: [s].
         emg: of each channel [-].
+        known: inputs beside EMG, SI units.
         where: what messages call its line.
         angle: name and text of the column with a measured angle, where there is one; not looked at.
     """
 
     time: float
     emg: Sequence[float]
+    known: Sequence[float]
     where: str
     angle: tuple[str, str] | None = None
 
@@ -45,15 +49,18 @@ class Sample:
         return angle if name == "angle_rad" else math.radians(angle)
 
 
-def read_samples(lines: Iterable[str], channels: Sequence[str], dt: float, source: str) -> Iterator[Sample]:
+def read_samples(
+    lines: Iterable[str], channels: Sequence[str], dt: float, source: str, known: Sequence[str] = ()
+) -> Iterator[Sample]:
     """Samples as soon as their lines are there.
 
     Args:
-        lines: CSV, the first line naming the columns: the channels, `time_s` where it is known, and `angle_rad` or
-            `angle_deg` where it was measured. Others are not read.
-        channels: what to read, in this order.
+        lines: CSV, the first line naming the columns: the channels, the known inputs, `time_s` where it is known, and
+            `angle_rad` or `angle_deg` where it was measured. Others are not read.
+        channels: EMG to read, in this order.
         dt: sampling interval that is expected [s].
         source: what the lines come from, for messages.
+        known: further inputs to read, in this order.
 
     Raises:
         ValueError: naming the line, at the first that is no sample of EMG.
@@ -65,17 +72,26 @@ def read_samples(lines: Iterable[str], channels: Sequence[str], dt: float, sourc
             f"{source}, line 1: no column {', '.join(missing)}; found {', '.join(header) or 'nothing'}. The first line "
             f"names the columns, among them the channels of the network: {', '.join(channels)}."
         )
-    if repeated := [name for name in ("time_s", *channels) if header.count(name) > 1]:
+    if missing := [name for name in known if name not in header]:
+        name = missing[0]
+        raise ValueError(
+            f"{source}, line 1: no column {', '.join(missing)}; found {', '.join(header)}. The network was told "
+            f"{' and '.join(missing)} of its trials. Add a column [{unit_of(name)}], or give what holds for the whole "
+            f"run: --known {name}=VALUE."
+        )
+    if repeated := [name for name in ("time_s", *channels, *known) if header.count(name) > 1]:
         raise ValueError(f"{source}, line 1: {', '.join(repeated)} is there more than once; keep one of each.")
     angle = next((name for name in ANGLES if name in header), None)
     before = None
     for where, line in numbered:
         if not (row := _cells(where, line)):
             continue
-        numbers = _read_numbers(row, header, ["time_s", *channels], where)
+        numbers = _read_numbers(row, header, ["time_s", *channels, *known], where)
         time = numbers.pop("time_s", 0.0 if before is None else before + dt)
         _check_rate(before, time, dt, where)
-        yield Sample(time, list(numbers.values()), where, (angle, row[header.index(angle)]) if angle else None)
+        check_known({name: numbers[name] for name in known}, where)
+        measured = (angle, row[header.index(angle)]) if angle else None
+        yield Sample(time, [numbers[name] for name in channels], [numbers[name] for name in known], where, measured)
         before = time
 
 

@@ -46,8 +46,8 @@ def with_settings(recipe: Recipe, settings: Settings, epochs: int | None = None)
 def free_running_error_deg(checkpoint: Checkpoint, trials: Trials) -> np.ndarray:
     """Root mean square error of the free-running prediction over all samples that are not given [deg], (S,)."""
     network = checkpoint.network
-    emg, angle = to_tensors(trials, network.device)
-    predicted = predict_free_running(network, emg, angle, trials.dt).cpu().numpy()
+    inputs, angle = to_tensors(trials, network.device, network.architecture.known)
+    predicted = predict_free_running(network, inputs, angle, trials.dt).cpu().numpy()
     counted = trials.valid.copy()
     counted[:, : network.history] = False
     squared = np.square(predicted - trials.angle)[:, counted]

@@ -1,0 +1,83 @@
+"""What a network is told of a trial at every sample: its EMG, and what else is known beside it.
+
+The EMG of 1 kg and of 2.5 kg do not mean the same motion. So a constant that is known and differs between the training
+trials, such as `load`, is an input beside the EMG, constant over its trial; and so is a further angle that was recorded
+over time, such as `tilt_rad`, in place of the constant that it gives.
+
+Shapes: T trials, N samples, C EMG channels, K known inputs.
+"""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from myowave.data.trials import Trials
+from myowave.physics.constants import Constant, constant_of
+
+Known = Mapping[str, float]
+"""{known input: its value in a trial that does not name it}"""
+NOTHING: Known = MappingProxyType({})
+
+
+def known_inputs(trials: Trials, defaults: Mapping[str, float], wanted: Sequence[str] | None = None) -> Known:
+    """What a network may be told beside EMG.
+
+    Args:
+        trials: the training trials.
+        defaults: values of the physical model for trials whose conditions do not name a constant.
+        wanted: names of constants and signals, of which those count that the trials have; None takes all.
+    """
+    differ = {
+        name: defaults[name]
+        for name, values in trials.known(defaults).items()
+        if name not in trials.over_time and np.ptp(values) > 0
+    }
+    known = differ | dict.fromkeys(trials.signals, 0.0)
+    return {name: value for name, value in known.items() if wanted is None or name in wanted}
+
+
+def given_inputs(trials: Trials, known: Known) -> NDArray[np.float64]:
+    """EMG and known inputs of trials, (T, N, C + K).
+
+    Raises:
+        ValueError: where the trials lack a signal that the network was trained with.
+    """
+    samples = trials.emg.shape[1]
+    columns = [_over_time(trials, name, value, samples) for name, value in known.items()]
+    return np.concatenate([trials.emg, *(column[..., None] for column in columns)], axis=-1)
+
+
+def told_of(trials: Trials, donors: NDArray[np.int64], known: Known, samples: int) -> NDArray[np.float64]:
+    """Known inputs of trials that are simulated with the constants of others, (len(donors), samples, K).
+
+    Args:
+        donors: positions of the trials whose constants they have.
+    """
+    # ASSUME: the physics of a simulated trial holds an angle that is known over time at its median.
+    constant = {signal: parameter for parameter, signal in trials.over_time.items()}
+    told = np.empty((len(donors), samples, len(known)))
+    for k, (name, value) in enumerate(known.items()):
+        told[..., k] = trials.condition(constant.get(name, name), value)[donors, None]
+    return told
+
+
+def unit_of(name: str) -> str:
+    """SI unit of a known input; angles over time are in rad."""
+    constant = constant_behind(name)
+    return "rad" if constant is None else constant.unit
+
+
+def constant_behind(name: str) -> Constant | None:
+    """The physical constant that a known input is; None for an angle over time."""
+    try:
+        return constant_of(name)
+    except KeyError:
+        return None
+
+
+def _over_time(trials: Trials, name: str, value: float, samples: int) -> NDArray[np.float64]:
+    if name in trials.signals:
+        return trials.signals[name]
+    return np.broadcast_to(trials.condition(name, value)[:, None], (len(trials.names), samples))
