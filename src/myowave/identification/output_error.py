@@ -20,9 +20,10 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from myowave.identification.free_parameters import Free, bind_values, moved, scales, start_values, within
+from myowave.identification.free_parameters import Free, bind_values, moved, moving, scales, start_values, within
 from myowave.identification.least_squares import Normal, bounded_step, normal_equations
 from myowave.identification.record import Record
+from myowave.identification.torque import TorqueFit
 from myowave.identification.uncertainty import correlation_time, covariance, residual_variance
 from myowave.physics.model import Model, Params
 from myowave.physics.motion import resting_states, simulate
@@ -52,6 +53,7 @@ class Fit:
         sensitive: the solved motion.
         record: what was fitted.
         converged: whether no step could gain anything any more.
+        torque: the fit to torque that all values are taken from, where no motion of the model follows the trials.
     """
 
     simulation: Simulation
@@ -62,6 +64,7 @@ class Fit:
     sensitive: Sensitive
     record: Record
     converged: bool = False
+    torque: TorqueFit | None = None
 
     @property
     def model(self) -> Model:
@@ -119,7 +122,7 @@ class Fit:
 
     def covariance(self) -> Array:
         """Covariance of the free parameters (P, P), see `uncertainty`."""
-        return covariance(self.normal, self.record, self.free)
+        return self.torque.covariance if self.torque else covariance(self.normal, self.record, self.free)
 
     def standard_errors(self) -> dict[str, float]:
         return {p.name: float(e) for p, e in zip(self.free, np.sqrt(np.diag(self.covariance())), strict=True)}
@@ -250,9 +253,19 @@ def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:
 def _solve(
     simulation: Simulation, free: Sequence[Free], begin: Array, guess: Tensor, iterations: int = 25
 ) -> Sensitive:
+    """The motion near a guess, with derivatives that are 0 for parameters that are held."""
     q0, qdot0 = (torch.from_numpy(begin[..., i].copy()) for i in range(2))
     newton = Newton(iterations, TOLERANCE, rescue=False)
-    return solve(simulation, q0, qdot0, guess=guess, wrt={p.name: p.scale for p in free}, newton=newton)
+    wrt = {p.name: p.scale for p in free if not p.held}
+    result = solve(simulation, q0, qdot0, guess=guess, wrt=wrt, newton=newton)
+    if len(wrt) == len(free):
+        return result
+    place, both = np.flatnonzero(moving(free)), (*np.flatnonzero(moving(free)), len(free), len(free) + 1)
+    by_parameter = result.by_start.new_zeros(len(free), *result.by_start.shape[1:])
+    by_parameter[place] = result.by_parameter
+    tangent = result.tangent.new_zeros(*result.tangent.shape[:-1], len(free) + 2)
+    tangent[..., both] = result.tangent
+    return replace(result, by_parameter=by_parameter, tangent=tangent)
 
 
 def _move(
