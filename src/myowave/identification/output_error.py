@@ -20,6 +20,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from myowave.identification.dynamometer import with_torque
 from myowave.identification.free_parameters import Free, bind_values, moved, moving, scales, start_values, within
 from myowave.identification.least_squares import Normal, bounded_step, normal_equations
 from myowave.identification.record import Record
@@ -165,6 +166,7 @@ class Search:
         simulation = self.simulation.with_params(bind_values(self.free, self.values))
         result = _solve(simulation, self.free, self.starts, self.guess, iterations=1)
         normal = normal_equations(result, self.record, self.free, self.values)
+        normal = with_torque(normal, simulation.model, self.record, self.free, self.values)
         step = bounded_step(normal.matrix, normal.vector, self.free, self.values, DAMPING)
         shift = normal.starts_after(step)
         values, starts, guess = _move(self.free, self.values, self.starts, result, step, shift)
@@ -296,7 +298,8 @@ def _attempt(
     result = _solve(simulation, free, begin, guess)
     if not result.gap < TOLERANCE:
         return None
-    return Fit(simulation, free, values, begin, normal_equations(result, record, free, values), result, record)
+    normal = with_torque(normal_equations(result, record, free, values), simulation.model, record, free, values)
+    return Fit(simulation, free, values, begin, normal, result, record)
 
 
 def polish(fit: Fit) -> Fit:
@@ -378,4 +381,6 @@ def gain(fit: Fit, step: Array, shift: Array) -> float:
     normal = fit.normal
     left = normal.residual - normal.slope @ step - (normal.by_start @ shift[..., None])[..., 0]
     nearer = normal.weight @ (normal.off**2 - (normal.off - step) ** 2)
+    if normal.beside_slope is not None:
+        nearer += (normal.beside**2).sum() - ((normal.beside - normal.beside_slope @ step) ** 2).sum()
     return float(normal.rss - (left**2).sum() + nearer)

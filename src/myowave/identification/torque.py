@@ -49,6 +49,8 @@ class Balance:
         moved: int w'' q dt of the angle as measured [rad/s], (T, K).
         windows: in coarse steps.
         inside: which of them count, (T, K).
+        measured: torque of the muscles over each window as a dynamometer measured it [N m], NaN where none did, (T, K);
+            None where none ever did.
     """
 
     model: Model
@@ -59,6 +61,7 @@ class Balance:
     moved: Tensor
     windows: Windows
     inside: NDArray[np.bool_]
+    measured: Array | None = None
 
     @classmethod
     def of(cls, model: Model, record: Record) -> "Balance":
@@ -72,6 +75,8 @@ class Balance:
         assert record.pieces is None
         coarse = max(1, round(COARSE_S / record.dt))
         windows = Windows.over(record.lengths, record.dt, coarse)
+        if not windows.inside.any():
+            raise ValueError(f"no trial is as long as the {2 * HALF_WIDTH_S:g} s that a torque is taken over")
         steps = (record.angle.shape[1] - 1) // coarse
         position = (torch.arange(steps, dtype=torch.float64) + 0.5) * coarse
         left = position.floor().long()
@@ -82,10 +87,18 @@ class Balance:
         merged = windows.merged(coarse)
         count = merged.integrate(q[..., None]).shape[-1]
         inside = windows.inside[:, :count]
-        if not inside.any():
-            raise ValueError(f"no trial is as long as the {2 * HALF_WIDTH_S:g} s that a torque is taken over")
         state = q[..., None], qdot[..., None], position[:, None, None]
-        return cls(model, record, *state, moved[:, :count], merged, inside)
+        measured = None
+        if record.torque is not None:
+            told = torch.from_numpy(record.torque)[..., None]
+            between = told[:, left] * (1 - share) + told[:, left + 1] * share
+            measured = (merged.integrate(between) / merged.integrate(torch.ones_like(between))).numpy()
+        return cls(model, record, *state, moved[:, :count], merged, inside, measured)
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """Windows over which a dynamometer measured, (T, K)."""
+        return np.zeros_like(self.inside) if self.measured is None else self.inside & np.isfinite(self.measured)
 
     def torques(self, free: Sequence[Free], values: Array) -> tuple[Array, Array]:
         """Needed and given torque [N m], (..., T, K) each, for free parameters (..., P)."""
@@ -99,10 +112,19 @@ class Balance:
         return needed.numpy(), given.numpy()
 
     def residual(self, free: Sequence[Free], values: Array) -> Array:
-        """Needed less given torque in units of the needed one (root mean square), 0 outside trials, (..., T, K)."""
-        needed, given = (np.where(self.inside, x, 0.0) for x in self.torques(free, values))
-        size = np.sqrt((needed**2).sum((-1, -2), keepdims=True) / self.inside.sum())
-        return np.nan_to_num((needed - given) / size, nan=LARGEST).clip(-LARGEST, LARGEST)
+        """What is not given of the needed torque and, where a dynamometer measured, of that torque, in units of the
+        needed one (root mean square), 0 outside trials, (..., T, K) or (..., T, 2 K)."""
+        needed, given = self.torques(free, values)
+        size = np.sqrt(np.where(self.inside, needed**2, 0.0).sum((-1, -2), keepdims=True) / self.inside.sum())
+        left = [np.where(self.inside, needed - given, 0.0)]
+        if self.measured is not None:
+            left.append(np.where(self.seen, self.measured - given, 0.0))
+        return np.nan_to_num(np.concatenate(left, -1) / size, nan=LARGEST).clip(-LARGEST, LARGEST)
+
+    @property
+    def count(self) -> int:
+        """Residuals that count."""
+        return int(self.inside.sum() + self.seen.sum())
 
 
 @dataclass(frozen=True)
@@ -154,34 +176,33 @@ def fit_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit:
     balance = Balance.of(model, record)
     values = torque_values(balance, free, np.array([p.start for p in free]))
     residual, slope = _linearise(balance, free, values)
-    matrix = slope.T @ slope / _variance(residual, balance.inside) + np.diag(expected(free)[1])
+    matrix = slope.T @ slope / _variance(residual, balance.count) + np.diag(expected(free)[1])
     unit = np.outer(scales(free), scales(free))
-    return TorqueFit(free, values, pseudo_inverse(matrix) * unit, _left_out(balance, free, values))
+    return TorqueFit(free, values, pseudo_inverse(matrix) * unit, _left_out(balance, free))
 
 
 def torque_values(balance: Balance, free: Sequence[Free], start: Array) -> Array:
     """The values (P,) that give the needed torque best, from some to start from (P,)."""
     values = start
     for _ in range(ROUNDS):
-        values = _descend(balance, free, values, _variance(balance.residual(free, values), balance.inside))
+        values = _descend(balance, free, values, _variance(balance.residual(free, values), balance.count))
     return values
 
 
-def _left_out(balance: Balance, free: Sequence[Free], values: Array) -> dict[str, float]:
-    """Share of the torque of each trial that is given where only the others are fitted [-]."""
-    record = balance.record
+def _left_out(balance: Balance, free: Sequence[Free]) -> dict[str, float]:
+    """Share of the torque of each trial that is given where only the others are fitted, from the usual values [-]."""
+    record, usual = balance.record, np.array([p.start for p in free])
     found: dict[str, float] = {}
     for trial in range(len(record.names) if len(record.names) > 1 else 0):
         rest, alone = np.delete(np.arange(len(record.names)), trial), [trial]
         if balance.inside[rest].any() and balance.inside[trial].any():
-            fitted = torque_values(Balance.of(balance.model, record.take(rest)), free, values)
+            fitted = torque_values(Balance.of(balance.model, record.take(rest)), free, usual)
             found |= shares_given(Balance.of(balance.model, record.take(alone)), free, fitted)
     return found
 
 
-def _variance(residual: Array, inside: NDArray[np.bool_]) -> float:
-    """Of what is independent in a residual (T, K)."""
-    count = int(inside.sum())
+def _variance(residual: Array, count: int) -> float:
+    """Of what is independent in a residual (T, K) of which so many count."""
     return float((residual**2).sum() / count * samples_for_one(residual, count))
 
 
