@@ -94,6 +94,21 @@ def test_columns_that_are_named_as_not_needed_do_no_harm(folder):
     refuse(folder, "unknown column 'emg_brachialis'", ignore_columns=("acc_*",))
 
 
+def test_torque_of_a_dynamometer_comes_in_where_it_was_measured(folder):
+    assert not load(folder).signals
+    spoil(folder, lambda f: f.assign(torque_Nm=np.linspace(-3, 9, len(f))))
+    torque = load(folder).signals["torque_Nm"]
+    assert np.isnan(torque[[0, 2]]).all() and np.abs(torque[1] - np.linspace(-3, 9, 100)).max() < 1e-12
+
+
+def test_a_torque_in_another_unit_or_of_no_sensor_is_refused(folder):
+    spoil(folder, lambda f: f.assign(torque_Nm=np.linspace(-300, 9000, len(f))))
+    spoil(folder, lambda f: f.assign(torque_Nm=0.0), name="trial1")
+    refuse(
+        folder, r"trial2.csv, row 101: torque_Nm is 9000 .* expected -300 to 300", "trial1.csv: torque_Nm stays at 0"
+    )
+
+
 def test_trials_come_in_natural_order(folder):
     recording(10).to_csv(folder / "trial10.csv", index=False)
     assert load(folder).names == ("trial1", "trial2", "trial3", "trial10")

@@ -12,10 +12,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from myowave.data.checks.across import duplicate_problems, rate_problems, role_problems
 from myowave.data.checks.columns import ANGLES, TIME, column_problems, emg_columns, is_ignored
-from myowave.data.checks.ranges import angle_problems, emg_problems
+from myowave.data.checks.ranges import angle_problems, emg_problems, torque_problems
 from myowave.data.checks.tables import beyond_tables, table_problems
 from myowave.data.checks.time import pace_problems, time_problems
 from myowave.data.checks.values import length_problems, value_problems
@@ -23,7 +24,7 @@ from myowave.data.files import find_files
 from myowave.data.processing.units import to_radians
 from myowave.data.readers import TABLES, RawRecording, read
 from myowave.data.recording import Recording
-from myowave.data.trials import Trials
+from myowave.data.trials import TORQUE, Trials
 from myowave.settings import MeasuredDataset, TablePath
 
 
@@ -65,6 +66,7 @@ def import_trials(
         channels=channels,
         emg=[recording.emg for recording in recordings.values()],
         angle=[recording.angle for recording in recordings.values()],
+        signals=_torques(recordings),
         test=settings.test,
         conditions=settings.conditions,
         constants=settings.constants,
@@ -74,6 +76,15 @@ def import_trials(
             "sha256": {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files.values()},
         },
     )
+
+
+def _torques(recordings: Mapping[str, Recording]) -> dict[str, list[NDArray[np.float64]]]:
+    """The torque of each trial, NaN where none was measured; nothing where that is so in all."""
+    if all(recording.torque is None for recording in recordings.values()):
+        return {}
+    nothing = [np.full(len(recording.angle), np.nan) for recording in recordings.values()]
+    pairs = zip(recordings.values(), nothing, strict=True)
+    return {TORQUE: [none if recording.torque is None else recording.torque for recording, none in pairs]}
 
 
 def check_tables(trials: Trials, tables: Mapping[str, TablePath]) -> list[str]:
@@ -116,7 +127,7 @@ def read_recording(
         return None, [str(error)]
     if problems := list(column_problems(raw, channels, ignored)):
         return None, problems
-    needed = {TIME, *ANGLES, *(channels or ())}
+    needed = {TIME, *ANGLES, TORQUE, *(channels or ())}
     raw = replace(raw, signals=tuple(s for s in raw.signals if s.name in needed or not is_ignored(s.name, ignored)))
     if problems := _problems_of(raw, channels):
         return None, problems
@@ -128,6 +139,7 @@ def read_recording(
         channels=names,
         emg=np.stack([raw[name].values for name in names], axis=1),
         angle=to_radians(raw[column].values, column.removeprefix("angle_")),
+        torque=raw[TORQUE].values if TORQUE in raw.header else None,
     ), []
 
 
@@ -147,6 +159,8 @@ def _problems_of_signals(raw: RawRecording, channels: Sequence[str]) -> Iterator
     yield from pace_problems(raw, raw[TIME].values, TIME)
     yield from emg_problems(raw, channels)
     yield from angle_problems(raw, _angle_column(raw))
+    if TORQUE in raw.header:
+        yield from torque_problems(raw, TORQUE)
 
 
 def _angle_column(raw: RawRecording) -> str:

@@ -16,6 +16,7 @@ class Recording:
         channels: column name of each EMG channel, length C.
         emg: as a fraction of maximum voluntary contraction [-], (N, C).
         angle: elbow angle [rad], (N,).
+        torque: of the muscles, as a dynamometer measured it [N m], (N,); None where none did.
     """
 
     origin: str
@@ -23,3 +24,4 @@ class Recording:
     channels: tuple[str, ...]
     emg: NDArray[np.float64]
     angle: NDArray[np.float64]
+    torque: NDArray[np.float64] | None = None

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 EMG_PREFIX = "emg_"
+TORQUE = "torque_Nm"
+"""Torque of the muscles about the elbow as measured, flexing positive, one of the `signals`; NaN in trials without."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +36,8 @@ class Trials:
         conditions: known physical parameters that differ between trials, {trial: {parameter: value in SI units}}.
         constants: known physical parameters of the subject, {parameter: value in SI units}.
         provenance: where the numbers come from; JSON-able, read by people only.
-        signals: further angles over time [rad], {name such as tilt_rad: (T, N)}, padded as the others are.
+        signals: further angles over time [rad], {name such as tilt_rad: (T, N)}, padded as the others are; and torque
+            (`TORQUE`) [N m].
         over_time: {physical parameter: the signal that is its value over time, of which a condition is the median}.
     """
 

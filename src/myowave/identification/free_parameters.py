@@ -31,6 +31,7 @@ class Free:
     Args:
         spread: further starts are up to this fraction away.
         deviation: standard deviation of what is known of it beforehand, about `start`; infinite where nothing is.
+        held: whether it stays at `start`, where an earlier stage of a fit left it; its deviation is that stage's.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Free:
     scale: float
     spread: float = 0.0
     deviation: float = np.inf
+    held: bool = False
 
     @property
     def assumed(self) -> bool:
@@ -166,6 +168,11 @@ def expected(free: Sequence[Free]) -> tuple[Array, Array]:
     """What is known beforehand: values, (P,), and their weight in units of the scales, 0 where nothing is, (P,)."""
     weight = np.array([(p.scale / p.deviation) ** 2 for p in free])
     return np.array([p.start for p in free]), weight
+
+
+def moving(free: Sequence[Free]) -> Array:
+    """1 for parameters that a fit moves and 0 for those that are held, (P,)."""
+    return np.array([0.0 if p.held else 1.0 for p in free])
 
 
 def bounds(free: Sequence[Free]) -> tuple[Array, Array]:

@@ -7,7 +7,7 @@ start (1 or 2).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,8 @@ class Normal:
         slope: d angle / d parameter, (..., T, N, P), and `by_start` (..., T, N, S).
         matrix, vector: the normal equations without the starts, with what is known beforehand, (..., P, P), (..., P).
         rss: sum of squares of the residual (...) [rad^2].
+        beside, beside_slope: further residuals that no start of a trial changes, and their derivatives, as a
+            dynamometer gives them, (..., R) and (..., R, P) [rad].
         weight: of what is known of each parameter beforehand, (P,) [rad^2], and how far each is `off` from there,
             expected - value, (..., P).
     """
@@ -47,12 +49,14 @@ class Normal:
     rss: Array
     weight: Array
     off: Array
+    beside: Array = field(default_factory=lambda: np.zeros(0))
+    beside_slope: Array | None = None
 
     @property
     def objective(self) -> Array:
         """What a fit lowers, (...) [rad^2]: the sum of squares, and how far parameters are from where they are
         expected, weighed as if the expectations were further samples."""
-        return self.rss + (self.weight * self.off**2).sum(-1)
+        return self.rss + (self.beside**2).sum(-1) + (self.weight * self.off**2).sum(-1)
 
     @property
     def data(self) -> Array:

@@ -20,9 +20,11 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from myowave.identification.free_parameters import Free, bind_values, moved, scales, start_values, within
+from myowave.identification.dynamometer import with_torque
+from myowave.identification.free_parameters import Free, bind_values, moved, moving, scales, start_values, within
 from myowave.identification.least_squares import Normal, bounded_step, normal_equations
 from myowave.identification.record import Record
+from myowave.identification.torque import TorqueFit
 from myowave.identification.uncertainty import correlation_time, covariance, residual_variance
 from myowave.physics.model import Model, Params
 from myowave.physics.motion import resting_states, simulate
@@ -52,6 +54,7 @@ class Fit:
         sensitive: the solved motion.
         record: what was fitted.
         converged: whether no step could gain anything any more.
+        torque: the fit to torque that all values are taken from, where no motion of the model follows the trials.
     """
 
     simulation: Simulation
@@ -62,6 +65,7 @@ class Fit:
     sensitive: Sensitive
     record: Record
     converged: bool = False
+    torque: TorqueFit | None = None
 
     @property
     def model(self) -> Model:
@@ -119,7 +123,7 @@ class Fit:
 
     def covariance(self) -> Array:
         """Covariance of the free parameters (P, P), see `uncertainty`."""
-        return covariance(self.normal, self.record, self.free)
+        return self.torque.covariance if self.torque else covariance(self.normal, self.record, self.free)
 
     def standard_errors(self) -> dict[str, float]:
         return {p.name: float(e) for p, e in zip(self.free, np.sqrt(np.diag(self.covariance())), strict=True)}
@@ -162,6 +166,7 @@ class Search:
         simulation = self.simulation.with_params(bind_values(self.free, self.values))
         result = _solve(simulation, self.free, self.starts, self.guess, iterations=1)
         normal = normal_equations(result, self.record, self.free, self.values)
+        normal = with_torque(normal, simulation.model, self.record, self.free, self.values)
         step = bounded_step(normal.matrix, normal.vector, self.free, self.values, DAMPING)
         shift = normal.starts_after(step)
         values, starts, guess = _move(self.free, self.values, self.starts, result, step, shift)
@@ -250,9 +255,19 @@ def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:
 def _solve(
     simulation: Simulation, free: Sequence[Free], begin: Array, guess: Tensor, iterations: int = 25
 ) -> Sensitive:
+    """The motion near a guess, with derivatives that are 0 for parameters that are held."""
     q0, qdot0 = (torch.from_numpy(begin[..., i].copy()) for i in range(2))
     newton = Newton(iterations, TOLERANCE, rescue=False)
-    return solve(simulation, q0, qdot0, guess=guess, wrt={p.name: p.scale for p in free}, newton=newton)
+    wrt = {p.name: p.scale for p in free if not p.held}
+    result = solve(simulation, q0, qdot0, guess=guess, wrt=wrt, newton=newton)
+    if len(wrt) == len(free):
+        return result
+    place, both = np.flatnonzero(moving(free)), (*np.flatnonzero(moving(free)), len(free), len(free) + 1)
+    by_parameter = result.by_start.new_zeros(len(free), *result.by_start.shape[1:])
+    by_parameter[place] = result.by_parameter
+    tangent = result.tangent.new_zeros(*result.tangent.shape[:-1], len(free) + 2)
+    tangent[..., both] = result.tangent
+    return replace(result, by_parameter=by_parameter, tangent=tangent)
 
 
 def _move(
@@ -283,7 +298,8 @@ def _attempt(
     result = _solve(simulation, free, begin, guess)
     if not result.gap < TOLERANCE:
         return None
-    return Fit(simulation, free, values, begin, normal_equations(result, record, free, values), result, record)
+    normal = with_torque(normal_equations(result, record, free, values), simulation.model, record, free, values)
+    return Fit(simulation, free, values, begin, normal, result, record)
 
 
 def polish(fit: Fit) -> Fit:
@@ -365,4 +381,6 @@ def gain(fit: Fit, step: Array, shift: Array) -> float:
     normal = fit.normal
     left = normal.residual - normal.slope @ step - (normal.by_start @ shift[..., None])[..., 0]
     nearer = normal.weight @ (normal.off**2 - (normal.off - step) ** 2)
+    if normal.beside_slope is not None:
+        nearer += (normal.beside**2).sum() - ((normal.beside - normal.beside_slope @ step) ** 2).sum()
     return float(normal.rss - (left**2).sum() + nearer)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 from torch import Tensor
 
-from myowave.data.trials import Trials
+from myowave.data.trials import TORQUE, Trials
 from myowave.data.wavelets import estimate_noise
 from myowave.identification.whitening import Filter
 from myowave.physics.drive import channels_of
@@ -63,6 +63,7 @@ class Record:
         known: constants that are known, each (T,): the conditions of the trials.
         noise: standard deviation of the noise of the angle [rad]; what is known of constants beforehand weighs as much
             as samples with it.
+        torque: of the muscles as a dynamometer measured it [N m], NaN where none did, (T, N); None where none ever did.
         filter: of residuals, which noise of the EMG or a filter of the angle has coloured; None where neither has.
         at_rest: whether every trial is known to start at rest.
         pieces: None for whole trials.
@@ -79,6 +80,7 @@ class Record:
     at_rest: bool = False
     pieces: Pieces | None = None
     filter: Filter | None = None
+    torque: NDArray[np.float64] | None = None
 
     def white(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
         """Residuals or derivatives of the angle, (..., T, N, C), through the filter."""
@@ -134,6 +136,7 @@ class Record:
             known={name: values[index] for name, values in self.known.items()},
             pieces=None if self.pieces is None else self.pieces.take(index, longest),
             filter=None if self.filter is None else self.filter.take(index, longest),
+            torque=None if self.torque is None else self.torque[index, :longest],
         )
 
     def cut(self, horizon_s: float) -> "Record":
@@ -164,6 +167,7 @@ class Record:
             known={name: values[row] for name, values in self.known.items()},
             at_rest=False,
             pieces=Pieces(trials, seconds, horizon_s, lead, state[at]),
+            torque=None,  # said once, of whole trials, by the fit to torque
         )
 
     @property
@@ -220,4 +224,5 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at
         known={name: torch.from_numpy(values) for name, values in trials.known(model.defaults).items()},
         noise=max(float(noise), np.radians(SMALLEST_NOISE_DEG)),
         at_rest=at_rest,
+        torque=trials.signals.get(TORQUE),
     )

@@ -1,19 +1,22 @@
 """Fit a model in stages where whole trials are too much for it: torque, short horizons, then longer ones.
 
 A model that is far from the truth runs away from the measured motion within a second or two, and where a motion
-diverges no step of a fit means anything. So the fit starts where nothing can diverge, in the weak form of the equation
-of motion along the measured angle, goes on to short predictions from starts of their own, and then to longer ones,
-each from the values before. It stands on the longest that works.
+diverges no step of a fit means anything. So the fit starts where nothing can diverge, in the torque along the measured
+motion, goes on to short predictions from starts of their own, and then to longer ones, each from the values before. It
+stands on the longest that works.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from myowave.identification.free_parameters import Free
 from myowave.identification.output_error import Fit, fit_from, fit_model, fit_simulated
+from myowave.identification.prediction import predict
 from myowave.identification.record import Record
+from myowave.identification.torque import TorqueFit, fit_torque
 from myowave.identification.weak_form import DAMPING, WeakForm, effects_unseen_by_angle
 from myowave.physics.model import Model
 
@@ -25,7 +28,7 @@ WEAK_STEPS = 20
 
 
 def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: int = 1) -> Fit:
-    """Fit a model to whole trials, or to the longest pieces of them that it is able to predict.
+    """Fit a model to whole trials, or to the longest pieces of them that it is able to predict, or to torque.
 
     Whole trials are tried at once; where that works nothing else is done.
 
@@ -35,7 +38,8 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
         starts: searches side by side, as in `fit_model`.
 
     Returns:
-        A fit whose `record` says the horizon: `record.horizon_s` is None for whole trials.
+        A fit whose `record` says the horizon: `record.horizon_s` is None for whole trials. Where the model does not
+        even follow the shortest pieces its values are those of `Fit.torque`.
 
     Raises:
         ValueError: if the model has no motion even over the shortest horizon from its usual values.
@@ -43,10 +47,19 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
     found = attempt_fit(lambda: fit_model(model, record, free, starts=starts))
     if found is not None and explained(found) > 0:
         return found
-    # ASSUME: a model that does not follow whole trials tells nothing of constants that nobody measured.
-    free = [p for p in free if not p.assumed]
-    values = weak_values(model, record, free)
-    standing = _shortest(model, record.cut(HORIZONS_S[0]), free, values, starts)
+    # ASSUME: motion that a model does not follow over whole trials tells nothing of constants that nobody measured;
+    # torque does, and they stay where it leaves them.
+    pieces, torque = record.cut(HORIZONS_S[0]), attempt_torque(model, record, free)
+    standing = _on_torque(model, pieces, torque) if torque is not None else None
+    if torque is not None and standing is not None:
+        free = [held if p.assumed else p for p, held in zip(torque.free, torque.held, strict=True)]
+        shortest = _next(model, pieces, free, torque.values)
+        if shortest is None or not follows(shortest):
+            return standing
+        standing = shortest
+    else:
+        free = [p for p in free if not p.assumed]
+        standing = _shortest(model, pieces, free, weak_values(model, record, free), starts)
     for horizon_s in (*HORIZONS_S[1:], None):
         longer = record if horizon_s is None else record.cut(horizon_s)
         fit = _next(model, longer, free, standing.values)
@@ -54,6 +67,30 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
             break
         standing = fit
     return standing
+
+
+def follows(fit: Fit) -> bool:
+    """Whether a model that was fitted to pieces of trials predicts them from measured states, too, better than a
+    constant angle does. Pieces are fitted from starts of their own, which can make up for much over a short horizon."""
+    if fit.record.horizon_s is None:
+        return True
+    return share_explained(fit.record, predict(fit, fit.record).residual) > 0
+
+
+def attempt_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit | None:
+    """The fit to torque, or None where trials are too short for it, the model has states that no angle shows, or its
+    sums are not finite."""
+    try:
+        found = fit_torque(model, record, free)
+    except (ValueError, np.linalg.LinAlgError):
+        return None
+    return found if np.isfinite(found.values).all() and np.isfinite(found.covariance).all() else None
+
+
+def _on_torque(model: Model, pieces: Record, torque: TorqueFit) -> Fit | None:
+    """The motion over pieces with the values of a fit to torque; only where a piece starts is estimated."""
+    fit = attempt_fit(lambda: fit_simulated(model, pieces, torque.held, torque.values))
+    return None if fit is None else replace(fit, torque=torque)
 
 
 def explained(fit: Fit) -> float:

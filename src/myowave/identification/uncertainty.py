@@ -50,7 +50,11 @@ def correlation_time(residual: Array, record: Record) -> float:
 
     1 + 2 (sum of the autocorrelation up to its first value within the scatter of white noise).
     """
-    n = record.samples
+    return samples_for_one(residual, record.samples)
+
+
+def samples_for_one(residual: Array, n: int) -> float:
+    """The same for a residual (T, N), 0 where padded, of n samples."""
     spectrum = np.fft.rfft(residual, 2 * residual.shape[-1], axis=-1)
     lags = np.fft.irfft(np.abs(spectrum) ** 2, axis=-1)[..., : residual.shape[-1]].sum(0)
     correlation = lags / max(lags[0], 1e-300)

@@ -122,7 +122,12 @@ class MeasuredDataset(_Dataset):
     """Trials from files, one file per trial, named after the file without its ending."""
 
     kind: Literal["measured"] = setting("measured: read from files")
-    files: tuple[FilePath, ...] = setting("CSV or Parquet files, or patterns such as data/me/*.csv", min_length=1)
+    files: tuple[FilePath, ...] = setting(
+        "CSV or Parquet files, or patterns such as data/me/*.csv, with columns time_s, emg_MUSCLE, angle_rad (or "
+        "angle_deg) and, where it was measured, torque_Nm: that of the muscles about the elbow, flexing positive, "
+        "weight and inertia of the limb taken out",
+        min_length=1,
+    )
     ignore_columns: tuple[str, ...] = setting(_IGNORE, default=())
 
 

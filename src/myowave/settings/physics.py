@@ -194,7 +194,7 @@ class FurtherArm(Arm):
 
 
 def read_preset(name: str) -> dict[str, Any]:
-    """The sections of an arm that ships.
+    """The sections of an arm that ships; one may be another with what differs from it.
 
     Raises:
         ValueError: if there is none of that name, or its file is not YAML.
@@ -203,7 +203,9 @@ def read_preset(name: str) -> dict[str, Any]:
     if not path.is_file():
         there = sorted(file.stem for file in PRESETS.glob("*/*.yaml") if file.stem == file.parent.name)
         raise ValueError(f"there is no preset {name!r}: {path} is no file. Presets here: {', '.join(there) or 'none'}.")
-    return read_yaml(path, "muscles and joint")
+    sections = read_yaml(path, "muscles and joint")
+    below = sections.pop("preset", None)
+    return sections if below is None else lay_over(read_preset(below), sections)
 
 
 class Physics(Arm):

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from myowave.diagnosis.report.figures.rooms import draw_horizons, draw_torque
-from myowave.diagnosis.rooms.names import EMG_ONLY, HOLD, NOISE, POSTURE, SAME_SPEED
+from myowave.diagnosis.rooms.names import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
 from myowave.diagnosis.rooms.telling import RECORD_INSTEAD, tell_horizons, tell_torque
 
 
@@ -18,7 +18,7 @@ def torque_of(posture: float, base: float, found: float) -> pd.DataFrame:
 
 def test_the_sentence_names_what_posture_and_the_muscles_explain():
     text = tell_torque(torque_of(0.61, 0.72, 0.93), "base+tilt")
-    assert "posture and speed alone explain R2 0.61" in text and "muscles of base 0.72" in text
+    assert "posture and speed alone 0.61" in text and "muscles of base, driven by EMG, explain R2 0.72" in text
     assert "base+tilt: 0.93" in text and RECORD_INSTEAD not in text
 
 
@@ -26,6 +26,15 @@ def test_the_sentence_names_what_posture_and_the_muscles_explain():
 def test_where_muscles_explain_no_more_than_posture_it_says_so_and_what_to_record(found, told):
     text = tell_torque(torque_of(0.61, 0.2, found), "base+tilt")
     assert f"explain {told} posture and speed do" in text and RECORD_INSTEAD in text
+
+
+def test_muscles_that_explain_less_than_posture_and_load_are_told_to_and_what_to_record():
+    torque = torque_of(0.61, 0.79, 0.79)
+    told = torque[torque["model"] == POSTURE].assign(model=POSTURE_LOAD, r2=0.95)
+    assert "told the load" not in tell_torque(torque, "base")
+    text = tell_torque(pd.concat([torque, told]), "base")
+    assert "0.61 and, told the load too, 0.95" in text and text.endswith(RECORD_INSTEAD)
+    assert RECORD_INSTEAD not in tell_torque(pd.concat([torque, told.assign(r2=0.7)]), "base")
 
 
 def test_noise_that_hides_much_of_the_torque_is_told():
@@ -50,7 +59,7 @@ def test_the_second_sentence_names_the_best_rival_and_the_whole_trials():
 
 def test_what_overflows_is_said_in_text_and_picture():
     torque = torque_of(0.61, -np.inf, -np.inf)
-    assert "muscles of base -inf" in tell_torque(torque, "base")
+    assert "muscles of base, driven by EMG, explain R2 -inf" in tell_torque(torque, "base")
     texts = [text.get_text() for axis in draw_torque(torque, "base").axes for text in axis.texts]
     assert texts and set(texts) == {"torque overflows"}
     rows = [(p, h, True, 1.0) for p in (HOLD, SAME_SPEED, POSTURE, EMG_ONLY) for h in (0.2, 0.5)]

@@ -1,10 +1,11 @@
-"""Whether a file has the columns of a trial: `time_s, emg_<muscle>..., angle_rad` (or `angle_deg`)."""
+"""Whether a file has the columns of a trial: `time_s, emg_<muscle>..., angle_rad` (or `angle_deg`),
+and `torque_Nm` where a dynamometer was there."""
 
 from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
 
 from myowave.data.readers import RawRecording
-from myowave.data.trials import EMG_PREFIX
+from myowave.data.trials import EMG_PREFIX, TORQUE
 from myowave.settings.keys import did_you_mean
 
 TIME, ANGLES = "time_s", ("angle_rad", "angle_deg")
@@ -25,7 +26,7 @@ def column_problems(
     if repeated:
         yield f"{where}: columns {', '.join(repeated)} appear more than once; keep one of each."
     emg = tuple(channels or dict.fromkeys(emg_columns(header, ignored)))
-    known = (TIME, *emg, *ANGLES)
+    known = (TIME, *emg, *ANGLES, TORQUE)
     extra = [name for name in dict.fromkeys(header) if name not in known and not is_ignored(name, ignored)]
     missing = [name for name in (TIME, *emg) if name not in header]
     if not emg:

@@ -29,6 +29,26 @@ def emg_problems(recording: RawRecording, channels: Sequence[str]) -> Iterator[s
             )
 
 
+TORQUE_LIMIT = 300.0
+"""Largest torque about an elbow [N m]; more is in another unit."""
+
+
+def torque_problems(recording: RawRecording, column: str) -> Iterator[str]:
+    """A torque that no elbow gives, or that never changes."""
+    torque = recording[column].values
+    n = int(np.abs(torque).argmax())
+    if abs(torque[n]) > TORQUE_LIMIT:
+        yield (
+            f"{recording.at(n)}: {column} is {torque[n]:g} (the column spans {torque.min():g} to {torque.max():g}); "
+            f"expected -{TORQUE_LIMIT:g} to {TORQUE_LIMIT:g} N m. If these are N cm or N mm, convert them."
+        )
+    elif np.ptp(torque) == 0:
+        yield (
+            f"{recording.path}: {column} stays at {torque[0]:g} in all {len(torque)} rows. The dynamometer was off: "
+            "remove the column."
+        )
+
+
 def angle_problems(recording: RawRecording, column: str) -> Iterator[str]:
     """An angle that never moves, is beyond half a turn, or looks like the other unit.
 

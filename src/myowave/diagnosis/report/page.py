@@ -73,7 +73,7 @@ def write_page(story: Story, template: Path) -> str:
         "titled": partial(titled, titles=titles),
         "named": named,
         "glossary": GLOSSARY,
-        "headline": verdict["sentence"].split(" Not decidable with these data")[0],
+        "headline": _headline(story),
         "strength": _strength(story),
         "numbers": _numbers(story),
         "images": {name: inline(path) for name, path in story.images.items() if name != "overlay"},
@@ -137,11 +137,20 @@ def _quiet(verdict: Mapping[str, Any]) -> bool:
     return bool(verdict["verdict"] == "adequate" and errors["train"] <= QUIET * errors["noise"])
 
 
+def _headline(story: Story) -> str:
+    """The answer in a sentence or two: where the model does not follow, first how far physics explains the torque."""
+    sentence = str(story.verdict["sentence"]).split(" Not decidable with these data")[0]
+    if story.verdict["follows"]:
+        return sentence
+    return f"{tell_torque(story.torque, story.verdict['model']).split('. ')[0].rstrip('.')}. {sentence}"
+
+
 def _strength(story: Story) -> list[str]:
     """How strong the verdict is, in numbers, a paragraph for each effect."""
     verdict = story.verdict
     if not verdict["follows"]:
-        return [tell_torque(story.torque, verdict["model"])]
+        first, _, rest = tell_torque(story.torque, verdict["model"]).partition(". ")
+        return [text for text in (rest, _stands_on(verdict)) if text]
     sentence = kind_of(verdict).sentence
     texts = [] if sentence.rstrip(".") in verdict["sentence"] else [sentence]
     ladder = list(dict.fromkeys(story.ranking["model"]))
@@ -155,6 +164,17 @@ def _strength(story: Story) -> list[str]:
                 f"{row['folds_won']} of {row['folds']} trials left out, {_estimates(story, added)}."
             )
     return texts
+
+
+def _stands_on(verdict: Mapping[str, Any]) -> str:
+    """Where the parameters of a model come from that does not follow."""
+    if verdict["stands_on"] != "torque":
+        return f"Its parameters are those of a fit over {verdict['stands_on']}, and hold for no longer."
+    left_out = verdict["torque_left_out"].values()
+    scores = (
+        f" Each training trial left out in turn: R2 {min(left_out):.2f} to {max(left_out):.2f}." if left_out else ""
+    )
+    return f"Its parameters are fitted to torque along the measured motion, the last stage that stands.{scores}"
 
 
 def _estimates(story: Story, effect: str) -> str:

@@ -51,6 +51,8 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         "explained": verdict.explained,
         "structure_left": verdict.structure_left,
         "follows": verdict.follows,
+        "stands_on": stands_on(diagnosis),
+        "torque_left_out": dict(torque.left_out) if (torque := diagnosis.selection.ladder[0].torque) else {},
         "missing_deg": float(np.degrees(verdict.missing)),
         "missing_Nm": diagnosis.rungs[-1].missing.rms if verdict.structure_left else 0.0,
         "shares": dict(verdict.shares),
@@ -103,6 +105,14 @@ def sentence(diagnosis: Diagnosis) -> str:
         hidden = "; ".join(f"{name} ({', '.join(by)})" for name, by in verdict.absorbed.items())
         text += f" Not decidable with these data, because parameters absorb them: {hidden}."
     return text
+
+
+def stands_on(diagnosis: Diagnosis) -> str:
+    """The stage of the base model's fit that its parameters come from."""
+    horizon = diagnosis.record.horizon_s
+    if diagnosis.selection.ladder[0].torque is not None:
+        return "torque"
+    return "whole trials" if horizon is None else f"{horizon:g} s"
 
 
 def best_proposal(diagnosis: Diagnosis) -> dict[str, Any] | None:

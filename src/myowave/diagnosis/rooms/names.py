@@ -1,6 +1,7 @@
 """What the predictors of the three rooms are called in tables, pictures and text, beside the models' own names."""
 
 POSTURE = "posture and speed"
+POSTURE_LOAD = "posture, speed and load"
 EMG_ONLY = "EMG without physics"
 HOLD = "hold the angle"
 SAME_SPEED = "go on at the same speed"

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from myowave.diagnosis.rooms.names import EMG_ONLY, HORIZON_BASELINES, NOISE, POSTURE
+from myowave.diagnosis.rooms.names import EMG_ONLY, HORIZON_BASELINES, NOISE, POSTURE, POSTURE_LOAD
 
 AS_GOOD = 0.02  # difference of R2 that is none
 WORTH_TELLING = 0.99  # below this R2 noise is worth a sentence
@@ -26,10 +26,12 @@ def tell_torque(torque: pd.DataFrame, found: str) -> str:
     if r2[[POSTURE, first]].isna().any():
         return "The trials are too short, or too still, to compare torques."
     text = (
-        f"{where}, posture and speed alone explain R2 {r2_text(r2[POSTURE])} of the torque that the motion needs, "
-        f"EMG without physics {r2_text(r2[EMG_ONLY])}, and the muscles of {first} {r2_text(r2[first])}"
+        f"{where}, the muscles of {first}, driven by EMG, explain R2 {r2_text(r2[first])} of the torque that the "
+        f"motion needs{f' ({found}: {r2_text(r2[found])})' if found != first else ''}, posture and speed alone "
+        f"{r2_text(r2[POSTURE])}"
     )
-    text += f" ({found}: {r2_text(r2[found])})." if found != first else "."
+    text += f" and, told the load too, {r2_text(r2[POSTURE_LOAD])}" if POSTURE_LOAD in r2 else ""
+    text += f"; EMG without physics {r2_text(r2[EMG_ONLY])}."
     if r2.get(NOISE, 1.0) < WORTH_TELLING:
         text += f" The noise of the angle leaves about {r2_text(r2[NOISE])} for a model that is right."
     if r2[[POSTURE, EMG_ONLY, first, found]].min() < 0:
@@ -42,6 +44,11 @@ def tell_torque(torque: pd.DataFrame, found: str) -> str:
         )
     elif r2[found] < r2[EMG_ONLY] - AS_GOOD:
         text += " A straight line through EMG explains more than the muscles: the physics is wrong, or its EMG is."
+    elif r2[found] < r2.get(POSTURE_LOAD, -np.inf) - AS_GOOD:
+        text += (
+            " So EMG tells what posture does not, above all the load; but who knows the load needs no EMG here, as "
+            f"every movement is much like every other. {RECORD_INSTEAD}"
+        )
     return text
 
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
 from myowave.diagnosis.rooms.measured import Along, Measured
-from myowave.diagnosis.rooms.names import EMG_ONLY, NOISE, POSTURE
+from myowave.diagnosis.rooms.names import EMG_ONLY, NOISE, POSTURE, POSTURE_LOAD
 from myowave.diagnosis.rooms.regression import fit_linear, polynomial
 
 Array = NDArray[np.float64]
@@ -110,13 +110,15 @@ def emg_features(along: Along, windows: Windows) -> Array:
 def compare_torque(models: list[Along]) -> pd.DataFrame:
     """One row per predictor and trial: model, trial, held_out, rmse_Nm, r2.
 
-    The predictors are the models, each against the torque that its own inertia and gravity need, then three to compare
+    The predictors are the models, each against the torque that its own inertia and gravity need, then these to compare
     with, against the torque that the first model needs:
     - `posture and speed`: a polynomial of degree 3 in angle and velocity, no EMG;
+    - `posture, speed and load`: the same with each coefficient linear in the load in the hand, where training trials
+      with different loads are known;
     - `EMG without physics`: linear in the delayed activations and their products with the angle;
     - `noise of the angle`: what noise of that size does to the needed torque. A model that is right is as good, and
       better only where the noise is known as an upper bound.
-    The first two are least squares over the windows of the training trials only.
+    All but the last are least squares over the windows of the training trials only.
     Where a torque overflows (beyond 1e9 N m), rmse_Nm is inf and r2 -inf; a trial too short for a window has neither.
     """
     first = models[0]
@@ -128,10 +130,14 @@ def compare_torque(models: list[Along]) -> pd.DataFrame:
         rows += score(along.fitted.name, result.needed, result.given, measured, windows)
     result = results[0]
     training = windows.inside & measured.training[:, None]
-    for name, features in (
-        (POSTURE, posture_features(first, windows)),
-        (EMG_ONLY, emg_features(first, windows)),
-    ):
+    posture = posture_features(first, windows)
+    rivals = {POSTURE: posture}
+    load = measured.known["load"].numpy() if "load" in measured.known else np.zeros(len(measured.names))
+    if np.ptp(load[measured.training]):
+        # ASSUME: a known load changes torque in proportion to it, as its weight and inertia do.
+        rivals[POSTURE_LOAD] = np.concatenate([posture, posture * load[:, None, None]], -1)
+    rivals[EMG_ONLY] = emg_features(first, windows)
+    for name, features in rivals.items():
         rows += score(name, result.needed, features @ fit_linear(features, result.needed, training), measured, windows)
     # ASSUME: noise reaches the needed torque through the acceleration; angle and velocity are smooth beside it.
     spread = measured.noise * windows.noise() * result.inertia / windows.integrate(_ones(measured))

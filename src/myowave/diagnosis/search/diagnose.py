@@ -21,7 +21,7 @@ from myowave.identification.free_parameters import free_parameters
 from myowave.identification.output_error import Fit, refit
 from myowave.identification.prediction import Prediction, predict
 from myowave.identification.record import Record, make_record
-from myowave.identification.stages import fit_in_stages, share_explained
+from myowave.identification.stages import fit_in_stages, follows
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import Diagnosis as DiagnosisSettings
@@ -83,6 +83,8 @@ class Diagnosis:
     def noise_deg(self) -> float:
         """Noise of the angle, as if it were white: within the band of the motion, or beside that of the EMG."""
         disturbance = self.found.disturbance
+        if not self.verdict.follows:  # what a model leaves that is so far off is not noise
+            return float(np.degrees(self.record.noise))
         return float(np.degrees(self.found.size.noise if disturbance is None else disturbance.angle))
 
 
@@ -119,6 +121,9 @@ def diagnose(
     if fit.record.horizon_s is not None:
         report(f"stages: over whole trials {base.name} diverges; all is judged over {fit.record.horizon_s:g} s")
         record = record.cut(fit.record.horizon_s)
+    if fit.torque is not None:
+        left_out = ", ".join(f"{name} {r2:.2f}" for name, r2 in fit.torque.left_out.items())
+        report(f"stages: parameters are those of the fit to torque; R2 of each trial left out: {left_out or 'none'}")
     test = record.take(np.flatnonzero(~record.training))
     report(f"compare: {base.name} leaves {np.degrees(fit.rmse()):.3g} deg; the noise is {np.degrees(record.noise):.3g}")
     if followed := follows(fit):
@@ -149,14 +154,6 @@ def diagnose(
     proposals = _proposals(selection, verdict, effects)
     told = rungs, tuple(named), verdict, where, proposals, draft
     return Diagnosis(trials.dataset, record, test, found, *told, failed)
-
-
-def follows(fit: Fit) -> bool:
-    """Whether a model that was fitted to pieces of trials predicts them from measured states, too, better than a
-    constant angle does. Pieces are fitted from starts of their own, which can make up for much over a short horizon."""
-    if fit.record.horizon_s is None:
-        return True
-    return share_explained(fit.record, predict(fit, fit.record).residual) > 0
 
 
 def fit_beside(

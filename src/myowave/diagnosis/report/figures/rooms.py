@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from myowave.diagnosis.report.figures.style import legend, short, style, unique
-from myowave.diagnosis.rooms.names import EMG_ONLY, HOLD, NOISE, POSTURE, SAME_SPEED
+from myowave.diagnosis.rooms.names import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
 from myowave.diagnosis.rooms.telling import best_rival, explained, missed, named_horizon, r2_text
 from myowave.plotting import BLACK, BLUE, GREEN, GREY, MEASURED, MODEL, ORANGE, PINK, canvas, title
 
@@ -29,7 +29,7 @@ def draw_torque(torque: pd.DataFrame, found: str) -> Figure:
         torque: columns model, trial, held_out, rmse_Nm, r2.
         found: the model that was found.
     """
-    names = [*(n for n in (POSTURE, EMG_ONLY) if n in set(torque["model"])), *_models(torque["model"])]
+    names = [*(n for n in (POSTURE, POSTURE_LOAD, EMG_ONLY) if n in set(torque["model"])), *_models(torque["model"])]
     figure, axes = canvas(1, 2, width=12.0, height=1.2 + 0.62 * (len(names) + 2), sharey=True)
     share, missing = axes[0]
     for axis, column, lowest in ((share, "r2", LOWEST_R2), (missing, "rmse_Nm", 0.0)):
@@ -137,4 +137,4 @@ def _finding(horizons: pd.DataFrame, first: str, found: str) -> str:
 
 
 def _models(names: pd.Series) -> list[str]:
-    return [n for n in unique(names) if n not in (*BASELINES, NOISE)]
+    return [n for n in unique(names) if n not in (*BASELINES, POSTURE_LOAD, NOISE)]

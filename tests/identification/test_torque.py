@@ -1,0 +1,138 @@
+"""The fit to torque along the measured motion, and torque that a dynamometer measured."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from myowave.data.trials import TORQUE
+from myowave.identification.free_parameters import free_parameters
+from myowave.identification.output_error import fit_model
+from myowave.identification.record import make_record
+from myowave.identification.torque import Balance, fit_torque, shares_given
+from myowave.physics.dynamics import torques
+from myowave.physics.motion import simulate
+from myowave.settings import Identify, Scatter
+
+TRUE = {"f0_Bi": 240.0, "f0_Tri": 350.0, "l0_Bi": 0.62}
+
+
+@pytest.fixture(scope="module")
+def free(base):
+    return free_parameters(
+        base, {name: Identify(start_spread=0.0) for name in TRUE}, (), {"mass": Scatter(relative=0.05)}
+    )
+
+
+def moved(record, base, params, seconds=0.0):
+    """The record with the motion that other parameters give, and the muscles' torque along it, (T, N) [N m]."""
+    simulation = record.simulation(base, params)
+    motion = simulate(simulation, torch.tensor(0.6, dtype=torch.float64))
+    position = torch.arange(record.angle.shape[1], dtype=torch.float64)[:, None, None]
+    _, activation = simulation.activate(position)
+    state = motion.q[..., None], motion.qdot[..., None]
+    given = torques(simulation.valued.along(2), *state, activation, {}).muscles[..., 0]
+    return replace(record, angle=motion.angle.numpy()), given.numpy()
+
+
+@pytest.fixture(scope="module")
+def exact_motion(exact, base):
+    return moved(exact, base, TRUE)[0]
+
+
+def test_a_fit_to_torque_finds_the_parameters_of_the_motion(exact_motion, base, free):
+    fit = fit_torque(base, exact_motion, free)
+    found = dict(zip((p.name for p in free), fit.values, strict=True))
+    for name, value in TRUE.items():
+        assert found[name] == pytest.approx(value, rel=0.03)
+    assert min(fit.left_out.values()) > 0.99 and set(fit.left_out) == set(exact_motion.names)
+
+
+def test_a_mass_that_nobody_measured_does_not_run_away_with_the_forces(exact_motion, base, free):
+    """Without mass and without forces nothing is left in N m: residuals must not be weighed in N m."""
+    light = [replace(p, low=1e-3, deviation=0.05) if p.name == "mass" else p for p in free]
+    noisy = replace(
+        exact_motion, angle=exact_motion.angle + np.random.default_rng(0).normal(0, 0.02, exact_motion.angle.shape)
+    )
+    values = dict(zip((p.name for p in free), fit_torque(base, noisy, light).values, strict=True))
+    assert values["mass"] == pytest.approx(1.0, abs=0.1) and values["f0_Bi"] > 200
+
+
+def test_the_share_of_a_trial_does_not_depend_on_the_unit_of_torque(exact_motion, base, free):
+    """Twice the mass, the load and the forces is twice the torque: residuals are the same."""
+    balance = Balance.of(base, exact_motion)
+    names = [p.name for p in free]
+    usual = np.array([base.defaults[n] for n in names])
+    double = usual * [2.0 if n.startswith("f0") or n == "mass" else 1.0 for n in names]
+    np.testing.assert_allclose(balance.residual(free, double), balance.residual(free, usual), atol=1e-9)
+    assert shares_given(balance, free, double) == pytest.approx(shares_given(balance, free, usual))
+
+
+def test_a_trial_that_is_left_out_is_not_fitted(exact_motion, base, free):
+    emg = exact_motion.emg.clone()
+    emg[1] *= 0.7
+    record = replace(exact_motion, emg=emg)
+    fit, rest = fit_torque(base, record, free), fit_torque(base, record.take([0, 2]), free)
+    expected = shares_given(Balance.of(base, record.take([1])), free, rest.values)
+    own = shares_given(Balance.of(base, record.take([1])), free, fit.values)
+    assert {record.names[1]: fit.left_out[record.names[1]]} == pytest.approx(expected, abs=0.01)
+    assert own != pytest.approx(expected, abs=0.02)
+
+
+def test_trials_shorter_than_a_window_are_refused(exact_motion, base, free):
+    short = replace(exact_motion, angle=exact_motion.angle[:, :8], valid=exact_motion.valid[:, :8])
+    with pytest.raises(ValueError, match="no trial is as long"):
+        fit_torque(base, short, free)
+
+
+# ------------------------------------------------------------------------------------------------ a dynamometer
+
+
+@pytest.fixture(scope="module")
+def alias(make_noisy, base, effects):
+    """A model that may hold a load, what is free, and a record of 0.5 kg in the hand with the torque it took."""
+    model = base.with_effects([effects["hand_load"]])
+    identify = {name: Identify(start_spread=0.0, low=50.0, high=900.0) for name in ("f0_Bi", "f0_Tri")}
+    record, given = moved(make_noisy(0.0).train, model, {"hand_load.m": 0.5})
+    noise = np.random.default_rng(1).normal(0, np.radians(0.2), record.angle.shape)
+    record = replace(record, angle=record.angle + noise, noise=np.radians(0.2))
+    return model, free_parameters(model, identify, ()), record, given
+
+
+def test_torque_tells_a_load_from_forces_that_motion_cannot_tell_apart(alias):
+    model, free, record, given = alias
+    without = fit_model(model, record, free)
+    measured = given.copy()
+    measured[1:] = np.nan  # one trial on the dynamometer is enough
+    beside = fit_model(model, replace(record, torque=measured), free)
+    assert abs(without.parameters["hand_load.m"] - 0.5) > 0.1, "any load is as good"
+    assert beside.parameters["hand_load.m"] == pytest.approx(0.5, abs=0.05)
+    assert beside.parameters["f0_Bi"] == pytest.approx(300.0, rel=0.03)
+    assert 0 < beside.standard_errors()["hand_load.m"] < 0.1
+
+
+def test_the_fit_to_torque_uses_it_too(alias):
+    model, free, record, given = alias
+    found = fit_torque(model, replace(record, torque=given), free)
+    values = dict(zip((p.name for p in free), found.values, strict=True))
+    assert values["hand_load.m"] == pytest.approx(0.5, abs=0.1)
+    without = fit_torque(model, record, free).values[[p.name for p in free].index("hand_load.m")]
+    assert abs(values["hand_load.m"] - 0.5) < 0.5 * abs(without - 0.5)
+
+
+def test_a_record_takes_the_torque_that_trials_hold(clean, base):
+    torque = np.full(clean.angle.shape, np.nan)
+    torque[0] = 1.0
+    record = make_record(replace(clean, signals={TORQUE: torque}), base)
+    np.testing.assert_array_equal(record.take([1, 0]).torque, torque[[1, 0]])
+    assert make_record(clean, base).torque is None
+
+
+def test_held_parameters_stay_and_keep_the_errors_of_their_stage(exact, base, effects):
+    identify = {name: Identify() for name in ("f0_Bi", "f0_Tri")}
+    free = list(free_parameters(base, identify, ()))
+    free[0] = replace(free[0], start=310.0, deviation=7.0, held=True)
+    fit = fit_model(base, exact, free)
+    assert fit.parameters["f0_Bi"] == 310.0 and fit.standard_errors()["f0_Bi"] == pytest.approx(7.0)
+    assert fit.parameters["f0_Tri"] != 300.0 and fit.converged
