@@ -42,7 +42,7 @@ def entry(name: str, kind: str = "effect", **changes) -> Entry:
     }
     rows = [("base", "f0", 200.0, 5.0, "N"), ("base+joint_damping", "f0", 300.0, 2.0, "N")]
     rows.append(("base+joint_damping", "joint_damping.c", 1.5, 0.1, "N m s/rad"))
-    parameters = pd.DataFrame(rows, columns=["model", "parameter", "value", "se", "unit"])
+    parameters = pd.DataFrame(rows, columns=["model", "parameter", "value", "se", "unit"]).assign(assumed=False)
     settings = {"kind": "measured", "test": ["trial3"]}
     return Entry({**verdict, **changes}, parameters, TORQUE, HORIZONS, settings)
 

@@ -99,7 +99,8 @@ def test_the_shipped_arm_has_the_values_of_its_source(arm26):
 
 def test_a_muscle_of_the_shipped_arm_can_be_driven_by_another_channel():
     changed = {"BRA": {"emg": "emg_brachioradialis", "group": "brachialis"}}
-    physics = CONFIG["physics"] | {"arms": {"arm26": {"preset": "arm26", "muscles": changed}}}
+    arms = CONFIG["physics"]["arms"] | {"arm26": {"preset": "arm26", "muscles": changed}}
+    physics = CONFIG["physics"] | {"arms": arms}
     arm = parse_settings(CONFIG | {"physics": physics}).physics.arms["arm26"]
     assert arm.muscles["BRA"].emg == "emg_brachioradialis" and arm.muscles["BRA"].f0_N == 987.26
     assert arm.channels == ("emg_triceps", "emg_biceps", "emg_brachioradialis")

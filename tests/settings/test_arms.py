@@ -38,7 +38,8 @@ def problems(config: dict) -> str:
 @pytest.fixture
 def presets(tmp_path, monkeypatch):
     """A folder where the preset `small` ships beside the others."""
-    shutil.copytree(ROOT / "data/arm26", tmp_path / "data/arm26")
+    for shipped in ("arm26", "arm26_brd"):
+        shutil.copytree(ROOT / "data" / shipped, tmp_path / "data" / shipped)
     (tmp_path / "data/small").mkdir(parents=True)
     (tmp_path / "data/small/small.yaml").write_text(yaml.safe_dump(ARM | {"curves": {"passive": "millard"}}))
     monkeypatch.chdir(tmp_path)
@@ -151,7 +152,7 @@ def test_the_physics_of_a_dataset_does_not_ask_for_its_preset_again(presets):
 
 def test_a_preset_that_is_not_there_is_named_with_those_that_are(presets):
     said = problems(config_with({"mine": {"preset": "smal"}}))
-    assert "physics.arms.mine: there is no preset 'smal'" in said and "Presets here: arm26, small" in said
+    assert "physics.arms.mine: there is no preset 'smal'" in said and "Presets here: arm26, arm26_brd, small" in said
 
 
 def test_a_preset_that_is_no_yaml_is_explained(presets):

@@ -80,25 +80,28 @@ def ladder_rows(ladder: pd.DataFrame) -> Rows:
 
 
 def parameter_columns(parameters: pd.DataFrame) -> list[str]:
-    """The true error has a column where it is known."""
+    """The scatter over the seeds of networks and the true error have a column where they are known."""
     columns = ["parameter", "model", "what", "value ± SE", "unit"]
+    columns += ["scatter of seeds"] if parameters["scatter"].notna().any() else []
     return [*columns, "true error [%]"] if parameters["error_pct"].notna().any() else columns
 
 
 def parameter_rows(parameters: pd.DataFrame) -> Rows:
-    """Every identified parameter of every model, in the order of `parameter_columns`."""
-    width = len(parameter_columns(parameters))
-    return [
-        (
-            r.parameter,
-            named(r.model),
-            _what(r.source),
-            estimate(r.value, r.se),
-            "" if pd.isna(r.unit) else r.unit,
-            number(r.error_pct),
-        )[:width]
+    """Every estimated parameter of every model, in the order of `parameter_columns`."""
+    columns = parameter_columns(parameters)
+    cells = [
+        {
+            "parameter": r.parameter,
+            "model": named(r.model),
+            "what": _what(r.source) + ", were it right" * bool(r.if_right),
+            "value ± SE": estimate(r.value, r.se),
+            "unit": "" if pd.isna(r.unit) else r.unit,
+            "scatter of seeds": number(r.scatter),
+            "true error [%]": number(r.error_pct),
+        }
         for r in parameters.itertuples()
     ]
+    return [tuple(row[column] for column in columns) for row in cells]
 
 
 def proposal_rows(proposals: pd.DataFrame) -> Rows:

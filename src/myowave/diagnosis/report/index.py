@@ -159,7 +159,7 @@ def _reach(verdict: Mapping[str, Any]) -> str:
 
 
 def _parameters(entry: Entry, model: str) -> dict[str, str]:
-    rows = entry.parameters[entry.parameters["model"] == model]
+    rows = entry.parameters[(entry.parameters["model"] == model) & ~entry.parameters["assumed"]]
     return {r.parameter: interval(r.value, r.se, "" if pd.isna(r.unit) else r.unit) for r in rows.itertuples()}
 
 

@@ -19,6 +19,9 @@ COLUMNS = [
     "seeds",
     "failed_seeds",
 ]
+PARAMETER_COLUMNS = [
+    *("source", "model", "parameter", "value", "se", "scatter", "true", "error_pct", "assumed", "if_right"),
+]
 PHYSICS = "physics"
 FAILED_R2 = 0.0  # a network that predicts the held-out trials no better than their mean angle has failed
 
@@ -71,15 +74,19 @@ def _seeds(seeds: Sequence[int]) -> str:
 def join_parameters(
     verdict: Mapping[str, Any], evaluations: Sequence[pd.DataFrame], units: Mapping[str, str]
 ) -> pd.DataFrame:
-    """Every identified parameter of every model: unit, value, standard error, true value and error where known.
+    """Every estimated parameter of every model: unit, value, standard error, true value and error where known; whether
+    it is free only because nobody measured it, and whether its interval holds only `if_right` were the model.
 
     Args:
         verdict: verdict.json, its errors filled in where they are known.
-        evaluations: as in `join_ladder`; the spread over the seeds stands for the standard error.
+        evaluations: as in `join_ladder`; values are medians over the seeds, with their `scatter` (1 SD).
         units: by parameter.
     """
     rows = [
-        (PHYSICS, model, name, entry["value"], entry["se"], entry["true"], entry["error_pct"])
+        (
+            *(PHYSICS, model, name, entry["value"], entry["se"], np.nan, entry["true"], entry["error_pct"]),
+            *(entry["assumed"], model in verdict["models_that_leave_more"]),
+        )
         for model, values in verdict["parameters"].items()
         for name, entry in values.items()
     ]
@@ -89,8 +96,10 @@ def join_parameters(
             error = table[f"{name}_error_pct"].median()
             spread = table[name].std(ddof=0)
             value, true = table[name].median(), known.get(name)
-            rows.append((source_of(table), table["model"].iloc[0], name, value, spread, true, error))
-    joined = pd.DataFrame(rows, columns=["source", "model", "parameter", "value", "se", "true", "error_pct"])
+            rows.append(
+                (source_of(table), table["model"].iloc[0], name, value, np.nan, spread, true, error, False, False)
+            )
+    joined = pd.DataFrame(rows, columns=PARAMETER_COLUMNS)
     joined.insert(3, "unit", joined["parameter"].map(units))
     joined[["true", "error_pct"]] = joined[["true", "error_pct"]].astype(float)
     order = joined["model"].str.count(r"\+")

@@ -67,6 +67,8 @@ def write_page(story: Story, template: Path) -> str:
     """
     verdict, titles = story.verdict, story.verdict["titles"]
     proposed = verdict["next_trial"]
+    free = story.parameters["assumed"].astype(bool)
+    named_ones, assumed = story.parameters[~free], story.parameters[free]
     content = {
         "dataset": verdict["dataset"],
         "tell": partial(tell, titles=titles),
@@ -103,8 +105,10 @@ def write_page(story: Story, template: Path) -> str:
         "ladder": ladder_rows(story.ladder),
         "ladder_caption": f"The noise of the measured angle is {noise(verdict)}.",
         "failed_seeds": tell_failed_seeds(story.ladder),
-        "parameter_columns": parameter_columns(story.parameters),
-        "parameters": parameter_rows(story.parameters),
+        "parameter_columns": parameter_columns(named_ones),
+        "parameters": parameter_rows(named_ones),
+        "assumed_columns": parameter_columns(assumed),
+        "assumed": parameter_rows(assumed),
         "score": _score(verdict),
     }
     return fill(template, content)

@@ -41,7 +41,10 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
             for rung in diagnosis.tried
         },
         "parameters": {
-            rung.name: {name: {"value": value, "se": errors[name]} for name, value in rung.fit.parameters.items()}
+            rung.name: {
+                p.name: {"value": float(value), "se": errors[p.name], "assumed": p.assumed}
+                for p, value in zip(rung.fit.free, rung.fit.values, strict=True)
+            }
             for rung in diagnosis.tried
             for errors in [rung.fit.standard_errors()]
         },
@@ -50,6 +53,7 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         "outside_usual_range": {name: list(by) for name, by in verdict.masked.items()},
         "explained": verdict.explained,
         "structure_left": verdict.structure_left,
+        "models_that_leave_more": _leave_more(diagnosis),
         "follows": verdict.follows,
         "stands_on": stands_on(diagnosis),
         "torque_left_out": dict(torque.left_out) if (torque := diagnosis.selection.ladder[0].torque) else {},
@@ -63,6 +67,14 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         "noise_is_bound": diagnosis.noise_deg <= SMALLEST_NOISE_DEG,
         "titles": {c.name: c.effect.title for c in diagnosis.selection.rankings[0]} | {EMG_NOISE: EMG_NOISE_TITLE},
     }
+
+
+def _leave_more(diagnosis: Diagnosis) -> list[str]:
+    """Models whose residual is not noise: their intervals hold only if the model were right."""
+    found, last = diagnosis.verdict, diagnosis.rungs[-1].name
+    left = [rung.name for rung in diagnosis.tried if not rung.independence.holds]
+    before = [rung.name for rung in diagnosis.rungs[:-1]] if found.kind != "adequate" else []
+    return sorted({*left, *before, *([last] if found.structure_left else [])})
 
 
 def sentence(diagnosis: Diagnosis) -> str:
@@ -186,14 +198,17 @@ def ladder_table(diagnosis: Diagnosis) -> pd.DataFrame:
 
 
 def parameters_table(diagnosis: Diagnosis) -> pd.DataFrame:
-    """Every estimated parameter of every model: value, standard error, bounds, unit."""
+    """Every estimated parameter of every model: value, standard error, bounds, unit; of those that nobody measured what
+    is expected, and the standard deviation of that."""
     rows = []
     for rung in diagnosis.tried:
         errors = rung.fit.standard_errors()
         for p, value in zip(rung.fit.free, rung.fit.values, strict=True):
             unit = _unit(rung.fit.model, p.name)
-            rows.append((rung.name, p.name, float(value), errors[p.name], p.low, p.high, unit))
-    return pd.DataFrame(rows, columns=["model", "parameter", "value", "se", "low", "high", "unit"])
+            beforehand = (p.start, p.deviation) if p.assumed else (np.nan, np.nan)
+            rows.append((rung.name, p.name, float(value), errors[p.name], p.low, p.high, unit, p.assumed, *beforehand))
+    columns = ["model", "parameter", "value", "se", "low", "high", "unit", "assumed", "expected", "deviation"]
+    return pd.DataFrame(rows, columns=columns)
 
 
 def correlations_table(diagnosis: Diagnosis) -> pd.DataFrame:

@@ -71,12 +71,14 @@ def draw_ladder(ladder: pd.DataFrame, found: str, noise: str) -> Figure:
 
 
 def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
-    """Each identified parameter along the ladder with 95 % intervals, and its true value where that is known.
+    """Each parameter that a dataset wants identified, or that an effect has, along the ladder with 95 % intervals, and
+    its true value where that is known. Intervals that hold only if the model were right are open and dotted.
 
     Args:
-        parameters: columns source, model, parameter, unit, value, se, true, error_pct.
+        parameters: as `ladder.join_parameters` gives them.
         found: the model that was found.
     """
+    parameters = parameters[~parameters["assumed"].astype(bool)]
     models, names = (unique(parameters[c]) for c in ("model", "parameter"))
     columns = min(4, len(names))
     rows = -(-len(names) // columns)
@@ -88,8 +90,15 @@ def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
         for source, group in table.groupby("source", sort=False):
             color, marker = looks[source]
             x = group["model"].map(models.index) + 0.12 * sources.index(source)
-            interval = 1.96 * group["se"].fillna(0)
-            axis.errorbar(x, group["value"], interval, fmt=marker, color=color, capsize=4, label=source)
+            interval, open_ones = 1.96 * group["se"].fillna(0), group["if_right"].astype(bool)
+            for rows, label in ((~open_ones, source), (open_ones, f"{source}, were the model right")):
+                if rows.any():
+                    points, _, (bars,) = axis.errorbar(
+                        x[rows], group["value"][rows], interval[rows], fmt=marker, color=color, capsize=4, label=label
+                    )
+                    if rows is open_ones:
+                        points.set_markerfacecolor("white")
+                        bars.set_linestyle(":")
         for true in table["true"].dropna().unique():
             axis.axhline(true, color=MEASURED, linestyle=":", linewidth=1.8, label="true value")
         unit = table["unit"].dropna()
@@ -106,7 +115,10 @@ def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
         axis.set_xticks(range(len(models)), [str(i) if i else models[0] for i in range(len(models))])
     names_of_models = "    ".join(f"{i}: {m}" for i, m in enumerate(models) if i)
     figure.supxlabel(names_of_models, x=0.01, ha="left", fontsize=10)
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside right upper", frameon=False)
+    handles = {
+        label: handle for axis in axes.flat for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(handles.values(), handles.keys(), loc="outside right upper", frameon=False)
     physics = parameters[parameters["source"] == "physics"]
     ends = [physics[physics["model"] == m] for m in (models[0], found)]
     if physics["error_pct"].notna().any():
