@@ -45,6 +45,13 @@ def test_standard_errors_are_the_scatter_of_estimates_in_noise_of_any_colour(fit
     assert 0.8 < np.sqrt(np.mean(np.square(scores))) < 1.3
 
 
+def test_no_parameter_is_known_better_than_two_solvers_agree(fitted):
+    """Trials without noise, that the fitted program made itself."""
+    scale = np.array([p.scale for p in fitted.free])
+    of_solvers = np.radians(0.005) * np.sqrt(np.diag(np.linalg.inv(fitted.normal.matrix))) * scale
+    assert (np.sqrt(np.diag(fitted.covariance())) >= 0.99 * of_solvers).all()
+
+
 def test_slow_residuals_are_worth_fewer_samples(make_noisy, base, free):
     fit = fit_model(base, make_noisy(0.5).train, free)
     assert correlation_time(fit.normal.residual, fit.record) < 1.3

@@ -23,12 +23,17 @@ from myowave.identification.record import Record
 
 Array = NDArray[np.float64]
 
+# ASSUME: two programs that integrate and interpolate the same equations differ by about this much (0.001 to 0.003 deg
+# on trials of another simulator), so no parameter is known better than a noise of this size allows.
+SOLVERS_DEG = 0.005
+
 
 def covariance(normal: Normal, record: Record, free: Sequence[Free]) -> Array:
     """Covariance of the free parameters (P, P), SI units: that for white noise times the correlation time, less what is
     known beforehand."""
     unit = np.outer(scales(free), scales(free))
-    variance = residual_variance(normal, record) * correlation_time(normal.residual, record)
+    variance = max(residual_variance(normal, record), np.radians(SOLVERS_DEG) ** 2)
+    variance *= correlation_time(normal.residual, record)
     beforehand = np.diag(expected(free)[1])
     return pseudo_inverse(normal.data / variance + beforehand) * unit
 
