@@ -3,12 +3,12 @@
 Shapes: S seeds, T trials, B windows, K samples of a window of which m are history, X inputs.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
 
-from myowave.learning.loss import Losses, Noise
+from myowave.learning.loss import Gains, Losses, Noise
 from myowave.learning.network import Network
 from myowave.learning.rollouts.fast import Workspace, roll_out_gru
 from myowave.learning.rollouts.rollout import roll_out
@@ -30,7 +30,8 @@ class Simulated:
 
 @dataclass(frozen=True)
 class _Windows:
-    """Windows of an epoch: inputs (B, K, X), standardised angle and step (S, B, K), and how much each counts (S, B)."""
+    """Windows of an epoch: inputs (B, K, X) or (S, B, K, X), standardised angle and step (S, B, K), and how much each
+    counts (S, B)."""
 
     x: Tensor
     z: Tensor
@@ -39,7 +40,8 @@ class _Windows:
 
     def beside(self, other: "_Windows") -> "_Windows":
         pairs = ((getattr(self, name), getattr(other, name)) for name in ("z", "v", "weight"))
-        return _Windows(torch.cat((self.x, other.x)), *(torch.cat(pair, dim=1) for pair in pairs))
+        x = torch.cat((self.x, other.x.expand(*self.x.shape[:-3], *other.x.shape)), dim=-3)
+        return _Windows(x, *(torch.cat(pair, dim=1) for pair in pairs))
 
 
 class RolloutLoss:
@@ -51,11 +53,20 @@ class RolloutLoss:
         steps: samples to predict in each window, fewer where no trial is that long.
         noise: on the history.
         random: of where windows begin, which all seeds share.
+        gains: on the EMG of measured windows.
     """
 
-    def __init__(self, network: Network, corpus: Corpus, steps: int, noise: Noise, random: torch.Generator) -> None:
+    def __init__(
+        self,
+        network: Network,
+        corpus: Corpus,
+        steps: int,
+        noise: Noise,
+        random: torch.Generator,
+        gains: Gains | None = None,
+    ) -> None:
         steps = min(steps, int(corpus.usable.max()) - network.history)
-        self._network, self._corpus, self._noise, self._random = network, corpus, noise, random
+        self._network, self._corpus, self._noise, self._gains, self._random = network, corpus, noise, gains, random
         self._length, self._count = network.history + steps, count_windows(corpus.usable, steps)
         self._workspace = Workspace()
 
@@ -67,7 +78,7 @@ class RolloutLoss:
             trust: how much a simulated window counts beside a measured one, (S,).
         """
         made = 0 if simulated is None else self._count // 2
-        windows = self._draw(self._corpus, self._count - made)
+        windows = self._change_gains(self._draw(self._corpus, self._count - made))
         if simulated is not None:
             assert trust is not None, "simulated windows need it"
             windows = windows.beside(self._draw(simulated.corpus, made, trust.unsqueeze(-1) * simulated.counts))
@@ -88,6 +99,16 @@ class RolloutLoss:
         z, v = (values.expand(self._network.seeds, -1, -1) for values in (z, v))
         weight = z.new_ones(z.shape[:2]) if counts is None else counts[:, trial].to(z)
         return _Windows(x, z, v, weight)
+
+    def _change_gains(self, windows: _Windows) -> _Windows:
+        if self._gains is None:
+            return windows
+        scaling, x = self._network.scaling, windows.x
+        channels = self._network.architecture.channels
+        gain = self._gains.draw(x.shape[0], 1, channels, like=x)
+        zero = x.new_tensor([m / s for m, s in zip(scaling.input_mean, scaling.input_std, strict=True)])[:channels]
+        emg = gain * (x[..., :channels] + zero) - zero
+        return replace(windows, x=torch.cat((emg, x[..., channels:].expand(*emg.shape[:-1], -1)), dim=-1))
 
     def _add_noise(self, z: Tensor, v: Tensor) -> tuple[Tensor, Tensor]:
         if self._noise.std == 0:

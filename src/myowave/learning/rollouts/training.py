@@ -16,7 +16,7 @@ from torch import Tensor
 from myowave.learning.augmentation import imagine_emg, simulate_imagined
 from myowave.learning.identification import Identification
 from myowave.learning.inputs import told_of
-from myowave.learning.loss import Losses, Noise
+from myowave.learning.loss import Gains, Losses, Noise
 from myowave.learning.rollouts.loss import RolloutLoss, Simulated
 from myowave.learning.task import Stage
 from myowave.learning.windows import Corpus
@@ -41,7 +41,9 @@ class RolloutTraining:
             max(1, round(recipe.rollout_s / stage.trials.dt)),
             Noise(recipe.history_noise, stage.task.seeds, stage.level),
             torch.Generator().manual_seed(DATA_SEED + stage.level),
+            Gains(recipe.emg_gain, stage.task.seeds, stage.level) if recipe.emg_gain else None,
         )
+        self._data: Tensor | None = None  # loss on windows of the epoch before
         self._simulates = finest and recipe.simulated_trials > 0
         self._simulated: Simulated | None = None
 
@@ -51,8 +53,10 @@ class RolloutTraining:
         elif self._simulates and self._simulated is None:
             self._simulated = self._simulate()
             self._simulates = self._simulated is not None
-        trust = None if self._simulated is None else weigh_physics(self.search.mse.to(val_mse.device), val_mse)
+        known = val_mse if self._data is None else torch.where(val_mse.isnan(), self._data, val_mse)
+        trust = None if self._simulated is None else weigh_physics(self.search.mse.to(val_mse.device), known)
         losses = self._loss.backward(self._simulated, trust)
+        self._data = losses.data.to(val_mse)
         clip_gradients(self.trained)
         return losses
 
