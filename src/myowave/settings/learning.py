@@ -60,6 +60,14 @@ class Recipe(Section):
         ge=0,
         le=1,
     )
+    known_noise: Real = setting(
+        "the same windows are told what is known beside EMG with this noise, one value for a window, in units of its "
+        "standard deviation over the training trials (of the elbow's for angles): few trials are else told apart by it",
+        "-",
+        0.0,
+        ge=0,
+        le=10,
+    )
     validation_fraction: Real = setting(
         "share of the training trials kept for early stopping; 0: they all train, to the last epoch",
         "-",
@@ -91,8 +99,10 @@ class Recipe(Section):
             raise ValueError(
                 "simulated_trials above 0 needs hidden_state: carried; only rollouts learn from simulation"
             )
-        if self.hidden_state == "windowed" and self.emg_gain > 0:
-            raise ValueError("emg_gain above 0 needs hidden_state: carried; teacher forcing sees trials as recorded")
+        if self.hidden_state == "windowed" and max(self.emg_gain, self.known_noise) > 0:
+            raise ValueError(
+                "emg_gain or known_noise above 0 needs hidden_state: carried; teacher forcing sees trials as recorded"
+            )
         if self.identification == "joint" and self.beta == 0:
             raise ValueError("identification: joint needs beta above 0: without a residual in J nothing is identified")
         if self.derivative == "time" and not self.time_input:

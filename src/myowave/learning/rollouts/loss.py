@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
-from myowave.learning.loss import Gains, Losses, Noise
+from myowave.learning.loss import Losses, Noise
 from myowave.learning.network import Network
 from myowave.learning.rollouts.fast import Workspace, roll_out_gru
 from myowave.learning.rollouts.rollout import roll_out
@@ -53,7 +53,8 @@ class RolloutLoss:
         steps: samples to predict in each window, fewer where no trial is that long.
         noise: on the history.
         random: of where windows begin, which all seeds share.
-        gains: on the EMG of measured windows.
+        gains: on the logarithm of the EMG of measured windows, one for each channel.
+        shifts: on what is known beside the EMG of measured windows, in units of its scaling.
     """
 
     def __init__(
@@ -63,10 +64,12 @@ class RolloutLoss:
         steps: int,
         noise: Noise,
         random: torch.Generator,
-        gains: Gains | None = None,
+        gains: Noise | None = None,
+        shifts: Noise | None = None,
     ) -> None:
         steps = min(steps, int(corpus.usable.max()) - network.history)
-        self._network, self._corpus, self._noise, self._gains, self._random = network, corpus, noise, gains, random
+        self._network, self._corpus, self._noise, self._random = network, corpus, noise, random
+        self._gains, self._shifts = gains, shifts
         self._length, self._count = network.history + steps, count_windows(corpus.usable, steps)
         self._workspace = Workspace()
 
@@ -78,7 +81,7 @@ class RolloutLoss:
             trust: how much a simulated window counts beside a measured one, (S,).
         """
         made = 0 if simulated is None else self._count // 2
-        windows = self._change_gains(self._draw(self._corpus, self._count - made))
+        windows = self._disturb(self._draw(self._corpus, self._count - made))
         if simulated is not None:
             assert trust is not None, "simulated windows need it"
             windows = windows.beside(self._draw(simulated.corpus, made, trust.unsqueeze(-1) * simulated.counts))
@@ -100,15 +103,20 @@ class RolloutLoss:
         weight = z.new_ones(z.shape[:2]) if counts is None else counts[:, trial].to(z)
         return _Windows(x, z, v, weight)
 
-    def _change_gains(self, windows: _Windows) -> _Windows:
-        if self._gains is None:
+    def _disturb(self, windows: _Windows) -> _Windows:
+        """The same windows with other gains of the EMG, and other values of what is known beside it."""
+        if self._gains is None and self._shifts is None:
             return windows
-        scaling, x = self._network.scaling, windows.x
-        channels = self._network.architecture.channels
-        gain = self._gains.draw(x.shape[0], 1, channels, like=x)
-        zero = x.new_tensor([m / s for m, s in zip(scaling.input_mean, scaling.input_std, strict=True)])[:channels]
-        emg = gain * (x[..., :channels] + zero) - zero
-        return replace(windows, x=torch.cat((emg, x[..., channels:].expand(*emg.shape[:-1], -1)), dim=-1))
+        scaling, x, channels = self._network.scaling, windows.x, self._network.architecture.channels
+        known = slice(channels, channels + len(self._network.architecture.known))
+        x = x.expand(self._network.seeds, *x.shape[-3:]).clone()
+        if self._gains is not None:
+            gain = self._gains.draw(x.shape[1], 1, channels, like=x).exp()
+            zero = x.new_tensor([m / s for m, s in zip(scaling.input_mean, scaling.input_std, strict=True)])[:channels]
+            x[..., :channels] = gain * (x[..., :channels] + zero) - zero
+        if self._shifts is not None:
+            x[..., known] += self._shifts.draw(x.shape[1], 1, known.stop - known.start, like=x)
+        return replace(windows, x=x)
 
     def _add_noise(self, z: Tensor, v: Tensor) -> tuple[Tensor, Tensor]:
         if self._noise.std == 0:

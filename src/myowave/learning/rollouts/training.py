@@ -16,7 +16,7 @@ from torch import Tensor
 from myowave.learning.augmentation import imagine_emg, simulate_imagined
 from myowave.learning.identification import Identification
 from myowave.learning.inputs import told_of
-from myowave.learning.loss import Gains, Losses, Noise
+from myowave.learning.loss import Losses, Noise
 from myowave.learning.rollouts.loss import RolloutLoss, Simulated
 from myowave.learning.task import Stage
 from myowave.learning.windows import Corpus
@@ -41,7 +41,8 @@ class RolloutTraining:
             max(1, round(recipe.rollout_s / stage.trials.dt)),
             Noise(recipe.history_noise, stage.task.seeds, stage.level),
             torch.Generator().manual_seed(DATA_SEED + stage.level),
-            Gains(recipe.emg_gain, stage.task.seeds, stage.level) if recipe.emg_gain else None,
+            Noise(recipe.emg_gain, stage.task.seeds, stage.level, stream=1) if recipe.emg_gain else None,
+            Noise(recipe.known_noise, stage.task.seeds, stage.level, stream=2) if recipe.known_noise else None,
         )
         self._data: Tensor | None = None  # loss on windows of the epoch before
         self._simulates = finest and recipe.simulated_trials > 0
