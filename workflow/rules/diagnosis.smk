@@ -79,7 +79,9 @@ rule score_verdict:
     log:
         "results/logs/score_verdict/{dataset}.log",
     params:
-        run=dict(recipes=list(SETTINGS.targets.recipes), config_files=CONFIG_FILES),
+        run=lambda wildcards: dict(
+            recipes=list(SETTINGS.targets.recipes_of(wildcards.dataset)), config_files=CONFIG_FILES
+        ),
         code=digest("score_verdict"),
     script:
         "../scripts/score_verdict.py"

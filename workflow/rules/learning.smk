@@ -35,6 +35,7 @@ rule train_scale:
         contents=physics_contents,
         identify=identify_section,
         recipe=recipe_section,
+        wavelet=dump(SETTINGS.data.wavelet),
         seeds=SETTINGS.learning.seeds,
         code=digest("train_scale"),
     script:

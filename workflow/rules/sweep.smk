@@ -148,6 +148,7 @@ rule score_sweep:
     params:
         sweep=sweep_section("workers", "storage", "trials"),
         seeds=SETTINGS.learning.seeds,
+        wavelet=dump(SETTINGS.data.wavelet),
         judged=judged_section,
         code=digest("score_sweep"),
     script:

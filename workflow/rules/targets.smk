@@ -14,7 +14,11 @@ def for_targets(pattern, datasets=SETTINGS.targets.datasets):
         path
         for dataset in datasets
         for path in expand(
-            pattern, dataset=dataset, model=models_of(dataset), recipe=targets.recipes, scales=targets.scales
+            pattern,
+            dataset=dataset,
+            model=models_of(dataset),
+            recipe=targets.recipes_of(dataset),
+            scales=targets.scales,
         )
     ]
 
@@ -56,7 +60,13 @@ def networks_with(dataset, followed):
     targets, pattern = SETTINGS.targets, f"results/learning/{NETWORK}/evaluation.csv"
     paths = for_targets(pattern, [dataset])
     if followed is not None:
-        paths += expand(pattern, dataset=dataset, model=followed, recipe=targets.recipes, scales=min(targets.scales))
+        paths += expand(
+            pattern,
+            dataset=dataset,
+            model=followed,
+            recipe=targets.recipes_of(dataset),
+            scales=min(targets.scales),
+        )
     return list(dict.fromkeys(paths))
 
 

@@ -52,7 +52,7 @@ rule publish_runs:
         "results/logs/publish_runs.log",
     params:
         tracking=section("tracking"),
-        recipes={name: dump(SETTINGS.learning.recipes[name]) for name in SETTINGS.targets.recipes},
+        recipes={name: dump(SETTINGS.learning.recipes[name]) for name in SETTINGS.targets.trained},
         models=published_models,
         diagnoses=published_diagnoses(),
         sweeps=[],

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from myowave.data.holdout import hold_out_ends
 from myowave.data.store import read_trials, write_scales
+from myowave.data.thinning import thin
 from myowave.data.wavelets import decompose
 from myowave.learning.sweep.outcome import search_name
 from myowave.learning.sweep.search import open_search
@@ -16,6 +17,7 @@ params, output = snakemake.params, snakemake.output
 with job_log("prepare sweep", snakemake.log[0]) as log:
     sweep, wavelet = PlannedSweep.model_validate(params.sweep), Wavelet.model_validate(params.wavelet)
     trials = hold_out_ends(read_trials(snakemake.input.trials), sweep.held_out)
+    trials = thin(trials, params.judged["recipe"]["rate_hz"])
     write_scales(decompose(trials, sweep.scales - 1, wavelet.name, wavelet.decompose), output.scales)
     name = search_name(sweep, params.judged, Path(output.scales))
     open_search(name, params.storage, sweep, params.judged["recipe"])

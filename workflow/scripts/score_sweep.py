@@ -7,12 +7,13 @@ import pandas as pd
 import yaml
 
 from myowave.data.store import read_scales, read_trials
+from myowave.data.thinning import thin, thin_scales
 from myowave.learning.evaluation import evaluate, predict_trials
 from myowave.learning.sweep.objective import train_scales
 from myowave.learning.sweep.outcome import BEST, compare_scores
 from myowave.learning.task import Task
 from myowave.physics.build import build_model
-from myowave.settings import Identify, Physics, PlannedSweep, Recipe
+from myowave.settings import Identify, Physics, PlannedSweep, Recipe, Wavelet
 from myowave.workflow.job import job_log
 
 inputs, params, judged = snakemake.input, snakemake.params, snakemake.params.judged
@@ -21,17 +22,19 @@ name = sweep.recipe + BEST
 label = f"score {sweep.dataset} {sweep.model} {name} {sweep.scales}-scale"
 with job_log(label, snakemake.log[0]) as log:
     best = yaml.safe_load(Path(inputs.best).read_text())["learning"]["recipes"][name]
+    recipe, wavelet = Recipe.model_validate(best), Wavelet.model_validate(params.wavelet)
+    scales = read_scales(inputs.scales)
     task = Task(
-        read_scales(inputs.scales),
+        thin_scales(scales, recipe.rate_hz, sweep.scales - 1, wavelet.name, wavelet.decompose),
         build_model(sweep.model, Physics.model_validate(judged["physics"])),
-        Recipe.model_validate(best),
+        recipe,
         {key: Identify.model_validate(values) for key, values in judged["identify"].items()},
         total=sweep.scales,
         seeds=range(params.seeds),
     )
     for checkpoint in train_scales(task):
         log.progress(sweep.scales - checkpoint.level, sweep.scales, f"scale {-checkpoint.level} is trained")
-    trials = read_trials(inputs.trials)
+    trials = thin(read_trials(inputs.trials), recipe.rate_hz)
     truth = json.loads(Path(inputs.truth).read_text())["parameters"] if inputs.truth else None
     rows = evaluate(checkpoint, trials, predict_trials(checkpoint, trials), recipe=name, truth=truth)
     compare_scores(pd.read_csv(inputs.default), rows).to_csv(snakemake.output.scores, index=False)

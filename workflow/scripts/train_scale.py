@@ -3,21 +3,24 @@
 import pandas as pd
 
 from myowave.data.store import read_scales, write_table
+from myowave.data.thinning import thin_scales
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
 from myowave.physics.build import build_model
-from myowave.settings import Identify, Physics, Recipe
+from myowave.settings import Identify, Physics, Recipe, Wavelet
 from myowave.workflow.job import follow, job_log
 
 where, params = snakemake.wildcards, snakemake.params
 level, total = int(where.level), int(where.scales)
 label = f"train {where.dataset} {where.model} {where.recipe} {total}-scale, scale {-level}"
 with job_log(label, snakemake.log[0]) as log:
+    recipe, wavelet = Recipe.model_validate(params.recipe), Wavelet.model_validate(params.wavelet)
+    scales = read_scales(snakemake.input.scales)
     task = Task(
-        read_scales(snakemake.input.scales),
+        thin_scales(scales, recipe.rate_hz, total - 1, wavelet.name, wavelet.decompose),
         build_model(where.model, Physics.model_validate(params.physics)),
-        Recipe.model_validate(params.recipe),
+        recipe,
         {name: Identify.model_validate(values) for name, values in params.identify.items()},
         total=total,
         seeds=range(params.seeds),

@@ -72,7 +72,8 @@ def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame
             axis.set_ylabel(f"trial {str(trial).removeprefix('trial')}\nangle [deg]" if column == 0 else "")
         r2 = summary.loc[summary["scales"] == scales, "test_r2"]
         axes[0, column].set_title(f"{scales}-scale, R$^2$ {r2.mean():.4f}")
-    axes[0, 0].legend(loc="best")
+    handles, names = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=2)
     worst = summary.loc[summary["test_r2"].idxmin()]
     title(
         figure,

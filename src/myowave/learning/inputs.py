@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from myowave.data.trials import Trials
-from myowave.physics.constants import Constant, constant_of
+from myowave.physics.constants import Constant, constant_of, is_constant
 
 Known = Mapping[str, float]
 """{known input: its value in a trial that does not name it}"""
@@ -71,10 +71,7 @@ def unit_of(name: str) -> str:
 
 def constant_behind(name: str) -> Constant | None:
     """The physical constant that a known input is; None for an angle over time."""
-    try:
-        return constant_of(name)
-    except KeyError:
-        return None
+    return constant_of(name) if is_constant(name) else None
 
 
 def _over_time(trials: Trials, name: str, value: float, samples: int) -> NDArray[np.float64]:

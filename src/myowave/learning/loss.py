@@ -20,19 +20,20 @@ class Losses:
 
 
 class Noise:
-    """Noise on the history, from a generator for each seed.
+    """Normal numbers to disturb what a network sees, from a generator for each seed.
 
     Args:
-        std: standard deviation [rad].
+        std: standard deviation, in the unit of what is disturbed.
         seeds: numbers of the seeds.
         level: of the scale; each has noise of its own.
+        stream: of what is disturbed; each has noise of its own.
     """
 
-    def __init__(self, std: float, seeds: Sequence[int], level: int) -> None:
+    def __init__(self, std: float, seeds: Sequence[int], level: int, stream: int = 0) -> None:
         self.std = std
-        self._random = [torch.Generator().manual_seed(seed * 100 + level) for seed in seeds]
+        self._random = [torch.Generator().manual_seed(stream * 1_000_000 + seed * 100 + level) for seed in seeds]
 
     def draw(self, *shape: int, like: Tensor) -> Tensor:
-        """(S, *shape) [rad], with the type and on the device of `like`."""
+        """(S, *shape), with the type and on the device of `like`."""
         noise = torch.stack([torch.randn(*shape, generator=random) for random in self._random])
         return (self.std * noise).to(like)

@@ -31,7 +31,8 @@ class EpochReport:
     Args:
         epoch: from 1, within this scale.
         losses: see `loss.Losses`.
-        val_mse: on the validation windows, free running [rad^2]; of the last time it was computed.
+        val_mse: on the validation windows, free running [rad^2]; of the last time it was computed. Not a number where
+            nothing is kept for validation.
         values: identified parameters by name, SI units.
         checkpoint: with the last report only.
     """
@@ -60,7 +61,9 @@ class EpochReport:
 
     def summary(self) -> str:
         """The epoch in a few words."""
-        return f"loss {self.losses.total.median():.2e}, validation error {self.val_mse.median().sqrt():.2e} rad"
+        error = self.val_mse.median().sqrt()
+        judged = "" if error.isnan() else f", validation error {error:.2e} rad"
+        return f"loss {self.losses.total.median():.2e}{judged}"
 
 
 def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Iterator[EpochReport]:
@@ -76,7 +79,7 @@ def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Ite
     stage = begin_stage(task, level, before)
     method = METHODS[task.recipe.hidden_state](stage)
     optimizer = torch.optim.Adam(method.trained, betas=method.betas)
-    validation, best = Validation.of(stage.corpus, stage.network, stage.trials.lengths), _Best(stage.network)
+    validation, best = begin_validation(stage), _Best(stage.network, judged=task.recipe.validation_fraction > 0)
     val_mse, val_r2 = validate(stage.network, validation)
     epochs = task.epochs(level)
     for epoch in range(1, epochs + 1):
@@ -109,29 +112,40 @@ def learning_rate(task: Task, level: int, epoch: int) -> float:
     return recipe.learning_rate * (0.5 * (1 + math.cos(math.pi * progress)) * min(1.0, epoch / RISE))
 
 
+def begin_validation(stage: Stage) -> Validation | None:
+    """The windows kept for validation; None where all samples train."""
+    if stage.task.recipe.validation_fraction == 0:
+        return None
+    return Validation.of(stage.corpus, stage.network, stage.trials.lengths)
+
+
 @torch.no_grad()
-def validate(network: Network, validation: Validation) -> tuple[Tensor, Tensor]:
-    """Mean square error [rad^2] and R2 of a free run of the validation windows, (S,) each."""
+def validate(network: Network, validation: Validation | None) -> tuple[Tensor, Tensor]:
+    """Mean square error [rad^2] and R2 of a free run of the validation windows, (S,) each; not a number without any."""
+    if validation is None:
+        unknown = torch.full((network.seeds,), math.nan, dtype=torch.float64, device=network.device)
+        return unknown, unknown.clone()
     z, v = (given.expand(network.seeds, -1, -1) for given in (validation.z, validation.v))
     return validation.score(network.to_rad(run_free(network, validation.x, z, v)))
 
 
 class _Best:
-    """The weights of a network with the lowest validation error of each seed, for early stopping.
+    """The weights of a network with the lowest validation error of each seed, for early stopping; the last ones where
+    nothing is kept for validation.
 
     It stops only weights: parameters are the last ones, "final converged values" in the paper.
     """
 
-    def __init__(self, network: Network) -> None:
-        self._network = network
+    def __init__(self, network: Network, judged: bool) -> None:
+        self._network, self._judged = network, judged
         self.weights = {name: value.detach().clone() for name, value in network.weights.items()}
         self.mse = torch.full((network.seeds,), float("inf"), dtype=torch.float64, device=network.device)
         self.r2 = torch.full_like(self.mse, float("-inf"))
         self._epoch = torch.zeros(network.seeds, device=network.device)
 
     def update(self, epoch: int, mse: Tensor, r2: Tensor) -> None:
-        """Take the weights as they are now, of seeds whose error (S,) has fallen."""
-        better = mse < self.mse
+        """Take the weights as they are now, of seeds whose error (S,) has fallen; of all where none is judged."""
+        better = mse < self.mse if self._judged else torch.ones_like(mse, dtype=torch.bool)
         self.mse, self.r2 = torch.where(better, mse, self.mse), torch.where(better, r2, self.r2)
         self._epoch = torch.where(better, epoch, self._epoch)
         for name, value in self._network.weights.items():

@@ -66,14 +66,14 @@ def count_windows(usable: Tensor, steps: int) -> int:
 
 
 def count_training_samples(trials: Trials, fraction: float, history: int) -> list[int]:
-    """Samples of each trial to train on; the `fraction` after them is for validation.
+    """Samples of each trial to train on; the `fraction` after them is for validation, none of them where it is 0.
 
     Raises:
         ValueError: where a trial is too short for both.
     """
     counts = []
     for name, length in zip(trials.names, trials.lengths, strict=True):
-        validation = max(2, round(fraction * length))
+        validation = max(2, round(fraction * length)) if fraction else 0
         if length - validation < history + 2:
             raise ValueError(
                 f"dataset {trials.dataset!r}, trial {name!r}: {length} samples are too few to keep {validation} for "

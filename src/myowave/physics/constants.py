@@ -129,6 +129,14 @@ def constant_of(name: str) -> Constant:
     return (MUSCLE_CONSTANTS | GROUP_CONSTANTS if owner else JOINT_CONSTANTS)[kind]
 
 
+def is_constant(name: str) -> bool:
+    """Whether a constant is called so, whatever muscle or group it may be of."""
+    try:
+        return bool(constant_of(name))
+    except KeyError:
+        return False
+
+
 def constant_unit(name: str) -> str:
     """Unit of a constant by its full name."""
     return constant_of(name).unit

@@ -46,7 +46,12 @@ class Settings(Section):
     @model_validator(mode="after")
     def _agree(self) -> "Settings":
         problems = [*self._problems_of_targets(), *self._problems_of_sweep()]
-        problems += [*self._problems_of_study(), *self._problems_of_scatter(), *self._problems_of_arms()]
+        problems += [
+            *self._problems_of_held_out(),
+            *self._problems_of_study(),
+            *self._problems_of_scatter(),
+            *self._problems_of_arms(),
+        ]
         if problems:
             raise ValueError("\n".join(problems))
         return self
@@ -56,7 +61,7 @@ class Settings(Section):
         sweep, targets = self.learning.sweep, self.targets
         filled_in = {
             "dataset": sweep.dataset or targets.diagnosed[0],
-            "recipe": sweep.recipe or targets.recipes[0],
+            "recipe": sweep.recipe or targets.recipes_of(sweep.dataset or targets.diagnosed[0])[0],
             "scales": sweep.scales or max(targets.scales),
         }
         return PlannedSweep.model_validate(sweep.model_dump() | filled_in)
@@ -78,6 +83,10 @@ class Settings(Section):
             problems += unless_known(f"targets.models.{name}", name, datasets)
         for i, name in enumerate(targets.recipes):
             problems += unless_known(f"targets.recipes[{i}]", name, self.learning.recipes)
+        for dataset, names in targets.own_recipes.items():
+            problems += unless_known(f"targets.own_recipes.{dataset}", dataset, datasets)
+            for i, name in enumerate(names):
+                problems += unless_known(f"targets.own_recipes.{dataset}[{i}]", name, self.learning.recipes)
         if (scales := max(*targets.scales, self.learning.sweep.scales or 1)) > self.data.wavelet.levels + 1:
             problems.append(
                 f"targets.scales, learning.sweep.scales: {scales} scales need data.wavelet.levels of {scales - 1}, "
@@ -103,6 +112,20 @@ class Settings(Section):
                 except ValidationError as error:
                     lines = explain(error, tuple(list_keys(Recipe)))
                     problems += [f"{where}.{end} does not fit recipe {sweep.recipe}: {line}" for line in lines]
+        return problems
+
+    def _problems_of_held_out(self) -> list[str]:
+        plan, where = self.learning.held_out, "learning.held_out"
+        if plan is None:
+            return []
+        problems = unless_known(f"{where}.dataset", plan.dataset, self.data.datasets)
+        problems += unless_known(f"{where}.recipe", plan.recipe, self.learning.recipes)
+        if max(plan.scales) > self.data.wavelet.levels + 1:
+            problems.append(f"{where}.scales: {max(plan.scales)} scales need data.wavelet.levels of one less.")
+        dataset = self.data.datasets.get(plan.dataset)
+        if isinstance(dataset, RecordedDataset):
+            for i, names in enumerate(plan.test):
+                problems += [p for n in names for p in unless_known(f"{where}.test[{i}]", n, dataset.trials)]
         return problems
 
     @property

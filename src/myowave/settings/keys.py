@@ -77,9 +77,9 @@ def _keys_inside(annotation: Any, path: tuple[str, ...], each: str) -> Iterator[
     elif get_origin(annotation) in (dict, Mapping):
         yield from _keys_inside(get_args(annotation)[1], (*path, f"<{each}>"), each)
     elif get_origin(annotation) in (Union, types.UnionType):
-        for member in get_args(annotation):
-            if isinstance(member, type) and issubclass(member, BaseModel):
-                yield from list_keys(member, (*path, f":{_tag(member)}"))
+        sections = [m for m in get_args(annotation) if isinstance(m, type) and issubclass(m, BaseModel)]
+        for member in sections:
+            yield from list_keys(member, (*path, f":{_tag(member)}") if len(sections) > 1 else path)
 
 
 def _tag(member: type[BaseModel]) -> str:

@@ -5,7 +5,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from myowave.settings.section import Address, ModelName, Name, Once, Real, Section, Whole, setting
+from myowave.physics.constants import JOINT_CONSTANTS, is_constant
+from myowave.settings.keys import did_you_mean
+from myowave.settings.section import Address, ModelName, Name, Once, Real, Section, TrialName, Whole, setting
 
 
 class Recipe(Section):
@@ -27,6 +29,13 @@ class Recipe(Section):
         "signals such as tilt_rad, of which a dataset may have any; null: all that it has",
         default=None,
     )
+    rate_hz: Real | None = setting(
+        "about how many samples a second the network sees, of trials that have more; null: all",
+        "Hz",
+        None,
+        gt=0,
+        le=2500,
+    )
     history_steps: Whole = setting("past samples of known angle that a prediction starts from", "-", 4, ge=1, le=100)
     history_noise: Real = setting("noise added to the history while training", "rad", 0.0, ge=0, le=1)
     rollout_s: Real = setting("time fed by the network's own predictions; 0 is teacher forcing", "s", 1.6, ge=0, le=60)
@@ -43,8 +52,42 @@ class Recipe(Section):
     simulated_trials: Whole = setting(
         "trials simulated with the identified parameters, on EMG that was never recorded, to train on", "-", 64, ge=0
     )
-    validation_fraction: Real = setting("share of the training trials kept for early stopping", "-", 0.1, gt=0, lt=0.9)
+    emg_gain: Real = setting(
+        "training windows of recorded trials are seen with EMG times e^(this times a standard normal), drawn for each "
+        "channel, as electrodes, skin and a maximum that nobody measured change it",
+        "-",
+        0.0,
+        ge=0,
+        le=1,
+    )
+    known_noise: Real = setting(
+        "the same windows are told what is known beside EMG with this noise, one value for a window, in units of its "
+        "standard deviation over the training trials (of the elbow's for angles): few trials are else told apart by it",
+        "-",
+        0.0,
+        ge=0,
+        le=10,
+    )
+    validation_fraction: Real = setting(
+        "share of the training trials kept for early stopping; 0: they all train, to the last epoch",
+        "-",
+        0.1,
+        ge=0,
+        lt=0.9,
+    )
     patience: Whole = setting("epochs without a better validation error before a scale stops", "-", 300, ge=1)
+
+    @field_validator("known_inputs")
+    @classmethod
+    def _can_be_known(cls, names: tuple[str, ...] | None) -> tuple[str, ...] | None:
+        for name in names or ():
+            if not name.endswith("_rad") and not is_constant(name):
+                joint = tuple(JOINT_CONSTANTS)
+                raise ValueError(
+                    f"{name!r} is neither a physical constant{did_you_mean(name, joint)} nor an angle over time such "
+                    f"as tilt_rad. Constants of the joint: {', '.join(joint)}"
+                )
+        return names
 
     @model_validator(mode="after")
     def _consistent(self) -> "Recipe":
@@ -55,6 +98,10 @@ class Recipe(Section):
         if self.hidden_state == "windowed" and self.simulated_trials > 0:
             raise ValueError(
                 "simulated_trials above 0 needs hidden_state: carried; only rollouts learn from simulation"
+            )
+        if self.hidden_state == "windowed" and max(self.emg_gain, self.known_noise) > 0:
+            raise ValueError(
+                "emg_gain or known_noise above 0 needs hidden_state: carried; teacher forcing sees trials as recorded"
             )
         if self.identification == "joint" and self.beta == 0:
             raise ValueError("identification: joint needs beta above 0: without a residual in J nothing is identified")
@@ -130,9 +177,23 @@ class PlannedSweep(Sweep):
     scales: Annotated[int, Field(ge=1, le=5)]
 
 
+class HeldOut(Section):
+    """`snakemake held_out`: networks with other trials held out in turn, by number of scales."""
+
+    dataset: Name = setting("dataset")
+    recipe: Name = setting("recipe")
+    scales: Annotated[tuple[Annotated[int, Field(ge=1, le=5)], ...], Once] = setting(
+        "numbers of scales", "-", (1, 2, 3, 4, 5), min_length=1
+    )
+    test: Annotated[tuple[tuple[TrialName, ...], ...], Once] = setting(
+        "sets of trials that test in turn, [[trial, ...], ...]; the others of the dataset train", min_length=1
+    )
+
+
 class Learning(Section):
     """The surrogate and the identification that comes with it."""
 
     seeds: Whole = setting("independent starts, trained together", "-", 5, ge=1, le=1000)
     recipes: dict[Name, Recipe] = setting("ways to train, by name", each="recipe", min_length=1)
     sweep: Sweep = setting("search for better settings of a recipe", default=Sweep)
+    held_out: HeldOut | None = setting("which trials are held out in turn; null: none", default=None)

@@ -23,6 +23,11 @@ class Targets(Section):
         "datasets whose network is also trained with the physical model that the diagnosis finds", default=()
     )
     recipes: Annotated[tuple[str, ...], Once] = setting("recipes", default=("rollout",), min_length=1)
+    own_recipes: dict[str, Annotated[tuple[str, ...], Once, Field(min_length=1)]] = setting(
+        "recipes of a dataset that has its own, such as {human_curls: [recorded]}; else those of recipes",
+        default=dict,
+        each="dataset",
+    )
     scales: Annotated[tuple[Annotated[int, Field(ge=1, le=5)], ...], Once] = setting(
         "numbers of scales, 1 to 5: 3 trains at scales -2, -1, 0", "-", (1, 2, 3), min_length=1
     )
@@ -32,6 +37,15 @@ class Targets(Section):
         if not self.diagnosed:
             raise ValueError("name a dataset in datasets or in without_networks; both are empty")
         return self
+
+    def recipes_of(self, dataset: str) -> tuple[str, ...]:
+        """The recipes that the networks of a dataset are trained with."""
+        return self.own_recipes.get(dataset, self.recipes)
+
+    @property
+    def trained(self) -> tuple[str, ...]:
+        """All recipes that any dataset is trained with, each once."""
+        return tuple(dict.fromkeys([*self.recipes, *(r for own in self.own_recipes.values() for r in own)]))
 
     @property
     def diagnosed(self) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ import pandas as pd
 import torch
 
 from myowave.data.store import read_trials
+from myowave.data.thinning import thin
 from myowave.data.trials import Trials
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import r_squared
@@ -26,6 +27,7 @@ def score_one_step(checkpoint: Checkpoint, trials: Trials) -> list[float]:
             f"checkpoint of {checkpoint.dataset}, {checkpoint.model}: its recipe has hidden_state: "
             f"{network.hidden_state}; scores one step ahead are of recipes with hidden_state: windowed."
         )
+    trials = thin(trials, checkpoint.recipe["rate_hz"])
     inputs, angle = to_tensors(trials.select(trials.test), network.device, network.architecture.known)
     with torch.no_grad():
         predicted = predict_teacher_forced(network, network.encode_inputs(inputs, trials.dt), angle)

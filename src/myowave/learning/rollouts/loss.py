@@ -3,7 +3,7 @@
 Shapes: S seeds, T trials, B windows, K samples of a window of which m are history, X inputs.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
@@ -30,7 +30,8 @@ class Simulated:
 
 @dataclass(frozen=True)
 class _Windows:
-    """Windows of an epoch: inputs (B, K, X), standardised angle and step (S, B, K), and how much each counts (S, B)."""
+    """Windows of an epoch: inputs (B, K, X) or (S, B, K, X), standardised angle and step (S, B, K), and how much each
+    counts (S, B)."""
 
     x: Tensor
     z: Tensor
@@ -39,7 +40,8 @@ class _Windows:
 
     def beside(self, other: "_Windows") -> "_Windows":
         pairs = ((getattr(self, name), getattr(other, name)) for name in ("z", "v", "weight"))
-        return _Windows(torch.cat((self.x, other.x)), *(torch.cat(pair, dim=1) for pair in pairs))
+        x = torch.cat((self.x, other.x.expand(*self.x.shape[:-3], *other.x.shape)), dim=-3)
+        return _Windows(x, *(torch.cat(pair, dim=1) for pair in pairs))
 
 
 class RolloutLoss:
@@ -51,11 +53,23 @@ class RolloutLoss:
         steps: samples to predict in each window, fewer where no trial is that long.
         noise: on the history.
         random: of where windows begin, which all seeds share.
+        gains: on the logarithm of the EMG of measured windows, one for each channel.
+        shifts: on what is known beside the EMG of measured windows, in units of its scaling.
     """
 
-    def __init__(self, network: Network, corpus: Corpus, steps: int, noise: Noise, random: torch.Generator) -> None:
+    def __init__(
+        self,
+        network: Network,
+        corpus: Corpus,
+        steps: int,
+        noise: Noise,
+        random: torch.Generator,
+        gains: Noise | None = None,
+        shifts: Noise | None = None,
+    ) -> None:
         steps = min(steps, int(corpus.usable.max()) - network.history)
         self._network, self._corpus, self._noise, self._random = network, corpus, noise, random
+        self._gains, self._shifts = gains, shifts
         self._length, self._count = network.history + steps, count_windows(corpus.usable, steps)
         self._workspace = Workspace()
 
@@ -67,7 +81,7 @@ class RolloutLoss:
             trust: how much a simulated window counts beside a measured one, (S,).
         """
         made = 0 if simulated is None else self._count // 2
-        windows = self._draw(self._corpus, self._count - made)
+        windows = self._disturb(self._draw(self._corpus, self._count - made))
         if simulated is not None:
             assert trust is not None, "simulated windows need it"
             windows = windows.beside(self._draw(simulated.corpus, made, trust.unsqueeze(-1) * simulated.counts))
@@ -88,6 +102,21 @@ class RolloutLoss:
         z, v = (values.expand(self._network.seeds, -1, -1) for values in (z, v))
         weight = z.new_ones(z.shape[:2]) if counts is None else counts[:, trial].to(z)
         return _Windows(x, z, v, weight)
+
+    def _disturb(self, windows: _Windows) -> _Windows:
+        """The same windows with other gains of the EMG, and other values of what is known beside it."""
+        if self._gains is None and self._shifts is None:
+            return windows
+        scaling, x, channels = self._network.scaling, windows.x, self._network.architecture.channels
+        known = slice(channels, channels + len(self._network.architecture.known))
+        x = x.expand(self._network.seeds, *x.shape[-3:]).clone()
+        if self._gains is not None:
+            gain = self._gains.draw(x.shape[1], 1, channels, like=x).exp()
+            zero = x.new_tensor([m / s for m, s in zip(scaling.input_mean, scaling.input_std, strict=True)])[:channels]
+            x[..., :channels] = gain * (x[..., :channels] + zero) - zero
+        if self._shifts is not None:
+            x[..., known] += self._shifts.draw(x.shape[1], 1, known.stop - known.start, like=x)
+        return replace(windows, x=x)
 
     def _add_noise(self, z: Tensor, v: Tensor) -> tuple[Tensor, Tensor]:
         if self._noise.std == 0:

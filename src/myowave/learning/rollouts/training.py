@@ -41,7 +41,10 @@ class RolloutTraining:
             max(1, round(recipe.rollout_s / stage.trials.dt)),
             Noise(recipe.history_noise, stage.task.seeds, stage.level),
             torch.Generator().manual_seed(DATA_SEED + stage.level),
+            Noise(recipe.emg_gain, stage.task.seeds, stage.level, stream=1) if recipe.emg_gain else None,
+            Noise(recipe.known_noise, stage.task.seeds, stage.level, stream=2) if recipe.known_noise else None,
         )
+        self._data: Tensor | None = None  # loss on windows of the epoch before
         self._simulates = finest and recipe.simulated_trials > 0
         self._simulated: Simulated | None = None
 
@@ -51,8 +54,10 @@ class RolloutTraining:
         elif self._simulates and self._simulated is None:
             self._simulated = self._simulate()
             self._simulates = self._simulated is not None
-        trust = None if self._simulated is None else weigh_physics(self.search.mse.to(val_mse.device), val_mse)
+        known = val_mse if self._data is None else torch.where(val_mse.isnan(), self._data, val_mse)
+        trust = None if self._simulated is None else weigh_physics(self.search.mse.to(val_mse.device), known)
         losses = self._loss.backward(self._simulated, trust)
+        self._data = losses.data.to(val_mse)
         clip_gradients(self.trained)
         return losses
 

@@ -1,0 +1,57 @@
+"""Trials at a lower rate: every so many samples one is kept."""
+
+from collections.abc import Mapping
+
+from myowave.data.trials import Trials
+from myowave.data.wavelets import Decompose, decompose
+
+
+def thin(trials: Trials, rate_hz: float | None) -> Trials:
+    """Trials with about as many samples a second as asked for, beginning with the first of each; None keeps all.
+
+    ASSUME: EMG and motion hold nothing above half of the rate, as envelopes of 4 Hz and the motion of an arm at 25 Hz.
+    Kept are samples as they were recorded, so that a stream is thinned in the same way, with no lag.
+
+    Raises:
+        ValueError: where fewer than 2 samples of a trial are left.
+    """
+    every = 1 if rate_hz is None else max(1, round(1 / (trials.dt * rate_hz)))
+    if every == 1:
+        return trials
+    for name, length in zip(trials.names, trials.lengths, strict=True):
+        if length <= every:
+            raise ValueError(
+                f"dataset {trials.dataset!r}, trial {name!r}: of {length} samples {1 / trials.dt:g} a second, "
+                f"{rate_hz:g} a second leave one. Use longer trials, or raise the recipe's rate_hz."
+            )
+    kept = [slice(0, length, every) for length in trials.lengths]
+    return Trials.from_sequences(
+        dataset=trials.dataset,
+        dt=trials.dt * every,
+        names=trials.names,
+        channels=trials.channels,
+        emg=[trials.emg[i, samples] for i, samples in enumerate(kept)],
+        angle=[trials.angle[i, samples] for i, samples in enumerate(kept)],
+        test=trials.test,
+        conditions=trials.conditions,
+        constants=trials.constants,
+        provenance={**trials.provenance, "thinned": f"1 sample of {every}"},
+        signals={
+            name: [values[i, samples] for i, samples in enumerate(kept)] for name, values in trials.signals.items()
+        },
+        over_time=trials.over_time,
+    )
+
+
+def thin_scales(
+    scales: Mapping[int, Trials], rate_hz: float | None, levels: int, wavelet: str, which: Decompose
+) -> Mapping[int, Trials]:
+    """Scales of thinned trials: as they are where nothing is thinned, else projected anew, as each is then coarser.
+
+    Args:
+        scales: {level: trials at scale [-level]}, level 0 among them.
+        levels: coarsest level that is needed.
+        wavelet, which: as in `wavelets.decompose`.
+    """
+    thinned = thin(scales[0], rate_hz)
+    return scales if thinned is scales[0] else decompose(thinned, levels, wavelet, which)
