@@ -96,7 +96,7 @@ def attack_with_kills(folder: Path, kills: int) -> None:
     moments, rounds, killed = random.Random(0), 0, 0
     while killed < kills:
         shutil.rmtree(project.folder / "results", ignore_errors=True)
-        while killed < kills and kill_after(project, moments.uniform(0.0, lasts)):
+        while killed < kills and kill_after(project, moments.uniform(0.0, 0.7 * lasts)):
             killed += 1
         finish(project)
         rounds += 1

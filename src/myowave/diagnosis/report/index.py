@@ -19,6 +19,7 @@ from myowave.diagnosis.report.words import degrees, kind_of, noise, tell, titled
 from myowave.diagnosis.rooms.names import EMG_ONLY, POSTURE
 from myowave.diagnosis.rooms.telling import explained, missed, named_horizon, r2_text
 
+_SHOWN = 4  # first parameters of a dataset whose settings are not known
 Z95 = 1.96  # half a 95 % interval in standard errors
 FILES = ("verdict.json", "watch.csv", *(f"{name}.csv" for name in (*ROOM_NAMES, *TABLE_NAMES)))
 
@@ -119,13 +120,15 @@ def interval(value: float, se: float | None, unit: str) -> str:
     if se is None or pd.isna(se) or se <= 0:
         return f"{value:.4g}{of}"
     digits = int(np.clip(1 - np.floor(np.log10(Z95 * se)), 0, 7))
-    low, high = (f"{value + sign * Z95 * se:.{digits}f}" for sign in (-1, 1))
-    return f"{value:.{digits}f}{of} ({low} to {high})"
+    middle, low, high = (f"{round(value + sign * Z95 * se, digits) + 0.0:.{digits}f}" for sign in (0, -1, 1))
+    return f"{middle}{of} ({low} to {high})" if low != high else f"{value:.4g}{of}"
 
 
 def _row(entry: Entry) -> dict[str, Any]:
     """What the table of all datasets shows of one."""
     verdict = entry.verdict
+    parameters = _parameters(entry, verdict["model"])
+    asked = _asked_for(parameters, entry.settings)
     return {
         "name": entry.name,
         "kind": kind_of(verdict).label,
@@ -134,9 +137,17 @@ def _row(entry: Entry) -> dict[str, Any]:
         "after": degrees(entry.after["heldout"]) if entry.after else "",
         "over": _reach(verdict),
         "noise": noise(verdict),
-        "parameters": _parameters(entry, verdict["model"]),
+        "parameters": {name: text for name, text in parameters.items() if name in asked},
+        "constants": {name: text for name, text in parameters.items() if name not in asked},
         "settings": _written(entry) if entry.settings else "",
     }
+
+
+def _asked_for(parameters: Iterable[str], settings: Mapping[str, Any]) -> set[str]:
+    """Parameters that the settings ask for, and those of effects; the others are constants that nobody measured."""
+    names = list(parameters)
+    identify = settings.get("identify", names[:_SHOWN])
+    return {name for name in names if name in identify or "." in name}
 
 
 def _written(entry: Entry) -> str:

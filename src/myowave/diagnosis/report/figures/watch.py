@@ -1,5 +1,6 @@
 """Watch: errors and parameters from model to model, of the physics and of the networks trained with it."""
 
+from collections.abc import Sequence
 from itertools import chain, cycle
 
 import pandas as pd
@@ -9,6 +10,7 @@ from myowave.diagnosis.report.figures.style import WIDE, legend, unique
 from myowave.diagnosis.report.words import degrees
 from myowave.plotting import BLUE, GREEN, MEASURED, MODEL, ORANGE, PINK, canvas, title
 
+_PANELS = 12  # parameters that a picture has room for
 NETWORKS = ((GREEN, "^"), (ORANGE, "v"), (PINK, "D"), (MODEL, "P"))  # colour and marker of each kind of network
 
 
@@ -70,6 +72,13 @@ def draw_ladder(ladder: pd.DataFrame, found: str, noise: str) -> Figure:
     return figure
 
 
+def _shown(names: Sequence[str]) -> list[str]:
+    """Parameters of effects, and of the others the first, which the settings ask for, as far as there is room."""
+    of_effects = [name for name in names if "." in name]
+    others = [name for name in names if "." not in name][: max(_PANELS - len(of_effects), 1)]
+    return [name for name in names if name in {*of_effects, *others}]
+
+
 def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
     """Each identified parameter along the ladder with 95 % intervals, and its true value where that is known.
 
@@ -77,7 +86,8 @@ def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
         parameters: columns source, model, parameter, unit, value, se, true, error_pct.
         found: the model that was found.
     """
-    models, names = (unique(parameters[c]) for c in ("model", "parameter"))
+    models, every = (unique(parameters[c]) for c in ("model", "parameter"))
+    names = _shown(every)
     columns = min(4, len(names))
     rows = -(-len(names) // columns)
     figure, axes = canvas(rows, columns, width=max(6.0, 3.0 * columns), height=2.9 * rows + 1.2, sharex=True)
@@ -118,8 +128,9 @@ def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
         finding = "Parameters with 95 % intervals"
     else:
         shared = ends[0].merge(ends[1], on="parameter", suffixes=("_0", "_1"))
+        shared = shared[shared["parameter"].isin(names)].reset_index()
         moved = 100 * (shared["value_1"] / shared["value_0"] - 1)
-        worst = moved.abs().idxmax()
+        worst = ((shared["value_1"] - shared["value_0"]) / shared["se_0"]).abs().fillna(0.0).idxmax()
         finding = f"Adding what was missing moves {shared['parameter'][worst]} by {moved[worst]:+.0f} %"
-    title(figure, finding)
+    title(figure, finding + (f" ({len(names)} of {len(every)} parameters)" if len(names) < len(every) else ""))
     return figure
