@@ -1,8 +1,14 @@
 # Table of contents of the workflow. What is computed stands in config.yaml, how in workflow/rules/, in reading order.
 from pathlib import Path
 
+from snakemake.exceptions import WorkflowError
 
-configfile: Path(workflow.basedir) / "config.yaml"  # lay your own over it: --configfile config.yaml mine.yaml
+from myowave.workflow.job import check_writable
+
+ROOT = Path(workflow.current_basedir.get_path_or_uri(secret_free=True))  # of myowave, also within another workflow
+
+
+configfile: ROOT / "config.yaml"  # lay your own over it: --configfile config.yaml mine.yaml
 
 
 include: "workflow/rules/common.smk"
@@ -31,6 +37,13 @@ rule all:
         figures_of_learning,
         verdicts,
         "results/index.html",
+
+
+onstart:
+    try:
+        check_writable("results")
+    except ValueError as error:
+        raise WorkflowError(str(error)) from None
 
 
 onsuccess:

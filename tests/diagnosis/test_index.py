@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -82,6 +83,15 @@ def test_facts_of_all_datasets_stand_beside_one_another(page):
     assert plain["joint_damping.c ( 95 % interval )"] == ["1.50 N m s/rad (1.30 to 1.70)", "", ""]
 
 
+def test_constants_that_nobody_asked_for_are_folded_away(template):
+    names = ("f0", "slack", "mass", "joint_damping.c")
+    rows = [("base+joint_damping", name, 1.0, 0.1, "m", name in ("slack", "mass")) for name in names]
+    parameters = pd.DataFrame(rows, columns=["model", "parameter", "value", "se", "unit", "assumed"])
+    page = write_index([replace(entry("anna"), parameters=parameters)], [], template)
+    shown, folded = rows_of(page, "datasets")[0][6].split("2 constants that were free as well")
+    assert "f0 =" in shown and "joint_damping.c =" in shown and "slack =" in folded and "mass =" in folded
+
+
 def test_links_lead_to_what_a_diagnosis_writes(page):
     files = {"verdict.html", "verdict.json", "watch.csv"} | {f"{name}.csv" for name in (*TABLE_NAMES, *ROOM_NAMES)}
     links = set(re.findall(r'href="diagnosis/anna/([^"]+)"', page))
@@ -106,6 +116,8 @@ def test_without_datasets_there_is_still_a_page(template):
         (0.98, 0.0102, "-", "0.980 (0.960 to 1.000)"),
         (0.5, np.nan, "m", "0.5 m"),
         (0.5, 0.0, "m", "0.5 m"),
+        (-0.001, 0.1, "-", "0.00 (-0.20 to 0.20)"),
+        (1e-26, 1e-24, "-", "1e-26"),
     ],
 )
 def test_an_interval_has_the_digits_that_it_leaves(value, se, unit, text):

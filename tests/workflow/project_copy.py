@@ -25,16 +25,17 @@ SMALL_SWEEP = {
 
 @dataclass(frozen=True)
 class Project:
-    """A copy of the project; its own `src` is what runs."""
+    """A copy of the project; its own `src` is what runs, unless `sources` names another."""
 
     folder: Path
+    sources: Path | None = None
 
     def snakemake(self, *arguments: str) -> subprocess.CompletedProcess[str]:
         """Run Snakemake there; stdout and stderr come together in `stdout`."""
         return self.run("-m", "snakemake", *arguments)
 
     def run(self, *arguments: str) -> subprocess.CompletedProcess[str]:
-        environment = os.environ | {"PYTHONPATH": str(self.folder / "src"), "OMP_NUM_THREADS": "1"}
+        environment = os.environ | {"PYTHONPATH": str(self.sources or self.folder / "src"), "OMP_NUM_THREADS": "1"}
         return subprocess.run(
             [sys.executable, *arguments],
             cwd=self.folder,

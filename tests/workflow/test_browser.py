@@ -34,8 +34,8 @@ SMALL = {
 CONFIG = ("--configfile", "config.yaml", "mine.yaml")
 VERDICT = "results/diagnosis/case1/verdict.html"
 SCREENSHOTS = ROOT / "results/screenshots"
-# Lines of level SEVERE that MLflow writes itself: it asks who is logged in and takes the 404 for nobody, and its table
-# of runs is sometimes left while it is still drawn.
+# Lines of level SEVERE that MLflow writes itself: it asks who is logged in and takes the 404 for "nobody", and a table
+# of runs may be left while it is still drawn.
 EXPECTED = ("mlflow/users/current", "AG Grid: unable to find bean reference")
 
 

@@ -1,5 +1,6 @@
 """What a job shows while it runs."""
 
+import errno
 import io
 import multiprocessing
 import os
@@ -9,7 +10,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from myowave.workflow.job import JobLog, follow, job_log
+from myowave.workflow.job import JobLog, check_writable, follow, job_log
 
 
 class Terminal(io.StringIO):
@@ -110,3 +111,20 @@ def test_many_jobs_may_come_and_go_at_once(tmp_path):
     with multiprocessing.get_context("fork").Pool(4) as pool:
         pool.map(_work, [str(tmp_path)] * 12)
     assert not list((tmp_path / "logs/.running").iterdir())
+
+
+def test_a_full_disk_is_said_on_the_terminal_and_ends_the_job(tmp_path, capfd):
+    with pytest.raises(SystemExit), job_log("train case1", tmp_path / "logs/train.log"):
+        raise OSError(errno.ENOSPC, "No space left on device", "results/x.pt")
+    said = capfd.readouterr().err
+    assert said.startswith("train case1: results/x.pt: No space left on device. Make room")
+    with pytest.raises(OSError, match="gone"), job_log("train case1", tmp_path / "logs/train.log"):
+        raise OSError(errno.ENOENT, "gone")  # ours, with its traceback
+
+
+def test_results_that_may_not_be_written_are_said_before_anything_runs(tmp_path, monkeypatch):
+    check_writable(tmp_path / "not there yet")
+    check_writable(tmp_path)
+    monkeypatch.setattr(os, "access", lambda path, mode: False)  # root may write anywhere but on a read-only disk
+    with pytest.raises(ValueError, match=f"{tmp_path} cannot be written; nothing was run"):
+        check_writable(tmp_path)

@@ -47,7 +47,7 @@ def one_of(names):
 
 def digest(script):
     """Digest of a rule's script and of all the code that it uses, for `params`."""
-    return digest_script(Path(workflow.basedir) / "workflow/scripts" / f"{script}.py")
+    return digest_script(ROOT / "workflow/scripts" / f"{script}.py")
 
 
 def section(name):

@@ -22,7 +22,7 @@ ROOM_TABLES = expand(f"{DIAGNOSIS}/{{table}}.csv", table=ROOM_NAMES, allow_missi
 
 def page_file(name):
     """A file of the pages; its name is the same after a move."""
-    return os.path.relpath(Path(workflow.basedir, "workflow/report", name))
+    return os.path.relpath(ROOT / "workflow/report" / name)
 
 
 # A checkpoint, as it decides with which models networks are trained where targets.follow_verdict asks for that.
@@ -175,7 +175,7 @@ def links_of_all(wildcards):
     """(text, address) of what belongs to all datasets, seen from results/."""
     trained = SETTINGS.targets.datasets or Path("results/summary.csv").exists()
     tables = [("One row for each trained network: summary.csv", "summary.csv")] if trained else []
-    files = [("config.yaml", os.path.relpath(Path(workflow.basedir, "config.yaml"))), *zip(CONFIG_FILES, CONFIG_FILES)]
+    files = [("config.yaml", os.path.relpath(ROOT / "config.yaml")), *zip(CONFIG_FILES, CONFIG_FILES)]
     settings = {os.path.normpath(path): f"Settings: {name}" for name, path in reversed(files)}
     return tables + [(text, os.path.join("..", path)) for path, text in reversed(settings.items())]
 

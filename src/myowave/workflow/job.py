@@ -5,6 +5,7 @@ that updates and holds all running jobs: every job leaves its state in a folder,
 Where stderr is no terminal, each job writes a plain line there now and then.
 """
 
+import errno
 import os
 import shutil
 import sys
@@ -20,6 +21,7 @@ PLAIN_EVERY_S = 30.0
 REDRAW_EVERY_S = 0.5
 _ESTIMATE_FROM = 0.02  # share of the steps; before, starting up dominates
 _BETWEEN = " | "
+_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)  # full, over its quota, only to be read
 _STALE_S = 120.0  # a job that was killed leaves its state behind
 
 
@@ -117,14 +119,34 @@ def _running(board: Path) -> list[str]:
 def job_log(label: str, path: str | Path) -> Iterator[JobLog]:
     """Run a job under its log.
 
-    A ValueError is a user's mistake: its message goes to the log and the job ends with exit status 1. Anything else is
-    ours, and goes to the log with its traceback.
+    A ValueError is a user's mistake: its message goes to the log and the job ends with exit status 1. It ends likewise
+    where the disk is full or may not be written; as the log may lie on it, that is said on the terminal. Anything else
+    is ours, and goes to the log with its traceback.
 
     Args:
         label: what the job works on.
         path: the log file; the board of running jobs is beside the logs' folder.
     """
     path = Path(path)
+    try:
+        with _opened_log(label, path) as log:
+            yield log
+    except OSError as error:
+        if error.errno not in _DISK:
+            raise
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"{label}: {where}{error.strerror}. Make room, or allow writing there; then run again.", file=sys.stderr)
+        raise SystemExit(1) from None
+
+
+def check_writable(folder: str | Path) -> None:
+    """Raise a ValueError where a folder is there and may not be written."""
+    if Path(folder).exists() and not os.access(folder, os.W_OK):
+        raise ValueError(f"{Path(folder).resolve()} cannot be written; nothing was run. Allow writing there.")
+
+
+@contextmanager
+def _opened_log(label: str, path: Path) -> Iterator[JobLog]:
     path.parent.mkdir(parents=True, exist_ok=True)
     board = next((p for p in path.parents if p.name == "logs"), path.parent) / ".running"
     with path.open("w", encoding="utf-8") as file:

@@ -119,8 +119,8 @@ def interval(value: float, se: float | None, unit: str) -> str:
     if se is None or pd.isna(se) or se <= 0:
         return f"{value:.4g}{of}"
     digits = int(np.clip(1 - np.floor(np.log10(Z95 * se)), 0, 7))
-    low, high = (f"{value + sign * Z95 * se:.{digits}f}" for sign in (-1, 1))
-    return f"{value:.{digits}f}{of} ({low} to {high})"
+    middle, low, high = (f"{round(value + sign * Z95 * se, digits) + 0.0:.{digits}f}" for sign in (0, -1, 1))
+    return f"{middle}{of} ({low} to {high})" if low != high else f"{value:.4g}{of}"
 
 
 def _row(entry: Entry) -> dict[str, Any]:
@@ -134,7 +134,8 @@ def _row(entry: Entry) -> dict[str, Any]:
         "after": degrees(entry.after["heldout"]) if entry.after else "",
         "over": _reach(verdict),
         "noise": noise(verdict),
-        "parameters": _parameters(entry, verdict["model"]),
+        "parameters": _parameters(entry, verdict["model"], assumed=False),
+        "constants": _parameters(entry, verdict["model"], assumed=True),
         "settings": _written(entry) if entry.settings else "",
     }
 
@@ -158,8 +159,9 @@ def _reach(verdict: Mapping[str, Any]) -> str:
     return "whole trials" if horizon is None else f"{horizon:g} s after a measured state"
 
 
-def _parameters(entry: Entry, model: str) -> dict[str, str]:
-    rows = entry.parameters[(entry.parameters["model"] == model) & ~entry.parameters["assumed"]]
+def _parameters(entry: Entry, model: str, *, assumed: bool) -> dict[str, str]:
+    """Those that the settings ask for and those of effects, or the constants that nobody measured, with intervals."""
+    rows = entry.parameters[(entry.parameters["model"] == model) & (entry.parameters["assumed"] == assumed)]
     return {r.parameter: interval(r.value, r.se, "" if pd.isna(r.unit) else r.unit) for r in rows.itertuples()}
 
 
@@ -179,7 +181,7 @@ def _facts(entry: Entry) -> dict[str, str | Markup]:
     facts |= _rooms(entry, found)
     facts["where it fails"] = str(verdict["where"])
     facts["record next"] = str(verdict["next_trial"]["trial"]) if verdict.get("next_trial") else ""
-    return facts | {f"{name} (95 % interval)": text for name, text in _parameters(entry, found).items()}
+    return facts | {f"{name} (95 % interval)": text for name, text in _parameters(entry, found, assumed=False).items()}
 
 
 def _rooms(entry: Entry, found: str) -> dict[str, str]:

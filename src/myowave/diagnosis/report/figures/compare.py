@@ -10,6 +10,8 @@ from myowave.diagnosis.report.figures.style import WIDE, legend, ramp, sentence,
 from myowave.diagnosis.report.words import degrees
 from myowave.plotting import GREY, MEASURED, canvas, title
 
+_READABLE = 10  # parameters whose correlations can be read side by side
+
 
 def draw_overlay(predictions: pd.DataFrame, errors: pd.DataFrame, noise: str) -> Figure:
     """Measured and simulated angle of every trial, and what is left, one column per trial.
@@ -124,14 +126,16 @@ def draw_independence(independence: pd.DataFrame) -> Figure:
 
 
 def draw_correlations(correlations: pd.DataFrame) -> Figure:
-    """Correlation of the estimates of the parameters, of the first and of the last model."""
+    """Correlation of the estimates of the parameters, of the first and of the last model; of many those most alike."""
     models = unique(correlations["model"])
     figure, axes = canvas(1, len(models), width=4.6 * len(models) + 1.0, height=4.6)
     worst = []
     for axis, model in zip(axes[0], models, strict=True):
         table = correlations[correlations["model"] == model]
-        names = unique(table["parameter"])
-        matrix = table.pivot(index="parameter", columns="other", values="correlation").loc[names, names].to_numpy()
+        every = unique(table["parameter"])
+        square = table.pivot(index="parameter", columns="other", values="correlation").loc[every, every]
+        names = _most_alike(square)
+        matrix = square.loc[names, names].to_numpy()
         image = axis.imshow(matrix, cmap="RdBu_r", vmin=-1, vmax=1)
         ticks = [name.replace(".", ".\n") for name in names]
         axis.set_xticks(range(len(names)), ticks, rotation=60, ha="right", fontsize=9)
@@ -139,15 +143,28 @@ def draw_correlations(correlations: pd.DataFrame) -> Figure:
         axis.grid(visible=False)
         for (i, j), value in np.ndenumerate(matrix):
             axis.text(
-                j, i, f"{value:.2f}", ha="center", va="center", fontsize=8, color="w" if abs(value) > 0.6 else "k"
+                j,
+                i,
+                f"{round(value, 1) + 0.0:.1f}",
+                ha="center",
+                va="center",
+                fontsize=8,
+                color="w" if abs(value) > 0.6 else "k",
             )
-        axis.set_title(short(model))
+        axis.set_title(short(model) + (f": {len(names)} of {len(every)} parameters" if len(names) < len(every) else ""))
         off = np.triu(np.abs(matrix), 1)
         i, j = np.unravel_index(off.argmax(), off.shape)
         worst.append(f"{names[i]} and {names[j]} ({matrix[i, j]:+.2f}) in {short(model)}")
     figure.colorbar(image, ax=axes, label="correlation [-]", shrink=0.8)
     title(figure, f"Estimates most alike: {'; '.join(worst)}")
     return figure
+
+
+def _most_alike(square: pd.DataFrame) -> list[str]:
+    """The parameters with the strongest correlations, in their order; more than a picture has room for are left out."""
+    strength = (square.abs() - np.eye(len(square))).max()
+    kept = strength.sort_values(ascending=False, kind="stable").index[:_READABLE]
+    return [name for name in square.index if name in set(kept)]
 
 
 def _trial(name: object) -> str:

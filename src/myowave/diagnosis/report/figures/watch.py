@@ -131,7 +131,7 @@ def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
     else:
         shared = ends[0].merge(ends[1], on="parameter", suffixes=("_0", "_1"))
         moved = 100 * (shared["value_1"] / shared["value_0"] - 1)
-        worst = moved.abs().idxmax()
+        worst = ((shared["value_1"] - shared["value_0"]) / shared["se_0"]).abs().fillna(0.0).idxmax()
         finding = f"Adding what was missing moves {shared['parameter'][worst]} by {moved[worst]:+.0f} %"
     title(figure, finding)
     return figure

@@ -1,0 +1,41 @@
+"""Where many constants are free, pictures show those that matter, and say how many there are."""
+
+import numpy as np
+import pandas as pd
+
+from myowave.diagnosis.report.figures.compare import draw_correlations
+from myowave.diagnosis.report.figures.watch import draw_parameters
+
+NAMES = [*(f"constant{i}" for i in range(27)), "tilt.g", "damping.c"]
+
+
+def test_correlations_are_those_of_the_parameters_most_alike():
+    matrix = np.eye(len(NAMES)) + 0.01
+    matrix[3, 28] = matrix[28, 3] = -0.9
+    rows = [("base", a, b, matrix[i, j]) for i, a in enumerate(NAMES) for j, b in enumerate(NAMES)]
+    figure = draw_correlations(pd.DataFrame(rows, columns=["model", "parameter", "other", "correlation"]))
+    ticks = [label.get_text().replace("\n", "") for label in figure.axes[0].get_yticklabels()]
+    assert len(ticks) == 10 and {"constant3", "damping.c"} <= set(ticks)
+    assert figure.axes[0].get_title().endswith("10 of 29 parameters")
+
+
+def test_parameters_are_those_asked_for_and_those_of_effects():
+    asked = {"constant0", "constant1", "tilt.g", "damping.c"}
+    rows = [
+        (
+            *("physics", model, name, "N", value + (model != "base") * (name == "constant1"), 0.1, np.nan, np.nan),
+            *(np.nan, name not in asked, model == "base"),
+        )
+        for model in ("base", "base+tilt+damping")
+        for value, name in enumerate(NAMES, 1)
+        if model != "base" or "." not in name
+    ]
+    columns = ["source", "model", "parameter", "unit", "value", "se", "true", "error_pct", "scatter", "assumed"]
+    columns.append("if_right")
+    figure = draw_parameters(pd.DataFrame(rows, columns=columns), "base+tilt+damping")
+    drawn = [axis.get_title().split(" [")[0] for axis in figure.axes if axis.get_visible()]
+    assert drawn == ["constant0", "constant1", "tilt.g", "damping.c"]
+    before, after = (container.lines[0] for container in figure.axes[1].containers[::-1])
+    assert before.get_markerfacecolor() == "white" != after.get_markerfacecolor(), "open where the model leaves more"
+    words = " ".join(text.get_text() for text in figure.texts) + str(figure._suptitle and figure._suptitle.get_text())
+    assert "moves constant1 by +50 %" in words
