@@ -16,7 +16,7 @@ from myowave.identification.free_parameters import Free
 from myowave.identification.output_error import Fit, fit_from, fit_model, fit_simulated
 from myowave.identification.prediction import predict
 from myowave.identification.record import Record
-from myowave.identification.torque import TorqueFit, fit_torque
+from myowave.identification.torque import TorqueFit, fit_torque, leave_out
 from myowave.identification.weak_form import DAMPING, WeakForm, effects_unseen_by_angle
 from myowave.physics.model import Model
 
@@ -25,12 +25,11 @@ Array = NDArray[np.float64]
 HORIZONS_S = (0.5, 1.0, 2.0)
 ENOUGH = 0.5  # share of the motion to be explained over longer pieces; what misses more is far from linear
 WEAK_STEPS = 20
+BEYOND_NOISE = 10.0  # times the noise of the angle
 
 
 def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: int = 1) -> Fit:
     """Fit a model to whole trials, or to the longest pieces of them that it is able to predict, or to torque.
-
-    Whole trials are tried at once; where that works nothing else is done.
 
     Args:
         record: whole trials; all of them are fitted.
@@ -44,18 +43,27 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
     Raises:
         ValueError: if the model has no motion even over the shortest horizon from its usual values.
     """
+    pieces = record.cut(HORIZONS_S[0])
+    # Constants that nobody measured may make up for much: only where these do not help either is there no hope.
+    for some in ([p for p in free if not p.assumed], free):
+        torque = attempt_torque(model, record, some)
+        standing = None if torque is None else _on_torque(model, pieces, torque)
+        if standing is None or not _hopeless(standing):
+            break
+    else:
+        return _scored(model, record, standing)
     found = attempt_fit(lambda: fit_model(model, record, free, starts=starts))
     if found is not None and explained(found) > 0:
         return found
     # ASSUME: motion that a model does not follow over whole trials tells nothing of constants that nobody measured;
     # torque does, and they stay where it leaves them.
-    pieces, torque = record.cut(HORIZONS_S[0]), attempt_torque(model, record, free)
-    standing = _on_torque(model, pieces, torque) if torque is not None else None
+    torque = attempt_torque(model, record, free)
+    standing = None if torque is None else _on_torque(model, pieces, torque)
     if torque is not None and standing is not None:
         free = [held if p.assumed else p for p, held in zip(torque.free, torque.held, strict=True)]
         shortest = _next(model, pieces, free, torque.values)
         if shortest is None or not follows(shortest):
-            return standing
+            return _scored(model, record, standing)
         standing = shortest
     else:
         free = [p for p in free if not p.assumed]
@@ -67,6 +75,19 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
             break
         standing = fit
     return standing
+
+
+def _hopeless(fit: Fit) -> bool:
+    """Whether a model with the values of a fit to torque misses half a second after a measured state by more than a
+    constant angle does, and by so much more than noise that no fit to motion is worth its time."""
+    # ASSUME: what torque cannot set right over half a second, a fit to motion cannot either.
+    return not follows(fit) and predict(fit, fit.record).rmse > BEYOND_NOISE * fit.record.noise
+
+
+def _scored(model: Model, record: Record, standing: Fit) -> Fit:
+    """A fit that stands on torque, with the scores of each trial left out."""
+    assert standing.torque is not None
+    return replace(standing, torque=replace(standing.torque, left_out=leave_out(model, record, standing.torque.free)))
 
 
 def follows(fit: Fit) -> bool:

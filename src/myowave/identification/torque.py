@@ -13,7 +13,7 @@ Shapes: ... copies of the parameters, T trials, N samples, D points in a sample 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import torch
@@ -133,15 +133,15 @@ class TorqueFit:
 
     Args:
         values: (P,), and their `covariance` (P, P), SI units; `free` says of what.
-        left_out: share of the torque of each trial that is given where the others alone are fitted [-]; empty where
-            there is only one.
+        left_out: share of the torque of each trial that is given where the others alone are fitted [-], as `leave_out`
+            gives it; empty where nobody asked.
     """
 
     free: tuple[Free, ...]
     values: Array
     covariance: Array
 
-    left_out: Mapping[str, float]
+    left_out: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def held(self) -> tuple[Free, ...]:
@@ -178,7 +178,7 @@ def fit_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit:
     residual, slope = _linearise(balance, free, values)
     matrix = slope.T @ slope / _variance(residual, balance.count) + np.diag(expected(free)[1])
     unit = np.outer(scales(free), scales(free))
-    return TorqueFit(free, values, pseudo_inverse(matrix) * unit, _left_out(balance, free))
+    return TorqueFit(free, values, pseudo_inverse(matrix) * unit)
 
 
 def torque_values(balance: Balance, free: Sequence[Free], start: Array) -> Array:
@@ -189,15 +189,16 @@ def torque_values(balance: Balance, free: Sequence[Free], start: Array) -> Array
     return values
 
 
-def _left_out(balance: Balance, free: Sequence[Free]) -> dict[str, float]:
+def leave_out(model: Model, record: Record, free: Sequence[Free]) -> dict[str, float]:
     """Share of the torque of each trial that is given where only the others are fitted, from the usual values [-]."""
-    record, usual = balance.record, np.array([p.start for p in free])
     found: dict[str, float] = {}
     for trial in range(len(record.names) if len(record.names) > 1 else 0):
-        rest, alone = np.delete(np.arange(len(record.names)), trial), [trial]
-        if balance.inside[rest].any() and balance.inside[trial].any():
-            fitted = torque_values(Balance.of(balance.model, record.take(rest)), free, usual)
-            found |= shares_given(Balance.of(balance.model, record.take(alone)), free, fitted)
+        rest, alone = record.take(np.delete(np.arange(len(record.names)), trial)), record.take([trial])
+        try:
+            fitted = torque_values(Balance.of(model, rest), free, np.array([p.start for p in free]))
+            found |= shares_given(Balance.of(model, alone), free, fitted)
+        except ValueError:  # a trial, or all others, too short for a window
+            continue
     return found
 
 
