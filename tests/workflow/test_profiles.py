@@ -29,4 +29,14 @@ def test_jobs_on_slurm_get_the_resources_of_their_rule(project):
     assert done.returncode == 0, done.stdout
     jobs = dict(re.findall(r"(?:rule|checkpoint) (\w+):\n.*?resources: ([^\n]*)", done.stdout, re.DOTALL))
     assert "mem_mb=800" in jobs["import_trials"] and "runtime=10" in jobs["import_trials"]
-    assert "mem_mb=1500" in jobs["diagnose_dataset"] and "runtime=30" in jobs["diagnose_dataset"]
+    assert "runtime=30" in jobs["diagnose_dataset"]
+
+
+def test_memory_follows_the_size_of_a_dataset(project):
+    trials = project.folder / "results/data/bench_elbow/trials.parquet"
+    trials.parent.mkdir(parents=True)
+    trials.write_bytes(bytes(2**20))  # 60 trials of 500 samples, which took 2.8 GB
+    target = ("--rerun-triggers", "mtime", "--", "results/diagnosis/bench_elbow/summary.json")
+    done = project.snakemake("-n", "--profile", "profiles/slurm", *target)
+    asked = re.search(r"checkpoint diagnose_dataset:\n.*?mem_mb=(\d+)", done.stdout, re.DOTALL)
+    assert asked and int(asked[1]) > 2800, done.stdout

@@ -107,7 +107,7 @@ def from_model(model: TrainedModel) -> RunGroup:
     params = {**where, **model.settings, "seeds": len(table)}
     line = "{dataset} {model} {recipe}".format(**where)
     tags = {k: str(v) for k, v in where.items()} | {"group": name, "line": line}
-    metrics = table.drop(columns=[*COORDINATES, "seed"]).select_dtypes("number").dropna(axis=1, how="all")
+    metrics = table.drop(columns=[*COORDINATES, "seed"]).select_dtypes("number")
     metrics.insert(0, "test_rmse_deg", metrics["test_mse"].pow(0.5).map(math.degrees))
     errors = _standard_errors(model.folder, table["seed"])
     described = f"{where['model']} on {where['dataset']}, recipe {where['recipe']}, {where['scales']} scale(s)"
@@ -303,7 +303,8 @@ def _curves(folder: Path, scales: int) -> pd.DataFrame:
 
 
 def _markdown(table: pd.DataFrame) -> str:
-    return table.dropna(how="all").to_markdown(floatfmt=".4g", missingval="")
+    known = table.dropna(how="all").astype(object)
+    return known.where(known.notna(), None).to_markdown(floatfmt=".4g", missingval="")
 
 
 def _digest(settings: Mapping[str, Any], files: Iterable[str | Path]) -> str:
