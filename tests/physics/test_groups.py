@@ -85,6 +85,18 @@ def test_a_factor_is_a_constant_like_any_other(arm26):
 # ---- the arm that ships
 
 
+def test_the_arm_with_a_brachioradialis_is_the_other_one_and_that_muscle(arm26):
+    arm = build_model("base", parse_settings(CONFIG).physics.of_arm("arm26_brd"))
+    same = {name: value for name, value in arm.defaults.items() if "BRD" not in name and "brachio" not in name}
+    assert same == arm26.defaults and arm.curves == arm26.curves
+    (brd,) = arm.muscles[-1:]
+    assert brd.channel == "emg_brachioradialis" and brd.group == "brachioradialis"
+    q = torch.linspace(0.0, 2.8, 281, dtype=torch.float64)
+    _, moment_arm = brd.path.length_and_arm(q)
+    assert 0.07 <= moment_arm.max() <= 0.08, "Murray et al.: 7 to 8 cm"
+    assert 100 <= torch.rad2deg(q[moment_arm.argmax()]) <= 110
+
+
 def test_the_shipped_arm_has_the_values_of_its_source(arm26):
     table = (ROOT / "data/arm26/README.md").read_text().split("|---|")[-1].splitlines()[1:]
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table if line.startswith("|")]

@@ -244,7 +244,13 @@ def _missing(story: Story) -> str:
 def _reach(verdict: Mapping[str, Any]) -> str:
     """What the fits stand on where it is not whole trials, and models that could not be fitted."""
     horizon, text = verdict["horizon_s"], ""
-    if horizon is not None:
+    if horizon is not None and verdict["stands_on"] == "torque":
+        text += (
+            f"The model does not follow the motion for {horizon:g} s, so its parameters stand on torque and no fit to "
+            f"motion; all below is about predictions over {horizon:g} s with them, on held-out trials from the "
+            "measured state. "
+        )
+    elif horizon is not None:
         text += (
             f"Running free over whole trials the model diverges; all below is about predictions over {horizon:g} s, "
             "each from a start of its own, on held-out trials from the measured state. "

@@ -119,11 +119,12 @@ def diagnose(
     free = free_parameters(base, identify, record.known, settings.scatter)
     fit = fit_in_stages(base, record.train, free, settings.starts)
     if fit.record.horizon_s is not None:
-        report(f"stages: over whole trials {base.name} diverges; all is judged over {fit.record.horizon_s:g} s")
+        why = "it does not follow longer motion" if fit.torque is None else "with the values of the fit to torque"
+        report(f"stages: {base.name} is judged over {fit.record.horizon_s:g} s, {why}")
         record = record.cut(fit.record.horizon_s)
     if fit.torque is not None:
         left_out = ", ".join(f"{name} {r2:.2f}" for name, r2 in fit.torque.left_out.items())
-        report(f"stages: parameters are those of the fit to torque; R2 of each trial left out: {left_out or 'none'}")
+        report(f"stages: R2 of the torque of each trial left out: {left_out or 'none'}")
     test = record.take(np.flatnonzero(~record.training))
     report(f"compare: {base.name} leaves {np.degrees(fit.rmse()):.3g} deg; the noise is {np.degrees(record.noise):.3g}")
     if followed := follows(fit):
