@@ -22,6 +22,7 @@ include: "workflow/rules/study.smk"
 include: "workflow/rules/tracking.smk"
 include: "workflow/rules/subjects.smk"
 include: "workflow/rules/paper.smk"
+include: "workflow/rules/multiresolution.smk"
 
 
 localrules:

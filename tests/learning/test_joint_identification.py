@@ -18,14 +18,14 @@ def joint(model, wanted, values=None, seeds=(0, 1)):
 
 def put(identification, raw):
     with torch.no_grad():
-        identification.raw.copy_(torch.as_tensor(raw, dtype=torch.float64).expand_as(identification.raw))
+        identification.moved.copy_(torch.as_tensor(raw, dtype=torch.float64).expand_as(identification.moved))
     return identification.values
 
 
 def test_literature_values_confine_as_printed(model):
     """Eq. 41: anything between 0 and the mean of the literature values, and nothing else."""
     start, identification = joint(model, {"f0_Bi": Identify(literature=(400.0, 800.0))}, seeds=(0,))
-    assert identification.raw.shape == (1, 2)
+    assert identification.moved.shape == (1, 2)
     torch.testing.assert_close(identification.values, start)
     assert abs(start.item() / 300 - 1) <= 0.2
     low, high = (put(identification, sign * 50.0).item() for sign in (-1, 1))
@@ -42,7 +42,7 @@ def test_bounds_are_reached_and_never_passed(model):
 def test_a_ratio_of_1_is_the_start_and_an_effect_starts_at_0(model, effects):
     richer = model.with_effects([effects["joint_damping"]])
     start, identification = joint(richer, {"f0_Bi": Identify()})
-    torch.testing.assert_close(identification.raw[:, 0], torch.ones(2, dtype=torch.float64))
+    torch.testing.assert_close(identification.moved[:, 0], torch.ones(2, dtype=torch.float64))
     torch.testing.assert_close(identification.values, start)
     assert (start[:, 1] == 0).all()
     typical = effects["joint_damping"].parameters["c"].typical
@@ -65,13 +65,13 @@ def test_a_start_at_the_end_of_its_range_is_brought_inside_where_it_can_move(mod
     _, identification = joint(model, {"f0_Bi": Identify(low=310.0, high=340.0)})
     assert (identification.values > 310.1).all()
     identification.params["f0_Bi"].sum().backward()
-    assert (identification.raw.grad > 0.1).all()
+    assert (identification.moved.grad > 0.1).all()
 
 
 def test_gradients_of_a_parameter_reach_its_own_raw_numbers_only(model):
     _, identification = joint(model, {"f0_Bi": Identify(), "f0_Tri": Identify(literature=(200.0, 800.0))})
     identification.params["f0_Tri"][0].sum().backward()
-    assert (identification.raw.grad != 0).tolist() == [[False, True, True], [False, False, False]]
+    assert (identification.moved.grad != 0).tolist() == [[False, True, True], [False, False, False]]
 
 
 def test_standard_errors_are_not_known(model):

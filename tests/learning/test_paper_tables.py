@@ -66,6 +66,13 @@ def test_the_paper_stands_beside_three_scales_only():
     assert errors.loc[(3, "f0_Bi"), "error_pct"] == pytest.approx(1.0)
 
 
+def test_a_further_draw_of_a_case_stands_beside_the_case_and_twice_its_error_is_the_bar():
+    errors = tables.parameter_errors(runs(0.2, 0.05).assign(dataset="case1_again", f0_Tri_error_pct=0.13))
+    three = errors[errors["scales"] == 3].set_index("parameter")
+    assert three["paper_error_pct"].to_dict() == {n: tables.PRINTED_ERROR_PCT["case1"][n][0] for n in tables.PARAMETERS}
+    assert three["within_twice"].to_dict() == {"f0_Bi": True, "f0_Tri": False, "l0_Bi": True, "l0_Tri": True}
+
+
 def test_what_eq_41_can_reach_ends_at_the_mean_of_the_literature(model):
     for values in ((4.0, 8.0), (1.0, 2.0, 9.0)):
         wanted = Identify(literature=values)
@@ -91,16 +98,17 @@ def test_choices_stand_in_the_order_of_the_recipes_with_what_their_residual_weig
     rows = pd.concat([runs(0.2, 0.5).assign(recipe=name) for name in ("light", "printed")])
     rows = rows[rows["scales"] == 1]
     one_step = rows[["dataset", "recipe", "scales", "seed"]].assign(
-        test_r2_one_step=np.where(rows["recipe"] == "light", 0.9, 0.8)
+        test_r2_one_step=np.where(rows["recipe"] == "light", 0.9, 0.8), acceleration_share=0.75
     )
     history = pd.DataFrame({"epoch": [1, 1, 2, 2], "data_loss": [9, 9, 1, 3], "residual_loss": [9, 9, 10, 30]})
     recipes = {
-        name: {"cell": cell, "derivative": "time", "beta": beta, "history_noise": 0.0, "epochs": 2}
+        name: dict.fromkeys(tables.CHOICES, 1) | {"cell": cell, "derivative": "time", "beta": beta}
         for name, cell, beta in (("printed", "gru", 0.1), ("light", "rnn", 0.01))
     }
     choices = tables.compare_choices(rows, one_step, {"light": history, "printed": history}, recipes)
     assert choices["recipe"].tolist() == ["printed", "light"]
     assert choices["cell"].tolist() == ["gru", "rnn"]
+    assert choices["acceleration_share"].tolist() == [0.75, 0.75]
     assert choices["one_step_r2"].tolist() == pytest.approx([0.8, 0.9])
     assert choices["data_loss"].tolist() == pytest.approx([2.0, 2.0])
     assert choices["weighted_residual"].tolist() == pytest.approx([2.0, 0.2])

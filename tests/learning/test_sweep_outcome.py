@@ -24,7 +24,8 @@ TABLE = pd.DataFrame(
 def test_the_file_with_the_best_settings_adds_a_recipe_and_changes_none():
     text = override_text(SWEEP, Recipe(), {"hidden": 20}, TABLE, "best.yaml")
     laid_over = yaml.safe_load(text)
-    assert laid_over["targets"] == {"recipes": ["rollout", "rollout_best"]}
+    both = ["rollout", "rollout_best"]
+    assert laid_over["targets"] == {"recipes": both, "own_recipes": {SWEEP.dataset: both}}
     assert list(laid_over["learning"]["recipes"]) == ["rollout_best"]
     best = Recipe.model_validate(laid_over["learning"]["recipes"]["rollout_best"])
     assert best == Recipe(hidden=20)

@@ -76,7 +76,7 @@ class Project:
 
     def lay_over(self, config: dict) -> tuple[str, ...]:
         """Arguments that lay a configuration over the shipped one; only the targets that it names are made."""
-        targets = {"without_networks": [], **config.get("targets", {})}
+        targets = {"without_networks": [], "own_recipes": {"case1": None}, **config.get("targets", {})}
         (self.folder / "mine.yaml").write_text(yaml.safe_dump(config | {"targets": targets}))
         return ("--configfile", "config.yaml", "mine.yaml")
 

@@ -18,7 +18,14 @@ LAYERS = {
 }
 # What the sub-packages of a layer may import of one another; all may use the modules directly in the layer, "".
 PARTS = {
-    "learning": {"": ("rollouts", "paper"), "rollouts": (), "paper": (), "streaming": (), "sweep": ()},
+    "learning": {
+        "": ("rollouts", "paper"),
+        "rollouts": (),
+        "paper": (),
+        "streaming": (),
+        "sweep": (),
+        "multiresolution": (),
+    },
     "diagnosis": {
         "": (),
         "misfit": (),

@@ -81,17 +81,9 @@ rule summarize_models:
 
 rule draw_models:
     input:
-        evaluations=expand(
-            f"results/learning/{NETWORK}/evaluation.csv", scales=SETTINGS.targets.scales, allow_missing=True
-        ),
-        predictions=expand(
-            f"results/learning/{NETWORK}/predictions.parquet", scales=SETTINGS.targets.scales, allow_missing=True
-        ),
-        histories=[
-            f"results/learning/{RUNS}/{scales}-scale/history-{level}.parquet"
-            for scales in SETTINGS.targets.scales
-            for level in range(scales)
-        ],
+        evaluations=of_scales(f"results/learning/{NETWORK}/evaluation.csv"),
+        predictions=of_scales(f"results/learning/{NETWORK}/predictions.parquet"),
+        histories=of_scales(f"results/learning/{NETWORK}/history-{{level}}.parquet"),
     output:
         metrics=report(
             f"results/figures/{RUNS}/metrics.png",

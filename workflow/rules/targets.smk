@@ -9,18 +9,29 @@ def models_of(dataset):
 
 def for_targets(pattern, datasets=SETTINGS.targets.datasets):
     """The pattern for every dataset with the models, recipes and numbers of scales that the targets name."""
-    targets = SETTINGS.targets
     return [
         path
         for dataset in datasets
+        for recipe in SETTINGS.targets.recipes_of(dataset)
         for path in expand(
             pattern,
             dataset=dataset,
             model=models_of(dataset),
-            recipe=targets.recipes_of(dataset),
-            scales=targets.scales,
+            recipe=recipe,
+            scales=SETTINGS.targets.scales_of(recipe),
         )
     ]
+
+
+def of_scales(pattern):
+    """An input function: the pattern for every number of scales of a recipe, and every level."""
+    return lambda wildcards: list(
+        dict.fromkeys(
+            pattern.format(**wildcards, scales=scales, level=level)
+            for scales in SETTINGS.targets.scales_of(wildcards.recipe)
+            for level in range(scales)
+        )
+    )
 
 
 def figures_of_data(wildcards):
@@ -60,13 +71,10 @@ def networks_with(dataset, followed):
     targets, pattern = SETTINGS.targets, f"results/learning/{NETWORK}/evaluation.csv"
     paths = for_targets(pattern, [dataset])
     if followed is not None:
-        paths += expand(
-            pattern,
-            dataset=dataset,
-            model=followed,
-            recipe=targets.recipes_of(dataset),
-            scales=min(targets.scales),
-        )
+        for recipe in targets.recipes_of(dataset):
+            paths += expand(
+                pattern, dataset=dataset, model=followed, recipe=recipe, scales=min(targets.scales_of(recipe))
+            )
     return list(dict.fromkeys(paths))
 
 

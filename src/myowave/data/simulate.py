@@ -22,6 +22,7 @@ from myowave.data.store import write_json
 from myowave.data.trials import Trials
 from myowave.physics.drive import channels_of
 from myowave.physics.effect import Effect
+from myowave.physics.held import simulate_held
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
 from myowave.physics.muscle import FLEXOR
@@ -155,12 +156,16 @@ def simulate_trials(
     observed = observed + np.radians(settings.angle_noise_deg) * random.standard_normal(observed.shape)
     if settings.recorder_noise:
         emg = np.clip(emg + settings.recorder_noise * random.standard_normal(emg.shape), 0.0, 1.0)
+    if settings.recorded_as == "rectified":
+        # ASSUME: raw EMG is Gaussian noise whose size is the drive, white up to the sampling rate.
+        emg = emg * np.abs(random.standard_normal(emg.shape)) * math.sqrt(math.pi / 2)
     provenance = {"source": "simulated", "seed": settings.seed, "draws": dict(zip(names, draws, strict=True))}
     truth = {
         "dataset": dataset,
         "model": model.name,
         "effects": list(settings.hidden_effect),
         "parameters": {**model.defaults, **settings.constants, **hidden},
+        "solver": settings.solver,
         "emg_noise": settings.emg_noise,
         "recorder_noise": settings.recorder_noise,
         "angle_noise_deg": settings.angle_noise_deg,
@@ -225,7 +230,12 @@ def _draw_in_range(
         taken[found] = np.asarray(draws)[first]
         states[found] = motion.state.numpy()[first, found]
         if (taken >= 0).all():
-            return emg, _refine(blank, settings, model, params, emg, states), taken.tolist()
+            drive = channels_of(model, blank.channels, torch.from_numpy(emg))
+            if settings.solver == "held":
+                angle = simulate_held(Simulation(model, params, drive, settings.dt_s), settings.start_rad).numpy()
+            else:
+                angle = _refine(settings, Simulation(model, params, drive, settings.dt_s, SUBSTEPS), states)
+            return emg, angle, taken.tolist()
     lost = int(np.flatnonzero(taken < 0)[0])
     raise ValueError(
         f"data.datasets.{blank.dataset}, trial {blank.names[lost]}: in {SHAPE_DRAWS * NOISE_DRAWS} draws the elbow "
@@ -235,18 +245,9 @@ def _draw_in_range(
     )
 
 
-def _refine(
-    blank: Trials,
-    settings: SimulatedDataset,
-    model: Model,
-    params: Mapping[str, torch.Tensor],
-    emg: NDArray[np.float64],
-    states: NDArray[np.float64],
-) -> NDArray[np.float64]:
+def _refine(settings: SimulatedDataset, simulation: Simulation, states: NDArray[np.float64]) -> NDArray[np.float64]:
     """The angle that a perfect sensor sees, (T, N), integrated with `SUBSTEPS` from a coarser solution (T, N, K)."""
     start = torch.full((settings.trials,), settings.start_rad, dtype=torch.float64)
-    drive = channels_of(model, blank.channels, torch.from_numpy(emg))
-    simulation = Simulation(model, params, drive, settings.dt_s, SUBSTEPS)
     fine = solve(simulation, start, torch.zeros_like(start), guess=torch.from_numpy(states))
     return fine.motion.angle.numpy()
 

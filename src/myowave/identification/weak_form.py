@@ -61,7 +61,7 @@ class WeakForm:
     def of(cls, model: Model, record: Record) -> "WeakForm":
         """Along the measured angle of all trials given; the model must have no `effects_unseen_by_angle`."""
         assert not effects_unseen_by_angle(model), model.name
-        points, weights = _quadrature(breakpoints(record.simulation(model, {}).valued, record.dt, 1), record.dt)
+        points, weights = between_kinks(breakpoints(record.simulation(model, {}).valued, record.dt, 1), record.dt)
         steps = record.angle.shape[1] - 1
         q, qdot = np.empty((2, len(record.names), steps, len(points)))
         for trial, length in enumerate(record.lengths):
@@ -133,7 +133,7 @@ def effects_unseen_by_angle(model: Model) -> list[str]:
     return [effect.name for effect in model.effects if effect.stateful or effect.acts_on == "observation"]
 
 
-def _quadrature(split: Tensor, dt: float) -> tuple[Tensor, Tensor]:
+def between_kinks(split: Tensor, dt: float) -> tuple[Tensor, Tensor]:
     """Gauss-Legendre points (D,) in units of a sample and weights [s] between the kinks of the EMG."""
     split = split.reshape(-1, split.shape[-1])
     # ASSUME: kinks are cut out only where all trials have them at the same place; else finer pieces do.

@@ -8,7 +8,7 @@ import hashlib
 import json
 import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +42,7 @@ class Checkpoint:
         physics_mse: how far motion simulated with the values misses the training trials [rad^2], (S,); infinite where
             it diverges, NaN where nobody simulated it.
         val_mse, val_r2: on the validation windows, (S,).
+        optimiser: state of Adam, where the recipe keeps it for the next scale.
     """
 
     dataset: str
@@ -66,6 +67,7 @@ class Checkpoint:
     physics_mse: Tensor
     val_mse: Tensor
     val_r2: Tensor
+    optimiser: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def network(self) -> Network:
@@ -111,7 +113,8 @@ class Checkpoint:
             raise ValueError(f"{path}: checkpoint format is {found}, expected {FORMAT}. Train it again.")
         try:
             content["recipe"] = json.loads(content["recipe"])
-            content["architecture"] = Architecture(**content["architecture"])
+            architecture = content["architecture"]
+            content["architecture"] = Architecture(**{**architecture, "delays": tuple(architecture["delays"])})
             content["scaling"] = Scaling(**content["scaling"])
             checkpoint = cls(**content)
             found = (checkpoint.network.seeds, checkpoint.architecture.channels)

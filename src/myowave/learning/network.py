@@ -28,7 +28,10 @@ Array = TypeVar("Array", Tensor, np.ndarray)
 
 @dataclass(frozen=True)
 class Architecture:
-    """What the network looks like; see `settings.Recipe` for the meaning of each choice, and `inputs` for `known`."""
+    """What the network looks like; see `settings.Recipe` for the meaning of each choice, and `inputs` for `known`.
+
+    `delays` [s] of the channels after which it sees them; () where it sees them at once.
+    """
 
     cell: str
     hidden: int
@@ -36,6 +39,7 @@ class Architecture:
     increments: bool
     time_input: bool
     known: Known = field(default_factory=dict)
+    delays: tuple[float, ...] = ()
 
     @property
     def inputs(self) -> int:
@@ -141,6 +145,9 @@ class Network:
         """Inputs x_n = [e_n, known, t_n], standardised, (T, N, X), float32, from those of `given_inputs` (T, N, C + K)
         `dt` apart [s]."""
         scaling = self.scaling
+        if delays := self.architecture.delays:
+            at_once = [0.0] * (inputs.shape[-1] - len(delays))
+            inputs = delayed(inputs, [*(d / dt for d in delays), *at_once])
         mean, std = (
             torch.as_tensor(v, dtype=inputs.dtype, device=inputs.device)
             for v in (scaling.input_mean, scaling.input_std)
@@ -168,6 +175,19 @@ class Network:
             v = v + self.scaling.bend * output
             return z + self.scaling.step * v, v
         return output, (output - z) / self.scaling.step
+
+
+def delayed(inputs: Tensor, samples: Sequence[float]) -> Tensor:
+    """Inputs (..., N, C) as they were some samples before, each by its own: linear between samples, held before the
+    first."""
+    last = inputs.shape[-2] - 1
+    parts = []
+    for channel, shift in zip(inputs.unbind(-1), samples, strict=True):
+        place = (torch.arange(last + 1, dtype=inputs.dtype, device=inputs.device) - shift).clamp(min=0.0)
+        before = place.floor().long()
+        after = (before + 1).clamp(max=last)
+        parts.append(torch.lerp(channel[..., before], channel[..., after], place - before))
+    return torch.stack(parts, -1)
 
 
 def initialise(architecture: Architecture, seeds: Sequence[int]) -> dict[str, Tensor]:

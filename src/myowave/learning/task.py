@@ -1,7 +1,7 @@
 """What is trained, and what training at one of its scales begins with."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,6 +15,7 @@ from myowave.learning.inputs import known_inputs
 from myowave.learning.network import Architecture, Network, Scaling, initialise
 from myowave.learning.prediction import to_tensors
 from myowave.learning.windows import Corpus, count_training_samples
+from myowave.physics.drive import channel_delays
 from myowave.physics.model import Model
 from myowave.settings import Identify, Recipe
 
@@ -44,7 +45,9 @@ class Task:
     device: torch.device = field(default_factory=choose_device)
 
     def epochs(self, level: int) -> int:
-        """Epochs at scale [-level]: an equal share, the remainder at scale [0]."""
+        """Epochs at scale [-level]: an equal share, the remainder at scale [0]; or as many at each."""
+        if self.recipe.epochs_are == "each":
+            return self.recipe.epochs
         share = self.recipe.epochs // self.total
         return self.recipe.epochs - share * (self.total - 1) if level == 0 else share
 
@@ -130,5 +133,7 @@ def fresh_network(task: Task) -> Network:
     architecture = Architecture(
         recipe.cell, recipe.hidden, len(finest.channels), recipe.output == "increment", recipe.time_input, known
     )
+    if recipe.emg_input == "delayed":
+        architecture = replace(architecture, delays=channel_delays(task.model, finest.channels))
     weights = initialise(architecture, task.seeds)
     return Network(architecture, Scaling.of(finest, known), weights, recipe.hidden_state, recipe.history_steps)

@@ -79,14 +79,17 @@ def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Ite
     stage = begin_stage(task, level, before)
     method = METHODS[task.recipe.hidden_state](stage)
     optimizer = torch.optim.Adam(method.trained, betas=method.betas)
+    if task.recipe.optimiser == "kept" and before is not None:
+        optimizer.load_state_dict(dict(before.optimiser))
     validation, best = begin_validation(stage), _Best(stage.network, judged=task.recipe.validation_fraction > 0)
     val_mse, val_r2 = validate(stage.network, validation)
     epochs = task.epochs(level)
     for epoch in range(1, epochs + 1):
         optimizer.param_groups[0]["lr"] = learning_rate(task, level, epoch)
-        optimizer.zero_grad()
-        losses = method.differentiate(val_mse)
-        optimizer.step()
+        for _ in range(task.recipe.batches):
+            optimizer.zero_grad()
+            losses = method.differentiate(val_mse)
+            optimizer.step()
         last = epoch == epochs
         if last or epoch % VALIDATE_EVERY == 0:
             val_mse, val_r2 = validate(stage.network, validation)
@@ -95,9 +98,10 @@ def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Ite
         values = dict(zip(stage.names, method.search.values.unbind(-1), strict=True))
         report = EpochReport(epoch, tuple(task.seeds), losses, val_mse, values)
         if last:
-            yield replace(
-                report, checkpoint=_checkpoint(stage, method.search, best, epoch, time.perf_counter() - started)
-            )
+            checkpoint = _checkpoint(stage, method.search, best, epoch, time.perf_counter() - started)
+            if task.recipe.optimiser == "kept":
+                checkpoint = replace(checkpoint, optimiser=optimizer.state_dict())
+            yield replace(report, checkpoint=checkpoint)
             return
         yield report
 
@@ -108,7 +112,7 @@ def learning_rate(task: Task, level: int, epoch: int) -> float:
     if recipe.schedule == "constant":
         return recipe.learning_rate
     done = sum(task.epochs(coarser) for coarser in range(level + 1, task.total))
-    progress = (done + epoch - 1) / recipe.epochs
+    progress = (done + epoch - 1) / sum(task.epochs(each) for each in range(task.total))
     return recipe.learning_rate * (0.5 * (1 + math.cos(math.pi * progress)) * min(1.0, epoch / RISE))
 
 

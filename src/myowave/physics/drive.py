@@ -6,6 +6,7 @@ a step. A step is split at those kinks and each piece is one or more Runge-Kutta
 Shapes: ... batch, T trials, N samples, n positions, D points within a step, S pieces of a step, M muscles.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
@@ -116,6 +117,13 @@ def activate(valued: Valued, emg: Tensor, position: Tensor, dt: float) -> tuple[
         quantities = {"excitation": excitation, "activation": activation, "side": side}
         activation = call(effect.function, quantities, raised.values(effect))
     return excitation, activation
+
+
+def channel_delays(model: Model, channels: Sequence[str]) -> tuple[float, ...]:
+    """Delay of the muscles that each channel drives [s]; 0 for a channel that drives none."""
+    # ASSUME: muscles that share an electrode answer after the same time; the first of them counts.
+    delays = {m.channel: m.nominal["delay"] for m in reversed(model.muscles)}
+    return tuple(delays.get(channel, 0.0) for channel in channels)
 
 
 def channels_of(model: Model, channels: tuple[str, ...], emg: Tensor) -> Tensor:

@@ -17,7 +17,7 @@ from myowave.settings.data import (
     public,
 )
 from myowave.settings.diagnosis import WORLDS, Diagnosis, Scatter, Study
-from myowave.settings.learning import SEARCHABLE, Dimension, Learning, PlannedSweep, Recipe, Sweep
+from myowave.settings.learning import SEARCHABLE, Dimension, Learning, Multiresolution, PlannedSweep, Recipe, Sweep
 from myowave.settings.parsing import KEYS, check_effects, parse_settings, shipped_effects
 from myowave.settings.physics import Curves, Joint, Muscle, Physics, StraightPath, TablePath
 from myowave.settings.recording import EmgChannel, Processing, RawSignal, TextLayout
@@ -39,6 +39,7 @@ __all__ = [
     "Joint",
     "Learning",
     "MeasuredDataset",
+    "Multiresolution",
     "Muscle",
     "Physics",
     "PlannedSweep",

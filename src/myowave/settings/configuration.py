@@ -48,6 +48,7 @@ class Settings(Section):
         problems = [*self._problems_of_targets(), *self._problems_of_sweep()]
         problems += [
             *self._problems_of_held_out(),
+            *self._problems_of_multiresolution(),
             *self._problems_of_study(),
             *self._problems_of_scatter(),
             *self._problems_of_arms(),
@@ -87,10 +88,14 @@ class Settings(Section):
             problems += unless_known(f"targets.own_recipes.{dataset}", dataset, datasets)
             for i, name in enumerate(names):
                 problems += unless_known(f"targets.own_recipes.{dataset}[{i}]", name, self.learning.recipes)
-        if (scales := max(*targets.scales, self.learning.sweep.scales or 1)) > self.data.wavelet.levels + 1:
+        for name in targets.own_scales:
+            problems += unless_known(f"targets.own_scales.{name}", name, self.learning.recipes)
+        further = [number for scales in targets.own_scales.values() for number in scales]
+        scales = max(*targets.scales, *further, self.learning.sweep.scales or 1)
+        if scales > self.data.wavelet.levels + 1:
             problems.append(
-                f"targets.scales, learning.sweep.scales: {scales} scales need data.wavelet.levels of {scales - 1}, "
-                f"which is {self.data.wavelet.levels}."
+                f"targets.scales, targets.own_scales, learning.sweep.scales: {scales} scales need "
+                f"data.wavelet.levels of {scales - 1}, which is {self.data.wavelet.levels}."
             )
         return problems
 
@@ -126,6 +131,26 @@ class Settings(Section):
         if isinstance(dataset, RecordedDataset):
             for i, names in enumerate(plan.test):
                 problems += [p for n in names for p in unless_known(f"{where}.test[{i}]", n, dataset.trials)]
+        return problems
+
+    def _problems_of_multiresolution(self) -> list[str]:
+        """Of the comparison of arms: names, and changes that its recipe cannot take."""
+        compared, where, problems = self.learning.multiresolution, "learning.multiresolution", []
+        for name in compared.datasets:
+            problems += unless_known(f"{where}.datasets.{name}", name, self.data.datasets)
+        for name, condition in compared.conditions.items():
+            at = f"{where}.conditions.{name}"
+            for i, dataset in enumerate(condition.datasets):
+                problems += unless_known(f"{at}.datasets[{i}]", dataset, compared.datasets)
+            unknown = unless_known(f"{at}.recipe", condition.recipe, self.learning.recipes)
+            for key in condition.changes:
+                unknown += unless_known(f"{at}.changes.{key}", key, Recipe.model_fields)
+            problems += unknown
+            if not unknown:
+                try:
+                    compared.recipe_of(name, self.learning.recipes)
+                except ValidationError as error:
+                    problems += [f"{at}.changes: {line}" for line in explain(error, tuple(list_keys(Recipe)))]
         return problems
 
     @property

@@ -94,6 +94,12 @@ class SimulatedDataset(_Dataset):
     start_rad: Real = setting("elbow angle at the start, at rest", "rad", math.pi / 6, ge=0.1, le=1.7)
     emg_noise: Real = setting("standard deviation of the noise on the driving EMG", "-", 0.1, ge=0, le=1)
     angle_noise_deg: Real = setting("standard deviation of the noise on the measured angle", "deg", 0.0, ge=0, le=30)
+    solver: Literal["exact", "held"] = setting(
+        "exact: the motion for EMG that is linear between samples; held: one step per sample with the EMG held, along "
+        "which a residual at the samples is 0",
+        "",
+        "exact",
+    )
     seed: Whole = setting("seed of EMG and noise", "-", 1, ge=0)
     hidden_effect: dict[str, dict[str, Real]] = setting(
         "effects in the data that nothing but simulation and scoring may know, {effect: {parameter: value}}",
@@ -106,6 +112,13 @@ class SimulatedDataset(_Dataset):
     )
     recorder_noise: Real = setting(
         "standard deviation of noise on the recorded EMG, which did not drive the arm", "-", 0.0, ge=0, le=1
+    )
+
+    recorded_as: Literal["envelope", "rectified"] = setting(
+        "envelope: the drive itself, as a processed recording; rectified: wide-band noise of mean 1 that the drive "
+        "carries, as raw EMG after rectification; the drive moves the arm in either case",
+        "",
+        "envelope",
     )
 
     @model_validator(mode="after")

@@ -7,7 +7,19 @@ from pydantic import Field, field_validator, model_validator
 
 from myowave.physics.constants import JOINT_CONSTANTS, is_constant
 from myowave.settings.keys import did_you_mean
-from myowave.settings.section import Address, ModelName, Name, Once, Real, Section, TrialName, Whole, setting
+from myowave.settings.section import (
+    Address,
+    ModelName,
+    Name,
+    Once,
+    Real,
+    Section,
+    TrialName,
+    Whole,
+    dump,
+    setting,
+    without_null,
+)
 
 
 class Recipe(Section):
@@ -43,11 +55,40 @@ class Recipe(Section):
     learning_rate: Real = setting("initial step of Adam", "-", 3e-3, gt=0, le=1)
     schedule: Literal["constant", "cosine"] = setting("how the step changes over all epochs", "", "cosine")
     beta: Real = setting("weight of the physics residual in the network's loss, Eq. 16", "-", 0.0, ge=0)
-    derivative: Literal["sequence", "time"] = setting(
-        "derivatives in the residual: of the predicted sequence, or of the network by its input t_n", "", "sequence"
+    derivative: Literal["sequence", "history", "measured", "time"] = setting(
+        "derivatives in the residual: of the predicted sequence, of a prediction after its measured history, of the "
+        "measured sequence, or of the network by its input t_n",
+        "",
+        "sequence",
     )
-    identification: Literal["gauss_newton", "joint"] = setting(
-        "gauss_newton: on the weak form of the residual; joint: with the weights, by Adam on J", "", "gauss_newton"
+    residual_angle: Literal["predicted", "measured", "split"] = setting(
+        "angles along which the residual takes the torque; split: predicted ones teach the weights, measured ones, "
+        "derivatives too, the parameters",
+        "",
+        "predicted",
+    )
+    residual_torque: Literal["sampled", "averaged"] = setting(
+        "torque in the residual: at the samples, or its mean over the kernel of the second difference", "", "sampled"
+    )
+    residual_emg: Literal["projected", "recorded"] = setting(
+        "EMG in the residual of a coarse scale: projected as the network's, or as recorded", "", "projected"
+    )
+    tie_vmax: bool = setting("whether v_max changes with an identified l0, as v_max / l0 of the model", "", False)
+    parameter_pace: Real = setting(
+        "size of Adam's step for parameters identified jointly, times that for the weights", "-", 1.0, gt=0, le=1000
+    )
+    batches: Whole = setting("steps of Adam in an epoch, each on random pieces of the trials; 1: on all", "-", 1, ge=1)
+    epochs_are: Literal["shared", "each"] = setting(
+        "epochs: shared by the scales, or as many for each of them", "", "shared"
+    )
+    optimiser: Literal["reset", "kept"] = setting("Adam's moments at a finer scale", "", "reset")
+    emg_input: Literal["recorded", "delayed"] = setting(
+        "EMG that the network sees: e(t), or the excitation u(t) = e(t - d), Eq. 1", "", "recorded"
+    )
+    identification: Literal["gauss_newton", "joint", "none"] = setting(
+        "gauss_newton: on the weak form of the residual; joint: with the weights, by Adam on J; none: parameters stay",
+        "",
+        "gauss_newton",
     )
     simulated_trials: Whole = setting(
         "trials simulated with the identified parameters, on EMG that was never recorded, to train on", "-", 64, ge=0
@@ -105,6 +146,21 @@ class Recipe(Section):
             )
         if self.identification == "joint" and self.beta == 0:
             raise ValueError("identification: joint needs beta above 0: without a residual in J nothing is identified")
+        if self.hidden_state == "carried" and self.batches > 1:
+            raise ValueError("batches above 1 needs hidden_state: windowed; an epoch of rollouts draws its own windows")
+        if self.derivative in ("measured", "history") and self.beta == 0:
+            raise ValueError(f"derivative: {self.derivative} needs beta above 0; without it there is no residual")
+        if self.derivative == "time" and self.residual_torque == "averaged":
+            raise ValueError(
+                "residual_torque: averaged needs derivative: sequence, history or measured; a derivative by t_n is no "
+                "difference with a kernel to average over"
+            )
+        if self.identification == "none" and self.simulated_trials > 0:
+            raise ValueError(
+                "simulated_trials above 0 needs identification: gauss_newton; nothing else finds what they need"
+            )
+        if self.tie_vmax and self.identification != "joint":
+            raise ValueError("tie_vmax: true needs identification: joint; a search does not tie parameters")
         if self.derivative == "time" and not self.time_input:
             raise ValueError("derivative: time needs time_input: true; there is no t_n to differentiate by")
         if self.derivative == "time" and self.output != "absolute":
@@ -166,7 +222,7 @@ class Sweep(Section):
     @classmethod
     def _without_null(cls, value: Any) -> Any:
         """A file laid over another can only replace keys, so null takes one out."""
-        return {k: v for k, v in value.items() if v is not None} if isinstance(value, Mapping) else value
+        return without_null(value)
 
 
 class PlannedSweep(Sweep):
@@ -190,6 +246,46 @@ class HeldOut(Section):
     )
 
 
+class Condition(Section):
+    """One way to run the comparison of arms: a recipe, and what is changed in it."""
+
+    recipe: Name = setting("recipe that all arms train with; it identifies nothing here", default="rollout")
+    changes: dict[Name, Any] = setting(
+        "settings of the recipe that are others, {name: value}", "-", dict, each="setting"
+    )
+    datasets: Annotated[tuple[str, ...], Once] = setting("datasets; all of the comparison where empty", default=())
+    arms: Annotated[tuple[str, ...], Once] = setting("arms; all where empty", default=())
+    full: bool = setting("whether only `snakemake multiresolution_full` runs it", default=False)
+
+
+class Compared(Section):
+    """A dataset of the comparison."""
+
+    rate_hz: Real | None = setting("sampling rate that samples are averaged down to; null: as it is", "Hz", None, gt=0)
+
+
+class Multiresolution(Section):
+    """`snakemake multiresolution`: where training from coarse to fine helps."""
+
+    datasets: dict[Name, Compared] = setting("datasets to compare on; null: not this one", default=dict, each="dataset")
+    conditions: dict[Name, Condition] = setting("ways to run it; null: not this one", default=dict, each="condition")
+    scales: Annotated[int, Field(ge=2, le=5)] = setting("number of scales of arms with several", "-", 3)
+    draws: Whole = setting("draws of each dataset: other motions, or other held-out trials", "-", 8, ge=2, le=1000)
+    seeds: Whole = setting("seeds of each draw", "-", 3, ge=1, le=1000)
+
+    @field_validator("datasets", "conditions", mode="before")
+    @classmethod
+    def _without_null(cls, value: Any) -> Any:
+        """A file laid over another can only replace keys, so null takes one out."""
+        return without_null(value)
+
+    def recipe_of(self, condition: str, recipes: Mapping[str, Recipe]) -> Recipe:
+        """The recipe of a condition, which identifies nothing."""
+        named = self.conditions[condition]
+        nothing = {"identification": "none", "simulated_trials": 0, "beta": 0.0, "derivative": "sequence"}
+        return Recipe.model_validate(dump(recipes[named.recipe]) | nothing | named.changes)
+
+
 class Learning(Section):
     """The surrogate and the identification that comes with it."""
 
@@ -197,3 +293,4 @@ class Learning(Section):
     recipes: dict[Name, Recipe] = setting("ways to train, by name", each="recipe", min_length=1)
     sweep: Sweep = setting("search for better settings of a recipe", default=Sweep)
     held_out: HeldOut | None = setting("which trials are held out in turn; null: none", default=None)
+    multiresolution: Multiresolution = setting("comparison of ways to go through the scales", default=Multiresolution)

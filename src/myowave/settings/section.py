@@ -1,7 +1,7 @@
 """What all sections of the configuration are made of: frozen models, and types that YAML cannot surprise."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
@@ -82,6 +82,11 @@ Address = Annotated[str, BeforeValidator(_without_secret)]
 Once = AfterValidator(_each_once)  # of a list
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 ModelName = Annotated[str, Field(pattern=r"^base(\+[A-Za-z_][A-Za-z0-9_]*)*$"), AfterValidator(_effects_once)]
+
+
+def without_null(value: Any) -> Any:
+    """A mapping without the keys that are null."""
+    return {k: v for k, v in value.items() if v is not None} if isinstance(value, Mapping) else value
 
 
 def setting(meaning: str, unit: str = "", default: Any = ..., *, each: str = "name", **bounds: Any) -> Any:

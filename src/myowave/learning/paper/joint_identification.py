@@ -71,8 +71,10 @@ class JointIdentification:
         wanted: constants to identify, by name.
         start: where the search of each seed started at the coarsest scale, (S, P).
         values: where it goes on, (S, P); `start` at the coarsest scale.
+        pace: how many times the step of the weights the raw numbers take.
 
-    `raw` (S, R) is what Adam moves, on the device.
+    `moved` (S, R) is what Adam moves, on the device: raw numbers over the pace, as its steps are of one size whatever
+    the gradient.
     """
 
     done = True  # an epoch's step is Adam's
@@ -84,16 +86,18 @@ class JointIdentification:
         start: Tensor,
         values: Tensor,
         device: torch.device,
+        pace: float = 1.0,
     ) -> None:
         inside = INSIDE if torch.equal(start, values) else ROUNDING
         self._names = tuple(p.name for p in free)
         forms = [Form.of(p, wanted.get(p.name), start[:, i]) for i, p in enumerate(free)]
         raw = torch.cat([form.raw(values[:, i], inside) for i, form in enumerate(forms)], dim=-1)
         self._forms = tuple(replace(form, scale=form.scale.to(device)) for form in forms)
-        self.raw = raw.to(device).requires_grad_()
+        self._pace = pace
+        self.moved = (raw / pace).to(device).requires_grad_()
 
     def _from_raw(self) -> tuple[Tensor, ...]:
-        parts = self.raw.split([form.size for form in self._forms], dim=-1)
+        parts = (self._pace * self.moved).split([form.size for form in self._forms], dim=-1)
         return tuple(form.value(part) for form, part in zip(self._forms, parts, strict=True))
 
     @property
@@ -109,7 +113,7 @@ class JointIdentification:
     @property
     def mse(self) -> Tensor:
         """How far simulated motion misses the trials, (S,): not known, not a number."""
-        return self.values.new_full(self.raw.shape[:1], math.nan)
+        return self.values.new_full(self.moved.shape[:1], math.nan)
 
     def uncertainty(self) -> tuple[Tensor, Tensor]:
         """Standard errors (S, P) and correlations (S, P, P): not known, not a number."""

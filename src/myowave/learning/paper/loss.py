@@ -1,70 +1,20 @@
 """The loss as the paper prints it, J = J_data + beta J_res (Eqs. 16-18 and 38), on one-step predictions.
 
-Shapes: S seeds, T trials, N samples.
+Shapes: S seeds, T trials, N samples, B pieces of trials, K samples of a piece.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
-from myowave.data.trials import Trials
-from myowave.identification.weak_form import effects_unseen_by_angle
 from myowave.learning.loss import Losses, Noise
 from myowave.learning.paper.derivatives import predict_with_time_derivatives
+from myowave.learning.paper.residual import Pieces, Residual
 from myowave.learning.paper.windowed import first_predicted, predict_teacher_forced
 from myowave.learning.task import Stage
-from myowave.physics.drive import channels_of
-from myowave.physics.dynamics import torques
-from myowave.physics.model import Model
-from myowave.physics.simulation import Simulation
 
-
-@dataclass(frozen=True)
-class Residual:
-    """What is left of the equation of motion along a motion with the EMG of some trials.
-
-    Args:
-        emg: of the model's channels, see `physics.drive.channels_of`.
-        known: parameters that are known of each trial.
-        dt: sampling interval [s].
-    """
-
-    model: Model
-    emg: Tensor
-    known: Mapping[str, Tensor]
-    dt: float
-
-    @classmethod
-    def of(cls, model: Model, trials: Trials, device: torch.device) -> "Residual":
-        """For these trials.
-
-        Raises:
-            ValueError: for a model with effects that the residual cannot hold.
-        """
-        if unseen := effects_unseen_by_angle(model):
-            raise ValueError(
-                f"model {model.name}: the residual of Eq. 38 cannot hold {', '.join(unseen)}, which has a state of its "
-                "own or acts on the measured angle. Train with identification: gauss_newton, or leave the effect out."
-            )
-        emg = channels_of(model, trials.channels, torch.from_numpy(trials.emg).to(device))
-        known = {name: torch.from_numpy(value).to(device) for name, value in trials.known(model.defaults).items()}
-        return cls(model, emg, known, trials.dt)
-
-    def along(self, params: Mapping[str, Tensor], q: Tensor, qdot: Tensor, qddot: Tensor) -> Tensor:
-        """I qddot - E - T^MT - (torques of effects) at every sample [N m], (S, T, N), Eq. 38.
-
-        Args:
-            params: identified parameters, (S, 1) each, SI units.
-            q, qdot, qddot: the motion, (S, T, N) [rad, rad/s, rad/s^2].
-        """
-        params = {name: value.to(self.emg.device) for name, value in params.items()}
-        simulation = Simulation(self.model, {**self.known, **params}, self.emg, self.dt)
-        sample = torch.arange(q.shape[-1], dtype=q.dtype, device=q.device)
-        _, activation = simulation.activate(sample[:, None, None])
-        result = torques(simulation.along_time, q, qdot, activation.squeeze(-2), {})
-        return result.inertia * qddot - result.total
+PIECE = 32  # predicted samples in a piece of a mini-batch
 
 
 class PaperLoss:
@@ -75,49 +25,86 @@ class PaperLoss:
     """
 
     def __init__(self, stage: Stage) -> None:
-        recipe, trials, device = stage.task.recipe, stage.trials, stage.task.device
-        self._network, self._x = stage.network, stage.corpus.x
-        self._angle = torch.from_numpy(trials.angle).to(device)
-        self._beta, self._derivative, self._dt = recipe.beta, recipe.derivative, trials.dt
-        self._residual = Residual.of(stage.task.model, trials, device) if recipe.beta else None
-        self._noise = Noise(recipe.history_noise, stage.task.seeds, stage.level)
-        sample = torch.arange(trials.angle.shape[1], device=device)
-        usable = stage.corpus.usable.unsqueeze(-1)
-        self._predicted = (sample < usable) & (sample >= first_predicted(stage.network))
+        task, trials, device = stage.task, stage.trials, stage.task.device
+        self._recipe, self._network, self._corpus = task.recipe, stage.network, stage.corpus
+        self._angle, self._dt = torch.from_numpy(trials.angle).to(device), trials.dt
+        self._residual: Residual | None = None
+        if self._recipe.beta:
+            self._residual = Residual.of(
+                task.model,
+                task.training_trials(0) if self._recipe.residual_emg == "recorded" else trials,
+                stage.names,
+                device,
+                averaged=self._recipe.residual_torque == "averaged",
+                tied=self._recipe.tie_vmax,
+            )
+        self._noise = Noise(self._recipe.history_noise, task.seeds, stage.level)
+        self._order = torch.Generator().manual_seed(stage.level)
 
     def backward(self, params: Mapping[str, Tensor]) -> Losses:
-        """Losses of one epoch; adds gradients to those of the weights and of what `params`, (S, 1) each, come from."""
-        angle = self._angle
-        if self._noise.std:
-            angle = angle + self._noise.draw(*angle.shape, like=angle)
-        q, qdot, qddot, counts = self._predict(angle)
-        data = _mean((q - self._angle).square(), self._predicted)
-        residual = torch.zeros_like(data)
+        """Losses of one step; adds gradients to those of the weights and of what `params`, (S, 1) each, come from."""
+        pieces, used = self._pieces()
+        x, angle = pieces.of(self._corpus.x), pieces.of(self._angle)
+        given = angle + self._noise.draw(*angle.shape, like=angle) if self._noise.std else angle
+        used = used & (torch.arange(pieces.length, device=used.device) >= first_predicted(self._network))
+        slopes: list[Tensor] = []
+        if self._recipe.derivative == "time":
+            q, *slopes = predict_with_time_derivatives(self._network, x, given)
+        else:
+            q = predict_teacher_forced(self._network, x, given)
+        data = _mean((q - angle).square(), used)
+        residual, of_parameters = torch.zeros_like(data), torch.zeros_like(data)
         if self._residual is not None:
-            residual = _mean(self._residual.along(params, q, qdot, qddot).square(), counts)
-        total = data + self._beta * residual
-        total.sum().backward()
+            split, measured = self._recipe.residual_angle == "split", angle.expand_as(q)
+            seen = measured if self._recipe.residual_angle == "measured" else q
+            taught = {name: value.detach() for name, value in params.items()} if split else params
+            if slopes:
+                residual = _mean(self._residual.along(taught, pieces, seen, slopes[0], slopes[1]).square(), used)
+            else:
+                residual = self._along(taught, pieces, seen, DIFFERENCES[self._recipe.derivative](q, measured), used)
+            if split:
+                of_parameters = self._along(params, pieces, measured, (measured,) * 3, used)
+        total = data + self._recipe.beta * residual
+        (total + self._recipe.beta * of_parameters).sum().backward()
         return Losses(total.detach(), data.detach(), residual.detach())
 
-    def _predict(self, angle: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Motion predicted after a history of these angles, (S, T, N) each, and where its residual counts, (T, N)."""
-        if self._derivative == "time":
-            return *predict_with_time_derivatives(self._network, self._x, angle), self._predicted
-        q = predict_teacher_forced(self._network, self._x, angle)
-        before, after = q.roll(1, -1), q.roll(-1, -1)
-        qdot, qddot = (after - before) / (2 * self._dt), (after - 2 * q + before) / self._dt**2
-        return q, qdot, qddot, _inner(self._predicted)
+    def _pieces(self) -> tuple[Pieces, Tensor]:
+        """What the next step trains on, and which of its samples may be used, (B, K)."""
+        usable, samples = self._corpus.usable, self._angle.shape[1]
+        if self._recipe.batches == 1:
+            trial = torch.arange(len(usable), device=usable.device)
+            sample = torch.arange(samples, device=usable.device)
+            return Pieces(trial, torch.zeros_like(trial), samples), sample < usable[:, None]
+        length = min(PIECE + first_predicted(self._network), int(usable.min()))
+        count = max(1, round(int(usable.sum()) / self._recipe.batches / (length - first_predicted(self._network))))
+        trial, start = self._corpus.draw(count, length, self._order)
+        return Pieces(trial, start, length), torch.ones(count, length, dtype=torch.bool, device=usable.device)
+
+    def _along(
+        self,
+        params: Mapping[str, Tensor],
+        pieces: Pieces,
+        seen: Tensor,
+        differenced: tuple[Tensor, Tensor, Tensor],
+        used: Tensor,
+    ) -> Tensor:
+        """J_res (S,) along sequences (S, B, K): the torque along `seen`, the acceleration of those in `differenced`."""
+        residual = self._residual
+        assert residual is not None
+        after, now, before = (q[..., cut] for q, cut in zip(differenced, _NEIGHBOURS, strict=True))
+        left = residual.along_sequence(params, pieces, seen, (after - 2 * now + before) / self._dt**2)
+        return _mean(left.square(), used.unfold(-1, 2 * residual.margin + 1, 1).all(-1))
+
+
+_NEIGHBOURS = slice(2, None), slice(1, -1), slice(None, -2)
+
+DIFFERENCES = {  # predicted and measured angles -> those after, at and before the sample of a second difference
+    "sequence": lambda q, measured: (q, q, q),
+    "history": lambda q, measured: (q, measured, measured),
+    "measured": lambda q, measured: (measured, measured, measured),
+}
 
 
 def _mean(values: Tensor, counts: Tensor) -> Tensor:
-    """Mean (S,) of values (S, T, N) where they count, (T, N)."""
+    """Mean (S,) of values (S, B, K) where they count, (B, K)."""
     return (values * counts).sum((1, 2)) / counts.sum()
-
-
-def _inner(counts: Tensor) -> Tensor:
-    """Samples (T, N) that count, and whose neighbours before and after do."""
-    inner = counts.clone()
-    inner[:, 1:] &= counts[:, :-1]
-    inner[:, :-1] &= counts[:, 1:]
-    inner[:, -1] = False
-    return inner

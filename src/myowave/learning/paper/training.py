@@ -7,6 +7,7 @@ from myowave.learning.loss import Losses
 from myowave.learning.paper.joint_identification import JointIdentification
 from myowave.learning.paper.loss import PaperLoss
 from myowave.learning.task import Stage
+from myowave.learning.unidentified import Unidentified
 
 
 class PaperTraining:
@@ -17,10 +18,14 @@ class PaperTraining:
     def __init__(self, stage: Stage) -> None:
         task = stage.task
         self._loss, self.trained = PaperLoss(stage), list(stage.network.weights.values())
-        self.search: JointIdentification | Identification
+        self.search: JointIdentification | Identification | Unidentified
         if task.recipe.identification == "joint":
-            self.search = JointIdentification(stage.free, task.wanted, stage.start, stage.values, task.device)
-            self.trained.append(self.search.raw)
+            self.search = JointIdentification(
+                stage.free, task.wanted, stage.start, stage.values, task.device, task.recipe.parameter_pace
+            )
+            self.trained.append(self.search.moved)
+        elif task.recipe.identification == "none":
+            self.search = Unidentified(stage.values)
         else:
             finest = stage.level == 0
             self.search = Identification(task.model, stage.trials, stage.free, stage.values, finest=finest)

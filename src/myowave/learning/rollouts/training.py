@@ -19,6 +19,7 @@ from myowave.learning.inputs import told_of
 from myowave.learning.loss import Losses, Noise
 from myowave.learning.rollouts.loss import RolloutLoss, Simulated
 from myowave.learning.task import Stage
+from myowave.learning.unidentified import Unidentified
 from myowave.learning.windows import Corpus
 
 CLIP = 1.0  # largest norm of a seed's gradient through a rollout
@@ -34,7 +35,11 @@ class RolloutTraining:
         recipe, finest = stage.task.recipe, stage.level == 0
         self.trained = list(stage.network.weights.values())
         self._stage = stage
-        self.search = Identification(stage.task.model, stage.trials, stage.free, stage.values, finest=finest)
+        self.search: Identification | Unidentified
+        if recipe.identification == "none":
+            self.search = Unidentified(stage.values)
+        else:
+            self.search = Identification(stage.task.model, stage.trials, stage.free, stage.values, finest=finest)
         self._loss = RolloutLoss(
             stage.network,
             stage.corpus,
@@ -49,7 +54,7 @@ class RolloutTraining:
         self._simulated: Simulated | None = None
 
     def differentiate(self, val_mse: Tensor) -> Losses:
-        if not self.search.done:
+        if isinstance(self.search, Identification) and not self.search.done:
             self.search.step()
         elif self._simulates and self._simulated is None:
             self._simulated = self._simulate()

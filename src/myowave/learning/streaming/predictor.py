@@ -6,6 +6,7 @@ than on computing them.
 Shapes: S seeds, C channels, K known inputs, X inputs, H hidden units, G gates, as in `network`.
 """
 
+import math
 from collections import deque
 from collections.abc import Sequence
 
@@ -51,6 +52,8 @@ class Predictor:
         self._z, self._v = np.zeros((2, len(chosen), 1, 1))
         self._start = np.zeros((len(chosen), 1, network.architecture.hidden))
         self._hidden = self._start
+        longest = max(network.architecture.delays, default=0.0)
+        self._seen: deque[np.ndarray] = deque(maxlen=math.ceil(longest / dt) + 2)
         self._past: deque[np.ndarray] = deque(maxlen=network.history)  # what drove the last history cells
 
     @property
@@ -108,10 +111,26 @@ class Predictor:
 
     def _encode(self, inputs: Sequence[float]) -> np.ndarray:
         """As `Network.encode_inputs`, of one sample: (1, X)."""
-        x = (np.asarray(inputs, dtype=np.float64) - self._mean) / self._std
+        x = (self._delayed(np.asarray(inputs, dtype=np.float64)) - self._mean) / self._std
         if self._network.architecture.time_input:
             x = np.append(x, self._count * self._dt / self._network.scaling.duration)
         return x.astype(np.float32).astype(np.float64)[None]
+
+    def _delayed(self, inputs: np.ndarray) -> np.ndarray:
+        """As `network.delayed`: inputs (C + K,) of some time ago, of which this sample is the newest."""
+        delays = self._network.architecture.delays
+        if not delays:
+            return inputs
+        self._seen.append(inputs)
+        at_once = [0.0] * (len(inputs) - len(delays))
+        place = np.maximum(self._count - np.array([*delays, *at_once]) / self._dt, 0.0)
+        before = np.floor(place).astype(int)
+        oldest = self._count + 1 - len(self._seen)
+        now, later = (
+            np.array([self._seen[i - oldest][c] for c, i in enumerate(np.minimum(at, self._count))])
+            for at in (before, before + 1)
+        )
+        return now + (place - before) * (later - now)
 
     def _remember(self) -> np.ndarray:
         """h_(n-1), (S, 1, H); where the state is not carried, after going through the history again."""

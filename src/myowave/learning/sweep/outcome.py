@@ -44,8 +44,9 @@ def override_text(sweep: PlannedSweep, recipe: Recipe, best: Settings, table: pd
     """
     name = sweep.recipe + BEST
     figure = f"results/figures/{sweep.dataset}/{sweep.model}/{name}/metrics.png"
+    both = [sweep.recipe, name]
     values = {
-        "targets": {"recipes": [sweep.recipe, name]},
+        "targets": {"recipes": both, "own_recipes": {sweep.dataset: list(both)}},
         "learning": {"recipes": {name: dump(with_settings(recipe, best))}},
     }
     return (

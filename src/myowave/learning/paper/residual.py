@@ -1,0 +1,180 @@
+"""What is left of the equation of motion along a motion, Eq. 38, in the readings that the paper leaves open.
+
+At the samples the torque is that of the instant; `averaged` is the mean over the kernel of the second difference. For
+any motion (q_(n+1) - 2 q_n + q_(n-1)) / dt^2 is the mean of qddot over the triangle that falls from sample n to its
+neighbours, so only that mean of the torque balances it where EMG is not smooth.
+
+Shapes: S seeds, T trials, N samples, B pieces of trials, K samples of a piece, D points between two samples, M muscles.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from myowave.data.trials import Trials
+from myowave.identification.weak_form import between_kinks, effects_unseen_by_angle
+from myowave.physics.drive import activate, breakpoints, channels_of
+from myowave.physics.dynamics import Torques, torques
+from myowave.physics.model import Model
+from myowave.physics.valued import Valued, give_values
+
+STENCIL = 4  # samples that a motion between two of them follows from
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Pieces of equal length of some trials: trial and first sample of each, (B,), and their number of samples."""
+
+    trial: Tensor
+    start: Tensor
+    length: int
+
+    def of(self, values: Tensor, seeds: bool = False) -> Tensor:
+        """Pieces (B, K, ...) of values (T, N, ...), or (S, B, K, ...) of (S, T, N, ...) where these have seeds."""
+        sample = self.start[:, None] + torch.arange(self.length, device=self.start.device)
+        return values[:, self.trial[:, None], sample] if seeds else values[self.trial[:, None], sample]
+
+
+@dataclass(frozen=True)
+class Residual:
+    """The equation of motion along pieces of some trials.
+
+    Args:
+        emg: of the model's channels, (T, N, M); see `physics.drive.channels_of`.
+        known: parameters that are known of each trial, (T,).
+        dt: sampling interval [s].
+        points: where between two samples the torque is taken, fractions of dt (D,), and their `weights`, whose sum is
+            1; (0,) and (1,) for the samples only.
+        tied: v_max by the l0 that it goes with, and their ratio [1/s]: {name of l0: (name of v_max, ratio)}.
+        fixed: whether no parameter to identify changes the activation.
+    """
+
+    model: Model
+    emg: Tensor
+    known: Mapping[str, Tensor]
+    dt: float
+    points: Tensor
+    weights: Tensor
+    tied: Mapping[str, tuple[str, float]]
+    fixed: bool
+
+    @classmethod
+    def of(
+        cls,
+        model: Model,
+        trials: Trials,
+        names: Sequence[str],
+        device: torch.device,
+        *,
+        averaged: bool = False,
+        tied: bool = False,
+    ) -> "Residual":
+        """For these trials and parameters to identify.
+
+        Raises:
+            ValueError: for a model with effects that the residual cannot hold.
+        """
+        if unseen := effects_unseen_by_angle(model):
+            raise ValueError(
+                f"model {model.name}: the residual of Eq. 38 cannot hold {', '.join(unseen)}, which has a state of its "
+                "own or acts on the measured angle. Train with identification: gauss_newton, or leave the effect out."
+            )
+        emg = channels_of(model, trials.channels, torch.from_numpy(trials.emg).to(device))
+        known = {name: torch.from_numpy(value).to(device) for name, value in trials.known(model.defaults).items()}
+        points, weights = torch.zeros(1), torch.ones(1)
+        if averaged:
+            points, weights = between_kinks(breakpoints(give_values(model, known, emg), trials.dt, 1), 1.0)
+        return cls(
+            model,
+            emg,
+            known,
+            trials.dt,
+            points.to(emg),
+            weights.to(emg),
+            ratios(model, names) if tied else {},
+            not any(model.drives(name) for name in names),
+        )
+
+    @property
+    def margin(self) -> int:
+        """Samples at either end of a piece without a residual along a sequence."""
+        return STENCIL // 2 if len(self.points) > 1 else 1
+
+    def along(self, params: Mapping[str, Tensor], pieces: Pieces, q: Tensor, qdot: Tensor, qddot: Tensor) -> Tensor:
+        """I qddot - E - T^MT - (torques of effects) at every sample [N m], (S, B, K), Eq. 38.
+
+        Args:
+            params: identified parameters, (S, 1) each, SI units.
+            q, qdot, qddot: the motion, (S, B, K) [rad, rad/s, rad/s^2].
+        """
+        activation = self._activation(params, pieces)[..., 0, :]
+        result = torques(self._valued(params, pieces).along(1), q, qdot, activation, {})
+        return result.inertia * qddot - result.total
+
+    def along_sequence(self, params: Mapping[str, Tensor], pieces: Pieces, q: Tensor, bend: Tensor) -> Tensor:
+        """The same along sequences of angles, without `margin` samples at either end, (S, B, K - 2 margin).
+
+        Args:
+            q: along which the torque is taken, (S, B, K) [rad].
+            bend: second differences over dt^2 of all samples but the first and the last, (S, B, K - 2) [rad/s^2].
+        """
+        if self.margin == 1:
+            inner = Pieces(pieces.trial, pieces.start + 1, pieces.length - 2)
+            return self.along(params, inner, q[..., 1:-1], (q[..., 2:] - q[..., :-2]) / (2 * self.dt), bend)
+        result = self._between(params, pieces, q)
+        share = self.weights * self.points  # of what comes before a sample; of what comes after, the rest
+        mean = (result.total[..., :-1, :] * share).sum(-1) + (result.total[..., 1:, :] * (self.weights - share)).sum(-1)
+        # ASSUME: the moment of inertia hardly changes within two samples.
+        inertia = (result.inertia + torch.zeros_like(result.total))[..., 1:, 0]
+        cut = self.margin - 1
+        return inertia * bend[..., cut:-cut] - mean
+
+    def _between(self, params: Mapping[str, Tensor], pieces: Pieces, q: Tensor) -> Torques:
+        """Torques (S, B, K - STENCIL + 1, D) at the points between samples of a sequence."""
+        value, slope = (torch.from_numpy(w).to(q) for w in _interpolation(self.points.cpu().numpy()))
+        nodes = q.unfold(-1, STENCIL, 1)
+        inner = Pieces(pieces.trial, pieces.start + STENCIL // 2 - 1, pieces.length - STENCIL + 1)
+        activation = self._activation(params, inner)
+        valued = self._valued(params, inner).along(2)
+        return torques(valued, nodes @ value, nodes @ slope / self.dt, activation, {})
+
+    def _valued(self, params: Mapping[str, Tensor], pieces: Pieces) -> Valued:
+        known = {name: value[pieces.trial] for name, value in self.known.items()}
+        return give_values(self.model, known | self._with_ties(params), self.emg)
+
+    def _with_ties(self, params: Mapping[str, Tensor]) -> dict[str, Tensor]:
+        params = {name: value.to(self.emg.device) for name, value in params.items()}
+        return params | {vmax: ratio * params[l0] for l0, (vmax, ratio) in self.tied.items() if l0 in params}
+
+    def _activation(self, params: Mapping[str, Tensor], pieces: Pieces) -> Tensor:
+        """Activation (B, K, D, M) or (S, B, K, D, M) at the points after each sample."""
+        return pieces.of(self._recorded) if self.fixed else pieces.of(self._activate(params), seeds=True)
+
+    @cached_property
+    def _recorded(self) -> Tensor:
+        return self._activate({})
+
+    def _activate(self, params: Mapping[str, Tensor]) -> Tensor:
+        sample = torch.arange(self.emg.shape[-2], dtype=self.emg.dtype, device=self.emg.device)
+        valued = give_values(self.model, {**self.known, **self._with_ties(params)}, self.emg)
+        return activate(valued, self.emg, sample[:, None, None] + self.points[:, None], self.dt)[1]
+
+
+def ratios(model: Model, names: Sequence[str]) -> dict[str, tuple[str, float]]:
+    """{name of an identified l0: (name of its v_max, v_max / l0 [1/s])}, the ratio that of the model's constants."""
+    pairs = ((f"l0_{m.name}", f"vmax_{m.name}") for m in model.muscles)
+    return {l0: (v, model.defaults[v] / model.defaults[l0]) for l0, v in pairs if l0 in names and v not in names}
+
+
+def _interpolation(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Weights (STENCIL, D) of the samples around a step for the value and the slope (by samples) at points within."""
+    nodes = np.arange(STENCIL) - (STENCIL // 2 - 1)
+    powers = np.arange(STENCIL)
+    to_nodes = np.linalg.inv(nodes[:, None].astype(float) ** powers)  # from values at the nodes to coefficients
+    value = points[:, None] ** powers
+    slope = np.where(powers > 0, powers * points[:, None] ** np.maximum(powers - 1, 0), 0.0)
+    return (value @ to_nodes).T, (slope @ to_nodes).T

@@ -1,0 +1,234 @@
+"""The readings that the paper leaves open, each alone: what its residual is, and what learns from it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from myowave.data.simulate import simulate_trials
+from myowave.data.trials import Trials
+from myowave.data.wavelets import decompose
+from myowave.learning.network import delayed
+from myowave.learning.paper.loss import DIFFERENCES, PaperLoss
+from myowave.learning.paper.residual import Pieces, Residual
+from myowave.learning.prediction import predict_free_running, to_tensors
+from myowave.learning.streaming.predictor import Predictor
+from myowave.learning.task import Task, begin_stage
+from myowave.learning.training import learning_rate, train_scale
+from myowave.settings import Recipe, SimulatedDataset
+
+CPU = torch.device("cpu")
+NAMES = ("f0_Bi", "l0_Bi", "f0_Tri", "l0_Tri")
+
+
+def simulated(model, solver: str) -> Trials:
+    dataset = SimulatedDataset(kind="simulated", trials=3, samples=300, emg_noise=0.2, test=("3",), solver=solver)
+    return simulate_trials("small", dataset, model, {})[0]
+
+
+@pytest.fixture(scope="module")
+def exact(model) -> Trials:
+    return simulated(model, "exact")
+
+
+@pytest.fixture(scope="module")
+def held(model) -> Trials:
+    return simulated(model, "held")
+
+
+def whole(trials: Trials) -> Pieces:
+    count, samples = trials.angle.shape
+    return Pieces(torch.arange(count), torch.zeros(count, dtype=torch.long), samples)
+
+
+def along(residual: Residual, trials: Trials, params, pieces: Pieces | None = None) -> torch.Tensor:
+    """Along the measured angle."""
+    pieces = pieces or whole(trials)
+    q = pieces.of(torch.from_numpy(trials.angle))[None]
+    bend = (q[..., 2:] - 2 * q[..., 1:-1] + q[..., :-2]) / trials.dt**2
+    return residual.along_sequence(params, pieces, q, bend)
+
+
+def least_squares(model, trials: Trials, **reading) -> np.ndarray:
+    """Error [%] of the parameters with the smallest residual along the measured angle."""
+    residual = Residual.of(model, trials, NAMES, CPU, **reading)
+    truth = torch.tensor([model.defaults[name] for name in NAMES], dtype=torch.float64)
+
+    def of(factors):
+        params = {name: (f * t).reshape(1, 1) for name, f, t in zip(NAMES, factors, truth, strict=True)}
+        return along(residual, trials, params).flatten()
+
+    factors = torch.ones(4, dtype=torch.float64)
+    for _ in range(6):
+        slope = torch.stack([(of(factors + 1e-6 * e) - of(factors)) / 1e-6 for e in torch.eye(4)], -1)
+        factors = factors - torch.linalg.lstsq(slope, of(factors)).solution
+    return 100 * (factors.numpy() - 1)
+
+
+def test_torque_at_the_samples_of_an_exact_motion_makes_forces_weaker_and_its_mean_over_the_kernel_does_not(
+    model, exact
+):
+    sampled, averaged = (least_squares(model, exact, averaged=a)[[0, 2]] for a in (False, True))
+    assert (sampled < -2.0).all() and (np.abs(averaged) < 0.1).all()
+
+
+def test_a_held_motion_leaves_nothing_of_the_equation_at_the_samples(model, held, exact):
+    params = {name: torch.tensor([[model.defaults[name]]], dtype=torch.float64) for name in NAMES}
+    left = {
+        (kind, averaged): along(Residual.of(model, trials, NAMES, CPU, averaged=averaged), trials, params).abs().max()
+        for kind, trials in (("held", held), ("exact", exact))
+        for averaged in (False, True)
+    }
+    assert left["held", False] < 1e-6
+    assert left["exact", True] < 0.5 * left["exact", False] and left["held", True] > 0.1
+
+
+def test_a_held_motion_is_near_the_exact_one(held, exact):
+    np.testing.assert_array_equal(held.emg, exact.emg)
+    gap = np.abs(held.angle - exact.angle).max()
+    assert 1e-5 < gap < 0.02
+
+
+@pytest.mark.parametrize("averaged", [False, True])
+def test_the_residual_of_a_piece_is_that_of_the_whole_trial_there(averaged, model, exact):
+    residual = Residual.of(model, exact, NAMES, CPU, averaged=averaged)
+    params, margin = {"f0_Bi": torch.tensor([[250.0], [350.0]])}, residual.margin
+    expected = along(residual, exact, params)
+    pieces = Pieces(torch.tensor([2, 0]), torch.tensor([40, 111]), 30)
+    found = along(residual, exact, params, pieces)
+    for i, (trial, start) in enumerate([(2, 40), (0, 111)]):
+        torch.testing.assert_close(found[:, i], expected[:, trial, start : start + 30 - 2 * margin])
+
+
+def test_parameters_of_the_drive_get_their_gradient_through_the_activation(model, exact):
+    residual = Residual.of(model, exact, ["delay_Bi"], CPU, averaged=True)
+    delay = torch.tensor([[0.07], [0.09]], dtype=torch.float64, requires_grad=True)
+    along(residual, exact, {"delay_Bi": delay}).square().mean().backward()
+    assert (delay.grad[0] < 0) and (delay.grad[1] > 0), "the true delay of 0.08 s lies between"
+
+
+def test_a_tied_vmax_goes_with_its_l0(model, exact):
+    params = {"l0_Bi": torch.tensor([[1.1 * model.defaults["l0_Bi"]]])}
+    tied = along(Residual.of(model, exact, ["l0_Bi"], CPU, tied=True), exact, params)
+    by_hand = params | {"vmax_Bi": torch.tensor([[1.1 * model.defaults["vmax_Bi"]]])}
+    free = Residual.of(model, exact, ["l0_Bi"], CPU)
+    torch.testing.assert_close(tied, along(free, exact, by_hand))
+    assert not torch.allclose(tied, along(free, exact, params))
+
+
+def changed(task: Task, **changes) -> Task:
+    recipe = Recipe.model_validate({**task.recipe.model_dump(), "history_noise": 0.0, **changes})
+    return replace(task, recipe=recipe)
+
+
+def losses_of(task: Task, level: int = 0):
+    """Losses at the start, and the gradients that the residual alone gives to weights and parameters."""
+    stage = begin_stage(task, level)
+    values = stage.values.clone().requires_grad_()
+    found = PaperLoss(stage).backward({name: values[:, i, None] for i, name in enumerate(stage.names)})
+    return found, sum(w.grad.abs().sum() for w in stage.network.weights.values()), values.grad
+
+
+def test_each_derivative_is_a_reading_of_its_own(teacher_forced):
+    found = {d: losses_of(changed(teacher_forced, derivative=d)) for d in ("sequence", "history", "measured", "time")}
+    residuals = torch.stack([losses.residual for losses, *_ in found.values()])
+    assert len({round(r, 6) for r in residuals[:, 0].tolist()}) == 4
+    for losses, *_ in found.values():
+        torch.testing.assert_close(losses.data, found["sequence"][0].data)
+
+
+def test_along_the_measured_motion_the_residual_teaches_parameters_only(teacher_forced):
+    measured = dict(derivative="measured", residual_angle="measured")
+    (_, light, by_light), (_, heavy, by_heavy) = (
+        losses_of(changed(teacher_forced, beta=beta, **measured)) for beta in (1e-3, 2e-3)
+    )
+    torch.testing.assert_close(heavy, light)
+    torch.testing.assert_close(by_heavy, 2 * by_light)
+    _, light, _ = losses_of(changed(teacher_forced, beta=1e-3))
+    _, heavy, _ = losses_of(changed(teacher_forced, beta=2e-3))
+    assert heavy > 1.01 * light
+
+
+def test_split_teaches_the_weights_along_predictions_and_the_parameters_along_measured_motion(teacher_forced):
+    found = {angle: losses_of(changed(teacher_forced, residual_angle=angle)) for angle in ("predicted", "split")}
+    measured = losses_of(changed(teacher_forced, residual_angle="measured", derivative="measured"))
+    torch.testing.assert_close(found["split"][1], found["predicted"][1])  # gradients of the weights
+    torch.testing.assert_close(found["split"][2], measured[2])  # and of the parameters
+    assert not torch.allclose(found["predicted"][2], measured[2])
+
+
+def test_the_derivative_after_a_measured_history_has_one_predicted_angle(teacher_forced):
+    """A network off by a constant has no error in second differences of its sequence, and its whole error after a
+    measured history."""
+    q, measured = torch.ones(1, 1, 5), torch.zeros(1, 1, 5)
+    for name, bend in (("sequence", 0.0), ("history", 1.0), ("measured", 0.0)):
+        after, now, before = DIFFERENCES[name](q, measured)
+        assert (after[..., 2:] - 2 * now[..., 1:-1] + before[..., :-2]).unique().tolist() == [bend]
+
+
+def test_the_residual_of_a_coarse_scale_takes_the_emg_it_is_told_to(teacher_forced, trials):
+    task = replace(teacher_forced, scales=decompose(trials, 1), total=2)
+    reading = dict(derivative="measured", residual_angle="measured")
+    projected, recorded = (losses_of(changed(task, residual_emg=e, **reading), 1)[0] for e in ("projected", "recorded"))
+    assert not torch.allclose(projected.residual, recorded.residual)
+    same = [losses_of(changed(task, residual_emg=e, **reading, epochs=4), 1)[0].data for e in ("projected", "recorded")]
+    torch.testing.assert_close(*same)
+
+
+def test_mini_batches_are_many_steps_that_never_see_what_validates(teacher_forced):
+    task = changed(teacher_forced, batches=4, validation_fraction=0.25)
+    stage = begin_stage(task, 0)
+    loss, seen = PaperLoss(stage), set()
+    for _ in range(60):
+        pieces, used = loss._pieces()
+        assert used.all()
+        seen |= {
+            (int(t), int(s) + i) for t, s in zip(pieces.trial, pieces.start, strict=True) for i in range(pieces.length)
+        }
+    assert max(sample for _, sample in seen) < 150
+    assert len(seen) > 0.98 * 2 * 150
+    one, many = (list(train_scale(changed(task, batches=b, epochs=5), 0))[-1] for b in (1, 4))
+    assert (many.losses.data < one.losses.data).all()
+
+
+def test_epochs_are_shared_or_each_scale_has_them_all(teacher_forced):
+    each, shared = (replace(changed(teacher_forced, epochs=90, epochs_are=e), total=3) for e in ("each", "shared"))
+    assert [each.epochs(level) for level in (2, 1, 0)] == [90, 90, 90]
+    assert [shared.epochs(level) for level in (2, 1, 0)] == [30, 30, 30]
+    each = changed(each, schedule="cosine")
+    assert learning_rate(each, 2, 90) > learning_rate(each, 1, 60) > learning_rate(each, 0, 60) > 0
+
+
+def test_adam_goes_on_with_its_moments_where_they_are_kept(teacher_forced, trials):
+    steps = {}
+    for optimiser in ("reset", "kept"):
+        task = replace(changed(teacher_forced, optimiser=optimiser, epochs=40), scales=decompose(trials, 1), total=2)
+        *_, coarse = train_scale(task, 1)
+        first = next(train_scale(task, 0, coarse.checkpoint))
+        values = torch.stack([*first.values.values()], -1)
+        steps[optimiser] = (values / coarse.checkpoint.values - 1).abs()
+        assert bool(coarse.checkpoint.optimiser) == (optimiser == "kept")
+    # The first step of a fresh Adam is its learning rate, whatever the gradient.
+    assert steps["reset"].min() > 5e-4
+    assert not torch.allclose(steps["kept"], steps["reset"], rtol=0.01)
+
+
+def test_a_delayed_input_is_the_excitation_of_eq_1(teacher_forced, trials):
+    emg = torch.arange(10.0, dtype=torch.float64)[:, None].repeat(1, 2)
+    torch.testing.assert_close(delayed(emg, [0.0, 2.5])[:, 1], (emg[:, 1] - 2.5).clamp(min=0.0))
+    torch.testing.assert_close(delayed(emg, [0.0, 2.5])[:, 0], emg[:, 0])
+    network = begin_stage(changed(teacher_forced, emg_input="delayed"), 0).network
+    assert network.architecture.delays == (0.08, 0.08)
+
+
+def test_a_stream_of_emg_is_delayed_as_a_trial_is(teacher_forced, trials, tmp_path):
+    task = changed(teacher_forced, emg_input="delayed", epochs=2)
+    *_, last = train_scale(task, 0)
+    last.checkpoint.save(tmp_path / "scale-0.pt")
+    checkpoint = type(last.checkpoint).load(tmp_path / "scale-0.pt")
+    emg, angle = to_tensors(trials.select(trials.test), CPU)
+    expected = predict_free_running(checkpoint.network, emg, angle, trials.dt)[:, 0, :40]
+    predictor = Predictor(checkpoint, angle[0, :2].tolist())
+    found = np.stack([predictor.step(sample) for sample in emg[0, :40].tolist()], -1)
+    np.testing.assert_allclose(found, expected.numpy(), atol=1e-9)

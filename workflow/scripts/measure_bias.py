@@ -1,0 +1,13 @@
+"""Find what the residual itself finds along perfect angles, without any network."""
+
+from myowave.data.store import read_trials
+from myowave.learning.paper.bias import tabulate_bias
+from myowave.learning.paper.tables import PARAMETERS
+from myowave.physics.build import build_model
+from myowave.settings import Physics
+from myowave.workflow.job import job_log
+
+with job_log("measure the bias of the residual", snakemake.log[0]):
+    model = build_model("base", Physics.model_validate(snakemake.params.physics))
+    table = tabulate_bias(model, map(read_trials, snakemake.input.trials), PARAMETERS)
+    table.to_csv(snakemake.output.bias, index=False)
