@@ -68,7 +68,9 @@ def paper_evaluations(datasets, recipe, file="evaluation.csv"):
 
 def of_cases(file="evaluation.csv"):
     """A file of every network of Sec. 4: as printed, and as it comes out best."""
-    return paper_evaluations(PAPER_CASES, "paper", file) + paper_evaluations(PAPER_CASES + PAPER_DRAWS, PAPER_BEST, file)
+    return paper_evaluations(PAPER_CASES, "paper", file) + paper_evaluations(
+        PAPER_CASES + PAPER_DRAWS, PAPER_BEST, file
+    )
 
 
 def paper_runs(file):
