@@ -151,8 +151,8 @@ def _fresh_starts(fit: Fit, scores: Mapping[str, Score], each: Each) -> dict[str
     Only those are given that begin not far above the fit without the effect, and none where that leaves no more than
     the noise.
     """
-    if fit.normal.rss < fit.record.samples * fit.record.noise**2:
-        return {}
+    if fit.record.filter is None and fit.rss < fit.record.samples * fit.record.noise**2:
+        return {}  # beside a random force its noise says nothing: it was found from what a poorer model leaves
     expected = [v if "." in p.name else p.start for p, v in zip(fit.free, fit.values, strict=True)]
 
     def begin(name: str) -> Fit | None:
