@@ -127,7 +127,7 @@ def predict(
             sys.stdin if emg == "-" else files.enter_context(open(emg, encoding="utf-8-sig", errors=_STRANGE))
         )
         source, say = "standard input" if emg == "-" else emg, None if start_deg else say_aside
-        answers = predict_lines(trained, predictor, lines, source, fixed, deg=deg, say=say)
+        answers = predict_lines(trained, predictor, lines, source, fixed, deg=deg, say=say, warn=say_aside)
         first = next(answers, None)  # so that a file from before stays where nothing can be predicted
         target = files.enter_context(output.open("w", encoding="utf-8")) if output else sys.stdout
         for line in itertools.chain([] if first is None else [first], answers):

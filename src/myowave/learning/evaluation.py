@@ -4,13 +4,17 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
+from myowave.learning.band import Band, band_about
 from myowave.learning.checkpoint import Checkpoint, digest_trials
+from myowave.learning.inputs import given_inputs
 from myowave.learning.prediction import predict_free_running, to_tensors
+from myowave.learning.seen import gather
 
 CONFOUNDED = 0.95  # correlation of two identified parameters above which a note names the pair
 
@@ -73,11 +77,35 @@ def evaluate(
             metric(measured[t, given : trials.lengths[t]], predicted[:, t, given : trials.lengths[t]]) for t in tests
         ]
         columns[name] = torch.stack(scores).mean(0).tolist()
+    columns |= _band_and_range(checkpoint, trials, predicted)
     columns |= {"val_r2": checkpoint.val_r2.tolist(), "epochs": checkpoint.epochs, "seconds": checkpoint.seconds}
     for i, name in enumerate(checkpoint.names):
         columns[name] = checkpoint.values[:, i].tolist()
         columns[f"{name}_error_pct"] = _error_pct(checkpoint.values[:, i], (truth or {}).get(name)).tolist()
     return pd.DataFrame(columns)
+
+
+def _band_and_range(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -> dict[str, float]:
+    """Share of the predicted test samples whose angle the band holds, and of those at which EMG, another input, or the
+    angle or speed of the prediction is not within the range of the training trials; means over test trials, of the mean
+    of all seeds."""
+    given, known = checkpoint.network.history, checkpoint.architecture.known
+    inputs, mean = given_inputs(trials, known), predicted.mean(0).numpy()
+    low, high = band_about(predicted.numpy(), _band_of(checkpoint), given)
+    held, outside = [], []
+    for t in trials.index(trials.test):
+        end = trials.lengths[t]
+        measured = trials.angle[t, given:end]
+        held.append(np.mean((low[t, given:end] <= measured) & (measured <= high[t, given:end])))
+        quantities = gather(inputs[t, :end], mean[t, :end], trials.dt)[given:]
+        outside.append(np.mean(checkpoint.seen.outside(quantities).any(-1)))
+    return {"band_coverage": float(np.mean(held)), "outside_training": float(np.mean(outside))}
+
+
+def _band_of(checkpoint: Checkpoint) -> Band:
+    if checkpoint.band is None:
+        raise ValueError(f"scale -{checkpoint.level} has no band; only scale-0.pt is scored.")
+    return checkpoint.band
 
 
 def _error_pct(values: Tensor, truth: float | None) -> Tensor:
@@ -86,7 +114,11 @@ def _error_pct(values: Tensor, truth: float | None) -> Tensor:
 
 
 def tabulate_predictions(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -> pd.DataFrame:
-    """Long table trial, seed, time_s, angle_rad, predicted_rad, role (train or test)."""
+    """Long table trial, seed, time_s, angle_rad, predicted_rad, low_rad, high_rad, role (train or test).
+
+    The band from low to high is one about the mean of all seeds.
+    """
+    low, high = band_about(predicted.numpy(), _band_of(checkpoint), checkpoint.network.history)
     frames = [
         pd.DataFrame(
             {
@@ -95,6 +127,8 @@ def tabulate_predictions(checkpoint: Checkpoint, trials: Trials, predicted: Tens
                 "time_s": trials.time[:length],
                 "angle_rad": trials.angle[t, :length],
                 "predicted_rad": predicted[s, t, :length].numpy(),
+                "low_rad": low[t, :length],
+                "high_rad": high[t, :length],
                 "role": "test" if name in trials.test else "train",
             }
         )

@@ -66,8 +66,11 @@ def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame
             wide = np.rad2deg(rows.pivot(index="time_s", columns="seed", values="predicted_rad"))
             measured = np.rad2deg(rows.groupby("time_s")["angle_rad"].first())
             axis.plot(measured.index, measured, color=MEASURED, label="measured", linewidth=2.0)
-            mean, spread = wide.mean(axis=1).to_numpy(), wide.std(axis=1, ddof=0).to_numpy()
-            shade(axis, wide.index.to_numpy(), mean, spread, color=MODEL, label="predicted, 1 SD", linestyle="--")
+            axis.plot(wide.index, wide.mean(axis=1), color=MODEL, label="predicted, mean of seeds", linestyle="--")
+            ends = np.rad2deg(rows.groupby("time_s")[["low_rad", "high_rad"]].first())
+            axis.fill_between(
+                ends.index, ends["low_rad"], ends["high_rad"], color=MODEL, alpha=0.22, linewidth=0, label="90 % band"
+            )
             axis.set_xlabel("time [s]" if row == len(trials) - 1 else "")
             axis.set_ylabel(f"trial {str(trial).removeprefix('trial')}\nangle [deg]" if column == 0 else "")
         r2 = summary.loc[summary["scales"] == scales, "test_r2"]
