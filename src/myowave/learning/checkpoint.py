@@ -47,6 +47,7 @@ class Checkpoint:
             parameters, and so the motion simulated for training, has seen them.
         band: about the mean of the seeds, see `band`; None but at scale [0].
         seen: what the training trials covered.
+        real_time: how raw EMG became that of the trials, as `RealTime.plain` gives it; empty where it came processed.
         optimiser: state of Adam, where the recipe keeps it for the next scale.
     """
 
@@ -74,6 +75,7 @@ class Checkpoint:
     val_r2: Tensor
     band: Band | None
     seen: Seen
+    real_time: Mapping[str, Any]
     optimiser: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -92,6 +94,7 @@ class Checkpoint:
             "scaling": asdict(self.scaling),
             "band": asdict(self.band) if self.band else None,
             "seen": asdict(self.seen),
+            "real_time": json.dumps(dict(self.real_time)),
             "weights": {name: value.cpu() for name, value in self.weights.items()},
         }
         with replacing(path) as temporary:
@@ -127,6 +130,7 @@ class Checkpoint:
             content["scaling"] = Scaling(**content["scaling"])
             content["band"] = Band(**content["band"]) if content["band"] else None
             content["seen"] = Seen(**content["seen"])
+            content["real_time"] = json.loads(content["real_time"])
             checkpoint = cls(**content)
             found = (checkpoint.network.seeds, checkpoint.architecture.channels)
             if found != (len(checkpoint.seeds), len(checkpoint.channels)):

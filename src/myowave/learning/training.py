@@ -189,6 +189,7 @@ def _checkpoint(stage: Stage, search: Search, best: _Best, epochs: int, seconds:
         val_r2=best.r2.cpu(),
         band=band,
         seen=Seen.of(stage.trials, stage.network.architecture.known),
+        real_time=stage.trials.provenance.get("real_time", {}),
     )
 
 

@@ -3,10 +3,12 @@
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+from myowave.data.processing.real_time import RealTime
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.inputs import NOTHING
 from myowave.learning.streaming.drift import Drift
 from myowave.learning.streaming.predictor import Predictor
+from myowave.learning.streaming.raw import read_raw_samples
 from myowave.learning.streaming.reading import Sample, read_samples
 
 
@@ -39,6 +41,7 @@ def predict_lines(
     deg: bool = False,
     say: Callable[[str], None] | None = None,
     warn: Callable[[str], None] | None = None,
+    raw: RealTime | None = None,
 ) -> Iterator[str]:
     """A line of prediction for each line of EMG, as soon as it is there.
 
@@ -50,6 +53,7 @@ def predict_lines(
         say: where nothing is said of the start: the first measured angles of the lines are taken, where they have any,
             and it is told which start was taken, and why.
         warn: told once for each quantity that leaves the range of the training trials.
+        raw: how the lines, which then hold raw EMG at its own rate, become EMG; see `raw.require_real_time`.
 
     Yields:
         CSV: time_s, angle_rad, spread_rad over the seeds (1 SD) where they are several, and low_rad and high_rad of the
@@ -62,7 +66,12 @@ def predict_lines(
     told = checkpoint.architecture.known
     columns = [name for name in told if name not in fixed]
     from_column, drift = False, Drift(checkpoint, warn)
-    for i, sample in enumerate(read_samples(lines, checkpoint.channels, checkpoint.dt, source, columns)):
+    samples = (
+        read_samples(lines, checkpoint.channels, checkpoint.dt, source, columns)
+        if raw is None
+        else read_raw_samples(lines, raw, checkpoint.dt, source, columns)
+    )
+    for i, sample in enumerate(samples):
         if i == 0 and say is not None:
             from_column = _told_start(checkpoint, sample, say)
         measured = _known_angle(sample) if from_column and i < predictor.history else None
