@@ -10,7 +10,8 @@ import torch
 from typer.testing import CliRunner
 
 from myowave.cli import app
-from myowave.learning.band import Band, band_about, calibrate
+from myowave.learning.band import Band, band_about
+from myowave.learning.calibration import calibrate
 from myowave.learning.evaluation import evaluate, predict_trials, tabulate_predictions
 from myowave.learning.figures import draw_predictions
 from myowave.learning.seen import Seen, gather
@@ -42,8 +43,8 @@ def test_the_band_is_wider_where_the_seeds_disagree_and_never_without_width():
 
 
 def test_errors_worth_few_samples_give_the_largest_seen():
-    error = np.array([0.1, 0.2, -0.5, 0.3])
-    band = calibrate([error], [np.zeros(4)])
+    error = np.linspace(0.1, 0.5, 40)  # so slow that 40 samples say little
+    band = calibrate([error], [np.zeros(40)])
     assert band.half_width(np.zeros(1)) == pytest.approx(0.5)
 
 
@@ -119,6 +120,18 @@ def test_the_predictions_carry_the_band_and_the_picture_draws_it(scored, scales)
     assert drawn.max() == pytest.approx(np.degrees(high[2].max())) and drawn.min() == pytest.approx(
         np.degrees(low[2].min())
     )
+
+
+def test_a_network_that_all_samples_trained_has_no_band_and_is_scored(rollout, scales):
+    recipe = rollout.recipe.model_copy(update={"validation_fraction": 0.0})
+    *_, last = train_scale(replace(rollout, recipe=recipe), level=0)
+    assert last.checkpoint.band is None
+    predicted = predict_trials(last.checkpoint, scales[0])
+    rows = evaluate(last.checkpoint, scales[0], predicted, recipe="mine")
+    assert rows["band_coverage"].isna().all() and rows["outside_training"].notna().all()
+    table = tabulate_predictions(last.checkpoint, scales[0], predicted)
+    assert table["low_rad"].isna().all()
+    draw_predictions({1: table}, rows)
 
 
 def test_the_range_is_left_beyond_a_margin_only():

@@ -26,6 +26,7 @@ COLUMNS = [
     "test_mse",
     "test_r2",
     "test_nmse",
+    "test_rmse_deg",
     "band_coverage",
     "outside_training",
     "val_r2",

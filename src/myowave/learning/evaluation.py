@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.learning.band import Band, band_about
+from myowave.learning.band import band_about
 from myowave.learning.checkpoint import Checkpoint, digest_trials
 from myowave.learning.inputs import given_inputs
 from myowave.learning.prediction import predict_free_running, to_tensors
@@ -77,10 +78,12 @@ def evaluate(
             metric(measured[t, given : trials.lengths[t]], predicted[:, t, given : trials.lengths[t]]) for t in tests
         ]
         columns[name] = torch.stack(scores).mean(0).tolist()
+    columns["test_rmse_deg"] = np.degrees(np.sqrt(columns["test_mse"])).tolist()
     columns |= _band_and_range(checkpoint, trials, predicted)
     columns |= {"val_r2": checkpoint.val_r2.tolist(), "epochs": checkpoint.epochs, "seconds": checkpoint.seconds}
     for i, name in enumerate(checkpoint.names):
         columns[name] = checkpoint.values[:, i].tolist()
+        columns[f"{name}_se"] = checkpoint.errors[:, i].tolist()
         columns[f"{name}_error_pct"] = _error_pct(checkpoint.values[:, i], (truth or {}).get(name)).tolist()
     return pd.DataFrame(columns)
 
@@ -88,10 +91,10 @@ def evaluate(
 def _band_and_range(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -> dict[str, float]:
     """Share of the predicted test samples whose angle the band holds, and of those at which EMG, another input, or the
     angle or speed of the prediction is not within the range of the training trials; means over test trials, of the mean
-    of all seeds."""
+    of all seeds. Without a band the first is not a number."""
     given, known = checkpoint.network.history, checkpoint.architecture.known
     inputs, mean = given_inputs(trials, known), predicted.mean(0).numpy()
-    low, high = band_about(predicted.numpy(), _band_of(checkpoint), given)
+    low, high = _ends(checkpoint, predicted)
     held, outside = [], []
     for t in trials.index(trials.test):
         end = trials.lengths[t]
@@ -99,13 +102,18 @@ def _band_and_range(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -
         held.append(np.mean((low[t, given:end] <= measured) & (measured <= high[t, given:end])))
         quantities = gather(inputs[t, :end], mean[t, :end], trials.dt)[given:]
         outside.append(np.mean(checkpoint.seen.outside(quantities).any(-1)))
-    return {"band_coverage": float(np.mean(held)), "outside_training": float(np.mean(outside))}
+    return {
+        "band_coverage": float(np.mean(held)) if checkpoint.band else math.nan,
+        "outside_training": float(np.mean(outside)),
+    }
 
 
-def _band_of(checkpoint: Checkpoint) -> Band:
+def _ends(checkpoint: Checkpoint, predicted: Tensor) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Lower and upper end of the band (T, N) [rad], no numbers where the network has none."""
     if checkpoint.band is None:
-        raise ValueError(f"scale -{checkpoint.level} has no band; only scale-0.pt is scored.")
-    return checkpoint.band
+        nowhere = np.full(predicted.shape[1:], np.nan)
+        return nowhere, nowhere
+    return band_about(predicted.numpy(), checkpoint.band, checkpoint.network.history)
 
 
 def _error_pct(values: Tensor, truth: float | None) -> Tensor:
@@ -118,7 +126,7 @@ def tabulate_predictions(checkpoint: Checkpoint, trials: Trials, predicted: Tens
 
     The band from low to high is one about the mean of all seeds.
     """
-    low, high = band_about(predicted.numpy(), _band_of(checkpoint), checkpoint.network.history)
+    low, high = _ends(checkpoint, predicted)
     frames = [
         pd.DataFrame(
             {

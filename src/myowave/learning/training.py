@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
-from myowave.learning.band import Band, calibrate
+from myowave.learning.band import Band
+from myowave.learning.calibration import calibrate
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.loss import Losses
 from myowave.learning.methods import METHODS, Search
@@ -193,8 +194,10 @@ def _checkpoint(stage: Stage, search: Search, best: _Best, epochs: int, seconds:
     )
 
 
-def _calibrate_band(network: Network, stage: Stage) -> Band:
-    """The band by the ends of the training trials that no weight was trained on."""
+def _calibrate_band(network: Network, stage: Stage) -> Band | None:
+    """The band by the ends of the training trials that no weight was trained on; None where there are none."""
+    if stage.task.recipe.validation_fraction == 0:
+        return None
     inputs, angle = to_tensors(stage.trials, network.device, network.architecture.known)
     predicted = predict_free_running(network, inputs, angle, stage.trials.dt)
     mean, spread = predicted.mean(0), predicted.std(0, correction=0)
