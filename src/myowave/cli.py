@@ -107,16 +107,26 @@ def predict(
         list[str] | None,
         typer.Option(help="NAME=VALUE that holds for the whole run and is no column, as load=2.5"),
     ] = None,
+    raw: Annotated[
+        bool,
+        typer.Option(
+            "--raw",
+            help="the EMG is raw, in uV, at the rate at which it was recorded; it is processed as that of the training "
+            "trials, for networks whose dataset has phase: causal",
+        ),
+    ] = False,
     output: Annotated[Path | None, typer.Option(dir_okay=False, help="file to write; else the terminal")] = None,
 ) -> None:
-    """Predict the angle from EMG, a line for each line, as soon as it is there."""
+    """Predict the angle from EMG, a line for each sample of the network, as soon as it is there."""
     from myowave.learning.checkpoint import Checkpoint
     from myowave.learning.streaming.command import predict_lines, start_angles
     from myowave.learning.streaming.known import read_known
     from myowave.learning.streaming.predictor import Predictor
+    from myowave.learning.streaming.raw import require_real_time
 
     trained = Checkpoint.load(checkpoint)
     angles = start_angles(trained, read_angles("--start-deg", start_deg))
+    real_time = require_real_time(trained, checkpoint) if raw else None
     fixed = read_known("--known", known or [], tuple(trained.architecture.known))
     predictor = Predictor(trained, angles, None if seed is None else [seed])
     refuse_to_overwrite(output, [checkpoint, Path("/dev/stdin" if emg == "-" else emg)])
@@ -127,7 +137,9 @@ def predict(
             sys.stdin if emg == "-" else files.enter_context(open(emg, encoding="utf-8-sig", errors=_STRANGE))
         )
         source, say = "standard input" if emg == "-" else emg, None if start_deg else say_aside
-        answers = predict_lines(trained, predictor, lines, source, fixed, deg=deg, say=say)
+        answers = predict_lines(
+            trained, predictor, lines, source, fixed, deg=deg, say=say, warn=say_aside, raw=real_time
+        )
         first = next(answers, None)  # so that a file from before stays where nothing can be predicted
         target = files.enter_context(output.open("w", encoding="utf-8")) if output else sys.stdout
         for line in itertools.chain([] if first is None else [first], answers):

@@ -74,6 +74,7 @@ def network():
             "test_mse": [1e-4, 3e-4],
             "test_r2": [0.99, 0.97],
             "f0_Bi": [310.0, 330.0],
+            "f0_Bi_se": [4.0, 5.0],
             "f0_Bi_error_pct": [10 / 3, 10.0],
         }
     )
@@ -182,7 +183,8 @@ def test_the_ladder_holds_the_network_beside_the_physics(story, tables):
     assert row["heldout_rmse_deg"] == pytest.approx(np.degrees(np.sqrt(2e-4)))
     assert (ladder["source"] == "physics").sum() == len(tables["ladder"])
     spread = story.parameters.query("parameter == 'f0_Bi' and source != 'physics'").iloc[0]
-    assert (spread["value"], spread["scatter"], spread["unit"]) == (320.0, 10.0, "N") and np.isnan(spread["se"])
+    assert (spread["value"], spread["scatter"], spread["unit"]) == (320.0, 10.0, "N")
+    assert spread["se"] == 4.5, "that of one estimate: all seeds see the same trials"
 
 
 def test_the_whole_catalogue_is_ranked_at_every_model(tables):

@@ -21,7 +21,7 @@ def evaluations(dataset: str, recipe: str, numbers_of_scales: int, gain: float) 
         values = {name: 0.5 + sway for name in tables.PARAMETERS}
         errors = {f"{name}_error_pct": 7.0 + sway for name in tables.PARAMETERS}
         scores = {"test_r2": r2, "test_nmse": (1 - r2) / 500, "test_mse": 0.1 * (1 - r2)}
-        run = {"dataset": dataset, "recipe": recipe, "scales": scales, "seed": range(5)}
+        run = {"dataset": dataset, "model": "base", "recipe": recipe, "scales": scales, "seed": range(5)}
         frames.append(pd.DataFrame({**run, **scores, **values, **errors}))
     return pd.concat(frames, ignore_index=True)
 

@@ -8,6 +8,7 @@ import torch
 from myowave.identification.free_parameters import free_parameters
 from myowave.learning.paper import tables
 from myowave.learning.paper.joint_identification import Form
+from myowave.learning.scales import judge_scales
 from myowave.settings import Identify
 
 SAMPLES = 500
@@ -20,6 +21,7 @@ def runs(gain: float, scatter: float, seeds: int = 5) -> pd.DataFrame:
         pd.DataFrame(
             {
                 "dataset": "case1",
+                "model": "base",
                 "recipe": "paper",
                 "scales": scales,
                 "seed": range(seeds),
@@ -45,13 +47,13 @@ def test_the_printed_errors_are_of_500_samples():
     [(0.2, 0.05, "helps"), (-0.2, 0.05, "harms"), (0.01, 0.3, "not more than the scatter of seeds")],
 )
 def test_scales_are_judged_by_the_scatter_of_seeds(gain, scatter, finding):
-    judged = tables.judge_scales(runs(gain, scatter))
+    judged = judge_scales(runs(gain, scatter))
     assert judged["finding"].item() == finding
     assert judged["gain_r2"].item() == pytest.approx(gain)
 
 
 def test_a_single_seed_decides_nothing():
-    assert "scatter" in tables.judge_scales(runs(0.2, 0.0, seeds=1))["finding"].item()
+    assert "scatter" in judge_scales(runs(0.2, 0.0, seeds=1))["finding"].item()
 
 
 def test_changes_are_against_one_scale():

@@ -98,7 +98,7 @@ def test_a_measured_angle_is_the_start_and_no_more_of_it_is_looked_at(checkpoint
     written = pd.read_csv(io.StringIO(result.stdout))
     np.testing.assert_allclose(written["angle_rad"], batch.mean(0), rtol=0, atol=1e-6)
     told = run("--checkpoint", path, "--emg", "-", "--start-deg", 30, text=table.assign(**{column: measured}).to_csv())
-    assert told.stderr == "" and "0.523598" in told.stdout.splitlines()[1], "what is said counts more"
+    assert "Start" not in told.stderr and "0.523598" in told.stdout.splitlines()[1], "what is said counts more"
 
 
 def test_an_angle_column_that_holds_no_angle_is_not_the_start_and_it_is_said_why(checkpoint, table):
@@ -116,8 +116,10 @@ def test_an_angle_column_that_holds_no_angle_is_not_the_start_and_it_is_said_why
 def test_degrees_are_those_of_the_radians(checkpoint, table):
     texts = [run("--checkpoint", checkpoint[1], "--emg", "-", *deg, text=table.to_csv()) for deg in ((), ("--deg",))]
     rad, deg = (pd.read_csv(io.StringIO(result.stdout)) for result in texts)
-    assert list(deg) == ["time_s", "angle_deg", "spread_deg"]
+    assert list(deg) == ["time_s", "angle_deg", "spread_deg", "low_deg", "high_deg"]
     np.testing.assert_allclose(np.deg2rad(deg["angle_deg"]), rad["angle_rad"], rtol=1e-7)
+    for end in ("low", "high"):
+        np.testing.assert_allclose(np.deg2rad(deg[f"{end}_deg"]), rad[f"{end}_rad"], rtol=1e-6)
     np.testing.assert_allclose(np.deg2rad(deg["spread_deg"]), rad["spread_rad"], rtol=1e-2, atol=1e-8)
 
 

@@ -53,6 +53,7 @@ def trained(tmp_path):
             "test_mse": random.random(SEEDS),
             "test_r2": random.random(SEEDS),
             "f0_Bi": 300 + random.random(SEEDS),
+            "f0_Bi_se": [0.5, 0.6, 0.7],
             "seconds": 12.0,
         }
     ).assign(f0_Bi_error_pct=np.nan).to_csv(folder / "evaluation.csv", index=False)
@@ -352,6 +353,10 @@ def test_the_first_page_is_the_prepared_view_of_the_only_experiment(trained, uri
     (group,) = json.loads(experiment.tags[f"mlflow.sharedViewState.{key}"])["groupBy"]["groupByKeys"]
     client, parent, children = stored(uri)
     assert {run.data.tags[group["groupByData"]] for run in children} == {"case1 base rollout"}, "a line for all scales"
+    view = json.loads(experiment.tags[f"mlflow.sharedViewState.{key}"])
+    assert view["searchFilter"] == f"tags.kind = '{parent.data.tags['kind']}'", "a point is a median over seeds"
+    (point,) = client.get_metric_history(parent.info.run_id, BY_SCALES)
+    assert (point.step, point.value) == (2, pytest.approx(parent.data.metrics["test_rmse_deg"]))
     (point,) = client.get_metric_history(children[0].info.run_id, BY_SCALES)
     assert (point.step, point.value) == (2, pytest.approx(children[0].data.metrics["test_rmse_deg"]))
 
@@ -363,6 +368,7 @@ def test_errors_are_in_degrees_and_parameters_have_their_standard_errors(trained
     for run, se in zip(children, (0.5, 0.6, 0.7), strict=True):
         assert run.data.metrics["test_rmse_deg"] == pytest.approx(np.rad2deg(run.data.metrics["test_mse"] ** 0.5))
         assert run.data.metrics["f0_Bi_se"] == pytest.approx(se)
+    assert parent.data.metrics["f0_Bi_se"] == pytest.approx(0.6)
     assert "nan" not in parent.data.tags["mlflow.note.content"] and "f0_Bi_error_pct" not in parent.data.metrics
 
 

@@ -21,7 +21,18 @@ TINY = {
 }
 CONFIG = ("--configfile", "config.yaml", "mine.yaml")
 KEYS = ["dataset", "model", "recipe", "scales", "seed"]
-COLUMNS = [*KEYS, "test_mse", "test_r2", "test_nmse", "val_r2", "epochs", "seconds"]
+COLUMNS = [
+    *KEYS,
+    "test_mse",
+    "test_r2",
+    "test_nmse",
+    "test_rmse_deg",
+    "band_coverage",
+    "outside_training",
+    "val_r2",
+    "epochs",
+    "seconds",
+]
 
 
 @pytest.fixture(scope="module")

@@ -49,6 +49,7 @@ BESIDE = {
     "starting": ("physics", "data"),
     "workflow": (),
     "plotting.py": (),
+    "scores.py": (),
     "tracking": ("data", "learning"),
     "cli.py": ("physics", "learning"),
     "__init__.py": (),

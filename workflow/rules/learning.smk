@@ -79,6 +79,25 @@ rule summarize_models:
         "../scripts/summarize_models.py"
 
 
+# Whether more scales help, of all that was trained: a reader is not shown the ones that gained alone.
+rule judge_scales:
+    input:
+        summary="results/summary.csv",
+    output:
+        scales=report(
+            "results/scales.csv",
+            caption="../report/scales.rst",
+            category="2 learning",
+            labels={"dataset": "all", "model": "all", "recipe": "all", "figure": "0 do more scales help"},
+        ),
+    log:
+        "results/logs/judge_scales.log",
+    params:
+        code=digest("judge_scales"),
+    script:
+        "../scripts/judge_scales.py"
+
+
 rule draw_models:
     input:
         evaluations=of_scales(f"results/learning/{NETWORK}/evaluation.csv"),

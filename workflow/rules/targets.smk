@@ -53,8 +53,8 @@ def figures_of_learning(wildcards):
 
 
 def summaries(wildcards):
-    """The table of all networks, where there are any."""
-    return ["results/summary.csv"] if SETTINGS.targets.datasets else []
+    """The table of all networks, and what more scales do for them, where there are any."""
+    return ["results/summary.csv", "results/scales.csv"] if SETTINGS.targets.datasets else []
 
 
 def verdicts(wildcards):

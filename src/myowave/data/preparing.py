@@ -20,7 +20,9 @@ from myowave.data.checks.ranges import EMG_LIMIT, STILL
 from myowave.data.checks.tables import beyond_tables, table_problems
 from myowave.data.checks.values import SHORTEST
 from myowave.data.processing.excitation import describe, envelope, lag_of
-from myowave.data.processing.grid import common_grid, sample_at
+from myowave.data.processing.filters import has_hum
+from myowave.data.processing.grid import common_grid, sample_as_it_comes, sample_at
+from myowave.data.processing.real_time import Known, RealTime
 from myowave.data.processing.sampled import Sampled
 from myowave.data.quality.motion import angle_beyond_tables
 from myowave.data.quality.report import find_faults, report
@@ -87,7 +89,8 @@ def prepare(dataset: str, settings: RecordedDataset, session: Session) -> Prepar
     """
     offset = settings.processing.emg_start_offset_s
     raw = {name: _on_one_clock(trial, offset) for name, trial in session.trials.items()}
-    envelopes = {name: _envelopes(trial.emg, settings) for name, trial in raw.items()}
+    before = _known_before(raw, settings) if settings.processing.phase == "causal" else {}
+    envelopes = {name: _envelopes(trial.emg, settings, before) for name, trial in raw.items()}
     grids = {
         name: common_grid(
             [*trial.emg.values(), trial.angle, *trial.signals.values()],
@@ -98,11 +101,13 @@ def prepare(dataset: str, settings: RecordedDataset, session: Session) -> Prepar
         for name, trial in raw.items()
     }
     _refuse(dataset, _grid_problems(grids, raw))
-    gains = _gains(settings, session, envelopes, grids)
+    gains = _gains(settings, session, envelopes, grids, before)
     _refuse(dataset, _gain_problems(gains))
-    recordings = {name: _recording(name, raw[name], envelopes[name], gains, grids[name]) for name in raw}
+    phase = settings.processing.phase
+    recordings = {name: _recording(name, raw[name], envelopes[name], gains, grids[name], phase) for name in raw}
     problems = [*rate_problems(recordings), *duplicate_problems(recordings), *_value_problems(settings, recordings)]
     _refuse(dataset, problems)
+    real_time = _real_time(settings, raw, before, gains)
     signals = {key: [sample_at(raw[name].signals[key], grids[name]) for name in raw] for key in settings.signals}
     trials = Trials.from_sequences(
         dataset=dataset,
@@ -116,7 +121,7 @@ def prepare(dataset: str, settings: RecordedDataset, session: Session) -> Prepar
         test=settings.test,
         conditions=_conditions(settings, signals),
         constants=settings.constants,
-        provenance=_provenance(settings, session, gains, envelopes),
+        provenance=_provenance(settings, session, gains, envelopes) | {"real_time": real_time.plain()},
     )
     return Prepared(trials, raw, envelopes, gains, grids)
 
@@ -134,9 +139,41 @@ def _on_one_clock(trial: RawTrial, offset: float) -> RawTrial:
     return replace(trial, emg=emg)
 
 
-def _envelopes(emg: Mapping[str, Sampled], settings: RecordedDataset) -> dict[str, Sampled]:
+def _known_before(raw: Mapping[str, RawTrial], settings: RecordedDataset) -> dict[str, tuple[float, bool]]:
+    """Offset of each channel of raw EMG, and if it hums, by the training trials; a causal filter may know no more."""
+    found, notch_hz = {}, settings.processing.notch_hz
+    for channel, wanted in settings.emg.items():
+        if wanted.form == "raw":
+            signals = [raw[name].emg[channel] for name in settings.trials if name not in settings.test]
+            hum = notch_hz is not None and any(has_hum(s.values, s.rate, notch_hz) for s in signals)
+            found[channel] = (float(np.median(np.concatenate([s.values for s in signals]))), hum)
+    return found
+
+
+def _real_time(
+    settings: RecordedDataset,
+    raw: Mapping[str, RawTrial],
+    before: Mapping[str, tuple[float, bool]],
+    gains: Mapping[str, float],
+) -> RealTime:
+    """What a running prediction needs to make the same of raw EMG."""
+    first = next(iter(raw.values())).emg
+    channels = {
+        channel: Known(
+            wanted.form, first[channel].rate, first[channel].unit, *before.get(channel, (0.0, False)), gains[channel]
+        )
+        for channel, wanted in settings.emg.items()
+    }
+    return RealTime(settings.processing, channels)
+
+
+def _envelopes(
+    emg: Mapping[str, Sampled], settings: RecordedDataset, before: Mapping[str, tuple[float, bool]]
+) -> dict[str, Sampled]:
     return {
-        channel: envelope(sampled, settings.processing) if settings.emg[channel].form == "raw" else sampled
+        channel: envelope(sampled, settings.processing, *before.get(channel, (None, None)))
+        if settings.emg[channel].form == "raw"
+        else sampled
         for channel, sampled in emg.items()
     }
 
@@ -146,10 +183,11 @@ def _gains(
     session: Session,
     envelopes: Mapping[str, Mapping[str, Sampled]],
     grids: Mapping[str, NDArray[np.float64]],
+    before: Mapping[str, tuple[float, bool]],
 ) -> dict[str, float]:
     """The envelope of each channel that counts as 1."""
     if settings.processing.normalise == "mvc":
-        contractions = [_envelopes(emg, settings) for emg in session.mvc.values()]
+        contractions = [_envelopes(emg, settings, before) for emg in session.mvc.values()]
         return {channel: max(float(e[channel].values.max()) for e in contractions) for channel in settings.emg}
     # ASSUME: in the training trials each muscle was once as active as it can be; where it was not, its EMG is too
     # large by one factor for the whole session, which a fit takes for a weaker muscle.
@@ -161,9 +199,15 @@ def _gains(
 
 
 def _recording(
-    name: str, raw: RawTrial, envelopes: Mapping[str, Sampled], gains: Mapping[str, float], grid: NDArray[np.float64]
+    name: str,
+    raw: RawTrial,
+    envelopes: Mapping[str, Sampled],
+    gains: Mapping[str, float],
+    grid: NDArray[np.float64],
+    phase: str,
 ) -> Recording:
-    emg = [np.maximum(sample_at(sampled, grid), 0.0) / gains[channel] for channel, sampled in envelopes.items()]
+    sample = sample_as_it_comes if phase == "causal" else sample_at
+    emg = [np.maximum(sample(sampled, grid), 0.0) / gains[channel] for channel, sampled in envelopes.items()]
     dt = float(grid[-1] - grid[0]) / (len(grid) - 1)
     return Recording(f"trial {name}", dt, tuple(envelopes), np.stack(emg, axis=1), sample_at(raw.angle, grid))
 

@@ -18,7 +18,9 @@ from torch import Tensor
 
 from myowave.data.store import replacing
 from myowave.data.trials import Trials
+from myowave.learning.band import Band
 from myowave.learning.network import Architecture, Network, Scaling
+from myowave.learning.seen import Seen
 
 FORMAT = 1
 
@@ -41,7 +43,12 @@ class Checkpoint:
         correlations: between the identified parameters, (S, P, P).
         physics_mse: how far motion simulated with the values misses the training trials [rad^2], (S,); infinite where
             it diverges, NaN where nobody simulated it.
-        val_mse, val_r2: on the validation windows, (S,).
+        val_mse, val_r2: on the validation windows, (S,); no weight was trained on them, but the identification of the
+            parameters, and so the motion simulated for training, has seen them.
+        band: about the mean of the seeds, see `band`; None but at scale [0], and where no
+            samples were kept for validation.
+        seen: what the training trials covered.
+        real_time: how raw EMG became that of the trials, as `RealTime.plain` gives it; empty where it came processed.
         optimiser: state of Adam, where the recipe keeps it for the next scale.
     """
 
@@ -67,6 +74,9 @@ class Checkpoint:
     physics_mse: Tensor
     val_mse: Tensor
     val_r2: Tensor
+    band: Band | None
+    seen: Seen
+    real_time: Mapping[str, Any]
     optimiser: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -83,6 +93,9 @@ class Checkpoint:
             "recipe": json.dumps(dict(self.recipe)),
             "architecture": asdict(self.architecture),
             "scaling": asdict(self.scaling),
+            "band": asdict(self.band) if self.band else None,
+            "seen": asdict(self.seen),
+            "real_time": json.dumps(dict(self.real_time)),
             "weights": {name: value.cpu() for name, value in self.weights.items()},
         }
         with replacing(path) as temporary:
@@ -116,6 +129,9 @@ class Checkpoint:
             architecture = content["architecture"]
             content["architecture"] = Architecture(**{**architecture, "delays": tuple(architecture["delays"])})
             content["scaling"] = Scaling(**content["scaling"])
+            content["band"] = Band(**content["band"]) if content["band"] else None
+            content["seen"] = Seen(**content["seen"])
+            content["real_time"] = json.loads(content["real_time"])
             checkpoint = cls(**content)
             found = (checkpoint.network.seeds, checkpoint.architecture.channels)
             if found != (len(checkpoint.seeds), len(checkpoint.channels)):

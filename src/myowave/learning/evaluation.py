@@ -4,13 +4,18 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from myowave.data.trials import Trials
+from myowave.learning.band import band_about
 from myowave.learning.checkpoint import Checkpoint, digest_trials
+from myowave.learning.inputs import given_inputs
 from myowave.learning.prediction import predict_free_running, to_tensors
+from myowave.learning.seen import gather
 
 CONFOUNDED = 0.95  # correlation of two identified parameters above which a note names the pair
 
@@ -73,11 +78,42 @@ def evaluate(
             metric(measured[t, given : trials.lengths[t]], predicted[:, t, given : trials.lengths[t]]) for t in tests
         ]
         columns[name] = torch.stack(scores).mean(0).tolist()
+    columns["test_rmse_deg"] = np.degrees(np.sqrt(columns["test_mse"])).tolist()
+    columns |= _band_and_range(checkpoint, trials, predicted)
     columns |= {"val_r2": checkpoint.val_r2.tolist(), "epochs": checkpoint.epochs, "seconds": checkpoint.seconds}
     for i, name in enumerate(checkpoint.names):
         columns[name] = checkpoint.values[:, i].tolist()
+        columns[f"{name}_se"] = checkpoint.errors[:, i].tolist()
         columns[f"{name}_error_pct"] = _error_pct(checkpoint.values[:, i], (truth or {}).get(name)).tolist()
     return pd.DataFrame(columns)
+
+
+def _band_and_range(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -> dict[str, float]:
+    """Share of the predicted test samples whose angle the band holds, and of those at which EMG, another input, or the
+    angle or speed of the prediction is not within the range of the training trials; means over test trials, of the mean
+    of all seeds. Without a band the first is not a number."""
+    given, known = checkpoint.network.history, checkpoint.architecture.known
+    inputs, mean = given_inputs(trials, known), predicted.mean(0).numpy()
+    low, high = _ends(checkpoint, predicted)
+    held, outside = [], []
+    for t in trials.index(trials.test):
+        end = trials.lengths[t]
+        measured = trials.angle[t, given:end]
+        held.append(np.mean((low[t, given:end] <= measured) & (measured <= high[t, given:end])))
+        quantities = gather(inputs[t, :end], mean[t, :end], trials.dt)[given:]
+        outside.append(np.mean(checkpoint.seen.outside(quantities).any(-1)))
+    return {
+        "band_coverage": float(np.mean(held)) if checkpoint.band else math.nan,
+        "outside_training": float(np.mean(outside)),
+    }
+
+
+def _ends(checkpoint: Checkpoint, predicted: Tensor) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Lower and upper end of the band (T, N) [rad], no numbers where the network has none."""
+    if checkpoint.band is None:
+        nowhere = np.full(predicted.shape[1:], np.nan)
+        return nowhere, nowhere
+    return band_about(predicted.numpy(), checkpoint.band, checkpoint.network.history)
 
 
 def _error_pct(values: Tensor, truth: float | None) -> Tensor:
@@ -86,7 +122,11 @@ def _error_pct(values: Tensor, truth: float | None) -> Tensor:
 
 
 def tabulate_predictions(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -> pd.DataFrame:
-    """Long table trial, seed, time_s, angle_rad, predicted_rad, role (train or test)."""
+    """Long table trial, seed, time_s, angle_rad, predicted_rad, low_rad, high_rad, role (train or test).
+
+    The band from low to high is one about the mean of all seeds.
+    """
+    low, high = _ends(checkpoint, predicted)
     frames = [
         pd.DataFrame(
             {
@@ -95,6 +135,8 @@ def tabulate_predictions(checkpoint: Checkpoint, trials: Trials, predicted: Tens
                 "time_s": trials.time[:length],
                 "angle_rad": trials.angle[t, :length],
                 "predicted_rad": predicted[s, t, :length].numpy(),
+                "low_rad": low[t, :length],
+                "high_rad": high[t, :length],
                 "role": "test" if name in trials.test else "train",
             }
         )

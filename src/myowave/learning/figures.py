@@ -10,6 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from myowave.physics.constants import constant_unit
 from myowave.plotting import CYCLE, GREY, MEASURED, MODEL, canvas, shade, title
+from myowave.scores import median_over_seeds
 
 
 def draw_metrics(summary: pd.DataFrame, histories: dict[int, pd.DataFrame]) -> Figure:
@@ -31,13 +32,14 @@ def draw_metrics(summary: pd.DataFrame, histories: dict[int, pd.DataFrame]) -> F
     loss.legend()
     groups = summary.groupby("scales")
     for axis, column, label in ((mse, "test_mse", "test MSE [rad$^2$]"), (r2, "test_r2", "test R$^2$ [-]")):
-        mean, spread = groups[column].mean(), groups[column].std(ddof=0)
-        shade(axis, mean.index.to_numpy(), mean.to_numpy(), spread.to_numpy(), color=CYCLE[0], marker="o")
+        median = groups[column].median()
+        axis.plot(median.index, median, color=CYCLE[0], marker="o")
         axis.plot(summary["scales"], summary[column], ".", color=GREY, markersize=5, zorder=3)
-        axis.set(xlabel="number of scales", ylabel=label, title=f"{label.split(' [')[0]}: mean, 1 SD, each seed")
+        axis.set(xlabel="number of scales", ylabel=label, title=f"{label.split(' [')[0]}: median and each seed")
         axis.xaxis.set_major_locator(MaxNLocator(integer=True))
-    mean = groups["test_r2"].mean()
-    title(figure, f"{_what(summary)}: test R$^2$ is {_range(mean)} with {_words(mean.index)} scales")
+    median = pd.Series({scales: median_over_seeds(rows)["test_r2"] for scales, rows in groups})
+    scores = f"{_range(median)} (median of seeds) with {_words(median.index)} scales"
+    title(figure, f"{_what(summary)}: test R$^2$ is {scores}")
     return figure
 
 
@@ -66,19 +68,22 @@ def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame
             wide = np.rad2deg(rows.pivot(index="time_s", columns="seed", values="predicted_rad"))
             measured = np.rad2deg(rows.groupby("time_s")["angle_rad"].first())
             axis.plot(measured.index, measured, color=MEASURED, label="measured", linewidth=2.0)
-            mean, spread = wide.mean(axis=1).to_numpy(), wide.std(axis=1, ddof=0).to_numpy()
-            shade(axis, wide.index.to_numpy(), mean, spread, color=MODEL, label="predicted, 1 SD", linestyle="--")
+            axis.plot(wide.index, wide.mean(axis=1), color=MODEL, label="predicted, mean of seeds", linestyle="--")
+            ends = np.rad2deg(rows.groupby("time_s")[["low_rad", "high_rad"]].first())
+            axis.fill_between(
+                ends.index, ends["low_rad"], ends["high_rad"], color=MODEL, alpha=0.22, linewidth=0, label="90 % band"
+            )
             axis.set_xlabel("time [s]" if row == len(trials) - 1 else "")
             axis.set_ylabel(f"trial {str(trial).removeprefix('trial')}\nangle [deg]" if column == 0 else "")
-        r2 = summary.loc[summary["scales"] == scales, "test_r2"]
-        axes[0, column].set_title(f"{scales}-scale, R$^2$ {r2.mean():.4f}")
+        shown = median_over_seeds(summary[summary["scales"] == scales])
+        held = shown["band_coverage"]
+        axes[0, column].set_title(
+            f"{scales}-scale: R$^2$ {shown['test_r2']:.4f}, {shown['test_rmse_deg']:.3g} deg\n"
+            + ("no band" if np.isnan(held) else f"the band holds {held:.0%}")
+        )
     handles, names = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=2)
-    worst = summary.loc[summary["test_r2"].idxmin()]
-    title(
-        figure,
-        f"{_what(summary)}: free-running prediction of the unseen trial, R$^2$ at least {worst['test_r2']:.4f}",
-    )
+    title(figure, f"{_what(summary)}: free-running prediction of the unseen trial, scores are medians over seeds")
     return figure
 
 

@@ -12,11 +12,14 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
+from myowave.learning.band import Band
+from myowave.learning.calibration import calibrate
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.loss import Losses
 from myowave.learning.methods import METHODS, Search
 from myowave.learning.network import Network
-from myowave.learning.prediction import run_free
+from myowave.learning.prediction import predict_free_running, run_free, to_tensors
+from myowave.learning.seen import Seen
 from myowave.learning.task import Stage, Task, begin_stage
 from myowave.learning.windows import Validation
 
@@ -163,8 +166,9 @@ class _Best:
 def _checkpoint(stage: Stage, search: Search, best: _Best, epochs: int, seconds: float) -> Checkpoint:
     before, values = stage.before, search.values
     errors, correlations = torch.full_like(values, math.nan), torch.full((*values.shape, values.shape[1]), math.nan)
-    physics_mse = values.new_full(values.shape[:1], math.nan)
+    physics_mse, band = values.new_full(values.shape[:1], math.nan), None
     if stage.level == 0:
+        band = _calibrate_band(replace(stage.network, weights=best.weights), stage)
         errors, correlations = search.uncertainty()
         physics_mse = search.mse
     return Checkpoint(
@@ -184,4 +188,19 @@ def _checkpoint(stage: Stage, search: Search, best: _Best, epochs: int, seconds:
         physics_mse=physics_mse,
         val_mse=best.mse.cpu(),
         val_r2=best.r2.cpu(),
+        band=band,
+        seen=Seen.of(stage.trials, stage.network.architecture.known),
+        real_time=stage.trials.provenance.get("real_time", {}),
     )
+
+
+def _calibrate_band(network: Network, stage: Stage) -> Band | None:
+    """The band by the ends of the training trials that no weight was trained on; None where there are none."""
+    if stage.task.recipe.validation_fraction == 0:
+        return None
+    inputs, angle = to_tensors(stage.trials, network.device, network.architecture.known)
+    predicted = predict_free_running(network, inputs, angle, stage.trials.dt)
+    mean, spread = predicted.mean(0), predicted.std(0, correction=0)
+    ends = [slice(begin, end) for begin, end in zip(stage.corpus.usable.tolist(), stage.trials.lengths, strict=True)]
+    errors = [(angle[t, end] - mean[t, end]).cpu().numpy() for t, end in enumerate(ends)]
+    return calibrate(errors, [spread[t, end].cpu().numpy() for t, end in enumerate(ends)])

@@ -110,7 +110,8 @@ class Recipe(Section):
         le=10,
     )
     validation_fraction: Real = setting(
-        "share of the training trials kept for early stopping; 0: they all train, to the last epoch",
+        "share of the training trials kept for early stopping and the band, which only the identification sees; 0: "
+        "they all train, to the last epoch, and predictions have no band",
         "-",
         0.1,
         ge=0,

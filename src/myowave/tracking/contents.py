@@ -16,13 +16,14 @@ from typing import Any
 import pandas as pd
 
 from myowave.learning.tables import join_histories
+from myowave.scores import median_over_seeds
 
 LEARNING = "Learning: how well is motion predicted?"
 SWEEPS = "Sweeps: which settings are best?"
 DIAGNOSIS = "Diagnosis: what does the model miss?"
 EXPERIMENTS = {
     LEARNING: "A run for each dataset, physical model, recipe and number of scales, with the medians over its seeds; "
-    "below it a run for each seed. Charts and table are means over seeds.",
+    "below it a run for each seed. Charts and table show the medians. Identification has seen the samples of val_r2.",
     DIAGNOSIS: "A run for each dataset with its verdict, page and figures; below it a run for each fitted model.",
     SWEEPS: "A run is a search for better settings of a recipe; below it are the settings tried.",
 }
@@ -108,8 +109,9 @@ def from_model(model: TrainedModel) -> RunGroup:
     line = "{dataset} {model} {recipe}".format(**where)
     tags = {k: str(v) for k, v in where.items()} | {"group": name, "line": line}
     metrics = table.drop(columns=[*COORDINATES, "seed"]).select_dtypes("number")
-    metrics.insert(0, "test_rmse_deg", metrics["test_mse"].pow(0.5).map(math.degrees))
-    errors = _standard_errors(model.folder, table["seed"])
+    if "test_rmse_deg" not in metrics:  # written by an earlier version
+        metrics.insert(0, "test_rmse_deg", metrics["test_mse"].pow(0.5).map(math.degrees))
+    medians = median_over_seeds(metrics)
     described = f"{where['model']} on {where['dataset']}, recipe {where['recipe']}, {where['scales']} scale(s)"
     made_by = f"Made by `snakemake --cores 2 {model.folder}/evaluation.csv`."
     finished, duration_s = (model.folder / "evaluation.csv").stat().st_mtime, float(table["seconds"].iloc[0])
@@ -117,8 +119,10 @@ def from_model(model: TrainedModel) -> RunGroup:
         name=name,
         job_key=job_key,
         params=params,
-        metrics=metrics.median().to_dict() | metrics.std().add_suffix("_std").to_dict(),
-        curves=curves.drop(columns="seed").groupby(level="epoch").median(),
+        metrics=medians.to_dict() | metrics.std().add_suffix("_std").to_dict(),
+        curves=_with_point(
+            curves.drop(columns="seed").groupby(level="epoch").median(), where["scales"], medians["test_rmse_deg"]
+        ),
         description=f"{described}: medians over {len(table)} seeds, which are the runs below.\n\n"
         f"{made_by}\n\n{_markdown(metrics.agg(['median', 'std']).T)}",
         tags=tags | {"kind": "median over seeds"},
@@ -131,7 +135,7 @@ def from_model(model: TrainedModel) -> RunGroup:
             name=f"{name} seed {seed}",
             job_key=f"{job_key}/seed-{seed}",
             params=params | {"seed": seed},
-            metrics=metrics.loc[row].to_dict() | errors.get(seed, {}),
+            metrics=metrics.loc[row].to_dict(),
             curves=_with_point(
                 curves[curves["seed"] == seed].drop(columns="seed"), where["scales"], metrics.loc[row, "test_rmse_deg"]
             ),
@@ -267,18 +271,6 @@ def _estimates(parameters: Mapping[str, Mapping[str, float | None]]) -> dict[str
         f"parameter/{name}{suffix}": entry[key]
         for name, entry in parameters.items()
         for key, suffix in (("value", ""), ("se", "_se"), ("error_pct", "_error_pct"))
-    }
-
-
-def _standard_errors(folder: Path, seeds: Iterable[int]) -> dict[int, dict[str, float]]:
-    """Standard error of each parameter of each seed, as metrics; nothing where the table is not there."""
-    path = folder / "parameters.csv"
-    if not path.exists():
-        return {}
-    table = pd.read_csv(path)
-    return {
-        seed: {f"{row.parameter}_se": row.standard_error for row in table[table["seed"] == seed].itertuples()}
-        for seed in seeds
     }
 
 

@@ -18,18 +18,20 @@ from myowave.data.processing.sampled import Sampled
 from myowave.settings import Processing
 
 
-def envelope(raw: Sampled, settings: Processing) -> Sampled:
+def envelope(raw: Sampled, settings: Processing, offset: float | None = None, hum: bool | None = None) -> Sampled:
     """Envelope of raw EMG, never below 0.
 
     Args:
         raw: surface EMG as the electrodes saw it; any unit.
         settings: the corners, and whether the filters may look ahead.
+        offset: of the amplifier, in the same unit; None takes the median of the whole.
+        hum: whether there is mains hum; None looks for it in the whole.
     """
-    values = raw.values - np.median(raw.values)
+    values = raw.values - (np.median(raw.values) if offset is None else offset)
     if settings.band_pass_hz is not None:
         values = band_pass(values, raw.rate, settings.band_pass_hz, settings.phase)
     if settings.notch_hz is not None:
-        values = notch(values, raw.rate, settings.notch_hz, settings.phase)
+        values = notch(values, raw.rate, settings.notch_hz, settings.phase, hum)
     smooth = low_pass(np.abs(values), raw.rate, settings.low_pass_hz, settings.phase)
     return raw.with_values(np.maximum(smooth, 0.0))  # a filter of second order undershoots a little
 

@@ -33,12 +33,17 @@ def band_pass(values: NDArray[np.float64], rate: float, band: tuple[float, float
         band: the two frequencies [Hz] at which 1/sqrt(2) of the amplitude is left.
         phase: zero, or causal.
     """
+    return _apply(band_sections(rate, band, phase), values, phase)
+
+
+def band_sections(rate: float, band: tuple[float, float], phase: Phase) -> NDArray[np.float64]:
+    """Second-order sections (n, 6) of `band_pass`."""
     low, high = (math.tan(math.pi * f / rate) for f in upper_limited(band, rate))
     width = (high - low) / _narrowing(BAND_ORDER, phase)
     centre = low * high
     low = math.hypot(width / 2, math.sqrt(centre)) - width / 2  # the band is widened about its own centre
     corners = [math.atan(x) / math.pi * rate for x in (low, low + width)]
-    return _apply(sp.butter(BAND_ORDER, corners, "bandpass", fs=rate, output="sos"), values, phase)
+    return sp.butter(BAND_ORDER, corners, "bandpass", fs=rate, output="sos")
 
 
 def upper_limited(band: tuple[float, float], rate: float) -> tuple[float, float]:
@@ -53,12 +58,17 @@ def low_pass(
 
     A causal filter starts as if the mean of its first lag had gone on forever before.
     """
-    moved = math.atan(math.tan(math.pi * corner / rate) / _narrowing(order, phase)) / math.pi * rate
-    sections = sp.butter(order, moved, fs=rate, output="sos")
+    sections = low_sections(rate, corner, phase, order)
     if phase == "zero":
         return sp.sosfiltfilt(sections, values, padtype="even")
     first = values[: max(1, round(lag_s(corner, order) * rate))].mean()
-    return sp.sosfilt(sections, values, zi=sp.sosfilt_zi(sections) * first)[0]
+    return _forwards(sections, values, first)
+
+
+def low_sections(rate: float, corner: float, phase: Phase, order: int = ENVELOPE_ORDER) -> NDArray[np.float64]:
+    """Second-order sections (n, 6) of `low_pass`."""
+    moved = math.atan(math.tan(math.pi * corner / rate) / _narrowing(order, phase)) / math.pi * rate
+    return sp.butter(order, moved, fs=rate, output="sos")
 
 
 def lag_s(corner: float, order: int = ENVELOPE_ORDER) -> float:
@@ -70,16 +80,35 @@ def lag_s(corner: float, order: int = ENVELOPE_ORDER) -> float:
     return sum(poles) / (2 * math.pi * corner)
 
 
-def notch(values: NDArray[np.float64], rate: float, frequency: float, phase: Phase) -> NDArray[np.float64]:
-    """The signal without mains hum at `frequency` [Hz]; where there is no line to take out, as it is."""
-    if frequency >= rate / 2 or line_height(values, rate, frequency) < LINE_HEIGHT:
-        return values
-    sections = sp.tf2sos(*sp.iirnotch(frequency, NOTCH_QUALITY, fs=rate))
-    return _apply(sections, values, phase)
+def notch(
+    values: NDArray[np.float64], rate: float, frequency: float, phase: Phase, hum: bool | None = None
+) -> NDArray[np.float64]:
+    """The signal without mains hum at `frequency` [Hz]; where there is no line to take out, as it is.
+
+    Args:
+        hum: whether there is a line; None looks for one in the whole signal.
+    """
+    there = has_hum(values, rate, frequency) if hum is None else hum
+    return _apply(notch_sections(rate, frequency), values, phase) if there else values
+
+
+def has_hum(values: NDArray[np.float64], rate: float, frequency: float) -> bool:
+    """Whether mains hum at `frequency` [Hz] stands out."""
+    return frequency < rate / 2 and line_height(values, rate, frequency) >= LINE_HEIGHT
+
+
+def notch_sections(rate: float, frequency: float) -> NDArray[np.float64]:
+    """Second-order sections (n, 6) of `notch`."""
+    return sp.tf2sos(*sp.iirnotch(frequency, NOTCH_QUALITY, fs=rate))
 
 
 def _apply(sections: NDArray[np.float64], values: NDArray[np.float64], phase: Phase) -> NDArray[np.float64]:
-    return sp.sosfiltfilt(sections, values) if phase == "zero" else sp.sosfilt(sections, values)
+    return sp.sosfiltfilt(sections, values) if phase == "zero" else _forwards(sections, values, values[0])
+
+
+def _forwards(sections: NDArray[np.float64], values: NDArray[np.float64], before: float) -> NDArray[np.float64]:
+    """Filtered in real time, as if the value `before` had gone on forever until the start."""
+    return sp.sosfilt(sections, values, zi=sp.sosfilt_zi(sections) * before)[0]
 
 
 def _narrowing(order: int, phase: Phase) -> float:

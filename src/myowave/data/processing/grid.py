@@ -38,6 +38,12 @@ def common_grid(
     return clock.start + np.arange(first, last + 1) / rate
 
 
+def sample_as_it_comes(signal: Sampled, time: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A signal at other times [s], (N,), on straight lines between its samples, so that only the next one is needed."""
+    # ASSUME: the low-pass of the envelope is all that a coarser grid needs; a filter without lag would look ahead.
+    return np.interp(time, signal.time, signal.values)
+
+
 def sample_at(signal: Sampled, time: NDArray[np.float64]) -> NDArray[np.float64]:
     """A signal at other times [s], by cubic splines; before a coarser grid it is low-passed without lag.
 

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from myowave.scores import median_over_seeds
+
 COLUMNS = [
     "source",
     "model",
@@ -44,9 +46,9 @@ def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.
             "model": table["model"].iloc[0],
             "effects": table["model"].iloc[0].count("+"),
             "named": False,
-            "heldout_rmse_deg": float(np.degrees(np.sqrt(table["test_mse"].fillna(np.inf).median()))),
+            "heldout_rmse_deg": float(np.degrees(np.sqrt(median_over_seeds(table)["test_mse"]))),
             "noise_deg": rungs["noise_deg"].iloc[0],
-            "heldout_r2": table["test_r2"].fillna(-np.inf).median(),
+            "heldout_r2": median_over_seeds(table)["test_r2"],
             "seeds": len(table),
             "failed_seeds": _seeds(table["seed"][~(table["test_r2"] > FAILED_R2)]),
         }
@@ -79,7 +81,8 @@ def join_parameters(
 
     Args:
         verdict: verdict.json, its errors filled in where they are known.
-        evaluations: as in `join_ladder`; values are medians over the seeds, with their `scatter` (1 SD).
+        evaluations: as in `join_ladder`; values and standard errors are medians over the seeds, `scatter` is that of
+            the values (1 SD).
         units: by parameter.
     """
     rows = [
@@ -96,9 +99,11 @@ def join_parameters(
             error = table[f"{name}_error_pct"].median()
             spread = table[name].std(ddof=0)
             value, true = table[name].median(), known.get(name)
-            rows.append(
-                (source_of(table), table["model"].iloc[0], name, value, np.nan, spread, true, error, False, False)
-            )
+            model = table["model"].iloc[0]
+            # All seeds see the same trials: more of them make no estimate surer.
+            se = table[f"{name}_se"].median() if f"{name}_se" in table else np.nan
+            if_right = model in verdict["models_that_leave_more"]
+            rows.append((source_of(table), model, name, value, se, spread, true, error, False, if_right))
     joined = pd.DataFrame(rows, columns=PARAMETER_COLUMNS)
     joined.insert(3, "unit", joined["parameter"].map(units))
     joined[["true", "error_pct"]] = joined[["true", "error_pct"]].astype(float)

@@ -9,7 +9,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from myowave.learning.paper.tables import PARAMETERS, PRINTED_TEST, judge_scales, printed_errors
+from myowave.learning.paper.tables import PARAMETERS, PRINTED_TEST, printed_errors
+from myowave.learning.scales import judge_scales
 from myowave.plotting import CYCLE, GREY, MEASURED, canvas, shade, title
 
 

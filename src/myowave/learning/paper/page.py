@@ -9,8 +9,8 @@ from myowave.learning.paper.tables import (
     PARAMETERS,
     PRINTED_ERROR_PCT,
     PRINTED_TEST,
-    judge_scales,
 )
+from myowave.learning.scales import judge_scales
 
 EXPLANATION = """\
 Teacher forcing teaches one step ahead; a free run, the test mode of Fig. 4b, feeds every error back, hence the

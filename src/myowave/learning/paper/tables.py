@@ -45,7 +45,6 @@ CHOICES = (  # settings of a recipe that decide what comes out
 )
 TWICE = 2.0  # a mean error up to so many times the printed one counts as reproduced
 AT_LIMIT = 0.02  # share of a limit within which a value counts as at it
-CLEAR = 2.0  # standard errors from 0 from which a difference is more than the scatter of seeds
 
 
 def parameter_errors(summary: pd.DataFrame) -> pd.DataFrame:
@@ -208,30 +207,3 @@ def histories_by_dataset(paths: Iterable[str]) -> dict[str, dict[int, pd.DataFra
     for path in paths:
         by_dataset.setdefault(Path(path).parts[-5], []).append(path)
     return {dataset: read_histories(of_dataset) for dataset, of_dataset in by_dataset.items()}
-
-
-def judge_scales(summary: pd.DataFrame) -> pd.DataFrame:
-    """Whether more scales help: test R2 of the most scales less that of 1-scale training, seed by seed.
-
-    Returns:
-        One row per dataset and recipe: mean difference, its standard error over seeds, seeds that gain, and finding.
-    """
-    rows = []
-    for (dataset, recipe), group in summary.groupby(["dataset", "recipe"]):
-        wide = group.pivot(index="seed", columns="scales", values="test_r2")
-        most = wide.columns.max()
-        gain = (wide[most] - wide[wide.columns.min()]).to_numpy()
-        error = gain.std(ddof=1) / np.sqrt(len(gain)) if len(gain) > 1 else np.nan
-        clear = abs(gain.mean()) > CLEAR * error
-        rows.append(
-            {
-                "dataset": dataset,
-                "recipe": recipe,
-                "scales": f"{most} against {wide.columns.min()}",
-                "gain_r2": gain.mean(),
-                "standard_error": error,
-                "seeds_that_gain": f"{(gain > 0).sum()} of {len(gain)}",
-                "finding": ("helps" if gain.mean() > 0 else "harms") if clear else "not more than the scatter of seeds",
-            }
-        )
-    return pd.DataFrame(rows)

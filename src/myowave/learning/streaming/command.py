@@ -3,9 +3,12 @@
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+from myowave.data.processing.real_time import RealTime
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.inputs import NOTHING
+from myowave.learning.streaming.drift import Drift
 from myowave.learning.streaming.predictor import Predictor
+from myowave.learning.streaming.raw import read_raw_samples
 from myowave.learning.streaming.reading import Sample, read_samples
 
 
@@ -37,6 +40,8 @@ def predict_lines(
     *,
     deg: bool = False,
     say: Callable[[str], None] | None = None,
+    warn: Callable[[str], None] | None = None,
+    raw: RealTime | None = None,
 ) -> Iterator[str]:
     """A line of prediction for each line of EMG, as soon as it is there.
 
@@ -47,9 +52,12 @@ def predict_lines(
         deg: angles in degrees.
         say: where nothing is said of the start: the first measured angles of the lines are taken, where they have any,
             and it is told which start was taken, and why.
+        warn: told once for each quantity that leaves the range of the training trials.
+        raw: how the lines, which then hold raw EMG at its own rate, become EMG; see `raw.require_real_time`.
 
     Yields:
-        CSV: time_s, angle_rad, and spread_rad over the seeds (1 SD) where they are several; with `deg` angle_deg, ...
+        CSV: time_s, angle_rad, spread_rad over the seeds (1 SD) where they are several, and low_rad and high_rad of the
+        90 % band where all seeds are run; with `deg` angle_deg, ...
 
     Raises:
         ValueError: naming the line, at the first that is no sample of EMG.
@@ -57,17 +65,28 @@ def predict_lines(
     unit, scale = ("deg", math.degrees(1)) if deg else ("rad", 1.0)
     told = checkpoint.architecture.known
     columns = [name for name in told if name not in fixed]
-    from_column = False
-    for i, sample in enumerate(read_samples(lines, checkpoint.channels, checkpoint.dt, source, columns)):
+    from_column, drift = False, Drift(checkpoint, warn)
+    samples = (
+        read_samples(lines, checkpoint.channels, checkpoint.dt, source, columns)
+        if raw is None
+        else read_raw_samples(lines, raw, checkpoint.dt, source, columns)
+    )
+    for i, sample in enumerate(samples):
         if i == 0 and say is not None:
             from_column = _told_start(checkpoint, sample, say)
         measured = _known_angle(sample) if from_column and i < predictor.history else None
         known = {**fixed, **dict(zip(columns, sample.known, strict=True))}
         angle = scale * predictor.step(sample.emg, sample.where, [known[name] for name in told], measured)
-        several = len(angle) > 1
+        drift.watch([*sample.emg, *(known[name] for name in told)], float(angle.mean()) / scale, sample.where)
+        several, banded = len(angle) > 1, checkpoint.band is not None and len(angle) == len(checkpoint.seeds)
         if i == 0:
-            yield f"time_s,angle_{unit},spread_{unit}" if several else f"time_s,angle_{unit}"
-        yield f"{sample.time:.9g},{angle.mean():.9g}" + (f",{angle.std():.3g}" if several else "")
+            names = ["angle", *(["spread"] if several else []), *(["low", "high"] if banded else [])]
+            yield ",".join(["time_s", *(f"{name}_{unit}" for name in names)])
+        numbers = f"{sample.time:.9g},{angle.mean():.9g}" + (f",{angle.std():.3g}" if several else "")
+        if banded and checkpoint.band is not None:
+            half = scale * float(checkpoint.band.half_width(angle.std() / scale)) if i >= predictor.history else 0.0
+            numbers += f",{angle.mean() - half:.9g},{angle.mean() + half:.9g}"
+        yield numbers
 
 
 def _told_start(checkpoint: Checkpoint, first: Sample, say: Callable[[str], None]) -> bool:

@@ -50,7 +50,12 @@ class Sample:
 
 
 def read_samples(
-    lines: Iterable[str], channels: Sequence[str], dt: float, source: str, known: Sequence[str] = ()
+    lines: Iterable[str],
+    channels: Sequence[str],
+    dt: float,
+    source: str,
+    known: Sequence[str] = (),
+    tolerance: float = RATE_TOLERANCE,
 ) -> Iterator[Sample]:
     """Samples as soon as their lines are there.
 
@@ -61,6 +66,7 @@ def read_samples(
         dt: sampling interval that is expected [s].
         source: what the lines come from, for messages.
         known: further inputs to read, in this order.
+        tolerance: relative difference from the sampling interval that counts as rounding.
 
     Raises:
         ValueError: naming the line, at the first that is no sample of EMG.
@@ -88,7 +94,7 @@ def read_samples(
             continue
         numbers = _read_numbers(row, header, ["time_s", *channels, *known], where)
         time = numbers.pop("time_s", 0.0 if before is None else before + dt)
-        _check_rate(before, time, dt, where)
+        _check_rate(before, time, dt, where, tolerance)
         check_known({name: numbers[name] for name in known}, where)
         measured = (angle, row[header.index(angle)]) if angle else None
         yield Sample(time, [numbers[name] for name in channels], [numbers[name] for name in known], where, measured)
@@ -128,8 +134,8 @@ def _read_numbers(row: Sequence[str], header: Sequence[str], names: Sequence[str
     return numbers
 
 
-def _check_rate(before: float | None, time: float, dt: float, where: str) -> None:
-    if before is not None and abs(time - before - dt) > RATE_TOLERANCE * dt + 1e-6:
+def _check_rate(before: float | None, time: float, dt: float, where: str, tolerance: float) -> None:
+    if before is not None and abs(time - before - dt) > tolerance * dt + 1e-6:
         raise ValueError(
             f"{where}: time_s goes from {before:g} to {time:g}, but the network was trained on samples {dt:g} s apart. "
             "Resample the EMG to that interval."

@@ -1,0 +1,49 @@
+"""How wide the band about a prediction has to be to hold 90 % of the measured angles.
+
+The seeds of a network disagree where training told them little (deep ensembles, Lakshminarayanan et al. 2017), but
+they are too sure of themselves. So their spread is scaled by how far their mean missed samples that no weight learned:
+the ends of the training trials, reached by free runs from the trials' beginnings, as a test trial is. This is split
+conformal prediction with a score normalised by the spread (Lei et al. 2018, J. Am. Stat. Assoc. 113, Sec. 5.2); errors
+of neighbouring samples are alike, so that samples count as the independent ones they are worth. Noise of EMG and of
+parameters is in those errors.
+
+Shapes: S seeds, T trials, N samples, K of them at the end of a trial.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from myowave.identification.uncertainty import samples_for_one
+from myowave.learning.band import Band
+
+Array = NDArray[np.float64]
+
+LEVEL = 0.9
+"""Share of the samples that the band is to hold."""
+
+
+def calibrate(errors: Sequence[Array], spreads: Sequence[Array]) -> Band:
+    """The band that held-out samples ask for.
+
+    Args:
+        errors: measured angle less the mean of the seeds [rad], of each trial (K,).
+        spreads: standard deviation of the seeds [rad], likewise.
+
+    Returns:
+        Infinitely wide where a prediction is not finite. Where errors are worth fewer than 9 independent samples no
+        band can promise 90 %: then it holds the largest error seen.
+    """
+    error, spread = np.concatenate(errors), np.concatenate(spreads)
+    if not np.isfinite([error, spread]).all():
+        return Band(1.0, np.inf)
+    # ASSUME: samples at the ends of the training trials are missed as those of a trial that was never seen.
+    floor = float(max(np.sqrt(np.mean(error**2)), 1e-9))
+    scores = error / np.hypot(spread, floor)
+    padded = np.zeros((len(errors), max(map(len, errors))))
+    for row, score in zip(padded, np.split(scores, np.cumsum([len(e) for e in errors])[:-1]), strict=True):
+        row[: len(score)] = score
+    count = len(scores) / max(samples_for_one(padded, len(scores)), 1.0)
+    level = min(np.ceil((count + 1) * LEVEL) / count, 1.0)
+    return Band(float(np.quantile(np.abs(scores), level, method="higher")), floor)

@@ -1,0 +1,99 @@
+"""Raw EMG as it comes from an amplifier, made into the samples that a network takes.
+
+Filters, offsets and gains are those of the preparation of the training trials, which the checkpoint holds; the result
+is that of the preparation with `phase: causal`, to rounding. A sample of the network between two of the amplifier waits
+for the second one.
+"""
+
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from myowave.data.checks.ranges import EMG_LIMIT
+from myowave.data.processing.real_time import Excitation, RealTime
+from myowave.learning.checkpoint import Checkpoint
+from myowave.learning.streaming.reading import RATE_TOLERANCE, Sample, read_samples
+
+ROUNDED = 0.25  # of the interval between raw samples, whose times are often rounded to 0.1 ms
+SAME = 1e-6  # of that interval: nearer to a raw sample than this is at it
+
+
+def require_real_time(checkpoint: Checkpoint, path: str | Path) -> RealTime:
+    """How raw EMG becomes that of the training trials.
+
+    Raises:
+        ValueError: for a network whose EMG cannot be processed in real time.
+    """
+    dataset = f"data.datasets.{checkpoint.dataset}"
+    if not checkpoint.real_time:
+        raise ValueError(
+            f"{path}: the trials of {checkpoint.dataset} came with processed EMG, so nothing is known of raw EMG. Give "
+            "EMG processed in the same way, without --raw; or train on a dataset of kind recorded with "
+            "processing.phase: causal."
+        )
+    real_time = RealTime.of(checkpoint.real_time)
+    if real_time.processing.phase == "zero":
+        raise ValueError(
+            f"{path}: the EMG of {checkpoint.dataset} was filtered forwards and backwards, which needs what comes "
+            f"later and cannot run in real time. Set {dataset}.processing.phase: causal and train again; or process "
+            "the whole recording first and leave --raw out."
+        )
+    if len(rates := {known.rate_hz for known in real_time.channels.values()}) > 1:
+        raise ValueError(
+            f"{path}: the channels of {checkpoint.dataset} have {' and '.join(f'{r:g}' for r in sorted(rates))} Hz; "
+            "--raw takes one rate for all of them. Record all channels at one rate, or leave --raw out."
+        )
+    return real_time
+
+
+def read_raw_samples(
+    lines: Iterable[str], real_time: RealTime, dt: float, source: str, known: Sequence[str] = ()
+) -> Iterator[Sample]:
+    """Samples `dt` apart [s] with EMG as a fraction of what counts as 1, from lines of raw EMG; see `read_samples`.
+
+    Raises:
+        ValueError: naming the line, at the first that is no sample, or whose EMG cannot be.
+    """
+    channels, step = tuple(real_time.channels), 1 / real_time.rate
+    excitation = Excitation(real_time)
+    waiting: deque[Sample] = deque()
+    taken, count, before, started = 0, 0, np.empty(0), 0.0
+
+    def pass_on(rows: np.ndarray) -> Iterator[Sample]:
+        """The network's samples that lie at these excitations (n, C), or between the one before and them."""
+        nonlocal taken, count, before, started
+        for row in rows:
+            sample = waiting.popleft()
+            _check(channels, row, sample.where, real_time)
+            started = sample.time if taken == 0 else started
+            before = row if taken == 0 else before
+            while (ago := taken - count * dt / step) > -SAME:
+                emg = row - max(ago, 0.0) * (row - before)
+                yield replace(sample, time=started + count * dt, emg=emg.tolist())
+                count += 1
+            before, taken = row, taken + 1
+
+    first, n = 0.0, 0
+    for n, sample in enumerate(read_samples(lines, channels, step, source, known, ROUNDED)):
+        first = sample.time if n == 0 else first
+        if abs(sample.time - first - n * step) > RATE_TOLERANCE * n * step + step:
+            raise ValueError(
+                f"{sample.where}: {n} samples took {sample.time - first:.6g} s, but raw EMG is expected at "
+                f"{real_time.rate:g} Hz, as it was recorded for the training. Resample it to that rate."
+            )
+        waiting.append(sample)
+        yield from pass_on(excitation.push(np.array(sample.emg)))
+    yield from pass_on(excitation.finish())
+
+
+def _check(channels: Sequence[str], excitations: np.ndarray, where: str, real_time: RealTime) -> None:
+    for name, value in zip(channels, excitations, strict=True):
+        if not value <= EMG_LIMIT:
+            known = real_time.channels[name]
+            raise ValueError(
+                f"{where}: {name}, processed, is {value:.3g} of what counts as 1 ({known.gain:.4g} {known.unit}); "
+                f"expected at most {EMG_LIMIT:g}. Raw EMG is expected in {known.unit}; or look for an artefact there."
+            )

@@ -1,0 +1,17 @@
+"""The one definition of the scores of a network that tables, pictures, pages and MLflow show."""
+
+import numpy as np
+import pandas as pd
+
+WORST = {"test_rmse_deg": np.inf, "test_mse": np.inf, "test_nmse": np.inf, "test_r2": -np.inf}
+
+
+def median_over_seeds(evaluation: pd.DataFrame) -> pd.Series:
+    """The numbers that are shown of a network: medians over its seeds; one whose prediction is not finite counts as the
+    worst.
+
+    Args:
+        evaluation: rows of evaluation.csv of one network.
+    """
+    numbers = evaluation.select_dtypes("number")
+    return numbers.fillna({name: worst for name, worst in WORST.items() if name in numbers}).median()

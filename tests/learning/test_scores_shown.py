@@ -1,0 +1,64 @@
+"""One definition of the score that is shown, errors in degrees, standard errors, and scales judged everywhere."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import torch
+
+from myowave.learning.evaluation import evaluate, tabulate_parameters
+from myowave.learning.figures import draw_metrics, draw_predictions
+from myowave.learning.scales import judge_scales
+from myowave.learning.training import train_scale
+from myowave.scores import median_over_seeds
+
+
+def rows(dataset, scales, r2, model="base", recipe="rollout"):
+    return pd.DataFrame(
+        {"dataset": dataset, "model": model, "recipe": recipe, "scales": scales, "seed": range(len(r2)), "test_r2": r2}
+    )
+
+
+def test_a_seed_that_ran_away_counts_as_the_worst():
+    shown = median_over_seeds(pd.DataFrame({"test_mse": [1.0, 2.0, np.nan], "test_r2": [0.9, 0.8, np.nan]}))
+    assert shown.to_dict() == {"test_mse": 2.0, "test_r2": 0.8}
+
+
+def test_every_dataset_model_and_recipe_with_several_scales_is_judged():
+    summary = pd.concat(
+        [
+            *(rows("a", scales, r2) for scales, r2 in ((1, [0.5, 0.6, 0.7]), (3, [0.8, 0.91, 1.0]))),
+            *(rows("b", scales, r2, recipe="other") for scales, r2 in ((1, [0.9, 0.9, 0.9]), (2, [0.5, 0.6, 0.5]))),
+            *(rows("a", scales, r2, model="base+x") for scales, r2 in ((1, [0.5, 0.6]), (2, [0.4, 0.7]))),
+            rows("alone", 1, [0.5, 0.6]),
+        ]
+    )
+    judged = judge_scales(summary).set_index(["dataset", "model"])
+    assert len(judged) == 3
+    assert judged.loc[("a", "base"), ["scales", "finding"]].tolist() == ["3 against 1", "helps"]
+    assert judged.loc[("b", "base"), ["recipe", "finding"]].tolist() == ["other", "harms"]
+    assert judged.loc[("a", "base+x"), "finding"] == "not more than the scatter of seeds"
+    assert list(judge_scales(rows("alone", 1, [0.5])).columns) == list(judge_scales(summary).columns)
+
+
+def test_rows_carry_degrees_and_the_standard_errors_of_the_table_of_parameters(rollout, scales):
+    *_, last = train_scale(rollout, level=0)
+    predicted = torch.from_numpy(scales[0].angle + 0.01).expand(2, -1, -1)
+    found = evaluate(last.checkpoint, scales[0], predicted, recipe="mine")
+    assert found["test_rmse_deg"].tolist() == pytest.approx([np.degrees(0.01)] * 2)
+    parameters = tabulate_parameters(last.checkpoint).set_index(["parameter", "seed"])["standard_error"]
+    for name in last.checkpoint.names:
+        assert found[f"{name}_se"].tolist() == pytest.approx(parameters[name].tolist(), nan_ok=True)
+        assert found[f"{name}_se"].notna().all()
+
+
+def test_pictures_show_the_medians():
+    summary = rows("a", 1, [0.1, 0.9, 0.8]).assign(test_mse=[0.9, 0.1, 0.2], test_rmse_deg=[9.0, 1.0, 2.0])
+    history = pd.DataFrame({"epoch": [1, 2], "seed": 0, "loss": [1.0, 0.5]})
+    assert "0.8000 (median of seeds)" in draw_metrics(summary, {1: history}).get_suptitle()
+    predictions = pd.DataFrame(
+        {"trial": "t", "seed": [0, 0, 1, 1], "time_s": [0.0, 0.1] * 2, "angle_rad": 1.0, "predicted_rad": 1.1}
+    ).assign(low_rad=0.9, high_rad=1.2, role="test")
+    figure = draw_predictions({1: predictions}, summary.assign(band_coverage=0.75))
+    above = "".join(figure.axes[0].get_title(loc=where) for where in ("left", "center"))
+    assert "0.8000, 2 deg" in above and "75%" in above
+    assert "medians over seeds" in figure.get_suptitle()
