@@ -12,9 +12,10 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture
 def workplace(tmp_path, monkeypatch):
-    """A folder with config.yaml and the preset arm, to work in."""
+    """A folder with config.yaml and the preset arms, to work in."""
     shutil.copy(ROOT / "config.yaml", tmp_path)
-    shutil.copytree(ROOT / "data/arm26", tmp_path / "data/arm26")
+    for arm in ("arm26", "arm26_brd"):
+        shutil.copytree(ROOT / "data" / arm, tmp_path / "data" / arm)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from myowave.cli import app
 from myowave.data.importing import import_trials
 from myowave.data.preparing import prepare_recording
+from myowave.starting.arm import Choice, arm_of
 from myowave.starting.study import new_study
 from myowave.starting.subject import Body
 
@@ -239,3 +240,10 @@ def test_the_command_writes_over_a_file_only_when_told_to(command):
 def test_the_command_explains_a_mistake_in_one_line(command, options, says):
     done = command(*options)
     assert done.exit_code == 2 and says in done.stderr and not Path("mine.yaml").exists()
+
+
+def test_a_brachioradialis_that_was_recorded_has_an_arm_that_uses_it(workplace):
+    with_it, without = (
+        arm_of("mine", ("emg_biceps", "emg_triceps", *more), Choice()) for more in (("emg_brachioradialis",), ())
+    )
+    assert any("arm26_brd" in line for line in with_it.to_do) and not without.to_do

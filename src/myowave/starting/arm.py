@@ -8,6 +8,7 @@ from myowave.starting.subject import Body, joint_lines
 from myowave.starting.words import EXTENSORS, FLEXORS, muscle_in
 
 PRESET = "arm26"
+PRESET_FURTHER, FURTHER = "arm26_brd", "brachioradialis"  # the same with one muscle more
 _NONE = "default"
 _WANTED = {"flexor": FLEXORS, "extensor": EXTENSORS}
 
@@ -102,6 +103,12 @@ def _to_do(channels: Sequence[str], driver: dict[str, str | None], muscles: Iter
         yield (
             f"no channel has the name of an elbow's muscle; {PRESET} is driven by {' and '.join(needed)}: rename yours "
             f"({', '.join(channels)})"
+        )
+    further = [c for c in channels if muscle_in(c.removeprefix("emg_")) == FURTHER and c not in driver.values()]
+    if further:
+        yield (
+            f"{', '.join(further)} drives no muscle of {PRESET}; the arm {PRESET_FURTHER} has that muscle: try it "
+            "under `arm`"
         )
     for side, channel in driver.items():
         if channel is None:
