@@ -122,7 +122,7 @@ def _stand_ins(
     first, last = selection.ladder[0], selection.fit
     for effect in last.model.effects[len(first.model.effects) :]:
         try:
-            without = without_effect(last, effect)
+            without = without_effect(last, effect, selection.visited)
             ranking = rank_effects(without, effects, known, {effect.name: last}, refits=False, each=each)
         except FAILURES:  # nothing moves without it
             continue

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from myowave.diagnosis.search.each import Each
 from myowave.diagnosis.search.score import FAILURES, Score, best_within, score_effects
-from myowave.identification.free_parameters import bounds, scales
+from myowave.identification.free_parameters import Free, bounds, scales
 from myowave.identification.least_squares import pseudo_inverse
 from myowave.identification.output_error import Fit, begin_from, descend, promised
 from myowave.identification.record import SMALLEST_NOISE_DEG
@@ -152,7 +152,9 @@ def _fresh_starts(fit: Fit, scores: Mapping[str, Score], each: Each) -> dict[str
     the noise.
     """
     if fit.record.filter is None and fit.rss < fit.record.samples * fit.record.noise**2:
-        return {}  # beside a random force its noise says nothing: it was found from what a poorer model leaves
+        return {}  # beside a filter its noise says nothing: it was found from what a poorer model leaves
+    if any(_replaces(p) for p in fit.free if "." in p.name):
+        return {}  # a model has one family of curves
     expected = [v if "." in p.name else p.start for p, v in zip(fit.free, fit.values, strict=True)]
 
     def begin(name: str) -> Fit | None:
@@ -160,13 +162,14 @@ def _fresh_starts(fit: Fit, scores: Mapping[str, Score], each: Each) -> dict[str
         values = [*expected, *(p.scale if p.high > 0 else -p.scale for p in scores[name].free)]
         return attempt_fit(lambda: begin_from(start.model, fit.record, start.free, np.array([values])))
 
-    replacing = [
-        name
-        for name, score in scores.items()
-        if not score.failure and all(abs(p.scale) in (abs(p.low), abs(p.high)) for p in score.free)
-    ]
+    replacing = [name for name, score in scores.items() if not score.failure and all(_replaces(p) for p in score.free)]
     fresh = zip(replacing, each(begin, replacing), strict=True)
     return {name: f for name, f in fresh if f is not None and f.objective < WORTH_FOLLOWING * fit.objective}
+
+
+def _replaces(free: Free) -> bool:
+    """Whether a parameter's usual strength is a bound: all of what the model has is then replaced."""
+    return abs(free.scale) in (abs(free.low), abs(free.high))
 
 
 def independent_samples(fit: Fit) -> float:

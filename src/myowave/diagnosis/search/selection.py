@@ -32,11 +32,13 @@ class Selection:
         ladder: the fits of base, base + first effect, ... in the order of their evidence.
         rankings: what was weighed at each rung, for each what to add to it; the last found nothing to add.
         classes: for each accepted effect the names that the data do not tell from it, itself first.
+        visited: the best fit of every model that the search met, by the names of its effects.
     """
 
     ladder: tuple[Fit, ...]
     rankings: tuple[list[Candidate], ...]
     classes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    visited: Mapping[frozenset[str], Fit] = field(default_factory=dict)
 
     @property
     def fit(self) -> Fit:
@@ -68,7 +70,7 @@ def select_effects(
         if top.model.name == name:  # what was added went again
             break
     ladder = [fit] if top is None else search.climb_or_jump(top)
-    return Selection(tuple(ladder), tuple(search.rank(rung) for rung in ladder), classes)
+    return Selection(tuple(ladder), tuple(search.rank(rung) for rung in ladder), classes, search.best)
 
 
 @dataclass
@@ -111,7 +113,7 @@ class _Search:
 
     def without(self, fit: Fit, effect: Effect) -> Fit:
         """The fit of the same model less one effect."""
-        return self.keep(without_effect(fit, effect))
+        return self.keep(without_effect(fit, effect, self.best))
 
     def added(self, fit: Fit) -> tuple[Effect, ...]:
         """The effects that a model has more than the one at the start."""
@@ -182,6 +184,8 @@ class _Search:
 
     def _extended(self, fit: Fit, effect: Effect, top: Fit) -> Fit:
         model = fit.model.with_effects([effect])
+        if (known := self.best.get(frozenset(e.name for e in model.effects))) is not None:
+            return self.keep(polish(known))
         new = model.parameters_of(effect)
         return refit(fit, model, [*fit.free, *(replace(p, start=0.0) for p in top.free if p.name in new)])
 
@@ -201,9 +205,11 @@ def _names(best: Candidate, ranking: list[Candidate]) -> tuple[str, ...]:
     return (best.name, *others)
 
 
-def without_effect(fit: Fit, effect: Effect) -> Fit:
-    """The fit of the same model less one effect."""
+def without_effect(fit: Fit, effect: Effect, visited: Mapping[frozenset[str], Fit]) -> Fit:
+    """The fit of the same model less one effect, from the best that was visited of that model."""
     rest = tuple(e for e in fit.model.effects if e.name != effect.name)
+    if (known := visited.get(frozenset(e.name for e in rest))) is not None:
+        return polish(known)
     model = Model(fit.model.muscles, fit.model.joint, fit.model.curves, rest)
     gone = fit.model.parameters_of(effect)
     return refit(fit, model, [p for p in fit.free if p.name not in gone])
