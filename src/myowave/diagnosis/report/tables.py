@@ -10,6 +10,7 @@ from myowave.diagnosis.misfit.where import interval_of_rmse
 from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import EVIDENCE, Candidate
 from myowave.diagnosis.search.score import confusion
+from myowave.identification.free_parameters import Free
 from myowave.identification.record import SMALLEST_NOISE_DEG, Record
 from myowave.identification.uncertainty import correlations
 from myowave.physics.constants import constant_unit
@@ -42,7 +43,7 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         },
         "parameters": {
             rung.name: {
-                p.name: {"value": float(value), "se": errors[p.name], "assumed": p.assumed}
+                p.name: {"value": float(value), "se": errors[p.name], "assumed": _nobody_asked(p)}
                 for p, value in zip(rung.fit.free, rung.fit.values, strict=True)
             }
             for rung in diagnosis.tried
@@ -75,6 +76,12 @@ def _leave_more(diagnosis: Diagnosis) -> list[str]:
     left = [rung.name for rung in diagnosis.tried if not rung.independence.holds]
     before = [rung.name for rung in diagnosis.rungs[:-1]] if found.kind != "adequate" else []
     return sorted({*left, *before, *([last] if found.structure_left else [])})
+
+
+def _nobody_asked(free: Free) -> bool:
+    """Whether a parameter is free only because nobody measured it; one that the settings want identified has a spread,
+    also where a fit to torque holds it."""
+    return free.assumed and not free.spread
 
 
 def sentence(diagnosis: Diagnosis) -> str:
@@ -206,7 +213,9 @@ def parameters_table(diagnosis: Diagnosis) -> pd.DataFrame:
         for p, value in zip(rung.fit.free, rung.fit.values, strict=True):
             unit = _unit(rung.fit.model, p.name)
             beforehand = (p.start, p.deviation) if p.assumed else (np.nan, np.nan)
-            rows.append((rung.name, p.name, float(value), errors[p.name], p.low, p.high, unit, p.assumed, *beforehand))
+            rows.append(
+                (rung.name, p.name, float(value), errors[p.name], p.low, p.high, unit, _nobody_asked(p), *beforehand)
+            )
     columns = ["model", "parameter", "value", "se", "low", "high", "unit", "assumed", "expected", "deviation"]
     return pd.DataFrame(rows, columns=columns)
 
