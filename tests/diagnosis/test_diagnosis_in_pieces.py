@@ -102,7 +102,7 @@ def test_the_page_says_over_what_the_model_was_judged(diagnosis, runaway, base, 
         Story(
             verdict,
             join_ladder(tables["ladder"], []),
-            tables["parameters"].assign(source="physics", error_pct=np.nan),
+            tables["parameters"].assign(source="physics", error_pct=np.nan, scatter=np.nan, if_right=False),
             tables["ranking"],
             tables["next_trials"],
             tables["missing_torque"],

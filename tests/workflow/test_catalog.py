@@ -24,7 +24,8 @@ def test_the_catalog_reads_how_the_workflow_is_used():
 def test_another_workflow_takes_this_one_as_a_module(tmp_path):
     (tmp_path / "myowave").symlink_to(ROOT)
     shutil.copy(ROOT / "config.yaml", tmp_path)
-    shutil.copytree(ROOT / "data/arm26", tmp_path / "data/arm26")
+    for arm in ("arm26", "arm26_brd"):
+        shutil.copytree(ROOT / "data" / arm, tmp_path / "data" / arm)
     shutil.copytree(ROOT / "data/bench_elbow", tmp_path / "recordings")
     (snakefile,), (settings,) = blocks("python"), blocks("yaml")
     (tmp_path / "Snakefile").write_text(snakefile)

@@ -128,7 +128,7 @@ def test_an_edit_is_seen_although_what_was_read_before_is_kept(tmp_path):
         ("simulate_trials", {"physics", "data"}, {"identification", "learning", "diagnosis"}),
         ("train_scale", {"physics", "data", "identification", "learning"}, {"diagnosis", "plotting.py"}),
         ("train_scale", {"learning"}, {"learning/sweep", "learning/paper/tables.py", "learning/streaming"}),
-        ("evaluate_model", {"data", "learning"}, {"physics", "diagnosis", "learning/sweep", "plotting.py"}),
+        ("evaluate_model", {"data", "learning"}, {"physics/effects", "diagnosis", "learning/sweep", "plotting.py"}),
         ("diagnose_dataset", {"physics", "data", "identification", "diagnosis"}, {"learning", "plotting.py"}),
         ("diagnose_dataset", {"diagnosis"}, {"diagnosis/study", "diagnosis/subjects", "diagnosis/report/figures"}),
         ("watch_ladder", {"diagnosis/report"}, {"physics", "learning", "diagnosis/search"}),

@@ -20,7 +20,7 @@ SMALL = {
     "data": {"datasets": {"bench_elbow": {"arm": "bench"}}},
 }
 CONFIG = ("--configfile", "config.yaml", "mine.yaml")
-LEARNING = {"train_scale", "evaluate_model", "summarize_models", "publish_runs"}
+LEARNING = {"train_scale", "evaluate_model", "summarize_models", "judge_scales", "publish_runs"}
 WATCHING = {"watch_ladder", "draw_diagnosis", "tell_verdict"}
 DIAGNOSIS = {"diagnose_dataset", "score_verdict"} | WATCHING
 FIGURES = {"draw_trials", "draw_models", "draw_diagnosis", "tell_verdict"}
@@ -41,8 +41,10 @@ def edited(project: Project, path: str, old: str, new: str) -> Iterator[None]:
     original = file.read_text()
     assert old in original, f"{path} no longer holds {old!r}"
     file.write_text(original.replace(old, new, 1))
-    yield
-    file.write_text(original)
+    try:
+        yield
+    finally:
+        file.write_text(original)
 
 
 def test_a_second_run_has_nothing_to_do(finished):
