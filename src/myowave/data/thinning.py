@@ -24,23 +24,8 @@ def thin(trials: Trials, rate_hz: float | None) -> Trials:
                 f"dataset {trials.dataset!r}, trial {name!r}: of {length} samples {1 / trials.dt:g} a second, "
                 f"{rate_hz:g} a second leave one. Use longer trials, or raise the recipe's rate_hz."
             )
-    kept = [slice(0, length, every) for length in trials.lengths]
-    return Trials.from_sequences(
-        dataset=trials.dataset,
-        dt=trials.dt * every,
-        names=trials.names,
-        channels=trials.channels,
-        emg=[trials.emg[i, samples] for i, samples in enumerate(kept)],
-        angle=[trials.angle[i, samples] for i, samples in enumerate(kept)],
-        test=trials.test,
-        conditions=trials.conditions,
-        constants=trials.constants,
-        provenance={**trials.provenance, "thinned": f"1 sample of {every}"},
-        signals={
-            name: [values[i, samples] for i, samples in enumerate(kept)] for name, values in trials.signals.items()
-        },
-        over_time=trials.over_time,
-    )
+    provenance = {**trials.provenance, "thinned": f"1 sample of {every}"}
+    return trials.changed(lambda values: values[::every], dt=trials.dt * every, provenance=provenance)
 
 
 def thin_scales(

@@ -5,12 +5,14 @@ Shapes: T trials, N samples of the longest trial, C EMG channels.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+Change = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 EMG_PREFIX = "emg_"
 TORQUE = "torque_Nm"
@@ -143,6 +145,22 @@ class Trials:
             provenance=self.provenance,
             signals={name: values[index, : max(lengths)] for name, values in self.signals.items()},
             over_time=self.over_time,
+        )
+
+    def changed(self, change: Change, emg: Change | None = None, **fields: Any) -> Trials:
+        """The same trials with every signal changed, trial by trial, without what pads it.
+
+        Args:
+            change: of the angle and the further signals, samples (N_i,), and of the EMG, (N_i, C), where `emg` is None.
+            **fields: other fields that differ.
+        """
+        each = list(enumerate(self.lengths))
+        same = {f: getattr(self, f) for f in ("dataset", "dt", "names", "channels", "test", "conditions", "constants")}
+        return Trials.from_sequences(
+            emg=[(emg or change)(self.emg[i, :n]) for i, n in each],
+            angle=[change(self.angle[i, :n]) for i, n in each],
+            signals={name: [change(values[i, :n]) for i, n in each] for name, values in self.signals.items()},
+            **{**same, "provenance": self.provenance, "over_time": self.over_time, **fields},
         )
 
     def condition(self, parameter: str, default: float) -> NDArray[np.float64]:

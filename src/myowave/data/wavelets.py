@@ -123,22 +123,9 @@ def estimate_noise(*signals: ArrayLike, wavelet: str = "db6") -> float:
 def _project_trials(trials: Trials, level: int, wavelet: str, decompose: Decompose) -> Trials:
     emg_level = level if decompose in ("both", "emg") else 0
     angle_level = level if decompose in ("both", "angle") else 0
-    recorded = list(enumerate(trials.lengths))
-    return Trials.from_sequences(
-        dataset=trials.dataset,
-        dt=trials.dt,
-        names=trials.names,
-        channels=trials.channels,
-        emg=[project(trials.emg[i, :length], emg_level, wavelet) for i, length in recorded],
-        angle=[project(trials.angle[i, :length], angle_level, wavelet) for i, length in recorded],
-        test=trials.test,
-        conditions=trials.conditions,
-        constants=trials.constants,
-        signals={
-            name: [project(values[i, :length], angle_level, wavelet) for i, length in recorded]
-            for name, values in trials.signals.items()
-        },
-        over_time=trials.over_time,
+    return trials.changed(
+        lambda angle: project(angle, angle_level, wavelet),
+        lambda emg: project(emg, emg_level, wavelet),
         provenance={**trials.provenance, "wavelet": wavelet, "decompose": decompose},
     )
 

@@ -3,7 +3,7 @@
 Every function acts element-wise; muscles stand side by side on the last axis M.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import torch
@@ -84,9 +84,33 @@ def fibre_state(
     return fibre / l0, velocity * cosine / vmax, cosine
 
 
+def mean_of_antagonists(excitation: Tensor, side: Tensor) -> Tensor:
+    """Mean excitation over the antagonists of each muscle, (..., M); 0 where there is none.
+
+    Args:
+        side: of each muscle, (M,).
+    """
+    opposite = (side[..., :, None] * side[..., None, :] < 0).to(excitation.dtype)
+    share = opposite / opposite.sum(-1, keepdim=True).clamp(min=1.0)
+    return excitation @ share.transpose(-1, -2)
+
+
 def hill_force(curves: Curves, activation: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
     """Fibre force in units of f0: a f_AL(l) f_V(v) + f_P(l).
 
     Source: Taneja et al. 2023, Eqs. 45-46.
     """
     return curves.active(activation, length, velocity) + curves.passive(length)
+
+
+def share_of(family: Curves) -> Callable[..., Tensor]:
+    """The function of an effect that gives a share w of the force to other curves, in the shape of the base model's."""
+
+    def other_force(
+        force: Tensor, activation: Tensor, fibre_length: Tensor, fibre_velocity: Tensor, curves: Curves, *, w: Tensor
+    ) -> Tensor:
+        """Force of the fibre [f0] with a share w of the other curves and 1 - w of the base model's."""
+        other = hill_force(curves.in_shape(family), activation, fibre_length, fibre_velocity)
+        return force + w * (other - hill_force(curves, activation, fibre_length, fibre_velocity))
+
+    return other_force

@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from myowave.data.trials import Trials
@@ -72,20 +73,7 @@ times lower."""
 def smoothed(trials: Trials, scales: int) -> dict[int, Trials]:
     def smooth(level: int) -> Trials:
         sigma = HALF_POWER * 2**level
-        each = list(enumerate(trials.lengths))
-        return Trials.from_sequences(
-            dataset=trials.dataset,
-            dt=trials.dt,
-            names=trials.names,
-            channels=trials.channels,
-            emg=[gaussian_filter1d(trials.emg[i, :n], sigma, axis=0) for i, n in each],
-            angle=[gaussian_filter1d(trials.angle[i, :n], sigma, axis=0) for i, n in each],
-            test=trials.test,
-            conditions=trials.conditions,
-            constants=trials.constants,
-            signals={name: [v[i, :n] for i, n in each] for name, v in trials.signals.items()},
-            provenance=trials.provenance,
-        )
+        return trials.changed(lambda values: np.asarray(gaussian_filter1d(values, sigma, axis=0)))
 
     return {level: smooth(level) if level else trials for level in range(scales)}
 

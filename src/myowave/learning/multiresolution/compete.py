@@ -9,6 +9,7 @@ import pandas as pd
 from myowave.data.trials import Trials
 from myowave.learning.evaluation import mean_square_error, r_squared
 from myowave.learning.multiresolution.arms import ARMS, Arm
+from myowave.learning.network import Network
 from myowave.learning.prediction import predict_free_running, to_tensors
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
@@ -57,7 +58,7 @@ def compete(
         yield pd.DataFrame({**columns, "steps": steps, "seconds": time.process_time() - started})
 
 
-def train_arm(  # type: ignore[no-untyped-def]
+def train_arm(
     arm: Arm,
     trials: Trials,
     model: Model,
@@ -65,7 +66,7 @@ def train_arm(  # type: ignore[no-untyped-def]
     identify: Mapping[str, Identify],
     scales: int,
     seeds: Sequence[int],
-):
+) -> tuple[Network, int]:
     """The network that an arm ends with, and how many steps of Adam it took."""
     stages = arm.stages(trials, scales)
     epochs = recipe.epochs * (scales if arm.times else 1)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from myowave.data.simulate import simulate_trials
 from myowave.data.store import read_trials
@@ -15,6 +16,8 @@ from myowave.data.trials import Trials
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
 from myowave.settings import Dataset, Physics, SimulatedDataset
+
+Array = NDArray[np.float64]
 
 
 def draw_trials(
@@ -66,30 +69,13 @@ def hold_out_others(trials: Trials, draw: int) -> Trials:
 def average_down(trials: Trials, every: int) -> Trials:
     """Means of `every` samples; what is left over at the end of a trial is dropped."""
 
-    def mean(values: np.ndarray, length: int) -> np.ndarray:
-        kept = length - length % every
-        return values[:kept].reshape(kept // every, every, *values.shape[1:]).mean(1)
+    def mean(values: Array) -> Array:
+        kept = len(values) - len(values) % every
+        return np.asarray(values[:kept].reshape(kept // every, every, *values.shape[1:]).mean(1))
 
-    return _resampled(trials, trials.dt * every, mean)
+    return trials.changed(mean, dt=trials.dt * every)
 
 
 def decimate(trials: Trials, every: int) -> Trials:
-    """Every so manieth sample."""
-    return _resampled(trials, trials.dt * every, lambda values, length: values[:length:every])
-
-
-def _resampled(trials: Trials, dt: float, change) -> Trials:  # type: ignore[no-untyped-def]
-    each = list(enumerate(trials.lengths))
-    return Trials.from_sequences(
-        dataset=trials.dataset,
-        dt=dt,
-        names=trials.names,
-        channels=trials.channels,
-        emg=[change(trials.emg[i], n) for i, n in each],
-        angle=[change(trials.angle[i], n) for i, n in each],
-        test=trials.test,
-        conditions=trials.conditions,
-        constants=trials.constants,
-        signals={name: [change(values[i], n) for i, n in each] for name, values in trials.signals.items()},
-        provenance=trials.provenance,
-    )
+    """The first of every so many samples."""
+    return trials.changed(lambda values: values[::every], dt=trials.dt * every)

@@ -3,14 +3,13 @@
 from torch import Tensor
 
 from myowave.physics.effect import Effect, Parameter
+from myowave.physics.muscle import mean_of_antagonists
 
 
 def with_both_sides(excitation: Tensor, side: Tensor, *, c: Tensor) -> Tensor:
     """Excitation u_i + c mean(u_j) over the antagonists j of muscle i: what works against it pulls it along."""
     # ASSUME: what the electrodes miss is a fixed share of the antagonists' excitation, at the same time.
-    opposite = (side[..., :, None] * side[..., None, :] < 0).to(excitation.dtype)
-    share = opposite / opposite.sum(-1, keepdim=True).clamp(min=1.0)
-    return excitation + c * (excitation @ share.transpose(-1, -2))
+    return excitation + c * mean_of_antagonists(excitation, side)
 
 
 EFFECT = Effect(

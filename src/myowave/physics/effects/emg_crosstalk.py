@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from myowave.physics.effect import Effect, Parameter
+from myowave.physics.muscle import mean_of_antagonists
 
 
 def without_crosstalk(excitation: Tensor, side: Tensor, *, x: Tensor) -> Tensor:
@@ -11,9 +12,7 @@ def without_crosstalk(excitation: Tensor, side: Tensor, *, x: Tensor) -> Tensor:
     To first order in x this undoes a recording e_i = u_i + x mean(u_j).
     """
     # ASSUME: the same share from each antagonist, at once and unfiltered; none from synergists.
-    opposite = (side[..., :, None] * side[..., None, :] < 0).to(excitation.dtype)
-    share = opposite / opposite.sum(-1, keepdim=True).clamp(min=1.0)
-    return excitation - x * (excitation @ share.transpose(-1, -2))
+    return excitation - x * mean_of_antagonists(excitation, side)
 
 
 EFFECT = Effect(
