@@ -67,7 +67,8 @@ def test_solution_is_the_integrated_motion_and_its_derivatives(case, elbow, nois
 
     scale = 1e4 * step[:, None, None, None]
     difference = (moved(1) - moved(-1)) / 2e-4
-    torch.testing.assert_close(found.by_parameter * scale, difference, rtol=2e-3, atol=2e-5)
+    # Another delay splits the integrator's steps elsewhere, which changes its error; the derivative leaves that out.
+    torch.testing.assert_close(found.by_parameter * scale, difference, rtol=2e-3, atol=5e-5)
 
     def started(dq, dqdot):
         return simulate(simulation, q0 + dq, qdot0 + dqdot).angle

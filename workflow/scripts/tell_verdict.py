@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from myowave.data.store import read_table
+from myowave.diagnosis.report.cells import with_texts
 from myowave.diagnosis.report.page import Story, write_page
 from myowave.workflow.job import job_log
 
@@ -15,9 +16,7 @@ with job_log(f"tell verdict of {snakemake.wildcards.dataset}", snakemake.log[0])
         verdict=json.loads(Path(inputs.verdict).read_text(encoding="utf-8")),
         ladder=pd.read_csv(inputs.ladder),
         parameters=pd.read_csv(inputs.parameters),
-        ranking=pd.read_csv(inputs.ranking).fillna(
-            {"absorbed_by": "", "confused_with": "", "reason": "", "estimate": ""}
-        ),
+        ranking=with_texts(pd.read_csv(inputs.ranking)),
         proposals=pd.read_csv(inputs.proposals),
         missing=pd.read_csv(inputs.missing),
         predictions=read_table(inputs.predictions)[0],

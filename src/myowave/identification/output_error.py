@@ -12,6 +12,7 @@ parameters; nobody measures them (`least_squares`).
 Shapes: B starts of the search, T trials, N samples, K numbers of a state, P free parameters.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -38,6 +39,7 @@ GAIN = 1e-3  # stop where the next step would lower the sum of squares by less t
 STANDSTILL = 0.03  # stop after a step that gained less than this many independent samples are worth
 LIFTED_STEPS, STEPS = 4, 30  # the first suffice for sixteen starts to come down to two
 WATCHDOG, WATCHDOG_STEPS = 100.0, 3  # a step that fails is followed further if the sum of squares grew by less
+KEEPS = 0.5  # of its promise: a step that keeps more is followed by a bolder one
 DAMPING, DAMPING_UP, DAMPING_DOWN, DAMPING_MOST = 1e-4, 10.0, 0.1, 1e8
 
 
@@ -324,18 +326,24 @@ def descend(fit: Fit) -> Iterator[Fit]:
             yield replace(fit, converged=True)
             return
         tried = _take(fit, *step)
+        kept = _kept(fit, tried, promise)
         if promise > fit.variance and fit.record.pieces is None:  # in pieces a shorter step costs less
             tried = _follow(fit, tried, damping)
         if tried is not None and tried.objective < fit.objective:
             if fit.objective - tried.objective < _standstill(tried):
                 yield replace(tried, converged=True)
                 return
-            fit, damping = tried, max(damping * DAMPING_DOWN, 1e-12)
+            fit, damping = tried, max(damping * DAMPING_DOWN, 1e-12) if kept > KEEPS else damping
         elif damping > DAMPING_MOST:
             return
         else:
             damping = max(damping, DAMPING) * DAMPING_UP
         yield fit
+
+
+def _kept(fit: Fit, tried: Fit | None, promise: float) -> float:
+    """How much of its promise a step has kept [-]."""
+    return -math.inf if tried is None else (fit.objective - tried.objective) / promise
 
 
 def _standstill(fit: Fit) -> float:

@@ -123,35 +123,51 @@ def step(valued: Valued, state: Tensor, drive: Drive) -> Tensor:
             u = drive.excitation[..., points, :].unbind(-2)
             a, advanced = _advance_activation(valued, states, u, a, h.unsqueeze(-1))
             states = {**states, **advanced}
-        q, qdot, tendons = _runge_kutta(valued, states, q, qdot, a, h)
+        q, qdot, tendons = _advance(valued, states, q, qdot, a, h)
         states = {**states, **tendons}
     return _pack(model, q, qdot, states)
 
 
-def _runge_kutta(
+STAGES = (0, 1, 1, 2)  # of a Runge-Kutta step: at its beginning, twice in its middle, at its end
+
+
+def runge_kutta(
+    accelerate: Callable[[int, Tensor, Tensor], Tensor], q: Tensor, qdot: Tensor, h: Tensor
+) -> tuple[Tensor, Tensor]:
+    """q and qdot after one classical step of fourth order.
+
+    Args:
+        accelerate: the acceleration at a stage, see `STAGES`, for q and qdot there.
+        h: length of the step [s].
+    """
+    half, sixth = h / 2.0, h / 6.0
+    k1 = accelerate(0, q, qdot)
+    v2 = qdot + half * k1
+    k2 = accelerate(1, q + half * qdot, v2)
+    v3 = qdot + half * k2
+    k3 = accelerate(2, q + half * v2, v3)
+    v4 = qdot + h * k3
+    k4 = accelerate(3, q + h * v3, v4)
+    return q + sixth * (qdot + 2.0 * (v2 + v3) + v4), qdot + sixth * (k1 + 2.0 * (k2 + k3) + k4)
+
+
+def _advance(
     valued: Valued, states: Mapping[str, Tensor], q: Tensor, qdot: Tensor, a: tuple[Tensor, ...], h: Tensor
 ) -> tuple[Tensor, Tensor, Mapping[str, Tensor]]:
-    """One classical step of fourth order: q, qdot and the states of effects on the stage `muscle`."""
-    half, sixth = h / 2.0, h / 6.0
+    """q, qdot and the states of effects on the stage `muscle` after a piece of a step."""
     tendons = bool(valued.model.tendon_effects)
     begin = muscle_quantities(valued, q, qdot, a[0]) if tendons else {}
 
-    def advance(elapsed: Tensor, *end: Tensor) -> Mapping[str, Tensor]:
+    def later(elapsed: Tensor, *end: Tensor) -> Mapping[str, Tensor]:
         return _advance_muscles(valued, states, begin, end, elapsed) if tendons else {}
 
-    def accelerate(elapsed: Tensor, q: Tensor, qdot: Tensor, a: Tensor) -> Tensor:
-        return acceleration(valued, q, qdot, a, advance(elapsed, q, qdot, a))
+    def accelerate(stage: int, q: Tensor, qdot: Tensor) -> Tensor:
+        point = STAGES[stage]
+        at = later(h * (point / 2), q, qdot, a[point]) if point else states
+        return acceleration(valued, q, qdot, a[point], at)
 
-    k1 = acceleration(valued, q, qdot, a[0], states)
-    v2 = qdot + half * k1
-    k2 = accelerate(half, q + half * qdot, v2, a[1])
-    v3 = qdot + half * k2
-    k3 = accelerate(half, q + half * v2, v3, a[1])
-    v4 = qdot + h * k3
-    k4 = accelerate(h, q + h * v3, v4, a[2])
-    q = q + sixth * (qdot + 2.0 * (v2 + v3) + v4)
-    qdot = qdot + sixth * (k1 + 2.0 * (k2 + k3) + k4)
-    return q, qdot, advance(h, q, qdot, a[2])
+    q, qdot = runge_kutta(accelerate, q, qdot, h)
+    return q, qdot, later(h, q, qdot, a[2])
 
 
 def _unpack(model: Model, state: Tensor) -> dict[str, Tensor]:

@@ -20,6 +20,7 @@ from torch import Tensor
 from myowave.physics.dynamics import observe
 from myowave.physics.motion import Motion, batch_shape, initial_state, observed, simulate, step
 from myowave.physics.simulation import Simulation
+from myowave.physics.tangent import linear_forcing
 
 NUDGE = 1e-6  # relative step of the one-sided differences; their error is far below what a fit needs
 
@@ -191,8 +192,10 @@ def _tangents(
     forcing = after.new_zeros(*after.shape, len(wrt) + (2 if starts else 0))
     begin = base_start.new_zeros(*base_start.shape, forcing.shape[-1])
     names, drives = list(wrt), simulation.model.drives
+    if exact := starts and simulation.model.state_size == 2:
+        forcing[..., : len(wrt)] = linear_forcing(simulation, linear.at[..., :-1, :], wrt)
     for group in ([n for n in wrt if drives(n)], [n for n in wrt if not drives(n)]):  # the second shares the drive
-        if group:
+        if group and not exact:
             nudged, nudges = simulation.nudged({n: wrt[n] for n in group}, reach, q0.ndim)
             columns = [names.index(n) for n in group]
             forcing[..., columns] = _forcing(linear, nudged, nudges)

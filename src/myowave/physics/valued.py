@@ -64,8 +64,8 @@ class Valued:
     def combined(self) -> "Combined":
         """Combinations of the constants that the equation of motion needs at every step."""
         c = self.muscle
-        pennate = bool((c["pennation"] != 0).any())
-        leaning = bool((self.joint["tilt"] != 0).any())
+        pennate = _counts(c["pennation"])
+        leaning = _counts(self.joint["tilt"])
         load = self.joint["load"]
         return Combined(
             path=self._paths(),
@@ -93,8 +93,8 @@ class Valued:
         return self._shaped(self.curve)
 
     def _shaped(self, shape: Mapping[str, Tensor]) -> Curves:
-        as_published = all(bool((value == 0).all()) for value in shape.values())
-        return self.model.curves if as_published else self.model.curves.shaped(Shape(**shape))
+        changed = any(_counts(value) for value in shape.values())
+        return self.model.curves.shaped(Shape(**shape)) if changed else self.model.curves
 
     def _paths(self) -> Path | SideBySide:
         c, muscles = self.muscle, self.model.muscles
@@ -158,6 +158,11 @@ def give_values(model: Model, params: Params, like: Tensor) -> Valued:
     return Valued(model, muscle, joint, path, effect, curve)
 
 
+def _counts(value: Tensor) -> bool:
+    """Whether a constant that does nothing at 0 is there: it is not 0, or its derivative is asked for."""
+    return value.requires_grad or bool((value != 0).any())
+
+
 def _scaled(model: Model, muscle: Mapping[str, Tensor], full: Mapping[str, Tensor]) -> dict[str, Tensor]:
     """Constants of the muscles that the factors of their groups change, (..., T, M)."""
     changed: dict[str, Tensor] = {}
@@ -173,7 +178,8 @@ def _value(value: Tensor | float, like: Tensor) -> Tensor:
 
 
 def _stack(values: Sequence[Tensor]) -> Tensor:
-    return torch.stack(torch.broadcast_tensors(*values), dim=-1)
+    # One value after the other in memory, as `dynamics.muscle_quantities` has quantities of muscles.
+    return torch.stack(torch.broadcast_tensors(*values)).movedim(0, -1)
 
 
 def _insert(value: Tensor, axes: int, *, muscles: bool) -> Tensor:

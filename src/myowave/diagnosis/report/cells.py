@@ -123,3 +123,9 @@ def estimate(value: float, se: float | None) -> str:
 
 def _what(source: str) -> str:
     return "physical model" if source == PHYSICS else source
+
+
+def with_texts(ranking: pd.DataFrame) -> pd.DataFrame:
+    """A ranking that was read from its file, where a column without any text holds numbers that are not there."""
+    texts = [name for name in ("absorbed_by", "confused_with", "reason", "estimate") if name in ranking]
+    return ranking.assign(**{name: ranking[name].astype(object).fillna("") for name in texts})

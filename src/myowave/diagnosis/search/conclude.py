@@ -9,6 +9,8 @@ Where no force is needed beside the effects found, they are weighed again withou
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+import torch
+
 from myowave.data.wavelets import estimate_noise
 from myowave.diagnosis.misfit.repeated import Repeated, repeated_misfit
 from myowave.diagnosis.misfit.size import ABOVE, Size, size_of_misfit
@@ -19,6 +21,7 @@ from myowave.diagnosis.search.selection import Selection, select_effects, withou
 from myowave.diagnosis.search.stand_ins import StandIns, find_stand_ins
 from myowave.identification.disturbance import Disturbance, estimate_disturbance
 from myowave.identification.output_error import Fit, refit
+from myowave.identification.quiet import expected_excitation
 from myowave.identification.whitening import Band
 from myowave.physics.effect import Effect
 
@@ -106,11 +109,12 @@ def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str], each:
     if disturbance is None or disturbance.gain < EVIDENCE:
         return weighed(select(fit))
     selection = select(beside_force(fit, disturbance))
-    if selection.effects and estimate_disturbance(selection.fit).gain < EVIDENCE:
-        # With the effects found no force is needed: what they are told apart by is then seen best without one.
+    if selection.effects:
         found = replace(selection.fit, record=fit.record)
         hint = refit(found, found.model, found.free)
-        return weighed(select(fit, hint))
+        if estimate_disturbance(hint).gain < EVIDENCE:
+            # With the effects found no force is needed: what they are told apart by is then seen best without one.
+            return weighed(select(fit, hint))
     return weighed(selection, disturbance)
 
 
@@ -147,7 +151,8 @@ def within_band(fit: Fit, size: Size) -> Fit:
 
 def beside_force(fit: Fit, disturbance: Disturbance) -> Fit:
     """The fit of the same model that takes a random force for a part of the noise."""
-    record = replace(fit.record, filter=disturbance.whitener, noise=disturbance.angle)
+    emg = torch.from_numpy(expected_excitation(fit.record.emg.numpy(), fit.record.valid, disturbance.emg))
+    record = replace(fit.record, emg=emg, filter=disturbance.whitener, noise=disturbance.angle)
     return refit(replace(fit, record=record), fit.model, fit.free)
 
 

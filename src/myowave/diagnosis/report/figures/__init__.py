@@ -9,6 +9,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
+from myowave.diagnosis.report.cells import with_texts
 from myowave.diagnosis.report.figures.compare import draw_correlations, draw_errors, draw_independence, draw_overlay
 from myowave.diagnosis.report.figures.rooms import draw_horizons, draw_torque
 from myowave.diagnosis.report.figures.watch import draw_ladder, draw_parameters
@@ -29,7 +30,7 @@ def draw_diagnosis(
         summary: from `tables.verdict_summary`.
     """
     errors, found = tables["errors"], summary["model"]
-    ranking = tables["ranking"].fillna({"absorbed_by": "", "confused_with": "", "estimate": ""})
+    ranking = with_texts(tables["ranking"])
     said = tell_noise(summary)
     noise, ladder = errors["noise_deg"].iloc[0], tables["ladder"]
     ends = (next(iter(summary["rmse_deg"])), found)

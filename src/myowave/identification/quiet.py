@@ -1,0 +1,45 @@
+"""The excitation to expect behind a noisy recording.
+
+What a fit takes for the excitation has the recording's noise in it, and so have the derivatives by which it moves its
+parameters; the force that the noise leaves unexplained goes with them, and estimates are off by a share that no number
+of samples lowers (errors in variables). With the expected excitation in the recording's place that force goes with
+nothing that the model knows (regression calibration: Carroll et al. 2006, Measurement Error in Nonlinear Models, 4).
+
+Shapes: T trials, N samples, M muscles.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import convolve1d
+from scipy.signal import firwin2, welch
+
+Array = NDArray[np.float64]
+
+SEGMENT = 64  # samples over which a spectrum is taken, and half the length of the filter
+FEWEST = 16
+
+
+def expected_excitation(emg: Array, valid: NDArray[np.bool_], noise: float) -> Array:
+    """The best linear guess of what each channel was without its noise, (T, N, M): Wiener's filter.
+
+    Args:
+        emg: recorded, (T, N, M).
+        valid: False where a shorter trial is padded, (T, N).
+        noise: standard deviation at every sample, white [-].
+    """
+    found = emg.copy()
+    lengths = valid.sum(1)
+    segment = min(SEGMENT, int(lengths.min()))
+    if segment < FEWEST:
+        return found
+    for muscle in range(emg.shape[-1]):
+        trials = [x[:n, muscle] for x, n in zip(emg, lengths, strict=True)]
+        spectra = [welch(x, nperseg=segment, detrend="linear") for x in trials]
+        frequency = spectra[0][0]
+        power = np.average([spectrum for _, spectrum in spectra], axis=0, weights=lengths)
+        share = np.clip(1 - 2 * noise**2 / np.maximum(power, 1e-300), 0.0, 1.0)
+        share[0] = 1.0
+        taps = firwin2(2 * (segment // 2) + 1, frequency / frequency[-1], share)
+        for x, row, n in zip(trials, found, lengths, strict=True):
+            row[:n, muscle] = np.clip(convolve1d(x, taps / taps.sum(), mode="nearest"), 0.0, 1.0)
+    return found
