@@ -266,7 +266,7 @@ def _conditions(
     settings: RecordedDataset, signals: Mapping[str, list[NDArray[np.float64]]]
 ) -> dict[str, dict[str, float]]:
     """Known constants of each trial, those included that are the median of a signal."""
-    # ASSUME: a posture that is known over time counts as its median while the physics takes one value per trial.
+    # ASSUME: a constant that is known over time counts as its median wherever one value stands for a trial.
     medians = {
         name: {s.condition: float(np.median(signals[key][i])) for key, s in settings.signals.items() if s.condition}
         for i, name in enumerate(settings.trials)

@@ -55,7 +55,7 @@ def told_of(trials: Trials, donors: NDArray[np.int64], known: Known, samples: in
     Args:
         donors: positions of the trials whose constants they have.
     """
-    # ASSUME: the physics of a simulated trial holds an angle that is known over time at its median.
+    # ASSUME: a trial with EMG that nobody recorded holds an angle that is known over time at its median.
     constant = {signal: parameter for parameter, signal in trials.over_time.items()}
     told = np.empty((len(donors), samples, len(known)))
     for k, (name, value) in enumerate(known.items()):

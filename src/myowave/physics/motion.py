@@ -115,7 +115,7 @@ def step(valued: Valued, state: Tensor, drive: Drive) -> Tensor:
     model = valued.model
     q, qdot = state[..., 0], state[..., 1]
     states = _unpack(model, state)
-    activation = drive.activation.unbind(-2)
+    activation, leaning = drive.activation.unbind(-2), drive.leaning(valued)
     for s, h in enumerate(drive.pieces.unbind(-1)):
         points = slice(2 * s, 2 * s + 3)
         a = activation[points]
@@ -123,15 +123,20 @@ def step(valued: Valued, state: Tensor, drive: Drive) -> Tensor:
             u = drive.excitation[..., points, :].unbind(-2)
             a, advanced = _advance_activation(valued, states, u, a, h.unsqueeze(-1))
             states = {**states, **advanced}
-        q, qdot, tendons = _runge_kutta(valued, states, q, qdot, a, h)
+        q, qdot, tendons = _runge_kutta(leaning[points], states, q, qdot, a, h)
         states = {**states, **tendons}
     return _pack(model, q, qdot, states)
 
 
 def _runge_kutta(
-    valued: Valued, states: Mapping[str, Tensor], q: Tensor, qdot: Tensor, a: tuple[Tensor, ...], h: Tensor
+    leaning: list[Valued], states: Mapping[str, Tensor], q: Tensor, qdot: Tensor, a: tuple[Tensor, ...], h: Tensor
 ) -> tuple[Tensor, Tensor, Mapping[str, Tensor]]:
-    """One classical step of fourth order: q, qdot and the states of effects on the stage `muscle`."""
+    """One classical step of fourth order: q, qdot and the states of effects on the stage `muscle`.
+
+    Args:
+        leaning: the values at the beginning, in the middle and at the end, where the upper arm may lean differently.
+    """
+    valued = leaning[0]
     half, sixth = h / 2.0, h / 6.0
     tendons = bool(valued.model.tendon_effects)
     begin = muscle_quantities(valued, q, qdot, a[0]) if tendons else {}
@@ -139,16 +144,16 @@ def _runge_kutta(
     def advance(elapsed: Tensor, *end: Tensor) -> Mapping[str, Tensor]:
         return _advance_muscles(valued, states, begin, end, elapsed) if tendons else {}
 
-    def accelerate(elapsed: Tensor, q: Tensor, qdot: Tensor, a: Tensor) -> Tensor:
-        return acceleration(valued, q, qdot, a, advance(elapsed, q, qdot, a))
+    def accelerate(point: int, elapsed: Tensor, q: Tensor, qdot: Tensor) -> Tensor:
+        return acceleration(leaning[point], q, qdot, a[point], advance(elapsed, q, qdot, a[point]))
 
     k1 = acceleration(valued, q, qdot, a[0], states)
     v2 = qdot + half * k1
-    k2 = accelerate(half, q + half * qdot, v2, a[1])
+    k2 = accelerate(1, half, q + half * qdot, v2)
     v3 = qdot + half * k2
-    k3 = accelerate(half, q + half * v2, v3, a[1])
+    k3 = accelerate(1, half, q + half * v2, v3)
     v4 = qdot + h * k3
-    k4 = accelerate(h, q + h * v3, v4, a[2])
+    k4 = accelerate(2, h, q + h * v3, v4)
     q = q + sixth * (qdot + 2.0 * (v2 + v3) + v4)
     qdot = qdot + sixth * (k1 + 2.0 * (k2 + k3) + k4)
     return q, qdot, advance(h, q, qdot, a[2])

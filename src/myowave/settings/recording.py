@@ -50,7 +50,8 @@ class ExtraAngle(RawAngle):
     """A further angle over time, such as the lean of the upper arm."""
 
     condition: str | None = setting(
-        "physical constant of which its median over a trial is the known value, such as tilt; null for none",
+        "physical constant of which its median over a trial is the known value, such as tilt, which gravity follows "
+        "over time; null for none",
         default=None,
     )
 
