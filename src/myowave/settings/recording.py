@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, model_validator
 
-from myowave.settings.section import Real, Section, Whole, setting
+from myowave.settings.section import Real, Section, TrialName, Whole, setting
 
 Format = Literal["csv", "parquet", "noraxon", "delsys", "opensim", "matlab", "c3d", "edf"]
 TRIAL = "{trial}"
@@ -54,6 +54,13 @@ class ExtraAngle(RawAngle):
         "over time; null for none",
         default=None,
     )
+
+
+class RawTorque(RawSignal):
+    """Torque as a dynamometer recorded it: sign * value, in N m (Ncm or Nmm where `unit` or the file says so)."""
+
+    sign: Literal[1, -1] = setting("1, or -1 where the dynamometer counts the other way round", default=1)
+    trials: tuple[TrialName, ...] | None = setting("trials in which it was measured; null: all", default=None)
 
 
 class TextLayout(Section):
