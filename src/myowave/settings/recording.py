@@ -70,7 +70,9 @@ class TextLayout(Section):
     decimal: Literal["point", "comma"] | None = setting("decimal sign", default=None)
     header_row: Whole = setting("row that names the columns, counted from 1", "-", 1, ge=1)
     units_row: Whole | None = setting("row that holds the units of the columns", "-", None, ge=1)
-    time_column: str | None = setting("column of times in s; null takes one called time, time_s or t", default=None)
+    time_column: str | None = setting(
+        "column of times in s; null takes one called time, time_s, time_ms or t", default=None
+    )
 
 
 class Processing(Section):
