@@ -12,6 +12,9 @@ from sessions import curl, noraxon, session_section, write_session
 
 from myowave.data.preparing import prepare_recording
 from myowave.data.store import read_trials, write_trials
+from myowave.data.thinning import thin
+from myowave.data.trials import TORQUE
+from myowave.data.wavelets import decompose
 from myowave.settings import RecordedDataset, parse_settings
 
 ROOT = Path(__file__).parents[2]
@@ -124,6 +127,49 @@ def test_rate_cut_sign_and_offset_are_as_the_settings_say(good):
     trials = prepared.trials
     assert trials.dt == pytest.approx(0.02) and trials.lengths == (351, *trials.lengths[1:])
     assert np.degrees(trials.angle[0, :351]) == pytest.approx(120 - curl()[200:901:2], abs=0.05)
+
+
+@pytest.fixture
+def with_torque(folder):
+    """The session with a dynamometer in its first two trials, at a rate of its own, which counts extension positive."""
+    time = np.arange(0, 12, 0.005)
+    for trial in "ab":
+        noraxon(folder / trial / "torque.csv", "Torque", -500 * (2 + np.sin(time)), 200.0, "Ncm")
+    return folder, {"file": "{trial}/torque.csv", "format": "noraxon", "sign": -1, "trials": ["a", "b"]}
+
+
+def test_torque_of_a_dynamometer_is_a_signal_in_newton_metres_where_it_was_measured(with_torque, tmp_path):
+    folder, torque = with_torque
+    prepared, _ = prepare(folder, torque=torque)
+    found, trials = prepared.trials.signals[TORQUE], prepared.trials
+    expected = 5 * (2 + np.sin(trials.time[: trials.lengths[0]]))
+    np.testing.assert_allclose(found[:2, : trials.lengths[0]], np.stack([expected] * 2), atol=0.02)
+    assert np.isnan(found[2]).all() and trials.over_time == {"tilt": "tilt_rad"}
+    write_trials(trials, tmp_path / "trials.parquet")
+    np.testing.assert_array_equal(read_trials(tmp_path / "trials.parquet").signals[TORQUE], found)
+    np.testing.assert_array_equal(decompose(thin(trials, 25.0), 1)[1].signals[TORQUE][2], np.nan)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"trials": None}, r"torque.file: c/torque.csv: no such file"),
+        ({"unit": "Nm"}, r"Torque is in Ncm, but data.datasets.me.torque.unit says Nm"),
+    ],
+)
+def test_a_torque_that_is_not_there_or_in_two_units_is_said(with_torque, change, says):
+    folder, torque = with_torque
+    refuse(folder, says, torque={**torque, **change})
+
+
+@pytest.mark.parametrize(
+    ("values", "says"),
+    [(np.linspace(0, 9000, 2400), "trial b: the torque goes from .* to 8997"), (np.ones(2400), "trial b: .* stays at")],
+)
+def test_a_torque_that_no_elbow_gives_is_refused(with_torque, values, says):
+    folder, torque = with_torque
+    noraxon(folder / "b" / "torque.csv", "Torque", values, 200.0, "Nm")
+    refuse(folder, says, torque={**torque, "sign": 1})
 
 
 def test_packed_files_are_read_as_they_are(good, folder):

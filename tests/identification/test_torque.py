@@ -50,6 +50,19 @@ def test_a_fit_to_torque_finds_the_parameters_of_the_motion(exact_motion, base, 
     assert min(left_out.values()) > 0.99 and set(left_out) == set(exact_motion.names)
 
 
+def test_torque_is_that_of_an_upper_arm_that_leans_over_time(exact, base, free):
+    time = torch.arange(exact.angle.shape[1], dtype=torch.float64) * exact.dt
+    leaning = replace(exact, sway=(0.5 * torch.sin(3 * time)).expand(len(exact.names), -1))
+    leaning, _ = moved(leaning, base, TRUE)
+    fit = fit_torque(base, leaning, free)
+    assert dict(zip((p.name for p in free), fit.values, strict=True))["f0_Bi"] == pytest.approx(240, rel=0.03)
+    true = np.array([TRUE.get(p.name, p.start) for p in free])
+    told, untold = (shares_given(Balance.of(base, r), free, true) for r in (leaning, replace(leaning, sway=None)))
+    assert min(told.values()) > 0.99 > 0.9 > max(untold.values())
+    last = leaning.take([1])
+    assert torch.equal(last.sway[0], leaning.sway[1, : last.angle.shape[1]])
+
+
 def test_a_mass_that_nobody_measured_does_not_run_away_with_the_forces(exact_motion, base, free):
     """Without mass and without forces nothing is left in N m: residuals must not be weighed in N m."""
     light = [replace(p, low=1e-3, deviation=0.05) if p.name == "mass" else p for p in free]

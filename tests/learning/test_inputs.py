@@ -55,6 +55,11 @@ def test_what_differs_between_training_trials_is_an_input_and_a_recorded_angle_s
     assert known_inputs(alike, DEFAULTS) == {}
 
 
+def test_a_measured_torque_is_no_input(loaded):
+    told = replace(loaded, signals={**loaded.signals, "torque_Nm": np.full_like(loaded.angle, np.nan)})
+    assert known_inputs(told, DEFAULTS) == known_inputs(loaded, DEFAULTS)
+
+
 def test_a_condition_that_only_the_test_trial_has_is_no_input(loaded, rollout):
     only = replace(loaded, conditions={"3": {"mass": 1.4}}, signals={}, over_time={})
     assert fresh_network(replace(rollout, scales={0: only})).architecture.known == {}

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 import torch
+from scipy.integrate import solve_ivp
 
 from myowave.physics.dynamics import muscle_quantities, torques
 from myowave.physics.effects import catalogue
+from myowave.physics.joint import STANDARD_GRAVITY
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
 from myowave.physics.valued import give_values
@@ -113,6 +115,30 @@ def test_a_known_tilt_in_one_trial_is_the_effect_there_and_adds_to_it(elbow, noi
     effect = simulate(Simulation(model, {"gravity_tilt.phi": torch.tensor([0.1, 0.4])}, emg, dt), 1.0)
     torch.testing.assert_close(known.q, effect.q, rtol=0, atol=1e-6)
     assert (known.q - simulate(Simulation(elbow, {}, emg, dt), 1.0).q).abs().amax(-1).min() > 0.02
+
+
+def test_an_arm_without_muscles_swings_below_an_upper_arm_that_leans_over_time(elbow, dt):
+    """Against an independent solver; the lean is linear between samples."""
+    time = np.arange(120) * dt
+    tilt = 0.2 + 0.5 * np.sin(2.0 * time)
+    emg = torch.zeros(1, len(time), 2, dtype=torch.float64)
+    limp = {"f0_Bi": 1e-9, "f0_Tri": 1e-9, "tilt": 0.2}
+    q = simulate(Simulation(elbow, limp, emg, dt, sway=torch.from_numpy(tilt - 0.2)[None]), 1.0).q[0]
+
+    def swing(t, state):
+        return [state[1], -STANDARD_GRAVITY * np.sin(state[0] + np.interp(t, time, tilt))]
+
+    found = solve_ivp(swing, time[[0, -1]], [1.0, 0.0], t_eval=time, rtol=1e-9, atol=1e-9, max_step=dt)
+    torch.testing.assert_close(q, torch.from_numpy(found.y[0]), rtol=0, atol=1e-4)
+
+
+def test_a_lean_over_time_that_stays_the_same_is_the_constant(elbow, noisy_emg, dt):
+    emg = noisy_emg[0.10][:2, :100]
+    model = elbow.with_effects([catalogue()["gravity_tilt"]])
+    sway = torch.full((2, 100), 0.3, dtype=torch.float64)
+    over_time = simulate(Simulation(model, {"tilt": 0.1, "gravity_tilt.phi": 0.1}, emg, dt, sway=sway), 1.0)
+    constant = simulate(Simulation(model, {"tilt": 0.4, "gravity_tilt.phi": 0.1}, emg, dt), 1.0)
+    torch.testing.assert_close(over_time.q, constant.q, rtol=0, atol=1e-12)
 
 
 def test_an_emg_gain_is_strength_where_activation_is_proportional_to_emg(elbow, noisy_emg, dt):

@@ -51,7 +51,8 @@ def test_solution_is_the_integrated_motion_and_its_derivatives(case, elbow, nois
     params = {full: CASES[case][e.name] for e in effects for full in model.parameters_of(e)}
     params["f0_Bi"] = torch.tensor([[300.0], [320.0]], dtype=torch.float64)  # a batch of two
     params["delay_Tri"] = 0.07  # where delays are the same, steps are split in another way before and behind that
-    simulation = Simulation(model, params, noisy_emg[0.10][:2, :15], dt)
+    sway = torch.linspace(-0.3, 0.4, 30, dtype=torch.float64).reshape(2, 15)
+    simulation = Simulation(model, params, noisy_emg[0.10][:2, :15], dt, sway=sway)
     wrt = {name: size for name, size in sizes(model).items() if name in ("f0_Bi", "l0_Tri", *model.effect_parameters)}
     q0, qdot0 = START
 

@@ -43,6 +43,8 @@ def test_maximum_contractions_are_no_trials():
 def test_one_trial_is_too_few():
     with pytest.raises(ValueError, match="1 recordings .curl.csv., but not two trials: .*Rename them"):
         name_trials([PurePosixPath("curl.csv")])
+    with pytest.raises(ValueError, match="2 recordings .*, but not two trials: .*One long recording is cut .*cut_s"):
+        name_trials([PurePosixPath("curl_emg.csv"), PurePosixPath("curl_angle.csv")])
 
 
 def test_a_folder_without_recordings_is_told_what_was_expected(tmp_path):
@@ -66,6 +68,10 @@ def test_hidden_files_are_no_recordings(tmp_path):
         ("Noraxon Ultium-RT BICEPS BR.", "biceps"),
         ("RTriceps_lat", "triceps"),
         ("BRACHIORAD.", "brachioradialis"),
+        ("BIClong", "biceps"),
+        ("TRIlat", "triceps"),
+        ("Bizeps", "biceps"),
+        ("Bíceps", "biceps"),
         ("isometric trial 1", None),
         ("electric", None),
     ],
@@ -79,6 +85,9 @@ def test_a_label_with_a_persons_name_is_not_technical(label):
     assert not is_technical(label)
 
 
-@pytest.mark.parametrize("label", ["Avanti sensor 1: EMG 1", "LElbowAngles.x", "emg(2)", "r_elbow_flex", "Biceps_R"])
+@pytest.mark.parametrize(
+    "label",
+    ["Avanti sensor 1: EMG 1", "LElbowAngles.x", "emg(2)", "r_elbow_flex", "Biceps_R", "BIClong", "Winkel"],
+)
 def test_a_recorders_own_label_is_technical(label):
     assert is_technical(label)

@@ -55,6 +55,35 @@ def test_raw_recordings_become_a_dataset_that_can_be_prepared(workplace, laid_ov
     assert np.degrees(prepared.raw["a"].angle.values).max() == pytest.approx(curl().max(), abs=1e-3)
 
 
+def test_opensim_files_and_a_german_export_become_datasets_that_can_be_prepared(workplace, laid_over):
+    """A straight arm of 180 deg, EMG in a file that says inDegrees; decimal commas, times in ms."""
+    for seed, trial in enumerate(("t1", "t2")):
+        emg = {"time": times(), "BIClong": burst(seed) * 1e-6, "TRIlat": burst(seed + 50) * 1e-6}
+        head = "x\nversion=1\ninDegrees=yes\nendheader\n"
+        table(workplace / "opensim" / f"{trial}_emg.sto", emg, head, "\t")
+        angle = {"time": times(rate=ANGLE_HZ), "elbow_flexion_r": 180 - curl()}
+        table(workplace / "opensim" / f"{trial}_ik.mot", angle, head, "\t")
+        spoken = {"Bizeps [mV]": burst(seed) / 1000, "Trizeps [mV]": burst(seed + 50) / 1000}
+        table(workplace / "german" / f"EMG_{trial}.csv", {"time_ms": 1000 * times(), **spoken}, separator=";")
+        angle = {"time_ms": 1000 * times(rate=ANGLE_HZ), "Ellbogenwinkel": curl()}
+        table(workplace / "german" / f"Winkel_{trial}.csv", angle, separator=";")
+        for path in (workplace / "german").iterdir():
+            path.write_text(path.read_text().replace(".", ","))
+    for folder, unit in (("opensim", "au (guessed), 1000 Hz"), ("german", "mV, 1000 Hz")):
+        study = study_of(folder)
+        assert f", {unit}" in study.said
+        corrected = study.text
+        if folder == "opensim":
+            assert "Where 180 is straight: sign: -1, offset_deg: 180" in study.said
+            corrected = corrected.replace("sign: 1 #", "sign: -1 #").replace("offset_deg: 0.0", "offset_deg: 180")
+        settings = laid_over(corrected)
+        dataset = settings.data.datasets["mine"]
+        assert set(dataset.emg) == {"emg_biceps", "emg_triceps"} and dataset.arm == "arm26"
+        prepared, _ = prepare_recording("mine", dataset, ".", settings.physics_of("mine").tables)
+        assert prepared.trials.dt == pytest.approx(0.01)
+        assert np.degrees(prepared.trials.angle).max() == pytest.approx(curl().max(), abs=1)
+
+
 def test_no_label_inside_the_files_is_copied_where_it_may_be_a_persons(workplace):
     write_session(workplace / "curls")  # labels there are "Jane Doe biceps"
     for seed, trial in enumerate(("t1", "t2")):

@@ -98,8 +98,7 @@ def draw_recording(prepared: Prepared, quality: Mapping[str, Any], trial: str) -
         last.plot(angle.time, np.rad2deg(angle.values), color=color, linestyle="--", label=name.removesuffix("_rad"))
     last.set_ylabel("angle [deg]")
     last.set_xlabel("time on the angle's clock [s]")
-    signals = [*raw.emg.values(), raw.angle, *raw.signals.values()]
-    start, end = min(signal.start for signal in signals), max(signal.end for signal in signals)
+    start, end = min(signal.start for signal in raw.all), max(signal.end for signal in raw.all)
     for axis in axes[:, 0]:
         axis.set_xlim(start, end)
         axis.axvspan(start, grid[0], color="#e3e3e3", zorder=0)

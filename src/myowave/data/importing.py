@@ -12,7 +12,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from myowave.data.checks.across import duplicate_problems, rate_problems, role_problems
 from myowave.data.checks.columns import ANGLES, TIME, column_problems, emg_columns, is_ignored
@@ -23,7 +22,7 @@ from myowave.data.checks.values import length_problems, value_problems
 from myowave.data.files import find_files
 from myowave.data.processing.units import to_radians
 from myowave.data.readers import TABLES, RawRecording, read
-from myowave.data.recording import Recording
+from myowave.data.recording import Recording, torques_of
 from myowave.data.trials import TORQUE, Trials
 from myowave.settings import MeasuredDataset, TablePath
 
@@ -66,7 +65,7 @@ def import_trials(
         channels=channels,
         emg=[recording.emg for recording in recordings.values()],
         angle=[recording.angle for recording in recordings.values()],
-        signals=_torques(recordings),
+        signals=torques_of(recordings.values()),
         test=settings.test,
         conditions=settings.conditions,
         constants=settings.constants,
@@ -76,15 +75,6 @@ def import_trials(
             "sha256": {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files.values()},
         },
     )
-
-
-def _torques(recordings: Mapping[str, Recording]) -> dict[str, list[NDArray[np.float64]]]:
-    """The torque of each trial, NaN where none was measured; nothing where that is so in all."""
-    if all(recording.torque is None for recording in recordings.values()):
-        return {}
-    nothing = [np.full(len(recording.angle), np.nan) for recording in recordings.values()]
-    pairs = zip(recordings.values(), nothing, strict=True)
-    return {TORQUE: [none if recording.torque is None else recording.torque for recording, none in pairs]}
 
 
 def check_tables(trials: Trials, tables: Mapping[str, TablePath]) -> list[str]:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from myowave.data.checks.across import duplicate_problems, rate_problems
-from myowave.data.checks.ranges import EMG_LIMIT, STILL
+from myowave.data.checks.ranges import EMG_LIMIT, STILL, TORQUE_LIMIT
 from myowave.data.checks.tables import beyond_tables, table_problems
 from myowave.data.checks.values import SHORTEST
 from myowave.data.processing.excitation import describe, envelope, lag_of
@@ -26,7 +26,7 @@ from myowave.data.processing.real_time import Known, RealTime
 from myowave.data.processing.sampled import Sampled
 from myowave.data.quality.motion import angle_beyond_tables
 from myowave.data.quality.report import find_faults, report
-from myowave.data.recording import Recording
+from myowave.data.recording import Recording, torques_of
 from myowave.data.session import RawTrial, Session, read_session
 from myowave.data.trials import Trials
 from myowave.settings import RecordedDataset, TablePath
@@ -93,7 +93,7 @@ def prepare(dataset: str, settings: RecordedDataset, session: Session) -> Prepar
     envelopes = {name: _envelopes(trial.emg, settings, before) for name, trial in raw.items()}
     grids = {
         name: common_grid(
-            [*trial.emg.values(), trial.angle, *trial.signals.values()],
+            trial.all,
             trial.angle,
             settings.processing.rate_hz,
             settings.cut_s.get(name),
@@ -105,6 +105,7 @@ def prepare(dataset: str, settings: RecordedDataset, session: Session) -> Prepar
     _refuse(dataset, _gain_problems(gains))
     phase = settings.processing.phase
     recordings = {name: _recording(name, raw[name], envelopes[name], gains, grids[name], phase) for name in raw}
+    torques = torques_of(recordings.values())
     problems = [*rate_problems(recordings), *duplicate_problems(recordings), *_value_problems(settings, recordings)]
     _refuse(dataset, problems)
     real_time = _real_time(settings, raw, before, gains)
@@ -116,7 +117,7 @@ def prepare(dataset: str, settings: RecordedDataset, session: Session) -> Prepar
         channels=list(settings.emg),
         emg=[recording.emg for recording in recordings.values()],
         angle=[recording.angle for recording in recordings.values()],
-        signals=signals,
+        signals=signals | torques,
         over_time={s.condition: key for key, s in settings.signals.items() if s.condition},
         test=settings.test,
         conditions=_conditions(settings, signals),
@@ -209,7 +210,8 @@ def _recording(
     sample = sample_as_it_comes if phase == "causal" else sample_at
     emg = [np.maximum(sample(sampled, grid), 0.0) / gains[channel] for channel, sampled in envelopes.items()]
     dt = float(grid[-1] - grid[0]) / (len(grid) - 1)
-    return Recording(f"trial {name}", dt, tuple(envelopes), np.stack(emg, axis=1), sample_at(raw.angle, grid))
+    torque = None if raw.torque is None else sample_at(raw.torque, grid)
+    return Recording(f"trial {name}", dt, tuple(envelopes), np.stack(emg, axis=1), sample_at(raw.angle, grid), torque)
 
 
 def _grid_problems(grids: Mapping[str, NDArray[np.float64]], raw: Mapping[str, RawTrial]) -> Iterator[str]:
@@ -244,6 +246,8 @@ def _value_problems(settings: RecordedDataset, recordings: Mapping[str, Recordin
                     f"{peak * recording.dt:.1f} s after its start; expected at most {EMG_LIMIT:g}. Look for an "
                     "artefact there and cut it off with cut_s, or train on a trial of such effort."
                 )
+        if recording.torque is not None:
+            yield from _torque_problems(name, recording.torque)
         angle = np.degrees(recording.angle)
         if np.ptp(recording.angle) < STILL:
             yield (
@@ -262,11 +266,24 @@ def _value_problems(settings: RecordedDataset, recordings: Mapping[str, Recordin
             )
 
 
+def _torque_problems(name: str, torque: NDArray[np.float64]) -> Iterator[str]:
+    if np.abs(torque).max() > TORQUE_LIMIT:
+        yield (
+            f"trial {name}: the torque goes from {torque.min():.4g} to {torque.max():.4g} N m; expected "
+            f"-{TORQUE_LIMIT:g} to {TORQUE_LIMIT:g}. Correct its unit."
+        )
+    elif np.ptp(torque) < 1e-6:  # filters leave no more of a constant
+        yield (
+            f"trial {name}: the torque stays at {torque[0]:.4g} N m. The dynamometer was off: leave the trial out of "
+            "torque.trials."
+        )
+
+
 def _conditions(
     settings: RecordedDataset, signals: Mapping[str, list[NDArray[np.float64]]]
 ) -> dict[str, dict[str, float]]:
     """Known constants of each trial, those included that are the median of a signal."""
-    # ASSUME: a posture that is known over time counts as its median while the physics takes one value per trial.
+    # ASSUME: a constant that is known over time counts as its median wherever one value stands for a trial.
     medians = {
         name: {s.condition: float(np.median(signals[key][i])) for key, s in settings.signals.items() if s.condition}
         for i, name in enumerate(settings.trials)

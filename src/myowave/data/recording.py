@@ -1,9 +1,12 @@
 """One trial in the form that all trials have, before they are stacked."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from myowave.data.trials import TORQUE
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,3 +28,12 @@ class Recording:
     emg: NDArray[np.float64]
     angle: NDArray[np.float64]
     torque: NDArray[np.float64] | None = None
+
+
+def torques_of(recordings: Iterable[Recording]) -> dict[str, list[NDArray[np.float64]]]:
+    """The torque of each trial by the name of the signal, NaN where none was measured; nothing where that is so in
+    all."""
+    pairs = [(recording.torque, len(recording.angle)) for recording in recordings]
+    if all(torque is None for torque, _ in pairs):
+        return {}
+    return {TORQUE: [np.full(samples, np.nan) if torque is None else torque for torque, samples in pairs]}

@@ -20,6 +20,7 @@ from myowave.data.processing.sampled import Sampled
 from myowave.data.processing.units import (
     ARBITRARY,
     TO_MICROVOLTS,
+    TO_NEWTON_METRES,
     TO_RADIANS,
     plain_unit,
     to_microvolts,
@@ -45,11 +46,18 @@ class RawTrial:
         emg: {channel: [uV], or any unit where it is arbitrary}.
         angle: elbow angle [rad], with the sign and offset of the settings.
         signals: further angles [rad].
+        torque: of the muscles, flexing positive [N m]; None where it was not measured.
     """
 
     emg: Mapping[str, Sampled]
     angle: Sampled
     signals: Mapping[str, Sampled]
+    torque: Sampled | None = None
+
+    @property
+    def all(self) -> list[Sampled]:
+        """Every signal."""
+        return [*self.emg.values(), self.angle, *self.signals.values(), *([self.torque] if self.torque else [])]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +86,7 @@ def read_session(dataset: str, settings: RecordedDataset, root: str | Path = "."
         emg = {channel: reading.emg(name, channel) for channel in settings.emg}
         angle = reading.angle(name, "angle", settings.angle)
         signals = {key: reading.angle(name, f"signals.{key}", signal) for key, signal in settings.signals.items()}
-        trials[name] = RawTrial(emg, angle, signals)
+        trials[name] = RawTrial(emg, angle, signals, reading.torque(name))
     mvc = {name: {channel: reading.emg(name, channel) for channel in settings.emg} for name in settings.mvc}
     reading.close()
     return Session(trials, mvc, reading.sha256)
@@ -103,6 +111,13 @@ class _Reading:
         sampled = self._sampled(trial, key, settings, tuple(TO_RADIANS))
         values = settings.sign * to_radians(sampled.values, sampled.unit) + settings.offset_deg * TO_RADIANS["deg"]
         return sampled.with_values(values, "rad")
+
+    def torque(self, trial: str) -> Sampled | None:
+        settings = self._settings.torque
+        if settings is None or trial not in self._settings.torque_trials:
+            return None
+        sampled = self._sampled(trial, "torque", settings, tuple(TO_NEWTON_METRES))
+        return sampled.with_values(settings.sign * sampled.values * TO_NEWTON_METRES[sampled.unit], "Nm")
 
     def close(self) -> None:
         """Raise what was found wrong in any file, columns included that nobody uses."""

@@ -168,6 +168,11 @@ class Trials:
         constant = self.constants.get(parameter, default)
         return np.array([self.conditions.get(name, {}).get(parameter, constant) for name in self.names])
 
+    def change_over_time(self, parameter: str) -> NDArray[np.float64] | None:
+        """How far a known parameter is from its condition over time, (T, N); None where that was not measured."""
+        signal = self.over_time.get(parameter)
+        return None if signal is None else self.signals[signal] - self.condition(parameter, 0.0)[:, None]
+
     def known(self, defaults: Mapping[str, float]) -> dict[str, NDArray[np.float64]]:
         """Every constant that is known of the subject or of a trial: its value in each trial, {parameter: (T,)}.
 

@@ -69,7 +69,7 @@ def project(signal: ArrayLike, level: int, wavelet: str = "db2") -> NDArray[np.f
         wavelet: name of an orthogonal wavelet.
 
     Returns:
-        The signal at scale [-level], same shape and unit.
+        The signal at scale [-level], same shape and unit; NaN where it was not measured.
     """
     signal = np.asarray(signal, dtype=np.float64)
     _check_level(len(signal), level, wavelet, where="signal")
@@ -77,7 +77,7 @@ def project(signal: ArrayLike, level: int, wavelet: str = "db2") -> NDArray[np.f
         return signal.copy()
     basis, cholesky = _interval_basis(len(signal), level, wavelet)
     columns = signal.reshape(len(signal), -1)
-    return (basis @ cho_solve_banded((cholesky, True), basis.T @ columns)).reshape(signal.shape)
+    return (basis @ cho_solve_banded((cholesky, True), basis.T @ columns, check_finite=False)).reshape(signal.shape)
 
 
 def max_level(samples: int, wavelet: str = "db2") -> int:

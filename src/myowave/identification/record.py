@@ -61,6 +61,7 @@ class Record:
         valid: False where a shorter trial is padded, (T, N).
         training: which trials may be fitted, (T,).
         known: constants that are known, each (T,): the conditions of the trials.
+        sway: how far the upper arm's lean is from the known `tilt` over time [rad], (T, N); None where nobody measured.
         noise: standard deviation of the noise of the angle [rad]; what is known of constants beforehand weighs as much
             as samples with it.
         torque: of the muscles as a dynamometer measured it [N m], NaN where none did, (T, N); None where none ever did.
@@ -81,6 +82,7 @@ class Record:
     pieces: Pieces | None = None
     filter: Filter | None = None
     torque: NDArray[np.float64] | None = None
+    sway: Tensor | None = None
 
     def white(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
         """Residuals or derivatives of the angle, (..., T, N, C), through the filter."""
@@ -137,6 +139,7 @@ class Record:
             pieces=None if self.pieces is None else self.pieces.take(index, longest),
             filter=None if self.filter is None else self.filter.take(index, longest),
             torque=None if self.torque is None else self.torque[index, :longest],
+            sway=None if self.sway is None else self.sway[index, :longest],
         )
 
     def cut(self, horizon_s: float) -> "Record":
@@ -167,6 +170,7 @@ class Record:
             known={name: values[row] for name, values in self.known.items()},
             at_rest=False,
             pieces=Pieces(trials, seconds, horizon_s, lead, state[at]),
+            sway=None if self.sway is None else self.sway[at],
             torque=None,  # said once, of whole trials, by the fit to torque
         )
 
@@ -187,8 +191,8 @@ class Record:
         return starts
 
     def simulation(self, model: Model, params: Params) -> Simulation:
-        """What simulates these trials with a model: their EMG, the constants that are known, and other parameters."""
-        return Simulation(model, {**self.known, **params}, self.emg, self.dt, lead=self.lead)
+        """What simulates these trials with a model: their EMG, what is known of them, and other parameters."""
+        return Simulation(model, {**self.known, **params}, self.emg, self.dt, lead=self.lead, sway=self.sway)
 
     def first_guess(self) -> Tensor:
         """State (q, qdot) of the measured motion, smoothed, (T, N, 2)."""
@@ -214,6 +218,7 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at
     """
     recorded = [trials.angle[i, : trials.lengths[i]] for i in trials.index(trials.train)]
     noise = estimate_noise(*recorded) if noise_deg is None else np.radians(noise_deg)
+    tilt = trials.change_over_time("tilt")
     return Record(
         names=trials.names,
         dt=trials.dt,
@@ -225,4 +230,5 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at
         noise=max(float(noise), np.radians(SMALLEST_NOISE_DEG)),
         at_rest=at_rest,
         torque=trials.signals.get(TORQUE),
+        sway=None if tilt is None else torch.from_numpy(tilt),
     )

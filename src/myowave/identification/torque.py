@@ -104,7 +104,8 @@ class Balance:
         """Needed and given torque [N m], (..., T, K) each, for free parameters (..., P)."""
         simulation = self.record.simulation(self.model, bind_values(free, values))
         _, activation = simulation.activate(self.position)
-        found = torques(simulation.valued.along(2), self.q, self.qdot, activation, {})
+        valued = simulation.valued.along(2).leaning(simulation.sway_at(self.position))
+        found = torques(valued, self.q, self.qdot, activation, {})
         inverse = (1 / found.inertia).expand_as(found.total)
         area = self.windows.integrate(inverse)
         needed = (self.moved - self.windows.integrate(found.gravity * inverse)) / area

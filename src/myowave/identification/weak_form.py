@@ -98,8 +98,10 @@ class WeakForm:
         """Weak residual [rad] of free parameters (..., P), all trials in one row: (..., T K)."""
         simulation = self.record.simulation(self.model, bind_values(free, values))
         start = torch.arange(self.record.angle.shape[1] - 1, dtype=torch.float64)
-        _, activation = simulation.activate(start[:, None, None] + self.points[:, None])
-        qddot = acceleration(simulation.valued.along(2), self.q, self.qdot, activation, {})
+        position = start[:, None, None] + self.points[:, None]
+        _, activation = simulation.activate(position)
+        valued = simulation.valued.along(2).leaning(simulation.sway_at(position))
+        qddot = acceleration(valued, self.q, self.qdot, activation, {})
         residual = self.project(self.q, 2) - self.project(qddot, 0)
         return (residual * self.inside).flatten(-2).numpy()
 

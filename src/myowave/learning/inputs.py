@@ -13,7 +13,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from myowave.data.trials import Trials
+from myowave.data.trials import TORQUE, Trials
 from myowave.physics.constants import Constant, constant_of, is_constant
 
 Known = Mapping[str, float]
@@ -34,7 +34,8 @@ def known_inputs(trials: Trials, defaults: Mapping[str, float], wanted: Sequence
         for name, values in trials.known(defaults).items()
         if name not in trials.over_time and np.ptp(values) > 0
     }
-    known = differ | dict.fromkeys(trials.signals, 0.0)
+    # A torque that a dynamometer measured is a result of the motion to be predicted, and none is there later.
+    known = differ | dict.fromkeys((name for name in trials.signals if name != TORQUE), 0.0)
     return {name: value for name, value in known.items() if wanted is None or name in wanted}
 
 
@@ -55,7 +56,7 @@ def told_of(trials: Trials, donors: NDArray[np.int64], known: Known, samples: in
     Args:
         donors: positions of the trials whose constants they have.
     """
-    # ASSUME: the physics of a simulated trial holds an angle that is known over time at its median.
+    # ASSUME: a trial with EMG that nobody recorded holds an angle that is known over time at its median.
     constant = {signal: parameter for parameter, signal in trials.over_time.items()}
     told = np.empty((len(donors), samples, len(known)))
     for k, (name, value) in enumerate(known.items()):

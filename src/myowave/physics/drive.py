@@ -7,7 +7,7 @@ Shapes: ... batch, T trials, N samples, n positions, D points within a step, S p
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
@@ -25,16 +25,33 @@ class Drive:
     Args:
         excitation, activation: (..., T, N - 1, 2 S + 1, M); activation before effects that have states.
         pieces: length of each piece [s], (..., T, 1, S).
+        sway: how far the upper arm's lean is from the constant `tilt` [rad], (..., T, N - 1, 2 S + 1); None where it
+            stays there.
     """
 
     excitation: Tensor
     activation: Tensor
     pieces: Tensor
+    sway: Tensor | None = None
 
     def at(self, n: int) -> "Drive":
         """The drive of step n only, without the axis of samples."""
         pieces = self.pieces.squeeze(-2)
-        return Drive(self.excitation[..., n, :, :], self.activation[..., n, :, :], pieces)
+        sway = None if self.sway is None else self.sway[..., n, :]
+        return Drive(self.excitation[..., n, :, :], self.activation[..., n, :, :], pieces, sway)
+
+    def part(self, steps: slice) -> "Drive":
+        """The drive of some of the steps."""
+        sway = None if self.sway is None else self.sway[..., steps, :]
+        return replace(
+            self, excitation=self.excitation[..., steps, :, :], activation=self.activation[..., steps, :, :], sway=sway
+        )
+
+    def leaning(self, valued: Valued) -> list[Valued]:
+        """A model's values at each of the 2 S + 1 points, with the lean of the upper arm there."""
+        if self.sway is None:
+            return [valued] * self.activation.shape[-2]
+        return [valued.leaning(change) for change in self.sway.unbind(-1)]
 
 
 def excite(emg: Tensor, delay: Tensor, position: Tensor, dt: float) -> Tensor:
@@ -52,17 +69,21 @@ def excite(emg: Tensor, delay: Tensor, position: Tensor, dt: float) -> Tensor:
     """
     # ASSUME: a negative sample of EMG counts as 0 (a muscle cannot push), in generation and in identification alike.
     # ASSUME: EMG is linear between samples; before the first sample it holds the first value.
-    emg = emg.clamp(min=0.0)
-    samples = emg.shape[-2]
-    delayed = position - (delay / dt)[..., None, None, :]
-    delayed = delayed.clamp(0.0, samples - 1.0)
-    flat = delayed.flatten(-3, -2)
+    return between_samples(emg.clamp(min=0.0), position - (delay / dt)[..., None, None, :])
+
+
+def between_samples(values: Tensor, position: Tensor) -> Tensor:
+    """Values of samples (..., T, N, M), linear between them and held beyond, at positions (..., T, n, D, M) in units of
+    samples."""
+    samples = values.shape[-2]
+    position = position.clamp(0.0, samples - 1.0)
+    flat = position.flatten(-3, -2)
     before = flat.floor().clamp(max=max(samples - 2.0, 0.0))
-    axes = max(emg.dim(), flat.dim())  # take_along_dim broadcasts, but only among equally many axes
-    emg, index = emg[(None,) * (axes - emg.dim())], before.long()[(None,) * (axes - flat.dim())]
-    left = torch.take_along_dim(emg, index, dim=-2)
-    right = torch.take_along_dim(emg, (index + 1).clamp(max=samples - 1), dim=-2)
-    return (left + (flat - before) * (right - left)).unflatten(-2, delayed.shape[-3:-1])
+    axes = max(values.dim(), flat.dim())  # take_along_dim broadcasts, but only among equally many axes
+    values, index = values[(None,) * (axes - values.dim())], before.long()[(None,) * (axes - flat.dim())]
+    left = torch.take_along_dim(values, index, dim=-2)
+    right = torch.take_along_dim(values, (index + 1).clamp(max=samples - 1), dim=-2)
+    return (left + (flat - before) * (right - left)).unflatten(-2, position.shape[-3:-1])
 
 
 def breakpoints(valued: Valued, dt: float, substeps: int) -> Tensor:
@@ -79,8 +100,10 @@ def breakpoints(valued: Valued, dt: float, substeps: int) -> Tensor:
     return torch.cat([split.flatten(-2), ends + 1.0], dim=-1)
 
 
-def drive_muscles(valued: Valued, emg: Tensor, dt: float, substeps: int = 1, lead: int = 0) -> Drive:
-    """Excitation and activation of every muscle at the points of every step.
+def drive_muscles(
+    valued: Valued, emg: Tensor, dt: float, substeps: int = 1, lead: int = 0, sway: Tensor | None = None
+) -> Drive:
+    """Excitation and activation of every muscle, and the upper arm's lean, at the points of every step.
 
     Args:
         valued: with `axes` 0.
@@ -88,6 +111,7 @@ def drive_muscles(valued: Valued, emg: Tensor, dt: float, substeps: int = 1, lea
         dt: sampling interval [s].
         substeps: Runge-Kutta steps for each piece between kinks.
         lead: samples of EMG before the first step.
+        sway: of the lean at every sample of the motion [rad], (..., T, N - lead).
     """
     split = breakpoints(valued, dt, substeps)
     middle = (split[..., :-1] + split[..., 1:]) / 2
@@ -96,7 +120,9 @@ def drive_muscles(valued: Valued, emg: Tensor, dt: float, substeps: int = 1, lea
     position = start[:, None, None] + points[..., None, :, None]
     pieces = (torch.diff(split, dim=-1) * dt).unsqueeze(-2)
     excitation, activation = activate(valued, emg, position, dt)
-    return Drive(excitation, activation, pieces)
+    if sway is not None:
+        sway = between_samples(sway[..., None], position - lead)[..., 0]
+    return Drive(excitation, activation, pieces, sway)
 
 
 def activate(valued: Valued, emg: Tensor, position: Tensor, dt: float) -> tuple[Tensor, Tensor]:

@@ -32,6 +32,7 @@ def simulate_held(simulation: Simulation, q0: Tensor | float) -> Tensor:
             f"solver: held cannot hold {', '.join(effect.name for effect in model.stateful)}, which has a state of "
             "its own; use solver: exact."
         )
+    assert simulation.sway is None, "only simulated arms are held, and they lean the same all the time"
     start = torch.as_tensor(q0, dtype=emg.dtype, device=emg.device)
     q = start.expand(batch_shape(simulation, start, start))
     sample = torch.arange(emg.shape[-2], dtype=emg.dtype, device=emg.device)

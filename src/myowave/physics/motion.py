@@ -115,7 +115,7 @@ def step(valued: Valued, state: Tensor, drive: Drive) -> Tensor:
     model = valued.model
     q, qdot = state[..., 0], state[..., 1]
     states = _unpack(model, state)
-    activation = drive.activation.unbind(-2)
+    activation, leaning = drive.activation.unbind(-2), drive.leaning(valued)
     for s, h in enumerate(drive.pieces.unbind(-1)):
         points = slice(2 * s, 2 * s + 3)
         a = activation[points]
@@ -123,7 +123,7 @@ def step(valued: Valued, state: Tensor, drive: Drive) -> Tensor:
             u = drive.excitation[..., points, :].unbind(-2)
             a, advanced = _advance_activation(valued, states, u, a, h.unsqueeze(-1))
             states = {**states, **advanced}
-        q, qdot, tendons = _advance(valued, states, q, qdot, a, h)
+        q, qdot, tendons = _advance(leaning[points], states, q, qdot, a, h)
         states = {**states, **tendons}
     return _pack(model, q, qdot, states)
 
@@ -152,9 +152,14 @@ def runge_kutta(
 
 
 def _advance(
-    valued: Valued, states: Mapping[str, Tensor], q: Tensor, qdot: Tensor, a: tuple[Tensor, ...], h: Tensor
+    leaning: list[Valued], states: Mapping[str, Tensor], q: Tensor, qdot: Tensor, a: tuple[Tensor, ...], h: Tensor
 ) -> tuple[Tensor, Tensor, Mapping[str, Tensor]]:
-    """q, qdot and the states of effects on the stage `muscle` after a piece of a step."""
+    """q, qdot and the states of effects on the stage `muscle` after a piece of a step.
+
+    Args:
+        leaning: the values at its beginning, middle and end, where the upper arm may lean differently.
+    """
+    valued = leaning[0]
     tendons = bool(valued.model.tendon_effects)
     begin = muscle_quantities(valued, q, qdot, a[0]) if tendons else {}
 
@@ -164,7 +169,7 @@ def _advance(
     def accelerate(stage: int, q: Tensor, qdot: Tensor) -> Tensor:
         point = STAGES[stage]
         at = later(h * (point / 2), q, qdot, a[point]) if point else states
-        return acceleration(valued, q, qdot, a[point], at)
+        return acceleration(leaning[point], q, qdot, a[point], at)
 
     q, qdot = runge_kutta(accelerate, q, qdot, h)
     return q, qdot, later(h, q, qdot, a[2])

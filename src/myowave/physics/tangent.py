@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from myowave.physics.drive import breakpoints
+from myowave.physics.drive import Drive, breakpoints
 from myowave.physics.dynamics import acceleration
 from myowave.physics.motion import STAGES, runge_kutta
 from myowave.physics.simulation import Simulation
@@ -38,31 +38,30 @@ def linear_forcing(simulation: Simulation, state: Tensor, wrt: Mapping[str, floa
     driving = {name: size for name, size in wrt.items() if simulation.model.drives(name)}
     drive = simulation.drive
     steps, pieces = state.shape[-2], drive.pieces.shape[-1]
-    batch = max(1, state[..., 0, 0].numel())
-    length = max(1, MOST_POINTS // (batch * pieces * 4))
+    length = max(1, MOST_POINTS // (4 * pieces * max(1, state[..., 0, 0].numel())))
     changes = _changes_of_activation(simulation, driving, steps, state.ndim - 2) if driving else None
+    columns = [i for i, name in enumerate(wrt) if name in driving]
     parts = []
     for first in range(0, steps, length):
         chunk = slice(first, first + length)
-        at, h = state[..., chunk, :], drive.pieces
-        activation = drive.activation[..., chunk, :, :]
-        points = _points(simulation.along_time, at, activation, h)
+        points = _points(simulation.along_time, state[..., chunk, :], drive.part(chunk))
         slopes = _slopes(simulation, points, list(wrt))
         if changes is not None:
-            columns = [i for i, name in enumerate(wrt) if name in driving]
-            change = changes[..., chunk, :, :, :]  # (P, ..., T, n, S, 3, M)
-            slopes.parameter[columns] += (slopes.activation * change[..., STAGES, :]).sum(-1)
-        parts.append(_forced(slopes, h))
+            change = changes[..., chunk, :, :, :][..., STAGES, :]  # (P, ..., T, n, S, 4, M)
+            slopes.parameter[columns] += (slopes.activation * change).sum(-1)
+        parts.append(_forced(slopes, drive.pieces))
     return torch.cat(parts, -3)
 
 
 @dataclass(frozen=True)
 class Points:
-    """Where the stages of all pieces are: q and qdot (..., T, n, S, 4), activation (..., T, n, S, 4, M)."""
+    """Where the stages of all pieces are: q and qdot (..., T, n, S, 4), activation (..., T, n, S, 4, M), and the sway of
+    the upper arm (..., T, n, S, 4) or None."""
 
     q: Tensor
     qdot: Tensor
     activation: Tensor
+    sway: Tensor | None
 
 
 @dataclass(frozen=True)
@@ -76,23 +75,23 @@ class Slopes:
     parameter: Tensor
 
 
-def _points(valued: Valued, state: Tensor, activation: Tensor, pieces: Tensor) -> Points:
-    """The stages of the steps from states (..., T, n, 2) with activation (..., T, n, 2 S + 1, M)."""
+def _points(valued: Valued, state: Tensor, drive: Drive) -> Points:
+    """The stages of the steps from states (..., T, n, 2)."""
     q, qdot = state.unbind(-1)
     seen: list[tuple[Tensor, Tensor]] = []
-    places = []
-    along = activation.unbind(-2)
-    for piece, h in enumerate(pieces.unbind(-1)):
-        place = [2 * piece + point for point in STAGES]
+    activation, leaning = drive.activation.unbind(-2), drive.leaning(valued)
+    places = [2 * piece + point for piece in range(drive.pieces.shape[-1]) for point in STAGES]
+    for piece, h in enumerate(drive.pieces.unbind(-1)):
 
-        def accelerate(stage: int, q: Tensor, qdot: Tensor, place: Sequence[int] = place) -> Tensor:
+        def accelerate(stage: int, q: Tensor, qdot: Tensor, first: int = 4 * piece) -> Tensor:
             seen.append((q, qdot))
-            return acceleration(valued, q, qdot, along[place[stage]], {})
+            place = places[first + stage]
+            return acceleration(leaning[place], q, qdot, activation[place], {})
 
         q, qdot = runge_kutta(accelerate, q, qdot, h)
-        places += place
     q, qdot = (torch.stack(torch.broadcast_tensors(*x), -1).unflatten(-1, (-1, 4)) for x in zip(*seen, strict=True))
-    return Points(q, qdot, activation[..., places, :].unflatten(-2, (-1, 4)))
+    sway = None if drive.sway is None else drive.sway[..., places].unflatten(-1, (-1, 4))
+    return Points(q, qdot, drive.activation[..., places, :].unflatten(-2, (-1, 4)), sway)
 
 
 def _slopes(simulation: Simulation, points: Points, names: Sequence[str]) -> Slopes:
@@ -106,7 +105,7 @@ def _slopes(simulation: Simulation, points: Points, names: Sequence[str]) -> Slo
         activation = points.activation.expand(*shape, muscles).movedim(-1, 0).contiguous().requires_grad_()
         leaves = [params[name].expand(shape).contiguous().requires_grad_() for name in names]
         valued = give_values(simulation.model, {**params, **dict(zip(names, leaves, strict=True))}, points.q)
-        pull = acceleration(valued, q, qdot, activation.movedim(0, -1), {})
+        pull = acceleration(valued.leaning(points.sway), q, qdot, activation.movedim(0, -1), {})
         found = torch.autograd.grad(pull.sum(), [q, qdot, activation, *leaves], allow_unused=True)
     # A parameter that nothing depends on here has no derivative: None.
     slopes = [torch.zeros_like(points.q) if slope is None else slope for slope in found]

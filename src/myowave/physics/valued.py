@@ -51,6 +51,17 @@ class Valued:
             axes=axes,
         )
 
+    def leaning(self, change: Tensor | None) -> "Valued":
+        """The same with the upper arm's lean changed [rad], by a tensor of the shape of the quantities."""
+        # ASSUME: an upper arm that leans over time turns gravity; what its own acceleration does to the forearm is left
+        # out.
+        if change is None:
+            return self
+        tilt = self.joint["tilt"] + change
+        changed = replace(self, joint={**self.joint, "tilt": tilt})
+        vars(changed).update(combined=replace(self.combined, tilt=tilt), curves=self.curves)  # no need to make anew
+        return changed
+
     def values(self, effect: Effect) -> Mapping[str, Tensor]:
         """The values of an effect's parameters, by their short names."""
         return self.effect[effect.name]

@@ -16,6 +16,7 @@ from myowave.settings.recording import (
     ExtraName,
     Processing,
     RawAngle,
+    RawTorque,
     TextLayout,
 )
 from myowave.settings.section import FilePath, Name, Once, Real, Section, TrialName, Whole, dump, setting
@@ -159,6 +160,11 @@ class RecordedDataset(_Dataset):
     signals: dict[ExtraName, ExtraAngle] = setting(
         "further angles over time, such as tilt_rad, the lean of the upper arm", default=dict, each="signal"
     )
+    torque: RawTorque | None = setting(
+        "torque of the muscles about the elbow as a dynamometer measured it, flexing positive, weight and inertia of "
+        "the limb taken out; null where none did",
+        default=None,
+    )
     cut_s: dict[TrialName, Cut] = setting(
         "part of a trial to keep, {trial: [from, to]} on the angle's clock", "s", dict, each="trial"
     )
@@ -171,13 +177,23 @@ class RecordedDataset(_Dataset):
         """Paths or patterns of all files that are named, each once."""
         signals = [*self.emg.values(), self.angle, *self.signals.values()]
         patterns = [signal.file.replace(TRIAL, name) for name in self.trials for signal in signals]
+        patterns += [self.torque.file.replace(TRIAL, name) for name in self.torque_trials if self.torque]
         patterns += [channel.file.replace(TRIAL, name) for name in self.mvc for channel in self.emg.values()]
         return tuple(dict.fromkeys(patterns))
+
+    @property
+    def torque_trials(self) -> tuple[str, ...]:
+        """Names of the trials in which torque was measured."""
+        if self.torque is None:
+            return ()
+        return self.trials if self.torque.trials is None else self.torque.trials
 
     @model_validator(mode="after")
     def _roles_fit(self) -> "RecordedDataset":
         names = ", ".join(self.trials)
-        if unknown := [name for name in (*self.test, *self.conditions, *self.cut_s) if name not in self.trials]:
+        if unknown := [
+            name for name in (*self.test, *self.conditions, *self.cut_s, *self.torque_trials) if name not in self.trials
+        ]:
             raise ValueError(f"no trial named {', '.join(unknown)}; the trials are {names}")
         if not set(self.trials) - set(self.test):
             raise ValueError("every trial is a test trial; leave some to train on")

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, model_validator
 
-from myowave.settings.section import Real, Section, Whole, setting
+from myowave.settings.section import Real, Section, TrialName, Whole, setting
 
 Format = Literal["csv", "parquet", "noraxon", "delsys", "opensim", "matlab", "c3d", "edf"]
 TRIAL = "{trial}"
@@ -50,9 +50,17 @@ class ExtraAngle(RawAngle):
     """A further angle over time, such as the lean of the upper arm."""
 
     condition: str | None = setting(
-        "physical constant of which its median over a trial is the known value, such as tilt; null for none",
+        "physical constant of which its median over a trial is the known value, such as tilt, which gravity follows "
+        "over time; null for none",
         default=None,
     )
+
+
+class RawTorque(RawSignal):
+    """Torque as a dynamometer recorded it: sign * value, in N m (Ncm or Nmm where `unit` or the file says so)."""
+
+    sign: Literal[1, -1] = setting("1, or -1 where the dynamometer counts the other way round", default=1)
+    trials: tuple[TrialName, ...] | None = setting("trials in which it was measured; null: all", default=None)
 
 
 class TextLayout(Section):
@@ -62,7 +70,9 @@ class TextLayout(Section):
     decimal: Literal["point", "comma"] | None = setting("decimal sign", default=None)
     header_row: Whole = setting("row that names the columns, counted from 1", "-", 1, ge=1)
     units_row: Whole | None = setting("row that holds the units of the columns", "-", None, ge=1)
-    time_column: str | None = setting("column of times in s; null takes one called time, time_s or t", default=None)
+    time_column: str | None = setting(
+        "column of times in s; null takes one called time, time_s, time_ms or t", default=None
+    )
 
 
 class Processing(Section):

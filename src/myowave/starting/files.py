@@ -99,12 +99,13 @@ def name_trials(files: Sequence[PurePosixPath]) -> Naming:
         ValueError: if no way makes two trials.
     """
     namings = [(_badness(naming, kind), naming) for kind, naming in _namings(files)]
+    namings = [(score, naming) for score, naming in namings if score[0] < 1]  # curl_emg and curl_angle are one trial
     if not namings:
         listed = ", ".join(map(str, files[:3])) + (", ..." if len(files) > 3 else "")
         raise ValueError(
             f"{len(files)} recordings ({listed}), but not two trials: expected the same files for each trial, such as "
             "trial1.csv and trial2.csv, or trial1/emg.csv and trial2/emg.csv. Rename them, or put each trial into a "
-            "folder of its own; one long recording has to be cut into trials."
+            "folder of its own. One long recording is cut into trials by cut_s, see docs/real_arm.md."
         )
     return min(namings, key=lambda scored: scored[0])[1]
 

@@ -207,7 +207,7 @@ def _identify_lines(groups: Sequence[str], mvc: bool) -> list[str]:
 
 
 def _facts(role: Role) -> str:
-    unit = role.found.unit or f"{role.unit} (guessed)"
+    unit = f"{role.unit} (guessed)" if role.unit else role.found.unit
     rate = "unknown rate" if role.found.rate is None else f"{role.found.rate:g} Hz"
     return f"{unit}, {rate}"
 

@@ -9,8 +9,9 @@ FLEXORS, EXTENSORS = ("biceps", "brachioradialis", "brachialis"), ("triceps", "a
 """Muscles over the elbow that skin electrodes reach, the most usual first."""
 
 _MUSCLES = {
-    "biceps": r"\b[rl]?bic|\bbb\b",
-    "triceps": r"\b[rl]?tric|\btri\b|\btb\b",
+    # Also in German, French, Italian and Spanish, and as OpenSim's models of the arm write them (BIClong, TRIlat).
+    "biceps": r"\b[rl]?b[ií]c|\bbizeps|\bbb\b",
+    "triceps": r"\b[rl]?tr[ií]c|\btrizeps|\btri(lat|long|med)?\b|\btb\b",
     "brachioradialis": r"\b[rl]?brachiorad|\bbrd\b|\bbr\b",
     "brachialis": r"\b[rl]?brachialis\b|\bbra\b",
     "anconeus": r"\b[rl]?anco",
@@ -19,13 +20,21 @@ _MUSCLES = {
     "trapezius": r"\b[rl]?trap",
     "pronator": r"\b[rl]?pronator",
 }
-_ELBOW = {r"\belbow": 4, r"flex": 2, r"\bangles?\b|\bgonio": 1, r"\bangles? x$": 1}
+_ELBOW = {
+    r"\belbow|\bell(en)?bogen|\bcoude|\bcodo\b|\bgomito": 4,
+    r"flex|beugung": 2,
+    r"\bang(les?|ulo)\b|winkel|\bgonio": 1,
+    r"\bangles? x$": 1,
+}
 _NOT_ELBOW = (
     r"pitch|roll|yaw|shoulder|upper ?arm|\bwrist|\bhand|hip|knee|ankle|lumbar|neck|rotation|pronat|supinat|ulnar|"
     r"abduct|adduct|\bforce|torque|moment|velocity|speed|acc|gyr|mag\b"
 )
 _NOT_EMG = r"\bacc|\bgyr|\bmag\b|\bforce|\btrigger|\bsync|\bpress|\btime\b|\bimu\b|\bquat|\btemp"
-_ANGLE = r"\bangle|flex|elbow|\bjoint|gonio|pitch|\broll|\byaw|motion|kinemat"
+_ANGLE = (
+    r"\bang(le|ulo)|winkel|flex|beugung|elbow|ell(en)?bogen|coude|\bcodo\b|gomito|\bjoint|gonio|pitch|\broll|\byaw|motion|"
+    r"kinemat"
+)
 # Written out, not as beginnings: ant... would let Anton through. Left out is what is a name as well, such as long.
 _TECHNICAL = re.compile(
     r"emgs?|accelerometer|acc|gyro|mag|avanti|trigno|delsys|noraxon|ultium|myomotion|myomuscle|sensor|channel|chan|ch|"
@@ -33,14 +42,16 @@ _TECHNICAL = re.compile(
     r"upper|fore|lower|arm|joints?|segments?|angles?|flex|flexion|flexor|ext|extension|extensor|pitch|roll|yaw|"
     r"rotation|right|left|rt|lt|lat|lateral|med|medial|ant|anterior|post|posterior|[rl]?bic|[rl]?biceps|[rl]?tric?|"
     r"[rl]?triceps|brachii|brach|brachialis|brachiorad|brachioradialis|bb|tb|br|brd|bra|anconeus|delt|deltoid|pect|"
-    r"pectoralis|trap|trapezius|pronator|teres|goniometer|gonio|deg|rad|uv|mv|motion|[rl]?elbow|[a-z]"
+    r"pectoralis|biclong|bicshort|trilong|trilat|trimed|bizeps|trizeps|ellbogen|ellenbogen|ellbogenwinkel|winkel|beugung|"
+    r"coude|codo|gomito|trap|trapezius|pronator|teres|goniometer|gonio|deg|rad|uv|mv|motion|[rl]?elbow|[a-z]"
 )
 
 
 def plain(text: str) -> str:
     """Words in small letters with single blanks between them: `LElbowAngles.x` is `l elbow angles x`."""
+    text = re.sub(r"\b(BIC|TRI|BRA)(?=[a-z])", lambda found: found[0].lower(), text)  # OpenSim's BIClong
     text = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", text)
-    return " ".join(re.findall(r"[a-zµ]+|\d+", text.lower()))
+    return " ".join(re.findall(r"[a-zà-öø-ÿµ]+|\d+", text.lower()))
 
 
 def muscle_in(text: str) -> str | None:

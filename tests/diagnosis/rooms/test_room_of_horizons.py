@@ -11,6 +11,7 @@ from myowave.data.trials import Trials
 from myowave.diagnosis.rooms.horizons import HORIZONS_S, Restarts, baselines, compare_horizons, emg_features
 from myowave.diagnosis.rooms.measured import Along, Fitted, Measured
 from myowave.diagnosis.rooms.names import EMG_ONLY, HOLD, POSTURE, SAME_SPEED
+from myowave.diagnosis.rooms.torque import compare_torque
 from myowave.physics.motion import simulate
 
 NO_ERRORS = pd.DataFrame(columns=["model", "trial", "role", "rmse_deg", "horizon_s"])
@@ -26,9 +27,14 @@ HIDDEN = [
 def exact(make_trials, base, true_model):
     """A true model along its own motion, measured without error: (hidden effects) -> Along."""
 
-    def make(hidden: dict) -> Along:
+    def make(hidden: dict, leaning: bool = False) -> Along:
         fitted = true_model(hidden)
         trials = make_trials(noise_deg=0.0)
+        if leaning:
+            tilt = 0.1 + 0.4 * np.sin(0.05 * np.arange(trials.angle.shape[1]) + np.arange(len(trials.names))[:, None])
+            trials = replace(
+                trials, signals={"tilt_rad": tilt}, over_time={"tilt": "tilt_rad"}, constants={"tilt": 0.1}
+            )
         one = Along(Measured.of(trials, base, 0.05), fitted)
         start = torch.from_numpy(trials.angle[:, 0])
         motion = simulate(one.simulation, start)
@@ -46,6 +52,16 @@ def test_the_true_model_from_true_states_makes_no_error_at_any_horizon(exact, hi
     rows = table[table["predictor"] == "+".join(("base", *hidden))]
     assert set(rows["horizon_s"]) == set(HORIZONS_S) and set(rows["held_out"]) == {False, True}
     assert rows["rmse_deg"].max() < 1e-7
+
+
+def test_an_upper_arm_that_leans_over_time_is_known_at_every_restart_and_in_torque(exact):
+    one = exact({}, leaning=True)
+    assert (compare_horizons([one], NO_ERRORS).query("predictor == 'base'")["rmse_deg"] < 1e-7).all()
+    assert (compare_torque([one]).query("model == 'base'")["r2"] > 0.999).all()
+    still = Along(replace(one.measured, sway=None), one.fitted)
+    vars(still)["motion"] = one.motion
+    assert compare_horizons([still], NO_ERRORS).query("predictor == 'base'")["rmse_deg"].max() > 1
+    assert (compare_torque([still]).query("model == 'base'")["r2"] < 0.99).all()
 
 
 @pytest.mark.parametrize(

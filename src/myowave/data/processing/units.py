@@ -9,6 +9,8 @@ TO_RADIANS = {"rad": 1.0, "deg": math.pi / 180}
 """Factor of each unit of angle."""
 TO_MICROVOLTS = {"uV": 1.0, "mV": 1e3, "V": 1e6, "nV": 1e-3}
 """Factor of each unit of EMG."""
+TO_NEWTON_METRES = {"Nm": 1.0, "Ncm": 1e-2, "Nmm": 1e-3}
+"""Factor of each unit of torque."""
 ARBITRARY = "au"
 """Unit of EMG that is no voltage; it is normalised like any other."""
 _SPELLINGS = {
@@ -23,6 +25,14 @@ _SPELLINGS = {
     "°": "deg",
     "radians": "rad",
     "radian": "rad",
+    "N m": "Nm",
+    "N*m": "Nm",
+    "N.m": "Nm",
+    "N·m": "Nm",
+    "newton metres": "Nm",
+    "newton-meters": "Nm",
+    "N cm": "Ncm",
+    "N mm": "Nmm",
     "a.u.": ARBITRARY,
     "-": ARBITRARY,
     "%": ARBITRARY,

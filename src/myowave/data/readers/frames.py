@@ -8,7 +8,7 @@ import pandas as pd
 
 from myowave.data.readers.signals import Signal
 
-_TIMES = ("time", "time_s", "t")
+_TIMES, _MILLISECONDS = ("time", "time_s", "t", "t_s"), ("time_ms", "t_ms")
 
 
 def to_signals(frame: pd.DataFrame, header: list[str]) -> tuple[Signal, ...]:
@@ -33,7 +33,8 @@ def with_time(path: Path, signals: tuple[Signal, ...], column: str | None) -> tu
     Args:
         path: the file, for messages.
         signals: its columns.
-        column: the one that holds times [s or ms]; None takes one called time, time_s or t, if there is one.
+        column: the one that holds times [s or ms]; None takes one called time, time_s, time_ms or t, if there is
+            one.
 
     Raises:
         ValueError: if there is no such column, or its unit is none of time.
@@ -41,11 +42,12 @@ def with_time(path: Path, signals: tuple[Signal, ...], column: str | None) -> tu
     names = [signal.name for signal in signals]
     if column is not None and column not in names:
         raise ValueError(f"{path}: no column {column!r} of times; the columns are {', '.join(names)}.")
-    column = column or next((name for name in names if name.lower() in _TIMES), None)
+    column = column or next((name for name in names if name.lower() in (*_TIMES, *_MILLISECONDS)), None)
     if column is None:
         return signals
     time = signals[names.index(column)]
     if time.unit not in ("", "s", "ms"):
         raise ValueError(f"{path}: times are in {time.unit!r}; expected s or ms. Export it in seconds.")
-    seconds = time.values / 1000 if time.unit == "ms" else time.values
+    in_milliseconds = time.unit == "ms" or (not time.unit and column.lower() in _MILLISECONDS)
+    seconds = time.values / 1000 if in_milliseconds else time.values
     return tuple(replace(signal, time=seconds) for signal in signals if signal is not time)

@@ -52,6 +52,7 @@ class Measured:
         q, qdot: smoothed by local cubics [rad, rad/s], (T, N).
         emg: one channel per muscle, (T, N, M).
         known: constants and conditions, name -> (T,).
+        sway: how far the upper arm's lean is from the known `tilt` over time [rad], (T, N); None where nobody measured.
         lengths: recorded samples of each trial.
         training: which trials may be fitted, (T,).
         noise: standard deviation of the noise of the angle [rad].
@@ -69,6 +70,7 @@ class Measured:
     training: NDArray[np.bool_]
     noise: float
     window: int
+    sway: Tensor | None = None
 
     @classmethod
     def of(cls, trials: Trials, base: Model, noise_deg: float) -> "Measured":
@@ -93,6 +95,7 @@ class Measured:
             training=record.training,
             noise=record.noise,
             window=window,
+            sway=record.sway,
         )
 
     def between(self, values: Array, points: Array, order: int) -> Array:
@@ -152,7 +155,7 @@ class Along:
     @cached_property
     def simulation(self) -> Simulation:
         m = self.measured
-        return Simulation(self.fitted.model, {**m.known, **self.fitted.values}, m.emg, m.dt)
+        return Simulation(self.fitted.model, {**m.known, **self.fitted.values}, m.emg, m.dt, sway=m.sway)
 
     @cached_property
     def motion(self) -> tuple[Array, Array, Array]:
@@ -208,7 +211,9 @@ class Along:
             if effect.stateful:
                 quantities["state"] = states[effect.name]
             activation = call(effect.function, quantities, valued.values(effect))
-        result = torques(valued, q, qdot, activation, states)
+        sway = self.simulation.sway_at(position)
+        leaning = valued if sway is None else valued.leaning(sway.flatten(1, 2))
+        result = torques(leaning, q, qdot, activation, states)
         parts = (result.muscles + result.effects, result.gravity, result.inertia)
         given, gravity, inertia = (x.expand_as(q).reshape(shape).numpy() for x in parts)
         return given, gravity, inertia
@@ -250,7 +255,8 @@ class Along:
         states = [self.state[trial, start]]
         for n in range(steps):
             at = np.minimum(start + n, shape[1] - 1)
-            now = Drive(excitation[trial, at], activation[trial, at], pieces)
+            sway = None if drive.sway is None else drive.sway[trial, at]
+            now = Drive(excitation[trial, at], activation[trial, at], pieces, sway)
             states.append(step(restarted.valued, states[-1], now))
         q, qdot = torch.stack(states, -2)[..., :2].unbind(-1)
         return observe(restarted.along_time, q, qdot, m.dt).numpy()
