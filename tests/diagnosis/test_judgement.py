@@ -36,11 +36,12 @@ def usual(fit):
 
 
 def found(selection, *, settled=True, slow=0.0, repeated=0.0, emg=0.0):
-    """What a search found: what is left is slow, or repeated in all trials, in variances of independent samples."""
+    """What a search found: what is certainly left is slow, or repeated in all trials, in variances of independent
+    samples."""
     size = Size(NOISE, 0.0 if settled else MISSING, 1.0, 1.4, 1.0, 100.0)
     nothing = Whitener(np.zeros((1, 0, 2, 2)), np.zeros((1, 1, 2)), np.ones((1, 1)), NOISE)
     force = Disturbance(emg, NOISE, 50.0, nothing) if emg else None
-    return Findings(selection, size, slow, Repeated(10.0 + repeated, 10.0, NOISE**2), force, settled)
+    return Findings(selection, size, slow, Repeated(10.0 + 20.0**0.5 + repeated, 10.0, NOISE**2), force, settled)
 
 
 @pytest.fixture

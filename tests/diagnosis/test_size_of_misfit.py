@@ -90,6 +90,13 @@ def test_a_correction_is_significant_only_beyond_its_freedom():
     assert Repeated(15.0, 20.0, 1.0).excess == 0.0 and Repeated(25.0, 20.0, 1.0).excess == 5.0
 
 
+def test_what_noise_often_gives_is_not_certainly_left():
+    """A sum of 50 squares of noise scatters by 10."""
+    assert Repeated(58.0, 50.0, 1.0).certain == 0.0 and Repeated(75.0, 50.0, 1.0).certain == pytest.approx(15.0)
+    assert Size(0.01, 0.0, 1.1, 1.2, 1.0, 50.0).certain == 0.0
+    assert Size(0.01, 0.0, 1.4, 1.2, 1.0, 50.0).certain == pytest.approx(10.0)
+
+
 def test_an_angle_that_has_passed_a_filter_is_judged_by_what_is_slow(make_trials, base, free, effects):
     trials = make_trials({"joint_damping": {"c": 1.0}}, noise_deg=0.0)
     random = np.random.default_rng(0)

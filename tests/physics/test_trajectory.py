@@ -3,6 +3,7 @@
 import pytest
 import torch
 
+from myowave.physics import tangent
 from myowave.physics.effects import SHIPPED, catalogue
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
@@ -94,6 +95,61 @@ def test_derivatives_by_every_parameter_of_every_effect_are_those_of_the_simulat
     derivative = found.by_parameter * torch.tensor([*wrt.values()], dtype=torch.float64)[:, None, None]
     for name, one, other in zip(wrt, derivative, difference, strict=True):
         torch.testing.assert_close(one, other, rtol=5e-3, atol=1e-5, msg=lambda text, name=name: f"{name}: {text}")
+
+
+@pytest.fixture(scope="module")
+def stateless(elbow, noisy_emg, dt):
+    """Every effect without a state at once, all constants where they often are, curves as published, no pennation."""
+    model = elbow.with_effects([e for e in SHIPPED if not e.stateful])
+    params = {name: 0.25 * p.typical for name, p in model.effect_parameters.items()} | {"delay_Tri": 0.07}
+    return Simulation(model, params, noisy_emg[0.10][:2, 20:60], dt)
+
+
+def differences(simulation, wrt, step=1e-6):
+    """d angle / d parameter in units of usual changes, (P, T, N), from simulated motions."""
+
+    def moved(sign):
+        copies = {
+            name: value(simulation, name) + sign * step * size * one_of(len(wrt), i, 1)
+            for i, (name, size) in enumerate(wrt.items())
+        }
+        return simulate(simulation.with_params(copies), *START).angle
+
+    return (moved(1) - moved(-1)) / (2 * step)
+
+
+def in_usual_changes(found, wrt):
+    return found.by_parameter * torch.tensor([*wrt.values()], dtype=torch.float64)[:, None, None]
+
+
+def test_derivatives_by_every_parameter_that_a_model_without_states_has(stateless):
+    wrt = sizes(stateless.model)
+    found = in_usual_changes(solve(stateless, *START, wrt=wrt), wrt)
+    for name, one, other in zip(wrt, found, differences(stateless, wrt), strict=True):
+        # Another delay splits the integrator's steps elsewhere, which changes its error.
+        close = 5e-3 if stateless.model.drives(name) else 2e-3
+        bound = 2e-2 * float(other.abs().max()) if stateless.model.drives(name) else 2e-5
+        torch.testing.assert_close(one, other, rtol=close, atol=bound, msg=lambda text, name=name: f"{name}: {text}")
+
+
+def test_long_trials_are_differentiated_in_parts(stateless, monkeypatch):
+    wrt = {name: sizes(stateless.model)[name] for name in ("f0_Bi", "delay_Bi", "joint_damping.c")}
+    whole = solve(stateless, *START, wrt=wrt).by_parameter
+    monkeypatch.setattr("myowave.physics.tangent.MOST_POINTS", 100)
+    calls = []
+    slopes = tangent._slopes
+    monkeypatch.setattr(tangent, "_slopes", lambda *given: calls.append(given[1].q.numel()) or slopes(*given))
+    torch.testing.assert_close(solve(stateless, *START, wrt=wrt).by_parameter, whole, rtol=1e-9, atol=1e-12)
+    assert len(calls) > 5 and max(calls) <= 100
+
+
+def test_derivatives_follow_an_upper_arm_that_leans_over_time(elbow, noisy_emg, dt):
+    emg = noisy_emg[0.10][:2, 20:60]
+    sway = 0.5 * torch.sin(torch.arange(40, dtype=torch.float64) * dt * 3).expand(2, -1)
+    leaning = Simulation(elbow, {}, emg, dt, sway=sway)
+    wrt = {name: sizes(elbow)[name] for name in ("f0_Bi", "mass", "tilt")}
+    found = in_usual_changes(solve(leaning, *START, wrt=wrt), wrt)
+    torch.testing.assert_close(found, differences(leaning, wrt), rtol=2e-3, atol=2e-5)
 
 
 def test_a_shared_drive_is_the_drive_of_the_changed_parameters(everything):

@@ -55,8 +55,8 @@ def linear_forcing(simulation: Simulation, state: Tensor, wrt: Mapping[str, floa
 
 @dataclass(frozen=True)
 class Points:
-    """Where the stages of all pieces are: q and qdot (..., T, n, S, 4), activation (..., T, n, S, 4, M), and the sway of
-    the upper arm (..., T, n, S, 4) or None."""
+    """Where the stages of all pieces are: q, qdot and the sway of the upper arm, if there is one, (..., T, n, S, 4),
+    and the activation (..., T, n, S, 4, M)."""
 
     q: Tensor
     qdot: Tensor

@@ -58,6 +58,11 @@ class Repeated:
         """What it falls by beyond that, in variances of independent samples [-]."""
         return max(self.gain - self.freedom, 0.0)
 
+    @property
+    def certain(self) -> float:
+        """The same less a standard deviation of what noise gives."""
+        return max(self.excess - float(np.sqrt(2 * self.freedom)), 0.0)
+
 
 def repeated_misfit(fit: Fit, size: Size) -> Repeated:
     """Try a general correction of a fitted model, the same for all trials.

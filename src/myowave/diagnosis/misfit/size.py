@@ -51,6 +51,11 @@ class Size:
         return self.independent * max(self.ratio - 1.0, 0.0)
 
     @property
+    def certain(self) -> float:
+        """The same less a standard deviation of what noise gives."""
+        return max(self.excess - float(np.sqrt(2 * self.independent)), 0.0)
+
+    @property
     def significant(self) -> bool:
         """Whether something is missing."""
         return self.ratio > max(self.critical, LEAST_RATIO)

@@ -37,7 +37,7 @@ class Findings:
 
     Args:
         size: of the last fit's misfit.
-        slow_excess: see `Size.excess`; beside the random force, if there is one.
+        slow: see `Size.certain`; beside the random force, if there is one.
         repeated: see `misfit.repeated`; of the last fit.
         disturbance: the random force beside which effects were weighed; None where none was needed.
         settled: whether what the last fit leaves, beside that force, is noise.
@@ -46,7 +46,7 @@ class Findings:
 
     selection: Selection
     size: Size
-    slow_excess: float
+    slow: float
     repeated: Repeated
     disturbance: Disturbance | None = None
     settled: bool = True
@@ -59,10 +59,10 @@ class Findings:
 
     @property
     def explained(self) -> float:
-        """What the effects found explain, as a share of it and of what is left [-]."""
+        """What the effects found explain, as a share of it and of what is certainly left [-]."""
         first, last = self.selection.ladder[0], self.selection.fit
         explained = (first.objective - last.objective) / self.variance
-        left = max(self.repeated.excess, self.slow_excess)
+        left = max(self.repeated.certain, self.slow)
         return float(explained / max(explained + left, 1e-300)) if explained > 0 else 0.0
 
     @property
@@ -165,8 +165,8 @@ def weighed(selection: Selection, disturbance: Disturbance | None = None) -> Fin
     repeats = repeated.significant and repeated.size(fit) > nothing
     if disturbance is None:
         slow = size.significant and size.missing > nothing
-        return Findings(selection, size, size.excess, repeated, None, not (slow or repeats))
+        return Findings(selection, size, size.certain, repeated, None, not (slow or repeats))
     repeats = repeats and repeated.gain > ROUGHLY * repeated.freedom
     left = size_of_misfit(fit, fit.normal.residual)
     slow = left.significant and left.missing > nothing
-    return Findings(selection, size, left.excess, repeated, disturbance, not (slow or repeats))
+    return Findings(selection, size, left.certain, repeated, disturbance, not (slow or repeats))

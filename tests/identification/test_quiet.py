@@ -1,0 +1,58 @@
+"""The excitation to expect behind a noisy recording."""
+
+import numpy as np
+import pytest
+
+from myowave.identification.quiet import expected_excitation
+
+SAMPLES, NOISE = 600, 0.05
+
+
+@pytest.fixture(scope="module")
+def excitation():
+    """Slow bursts, and what wanders from sample to sample around them, of three trials: (3, N, 2)."""
+    random = np.random.default_rng(0)
+    time = np.arange(SAMPLES) * 0.03
+    phase = random.uniform(0, 6, (3, 1, 2))
+    return 0.5 + 0.15 * np.sin(2.0 * time[None, :, None] + phase) + 0.05 * random.standard_normal((3, SAMPLES, 2))
+
+
+@pytest.fixture(scope="module")
+def recorded(excitation):
+    return excitation + NOISE * np.random.default_rng(1).standard_normal(excitation.shape)
+
+
+EVERYWHERE = np.ones((3, SAMPLES), bool)
+
+
+def slope(of, on, slow):
+    """How what is fast in one signal goes with what is fast in another."""
+    one, other = (of - slow).ravel(), (on - slow).ravel()
+    return float(one @ other / (other @ other))
+
+
+def test_the_truth_goes_with_what_is_expected_as_one_to_one(excitation, recorded):
+    """As it does not with what was recorded, which is why estimates from a recording are off."""
+    expected = expected_excitation(recorded, EVERYWHERE, NOISE)
+    slow = expected_excitation(excitation, EVERYWHERE, 1e3)
+    assert slope(excitation, recorded, slow) < 0.6
+    assert slope(excitation, expected, slow) == pytest.approx(1.0, abs=0.1)
+
+
+def test_it_is_nearer_to_the_truth_than_the_recording(excitation, recorded):
+    error = expected_excitation(recorded, EVERYWHERE, NOISE) - excitation
+    assert np.sqrt((error**2).mean()) < 0.8 * NOISE
+
+
+def test_a_recording_without_noise_stays_as_it_is(recorded):
+    np.testing.assert_allclose(expected_excitation(recorded, EVERYWHERE, 0.0), recorded, atol=1e-12)
+
+
+def test_padding_is_left_alone_and_a_few_samples_are_not_filtered(recorded):
+    valid = EVERYWHERE.copy()
+    valid[1, 300:] = False
+    padded = np.where(valid[..., None], recorded, 9.0)
+    found = expected_excitation(padded, valid, NOISE)
+    assert (found[1, 300:] == 9.0).all() and found[valid].max() <= 1.0
+    few = recorded[:, :12]
+    np.testing.assert_array_equal(expected_excitation(few, EVERYWHERE[:, :12], NOISE), few)
