@@ -1,0 +1,37 @@
+"""From a folder of very short raw recordings to a verdict: few seconds must not cost many, and never a traceback."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sessions import ANGLE_HZ, EMG_HZ, session_section, write_session
+
+from myowave.data.preparing import prepare_recording
+from myowave.diagnosis.search.diagnose import diagnose
+from myowave.physics.build import build_model
+from myowave.physics.effects import catalogue
+from myowave.settings import RecordedDataset
+from myowave.starting.study import new_study
+
+
+def seconds_of(seconds):
+    """Cuts a session's signals to so many seconds."""
+    return lambda trial, key, values: values[: int(seconds * (EMG_HZ if key in ("biceps", "triceps") else ANGLE_HZ))]
+
+
+def test_trials_of_two_seconds_get_an_answer(workplace, laid_over):
+    write_session(Path("curls"), ("a", "b", "c", "d"), seconds_of(2.2))
+    settings = laid_over(new_study("mine", Path("curls"), Path("mine.yaml")).text)
+    dataset, physics = settings.data.datasets["mine"], settings.physics_of("mine")
+    prepared, _ = prepare_recording("mine", dataset, ".", physics.tables)
+    base, effects = build_model("base", physics), catalogue(()).values()
+    found = diagnose(prepared.trials, base, effects, dataset.identify, settings.diagnosis)
+    assert found.verdict.kind == "unknown" and not found.verdict.follows
+    assert set(found.rungs[0].fit.torque.left_out) == {"a", "b", "c"}
+    assert np.isfinite(found.rungs[0].heldout.rmse)
+
+
+def test_trials_too_short_to_process_are_refused(workplace):
+    write_session(Path("curls"), change=seconds_of(1.5))
+    with pytest.raises(ValueError, match="1500 samples of Jane Doe biceps; expected at least 2 s of them"):
+        prepare_recording("mine", RecordedDataset(**session_section()), "curls")
