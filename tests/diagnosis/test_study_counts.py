@@ -8,7 +8,7 @@ from scipy.stats import binomtest
 
 from myowave.diagnosis.study.cases import Case, hidden_values, list_cases, make_trials
 from myowave.diagnosis.study.figures import draw_study
-from myowave.diagnosis.study.summary import summarize
+from myowave.diagnosis.study.summary import summarize, write_page
 from myowave.diagnosis.study.worlds import ALLOWED, HELD, World, draw_curves, draw_world, held, record
 from myowave.settings import Diagnosis, Scatter
 
@@ -128,3 +128,14 @@ def test_the_picture_has_a_row_for_each_world():
     )
     left, right = draw_study(summarize(rows)).axes
     assert len(left.get_yticks()) == len(ALLOWED) and len(right.get_yticks()) == len(ALLOWED) - 1
+
+
+def test_the_page_has_a_line_for_each_world_with_its_rates_and_intervals():
+    rows = rows_of(
+        *[("other_curves", "a", "", 1.0, 2.0, i < 9, i == 9, "effect", 20) for i in range(10)],
+        ("other_curves", "none", "", 1.0, 0.0, True, False, "adequate", 20),
+    )
+    line, nothing = write_page(summarize(rows)).splitlines()[-2:]
+    low, high = (100 * x for x in binomtest(9, 10).proportion_ci(method="wilson"))
+    assert line.startswith(f"| other muscle curves | 1 | 10 | 90 ({low:.0f} to {high:.0f}) | 10 (")
+    assert line.endswith("| 95.0 of 200 |") and "nothing missing" in nothing

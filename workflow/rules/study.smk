@@ -1,4 +1,5 @@
-# How often the diagnosis is right: effects hidden in simulated trials of several worlds, `snakemake hidden_effects`.
+# How often the diagnosis is right: effects hidden in simulated trials of several worlds, `snakemake hidden_effects`. Its
+# table stands in docs/.
 from myowave.settings import WORLDS
 
 STUDY = SETTINGS.diagnosis.study
@@ -59,6 +60,7 @@ rule summarize_study:
     output:
         cases="results/diagnosis/study.csv",
         summary="results/diagnosis/study_summary.csv",
+        page="docs/study.md",
     log:
         "results/logs/summarize_study.log",
     params:

@@ -1,12 +1,16 @@
 """Put the cases of the study together: how often the diagnosis was right, world by world."""
 
+from pathlib import Path
+
 import pandas as pd
 
-from myowave.diagnosis.study.summary import summarize
+from myowave.diagnosis.study.summary import summarize, write_page
 from myowave.workflow.job import job_log
 
 with job_log("summarize study", snakemake.log[0]):
     rows = pd.concat(pd.read_csv(path, keep_default_na=False, na_values=[""]) for path in snakemake.input.cases)
     rows = rows.fillna({"found": "", "taken_out": "", "nearest": "", "absorbed": "", "recording": ""})
     rows.to_csv(snakemake.output.cases, index=False)
-    summarize(rows).to_csv(snakemake.output.summary, index=False)
+    summary = summarize(rows)
+    summary.to_csv(snakemake.output.summary, index=False)
+    Path(snakemake.output.page).write_text(write_page(summary), encoding="utf-8")

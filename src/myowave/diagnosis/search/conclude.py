@@ -112,9 +112,11 @@ def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str], each:
     if selection.effects:
         found = replace(selection.fit, record=fit.record)
         hint = refit(found, found.model, found.free)
-        if estimate_disturbance(hint).gain < EVIDENCE:
+        beside = estimate_disturbance(hint)
+        if beside.gain < EVIDENCE:
             # With the effects found no force is needed: what they are told apart by is then seen best without one.
             return weighed(select(fit, hint))
+        disturbance = replace(disturbance, emg=beside.emg)  # without what the effects explain
     return weighed(selection, disturbance)
 
 

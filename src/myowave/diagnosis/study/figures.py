@@ -5,16 +5,9 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from myowave.diagnosis.study.summary import NAMES
 from myowave.plotting import canvas, title
 
-NAMES = {
-    "as_assumed": "as the model assumes",
-    "other_curves": "other muscle curves",
-    "other_constants": "other constants",
-    "other_data": "other sensors and filters",
-    "other_solver": "EMG held by the solver",
-    "outside": "effect not in the catalogue",
-}
 RIGHT, WRONG = "#0072b2", "#d55e00"
 
 
@@ -50,7 +43,7 @@ def _rates(axis: Axes, rows: pd.DataFrame, text: str) -> None:
         ends = np.stack([middle - rows[f"{name}_low_pct"], rows[f"{name}_high_pct"] - middle])
         axis.errorbar(middle, place + shift, xerr=ends.clip(0), fmt=marker, color=colour, capsize=3, label=label)
     labels = [
-        NAMES.get(r.world, r.world) + (f", {r.noise_deg:g} deg" if np.isfinite(r.noise_deg) else "") + f" ({r.sets})"
+        NAMES[r.world] + (f", {r.noise_deg:g} deg" if np.isfinite(r.noise_deg) else "") + f" ({r.sets})"
         for r in rows.itertuples()
     ]
     axis.set_yticks(place, labels)
