@@ -192,15 +192,16 @@ def _tangents(
     forcing = after.new_zeros(*after.shape, len(wrt) + (2 if starts else 0))
     begin = base_start.new_zeros(*base_start.shape, forcing.shape[-1])
     names, drives = list(wrt), simulation.model.drives
-    if exact := starts and simulation.model.state_size == 2:
+    if reach == NUDGE and simulation.model.state_size == 2:
         forcing[..., : len(wrt)] = linear_forcing(simulation, linear.at[..., :-1, :], wrt)
-    for group in ([n for n in wrt if drives(n)], [n for n in wrt if not drives(n)]):  # the second shares the drive
-        if group and not exact:
-            nudged, nudges = simulation.nudged({n: wrt[n] for n in group}, reach, q0.ndim)
-            columns = [names.index(n) for n in group]
-            forcing[..., columns] = _forcing(linear, nudged, nudges)
-            shifted = initial_state(nudged, q0, qdot0) - base_start
-            begin[..., columns] = (shifted / nudges.reshape(-1, *(1,) * base_start.ndim)).movedim(0, -1)
+    else:
+        for group in ([n for n in wrt if drives(n)], [n for n in wrt if not drives(n)]):  # the second shares the drive
+            if group:
+                nudged, nudges = simulation.nudged({n: wrt[n] for n in group}, reach, q0.ndim)
+                columns = [names.index(n) for n in group]
+                forcing[..., columns] = _forcing(linear, nudged, nudges)
+                shifted = initial_state(nudged, q0, qdot0) - base_start
+                begin[..., columns] = (shifted / nudges.reshape(-1, *(1,) * base_start.ndim)).movedim(0, -1)
     for i, shift in enumerate(((NUDGE, 0.0), (0.0, NUDGE)) if starts else (), start=len(wrt)):
         begin[..., i] = (initial_state(simulation, q0 + shift[0], qdot0 + shift[1]) - base_start) / NUDGE
     return recur(linear.jacobian, forcing, begin)

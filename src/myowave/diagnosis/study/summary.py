@@ -60,7 +60,7 @@ def write_page(summary: pd.DataFrame) -> str:
         f"{summary['sets'].sum()} simulated arms, each diagnosed as a recording of its own, in "
         f"{summary['seconds_mean'].mul(summary['sets']).sum() / 60:.0f} minutes of one core. Right: the hidden effect "
         "stands alone, in a class or as part of what is named; where nothing is hidden, or what is hidden is not in "
-        "the catalogue, that this is said. Effects count from the size on that nine of ten such recordings can show. Each "
+        "the catalogue, that this is said. Effects count from the size on that nine of ten such recordings show. Each "
         "rate with its 95 % interval. Written by `snakemake hidden_effects --cores 2`.",
         "",
         "| world | noise [deg] | sets | right [%] | a wrong name [%] | 95 % intervals that hold [%] |",
