@@ -114,11 +114,13 @@ def test_only_visible_effects_count_and_sets_without_any_are_counted_apart():
     )
     summary = summarize(rows).set_index(["world", "hidden"])
     seen = summary.loc[("as_assumed", "effect")]
-    assert (seen["sets"], seen["right_pct"], seen["wrong_name_pct"], seen["coverage_pct"]) == (2, 50.0, 50.0, 95.0)
+    assert (seen["sets"], seen["seen"], seen["right_pct"], seen["coverage_pct"]) == (3, 2, 50.0, 95.0)
+    assert seen["wrong_name_pct"] == pytest.approx(100 / 3), "a wrong name is one where nothing could be seen, too"
     low, high = binomtest(1, 2).proportion_ci(method="wilson")
     assert (seen["right_low_pct"], seen["right_high_pct"]) == pytest.approx((100 * low, 100 * high))
     assert summary.loc[("as_assumed", "nothing"), "sets"] == 1
-    assert summary.loc[("outside", "effect"), "sets"] == 1, "what is not in the catalogue counts, visible or not"
+    hidden = summary.loc[("outside", "effect")]
+    assert (hidden["sets"], hidden["seen"]) == (1, 0) and np.isnan(hidden["right_pct"])
 
 
 def test_the_picture_has_a_row_for_each_world():
@@ -137,5 +139,5 @@ def test_the_page_has_a_line_for_each_world_with_its_rates_and_intervals():
     )
     line, nothing = write_page(summarize(rows)).splitlines()[-2:]
     low, high = (100 * x for x in binomtest(9, 10).proportion_ci(method="wilson"))
-    assert line.startswith(f"| other muscle curves | 1 | 10 | 90 ({low:.0f} to {high:.0f}) | 10 (")
+    assert line.startswith(f"| other muscle curves | 1 | 10 | 10 | 90 ({low:.0f} to {high:.0f}) | 10 (")
     assert line.endswith("| 95.0 of 200 |") and "nothing missing" in nothing

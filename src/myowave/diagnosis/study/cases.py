@@ -239,9 +239,10 @@ def _displaced(free: Iterable[Free], case: Case) -> list[Free]:
 
 
 def _signal(case: Case, fit: Fit, catalogue: Mapping[str, Effect]) -> float:
-    """How far the weakest hidden effect is above what 9 of 10 recordings would show: at least 1 for one that is [-]."""
+    """How far the weakest hidden effect, or of those not in the catalogue the weakest, is above what 9 of 10 recordings
+    would show: at least 1 for one that is [-]."""
     signals = []
-    for name, score in score_effects(fit, (catalogue[name] for name in case.hidden)).items():
+    for name, score in score_effects(fit, (catalogue[name] for name in case.taken_out or case.hidden)).items():
         truth = np.array([case.hidden[name][p.name.split(".", 1)[1]] / p.scale for p in score.free])
         seen = np.sqrt(truth @ score.information @ truth) / fit.record.noise
         threshold = np.sqrt(EVIDENCE + len(truth) * np.log(independent_samples(fit))) + POWER
@@ -266,10 +267,8 @@ def _intervals(case: Case, world: World, found: Findings, base: Model) -> dict[s
 
 
 def groups(rows: pd.DataFrame) -> Iterator[tuple[str, str, float, pd.DataFrame]]:
-    """The rows that are counted together: of each world and noise those with a detectable effect, and those without."""
-    for (world, noise), part in rows.groupby(["world", "noise_deg"], sort=False):
-        with_effect = part[(part["hidden"] != "none") & ((part["signal"] >= 1) | (part["taken_out"] != ""))]
-        if len(with_effect):
-            yield str(world), "effect", float(noise), with_effect
+    """The rows that are counted together: of each world and noise those with an effect, and those without."""
+    for (world, noise), part in rows[rows["hidden"] != "none"].groupby(["world", "noise_deg"], sort=False):
+        yield str(world), "effect", float(noise), part
     for world, part in rows[rows["hidden"] == "none"].groupby("world", sort=False):
         yield str(world), "nothing", np.nan, part

@@ -30,7 +30,7 @@ def draw_study(summary: pd.DataFrame) -> Figure:
     return figure
 
 
-PANELS = {"effect": "an effect is hidden, and large enough to be seen", "nothing": "nothing is hidden"}
+PANELS = {"effect": "an effect is hidden (right: of those that can be seen)", "nothing": "nothing is hidden"}
 
 
 def _rates(axis: Axes, rows: pd.DataFrame, text: str) -> None:
@@ -43,7 +43,7 @@ def _rates(axis: Axes, rows: pd.DataFrame, text: str) -> None:
         ends = np.stack([middle - rows[f"{name}_low_pct"], rows[f"{name}_high_pct"] - middle])
         axis.errorbar(middle, place + shift, xerr=ends.clip(0), fmt=marker, color=colour, capsize=3, label=label)
     labels = [
-        NAMES[r.world] + (f", {r.noise_deg:g} deg" if np.isfinite(r.noise_deg) else "") + f" ({r.sets})"
+        NAMES[r.world] + (f", {r.noise_deg:g} deg" if np.isfinite(r.noise_deg) else "") + f" ({r.seen} of {r.sets})"
         for r in rows.itertuples()
     ]
     axis.set_yticks(place, labels)

@@ -21,19 +21,21 @@ NAMES = {
 def summarize(rows: pd.DataFrame) -> pd.DataFrame:
     """One row per world, noise and whether an effect was hidden; rates in percent with their 95 % intervals.
 
-    Only effects above their own smallest detectable value count, but for those that were taken out of the catalogue.
+    Whether the answer is right counts only where what is hidden can be seen, a wrong name everywhere.
     """
     return pd.DataFrame([_row(*group) for group in groups(rows)])
 
 
 def _row(world: str, hidden: str, noise: float, rows: pd.DataFrame) -> dict[str, Any]:
+    seen = rows if hidden == "nothing" else rows[rows["signal"] >= 1]
     covered, intervals = int(rows["covered"].sum()), int(rows["intervals"].sum())
     return {
         "world": world,
         "hidden": hidden,
         "noise_deg": noise,
         "sets": len(rows),
-        **_rate("right", int(rows["right"].sum()), len(rows)),
+        "seen": len(seen),
+        **_rate("right", int(seen["right"].sum()), len(seen)),
         **_rate("wrong_name", int(rows["wrong_name"].sum()), len(rows)),
         "coverage_pct": 100 * covered / intervals if intervals else np.nan,
         "intervals": intervals,
@@ -44,6 +46,8 @@ def _row(world: str, hidden: str, noise: float, rows: pd.DataFrame) -> dict[str,
 
 
 def _rate(name: str, count: int, sets: int) -> dict[str, float]:
+    if not sets:
+        return dict.fromkeys((f"{name}_pct", f"{name}_low_pct", f"{name}_high_pct"), np.nan)
     low, high = binomtest(count, sets).proportion_ci(method="wilson")
     return {f"{name}_pct": 100 * count / sets, f"{name}_low_pct": 100 * low, f"{name}_high_pct": 100 * high}
 
@@ -60,19 +64,22 @@ def write_page(summary: pd.DataFrame) -> str:
         f"{summary['sets'].sum()} simulated arms, each diagnosed as a recording of its own, in "
         f"{summary['seconds_mean'].mul(summary['sets']).sum() / 60:.0f} minutes of one core. Right: the hidden effect "
         "stands alone, in a class or as part of what is named; where nothing is hidden, or what is hidden is not in "
-        "the catalogue, that this is said. Effects count from the size on that nine of ten such recordings show. Each "
-        "rate with its 95 % interval. Written by `snakemake hidden_effects --cores 2`.",
+        "the catalogue, that this is said; counted where nine of ten such recordings show the effect. A wrong name: "
+        "anywhere in the answer, of all sets. Each rate with its 95 % interval. Written by `snakemake hidden_effects "
+        "--cores 2`.",
         "",
-        "| world | noise [deg] | sets | right [%] | a wrong name [%] | 95 % intervals that hold [%] |",
-        "|---" * 6 + "|",
+        "| world | noise [deg] | sets | can be seen | right [%] | a wrong name [%] | 95 % intervals that hold [%] |",
+        "|---" * 7 + "|",
     ]
     for row in summary.to_dict("records"):
         world = NAMES[row["world"]] + (", nothing missing" if row["hidden"] == "nothing" else "")
         noise = f"{row['noise_deg']:g}" if np.isfinite(row["noise_deg"]) else ""
-        rates = " | ".join(
-            f"{row[f'{rate}_pct']:.0f} ({row[f'{rate}_low_pct']:.0f} to {row[f'{rate}_high_pct']:.0f})"
-            for rate in ("right", "wrong_name")
-        )
+        rates = " | ".join(_said(row, rate) for rate in ("right", "wrong_name"))
         held = f"{row['coverage_pct']:.1f} of {row['intervals']:.0f}" if row["intervals"] else ""
-        lines.append(f"| {world} | {noise} | {row['sets']} | {rates} | {held} |")
+        lines.append(f"| {world} | {noise} | {row['sets']} | {row['seen']} | {rates} | {held} |")
     return "\n".join(lines) + "\n"
+
+
+def _said(row: dict[str, Any], rate: str) -> str:
+    share, low, high = (row[f"{rate}_{part}"] for part in ("pct", "low_pct", "high_pct"))
+    return f"{share:.0f} ({low:.0f} to {high:.0f})" if np.isfinite(share) else ""
