@@ -136,7 +136,7 @@ class Recipe(Section):
         if self.hidden_state == "windowed" and self.rollout_s > 0:
             raise ValueError("rollout_s above 0 needs hidden_state: carried; windowed states are teacher-forced")
         if self.hidden_state == "carried" and self.beta > 0:
-            raise ValueError("beta above 0 needs hidden_state: windowed; a carried state has no residual in its loss")
+            self._can_teach_rollouts()
         if self.hidden_state == "windowed" and self.simulated_trials > 0:
             raise ValueError(
                 "simulated_trials above 0 needs hidden_state: carried; only rollouts learn from simulation"
@@ -145,6 +145,8 @@ class Recipe(Section):
             raise ValueError(
                 "emg_gain or known_noise above 0 needs hidden_state: carried; teacher forcing sees trials as recorded"
             )
+        if self.identification == "joint" and self.hidden_state == "carried":
+            raise ValueError("identification: joint needs hidden_state: windowed; rollouts identify by gauss_newton")
         if self.identification == "joint" and self.beta == 0:
             raise ValueError("identification: joint needs beta above 0: without a residual in J nothing is identified")
         if self.hidden_state == "carried" and self.batches > 1:
@@ -167,6 +169,16 @@ class Recipe(Section):
         if self.derivative == "time" and self.output != "absolute":
             raise ValueError("derivative: time needs output: absolute; an increment is not a function of t_n only")
         return self
+
+    def _can_teach_rollouts(self) -> None:
+        """Whether the residual can be taken along rollouts."""
+        for name, choice, reason in (
+            ("identification", "gauss_newton", "nothing else finds the parameters of a residual along rollouts"),
+            ("derivative", "sequence", "a rollout is a sequence that no measured angle interrupts"),
+            ("residual_angle", "predicted", "a rollout leaves the measured motion, so its torque is not that of it"),
+        ):
+            if getattr(self, name) != choice:
+                raise ValueError(f"beta above 0 with hidden_state: carried needs {name}: {choice}; {reason}")
 
 
 SEARCHABLE = tuple(name for name, field in Recipe.model_fields.items() if field.annotation in (int, float))
@@ -287,6 +299,26 @@ class Multiresolution(Section):
         return Recipe.model_validate(dump(recipes[named.recipe]) | nothing | named.changes)
 
 
+class Teaching(Section):
+    """`snakemake teaching`: what physics teaches by simulated trials and by the residual along rollouts."""
+
+    models: dict[Name, Annotated[tuple[ModelName, ...], Once]] = setting(
+        "physical models by dataset, which trains with the first of its recipes; null: not this dataset",
+        default=dict,
+        each="dataset",
+    )
+    scales: Annotated[tuple[Annotated[int, Field(ge=1, le=5)], ...], Once] = setting(
+        "numbers of scales", "-", (1,), min_length=1
+    )
+    beta: Real = setting("weight of the residual where it teaches", "-", 1e-5, gt=0)
+
+    @field_validator("models", mode="before")
+    @classmethod
+    def _without_null(cls, value: Any) -> Any:
+        """A file laid over another can only replace keys, so null takes one out."""
+        return without_null(value)
+
+
 class Learning(Section):
     """The surrogate and the identification that comes with it."""
 
@@ -295,3 +327,4 @@ class Learning(Section):
     sweep: Sweep = setting("search for better settings of a recipe", default=Sweep)
     held_out: HeldOut | None = setting("which trials are held out in turn; null: none", default=None)
     multiresolution: Multiresolution = setting("comparison of ways to go through the scales", default=Multiresolution)
+    teaching: Teaching = setting("comparison of what physics teaches the network by", default=Teaching)
