@@ -275,6 +275,11 @@ def test_a_residual_that_rollouts_cannot_have_is_refused(change, needed):
     assert f"beta above 0 with hidden_state: carried needs {needed}" in problem
 
 
+def test_a_band_of_ends_is_refused_where_none_are_kept():
+    (problem,) = problems(changed("learning.recipes.rollout.validation_fraction", 0.0))
+    assert "band: ends needs validation_fraction above 0" in problem
+
+
 def test_rollouts_do_not_identify_jointly():
     (problem,) = problems(changed("learning.recipes.rollout.identification", "joint"))
     assert "identification: joint needs hidden_state: windowed" in problem

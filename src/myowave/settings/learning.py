@@ -110,14 +110,21 @@ class Recipe(Section):
         le=10,
     )
     validation_fraction: Real = setting(
-        "share of the training trials kept for early stopping and the band, which only the identification sees; 0: "
-        "they all train, to the last epoch, and predictions have no band",
+        "share of the training trials kept for early stopping, which only the identification sees; 0: they all train, "
+        "to the last epoch",
         "-",
         0.1,
         ge=0,
         lt=0.9,
     )
     patience: Whole = setting("epochs without a better validation error before a scale stops", "-", 300, ge=1)
+
+    band: Literal["ends", "trials", "none"] = setting(
+        "the 90 % band about predictions is made of errors on: ends, what was kept for validation; trials, each "
+        "training trial in turn, by networks that are trained without it; none: no band",
+        "",
+        "ends",
+    )
 
     @field_validator("known_inputs")
     @classmethod
@@ -162,6 +169,8 @@ class Recipe(Section):
             raise ValueError(
                 "simulated_trials above 0 needs identification: gauss_newton; nothing else finds what they need"
             )
+        if self.band == "ends" and self.validation_fraction == 0:
+            raise ValueError("band: ends needs validation_fraction above 0; without it, choose trials or none")
         if self.tie_vmax and self.identification != "joint":
             raise ValueError("tie_vmax: true needs identification: joint; a search does not tie parameters")
         if self.derivative == "time" and not self.time_input:
@@ -218,9 +227,20 @@ class Sweep(Section):
     workers: Whole = setting("jobs that search side by side", "-", 2, ge=1, le=1000)
     seeds: Whole = setting("independent starts of each setting; their mean error counts", "-", 2, ge=1, le=1000)
     epochs: Whole | None = setting("epochs of all scales of one start; null: as in the recipe", "-", None, ge=1)
-    held_out: Real = setting("share of each training trial, at its end, that judges a setting", "-", 0.25, gt=0, lt=0.9)
+    judged_on: Literal["trials", "ends"] = setting(
+        "a setting is judged on trials: each training trial in turn, by networks trained without it; or on their ends",
+        "",
+        "trials",
+    )
+    held_out: Real = setting(
+        "share of each training trial, at its end, that judges a setting where judged_on is ends",
+        "-",
+        0.25,
+        gt=0,
+        lt=0.9,
+    )
     pruner: Literal["median", "none"] = setting(
-        "median: give a setting up whose error after a scale is above the median of those before", "", "median"
+        "median: give a setting up whose error so far is above the median of those before", "", "median"
     )
     unpruned: Whole = setting("settings that are tried to the end before any is given up", "-", 5, ge=1)
     seed: Whole = setting("seed of the search", "-", 0, ge=0)
@@ -295,7 +315,13 @@ class Multiresolution(Section):
     def recipe_of(self, condition: str, recipes: Mapping[str, Recipe]) -> Recipe:
         """The recipe of a condition, which identifies nothing."""
         named = self.conditions[condition]
-        nothing = {"identification": "none", "simulated_trials": 0, "beta": 0.0, "derivative": "sequence"}
+        nothing = {
+            "identification": "none",
+            "simulated_trials": 0,
+            "beta": 0.0,
+            "derivative": "sequence",
+            "band": "none",
+        }
         return Recipe.model_validate(dump(recipes[named.recipe]) | nothing | named.changes)
 
 
