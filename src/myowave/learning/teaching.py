@@ -26,6 +26,7 @@ def taught_by(recipe: Recipe, way: str, beta: float) -> Recipe:
     changes = {
         "simulated_trials": (recipe.simulated_trials or SIMULATED) if simulated else 0,
         "beta": beta if residual else 0.0,
+        "band": "none",  # which is not compared
         "residual_torque": "averaged" if residual else recipe.residual_torque,
     }
     return Recipe.model_validate(recipe.model_dump() | changes)
