@@ -23,6 +23,7 @@ include: "workflow/rules/tracking.smk"
 include: "workflow/rules/subjects.smk"
 include: "workflow/rules/paper.smk"
 include: "workflow/rules/multiresolution.smk"
+include: "workflow/rules/teaching.smk"
 
 
 localrules:

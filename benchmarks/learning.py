@@ -2,7 +2,8 @@
 is a prediction?
 
 The plain program (`PlainNetwork`) is one `nn.GRUCell` for each seed, stepped in a Python loop and differentiated by
-autograd, on the same windows with the same loss and Adam. Everything that is compared runs in turn within one process
+autograd, on the same windows with the same loss and Adam. Where JAX is installed, the same cell in `lax.scan`, jitted,
+with all seeds at once, runs beside them (`jax_scan`). Everything that is compared runs in turn within one process
 on one thread; each figure is the least processor time of several rounds.
 
 Writes results/benchmarks/learning.json and learning.png.
@@ -16,6 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import jax_scan
 import numpy as np
 import torch
 import yaml
@@ -195,6 +197,8 @@ def compare_training(trials: Trials, recipe: Recipe) -> dict:
     matrix = torch.randn(512, 512)
     runners = {f"ours {s}": Ours.of(trials, recipe, s).epoch for s in SEEDS}
     runners |= {f"plain {s}": Plain(trials, recipe, s).epoch for s in SEEDS[:2]}
+    if jax_scan.is_there():
+        runners |= {f"jax {s}": begin_jax(trials, recipe, s).epoch for s in SEEDS}
     runners["product"] = lambda: [torch.mm(matrix, matrix) for _ in range(20)]
     seconds = race(runners)
     machine = 20 * 2 * 512**3 / seconds["product"] / 1e9
@@ -208,10 +212,27 @@ def compare_training(trials: Trials, recipe: Recipe) -> dict:
             "ours_seed_epochs_per_s": s / ours,
             "plain_seed_epochs_per_s": 1 / (seconds[f"plain {s}"] / s if s in SEEDS[:2] else plain),
             "times_faster": (seconds[f"plain {s}"] if s in SEEDS[:2] else plain * s) / ours,
+            "jax_seed_epochs_per_s": s / seconds[f"jax {s}"] if f"jax {s}" in seconds else None,
             "matrix_gflop_per_s": rate,
             "share_of_matrix_rate": rate / machine,
         }
     return {"seeds": rows, "machine_gflop_per_s": machine}
+
+
+def begin_jax(trials: Trials, recipe: Recipe, seeds: int) -> jax_scan.JaxScan:
+    """The same network in JAX, whose loss on a first draw of windows is that of our definition."""
+    network, corpus = prepare(trials, recipe, seeds)
+    steps, random = round(recipe.rollout_s / trials.dt), torch.Generator().manual_seed(DATA_SEED)
+    length = network.history + steps
+
+    def draw() -> tuple[Tensor, Tensor, Tensor]:
+        trial, start = corpus.draw(count_windows(corpus.usable, steps), length, random)
+        return corpus.cut(trial, start, length)
+
+    scan = jax_scan.JaxScan(network, draw, recipe.learning_rate)
+    missed = jax_scan.compare_with_definition(scan, network)
+    assert missed < 1e-4, f"the program in JAX computes another loss, by {missed:.1e}"
+    return scan
 
 
 def count_operations(trials: Trials, recipe: Recipe, seeds: int) -> float:
@@ -371,7 +392,7 @@ def show(result: Mapping) -> None:
     console, machine = Console(), result["machine"]
     busy = f"; {machine['load_average']} jobs were running at the start" if machine["load_average"] > 1 else ""
     console.print(f"{machine['processor']}, one thread{busy}; the JSON and the figure are in {OUT}/")
-    table = Table("seeds", "epoch [ms]", "seed-epochs/s", "plain program", "times faster", "share of matrix rate")
+    table = Table("seeds", "epoch [ms]", "seed-epochs/s", "plain program", "times faster", "JAX scan", "matrix rate")
     for seeds, row in result["training"]["seeds"].items():
         table.add_row(
             seeds,
@@ -379,9 +400,12 @@ def show(result: Mapping) -> None:
             f"{row['ours_seed_epochs_per_s']:.1f}",
             f"{row['plain_seed_epochs_per_s']:.1f}",
             f"{row['times_faster']:.1f}",
+            f"{row['jax_seed_epochs_per_s']:.1f}" if row["jax_seed_epochs_per_s"] else "-",
             f"{row['share_of_matrix_rate']:.0%}",
         )
     console.print(table)
+    if not jax_scan.is_there():
+        console.print(jax_scan.HOW_TO)
     table = Table("epochs", *(f"{side} {what}" for side in ("ours", "plain") for what in ("[s]", "test R2")))
     runs = [{run["epochs"]: run for run in result["time_to_accuracy"][side]["runs"]} for side in ("ours", "plain")]
     for budget in sorted({*runs[0], *runs[1]}):

@@ -15,6 +15,7 @@ from myowave.learning.calibration import calibrate
 from myowave.learning.evaluation import evaluate, predict_trials, tabulate_predictions
 from myowave.learning.figures import draw_predictions
 from myowave.learning.seen import Seen, gather
+from myowave.learning.sweep.objective import train_scales
 from myowave.learning.training import train_scale
 
 
@@ -94,6 +95,40 @@ def test_the_band_is_that_of_the_ends_that_no_weight_was_trained_on(scored, scal
     assert (checkpoint.band.factor, checkpoint.band.floor) == pytest.approx((expected.factor, expected.floor))
 
 
+def test_the_band_of_trials_is_that_of_networks_that_lack_each_training_trial_in_turn(rollout, scales):
+    recipe = rollout.recipe.model_copy(update={"validation_fraction": 0.0, "band": "trials", "epochs": 4})
+    task = replace(rollout, recipe=recipe, total=2)
+    *_, checkpoint = train_scales(task)
+    errors, spreads = [], []
+    for name, other in (("1", "2"), ("2", "1")):
+        alone = {level: t.select([other, name]) for level, t in scales.items()}
+        alone = {level: replace(t, test=(name,)) for level, t in alone.items()}
+        *_, without = train_scales(replace(task, scales=alone, recipe=recipe.model_copy(update={"band": "none"})))
+        predicted = predict_trials(without, alone[0])[:, 1, 4:].numpy()
+        errors.append(alone[0].angle[1, 4:] - predicted.mean(0))
+        spreads.append(predicted.std(0))
+    expected = calibrate(errors, spreads)
+    assert without.band is None
+    assert (checkpoint.band.factor, checkpoint.band.floor) == pytest.approx((expected.factor, expected.floor))
+
+
+def test_a_test_trial_moves_no_band_of_trials(rollout, scales):
+    recipe = rollout.recipe.model_copy(update={"band": "trials", "epochs": 3})
+    other = {level: replace(t, angle=t.angle + np.array([0, 0, 1.0])[:, None]) for level, t in scales.items()}
+    bands = []
+    for seen in (scales, other):
+        *_, last = train_scale(replace(rollout, scales=seen, recipe=recipe), level=0)
+        bands.append(last.checkpoint.band)
+    assert bands[0] is not None and bands[0] == bands[1]
+
+
+def test_a_single_training_trial_has_no_band_of_trials(rollout, scales):
+    recipe = rollout.recipe.model_copy(update={"band": "trials", "epochs": 2})
+    alone = {level: replace(t, test=("2", "3")) for level, t in scales.items()}
+    *_, last = train_scale(replace(rollout, scales=alone, recipe=recipe), level=0)
+    assert last.checkpoint.band is None
+
+
 def test_scores_tell_the_share_within_the_band_and_outside_the_training_range(scored, scales):
     checkpoint, predicted = scored
     rows = evaluate(checkpoint, scales[0], predicted, recipe="mine")
@@ -123,7 +158,7 @@ def test_the_predictions_carry_the_band_and_the_picture_draws_it(scored, scales)
 
 
 def test_a_network_that_all_samples_trained_has_no_band_and_is_scored(rollout, scales):
-    recipe = rollout.recipe.model_copy(update={"validation_fraction": 0.0})
+    recipe = rollout.recipe.model_copy(update={"validation_fraction": 0.0, "band": "none"})
     *_, last = train_scale(replace(rollout, recipe=recipe), level=0)
     assert last.checkpoint.band is None
     predicted = predict_trials(last.checkpoint, scales[0])

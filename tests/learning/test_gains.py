@@ -25,7 +25,7 @@ def stage(rollout):
 def windows(stage, gains):
     """Windows of the first epoch as the network sees them."""
     loss = RolloutLoss(stage.network, stage.corpus, 10, Noise(0.0, SEEDS, 0), torch.Generator().manual_seed(0), gains)
-    return loss._disturb(loss._draw(stage.corpus, 64))
+    return loss._disturb(loss._cut(stage.corpus, loss._draw(stage.corpus, 64)))
 
 
 def as_emg(stage, x):
@@ -55,7 +55,7 @@ def told(stage, **disturbed):
     loss = RolloutLoss(
         known, replace(stage.corpus, x=x), 10, Noise(0.0, SEEDS, 0), torch.Generator().manual_seed(0), **disturbed
     )
-    return loss._disturb(loss._draw(loss._corpus, 64)).x
+    return loss._disturb(loss._cut(loss._corpus, loss._draw(loss._corpus, 64))).x
 
 
 def test_gains_leave_what_is_known_as_it_is(stage):
@@ -86,7 +86,9 @@ def test_simulated_windows_stand_beside_recorded_ones_of_other_gains(rollout):
 
 
 def test_nothing_is_kept_for_validation_where_the_share_is_0(rollout):
-    task = replace(rollout, recipe=rollout.recipe.model_copy(update={"validation_fraction": 0.0, "patience": 2}))
+    task = replace(
+        rollout, recipe=rollout.recipe.model_copy(update={"validation_fraction": 0.0, "band": "none", "patience": 2})
+    )
     stage = begin_stage(task, level=0)
     assert stage.corpus.usable.tolist() == list(stage.trials.lengths)
     *reports, last = train_scale(task, level=0)

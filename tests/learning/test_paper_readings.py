@@ -11,8 +11,8 @@ from myowave.data.trials import Trials
 from myowave.data.wavelets import decompose
 from myowave.learning.network import delayed
 from myowave.learning.paper.loss import DIFFERENCES, PaperLoss
-from myowave.learning.paper.residual import Pieces, Residual
 from myowave.learning.prediction import predict_free_running, to_tensors
+from myowave.learning.residual import Pieces, Residual
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.task import Task, begin_stage
 from myowave.learning.training import learning_rate, train_scale

@@ -9,8 +9,8 @@ import torch
 from myowave.data.wavelets import decompose
 from myowave.learning.paper.derivatives import predict_with_time_derivatives
 from myowave.learning.paper.loss import PaperLoss
-from myowave.learning.paper.residual import Pieces, Residual
 from myowave.learning.paper.windowed import predict_teacher_forced, run_windowed
+from myowave.learning.residual import Pieces, Residual
 from myowave.learning.task import Stage, begin_stage
 from myowave.learning.training import train_scale
 from myowave.learning.windows import Corpus

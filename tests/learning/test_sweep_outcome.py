@@ -29,7 +29,7 @@ def test_the_file_with_the_best_settings_adds_a_recipe_and_changes_none():
     assert list(laid_over["learning"]["recipes"]) == ["rollout_best"]
     best = Recipe.model_validate(laid_over["learning"]["recipes"]["rollout_best"])
     assert best == Recipe(hidden=20)
-    assert "1.5 deg, of the default 2" in text
+    assert "1.5 deg, of the default 2 deg (25.0 % less" in text
 
 
 def test_epochs_of_a_trial_are_fewer_unless_they_are_searched():

@@ -98,6 +98,7 @@ def test_the_shipped_configuration_is_accepted_and_survives_a_round_trip():
         ("learning.held_out.dataset", "case7", ("learning.held_out.dataset", "no 'case7'")),
         ("learning.held_out.recipe", "recordd", ("learning.held_out.recipe", "did you mean 'recorded'?")),
         ("learning.held_out.test", [["load9"]], ("learning.held_out.test[0]", "no 'load9'")),
+        ("learning.teaching.models", {"case7": ["base"]}, ("learning.teaching.models.case7", "no 'case7'")),
         ("learning.held_out.test", [], ("learning.held_out.test", "not empty")),
         ("targets.scales", [1, 1, 2], ("targets.scales", "1 is there more than once")),
         ("targets.models", {"case1": ["base", "base"]}, ("targets.models", "base is there more than once")),
@@ -259,6 +260,31 @@ def test_simulated_trials_are_refused_where_nothing_would_learn_from_them():
     assert "simulated_trials above 0 needs hidden_state: carried" in problem
 
 
+@pytest.mark.parametrize(
+    ("change", "needed"),
+    [
+        ({"identification": "none", "simulated_trials": 0}, "identification: gauss_newton"),
+        ({"derivative": "measured"}, "derivative: sequence"),
+        ({"residual_angle": "measured"}, "residual_angle: predicted"),
+    ],
+)
+def test_a_residual_that_rollouts_cannot_have_is_refused(change, needed):
+    config = changed("learning.recipes.rollout.beta", 1e-5)
+    config["learning"]["recipes"]["rollout"] |= change
+    (problem,) = problems(config)
+    assert f"beta above 0 with hidden_state: carried needs {needed}" in problem
+
+
+def test_a_band_of_ends_is_refused_where_none_are_kept():
+    (problem,) = problems(changed("learning.recipes.rollout.validation_fraction", 0.0))
+    assert "band: ends needs validation_fraction above 0" in problem
+
+
+def test_rollouts_do_not_identify_jointly():
+    (problem,) = problems(changed("learning.recipes.rollout.identification", "joint"))
+    assert "identification: joint needs hidden_state: windowed" in problem
+
+
 def test_settings_cannot_be_changed():
     settings = parse_settings(SHIPPED)
     with pytest.raises(ValueError, match="frozen"):
@@ -274,7 +300,12 @@ def test_every_key_says_what_it_means_and_numbers_have_a_unit():
 
 @pytest.mark.parametrize(
     "path",
-    ["targets.models.case1", "data.datasets.case1.hidden_effect", "diagnosis.study.effects"],
+    [
+        "targets.models.case1",
+        "learning.teaching.models.case3",
+        "data.datasets.case1.hidden_effect",
+        "diagnosis.study.effects",
+    ],
 )
 def test_an_effect_that_does_not_ship_is_refused_wherever_it_is_named(path):
     named = {

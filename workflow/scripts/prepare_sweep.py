@@ -1,4 +1,4 @@
-"""Cut held-out data from the training trials, and make the search that workers will share."""
+"""Bring the training trials, whole or cut in two, to all scales, and make the search that workers will share."""
 
 import json
 import uuid
@@ -16,7 +16,8 @@ from myowave.workflow.job import job_log
 params, output = snakemake.params, snakemake.output
 with job_log("prepare sweep", snakemake.log[0]) as log:
     sweep, wavelet = PlannedSweep.model_validate(params.sweep), Wavelet.model_validate(params.wavelet)
-    trials = hold_out_ends(read_trials(snakemake.input.trials), sweep.held_out)
+    trials = read_trials(snakemake.input.trials)
+    trials = hold_out_ends(trials, sweep.held_out) if sweep.judged_on == "ends" else trials.select(trials.train)
     trials = thin(trials, params.judged["recipe"]["rate_hz"])
     write_scales(decompose(trials, sweep.scales - 1, wavelet.name, wavelet.decompose), output.scales)
     name = search_name(sweep, params.judged, Path(output.scales))

@@ -14,7 +14,7 @@ from myowave.workflow.job import job_log
 params, total = snakemake.params, int(snakemake.wildcards.scales)
 label = f"held out {SEPARATOR.join(params.test)}, {params.name} {total}-scale"
 with job_log(label, snakemake.log[0]) as log:
-    recipe, wavelet = Recipe.model_validate(params.recipe), Wavelet.model_validate(params.wavelet)
+    recipe, wavelet = Recipe.model_validate(params.recipe | {"band": "none"}), Wavelet.model_validate(params.wavelet)
     trials = thin(hold_out(read_trials(snakemake.input.trials), params.test), recipe.rate_hz)
     task = Task(
         decompose(trials, total - 1, wavelet.name, wavelet.decompose),

@@ -2,8 +2,9 @@
 
 The seeds of a network disagree where training told them little (deep ensembles, Lakshminarayanan et al. 2017), but
 they are too sure of themselves. So their spread is scaled by how far their mean missed samples that no weight learned:
-the ends of the training trials, reached by free runs from the trials' beginnings, as a test trial is. This is split
-conformal prediction with a score normalised by the spread (Lei et al. 2018, J. Am. Stat. Assoc. 113, Sec. 5.2); errors
+the ends of the training trials, reached by free runs from the trials' beginnings, as a test trial is, or each training
+trial in turn, by networks that were trained without it. This is split or cross conformal prediction with a score
+normalised by the spread (Lei et al. 2018, J. Am. Stat. Assoc. 113, Sec. 5.2; Vovk 2015, Ann. Math. AI 74); errors
 of neighbouring samples are alike, so that samples count as the independent ones they are worth. Noise of EMG and of
 parameters is in those errors.
 
@@ -38,7 +39,7 @@ def calibrate(errors: Sequence[Array], spreads: Sequence[Array]) -> Band:
     error, spread = np.concatenate(errors), np.concatenate(spreads)
     if not np.isfinite([error, spread]).all():
         return Band(1.0, np.inf)
-    # ASSUME: samples at the ends of the training trials are missed as those of a trial that was never seen.
+    # ASSUME: samples that were held out of the training trials are missed as those of a trial that was never seen.
     floor = float(max(np.sqrt(np.mean(error**2)), 1e-9))
     scores = error / np.hypot(spread, floor)
     padded = np.zeros((len(errors), max(map(len, errors))))

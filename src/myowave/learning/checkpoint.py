@@ -45,8 +45,7 @@ class Checkpoint:
             it diverges, NaN where nobody simulated it.
         val_mse, val_r2: on the validation windows, (S,); no weight was trained on them, but the identification of the
             parameters, and so the motion simulated for training, has seen them.
-        band: about the mean of the seeds, see `band`; None but at scale [0], and where no
-            samples were kept for validation.
+        band: about the mean of the seeds, see `band`; None but at scale [0], and where the recipe wants none.
         seen: what the training trials covered.
         real_time: how raw EMG became that of the trials, as `RealTime.plain` gives it; empty where it came processed.
         optimiser: state of Adam, where the recipe keeps it for the next scale.

@@ -55,6 +55,11 @@ class Task:
         """The trials at scale [-level] without those that test."""
         return self.scales[level].select(self.scales[level].train)
 
+    def holding_out(self, names: Sequence[str]) -> "Task":
+        """The same of the training trials only, of which these test."""
+        scales = {level: replace(self.training_trials(level), test=tuple(names)) for level in self.scales}
+        return replace(self, scales=scales)
+
     @cached_property
     def labels(self) -> dict[str, Any]:
         """What a checkpoint says of where it comes from; those of all scales are the same."""

@@ -6,7 +6,7 @@ identified, is up to the kind of recipe: see `methods`.
 
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import torch
@@ -168,7 +168,7 @@ def _checkpoint(stage: Stage, search: Search, best: _Best, epochs: int, seconds:
     errors, correlations = torch.full_like(values, math.nan), torch.full((*values.shape, values.shape[1]), math.nan)
     physics_mse, band = values.new_full(values.shape[:1], math.nan), None
     if stage.level == 0:
-        band = _calibrate_band(replace(stage.network, weights=best.weights), stage)
+        band = BANDS[stage.task.recipe.band](replace(stage.network, weights=best.weights), stage)
         errors, correlations = search.uncertainty()
         physics_mse = search.mse
     return Checkpoint(
@@ -194,13 +194,40 @@ def _checkpoint(stage: Stage, search: Search, best: _Best, epochs: int, seconds:
     )
 
 
-def _calibrate_band(network: Network, stage: Stage) -> Band | None:
-    """The band by the ends of the training trials that no weight was trained on; None where there are none."""
-    if stage.task.recipe.validation_fraction == 0:
-        return None
+def band_by_ends(network: Network, stage: Stage) -> Band:
+    """The band by the ends of the training trials, which no weight was trained on."""
     inputs, angle = to_tensors(stage.trials, network.device, network.architecture.known)
     predicted = predict_free_running(network, inputs, angle, stage.trials.dt)
     mean, spread = predicted.mean(0), predicted.std(0, correction=0)
     ends = [slice(begin, end) for begin, end in zip(stage.corpus.usable.tolist(), stage.trials.lengths, strict=True)]
     errors = [(angle[t, end] - mean[t, end]).cpu().numpy() for t, end in enumerate(ends)]
     return calibrate(errors, [spread[t, end].cpu().numpy() for t, end in enumerate(ends)])
+
+
+def band_by_trials(network: Network, stage: Stage) -> Band | None:
+    """The band by whole training trials, each predicted by networks that were trained without it; None where there is
+    only one trial."""
+    # ASSUME: a trial is missed by networks that lack one trial of those of the final ones as a new trial is by these.
+    task = replace(stage.task, recipe=stage.task.recipe.model_copy(update={"band": "none"}))
+    if len(stage.trials.names) < 2:
+        return None
+    errors, spreads = [], []
+    for name in stage.trials.names:
+        fold, checkpoint = task.holding_out([name]), None
+        for level in reversed(range(task.total)):
+            *_, last = train_scale(fold, level, checkpoint)
+            checkpoint = last.checkpoint
+        assert checkpoint is not None, "the last report has it"
+        trial = stage.trials.select([name])
+        inputs, angle = to_tensors(trial, network.device, network.architecture.known)
+        predicted = predict_free_running(checkpoint.network, inputs, angle, trial.dt)[:, 0, network.history :]
+        errors.append((angle[0, network.history :] - predicted.mean(0)).cpu().numpy())
+        spreads.append(predicted.std(0, correction=0).cpu().numpy())
+    return calibrate(errors, spreads)
+
+
+BANDS: Mapping[str, Callable[[Network, Stage], Band | None]] = {  # by the recipe's `band`
+    "ends": band_by_ends,
+    "trials": band_by_trials,
+    "none": lambda network, stage: None,
+}

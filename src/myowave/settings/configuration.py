@@ -49,6 +49,7 @@ class Settings(Section):
         problems += [
             *self._problems_of_held_out(),
             *self._problems_of_multiresolution(),
+            *self._problems_of_teaching(),
             *self._problems_of_study(),
             *self._problems_of_scatter(),
             *self._problems_of_arms(),
@@ -152,6 +153,10 @@ class Settings(Section):
                 except ValidationError as error:
                     problems += [f"{at}.changes: {line}" for line in explain(error, tuple(list_keys(Recipe)))]
         return problems
+
+    def _problems_of_teaching(self) -> list[str]:
+        where, datasets = "learning.teaching.models", self.data.datasets
+        return [p for name in self.learning.teaching.models for p in unless_known(f"{where}.{name}", name, datasets)]
 
     @property
     def studied(self) -> str | None:

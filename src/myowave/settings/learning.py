@@ -110,14 +110,21 @@ class Recipe(Section):
         le=10,
     )
     validation_fraction: Real = setting(
-        "share of the training trials kept for early stopping and the band, which only the identification sees; 0: "
-        "they all train, to the last epoch, and predictions have no band",
+        "share of the training trials kept for early stopping, which only the identification sees; 0: they all train, "
+        "to the last epoch",
         "-",
         0.1,
         ge=0,
         lt=0.9,
     )
     patience: Whole = setting("epochs without a better validation error before a scale stops", "-", 300, ge=1)
+
+    band: Literal["ends", "trials", "none"] = setting(
+        "the 90 % band about predictions is made of errors on: ends, what was kept for validation; trials, each "
+        "training trial in turn, by networks that are trained without it; none: no band",
+        "",
+        "ends",
+    )
 
     @field_validator("known_inputs")
     @classmethod
@@ -136,7 +143,7 @@ class Recipe(Section):
         if self.hidden_state == "windowed" and self.rollout_s > 0:
             raise ValueError("rollout_s above 0 needs hidden_state: carried; windowed states are teacher-forced")
         if self.hidden_state == "carried" and self.beta > 0:
-            raise ValueError("beta above 0 needs hidden_state: windowed; a carried state has no residual in its loss")
+            self._can_teach_rollouts()
         if self.hidden_state == "windowed" and self.simulated_trials > 0:
             raise ValueError(
                 "simulated_trials above 0 needs hidden_state: carried; only rollouts learn from simulation"
@@ -145,6 +152,8 @@ class Recipe(Section):
             raise ValueError(
                 "emg_gain or known_noise above 0 needs hidden_state: carried; teacher forcing sees trials as recorded"
             )
+        if self.identification == "joint" and self.hidden_state == "carried":
+            raise ValueError("identification: joint needs hidden_state: windowed; rollouts identify by gauss_newton")
         if self.identification == "joint" and self.beta == 0:
             raise ValueError("identification: joint needs beta above 0: without a residual in J nothing is identified")
         if self.hidden_state == "carried" and self.batches > 1:
@@ -160,6 +169,8 @@ class Recipe(Section):
             raise ValueError(
                 "simulated_trials above 0 needs identification: gauss_newton; nothing else finds what they need"
             )
+        if self.band == "ends" and self.validation_fraction == 0:
+            raise ValueError("band: ends needs validation_fraction above 0; without it, choose trials or none")
         if self.tie_vmax and self.identification != "joint":
             raise ValueError("tie_vmax: true needs identification: joint; a search does not tie parameters")
         if self.derivative == "time" and not self.time_input:
@@ -167,6 +178,16 @@ class Recipe(Section):
         if self.derivative == "time" and self.output != "absolute":
             raise ValueError("derivative: time needs output: absolute; an increment is not a function of t_n only")
         return self
+
+    def _can_teach_rollouts(self) -> None:
+        """Whether the residual can be taken along rollouts."""
+        for name, choice, reason in (
+            ("identification", "gauss_newton", "nothing else finds the parameters of a residual along rollouts"),
+            ("derivative", "sequence", "a rollout is a sequence that no measured angle interrupts"),
+            ("residual_angle", "predicted", "a rollout leaves the measured motion, so its torque is not that of it"),
+        ):
+            if getattr(self, name) != choice:
+                raise ValueError(f"beta above 0 with hidden_state: carried needs {name}: {choice}; {reason}")
 
 
 SEARCHABLE = tuple(name for name, field in Recipe.model_fields.items() if field.annotation in (int, float))
@@ -206,9 +227,20 @@ class Sweep(Section):
     workers: Whole = setting("jobs that search side by side", "-", 2, ge=1, le=1000)
     seeds: Whole = setting("independent starts of each setting; their mean error counts", "-", 2, ge=1, le=1000)
     epochs: Whole | None = setting("epochs of all scales of one start; null: as in the recipe", "-", None, ge=1)
-    held_out: Real = setting("share of each training trial, at its end, that judges a setting", "-", 0.25, gt=0, lt=0.9)
+    judged_on: Literal["trials", "ends"] = setting(
+        "a setting is judged on trials: each training trial in turn, by networks trained without it; or on their ends",
+        "",
+        "trials",
+    )
+    held_out: Real = setting(
+        "share of each training trial, at its end, that judges a setting where judged_on is ends",
+        "-",
+        0.25,
+        gt=0,
+        lt=0.9,
+    )
     pruner: Literal["median", "none"] = setting(
-        "median: give a setting up whose error after a scale is above the median of those before", "", "median"
+        "median: give a setting up whose error so far is above the median of those before", "", "median"
     )
     unpruned: Whole = setting("settings that are tried to the end before any is given up", "-", 5, ge=1)
     seed: Whole = setting("seed of the search", "-", 0, ge=0)
@@ -283,8 +315,34 @@ class Multiresolution(Section):
     def recipe_of(self, condition: str, recipes: Mapping[str, Recipe]) -> Recipe:
         """The recipe of a condition, which identifies nothing."""
         named = self.conditions[condition]
-        nothing = {"identification": "none", "simulated_trials": 0, "beta": 0.0, "derivative": "sequence"}
+        nothing = {
+            "identification": "none",
+            "simulated_trials": 0,
+            "beta": 0.0,
+            "derivative": "sequence",
+            "band": "none",
+        }
         return Recipe.model_validate(dump(recipes[named.recipe]) | nothing | named.changes)
+
+
+class Teaching(Section):
+    """`snakemake teaching`: what physics teaches by simulated trials and by the residual along rollouts."""
+
+    models: dict[Name, Annotated[tuple[ModelName, ...], Once]] = setting(
+        "physical models by dataset, which trains with the first of its recipes; null: not this dataset",
+        default=dict,
+        each="dataset",
+    )
+    scales: Annotated[tuple[Annotated[int, Field(ge=1, le=5)], ...], Once] = setting(
+        "numbers of scales", "-", (1,), min_length=1
+    )
+    beta: Real = setting("weight of the residual where it teaches", "-", 1e-5, gt=0)
+
+    @field_validator("models", mode="before")
+    @classmethod
+    def _without_null(cls, value: Any) -> Any:
+        """A file laid over another can only replace keys, so null takes one out."""
+        return without_null(value)
 
 
 class Learning(Section):
@@ -295,3 +353,4 @@ class Learning(Section):
     sweep: Sweep = setting("search for better settings of a recipe", default=Sweep)
     held_out: HeldOut | None = setting("which trials are held out in turn; null: none", default=None)
     multiresolution: Multiresolution = setting("comparison of ways to go through the scales", default=Multiresolution)
+    teaching: Teaching = setting("comparison of what physics teaches the network by", default=Teaching)

@@ -41,8 +41,12 @@ def check_effects(settings: Settings) -> None:
     if settings.physics.effect_files:
         return
     named = [
-        (f"targets.models.{dataset}", effect)
-        for dataset, models in settings.targets.models.items()
+        (f"{section}.models.{dataset}", effect)
+        for section, by_dataset in (
+            ("targets", settings.targets.models),
+            ("learning.teaching", settings.learning.teaching.models),
+        )
+        for dataset, models in by_dataset.items()
         for model in models
         for effect in model.split("+")[1:]
     ]

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.learning.paper.residual import Pieces, Residual
+from myowave.learning.residual import Pieces, Residual
 from myowave.physics.model import Model
 
 STEPS = 8  # of Gauss-Newton, from the truth

@@ -10,8 +10,8 @@ from torch import Tensor
 
 from myowave.learning.loss import Losses, Noise
 from myowave.learning.paper.derivatives import predict_with_time_derivatives
-from myowave.learning.paper.residual import Pieces, Residual
 from myowave.learning.paper.windowed import first_predicted, predict_teacher_forced
+from myowave.learning.residual import Pieces, Residual
 from myowave.learning.task import Stage
 
 PIECE = 32  # predicted samples in a piece of a mini-batch

@@ -1,8 +1,10 @@
-"""The loss of rollouts: mean square error of windows that are predicted from their history.
+"""The loss of rollouts: mean square error of windows that are predicted from their history, and what these leave of the
+equation of motion.
 
 Shapes: S seeds, T trials, B windows, K samples of a window of which m are history, X inputs.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import torch
@@ -10,6 +12,7 @@ from torch import Tensor
 
 from myowave.learning.loss import Losses, Noise
 from myowave.learning.network import Network
+from myowave.learning.residual import Pieces, Residual
 from myowave.learning.rollouts.fast import Workspace, roll_out_gru
 from myowave.learning.rollouts.rollout import roll_out
 from myowave.learning.windows import Corpus, count_windows
@@ -26,6 +29,21 @@ class Simulated:
 
     corpus: Corpus
     counts: Tensor
+
+
+@dataclass(frozen=True)
+class Taught:
+    """The equation of motion that predictions of recorded windows are to obey.
+
+    Args:
+        residual: of the training trials.
+        params: identified parameters, (S, 1) each, SI units.
+        weight: of its square in the loss, (S,) [rad^2 / (N m)^2].
+    """
+
+    residual: Residual
+    params: Mapping[str, Tensor]
+    weight: Tensor
 
 
 @dataclass(frozen=True)
@@ -73,34 +91,59 @@ class RolloutLoss:
         self._length, self._count = network.history + steps, count_windows(corpus.usable, steps)
         self._workspace = Workspace()
 
-    def backward(self, simulated: Simulated | None = None, trust: Tensor | None = None) -> Losses:
+    def backward(
+        self, simulated: Simulated | None = None, trust: Tensor | None = None, taught: Taught | None = None
+    ) -> Losses:
         """Losses of one epoch; adds gradients to those of the weights.
 
         Args:
             simulated: half of the windows are cut from these trials.
             trust: how much a simulated window counts beside a measured one, (S,).
+            taught: what predictions of the measured windows are to obey beside.
         """
         made = 0 if simulated is None else self._count // 2
-        windows = self._disturb(self._draw(self._corpus, self._count - made))
+        recorded = self._draw(self._corpus, self._count - made)
+        windows = self._disturb(self._cut(self._corpus, recorded))
         if simulated is not None:
             assert trust is not None, "simulated windows need it"
-            windows = windows.beside(self._draw(simulated.corpus, made, trust.unsqueeze(-1) * simulated.counts))
+            others = self._cut(simulated.corpus, self._draw(simulated.corpus, made), trust[:, None] * simulated.counts)
+            windows = windows.beside(others)
         m = self._network.history
         target, weight = windows.z[..., m:], windows.weight
         weight = (weight / (weight.sum(-1, keepdim=True) * target.shape[-1])).unsqueeze(-1)
         z, v = self._add_noise(windows.z[..., :m], windows.v[..., :m])
         predicted = self._predict(windows.x, z.contiguous(), v.contiguous())
         loss = (weight * (predicted - target).square()).sum((1, 2))
+        square = self._network.scaling.angle_std**2
+        data, residual = loss.detach() * square, torch.zeros_like(loss)
+        total = data
+        if taught is not None:
+            count = len(recorded.trial)
+            left = self._left(taught, recorded, windows.z[:, :count, :m], predicted[:, :count])
+            residual, total = left.detach(), data + taught.weight.to(left) * left.detach()
+            loss = loss + (taught.weight.to(left) / square) * left
         loss.sum().backward()
-        data = loss.detach() * self._network.scaling.angle_std**2
-        return Losses(data, data, torch.zeros_like(data))
+        return Losses(total, data, residual)
 
-    def _draw(self, corpus: Corpus, count: int, counts: Tensor | None = None) -> _Windows:
+    def _left(self, taught: Taught, windows: Pieces, history: Tensor, predicted: Tensor) -> Tensor:
+        """Mean square of what predictions of windows (S, B, K - m) leave of the equation of motion [(N m)^2], (S,)."""
+        residual = taught.residual
+        # The first residual is that of the first predicted sample: as much of the history as it needs comes before.
+        before = min(residual.margin, history.shape[-1])
+        pieces = Pieces(windows.trial, windows.start + history.shape[-1] - before, before + predicted.shape[-1])
+        q = self._network.to_rad(torch.cat((history[..., history.shape[-1] - before :], predicted), dim=-1))
+        bend = (q[..., 2:] - 2 * q[..., 1:-1] + q[..., :-2]) / residual.dt**2
+        return residual.along_sequence(taught.params, pieces, q, bend).square().mean((1, 2)).to(predicted)
+
+    def _draw(self, corpus: Corpus, count: int) -> Pieces:
+        """Where windows of a corpus begin."""
+        return Pieces(*corpus.draw(count, self._length, self._random), self._length)
+
+    def _cut(self, corpus: Corpus, pieces: Pieces, counts: Tensor | None = None) -> _Windows:
         """Windows of a corpus; `counts` (S, T) says how much those of each trial count."""
-        trial, start = corpus.draw(count, self._length, self._random)
-        x, z, v = corpus.cut(trial, start, self._length)
+        x, z, v = corpus.cut(pieces.trial, pieces.start, pieces.length)
         z, v = (values.expand(self._network.seeds, -1, -1) for values in (z, v))
-        weight = z.new_ones(z.shape[:2]) if counts is None else counts[:, trial].to(z)
+        weight = z.new_ones(z.shape[:2]) if counts is None else counts[:, pieces.trial].to(z)
         return _Windows(x, z, v, weight)
 
     def _disturb(self, windows: _Windows) -> _Windows:

@@ -1,8 +1,9 @@
 """How a network learns from rollouts: its own predictions feed it, and physics tells it what was never measured.
 
 In the first epochs at a scale, a Gauss-Newton search identifies the parameters, a step in each epoch. At scale [0],
-motion is then simulated with them, and half of the windows to train on come from it. Physics whose own motion misses
-the measured trials by more than their spread has nothing to teach: nothing is simulated with it.
+motion is then simulated with them, and half of the windows to train on come from it. Where the recipe has a beta,
+predictions of the measured windows are to obey the equation of motion as well, at every scale. Physics whose own motion
+misses the measured trials by more than their spread has nothing to teach: neither is done with it.
 """
 
 import operator
@@ -17,7 +18,8 @@ from myowave.learning.augmentation import imagine_emg, simulate_imagined
 from myowave.learning.identification import Identification
 from myowave.learning.inputs import told_of
 from myowave.learning.loss import Losses, Noise
-from myowave.learning.rollouts.loss import RolloutLoss, Simulated
+from myowave.learning.residual import Residual
+from myowave.learning.rollouts.loss import RolloutLoss, Simulated, Taught
 from myowave.learning.task import Stage
 from myowave.learning.unidentified import Unidentified
 from myowave.learning.windows import Corpus
@@ -52,25 +54,44 @@ class RolloutTraining:
         self._data: Tensor | None = None  # loss on windows of the epoch before
         self._simulates = finest and recipe.simulated_trials > 0
         self._simulated: Simulated | None = None
+        self._residual: Residual | None = None
+        if recipe.beta:
+            trials = stage.task.training_trials(0) if recipe.residual_emg == "recorded" else stage.trials
+            averaged, device = recipe.residual_torque == "averaged", stage.task.device
+            self._residual = Residual.of(stage.task.model, trials, stage.names, device, averaged=averaged)
+        self._physics_mse: Tensor | None = None  # of the parameters that the search ended with, (S,)
 
     def differentiate(self, val_mse: Tensor) -> Losses:
         if isinstance(self.search, Identification) and not self.search.done:
             self.search.step()
-        elif self._simulates and self._simulated is None:
-            self._simulated = self._simulate()
-            self._simulates = self._simulated is not None
-        known = val_mse if self._data is None else torch.where(val_mse.isnan(), self._data, val_mse)
-        trust = None if self._simulated is None else weigh_physics(self.search.mse.to(val_mse.device), known)
-        losses = self._loss.backward(self._simulated, trust)
+        elif self._physics_mse is None and (self._simulates or self._residual is not None):
+            self._physics_mse = self.search.mse.to(val_mse.device)
+            self._simulated = self._simulate(self._physics_mse) if self._simulates else None
+        trust = taught = None
+        if self._physics_mse is not None:
+            known = val_mse if self._data is None else torch.where(val_mse.isnan(), self._data, val_mse)
+            trust = weigh_physics(self._physics_mse, known)
+            taught = self._taught(trust * self._follows(self._physics_mse))
+        losses = self._loss.backward(self._simulated, trust, taught)
         self._data = losses.data.to(val_mse)
         clip_gradients(self.trained)
         return losses
 
-    def _simulate(self) -> Simulated | None:
+    def _follows(self, physics_mse: Tensor) -> Tensor:
+        """Whether the physics of each seed follows the measured motion, (S,)."""
+        return physics_mse < self._stage.network.scaling.angle_std**2
+
+    def _taught(self, trust: Tensor) -> Taught | None:
+        """What predictions are to obey; None where physics has nothing to teach."""
+        if self._residual is None or not trust.any():
+            return None
+        return Taught(self._residual, self.search.params, self._stage.task.recipe.beta * trust)
+
+    def _simulate(self, physics_mse: Tensor) -> Simulated | None:
         """Trials that physics makes with the identified parameters, of seeds whose physics follows the measured ones;
         None where that of no seed does."""
         stage, device = self._stage, self._stage.task.device
-        follows = self.search.mse < stage.network.scaling.angle_std**2
+        follows = self._follows(physics_mse)
         if not follows.any():
             return None
         emg = imagine_emg(stage.trials, stage.task.recipe.simulated_trials, DATA_SEED)

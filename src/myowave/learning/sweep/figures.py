@@ -28,7 +28,7 @@ def draw_history(table: pd.DataFrame, what: str) -> Figure:
     done, given_up = _complete(table), table[table["state"] == "pruned"]
     figure, axes = canvas(width=8.5, height=4.2)
     axis = axes[0, 0]
-    axis.plot(given_up["trial"], _last_error(given_up), "x", color=GREY, label="given up after a scale")
+    axis.plot(given_up["trial"], _last_error(given_up), "x", color=GREY, label="given up")
     axis.plot(done["trial"], done["error"], "o", color=BLUE, label="tried to the end")
     axis.step(done["trial"], done["error"].cummin(), where="post", color=RED, label="best so far")
     _mark_default(axis, done, "trial")
@@ -155,9 +155,9 @@ def _complete(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _last_error(table: pd.DataFrame) -> pd.Series:
-    """Mean error after the last scale that each trial reached."""
-    scales: Sequence[str] = sorted((c for c in table.columns if c.startswith("scale_")), reverse=True)
-    return table[scales].ffill(axis=1).iloc[:, -1] if len(scales) else table["error"]
+    """Mean error at the last judgement that each trial reached."""
+    judged: Sequence[str] = sorted((c for c in table.columns if c.startswith("left_")), reverse=True)
+    return table[judged].ffill(axis=1).iloc[:, -1] if len(judged) else table["error"]
 
 
 def _mark_default(axis: Axes, done: pd.DataFrame, x: str, y: str = "error") -> None:

@@ -1,6 +1,9 @@
-"""What a sweep judges: a recipe trained from the coarsest to the finest scale, run free on held-out data after each."""
+"""What a sweep judges: a recipe trained from the coarsest to the finest scale, run free on held-out data.
 
-from collections.abc import Iterator
+Held out are the ends of the training trials, or each training trial in turn. The test trials are in neither.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -32,12 +35,33 @@ def judge(settings: Settings, task: Task, epochs: int | None) -> Iterator[Score]
         task: of training trials only, see `holdout.hold_out_ends`; its test trials are their ends.
         epochs: of all scales together; None for those of the recipe.
     """
-    for checkpoint in train_scales(replace(task, recipe=with_settings(task.recipe, settings, epochs))):
+    for checkpoint in train_scales(_tried(settings, task, epochs)):
         judged = task.scales[checkpoint.level].select(task.scales[0].test)
         yield Score(checkpoint.level, tuple(free_running_error_deg(checkpoint, judged).tolist()))
 
 
-def with_settings(recipe: Recipe, settings: Settings, epochs: int | None = None) -> Recipe:
+def judge_in_turn(settings: Settings, task: Task, epochs: int | None, names: Sequence[str]) -> Iterator[Score]:
+    """Train with these settings and each of some trials held out in turn; yield the free-running error [deg] on those
+    held out so far, the mean over them, after each.
+
+    Args:
+        settings, epochs: as in `judge`.
+        task: of training trials only.
+        names: of the trials to hold out, at least one, among more.
+    """
+    errors, tried = [], _tried(settings, task, epochs)
+    for name in names:
+        *_, checkpoint = train_scales(tried.holding_out([name]))
+        errors.append(free_running_error_deg(checkpoint, task.scales[0].select([name])))
+        yield Score(len(names) - len(errors), tuple(np.mean(errors, axis=0).tolist()))
+
+
+def _tried(settings: Settings, task: Task, epochs: int | None) -> Task:
+    """The task with these settings, and no band, which judges nothing."""
+    return replace(task, recipe=with_settings(task.recipe, {"band": "none", **settings}, epochs))
+
+
+def with_settings(recipe: Recipe, settings: Mapping[str, float | str], epochs: int | None = None) -> Recipe:
     """The recipe with some settings replaced, and the number of epochs where one is given and not among them."""
     shorter = {} if epochs is None else {"epochs": epochs}
     return Recipe.model_validate(recipe.model_dump() | shorter | dict(settings))

@@ -8,7 +8,8 @@ processes, on one machine or on many. Whatever is killed, the search stays whole
 - Trials are numbered one after the other by the storage, so each worker can see by itself whether its new trial still
   belongs to the number asked for. No lock is needed, and none is computed in excess.
 
-What is judged is a generator: it yields a score after each scale, and knows nothing of trials, pruning or storages.
+What is judged is a generator: it yields a score after each scale or each recording that was held out, and knows nothing
+of trials, pruning or storages.
 """
 
 import math
@@ -34,14 +35,14 @@ Settings = Mapping[str, float]
 
 @dataclass(frozen=True)
 class Score:
-    """How good a setting is after a scale.
+    """How good a setting is, as far as it has been tried.
 
     Args:
-        level: of the scale; 0 is the last.
+        left: how often it will be judged after this; 0 is the last.
         errors: free-running error on the held-out data, one per seed.
     """
 
-    level: int
+    left: int
     errors: tuple[float, ...]
 
     @property
@@ -105,7 +106,7 @@ def work(search: Search, objective: Objective, worker: str) -> Iterator[FrozenTr
     """Try settings until the search has as many trials as asked for; yield each that this worker finished.
 
     Args:
-        objective: yields a score after each scale, the last at level 0.
+        objective: yields a score after each scale or held-out trial.
         worker: name of this worker; no two that run may have the same, and a restarted one has the same again.
 
     Raises:
@@ -143,16 +144,16 @@ def describe(trial: FrozenTrial) -> str:
 
 
 def tabulate(search: Search) -> pd.DataFrame:
-    """One row per trial: number, state, error, settings, error after each scale and of each seed, duration, worker.
+    """One row per trial: number, state, error, settings, error at each judgement and of each seed, duration, worker.
 
-    Columns `scale_{level}` are means over the seeds, `seed_{i}` those of the last scale that was reached. Trials that
-    were never begun, as the search was full or another worker had the default, are left out.
+    Columns `left_{n}` are means over seeds with n judgements to come, `seed_{i}` those of the last that was reached.
+    Trials that were never begun, as the search was full or another worker had the default, are left out.
     """
     rows = []
     for trial in search.trials():
         if not trial.params or "refused" in trial.user_attrs:
             continue
-        scores = {f"scale_{level}": error for level, error in sorted(trial.user_attrs.get("scales", {}).items())}
+        scores = {f"left_{left}": error for left, error in sorted(trial.user_attrs.get("judged", {}).items())}
         seeds = {f"seed_{i}": error for i, error in enumerate(trial.user_attrs.get("errors", []))}
         rows.append(
             {
@@ -237,20 +238,20 @@ def _is_default(trial: FrozenTrial) -> bool:
 
 
 def _judge(trial: Trial, scores: Iterator[Score]) -> tuple[TrialState, float | None]:
-    """Follow a trial through its scales; how it ended and its error, which only a complete one has."""
-    by_level: dict[str, float] = {}
+    """Follow a trial through its judgements; how it ended and its error, which only a complete one has."""
+    judged: dict[str, float] = {}
     for step, score in enumerate(scores):
         if not math.isfinite(score.mean):  # diverged: as hopeless as can be
             return TrialState.PRUNED, None
-        by_level[str(score.level)] = score.mean
-        trial.set_user_attr("scales", by_level)
+        judged[str(score.left)] = score.mean
+        trial.set_user_attr("judged", judged)
         trial.set_user_attr("errors", list(score.errors))
-        if score.level == 0:
+        if score.left == 0:
             return TrialState.COMPLETE, score.mean
         trial.report(score.mean, step)
         if trial.should_prune():
             return TrialState.PRUNED, None
-    raise AssertionError("the objective ended before level 0")
+    raise AssertionError("the objective ended before its last judgement")
 
 
 def _suggest(trial: Trial, name: str, sweep: Sweep) -> float:

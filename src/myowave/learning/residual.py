@@ -81,7 +81,8 @@ class Residual:
         if unseen := effects_unseen_by_angle(model):
             raise ValueError(
                 f"model {model.name}: the residual of Eq. 38 cannot hold {', '.join(unseen)}, which has a state of its "
-                "own or acts on the measured angle. Train with identification: gauss_newton, or leave the effect out."
+                "own or acts on the measured angle. Train with identification: gauss_newton and beta: 0, or leave the "
+                "effect out."
             )
         emg = channels_of(model, trials.channels, torch.from_numpy(trials.emg).to(device))
         known = {name: torch.from_numpy(value).to(device) for name, value in trials.known(model.defaults).items()}

@@ -1,0 +1,34 @@
+"""What a sweep judges settings by: training trials that the judged networks have not seen, and never a test trial."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from myowave.learning.sweep.objective import free_running_error_deg, judge_in_turn, train_scales
+
+
+@pytest.fixture
+def training(rollout):
+    """The task of a sweep: training trials only."""
+    scales = {level: trials.select(trials.train) for level, trials in rollout.scales.items()}
+    return replace(rollout, scales=scales, total=2)
+
+
+def test_each_training_trial_judges_networks_that_were_trained_without_it(training):
+    scores = list(judge_in_turn({"hidden": 6}, training, 4, training.scales[0].names))
+    assert [score.left for score in scores] == [1, 0]
+    errors = []
+    for name, other in (("1", "2"), ("2", "1")):
+        alone = {level: trials.select([other]) for level, trials in training.scales.items()}
+        recipe = training.recipe.model_copy(update={"hidden": 6, "epochs": 4, "band": "none"})
+        *_, checkpoint = train_scales(replace(training, scales=alone, recipe=recipe))
+        errors.append(free_running_error_deg(checkpoint, training.scales[0].select([name])))
+    assert scores[0].errors == pytest.approx(errors[0])
+    assert scores[1].errors == pytest.approx(np.mean(errors, axis=0))
+
+
+def test_what_judges_is_in_no_training_trial(rollout):
+    fold = rollout.holding_out(["2"])
+    for level, trials in fold.scales.items():
+        assert trials.names == ("1", "2") and trials.train == ("1",), level
