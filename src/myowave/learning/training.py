@@ -204,11 +204,15 @@ def band_by_ends(network: Network, stage: Stage) -> Band:
     return calibrate(errors, [spread[t, end].cpu().numpy() for t, end in enumerate(ends)])
 
 
+FOLD_SEEDS = 2  # that are trained without each trial: as many as tell their spread, for the time that they take
+
+
 def band_by_trials(network: Network, stage: Stage) -> Band | None:
     """The band by whole training trials, each predicted by networks that were trained without it; None where there is
     only one trial."""
-    # ASSUME: a trial is missed by networks that lack one trial of those of the final ones as a new trial is by these.
-    task = replace(stage.task, recipe=stage.task.recipe.model_copy(update={"band": "none"}))
+    # ASSUME: a trial is missed by a few networks that lack one trial as a new trial is by all that have every one.
+    recipe = stage.task.recipe.model_copy(update={"band": "none"})
+    task = replace(stage.task, recipe=recipe, seeds=stage.task.seeds[:FOLD_SEEDS])
     if len(stage.trials.names) < 2:
         return None
     errors, spreads = [], []
