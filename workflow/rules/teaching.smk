@@ -1,4 +1,5 @@
 # What physics teaches the network: simulated trials, the residual along its rollouts, both, neither: `snakemake teaching`.
+# Its table stands in docs/.
 TEACHING = SETTINGS.learning.teaching
 TAUGHT = "results/learning/teaching/{dataset}/{model}/{scales}-scale.csv"
 
@@ -7,7 +8,6 @@ localrules:
     teaching,
 
 
-# Its table is shown by README, and small.
 rule teaching:
     input:
         "docs/teaching.md",

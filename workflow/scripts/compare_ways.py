@@ -15,11 +15,8 @@ from myowave.workflow.job import job_log
 
 where, params, rows = snakemake.wildcards, snakemake.params, []
 with job_log(f"what physics teaches {where.dataset} {where.model} {where.scales}-scale", snakemake.log[0]) as log:
-    recipe, wavelet, total = (
-        Recipe.model_validate(params.recipe),
-        Wavelet.model_validate(params.wavelet),
-        int(where.scales),
-    )
+    recipe, wavelet = Recipe.model_validate(params.recipe), Wavelet.model_validate(params.wavelet)
+    total = int(where.scales)
     trials = thin(read_trials(snakemake.input.trials), recipe.rate_hz)
     scales = decompose(trials, total - 1, wavelet.name, wavelet.decompose)
     model = build_model(where.model, Physics.model_validate(params.physics))
