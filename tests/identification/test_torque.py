@@ -10,7 +10,8 @@ from myowave.data.trials import TORQUE
 from myowave.identification.free_parameters import free_parameters
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
-from myowave.identification.torque import Balance, fit_torque, leave_out, shares_given
+from myowave.identification.torque import COARSE_S, Balance, fit_torque, leave_out, shares_given
+from myowave.identification.windows import Windows
 from myowave.physics.dynamics import torques
 from myowave.physics.motion import simulate
 from myowave.settings import Identify, Scatter
@@ -150,3 +151,17 @@ def test_held_parameters_stay_and_keep_the_errors_of_their_stage(exact, base, ef
     fit = fit_model(base, exact, free)
     assert fit.parameters["f0_Bi"] == 310.0 and fit.standard_errors()["f0_Bi"] == pytest.approx(7.0)
     assert fit.parameters["f0_Tri"] != 300.0 and fit.converged
+
+
+@pytest.mark.parametrize("rate_hz", [31.6, 50, 66, 95, 107, 130, 157, 200, 1000])
+def test_what_moves_and_what_pulls_are_weighed_over_the_same_windows(rate_hz):
+    """Along q = t^3 the acceleration is 6 t, at every rate."""
+    dt, samples = 1 / rate_hz, int(3 * rate_hz)
+    time = np.arange(samples) * dt
+    coarse = max(1, round(COARSE_S / dt))
+    windows = Windows.over([samples], dt, coarse)
+    moved = windows.accelerated(time[None] ** 3, [samples])[0]
+    middle = (torch.arange((samples - 1) // coarse, dtype=torch.float64) + 0.5) * coarse * dt
+    pulled = windows.merged(coarse).integrate(6 * middle[:, None])
+    assert len(pulled) <= len(moved) and len(moved) == windows.inside.shape[1]
+    torch.testing.assert_close(moved[: len(pulled)], pulled, rtol=1e-2, atol=1e-4)

@@ -31,12 +31,14 @@ class Windows:
 
     Args:
         half: half width in steps.
+        stride: steps from one window to the next.
         dt: length of a step [s].
         inside: which lie within the recorded part, (T, K).
         points: where in a step values are known, fractions of it, (D,), and their `weights`.
     """
 
     half: int
+    stride: int
     dt: float
     inside: NDArray[np.bool_]
     points: Array
@@ -46,18 +48,14 @@ class Windows:
     def over(cls, lengths: Sequence[int] | NDArray[np.int64], dt: float, coarse: int = 1) -> "Windows":
         """Windows over trials of so many samples, whose half width is a multiple of `coarse` steps."""
         half = coarse * max(FEWEST, round(HALF_WIDTH_S / dt / coarse))
-        starts = np.arange(0, max(lengths) - 2 * half, coarse * max(1, half // coarse // OVERLAP))
-        return cls(half, dt, starts + 2 * half < np.asarray(lengths)[:, None], POINTS, WEIGHTS)
+        stride = coarse * max(1, half // coarse // OVERLAP)
+        starts = np.arange(0, max(lengths) - 2 * half, stride)
+        return cls(half, stride, dt, starts + 2 * half < np.asarray(lengths)[:, None], POINTS, WEIGHTS)
 
     def merged(self, coarse: int) -> "Windows":
         """The same windows in steps of so many samples, with one point in the middle of each step."""
         # ASSUME: what muscles and gravity do is smooth within such a step; w is, too, so middles integrate it well.
-        return Windows(self.half // coarse, self.dt * coarse, self.inside, MIDDLE, np.ones(1))
-
-    @property
-    def stride(self) -> int:
-        """Steps from one window to the next."""
-        return max(1, self.half // OVERLAP)
+        return Windows(self.half // coarse, self.stride // coarse, self.dt * coarse, self.inside, MIDDLE, np.ones(1))
 
     def integrate(self, values: Tensor, *, second: bool = False) -> Tensor:
         """int w values dt, or int w'' values dt, over every window: (..., steps, D) to (..., K)."""
