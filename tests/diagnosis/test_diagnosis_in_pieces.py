@@ -71,6 +71,8 @@ def test_where_the_model_does_not_follow_no_effect_is_weighed(runaway, base, eff
     summary = verdict_summary(found)
     assert summary["verdict"] == "unknown" and not summary["effects"] and not summary["follows"]
     assert "does not follow" in summary["sentence"] and summary["formula"] == "0"
+    noise = next(iter(summary["rmse_deg"].values()))["noise"]
+    assert f"{noise:.2g} deg" in summary["where"] and "nothing to locate" not in summary["where"]
     assert all(candidate.fit is None for candidate in found.selection.rankings[0])
 
 

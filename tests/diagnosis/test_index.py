@@ -43,7 +43,8 @@ def entry(name: str, kind: str = "effect", **changes) -> Entry:
     }
     rows = [("base", "f0", 200.0, 5.0, "N"), ("base+joint_damping", "f0", 300.0, 2.0, "N")]
     rows.append(("base+joint_damping", "joint_damping.c", 1.5, 0.1, "N m s/rad"))
-    parameters = pd.DataFrame(rows, columns=["model", "parameter", "value", "se", "unit"]).assign(assumed=False)
+    parameters = pd.DataFrame(rows, columns=["model", "parameter", "value", "se", "unit"])
+    parameters = parameters.assign(low=0.0, high=1000.0, assumed=False)
     settings = {"kind": "measured", "test": ["trial3"]}
     return Entry({**verdict, **changes}, parameters, TORQUE, HORIZONS, settings)
 
@@ -71,7 +72,7 @@ def test_a_row_has_verdict_errors_and_parameters_of_the_model_that_was_found(pag
     assert anna[1:6] == ["anna", "missing: damping of the joint ( joint_damping )", "6.4 deg", "1.7 deg", "0.5 deg"]
     assert "f0 = 300.0 N (296.1 to 303.9)" in anna[6] and "joint_damping.c = 1.50 N m s/rad (1.30 to 1.70)" in anna[6]
     assert ben[2:5] == ["adequate", "6.4 deg", ""] and "f0 = 200.0 N" in ben[6]
-    assert "more" in cleo[2] and "0.5 s after a measured state" in cleo[3]
+    assert "more" in cleo[2] and cleo[3] == "6.4 deg over all of the 0.5 s after a measured state"
 
 
 def test_facts_of_all_datasets_stand_beside_one_another(page):
@@ -87,6 +88,7 @@ def test_constants_that_nobody_asked_for_are_folded_away(template):
     names = ("f0", "slack", "mass", "joint_damping.c")
     rows = [("base+joint_damping", name, 1.0, 0.1, "m", name in ("slack", "mass")) for name in names]
     parameters = pd.DataFrame(rows, columns=["model", "parameter", "value", "se", "unit", "assumed"])
+    parameters = parameters.assign(low=0.0, high=2.0)
     page = write_index([replace(entry("anna"), parameters=parameters)], [], template)
     shown, folded = rows_of(page, "datasets")[0][6].split("2 constants that were free as well")
     assert "f0 =" in shown and "joint_damping.c =" in shown and "slack =" in folded and "mass =" in folded
@@ -122,6 +124,18 @@ def test_without_datasets_there_is_still_a_page(template):
 )
 def test_an_interval_has_the_digits_that_it_leaves(value, se, unit, text):
     assert interval(value, se, unit) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "se", "text"),
+    [
+        (0.02, 0.31, "0.02 (0.02 to 0.63)"),
+        (1.1, 0.05, "1.100 (1.002 to 1.150)"),
+        (1.1, 3.6, "1.1 (not known: anywhere from 0.02 to 1.15)"),
+    ],
+)
+def test_an_interval_holds_no_value_that_the_settings_rule_out(value, se, text):
+    assert interval(value, se, "-", (0.02, 1.15)) == text
 
 
 def test_noise_of_the_emg_stands_beside_effects_in_words(template):

@@ -5,8 +5,10 @@ import pandas as pd
 
 from myowave.diagnosis.report.figures.compare import draw_correlations
 from myowave.diagnosis.report.figures.watch import draw_parameters
+from myowave.diagnosis.report.figures.where import draw_misfit
 
 NAMES = [*(f"constant{i}" for i in range(27)), "tilt.g", "damping.c"]
+MISFIT = [("trial", "trial1", 1.0), ("trial", "trial2", 1.1), ("time [s]", "0 to 1", 1.0), ("time [s]", "1 to 2", 3.0)]
 
 
 def test_correlations_are_those_of_the_parameters_most_alike():
@@ -39,3 +41,14 @@ def test_parameters_are_those_asked_for_and_those_of_effects():
     assert before.get_markerfacecolor() == "white" != after.get_markerfacecolor(), "open where the model leaves more"
     words = " ".join(text.get_text() for text in figure.texts) + str(figure._suptitle and figure._suptitle.get_text())
     assert "moves constant1 by +50 %" in words
+
+
+def test_no_error_is_cut_off_where_a_later_panel_has_larger_ones():
+    rows = [("base", factor, part, rmse, 0.8 * rmse, 1.2 * rmse) for factor, part, rmse in MISFIT]
+    columns = ["model", "factor", "part", "rmse_deg", "rmse_low_deg", "rmse_high_deg"]
+    figure = draw_misfit(pd.DataFrame(rows, columns=columns), 0.05, "The misfit grows.")
+    panels = [axis for axis in figure.axes if axis.get_visible()]
+    assert len(panels) == 2
+    for axis in panels:
+        low, high = axis.get_ylim()
+        assert low == 0 and high > 1.2 * 3.0

@@ -238,7 +238,17 @@ def test_the_page_tells_the_verdict_and_the_command_in_order(story, template):
             {"verdict": "unknown", "effects": [], "formula": "+1.2 q", "nearest": ["joint_damping"]},
             "physics.effect_files",
         ),
+        ({"verdict": "unknown", "effects": [], "formula": "0"}, "No short formula"),
+        ({"verdict": "unknown", "effects": [], "formula": "+1.2 q"}, "q in rad"),
         ({"verdict": "adequate", "effects": []}, "nothing to add"),
+        (
+            {"verdict": "undecidable", "effects": [], "model": "base", "outside_usual_range": {"f0_Bi": ["hand_load"]}},
+            "f0_Bi on the subject",
+        ),
+        (
+            {"verdict": "undecidable", "effects": [], "outside_usual_range": {"f0_Bi": ["x"]}},
+            "But f0_Bi is outside its usual range, or x is there.",
+        ),
         ({"verdict": "partial", "structure_left": True, "formula": "+1.2 q"}, "more is left"),
         ({"verdict": "never heard of"}, "The verdict is never heard of."),
         ({"next_trial": {"question": "a or b", "trial": "fast", "separation": 40.0, "now": 2.0}}, "Record this next"),
@@ -328,6 +338,23 @@ def test_below_the_noise_the_page_finds_nothing_and_says_so_once(story, template
         assert drawn not in page
     above = write_page(quiet(story, train=0.1), template)
     assert "grows with" in above and "RMSE by trial, direction" in above
+
+
+def test_below_the_headline_the_page_says_how_much_is_claimed_and_not_the_same_again(story, template):
+    for kind, sentence, told, cut in (
+        ("unknown", "Something is missing. As a formula: missing torque = +1 q N m.", "no effect is named", "+1 q N m"),
+        ("partial", "Missing: joint_damping, and something else.", "explains 99% of what is missing", "100%"),
+        (
+            "class",
+            "Missing: joint_damping or fatigue.",
+            "Whichever it is, nothing but noise is left",
+            "leaves a choice",
+        ),
+    ):
+        verdict = {**story.verdict, "verdict": kind, "sentence": sentence, "explained": 0.9999}
+        page = write_page(replace(story, verdict=verdict), template)
+        top = re.sub("<[^>]+>", "", page[page.index("<header>") : page.index("</header>")])
+        assert told in top and cut not in top
 
 
 def test_a_fact_has_one_number_wherever_it_stands(story, template):

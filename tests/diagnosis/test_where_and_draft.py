@@ -59,14 +59,14 @@ def test_parts_of_the_data_add_up_to_the_whole(make_fit):
     assert "deg" in describe(misfit, 0.5)
 
 
-def told_of(*, trial=(1, 1), rmse=(1, 1), mean=(0, 0), **bins: list[float]) -> str:
+def told_of(*, trial=(1, 1), rmse=(1, 1), mean=(0, 0), noise=0.5, **bins: list[float]) -> str:
     """What is said of errors [deg] of trials, of flexion and extension, and of ranges of other factors."""
     rows = [("trial", f"trial{i + 1}", np.nan, np.nan, value, 0.0) for i, value in enumerate(trial)]
     for part, error, shift in zip(("flexion", "extension"), rmse, mean, strict=True):
         rows.append(("direction", part, np.nan, np.nan, error, shift))
     for factor, values in bins.items():
         rows += [(f"{factor} [deg]", "", 10.0 * i, 10.0 * (i + 1), value, 0.0) for i, value in enumerate(values)]
-    return describe(pd.DataFrame(rows, columns=["factor", "part", "low", "high", "rmse_deg", "mean_deg"]), 0.5)
+    return describe(pd.DataFrame(rows, columns=["factor", "part", "low", "high", "rmse_deg", "mean_deg"]), noise)
 
 
 def test_below_the_noise_nothing_is_found():
@@ -74,6 +74,13 @@ def test_below_the_noise_nothing_is_found():
     told = told_of(trial=[0.1, 0.3], rmse=[0.2, 0.1], mean=[0.1, -0.05], pitch=[0.01, 0.03, 0.06, 0.1])
     assert told == "In every part of the trials the misfit is below the noise, 0.5 deg: nothing to locate."
     assert "grows with pitch" in told_of(trial=[0.1, 0.3], rmse=[0.2, 0.1], pitch=[0.1, 0.3, 0.6, 1.0])
+
+
+def test_a_noise_that_is_all_floor_is_said_to_be_a_bound():
+    """What was estimated comes on top of the floor of 0.05 deg, so the two are never equal."""
+    for noise, said in ((0.05001, "at most 0.05 deg"), (0.07, "is 0.07 deg")):
+        assert said in told_of(noise=noise)
+    assert "below the noise, at most 0.05 deg" in told_of(noise=0.0501, trial=[0, 0], rmse=[0, 0])
 
 
 @pytest.mark.parametrize("correlated", [1, 20])

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from myowave.diagnosis.report.pattern import tell_missing_torque
-from myowave.diagnosis.report.words import GLOSSARY, KINDS, degrees, kind_of, noise, tell
+from myowave.diagnosis.report.words import GLOSSARY, KINDS, degrees, kind_of, noise, tell, tell_masked
 from myowave.diagnosis.search.verdict import Kind
 
 TITLES = {"joint_damping": "damping of the joint", "fatigue": "muscles that tire"}
@@ -43,8 +43,16 @@ def test_terms_are_explained_once_in_a_text_and_text_is_escaped():
 
 def test_numbers_in_text_have_two_digits_and_no_power_of_ten():
     assert [degrees(x) for x in (6.4752, 0.00283, 37.9, 120.4)] == ["6.5 deg", "0.0028 deg", "38 deg", "120 deg"]
+    assert degrees(9.4e-5) == "under 0.0001 deg", "nobody could measure it"
     verdict = {"rmse_deg": {"base": {"noise": 0.05}}}
     assert noise(verdict) == "0.05 deg" and noise({**verdict, "noise_is_bound": True}) == "at most 0.05 deg"
+
+
+def test_parameters_that_hide_the_same_effect_are_told_together():
+    one, two = {"f0_Bi": ["hand_load"]}, {"f0_Bi": ["hand_load"], "f0_Tri": ["hand_load"]}
+    assert tell_masked(one) == "f0_Bi is outside its usual range, or hand_load is there"
+    assert tell_masked(two) == "f0_Bi and f0_Tri are outside their usual range, or hand_load is there"
+    assert tell_masked(one | {"l0_Bi": ["a", "b"]}).endswith("; l0_Bi is outside its usual range, or a or b is there")
 
 
 def cells(torque) -> pd.DataFrame:

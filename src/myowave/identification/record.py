@@ -21,6 +21,7 @@ from myowave.physics.simulation import Simulation
 
 # ASSUME: no goniometer is better than this, and no model need be: structure below it is not chased.
 SMALLEST_NOISE_DEG = 0.05
+BOUND = 1.1  # times that: an estimate no larger is of noise less than half as strong, to which the smallest was added
 LEAD_S = 0.3  # of EMG before a piece: more than muscles are ever late
 SMOOTHING_S = 0.35
 """Window of the local cubics that give a first guess of the motion; the fit corrects what they get wrong."""
@@ -206,6 +207,11 @@ class Record:
                 smooth = savgol_filter(self.angle[i, :length], window, 3, deriv=order, delta=self.dt, mode="interp")
                 target[i] = np.pad(smooth, (0, len(valid) - length), mode="edge")
         return torch.from_numpy(np.stack([q, qdot], -1))
+
+
+def is_bound(noise_deg: float) -> bool:
+    """Whether a standard deviation of the noise of the angle only says what it is at most."""
+    return noise_deg <= BOUND * SMALLEST_NOISE_DEG
 
 
 def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at_rest: bool = False) -> Record:

@@ -66,7 +66,7 @@ def test_what_overflows_is_said_in_text_and_picture():
     rows = [("base", 0.2, True, 5.0), ("base", 0.5, True, np.inf), *rows]
     horizons = pd.DataFrame(rows, columns=["predictor", "horizon_s", "held_out", "rmse_deg"])
     assert "base misses by inf deg" in tell_horizons(horizons, "base")
-    figure = draw_horizons(horizons, 0.5, pd.DataFrame(columns=["source", "heldout_rmse_deg"]), "base")
+    figure = draw_horizons(horizons, 0.5, "0.5 deg", pd.DataFrame(columns=["source", "heldout_rmse_deg"]), "base")
     assert any("base (overflows" in text.get_text() for text in figure.legends[0].get_texts())
 
 
@@ -75,4 +75,4 @@ def test_trials_too_short_for_a_window_or_a_horizon_are_said_to_be():
     assert "too short" in tell_torque(torque, "base") and draw_torque(torque, "base").axes
     horizons = pd.DataFrame([("base", np.inf, True, 5.0)], columns=["predictor", "horizon_s", "held_out", "rmse_deg"])
     assert "too short" in tell_horizons(horizons, "base")
-    assert draw_horizons(horizons, 0.5, pd.DataFrame(columns=["source", "heldout_rmse_deg"]), "base").axes
+    assert draw_horizons(horizons, 0.5, "0.5 deg", pd.DataFrame(columns=["source", "heldout_rmse_deg"]), "base").axes

@@ -13,7 +13,7 @@ from scipy.stats import t as student
 
 from myowave.diagnosis.misfit.independence import inputs_of
 from myowave.identification.output_error import Fit
-from myowave.identification.record import SMALLEST_NOISE_DEG
+from myowave.identification.record import is_bound
 from myowave.physics.dynamics import moment_of_inertia
 from myowave.physics.valued import give_values
 
@@ -98,9 +98,10 @@ def describe(misfit: pd.DataFrame, noise_deg: float) -> str:
         misfit: as `misfit_by` gives it.
         noise_deg: standard deviation of the noise of the angle.
     """
+    size = f"{'at most ' * is_bound(noise_deg)}{noise_deg:.2g} deg"
     if (misfit["rmse_deg"] <= noise_deg).all():
-        return f"In every part of the trials the misfit is below the noise, {noise_deg:.2g} deg: nothing to locate."
-    noise = f"The noise is {'at most ' * (noise_deg <= SMALLEST_NOISE_DEG)}{noise_deg:.2g} deg."
+        return f"In every part of the trials the misfit is below the noise, {size}: nothing to locate."
+    noise = f"The noise is {size}."
     said = [text for text in (_by_range(misfit), _by_direction(misfit), _by_trial(misfit)) if text]
     if not said:
         return f"The misfit is the same everywhere. {noise}"

@@ -20,6 +20,7 @@ from myowave.diagnosis.rooms.names import EMG_ONLY, POSTURE
 from myowave.diagnosis.rooms.telling import explained, missed, named_horizon, r2_text
 
 Z95 = 1.96  # half a 95 % interval in standard errors
+ANYWHERE = (-np.inf, np.inf)
 FILES = ("verdict.json", "watch.csv", *(f"{name}.csv" for name in (*ROOM_NAMES, *TABLE_NAMES)))
 
 
@@ -29,7 +30,7 @@ class Entry:
 
     Args:
         verdict: verdict.json.
-        parameters: parameters.csv, columns model, parameter, value, se, unit.
+        parameters: parameters.csv, columns model, parameter, value, se, low, high, unit, assumed.
         torque, horizons: of `rooms.compare.compare_rooms`.
         settings: of the dataset, without what is hidden in it; none where they are not known.
     """
@@ -113,13 +114,16 @@ def write_index(entries: Iterable[Entry], links: Sequence[tuple[str, str]], temp
     )
 
 
-def interval(value: float, se: float | None, unit: str) -> str:
-    """A parameter with its 95 % interval; the value alone where it has no standard error."""
+def interval(value: float, se: float | None, unit: str, bounds: tuple[float, float] = ANYWHERE) -> str:
+    """A parameter with its 95 % interval, within its bounds; the value alone where it has no standard error."""
     of = "" if unit in ("-", "") else f" {unit}"
     if se is None or pd.isna(se) or se <= 0:
         return f"{value:.4g}{of}"
     digits = int(np.clip(1 - np.floor(np.log10(Z95 * se)), 0, 7))
-    middle, low, high = (f"{round(value + sign * Z95 * se, digits) + 0.0:.{digits}f}" for sign in (0, -1, 1))
+    ends = np.clip([value, value - Z95 * se, value + Z95 * se], *bounds)
+    if (ends[1:] == bounds).all():
+        return f"{value:.4g}{of} (not known: anywhere from {bounds[0]:.4g} to {bounds[1]:.4g})"
+    middle, low, high = (f"{round(end, digits) + 0.0:.{digits}f}" for end in ends)
     return f"{middle}{of} ({low} to {high})" if low != high else f"{value:.4g}{of}"
 
 
@@ -156,13 +160,16 @@ def _effects(verdict: Mapping[str, Any]) -> Markup:
 
 def _reach(verdict: Mapping[str, Any]) -> str:
     horizon = verdict.get("horizon_s")
-    return "whole trials" if horizon is None else f"{horizon:g} s after a measured state"
+    return "whole trials" if horizon is None else f"all of the {horizon:g} s after a measured state"
 
 
 def _parameters(entry: Entry, model: str, *, assumed: bool) -> dict[str, str]:
     """Those that the settings ask for and those of effects, or the constants that nobody measured, with intervals."""
     rows = entry.parameters[(entry.parameters["model"] == model) & (entry.parameters["assumed"] == assumed)]
-    return {r.parameter: interval(r.value, r.se, "" if pd.isna(r.unit) else r.unit) for r in rows.itertuples()}
+    return {
+        r.parameter: interval(r.value, r.se, "" if pd.isna(r.unit) else r.unit, (r.low, r.high))
+        for r in rows.itertuples()
+    }
 
 
 def _facts(entry: Entry) -> dict[str, str | Markup]:

@@ -4,6 +4,7 @@ The page is made of verdict.json, the tables and the pictures; the template stan
 """
 
 import base64
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -14,6 +15,7 @@ import pandas as pd
 
 from myowave.diagnosis.report.cells import (
     LADDER_COLUMNS,
+    estimate,
     ladder_rows,
     named,
     parameter_columns,
@@ -25,10 +27,11 @@ from myowave.diagnosis.report.ladder import PHYSICS, tell_failed_seeds
 from myowave.diagnosis.report.motion import list_motion
 from myowave.diagnosis.report.pattern import tell_missing_torque
 from myowave.diagnosis.report.templates import fill
-from myowave.diagnosis.report.words import GLOSSARY, degrees, kind_of, noise, tell, titled, two_digits
+from myowave.diagnosis.report.words import GLOSSARY, degrees, kind_of, noise, tell, tell_masked, titled, two_digits
 from myowave.diagnosis.rooms.telling import tell_horizons, tell_torque
 
 PIXELS = 1.9  # of a picture in one of the page
+UNDECIDABLE = "undecidable"
 QUIET = 1.1  # an adequate model that leaves no more than so many times the noise has nothing to locate
 
 
@@ -136,14 +139,16 @@ def _added(verdict: Mapping[str, Any]) -> list[str]:
 
 
 def _quiet(verdict: Mapping[str, Any]) -> bool:
-    """Whether there is nothing to locate: the model is adequate, and leaves no more than the noise."""
+    """Whether there is nothing to locate: no effect shows in the motion, and no more than the noise is left."""
     errors = _base(verdict)[1]
-    return bool(verdict["verdict"] == "adequate" and errors["train"] <= QUIET * errors["noise"])
+    return bool(verdict["verdict"] in ("adequate", UNDECIDABLE) and errors["train"] <= QUIET * errors["noise"])
 
 
 def _headline(story: Story) -> str:
     """The answer in a sentence or two: where the model does not follow, first how far physics explains the torque."""
-    sentence = str(story.verdict["sentence"]).split(" Not decidable with these data")[0]
+    sentence = str(story.verdict["sentence"])
+    for told_below in (" Not decidable with these data", " As a formula:"):
+        sentence = sentence.split(told_below)[0]
     if story.verdict["follows"]:
         return sentence
     return f"{tell_torque(story.torque, story.verdict['model']).split('. ')[0].rstrip('.')}. {sentence}"
@@ -155,13 +160,14 @@ def _strength(story: Story) -> list[str]:
     if not verdict["follows"]:
         first, _, rest = tell_torque(story.torque, verdict["model"]).partition(". ")
         return [text for text in (rest, _stands_on(verdict)) if text]
-    sentence = kind_of(verdict).sentence
+    # Where more is left, no rounding makes it nothing.
+    sentence = kind_of(verdict).sentence.format(explained=min(verdict["explained"], 0.99))
     texts = [] if sentence.rstrip(".") in verdict["sentence"] else [sentence]
     ladder = list(dict.fromkeys(story.ranking["model"]))
     for model, rows in story.ranking.groupby("model", sort=False):
         added = _added_to(model, ladder)
         found = rows[rows["effect"] == added]
-        if len(found):
+        if len(found) and added in verdict["effects"]:
             row = found.iloc[0]
             texts.append(
                 f"{added}: delta BIC {row['delta_bic']:.0f} where 10 is very strong evidence, better in "
@@ -189,7 +195,7 @@ def _estimates(story: Story, effect: str) -> str:
     for name, p in found.items():
         if name.startswith(f"{effect}."):
             unit = f" {units[name]}" if units.get(name, "-") != "-" else ""
-            texts.append(f"{name.removeprefix(f'{effect}.')} = {p['value']:.4g} ± {p['se']:.2g}{unit}")
+            texts.append(f"{name.removeprefix(f'{effect}.')} = {estimate(p['value'], p['se'])}{unit}")
     return ", ".join(texts)
 
 
@@ -265,27 +271,46 @@ def _which(story: Story) -> str:
         return f"{count} effects were scored and none was fitted: the model is too far from the motion to say which."
     text = f"Each of {count} effects was scored against what the model leaves; the promising ones were fitted. "
     if kind_of(verdict).unexplained and not verdict["effects"]:
-        near = f" The nearest are {', '.join(verdict['nearest'])}." if verdict["nearest"] else ""
-        return text + f"None explains it.{near} As a formula, the missing torque is {verdict['formula']} N m."
+        near = f" Nearest to it: {' and '.join(verdict['nearest'])}." if verdict["nearest"] else ""
+        return text + f"None explains it.{near} {_formula(verdict)}"
     if not verdict["effects"]:
-        return text + "No effect is supported by the data."
+        hidden = verdict["outside_usual_range"] if verdict["verdict"] == UNDECIDABLE else {}
+        open_question = f" But {tell_masked(hidden)}." if hidden else ""
+        return text + "No effect is supported by the data." + open_question
     classes = [" or ".join(c) for c in verdict["alternatives"]]
     text += f"The evidence asks for {', then '.join(verdict['effects'])}."
     text += f" Not told apart: {'; '.join(classes)}." if classes else ""
     for name, others in verdict["stand_ins"].items():
         text += f" Outside the catalogue, {' or '.join(others)} would do as well as {name}."
-    left = f" More is left; as a formula, {verdict['formula']} N m." if verdict["formula"] != "0" else ""
-    return text + (left if kind_of(verdict).unexplained else "")
+    return text + (f" More is left. {_formula(verdict)}" if kind_of(verdict).unexplained else "")
+
+
+def _formula(verdict: Mapping[str, Any]) -> str:
+    """What is missing as a formula, with the units of what it is made of."""
+    if verdict["formula"] == "0":
+        return "No short formula of angle, velocity and activation describes the missing torque."
+    symbols = {
+        "q": "the angle q in rad",
+        "qdot": "its velocity qdot in rad/s",
+        "a": "the mean activation a of all muscles",
+    }
+    used = [text for symbol, text in symbols.items() if re.search(rf"\b{symbol}\b", verdict["formula"])]
+    return f"As a formula, the missing torque is {verdict['formula']} N m{', with ' * bool(used)}{', '.join(used)}."
 
 
 def _add(verdict: Mapping[str, Any]) -> str:
     if not verdict["follows"]:
         return "Nothing, before the model follows the motion: look at its constants, the EMG, the load and the clocks."
     if kind_of(verdict).unexplained and not verdict["effects"]:
+        begin = "Look at the draft below" if verdict["formula"] != "0" else "Write an effect file of your own"
         return (
-            "Look at the draft below, give it a physical meaning, list the file in physics.effect_files and run "
-            "snakemake again: it then takes part like any other effect."
+            f"{begin}, give it a physical meaning, list the file in physics.effect_files and run snakemake again: it "
+            "then takes part like any other effect."
         )
+    if verdict["verdict"] == UNDECIDABLE:
+        names = " and ".join(verdict["outside_usual_range"]) or "the parameters"
+        record = "Record the trial that is proposed above, or measure" if verdict["next_trial"] else "Measure"
+        return f"Nothing yet. {record} {names} on the subject; then run again."
     if not _added(verdict):
         return "There is nothing to add." + " No model makes up for noise of the EMG." * bool(verdict["effects"])
     return (

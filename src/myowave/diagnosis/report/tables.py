@@ -7,11 +7,12 @@ import pandas as pd
 
 from myowave.diagnosis.causes import EMG_NOISE, EMG_NOISE_TITLE
 from myowave.diagnosis.misfit.where import interval_of_rmse
+from myowave.diagnosis.report.words import degrees, tell_masked
 from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import EVIDENCE, Candidate
 from myowave.diagnosis.search.score import confusion
 from myowave.identification.free_parameters import Free
-from myowave.identification.record import SMALLEST_NOISE_DEG, Record
+from myowave.identification.record import Record, is_bound
 from myowave.identification.uncertainty import correlations
 from myowave.physics.constants import constant_unit
 from myowave.physics.model import Model
@@ -28,7 +29,8 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         "horizon_s": diagnosis.record.horizon_s,
         "verdict": verdict.kind,
         "effects": list(verdict.causes),
-        "model": diagnosis.selection.fit.model.name,
+        # What comes nearest to something unknown is no model that was found.
+        "model": (diagnosis.rungs[0] if verdict.kind == "unknown" else diagnosis.rungs[-1]).name,
         "alternatives": [list(c) for c in verdict.alternatives],
         "stand_ins": {name: list(others) for name, others in verdict.stand_ins.items()},
         "sentence": sentence(diagnosis),
@@ -65,7 +67,7 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         "nearest": list(verdict.nearest),
         "formula": diagnosis.draft.formula,
         "failed": dict(diagnosis.failed),
-        "noise_is_bound": diagnosis.noise_deg <= SMALLEST_NOISE_DEG,
+        "noise_is_bound": is_bound(diagnosis.noise_deg),
         "titles": {c.name: c.effect.title for c in diagnosis.selection.rankings[0]} | {EMG_NOISE: EMG_NOISE_TITLE},
     }
 
@@ -93,10 +95,13 @@ def sentence(diagnosis: Diagnosis) -> str:
         f" Outside the catalogue, {' or '.join(others)} would do as well as {name}."
         for name, others in verdict.stand_ins.items()
     )
-    known = "at most " if diagnosis.noise_deg <= SMALLEST_NOISE_DEG else ""
-    rmse = f"{np.degrees(last.fit.rmse()):.2g} deg; the noise is {known}{diagnosis.noise_deg:.2g} deg"
+    known = "at most " if is_bound(diagnosis.noise_deg) else ""
+    rmse = f"{degrees(float(np.degrees(last.fit.rmse())))}; the noise is {known}{diagnosis.noise_deg:.2g} deg"
     them = "it" if len(named) == 1 else "them"
-    left = f"{np.degrees(verdict.missing):.2g} deg, {last.missing.rms:.2g} N m"
+    left = f"{np.degrees(verdict.missing):.2g} deg of motion"
+    left += f", {last.missing.rms:.2g} N m of torque" if last.missing.rms > 0 else ""
+    formula = diagnosis.draft.formula
+    described = f" As a formula: missing torque = {formula} N m." if formula != "0" else ""
     if verdict.emg_noise:
         noise = f"{EMG_NOISE_TITLE} of {verdict.emg_noise:.2g}"
         named, them = [*named, noise], "it" if not named else "them"
@@ -108,11 +113,9 @@ def sentence(diagnosis: Diagnosis) -> str:
         f"tell which. The model then leaves {rmse}.{other}",
         "partial": f"Missing: {' and '.join(named)}, and something that is not in the catalogue ({left}).",
         "unknown": f"Something is missing that no effect in the catalogue explains ({left})"
-        + (f"; {', '.join(named)} would explain {verdict.explained:.0%} of it" if named else "")
-        + f". As a formula: missing torque = {diagnosis.draft.formula} N m.",
-        "undecidable": "Not decidable: "
-        + "; ".join(f"{p} is outside its usual range, and absorbs {', '.join(e)}" for p, e in verdict.masked.items())
-        + ".",
+        + (f"; {' and '.join(named)} would explain {verdict.explained:.0%} of it" if named else "")
+        + f".{described}",
+        "undecidable": f"Not decidable: {tell_masked(verdict.masked)}.",
     }
     text = texts[verdict.kind]
     if not verdict.follows:

@@ -1,7 +1,7 @@
 """Words of the pages: what each kind of verdict means, effects by their titles, terms explained on hover."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ class Kind:
 
     Args:
         label: in a cell of a table.
-        sentence: at the top of a page.
+        sentence: how much the verdict claims, below the headline, which it does not repeat; `explained` is a share.
         unexplained: whether something is left that no effect explains, so that a drafted effect is news.
     """
 
@@ -26,13 +26,15 @@ class Kind:
 # The one list of kinds; `kind_of` copes with further ones.
 KINDS = {
     "adequate": Kind("adequate", "The model is adequate."),
-    "effect": Kind("missing", "The catalogue names what is missing."),
-    "class": Kind("missing, with a choice", "What is missing has a name; these data leave a choice."),
+    "effect": Kind("missing", "Nothing but noise is left."),
+    "class": Kind("missing, with a choice", "Whichever it is, nothing but noise is left."),
     "partial": Kind(
-        "missing, and more", "The catalogue names a part of what is missing; more is left.", unexplained=True
+        "missing, and more",
+        "What is named explains {explained:.0%} of what is missing; more is left, which has no name.",
+        unexplained=True,
     ),
-    "unknown": Kind("unknown", "Something is missing that the catalogue does not hold.", unexplained=True),
-    "undecidable": Kind("not decidable", "These data cannot decide."),
+    "unknown": Kind("unknown", "So no effect is named, and none is added.", unexplained=True),
+    "undecidable": Kind("not decidable", "These trials would look the same either way; other ones would not."),
 }
 LOST = Kind("does not follow the motion", "The model does not follow these trials.")
 
@@ -54,6 +56,7 @@ GLOSSARY = {
     "class": "Effects that these data cannot tell apart.",
     "outside the catalogue": "Simple torques and excitations that no effect of the catalogue makes are tried, too.",
 }
+LEAST_DEG = 0.0001  # no error smaller than this is told
 _WRITTEN = {
     "held-out": r"held[- ]out",
     "R2": r"R2|R²",
@@ -71,9 +74,25 @@ def kind_of(verdict: Mapping[str, Any]) -> Kind:
     return KINDS.get(kind, Kind(kind, f"The verdict is {kind}.", unexplained=bool(verdict.get("structure_left"))))
 
 
+def tell_masked(masked: Mapping[str, Sequence[str]]) -> str:
+    """Parameters with unusual values, and the effects that would explain these; those of the same effects together.
+
+    Args:
+        masked: {parameter: effects}.
+    """
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for parameter, effects in masked.items():
+        groups.setdefault(tuple(effects), []).append(parameter)
+    return "; ".join(
+        f"{' and '.join(names)} {'is outside its' if len(names) == 1 else 'are outside their'} usual range, or "
+        f"{' or '.join(effects)} is there"
+        for effects, names in groups.items()
+    )
+
+
 def degrees(value: float) -> str:
-    """An error in text, the same for one fact wherever it stands."""
-    return f"{two_digits(value)} deg"
+    """An error in text, the same for one fact wherever it stands; no power of ten for one that nobody could measure."""
+    return f"under {LEAST_DEG} deg" if value < LEAST_DEG else f"{two_digits(value)} deg"
 
 
 def two_digits(value: float) -> str:

@@ -81,11 +81,8 @@ class Diagnosis:
 
     @property
     def noise_deg(self) -> float:
-        """Noise of the angle, as if it were white: within the band of the motion, or beside that of the EMG."""
-        disturbance = self.found.disturbance
-        if not self.verdict.follows:  # what a model leaves that is so far off is not noise
-            return float(np.degrees(self.record.noise))
-        return float(np.degrees(self.found.size.noise if disturbance is None else disturbance.angle))
+        """Noise of the angle, see `noise_of`."""
+        return noise_of(self.found, self.record, follows=self.verdict.follows)
 
 
 def diagnose(
@@ -148,13 +145,25 @@ def diagnose(
         train, heldout = np.degrees(rung.fit.rmse()), np.degrees(rung.heldout.rmse)
         report(f"{rung.name}: training {train:.3g} deg, held-out {heldout:.3g} deg")
     verdict = judge(found, follows=followed)
-    where = describe(rungs[0].misfit, float(np.degrees(found.size.noise)))
+    where = describe(rungs[0].misfit, noise_of(found, record, follows=followed))
     report(f"verdict: {verdict.kind}, {', '.join(verdict.causes) or 'no effect'}")
     missing = rungs[0].fit if verdict.kind == "unknown" else selection.fit
     draft = draft_effect(missing, trials.dataset, most=MOST_TERMS if followed else 0)
     proposals = _proposals(selection, verdict, effects)
     told = rungs, tuple(named), verdict, where, proposals, draft
     return Diagnosis(trials.dataset, record, test, found, *told, failed)
+
+
+def noise_of(found: Findings, record: Record, *, follows: bool) -> float:
+    """Noise of the angle [deg], as if it were white: within the band of the motion, or beside that of the EMG.
+
+    Args:
+        record: all trials.
+        follows: whether the base model follows them; what one leaves that is so far off is not noise.
+    """
+    if not follows:
+        return float(np.degrees(record.noise))
+    return float(np.degrees(found.size.noise if found.disturbance is None else found.disturbance.angle))
 
 
 def fit_beside(

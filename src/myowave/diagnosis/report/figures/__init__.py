@@ -44,7 +44,7 @@ def draw_diagnosis(
         "overlay": draw_overlay(of_ends(predictions), of_ends(errors), said),
         "errors": draw_errors(errors, heldout, found, said),
         "torque": draw_torque(tables["torque"], found),
-        "horizons": draw_horizons(tables["horizons"], noise, ladder[ladder["source"] != "physics"], found),
+        "horizons": draw_horizons(tables["horizons"], noise, said, ladder[ladder["source"] != "physics"], found),
         "independence": draw_independence(of_ends(tables["independence"])),
         "correlations": draw_correlations(of_ends(tables["correlations"])),
         "misfit": draw_misfit(of_ends(tables["misfit"]), noise, summary["where"]),

@@ -78,11 +78,12 @@ def draw_torque(torque: pd.DataFrame, found: str) -> Figure:
     return figure
 
 
-def draw_horizons(horizons: pd.DataFrame, noise_deg: float, networks: pd.DataFrame, found: str) -> Figure:
+def draw_horizons(horizons: pd.DataFrame, noise_deg: float, noise: str, networks: pd.DataFrame, found: str) -> Figure:
     """Error against the horizon, of the first model, of the one that was found, and of the predictors to beat.
 
     Args:
         horizons: columns predictor, horizon_s, held_out, rmse_deg; whole trials have horizon inf.
+        noise: of the angle, in words.
         networks: columns source, heldout_rmse_deg of the networks trained with these models, for whole trials.
         found: the model that was found.
     """
@@ -104,7 +105,7 @@ def draw_horizons(horizons: pd.DataFrame, noise_deg: float, networks: pd.DataFra
             for source, errors in networks.groupby("source", sort=False):
                 x = np.full(len(errors), place[np.inf])
                 axis.plot(x, errors["heldout_rmse_deg"], linestyle="none", marker="x", color=BLACK, label=source)
-        axis.axhline(noise_deg, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise_deg:.2g} deg")
+        axis.axhline(noise_deg, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise}")
         axis.axvline(len(times) - 0.3, color=GREY, linewidth=0.8)
         axis.set_yscale("log")
         axis.yaxis.set_major_formatter("{x:g}")

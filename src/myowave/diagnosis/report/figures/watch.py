@@ -9,6 +9,7 @@ from myowave.diagnosis.report.figures.style import WIDE, legend, unique
 from myowave.diagnosis.report.words import degrees
 from myowave.plotting import BLUE, GREEN, MEASURED, MODEL, ORANGE, PINK, canvas, title
 
+LONG = 16  # letters of a panel's title; more go in two lines
 NETWORKS = ((GREEN, "^"), (ORANGE, "v"), (PINK, "D"), (MODEL, "P"))  # colour and marker of each kind of network
 
 
@@ -101,8 +102,9 @@ def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
                         bars.set_linestyle(":")
         for true in table["true"].dropna().unique():
             axis.axhline(true, color=MEASURED, linestyle=":", linewidth=1.8, label="true value")
-        unit = table["unit"].dropna()
-        axis.set_title(f"{name} [{unit.iloc[0]}]" if len(unit) else name)
+        label = f"{name} [{unit.iloc[0]}]" if len(unit := table["unit"].dropna()) else name
+        short = len(label) <= LONG
+        axis.set_title(label if short else label.replace(" [", "\n["), fontsize=None if short else 10)
         axis.margins(y=0.15)
         axis.grid(axis="x", visible=False)
         axis.ticklabel_format(axis="y", useOffset=False)

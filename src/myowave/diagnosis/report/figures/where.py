@@ -37,8 +37,8 @@ def draw_misfit(misfit: pd.DataFrame, noise_deg: float, where: str) -> Figure:
         if wide:
             axis.set_yscale("log")
             axis.yaxis.set_major_formatter("{x:g}")
-        else:
-            axis.set_ylim(bottom=0)
+    if not wide:  # once all is drawn: the panels share their limits
+        axes[0, 0].set_ylim(bottom=0)
     for axis in list(axes.flat)[len(factors) :]:
         axis.set_visible(False)
     for axis in axes[:, 0]:
