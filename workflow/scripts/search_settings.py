@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from myowave.data.store import read_scales
-from myowave.learning.sweep.objective import judge, judge_in_turn
+from myowave.learning.sweep.objective import JUDGES
 from myowave.learning.sweep.search import describe, open_search, work
 from myowave.learning.task import Task
 from myowave.physics.build import build_model
@@ -26,9 +26,7 @@ with job_log(label, snakemake.log[0]) as log:
         total=sweep.scales,
         seeds=range(sweep.seeds),
     )
-    objective = partial(judge, task=task, epochs=sweep.epochs)
-    if sweep.judged_on == "trials":
-        objective = partial(judge_in_turn, task=task, epochs=sweep.epochs, names=task.scales[0].names)
+    objective = partial(JUDGES[sweep.judged_on], task=task, epochs=sweep.epochs)
     tried = 0
     for trial in work(search, objective, f"{shared['owner']} {worker}"):
         tried += 1

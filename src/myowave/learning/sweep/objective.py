@@ -3,7 +3,7 @@
 Held out are the ends of the training trials, or each training trial in turn. The test trials are in neither.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -40,20 +40,26 @@ def judge(settings: Settings, task: Task, epochs: int | None) -> Iterator[Score]
         yield Score(checkpoint.level, tuple(free_running_error_deg(checkpoint, judged).tolist()))
 
 
-def judge_in_turn(settings: Settings, task: Task, epochs: int | None, names: Sequence[str]) -> Iterator[Score]:
+def judge_in_turn(
+    settings: Settings, task: Task, epochs: int | None, names: Sequence[str] | None = None
+) -> Iterator[Score]:
     """Train with these settings and each of some trials held out in turn; yield the free-running error [deg] on those
     held out so far, the mean over them, after each.
 
     Args:
         settings, epochs: as in `judge`.
         task: of training trials only.
-        names: of the trials to hold out, at least one, among more.
+        names: of the trials to hold out, at least one, among more; None for each.
     """
+    names = task.scales[0].names if names is None else names
     errors, tried = [], _tried(settings, task, epochs)
     for name in names:
         *_, checkpoint = train_scales(tried.holding_out([name]))
         errors.append(free_running_error_deg(checkpoint, task.scales[0].select([name])))
         yield Score(len(names) - len(errors), tuple(np.mean(errors, axis=0).tolist()))
+
+
+JUDGES: Mapping[str, Callable[..., Iterator[Score]]] = {"ends": judge, "trials": judge_in_turn}  # by `judged_on`
 
 
 def _tried(settings: Settings, task: Task, epochs: int | None) -> Task:
