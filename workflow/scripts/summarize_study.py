@@ -9,7 +9,8 @@ from myowave.workflow.job import job_log
 
 with job_log("summarize study", snakemake.log[0]):
     rows = pd.concat(pd.read_csv(path, keep_default_na=False, na_values=[""]) for path in snakemake.input.cases)
-    rows = rows.fillna({"found": "", "taken_out": "", "nearest": "", "absorbed": "", "recording": ""})
+    texts = ["found", "taken_out", "nearest", "or_else", "absorbed", "recording"]
+    rows[texts] = rows[texts].astype(object).fillna("")
     rows.to_csv(snakemake.output.cases, index=False)
     summary = summarize(rows)
     summary.to_csv(snakemake.output.summary, index=False)

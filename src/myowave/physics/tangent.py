@@ -39,16 +39,15 @@ def linear_forcing(simulation: Simulation, state: Tensor, wrt: Mapping[str, floa
     drive = simulation.drive
     steps, pieces = state.shape[-2], drive.pieces.shape[-1]
     length = max(1, MOST_POINTS // (4 * pieces * max(1, state[..., 0, 0].numel())))
-    changes = _changes_of_activation(simulation, driving, steps, state.ndim - 2) if driving else None
     columns = [i for i, name in enumerate(wrt) if name in driving]
     parts = []
     for first in range(0, steps, length):
-        chunk = slice(first, first + length)
+        chunk = slice(first, min(first + length, steps))
         points = _points(simulation.along_time, state[..., chunk, :], drive.part(chunk))
         slopes = _slopes(simulation, points, list(wrt))
-        if changes is not None:
-            change = changes[..., chunk, :, :, :][..., STAGES, :]  # (P, ..., T, n, S, 4, M)
-            slopes.parameter[columns] += (slopes.activation * change).sum(-1)
+        if driving:
+            changes = _changes_of_activation(simulation, driving, chunk, state.ndim - 2)[..., STAGES, :]
+            slopes.parameter[columns] += (slopes.activation * changes).sum(-1)
         parts.append(_forced(slopes, drive.pieces))
     return torch.cat(parts, -3)
 
@@ -119,15 +118,18 @@ def _at_points(value: Tensor | float, like: Tensor) -> Tensor:
     return value.reshape(*value.shape, *(1,) * 3) if value.ndim else value
 
 
-def _changes_of_activation(simulation: Simulation, driving: Mapping[str, float], steps: int, axes: int) -> Tensor:
-    """Derivatives of the activation by parameters that change it, at fixed times, (P, ..., T, N - 1, S, 3, M), for a
-    batch (..., T) of so many axes."""
+def _changes_of_activation(simulation: Simulation, driving: Mapping[str, float], steps: slice, axes: int) -> Tensor:
+    """Derivatives of the activation in n steps by parameters that change it, at fixed times, (P, ..., T, n, S, 3, M).
+
+    Args:
+        axes: of the batch (..., T).
+    """
     dt = simulation.dt
     split = breakpoints(simulation.valued, dt, simulation.substeps)  # (..., T, S + 1)
     begin, length = split[..., :-1, None], torch.diff(split, dim=-1)[..., None]
     inside = torch.tensor([INSIDE, 0.5, 1 - INSIDE], dtype=split.dtype, device=split.device)
     within = (begin + length * inside).flatten(-2)  # (..., T, 3 S)
-    start = torch.arange(steps, dtype=split.dtype, device=split.device)
+    start = torch.arange(steps.start, steps.stop, dtype=split.dtype, device=split.device)
     position = start[:, None, None] + within[..., None, :, None]
     nudged, nudges = simulation.nudged(driving, NUDGE, axes)
     (_, still), (_, moved) = simulation.activate(position), nudged.activate(position)

@@ -18,7 +18,7 @@ def draw_study(summary: pd.DataFrame) -> Figure:
         summary: from `summary.summarize`.
     """
     parts = [(text, summary[summary["hidden"] == hidden]) for hidden, text in PANELS.items()]
-    figure, axes = canvas(1, 2, width=13.0, height=1.8 + 0.36 * max(len(rows) for _, rows in parts))
+    figure, axes = canvas(1, 2, width=13.0, height=2.2 + 0.36 * max(len(rows) for _, rows in parts))
     with_effect, without = (rows for _, rows in parts)
     title(
         figure,
@@ -27,6 +27,7 @@ def draw_study(summary: pd.DataFrame) -> Figure:
     )
     for axis, (text, rows) in zip(axes[0], parts, strict=True):
         _rates(axis, rows.reset_index(drop=True), text)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
@@ -48,4 +49,3 @@ def _rates(axis: Axes, rows: pd.DataFrame, text: str) -> None:
     ]
     axis.set_yticks(place, labels)
     axis.set(xlim=(-3, 103), xlabel="share of sets, with 95 % interval [%]", title=text)
-    axis.legend(loc="center", frameon=True)
