@@ -327,8 +327,8 @@ def descend(fit: Fit) -> Iterator[Fit]:
             return
         tried = _take(fit, *step)
         kept = _kept(fit, tried, promise)
-        if promise > fit.variance and fit.record.pieces is None:  # in pieces a shorter step costs less
-            tried = _follow(fit, tried, damping)
+        if promise > fit.variance and fit.record.pieces is None and not fit.model.stateful:
+            tried = _follow(fit, tried, damping)  # in pieces, and with states, a shorter step costs less
         if tried is not None and tried.objective < fit.objective:
             if fit.objective - tried.objective < _standstill(tried):
                 yield replace(tried, converged=True)
