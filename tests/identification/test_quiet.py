@@ -48,6 +48,12 @@ def test_a_recording_without_noise_stays_as_it_is(recorded):
     np.testing.assert_allclose(expected_excitation(recorded, EVERYWHERE, 0.0), recorded, atol=1e-12)
 
 
+def test_effort_beyond_a_maximum_contraction_is_not_cut_off(recorded):
+    stronger = 1.5 * recorded
+    found = expected_excitation(stronger, EVERYWHERE, 0.01)
+    assert stronger.max() > 1.2 and found.max() > 1.1
+
+
 def test_padding_is_left_alone_and_a_few_samples_are_not_filtered(recorded):
     valid = EVERYWHERE.copy()
     valid[1, 300:] = False

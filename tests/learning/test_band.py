@@ -15,8 +15,7 @@ from myowave.learning.calibration import calibrate
 from myowave.learning.evaluation import evaluate, predict_trials, tabulate_predictions
 from myowave.learning.figures import draw_predictions
 from myowave.learning.seen import Seen, gather
-from myowave.learning.sweep.objective import train_scales
-from myowave.learning.training import train_scale
+from myowave.learning.training import train_scale, train_scales
 
 
 def errors_like(random, trials, samples, smooth, spread):

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from myowave.learning.sweep.objective import free_running_error_deg, judge_in_turn, train_scales
+from myowave.learning.sweep.objective import free_running_error_deg, judge_in_turn
+from myowave.learning.training import train_scales
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 import yaml
 
+from myowave.learning.sweep.figures import draw_history
 from myowave.learning.sweep.objective import with_settings
 from myowave.learning.sweep.outcome import compare_scores, edge_of, override_text, search_name, summary_text
 from myowave.settings import Dimension, Recipe, Sweep
@@ -77,3 +78,9 @@ def test_scores_of_both_settings_stand_in_one_table():
     both = compare_scores(default, default.assign(test_mse=1.0))
     assert both["setting"].tolist() == ["default"] * 2 + ["best"] * 2
     assert both["test_mse"].tolist() == pytest.approx([2.0, 3.0, 1.0, 1.0])
+
+
+def test_what_was_given_up_stands_at_its_last_error_however_many_judgements_there_are():
+    judged = {"left_11": [5.0, 5.0, 9.0], "left_10": [4.0, 4.0, 8.0], "left_9": [3.0, 3.0, np.nan]}
+    (given_up, *_) = draw_history(TABLE.assign(**judged), "sweep").axes[0].lines
+    assert list(given_up.get_ydata()) == [8.0]

@@ -11,10 +11,9 @@ from myowave.learning.loss import Noise
 from myowave.learning.residual import Residual
 from myowave.learning.rollouts.loss import RolloutLoss, Taught
 from myowave.learning.rollouts.training import RolloutTraining
-from myowave.learning.sweep.objective import train_scales
 from myowave.learning.task import begin_stage
 from myowave.learning.teaching import WAYS, tabulate_ways, taught_by, write_page
-from myowave.learning.training import train_scale
+from myowave.learning.training import train_scale, train_scales
 from myowave.settings import Recipe
 
 CPU = torch.device("cpu")

@@ -9,9 +9,9 @@ import yaml
 from myowave.data.store import read_scales, read_trials
 from myowave.data.thinning import thin, thin_scales
 from myowave.learning.evaluation import evaluate, predict_trials
-from myowave.learning.sweep.objective import train_scales
 from myowave.learning.sweep.outcome import BEST, compare_scores
 from myowave.learning.task import Task
+from myowave.learning.training import train_scales
 from myowave.physics.build import build_model
 from myowave.settings import Identify, Physics, PlannedSweep, Recipe, Wavelet
 from myowave.workflow.job import job_log

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pandas as pd
 
+from myowave.diagnosis.report.cells import with_texts
 from myowave.diagnosis.study.summary import summarize, write_page
 from myowave.workflow.job import job_log
 
 with job_log("summarize study", snakemake.log[0]):
     rows = pd.concat(pd.read_csv(path, keep_default_na=False, na_values=[""]) for path in snakemake.input.cases)
-    texts = ["found", "taken_out", "nearest", "or_else", "absorbed", "recording"]
-    rows[texts] = rows[texts].astype(object).fillna("")
+    rows = with_texts(rows, ["found", "taken_out", "nearest", "or_else", "absorbed", "recording"])
     rows.to_csv(snakemake.output.cases, index=False)
     summary = summarize(rows)
     summary.to_csv(snakemake.output.summary, index=False)

@@ -105,7 +105,6 @@ def prepare(dataset: str, settings: RecordedDataset, session: Session) -> Prepar
     _refuse(dataset, _gain_problems(gains))
     phase = settings.processing.phase
     recordings = {name: _recording(name, raw[name], envelopes[name], gains, grids[name], phase) for name in raw}
-    torques = torques_of(recordings.values())
     problems = [*rate_problems(recordings), *duplicate_problems(recordings), *_value_problems(settings, recordings)]
     _refuse(dataset, problems)
     real_time = _real_time(settings, raw, before, gains)
@@ -117,7 +116,7 @@ def prepare(dataset: str, settings: RecordedDataset, session: Session) -> Prepar
         channels=list(settings.emg),
         emg=[recording.emg for recording in recordings.values()],
         angle=[recording.angle for recording in recordings.values()],
-        signals=signals | torques,
+        signals=signals | torques_of(recordings.values()),
         over_time={s.condition: key for key, s in settings.signals.items() if s.condition},
         test=settings.test,
         conditions=_conditions(settings, signals),

@@ -15,8 +15,8 @@ from scipy.signal import firwin2, welch
 
 Array = NDArray[np.float64]
 
-SEGMENT = 64  # samples over which a spectrum is taken, and half the length of the filter
-FEWEST = 16
+SEGMENT = 64  # samples over which a spectrum is taken, and one less than the filter has
+FEWEST = 16  # fewer are no spectrum
 
 
 def expected_excitation(emg: Array, valid: NDArray[np.bool_], noise: float) -> Array:
@@ -41,5 +41,5 @@ def expected_excitation(emg: Array, valid: NDArray[np.bool_], noise: float) -> A
         share[0] = 1.0
         taps = firwin2(2 * (segment // 2) + 1, frequency / frequency[-1], share)
         for x, row, n in zip(trials, found, lengths, strict=True):
-            row[:n, muscle] = np.clip(convolve1d(x, taps / taps.sum(), mode="nearest"), 0.0, 1.0)
+            row[:n, muscle] = np.clip(convolve1d(x, taps / taps.sum(), mode="nearest"), 0.0, max(1.0, x.max()))
     return found

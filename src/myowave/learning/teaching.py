@@ -29,7 +29,7 @@ def taught_by(recipe: Recipe, way: str, beta: float) -> Recipe:
         "band": "none",  # which is not compared
         "residual_torque": "averaged" if residual else recipe.residual_torque,
     }
-    return Recipe.model_validate(recipe.model_dump() | changes)
+    return recipe.changed(changes)
 
 
 def tabulate_ways(scores: pd.DataFrame) -> pd.DataFrame:

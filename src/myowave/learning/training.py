@@ -69,6 +69,16 @@ class EpochReport:
         return f"loss {self.losses.total.median():.2e}{judged}"
 
 
+def train_scales(task: Task) -> Iterator[Checkpoint]:
+    """Train at one scale after the other, the coarsest first; yield what each leaves behind."""
+    checkpoint: Checkpoint | None = None
+    for level in reversed(range(task.total)):
+        *_, last = train_scale(task, level, checkpoint)
+        checkpoint = last.checkpoint
+        assert checkpoint is not None, "the last report has it"
+        yield checkpoint
+
+
 def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Iterator[EpochReport]:
     """Train at scale [-level].
 
@@ -217,11 +227,7 @@ def band_by_trials(network: Network, stage: Stage) -> Band | None:
         return None
     errors, spreads = [], []
     for name in stage.trials.names:
-        fold, checkpoint = task.holding_out([name]), None
-        for level in reversed(range(task.total)):
-            *_, last = train_scale(fold, level, checkpoint)
-            checkpoint = last.checkpoint
-        assert checkpoint is not None, "the last report has it"
+        *_, checkpoint = train_scales(task.holding_out([name]))
         trial = stage.trials.select([name])
         inputs, angle = to_tensors(trial, network.device, network.architecture.known)
         predicted = predict_free_running(checkpoint.network, inputs, angle, trial.dt)[:, 0, network.history :]

@@ -22,7 +22,7 @@ from myowave.physics.valued import Valued, give_values
 
 MOST_POINTS = 100_000  # evaluated at once
 INSIDE = 1e-3  # of a piece: its ends are kinks, whose derivatives by a delay are those from inside the piece
-NUDGE = 1e-6  # relative, of parameters that change the drive
+NUDGE = 1e-6  # relative step of one-sided differences; their error is far below what a fit needs
 
 
 def linear_forcing(simulation: Simulation, state: Tensor, wrt: Mapping[str, float]) -> Tensor:

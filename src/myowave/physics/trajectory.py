@@ -20,9 +20,7 @@ from torch import Tensor
 from myowave.physics.dynamics import observe
 from myowave.physics.motion import Motion, batch_shape, initial_state, observed, simulate, step
 from myowave.physics.simulation import Simulation
-from myowave.physics.tangent import linear_forcing
-
-NUDGE = 1e-6  # relative step of the one-sided differences; their error is far below what a fit needs
+from myowave.physics.tangent import NUDGE, linear_forcing
 
 
 @dataclass(frozen=True)

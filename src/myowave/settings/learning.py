@@ -16,7 +16,6 @@ from myowave.settings.section import (
     Section,
     TrialName,
     Whole,
-    dump,
     setting,
     without_null,
 )
@@ -179,6 +178,10 @@ class Recipe(Section):
             raise ValueError("derivative: time needs output: absolute; an increment is not a function of t_n only")
         return self
 
+    def changed(self, changes: Mapping[str, Any]) -> "Recipe":
+        """The recipe with some settings replaced, checked like any other."""
+        return Recipe.model_validate(self.model_dump() | dict(changes))
+
     def _can_teach_rollouts(self) -> None:
         """Whether the residual can be taken along rollouts."""
         for name, choice, reason in (
@@ -322,7 +325,7 @@ class Multiresolution(Section):
             "derivative": "sequence",
             "band": "none",
         }
-        return Recipe.model_validate(dump(recipes[named.recipe]) | nothing | named.changes)
+        return recipes[named.recipe].changed(nothing | named.changes)
 
 
 class Teaching(Section):

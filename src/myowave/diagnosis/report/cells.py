@@ -1,6 +1,6 @@
 """Tables of a diagnosis as text for its page."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 import pandas as pd
@@ -125,7 +125,9 @@ def _what(source: str) -> str:
     return "physical model" if source == PHYSICS else source
 
 
-def with_texts(ranking: pd.DataFrame) -> pd.DataFrame:
-    """A ranking that was read from its file, where a column without any text holds numbers that are not there."""
-    texts = [name for name in ("absorbed_by", "confused_with", "reason", "estimate") if name in ranking]
-    return ranking.assign(**{name: ranking[name].astype(object).fillna("") for name in texts})
+RANKING_TEXTS = ("absorbed_by", "confused_with", "reason", "estimate")
+
+
+def with_texts(table: pd.DataFrame, columns: Iterable[str] = RANKING_TEXTS) -> pd.DataFrame:
+    """A table that was read from its file, where a column without any text holds numbers that are not there."""
+    return table.assign(**{name: table[name].astype(object).fillna("") for name in columns if name in table})

@@ -268,7 +268,8 @@ def _intervals(case: Case, world: World, found: Findings, base: Model) -> dict[s
 
 def groups(rows: pd.DataFrame) -> Iterator[tuple[str, str, float, pd.DataFrame]]:
     """The rows that are counted together: of each world and noise those with an effect, and those without."""
-    for (world, noise), part in rows[rows["hidden"] != "none"].groupby(["world", "noise_deg"], sort=False):
-        yield str(world), "effect", float(noise), part
+    for world, with_effect in rows[rows["hidden"] != "none"].groupby("world", sort=False):
+        for noise, part in with_effect.groupby("noise_deg"):
+            yield str(world), "effect", float(noise), part
     for world, part in rows[rows["hidden"] == "none"].groupby("world", sort=False):
         yield str(world), "nothing", np.nan, part

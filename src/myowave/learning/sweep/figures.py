@@ -3,7 +3,7 @@
 Tables come in as `search.tabulate` makes them. Errors are free-running on held-out data, in degrees.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import combinations
 
 import numpy as np
@@ -156,7 +156,7 @@ def _complete(table: pd.DataFrame) -> pd.DataFrame:
 
 def _last_error(table: pd.DataFrame) -> pd.Series:
     """Mean error at the last judgement that each trial reached."""
-    judged: Sequence[str] = sorted((c for c in table.columns if c.startswith("left_")), reverse=True)
+    judged = sorted((c for c in table.columns if c.startswith("left_")), key=lambda c: -int(c.removeprefix("left_")))
     return table[judged].ffill(axis=1).iloc[:, -1] if len(judged) else table["error"]
 
 

@@ -13,18 +13,8 @@ from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.prediction import predict_free_running, to_tensors
 from myowave.learning.sweep.search import Score, Settings
 from myowave.learning.task import Task
-from myowave.learning.training import train_scale
+from myowave.learning.training import train_scales
 from myowave.settings import Recipe
-
-
-def train_scales(task: Task) -> Iterator[Checkpoint]:
-    """Train at one scale after the other, the coarsest first; yield what each leaves behind."""
-    checkpoint: Checkpoint | None = None
-    for level in reversed(range(task.total)):
-        *_, last = train_scale(task, level, checkpoint)
-        checkpoint = last.checkpoint
-        assert checkpoint is not None, "the last report has it"
-        yield checkpoint
 
 
 def judge(settings: Settings, task: Task, epochs: int | None) -> Iterator[Score]:
@@ -70,7 +60,7 @@ def _tried(settings: Settings, task: Task, epochs: int | None) -> Task:
 def with_settings(recipe: Recipe, settings: Mapping[str, float | str], epochs: int | None = None) -> Recipe:
     """The recipe with some settings replaced, and the number of epochs where one is given and not among them."""
     shorter = {} if epochs is None else {"epochs": epochs}
-    return Recipe.model_validate(recipe.model_dump() | shorter | dict(settings))
+    return recipe.changed(shorter | dict(settings))
 
 
 def free_running_error_deg(checkpoint: Checkpoint, trials: Trials) -> np.ndarray:
