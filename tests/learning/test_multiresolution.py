@@ -64,6 +64,19 @@ def test_arms_have_the_same_steps_and_the_long_ones_as_many_times_more(trials, m
     np.testing.assert_allclose(scores["test_rmse_deg"], of_scores)
 
 
+def test_arms_are_told_the_load_where_it_differs_between_trials(trials, model, wanted):
+    loads = {"1": {"load": 0.5}, "2": {"load": 0.0}, "3": {"load": 0.2}}
+    recipe = Recipe(hidden=4, epochs=2, rollout_s=0.3, simulated_trials=0, identification="none", patience=1)
+
+    def errors(conditions):
+        scores = compete(
+            replace(trials, conditions=conditions), model, recipe, wanted, scales=2, seeds=(0,), names=["one"]
+        )
+        return next(scores)["test_rmse_deg"].to_list()
+
+    assert errors(loads) != errors({**loads, "3": {"load": 0.4}})  # of the test trial
+
+
 def test_another_draw_is_another_motion_and_what_is_unseen_is_without_noise(model, physics):
     dataset = simulated(angle_noise_deg=3.0)
     first, again, second = (draw_trials("case", dataset, model, physics, [], n, None) for n in (0, 0, 1))

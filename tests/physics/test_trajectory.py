@@ -1,5 +1,7 @@
 """The motion solved for all samples at once: the integrator's own motion and its derivatives."""
 
+from dataclasses import replace
+
 import pytest
 import torch
 
@@ -82,7 +84,7 @@ def test_solution_is_the_integrated_motion_and_its_derivatives(case, elbow, nois
 
 def test_derivatives_by_every_parameter_of_every_effect_are_those_of_the_simulated_motion(everything):
     """The simulated motions know nothing of which parameters share the drive: each copy computes its own."""
-    wrt = sizes(everything.model)
+    everything, wrt = replace(everything, substeps=4), sizes(everything.model)
     still = simulate(everything, *START)
     found = solve(everything, *START, guess=still.state, wrt=wrt)
     step = 1e-5
@@ -90,11 +92,13 @@ def test_derivatives_by_every_parameter_of_every_effect_are_those_of_the_simulat
         name: value(everything, name) + step * size * one_of(len(wrt), i, 1)
         for i, (name, size) in enumerate(wrt.items())
     }
-    moved = simulate(Simulation(everything.model, copies, everything.emg, everything.dt), *START)
+    moved = simulate(everything.with_params(copies), *START)
     difference = (moved.angle - still.angle) / step
     derivative = found.by_parameter * torch.tensor([*wrt.values()], dtype=torch.float64)[:, None, None]
     for name, one, other in zip(wrt, derivative, difference, strict=True):
-        torch.testing.assert_close(one, other, rtol=5e-3, atol=1e-5, msg=lambda text, name=name: f"{name}: {text}")
+        # Another delay splits the integrator's steps elsewhere, which changes its error (states are of second order).
+        close = 1e-4 if "delay" in name else 1e-5
+        torch.testing.assert_close(one, other, rtol=5e-3, atol=close, msg=lambda text, name=name: f"{name}: {text}")
 
 
 @pytest.fixture(scope="module")

@@ -39,7 +39,7 @@ checkpoint diagnose_dataset:
         "results/logs/diagnose_dataset/{dataset}.log",
     benchmark:
         DIAGNOSIS_TIME
-    threads: 2
+    threads: 1
     params:
         physics=physics_section,
         contents=physics_contents,

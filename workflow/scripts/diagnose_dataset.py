@@ -1,9 +1,6 @@
 """Diagnose a dataset: what its trials say that the physical model misses."""
 
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-
-import torch
 
 from myowave.data.store import read_trials, write_json, write_table
 from myowave.diagnosis.report.tables import TABLES, predictions_table, verdict_summary
@@ -14,8 +11,7 @@ from myowave.settings import Diagnosis, Identify, Physics
 from myowave.workflow.job import job_log
 
 name = snakemake.wildcards.dataset
-torch.set_num_threads(1)  # threads weigh candidates side by side, each with arrays of its own
-with job_log(f"diagnose {name}", snakemake.log[0]) as log, ThreadPoolExecutor(snakemake.threads) as pool:
+with job_log(f"diagnose {name}", snakemake.log[0]) as log:
     physics = Physics.model_validate(snakemake.params.physics)
     diagnosis = diagnose(
         read_trials(snakemake.input.trials),
@@ -25,7 +21,6 @@ with job_log(f"diagnose {name}", snakemake.log[0]) as log, ThreadPoolExecutor(sn
         Diagnosis.model_validate(snakemake.params.diagnosis),
         log.say,
         [build_model(model, physics) for model in snakemake.params.models],
-        pool.map,
     )
     for path in snakemake.output.tables:
         TABLES[Path(path).stem](diagnosis).to_csv(path, index=False)

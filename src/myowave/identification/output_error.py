@@ -30,7 +30,8 @@ from myowave.identification.uncertainty import correlation_time, covariance, res
 from myowave.physics.model import Model, Params
 from myowave.physics.motion import resting_states, simulate
 from myowave.physics.simulation import Simulation
-from myowave.physics.trajectory import Linear, Newton, Sensitive, solve
+from myowave.physics.tangent import Linear
+from myowave.physics.trajectory import Newton, Sensitive, solve
 
 Array = NDArray[np.float64]
 
@@ -255,13 +256,18 @@ def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:
 
 
 def _solve(
-    simulation: Simulation, free: Sequence[Free], begin: Array, guess: Tensor, iterations: int = 25
+    simulation: Simulation,
+    free: Sequence[Free],
+    begin: Array,
+    guess: Tensor,
+    iterations: int = 25,
+    near: Tensor | None = None,
 ) -> Sensitive:
     """The motion near a guess, with derivatives that are 0 for parameters that are held."""
     q0, qdot0 = (torch.from_numpy(begin[..., i].copy()) for i in range(2))
     newton = Newton(iterations, TOLERANCE, rescue=False)
     wrt = {p.name: p.scale for p in free if not p.held}
-    result = solve(simulation, q0, qdot0, guess=guess, wrt=wrt, newton=newton)
+    result = solve(simulation, q0, qdot0, guess=guess, wrt=wrt, newton=newton, near=near)
     if len(wrt) == len(free):
         return result
     place, both = np.flatnonzero(moving(free)), (*np.flatnonzero(moving(free)), len(free), len(free) + 1)
@@ -289,15 +295,22 @@ def _padded(shift: Array) -> Array:
 
 
 def _attempt(
-    simulation: Simulation, record: Record, free: tuple[Free, ...], values: Array, begin: Array, guess: Tensor
+    simulation: Simulation,
+    record: Record,
+    free: tuple[Free, ...],
+    values: Array,
+    begin: Array,
+    guess: Tensor,
+    near: Tensor | None = None,
 ) -> Fit | None:
     """The fit at given values, or None where no motion was found near the guess.
 
     Args:
         simulation: of the model with any parameters.
+        near: Jacobian of the steps of a motion nearby.
     """
     simulation = simulation.with_params(bind_values(free, values))
-    result = _solve(simulation, free, begin, guess)
+    result = _solve(simulation, free, begin, guess, near=near)
     if not result.gap < TOLERANCE:
         return None
     normal = with_torque(normal_equations(result, record, free, values), simulation.model, record, free, values)
@@ -375,7 +388,7 @@ def _follow(fit: Fit, tried: Fit | None, damping: float) -> Fit | None:
 def _take(fit: Fit, step: Array, shift: Array) -> Fit | None:
     """The fit after a step, or None where no motion was found there."""
     values, begin, guess = _move(fit.free, fit.values, fit.starts, fit.sensitive, step, shift)
-    return _attempt(fit.simulation, fit.record, fit.free, values, begin, guess)
+    return _attempt(fit.simulation, fit.record, fit.free, values, begin, guess, fit.linear.jacobian)
 
 
 def promised(fit: Fit) -> float:

@@ -27,7 +27,7 @@ Curve = Callable[[Tensor], Tensor]
 # Eq. 50: passive curve of an adult.
 PASSIVE_GAMMA1 = 0.075
 PASSIVE_GAMMA2 = 6.6
-NO_FORCE = 1e-12  # keeps the derivative of a power finite
+NO_FORCE = 1e-30  # keeps the derivative of a power finite
 PASSIVE_SLOPE = PASSIVE_GAMMA2 * math.exp(0.4 * PASSIVE_GAMMA2)
 
 
@@ -110,26 +110,33 @@ class Curves:
         """These curves in another shape. All of it is smooth, keeps force 1 at length 1 and velocity 0, and no force
         when shortening at v_max."""
 
+        # Combined once: these are small, and each of the many operations below costs about the same.
+        ascending, descending = 1.0 / (1.0 + shape.ascending), 1.0 / (1.0 + shape.descending)
+        rising, falling, sagging = torch.exp(shape.rising), torch.exp(shape.falling), torch.exp(shape.sagging)
+        stiffer, concentric, steeper = torch.exp(shape.passive), torch.exp(shape.concentric), torch.exp(shape.yielding)
+        straighter, eccentric = 1.0 - concentric, 1.0 + shape.eccentric
+        bending = (steeper - 1.0) / (ECCENTRIC_FORCE - 1.0)
+
         def active_length(length: Tensor) -> Tensor:
             off = length - 1.0
             short = off < 0
-            force = self.active_length(1.0 + off / (1.0 + torch.where(short, shape.ascending, shape.descending)))
-            return _raised(force, torch.where(short, shape.rising, shape.falling))
+            force = self.active_length(1.0 + off * torch.where(short, ascending, descending))
+            return _raised(force, torch.where(short, rising, falling))
 
         def passive(length: Tensor) -> Tensor:
-            return torch.exp(shape.passive) * self.passive(length - shape.onset)
+            return stiffer * self.passive(length - shape.onset)
 
         def force_velocity(velocity: Tensor) -> Tensor:
             # Shortening: of Hill's hyperbola with constant Af this changes 1 + 1 / Af by the factor exp(concentric).
             force = self.force_velocity(velocity)
             slow = force.clamp(max=1.0)
-            shortening = _raised(slow / (slow + (1.0 - slow) * torch.exp(shape.concentric)), shape.sagging)
+            shortening = _raised(slow / (concentric + slow * straighter), sagging)
             # Lengthening: a hyperbola in the force gained, steeper where it begins, the same at the largest force, and
             # beyond that in families that have no largest.
-            gained, steeper = (force - 1.0).clamp(min=0.0), torch.exp(shape.yielding)
+            gained = (force - 1.0).clamp(min=0.0)
             usual = gained.clamp(max=ECCENTRIC_FORCE - 1.0)
-            bent = usual * steeper / (1.0 + usual * (steeper - 1.0) / (ECCENTRIC_FORCE - 1.0)) + (gained - usual)
-            return torch.where(velocity > 0, 1.0 + (1.0 + shape.eccentric) * bent, shortening)
+            bent = usual * steeper / (1.0 + usual * bending) + (gained - usual)
+            return torch.where(velocity > 0, 1.0 + eccentric * bent, shortening)
 
         return Curves(active_length, passive, force_velocity, shape, self.slowing)
 
@@ -138,9 +145,9 @@ class Curves:
         return family if self.shape is None else family.shaped(self.shape)
 
 
-def _raised(force: Tensor, logarithm: Tensor) -> Tensor:
-    """A force between 0 and 1 to a power, which keeps both ends."""
-    return torch.where(force > NO_FORCE, force.clamp(min=NO_FORCE) ** torch.exp(logarithm), force)
+def _raised(force: Tensor, power: Tensor) -> Tensor:
+    """A force between 0 and 1 to a power, which keeps both ends, 0 as far as anybody could tell."""
+    return force.clamp(min=NO_FORCE) ** power
 
 
 MILLARD = Curves(active_length_millard, passive_millard, force_velocity_millard)

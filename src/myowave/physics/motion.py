@@ -3,7 +3,7 @@
 Shapes: ... batch, T trials, N samples, M muscles, S pieces of a step, K numbers of the state.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -112,20 +112,48 @@ def step(valued: Valued, state: Tensor, drive: Drive) -> Tensor:
         state: (..., K).
         drive: of these steps, activation (..., 2 S + 1, M).
     """
-    model = valued.model
-    q, qdot = state[..., 0], state[..., 1]
-    states = _unpack(model, state)
-    activation, leaning = drive.activation.unbind(-2), drive.leaning(valued)
+    model, leaning = valued.model, drive.leaning(valued)
+    q, qdot, states = unpack(model, state)
+    u, a = drive.excitation.unbind(-2), drive.activation.unbind(-2)
     for s, h in enumerate(drive.pieces.unbind(-1)):
         points = slice(2 * s, 2 * s + 3)
-        a = activation[points]
-        if states:
-            u = drive.excitation[..., points, :].unbind(-2)
-            a, advanced = _advance_activation(valued, states, u, a, h.unsqueeze(-1))
-            states = {**states, **advanced}
-        q, qdot, tendons = _advance(leaning[points], states, q, qdot, a, h)
-        states = {**states, **tendons}
-    return _pack(model, q, qdot, states)
+        q, qdot, states = advance(leaning[points], states, q, qdot, u[points], a[points], h)
+    return pack(model, q, qdot, states)
+
+
+def advance(
+    leaning: Sequence[Valued],
+    states: Mapping[str, Tensor],
+    q: Tensor,
+    qdot: Tensor,
+    u: tuple[Tensor, ...],
+    a: tuple[Tensor, ...],
+    h: Tensor,
+) -> tuple[Tensor, Tensor, Mapping[str, Tensor]]:
+    """q, qdot and the states of effects after a piece of a step.
+
+    Args:
+        leaning: the model's values at its beginning, middle and end, where the upper arm may lean differently.
+        u, a: excitation and activation there, (..., M) each.
+        h: its length [s].
+    """
+    valued = leaning[0]
+    if states:
+        a, advanced = _advance_activation(valued, states, u, a, h.unsqueeze(-1))
+        states = {**states, **advanced}
+    tendons = bool(valued.model.tendon_effects)
+    begin = muscle_quantities(valued, q, qdot, a[0]) if tendons else {}
+
+    def later(elapsed: Tensor, *end: Tensor) -> Mapping[str, Tensor]:
+        return _advance_muscles(valued, states, begin, end, elapsed) if tendons else {}
+
+    def accelerate(stage: int, q: Tensor, qdot: Tensor) -> Tensor:
+        point = STAGES[stage]
+        at = later(h * (point / 2), q, qdot, a[point]) if point else states
+        return acceleration(leaning[point], q, qdot, a[point], at)
+
+    q, qdot = runge_kutta(accelerate, q, qdot, h)
+    return q, qdot, {**states, **later(h, q, qdot, a[2])}
 
 
 STAGES = (0, 1, 1, 2)  # of a Runge-Kutta step: at its beginning, twice in its middle, at its end
@@ -151,36 +179,15 @@ def runge_kutta(
     return q + sixth * (qdot + 2.0 * (v2 + v3) + v4), qdot + sixth * (k1 + 2.0 * (k2 + k3) + k4)
 
 
-def _advance(
-    leaning: list[Valued], states: Mapping[str, Tensor], q: Tensor, qdot: Tensor, a: tuple[Tensor, ...], h: Tensor
-) -> tuple[Tensor, Tensor, Mapping[str, Tensor]]:
-    """q, qdot and the states of effects on the stage `muscle` after a piece of a step.
-
-    Args:
-        leaning: the values at its beginning, middle and end, where the upper arm may lean differently.
-    """
-    valued = leaning[0]
-    tendons = bool(valued.model.tendon_effects)
-    begin = muscle_quantities(valued, q, qdot, a[0]) if tendons else {}
-
-    def later(elapsed: Tensor, *end: Tensor) -> Mapping[str, Tensor]:
-        return _advance_muscles(valued, states, begin, end, elapsed) if tendons else {}
-
-    def accelerate(stage: int, q: Tensor, qdot: Tensor) -> Tensor:
-        point = STAGES[stage]
-        at = later(h * (point / 2), q, qdot, a[point]) if point else states
-        return acceleration(leaning[point], q, qdot, a[point], at)
-
-    q, qdot = runge_kutta(accelerate, q, qdot, h)
-    return q, qdot, later(h, q, qdot, a[2])
-
-
-def _unpack(model: Model, state: Tensor) -> dict[str, Tensor]:
+def unpack(model: Model, state: Tensor) -> tuple[Tensor, Tensor, dict[str, Tensor]]:
+    """q, qdot (...) and the states of effects by their names (..., M), from a state (..., K)."""
     width = len(model.muscles)
-    return {effect.name: state[..., 2 + i * width : 2 + (i + 1) * width] for i, effect in enumerate(model.stateful)}
+    states = {effect.name: state[..., 2 + i * width : 2 + (i + 1) * width] for i, effect in enumerate(model.stateful)}
+    return state[..., 0], state[..., 1], states
 
 
-def _pack(model: Model, q: Tensor, qdot: Tensor, states: Mapping[str, Tensor]) -> Tensor:
+def pack(model: Model, q: Tensor, qdot: Tensor, states: Mapping[str, Tensor]) -> Tensor:
+    """A state (..., K) from what `unpack` makes of it."""
     motion = torch.stack(torch.broadcast_tensors(q, qdot), -1)
     parts = [states[effect.name] for effect in model.stateful]
     if not parts:
@@ -212,7 +219,7 @@ def _resting(valued: Valued, u: Tensor, a: Tensor, q: Tensor, qdot: Tensor) -> T
         a = call(effect.function, quantities, valued.values(effect))
     for effect in model.tendon_effects:
         states[effect.name] = _initial(valued, effect, muscle_quantities(valued, q, qdot, a), a)
-    return _pack(model, q, qdot, states)
+    return pack(model, q, qdot, states)
 
 
 def _initial(valued: Valued, effect: Effect, quantities: Mapping[str, Any], like: Tensor) -> Tensor:

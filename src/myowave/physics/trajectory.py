@@ -11,7 +11,7 @@ Shapes: ... batch, T trials, N samples, M muscles, K numbers of the state, P par
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import torch
@@ -20,7 +20,10 @@ from torch import Tensor
 from myowave.physics.dynamics import observe
 from myowave.physics.motion import Motion, batch_shape, initial_state, observed, simulate, step
 from myowave.physics.simulation import Simulation
-from myowave.physics.tangent import NUDGE, linear_forcing
+from myowave.physics.tangent import NUDGE, Linear, linearise
+
+CURVATURE = 10.0  # what a change of size x by Newton's method leaves is at most about this times x^2 [rad, rad/s]
+BACKWARDS = 3  # evaluations of a step that a pass backwards costs for each number of the state, about
 
 
 @dataclass(frozen=True)
@@ -41,21 +44,6 @@ class Newton:
 
 
 @dataclass(frozen=True)
-class Linear:
-    """The map from each sample to the next and its Jacobian, where Newton's method last evaluated them.
-
-    Args:
-        at: the state there, (..., T, N, K).
-        after: F(at[n]), (..., T, N - 1, K).
-        jacobian: dF/dx, (..., T, N - 1, K, K).
-    """
-
-    at: Tensor
-    after: Tensor
-    jacobian: Tensor
-
-
-@dataclass(frozen=True)
 class Sensitive:
     """A motion with its derivatives.
 
@@ -64,7 +52,7 @@ class Sensitive:
         by_parameter: d angle / d parameter, (P, ..., T, N), in the order asked for.
         by_start: d angle / d (q0, qdot0), (2, ..., T, N).
         tangent: d state / d (parameters, q0, qdot0), (..., T, N, K, P + 2).
-        gap: size of Newton's last change [rad, rad/s]: how far the state may be from a motion.
+        gap: how far the state may be from a motion [rad, rad/s]; of a single step of Newton's method, its size.
         linear: the linearised motion, from which `derivatives_of` gives more derivatives.
     """
 
@@ -84,6 +72,7 @@ def solve(
     guess: Tensor | None = None,
     wrt: Mapping[str, float] | None = None,
     newton: Newton = Newton(),
+    near: Tensor | None = None,
 ) -> Sensitive:
     """Motion and sensitivities for every sample at once.
 
@@ -93,6 +82,7 @@ def solve(
         guess: state to start from, broadcastable to (..., T, N, K); by default the integrator's own result. Where
             Newton's method does not converge from it, the integrator's result is used.
         wrt: parameters to differentiate by, with the size of a usual change of each (sets the step of differences).
+        near: Jacobian of the steps of a motion nearby, (..., T, N - 1, K, K): Newton's method begins with it.
 
     Raises:
         ValueError: for a parameter that the model does not have.
@@ -105,10 +95,17 @@ def solve(
     state = simulate(simulation, q0, qdot0).state if guess is None else guess
     state = state.expand(*batch, *state.shape[-2:]).clone()
     state[..., 0, :] = start
-    state, gap, linear = _newton(simulation, state, newton)
+    few = not wrt or simulation.model.stateful and len(wrt) < BACKWARDS * state.shape[-1]
+    state = _approach(simulation, state, newton, near)
+    linear, forcing = (_differentiate if few else linearise)(simulation, state, wrt)
+    change = _closing(linear.jacobian, linear.after, state)
+    state, gap = state + change, float(change.abs().amax())
+    if newton.iterations > 1:
+        gap = CURVATURE * gap**2
     if guess is not None and newton.iterations > 1 and newton.rescue and not gap < newton.tolerance:
         return solve(simulation, q0, qdot0, wrt=wrt, newton=Newton(newton.iterations))
-    tangent = _tangents(simulation, linear, wrt, NUDGE, starts=True)
+    begin = _derivatives_of_start(simulation, q0, qdot0, wrt, NUDGE, starts=True)
+    tangent = recur(linear.jacobian, torch.nn.functional.pad(forcing, (0, 2)), begin)
     derivatives = _derivatives_observed(simulation, linear, wrt, tangent, NUDGE)
     motion = observed(simulation, state)
     return Sensitive(motion, derivatives[: len(wrt)], derivatives[len(wrt) :], tangent, gap, linear)
@@ -133,76 +130,89 @@ def derivatives_of(
         d angle / d parameter (P, ..., T, N), and d state / d parameter (..., T, N, K, P).
     """
     assert simulation.model.state_size == linear.at.shape[-1], "the richer model has another state"
-    tangent = _tangents(simulation, linear, wrt, reach, starts=False)
+    begin = _derivatives_of_start(simulation, linear.at[..., 0, 0], linear.at[..., 0, 1], wrt, reach, starts=False)
+    tangent = recur(linear.jacobian, forcing_of(simulation, linear, wrt, reach), begin)
     return _derivatives_observed(simulation, linear, wrt, tangent, reach), tangent
 
 
 def forcing_of(simulation: Simulation, linear: Linear, wrt: Mapping[str, float], reach: float = NUDGE) -> Tensor:
     """What a parameter of a richer model adds to the state within each step, (..., T, N - 1, K, P); see
     `derivatives_of` for the arguments."""
-    return _forcing(linear, *simulation.nudged(wrt, reach, linear.at.ndim - 2))
+    forcing = linear.after.new_zeros(*linear.after.shape, len(wrt))
+    for columns, nudged, nudges in _nudged(simulation, wrt, reach, linear.at.ndim - 2):
+        moved = step(nudged.along_time, linear.at[..., :-1, :], nudged.drive) - linear.after
+        forcing[..., columns] = (moved / nudges.reshape(-1, *(1,) * linear.after.ndim)).movedim(0, -1)
+    return forcing
 
 
-def _forcing(linear: Linear, nudged: Simulation, nudges: Tensor) -> Tensor:
-    """The same, from a simulation for each parameter moved by its nudge, (P,)."""
-    moved = step(nudged.along_time, linear.at[..., :-1, :], nudged.drive) - linear.after
-    return (moved / nudges.reshape(-1, *(1,) * linear.after.ndim)).movedim(0, -1)
+def _nudged(
+    simulation: Simulation, wrt: Mapping[str, float], reach: float, axes: int
+) -> Iterator[tuple[list[int], Simulation, Tensor]]:
+    """Places of parameters in `wrt` with a copy for each, moved by its nudge; first those that change the drive of the
+    muscles, as the others share it."""
+    names, drives = list(wrt), simulation.model.drives
+    for group in ([n for n in wrt if drives(n)], [n for n in wrt if not drives(n)]):
+        if group:
+            yield [names.index(n) for n in group], *simulation.nudged({n: wrt[n] for n in group}, reach, axes)
 
 
-def _newton(simulation: Simulation, state: Tensor, newton: Newton) -> tuple[Tensor, float, Linear]:
-    """Close the gaps between the samples of a state whose first sample is right.
+def _differentiate(simulation: Simulation, state: Tensor, wrt: Mapping[str, float]) -> tuple[Linear, Tensor]:
+    """What `linearise` gives, by differences."""
+    linear = _by_differences(simulation, state)
+    return linear, forcing_of(simulation, linear, wrt)
 
-    A Jacobian is used again as long as it makes the change shrink tenfold. Returns the state, the last change, and the
-    linearisation at the state before that change.
-    """
-    valued, drive = simulation.along_time, simulation.drive
+
+def _by_differences(simulation: Simulation, state: Tensor) -> Linear:
+    """Where steps from a state (..., T, N, K) lead, and the Jacobian, by differences."""
+    before = state[..., :-1, :]
     bumps = NUDGE * torch.eye(state.shape[-1], dtype=state.dtype, device=state.device)
     bumps = bumps.reshape(-1, *(1,) * (state.ndim - 1), state.shape[-1])
-    still = torch.zeros_like(state[..., 0, :]).unsqueeze(-1)
-    stale_limit = 10 * newton.tolerance**0.5
-    gap, stale, refresh = math.inf, math.inf, True
-    for _ in range(newton.iterations):
-        before = state[..., :-1, :]
-        if refresh:
-            copies = step(valued, torch.cat([before.unsqueeze(0), before + bumps]), drive)
-            after, jacobian, stale = copies[0], ((copies[1:] - copies[0]) / NUDGE).movedim(0, -1), 0.0
+    copies = step(simulation.along_time, torch.cat([before.unsqueeze(0), before + bumps]), simulation.drive)
+    return Linear(state, copies[0], ((copies[1:] - copies[0]) / NUDGE).movedim(0, -1))
+
+
+def _approach(simulation: Simulation, state: Tensor, newton: Newton, jacobian: Tensor | None) -> Tensor:
+    """Close the gaps between the samples of a state whose first sample is right, but for what one more step of Newton's
+    method closes.
+
+    A Jacobian is used again as long as it makes the change shrink tenfold; another is made by differences.
+    """
+    gap, enough = math.inf, (newton.tolerance / CURVATURE) ** 0.5
+    for _ in range(newton.iterations - 1):
+        if jacobian is None:
+            linear = _by_differences(simulation, state)
+            jacobian, after = linear.jacobian, linear.after
         else:
-            after = step(valued, before, drive)
-        linear = Linear(state, after, jacobian)
-        change = recur(jacobian, (after - state[..., 1:, :]).unsqueeze(-1), still).squeeze(-1)
+            after = step(simulation.along_time, state[..., :-1, :], simulation.drive)
+        change = _closing(jacobian, after, state)
         state = state + change
-        shrinks = (size := float(change.detach().abs().amax())) < 0.1 * gap
+        shrinks = (size := float(change.abs().amax())) < 0.1 * gap
         gap = size
-        if not math.isfinite(gap) or (gap < newton.tolerance and stale < stale_limit):
+        if not math.isfinite(gap) or gap < enough:
             break
-        refresh = not shrinks or gap > 0.1 or gap < newton.tolerance
-        stale += gap
-    return state, gap, linear
+        if not shrinks or gap > 0.1:
+            jacobian = None
+    return state
 
 
-def _tangents(
-    simulation: Simulation, linear: Linear, wrt: Mapping[str, float], reach: float, *, starts: bool
+def _closing(jacobian: Tensor, after: Tensor, state: Tensor) -> Tensor:
+    """The change of a state (..., T, N, K) that closes the gaps between its samples, to first order."""
+    still = torch.zeros_like(state[..., 0, :]).unsqueeze(-1)
+    return recur(jacobian, (after - state[..., 1:, :]).unsqueeze(-1), still).squeeze(-1)
+
+
+def _derivatives_of_start(
+    simulation: Simulation, q0: Tensor, qdot0: Tensor, wrt: Mapping[str, float], reach: float, *, starts: bool
 ) -> Tensor:
-    """d state / d parameters [and q0, qdot0], (..., T, N, K, P [+ 2]): the linearised recursion along a motion."""
-    after = linear.after
-    q0, qdot0 = linear.at[..., 0, 0], linear.at[..., 0, 1]
-    base_start = initial_state(simulation, q0, qdot0)
-    forcing = after.new_zeros(*after.shape, len(wrt) + (2 if starts else 0))
-    begin = base_start.new_zeros(*base_start.shape, forcing.shape[-1])
-    names, drives = list(wrt), simulation.model.drives
-    if reach == NUDGE and simulation.model.state_size == 2:
-        forcing[..., : len(wrt)] = linear_forcing(simulation, linear.at[..., :-1, :], wrt)
-    else:
-        for group in ([n for n in wrt if drives(n)], [n for n in wrt if not drives(n)]):  # the second shares the drive
-            if group:
-                nudged, nudges = simulation.nudged({n: wrt[n] for n in group}, reach, q0.ndim)
-                columns = [names.index(n) for n in group]
-                forcing[..., columns] = _forcing(linear, nudged, nudges)
-                shifted = initial_state(nudged, q0, qdot0) - base_start
-                begin[..., columns] = (shifted / nudges.reshape(-1, *(1,) * base_start.ndim)).movedim(0, -1)
+    """d first state / d parameters [and q0, qdot0], (..., T, K, P [+ 2])."""
+    start = initial_state(simulation, q0, qdot0)
+    begin = start.new_zeros(*start.shape, len(wrt) + (2 if starts else 0))
+    for columns, nudged, nudges in _nudged(simulation, wrt, reach, q0.ndim) if simulation.model.stateful else ():
+        shifted = initial_state(nudged, q0, qdot0) - start
+        begin[..., columns] = (shifted / nudges.reshape(-1, *(1,) * start.ndim)).movedim(0, -1)
     for i, shift in enumerate(((NUDGE, 0.0), (0.0, NUDGE)) if starts else (), start=len(wrt)):
-        begin[..., i] = (initial_state(simulation, q0 + shift[0], qdot0 + shift[1]) - base_start) / NUDGE
-    return recur(linear.jacobian, forcing, begin)
+        begin[..., i] = (initial_state(simulation, q0 + shift[0], qdot0 + shift[1]) - start) / NUDGE
+    return begin
 
 
 def _derivatives_observed(

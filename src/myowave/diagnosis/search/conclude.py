@@ -14,7 +14,6 @@ import torch
 from myowave.data.wavelets import estimate_noise
 from myowave.diagnosis.misfit.repeated import Repeated, repeated_misfit
 from myowave.diagnosis.misfit.size import ABOVE, Size, size_of_misfit
-from myowave.diagnosis.search.each import Each
 from myowave.diagnosis.search.rank import EVIDENCE, rank_effects
 from myowave.diagnosis.search.score import FAILURES
 from myowave.diagnosis.search.selection import Selection, select_effects, without_effect
@@ -74,18 +73,17 @@ class Findings:
         return (self.settled and self.disturbance is None) or self.explained >= MOST_OF_IT
 
 
-def search(fit: Fit, effects: Iterable[Effect], known: Collection[str] = (), each: Each = map) -> Findings:
+def search(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> Findings:
     """Find the effects that a fitted model lacks.
 
     Args:
         effects: the catalogue.
         known: names of parameters that are known and so not to be estimated.
-        each: how candidates are weighed, one after the other or side by side.
     """
     effects = tuple(effects)
-    found = _search(fit, effects, known, each)
+    found = _search(fit, effects, known)
     if found.carries and fit.record.pieces is None:
-        found = replace(found, stand_ins=_stand_ins(found.selection, effects, known, each))
+        found = replace(found, stand_ins=_stand_ins(found.selection, effects, known))
     if found.selection.effects and found.disturbance is None and not found.carries:
         # What cannot be named must not make a model look worse than it is by itself.
         first = found.selection
@@ -94,9 +92,9 @@ def search(fit: Fit, effects: Iterable[Effect], known: Collection[str] = (), eac
     return found
 
 
-def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str], each: Each) -> Findings:
+def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str]) -> Findings:
     def select(fit: Fit, hint: Fit | None = None) -> Selection:
-        return select_effects(fit, effects, known, hint, each)
+        return select_effects(fit, effects, known, hint)
 
     disturbance, size = None, size_of_misfit(fit)
     if fit.record.pieces is not None:
@@ -120,16 +118,18 @@ def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str], each:
     return weighed(selection, disturbance)
 
 
-def _stand_ins(
-    selection: Selection, effects: tuple[Effect, ...], known: Collection[str], each: Each
-) -> dict[str, StandIns]:
+def _stand_ins(selection: Selection, effects: tuple[Effect, ...], known: Collection[str]) -> dict[str, StandIns]:
     """What would do as well as each effect that was added, beside the others."""
     found = {}
     first, last = selection.ladder[0], selection.fit
     for effect in last.model.effects[len(first.model.effects) :]:
         try:
-            without = without_effect(last, effect, selection.visited)
-            ranking = rank_effects(without, effects, known, {effect.name: last}, refits=False, each=each)
+            key = frozenset(e.name for e in last.model.effects) - {effect.name}
+            without, earlier = selection.weighed.get(key, (None, []))
+            if without is None:
+                without = without_effect(last, effect, selection.visited)
+            with_it = {effect.name: last}
+            ranking = rank_effects(without, effects, known, with_it, refits=False, earlier=earlier)
         except FAILURES:  # nothing moves without it
             continue
         own = next(c for c in ranking if c.name == effect.name)

@@ -11,7 +11,6 @@ from myowave.diagnosis.misfit.independence import Independence, check_independen
 from myowave.diagnosis.misfit.where import MissingTorque, describe, misfit_by, missing_torque
 from myowave.diagnosis.search.conclude import Findings, search, weighed
 from myowave.diagnosis.search.draft import MOST_TERMS, Draft, draft_effect
-from myowave.diagnosis.search.each import Each
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
 from myowave.diagnosis.search.rank import rank_effects
 from myowave.diagnosis.search.score import FAILURES
@@ -93,7 +92,6 @@ def diagnose(
     settings: DiagnosisSettings,
     report: Callable[[str], None] = lambda line: None,
     models: Iterable[Model] = (),
-    each: Each = map,
 ) -> Diagnosis:
     """Diagnose one dataset.
 
@@ -104,7 +102,6 @@ def diagnose(
         identify: constants to estimate beside the parameters of effects.
         report: is told what happens.
         models: to fit and try beside those that the search visits.
-        each: how candidates are weighed, one after the other or side by side.
 
     Raises:
         ValueError: if a muscle's channel was not recorded, or the base model cannot be fitted at all.
@@ -125,10 +122,10 @@ def diagnose(
     test = record.take(np.flatnonzero(~record.training))
     report(f"compare: {base.name} leaves {np.degrees(fit.rmse()):.3g} deg; the noise is {np.degrees(record.noise):.3g}")
     if followed := follows(fit):
-        found = search(fit, effects.values(), record.known, each)
+        found = search(fit, effects.values(), record.known)
     else:
         report("stages: from measured states it misses more than a constant angle does; no effect is weighed")
-        ranking = rank_effects(fit, effects.values(), record.known, refits=False, each=each)
+        ranking = rank_effects(fit, effects.values(), record.known, refits=False)
         found = weighed(Selection((fit,), (ranking,)))
     selection = found.selection
     rungs = tuple(make_rung(fit, test) for fit in selection.ladder)

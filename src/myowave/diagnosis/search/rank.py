@@ -5,13 +5,12 @@ the residual that the best candidate leaves. While a model misses something, its
 of it are worth few samples, and nothing is decided by thousands of them.
 """
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from myowave.diagnosis.search.each import Each
 from myowave.diagnosis.search.score import FAILURES, Score, best_within, score_effects
 from myowave.identification.free_parameters import Free, bounds, scales
 from myowave.identification.least_squares import pseudo_inverse
@@ -96,7 +95,7 @@ def rank_effects(
     fitted: Mapping[str, Fit] | None = None,
     *,
     refits: bool = True,
-    each: Each = map,
+    earlier: Sequence[Candidate] = (),
 ) -> list[Candidate]:
     """All effects that a fitted model does not have, the most evident first.
 
@@ -104,16 +103,20 @@ def rank_effects(
         known: names of parameters that are known and so not to be estimated.
         fitted: fits with an effect that are there already, by its name.
         refits: whether the promising ones are fitted; without that none can be accepted.
-        each: how candidates are weighed, one after the other or side by side.
+        earlier: a ranking at this fit; scores and fits of it are taken, and only `fitted` is new.
     """
-    effects = {e.name: e for e in effects}
-    scores = score_effects(fit, effects.values(), known, each)
-    fits = dict(fitted or {})
-    hopeful = [name for name in _worth_refitting(fit, scores) if refits and name not in fits]
-    begun = {name: scores[name].start for name in hopeful}
-    begun |= _fresh_starts(fit, scores, each) if refits else {}
-    raced, failures = _race(begun, fits.values(), each)
-    fits |= raced
+    effects, fitted = {e.name: e for e in effects}, fitted or {}
+    if earlier:
+        scores = {c.name: c.score for c in earlier}
+        fits = {c.name: c.fit for c in earlier if c.fit is not None} | dict(fitted)
+        failures = {c.name: c.failure for c in earlier}
+    else:
+        scores = score_effects(fit, effects.values(), known)
+        hopeful = [name for name in _worth_refitting(fit, scores) if refits and name not in fitted]
+        begun = {name: scores[name].start for name in hopeful}
+        begun |= _fresh_starts(fit, scores) if refits else {}
+        fits, failures = _race(begun, fitted.values())
+        fits |= fitted
     failures |= {name: score.failure for name, score in scores.items() if score.failure}
     best = min(fits.values(), key=lambda f: f.objective, default=fit)
     samples = independent_samples(best)
@@ -144,7 +147,7 @@ def rank_effects(
     return sorted(candidates, key=lambda c: -c.delta_bic)
 
 
-def _fresh_starts(fit: Fit, scores: Mapping[str, Score], each: Each) -> dict[str, Fit]:
+def _fresh_starts(fit: Fit, scores: Mapping[str, Score]) -> dict[str, Fit]:
     """Fits with an effect that replaces what the model has, as other curves do, from where constants are expected.
 
     The constants of a fit without the effect have gone where they imitate it, and no small step leads back from there.
@@ -163,8 +166,8 @@ def _fresh_starts(fit: Fit, scores: Mapping[str, Score], each: Each) -> dict[str
         return attempt_fit(lambda: begin_from(start.model, fit.record, start.free, np.array([values])))
 
     replacing = [name for name, score in scores.items() if not score.failure and all(_replaces(p) for p in score.free)]
-    fresh = zip(replacing, each(begin, replacing), strict=True)
-    return {name: f for name, f in fresh if f is not None and f.objective < WORTH_FOLLOWING * fit.objective}
+    fresh = {name: begin(name) for name in replacing}
+    return {name: f for name, f in fresh.items() if f is not None and f.objective < WORTH_FOLLOWING * fit.objective}
 
 
 def _replaces(free: Free) -> bool:
@@ -270,7 +273,7 @@ def left_out_residuals(fit: Fit) -> NDArray[np.float64]:
     return normal.without_starts(left[..., None])[..., 0]
 
 
-def _race(starts: Mapping[str, Fit], rivals: Iterable[Fit], each: Each) -> tuple[dict[str, Fit], dict[str, str]]:
+def _race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> tuple[dict[str, Fit], dict[str, str]]:
     """Fit the candidates together, step by step; those that fall behind too far to win stop early.
 
     Returns:
@@ -288,7 +291,8 @@ def _race(starts: Mapping[str, Fit], rivals: Iterable[Fit], each: Each) -> tuple
             return str(error)
 
     while running:
-        for name, step in zip(list(running), list(each(advance, list(running))), strict=True):
+        for name in list(running):
+            step = advance(name)
             if isinstance(step, str):
                 failures[name] = step
                 del running[name], fits[name]

@@ -19,7 +19,6 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from myowave.diagnosis.search.each import Each
 from myowave.identification.free_parameters import Free, bind_values, bounds, effect_parameters, scales
 from myowave.identification.least_squares import minimise_within, pseudo_inverse, scaled_slope
 from myowave.identification.output_error import TOLERANCE, Fit
@@ -91,18 +90,14 @@ class Score:
         return self.free[0].scale * (np.sqrt(statistic) + 1.2816) * np.sqrt(variance / information)
 
 
-def score_effects(
-    fit: Fit, effects: Iterable[Effect], known: Collection[str] = (), each: Each = map
-) -> dict[str, Score]:
+def score_effects(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> dict[str, Score]:
     """Score every effect that the fitted model does not have; one that cannot be scored says why in its `failure`.
 
     Args:
         known: names of parameters that are known and so not to be estimated.
-        each: how they are done, one after the other or side by side.
     """
     present = {e.name for e in fit.model.effects}
-    new = [e for e in effects if e.name not in present]
-    return {score.effect: score for score in each(lambda e: _score_or_reason(fit, e, known), new)}
+    return {e.name: _score_or_reason(fit, e, known) for e in effects if e.name not in present}
 
 
 def _score_or_reason(fit: Fit, effect: Effect, known: Collection[str]) -> Score:

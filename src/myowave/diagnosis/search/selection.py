@@ -4,7 +4,6 @@ import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from myowave.diagnosis.search.each import Each
 from myowave.diagnosis.search.rank import (
     EVIDENCE,
     Candidate,
@@ -33,12 +32,14 @@ class Selection:
         rankings: what was weighed at each rung, for each what to add to it; the last found nothing to add.
         classes: for each accepted effect the names that the data do not tell from it, itself first.
         visited: the best fit of every model that the search met, by the names of its effects.
+        weighed: fits from which all effects were weighed, with their rankings, by the same names.
     """
 
     ladder: tuple[Fit, ...]
     rankings: tuple[list[Candidate], ...]
     classes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     visited: Mapping[frozenset[str], Fit] = field(default_factory=dict)
+    weighed: Mapping[frozenset[str], tuple[Fit, list[Candidate]]] = field(default_factory=dict)
 
     @property
     def fit(self) -> Fit:
@@ -50,7 +51,7 @@ class Selection:
 
 
 def select_effects(
-    fit: Fit, effects: Iterable[Effect], known: Collection[str] = (), hint: Fit | None = None, each: Each = map
+    fit: Fit, effects: Iterable[Effect], known: Collection[str] = (), hint: Fit | None = None
 ) -> Selection:
     """Search for the effects that a fitted model lacks.
 
@@ -59,9 +60,8 @@ def select_effects(
         effects: the catalogue.
         known: names of parameters that are known and so not to be estimated.
         hint: fit of a model with effects, to start from.
-        each: how candidates are weighed, one after the other or side by side.
     """
-    search = _Search(fit, tuple(effects), frozenset(known), each)
+    search = _Search(fit, tuple(effects), frozenset(known))
     top, classes = search.begin() if hint is None else search.settle(hint, {})
     while top is not None and len(classes) < MOST_EFFECTS and (best := _best(search.rank(top))) is not None:
         classes[best.name] = _names(best, search.rank(top))
@@ -70,7 +70,7 @@ def select_effects(
         if top.model.name == name:  # what was added went again
             break
     ladder = [fit] if top is None else search.climb_or_jump(top)
-    return Selection(tuple(ladder), tuple(search.rank(rung) for rung in ladder), classes, search.best)
+    return Selection(tuple(ladder), tuple(search.rank(rung) for rung in ladder), classes, search.best, search.ranked)
 
 
 @dataclass
@@ -80,8 +80,7 @@ class _Search:
     start: Fit
     effects: tuple[Effect, ...]
     known: frozenset[str]
-    each: Each
-    ranked: dict[frozenset[str], tuple[float, list[Candidate]]] = field(default_factory=dict)
+    ranked: dict[frozenset[str], tuple[Fit, list[Candidate]]] = field(default_factory=dict)
     best: dict[frozenset[str], Fit] = field(default_factory=dict)
 
     def begin(self) -> tuple[Fit | None, dict[str, tuple[str, ...]]]:
@@ -96,12 +95,15 @@ class _Search:
     def rank(self, fit: Fit, fitted: Mapping[str, Fit] | None = None) -> list[Candidate]:
         """The ranking at a fit; that of an earlier fit of the same model will do if it is as good."""
         key = frozenset(effect.name for effect in fit.model.effects)
-        error, ranking = self.ranked.get(key, (math.inf, []))
-        if error > fit.objective * (1 + SAME) or fitted is not None:
-            ranking = rank_effects(fit, self.effects, self.known, fitted, each=self.each)
-            self.ranked[key] = (fit.objective, ranking)
-            for found in (c.fit for c in ranking if c.fit is not None):
-                self.keep(found)
+        at, earlier = self.ranked.get(key, (fit, []))
+        if at.objective > fit.objective * (1 + SAME):
+            at, earlier = fit, []
+        if earlier and fitted is None:
+            return earlier
+        ranking = rank_effects(at, self.effects, self.known, fitted, earlier=earlier)
+        self.ranked[key] = at, ranking
+        for found in (c.fit for c in ranking if c.fit is not None):
+            self.keep(found)
         return ranking
 
     def keep(self, fit: Fit) -> Fit:

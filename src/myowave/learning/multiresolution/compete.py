@@ -42,8 +42,8 @@ def compete(
         arm, started = ARMS[name], time.process_time()
         network, steps = train_arm(arm, trials, model, recipe, identify, scales, seeds)
         tests = trials.select(trials.test)
-        emg, angle = to_tensors(tests, network.device)
-        predicted = predict_free_running(network, emg, angle, tests.dt)
+        inputs, angle = to_tensors(tests, network.device, network.architecture.known)
+        predicted = predict_free_running(network, inputs, angle, tests.dt)
         mse, r2 = (
             np.mean(
                 [
