@@ -154,6 +154,14 @@ def test_matlab_variables_columns_and_fields_are_signals(tmp_path):
     assert raw.header == ["emg(1)", "emg(2)", "trial.angle"]
     assert np.allclose(raw["emg(2)"].values, 2 * VALUES) and raw["emg(1)"].rate == 20.0
     assert np.allclose(raw["trial.angle"].time, TIME) and raw["trial.angle"].rate is None
+    slow = {"angle": VALUES[:10], "emg_t": VALUES}
+    clocks = {"fsEMG": 20.0, "fs_angle": 5.0, "heart_rate": 60.0, "time_angle_ms": 4000 * TIME[:10], "time_emg": TIME}
+    savemat(tmp_path / "d.mat", slow | clocks)
+    raw = read_raw(tmp_path / "d.mat")
+    assert [(s.name, s.rate) for s in raw.signals] == [("angle", 5.0), ("emg_t", 20.0)]
+    assert np.allclose(raw["emg_t"].time, TIME) and np.allclose(raw["angle"].time, 4 * TIME[:10])
+    savemat(tmp_path / "e.mat", slow | {"heart_rate": 60.0, "fs_force": 1000.0})
+    assert {signal.rate for signal in read_raw(tmp_path / "e.mat").signals} == {None}
     with pytest.raises(ValueError, match="not a MATLAB file"):
         read_raw(write(tmp_path / "b.mat", "hello, this is text" * 20))
     savemat(tmp_path / "c.mat", {"name": "x"})

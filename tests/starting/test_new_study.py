@@ -152,6 +152,30 @@ def test_tables_that_are_written_in_two_ways_are_said(workplace):
     assert "export them alike" not in study_of("two").said
 
 
+def test_a_unit_that_a_column_s_name_ends_in_is_taken(workplace, laid_over):
+    """A forearm that stays near 0 deg would look like one in rad."""
+    for seed, trial in enumerate(("t1", "t2")):
+        columns = {"time": times(), "biceps_uV": burst(seed), "triceps_mV": burst(seed + 9)}
+        table(workplace / f"units/{trial}.csv", {**columns, "elbow_deg": 3 + np.sin(times())})
+    study = study_of("units")
+    dataset = laid_over(study.text).data.datasets["mine"]
+    assert [signal.unit for signal in dataset.emg.values()] == ["uV", "mV"] and dataset.angle.unit == "deg"
+    assert study.text.count("# GUESSED: its name ends so") == 3 and "emg_biceps: t1" not in study.said
+    prepared, _ = prepare_recording("mine", dataset)
+    assert prepared.raw["t1"].emg["emg_triceps"].values == pytest.approx(1000 * burst(9), rel=1e-6)
+
+
+def test_a_matlab_file_with_a_rate_for_each_kind_of_signal_needs_none_in_the_settings(workplace, laid_over):
+    (workplace / "matlab").mkdir()
+    for seed, trial in enumerate(("t1", "t2")):
+        signals = {"emg_biceps": burst(seed), "emg_triceps": burst(seed + 9), "elbow_angle": curl()}
+        savemat(workplace / f"matlab/{trial}.mat", {**signals, "fs_emg": float(EMG_HZ), "fs_angle": float(ANGLE_HZ)})
+    study = study_of("matlab")
+    assert "rate_hz: null" not in study.text and f"{ANGLE_HZ:g} Hz" in study.said
+    prepared, _ = prepare_recording("mine", laid_over(study.text).data.datasets["mine"])
+    assert prepared.raw["t1"].emg["emg_biceps"].rate == EMG_HZ and prepared.raw["t1"].angle.rate == ANGLE_HZ
+
+
 def test_formats_may_be_mixed_and_what_files_do_not_say_is_guessed_or_asked_for(workplace, laid_over):
     for seed, trial in enumerate(("t1", "t2")):
         (workplace / "mixed").mkdir(exist_ok=True)

@@ -13,7 +13,7 @@ from myowave.settings.recording import TRIAL
 from myowave.starting.arm import Choice, arm_of
 from myowave.starting.draft import Draft, arm_lines, conditions_lines, held_out_lines, shown
 from myowave.starting.files import Naming, ending_of, format_of, name_trials
-from myowave.starting.roles import Found, Role, Roles, guess_roles, signals_of
+from myowave.starting.roles import Found, Role, Roles, guess_roles, said_by_name, signals_of
 from myowave.starting.tables import layout_of, time_column_of
 from myowave.starting.words import is_technical
 from myowave.starting.writing import inline_list, scalar
@@ -148,7 +148,7 @@ def _keys(folder: Path, role: Role) -> Iterator[str]:
     if ENDINGS.get(ending_of(PurePosixPath(found.pattern))) != found.form:
         yield f"format: {found.form}"
     if role.unit:
-        yield f"unit: {role.unit} # GUESSED: the file names none"
+        yield f"unit: {role.unit} # GUESSED: {'its name ends so' if said_by_name(found) else 'the file names none'}"
     if found.rate is None:
         yield "rate_hz: null # FILL IN the samples a second: the file has neither times nor a rate"
     if role.form != "raw":
