@@ -12,6 +12,7 @@ from scipy.io import savemat
 from sessions import noraxon
 
 from myowave.data.preparing import prepare_recording
+from myowave.data.processing.units import plain_unit
 from myowave.data.readers import ENDINGS, READERS, read_raw
 from myowave.settings import RecordedDataset, TextLayout
 
@@ -57,6 +58,20 @@ def test_any_dialect_of_a_table_is_told_from_the_file(tmp_path, separator, decim
     assert np.allclose(raw["Biceps"].values, VALUES) and np.allclose(raw["knee"].values, 2 * VALUES)
     assert np.allclose(raw["knee"].time, TIME)
     assert raw.at(0).endswith("row 2")
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "utf-16", "utf-8", "utf-8-sig"])
+def test_units_are_read_as_a_spreadsheet_of_any_country_writes_them(tmp_path, encoding):
+    text = "time;Bizeps (µV);Ellbogen (°)\n" + rows(";", TIME, VALUES, VALUES)
+    raw = read_raw(write(tmp_path / "a.csv", text, encoding))
+    assert [plain_unit(signal.unit) for signal in raw.signals] == ["uV", "deg"] and raw.header[0] == "Bizeps"
+    assert np.allclose(raw["Ellbogen"].values, VALUES)
+
+
+def test_what_is_no_text_is_not_taken_for_any(tmp_path):
+    (tmp_path / "a.csv").write_bytes(bytes(range(256)))
+    with pytest.raises(ValueError, match="not UTF-8 text"):
+        read_raw(tmp_path / "a.csv")
 
 
 def test_whole_numbers_with_commas_between_columns_are_no_decimals(tmp_path):
