@@ -134,6 +134,35 @@ def test_delsys_channels_have_times_and_rates_of_their_own(tmp_path, separator, 
     assert not emg.odd and not acc.odd
 
 
+def nexus(path, model=",,deg,deg,deg"):
+    """Write a device of four samples a frame and an angle whose last value is missing, as Vicon Nexus exports them."""
+    device = [f"{n // 4 + 11},{n % 4},{v:g},{2 * v:g}" for n, v in enumerate(VALUES)]
+    angle = [f"{n + 11},0,{v:g},0,{v + 1:g}" for n, v in enumerate(VALUES[:9])] + ["20,0,,0,0"]
+    blocks = [
+        ["Devices", "80", ",,Imported EMG - Voltage,", "Frame,Sub Frame,Voltage.BIC,Voltage.TRI", ",,V,V", *device],
+        ["Model Outputs", "20", ",,Jane:RElbowAngles,,", "Frame,Sub Frame,X,Y,Z", model, *angle],
+    ]
+    return write(path, "\n\n".join("\n".join(block) for block in blocks) + "\n")
+
+
+def test_a_vicon_export_is_read_block_by_block_on_one_clock_and_without_the_subjects_name(tmp_path):
+    raw = read_raw(nexus(tmp_path / "a.csv"), "vicon")
+    assert raw.header == ["Voltage.BIC", "Voltage.TRI", *(f"RElbowAngles {axis}" for axis in "XYZ")]
+    emg, angle = raw["Voltage.TRI"], raw["RElbowAngles X"]
+    assert (emg.unit, emg.rate, angle.unit, angle.rate) == ("V", 80.0, "deg", 20.0)
+    assert np.allclose(emg.values, 2 * VALUES) and np.allclose(emg.time, 0.5 + np.arange(40) / 80)
+    assert np.allclose(angle.values[:9], VALUES[:9]) and np.allclose(angle.time, 0.5 + np.arange(10) / 20)
+    assert angle.odd == {9: ""} and (tmp_path / "a.csv").read_text().splitlines()[angle.first_row + 8] == "20,0,,0,0"
+
+
+def test_a_vicon_export_that_is_not_whole_says_where(tmp_path):
+    with pytest.raises(ValueError, match="no row begins with Frame, Sub Frame"):
+        read_raw(write(tmp_path / "a.csv", "time,a\n1,2\n"), "vicon")
+    cut = nexus(tmp_path / "b.csv").read_text().partition("11,0,")[0]
+    with pytest.raises(ValueError, match="b.csv, row 4: expected above it a row with the kind of data"):
+        read_raw(write(tmp_path / "b.csv", cut), "vicon")
+
+
 def test_a_delsys_file_with_commas_for_everything_is_refused(tmp_path):
     text = "X [s],EMG [V]\n" + "0,1,0,5\n" * 5
     with pytest.raises(ValueError, match="2 names in row 1, but 4 columns below.*semicolons"):
@@ -329,6 +358,8 @@ def good_file(folder, form):
         (path := folder / "a.csv.gz").write_bytes(gzip.compress(f"time,b\n{table}".encode()))
     elif form == "noraxon":
         noraxon(path, "b", VALUES, 20.0, "uV")
+    elif form == "vicon":
+        nexus(path)
     else:
         head = {"csv": "time,b\n", "delsys": "X [s],b [V]\n", "opensim": "inDegrees=yes\nendheader\ntime,b\n"}
         write(path, head[form] + table)
@@ -346,7 +377,7 @@ DAMAGES = {
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
-@pytest.mark.parametrize("form", ["csv", "gz", "parquet", "noraxon", "delsys", "opensim", "matlab", "edf"])
+@pytest.mark.parametrize("form", ["csv", "gz", "parquet", "noraxon", "delsys", "vicon", "opensim", "matlab", "edf"])
 def test_a_damaged_file_is_named_or_read_as_far_as_it_goes(tmp_path, form, damage):
     path = good_file(tmp_path, form)
     assert read_raw(path, None if form == "gz" else form).header

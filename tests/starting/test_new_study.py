@@ -176,6 +176,50 @@ def test_a_matlab_file_with_a_rate_for_each_kind_of_signal_needs_none_in_the_set
     assert prepared.raw["t1"].emg["emg_biceps"].rate == EMG_HZ and prepared.raw["t1"].angle.rate == ANGLE_HZ
 
 
+def test_vicons_devices_and_model_outputs_may_be_one_file_or_two(workplace, laid_over):
+    """`a_devices.csv` and `a_model.csv` are two files of one trial, though neither name says EMG or angle."""
+    for seed, trial in enumerate(("a", "b")):
+        biceps, triceps, angle = burst(seed) * 1e-6, burst(seed + 50) * 1e-6, curl()
+        device = [
+            f"{n // 10 + 1},{n % 10},{x:.6g},{y:.6g}" for n, (x, y) in enumerate(zip(biceps, triceps, strict=True))
+        ]
+        device = [
+            "Devices",
+            f"{EMG_HZ}",
+            ",,EMG - Voltage,",
+            "Frame,Sub Frame,Voltage.BIC,Voltage.TRI",
+            ",,V,V",
+            *device,
+        ]
+        model = [
+            "Model Outputs",
+            f"{ANGLE_HZ:g}",
+            f",,Jane {trial}:RElbowAngles,,",
+            "Frame,Sub Frame,X,Y,Z",
+            ",,deg,deg,deg",
+        ]
+        model += [f"{n + 1},0,{value:.8g},0,0" for n, value in enumerate(angle)]
+        for folder in ("one", "two"):
+            (workplace / folder).mkdir(exist_ok=True)
+        (workplace / f"one/{trial}.csv").write_text("\n".join([*device, "", *model]) + "\n")
+        (workplace / f"two/{trial}_devices.csv").write_text("\n".join(device) + "\n")
+        (workplace / f"two/{trial}_model.csv").write_text("\n".join(model) + "\n")
+    for folder in ("one", "two"):
+        study = study_of(folder)
+        assert "Jane" not in study.text + study.said
+        dataset = laid_over(study.text).data.datasets["mine"]
+        assert dataset.trials == ("a", "b") and set(dataset.emg) == {"emg_biceps", "emg_triceps"}
+        prepared, _ = prepare_recording("mine", dataset)
+        assert prepared.raw["b"].angle.values == pytest.approx(np.radians(curl()), abs=1e-6)
+        assert prepared.raw["b"].emg["emg_biceps"].values == pytest.approx(burst(1), rel=1e-4, abs=1e-4)
+    path = workplace / "one/b.csv"
+    lines = path.read_text().splitlines()
+    lines[-1] = "1200,0,lost,0,0"
+    path.write_text("\n".join(lines))
+    with pytest.raises(ValueError, match=f"b.csv, row {len(lines)}: RElbowAngles X is 'lost'"):
+        prepare_recording("mine", laid_over(study_of("one").text).data.datasets["mine"])
+
+
 def test_formats_may_be_mixed_and_what_files_do_not_say_is_guessed_or_asked_for(workplace, laid_over):
     for seed, trial in enumerate(("t1", "t2")):
         (workplace / "mixed").mkdir(exist_ok=True)

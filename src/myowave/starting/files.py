@@ -9,6 +9,7 @@ from pathlib import Path, PurePosixPath
 from myowave.data.files import natural
 from myowave.data.readers import ENDINGS
 from myowave.data.readers.text import read_head
+from myowave.data.readers.vicon import is_header
 from myowave.settings.recording import TRIAL
 from myowave.starting.words import plain, says_angle, says_emg
 
@@ -86,11 +87,13 @@ def format_of(path: Path) -> str:
             return "noraxon"
         if any(_DELSYS.match(line) for line in lines):
             return "delsys"
+        if any(map(is_header, lines)):
+            return "vicon"
     return ENDINGS[ending]
 
 
-def name_trials(files: Sequence[PurePosixPath]) -> Naming:
-    """The best way to split names into a trial and the rest, such as `{trial}/biceps.csv` or `{trial}_emg.csv`.
+def name_trials(files: Sequence[PurePosixPath]) -> list[Naming]:
+    """Ways to split names into a trial and the rest, such as `{trial}/biceps.csv` or `{trial}_emg.csv`, the best first.
 
     Best is what takes no word of a muscle or an angle for a trial, leaves out the fewest files, goes by folders, and
     needs the fewest files per trial; among equals the longest name.
@@ -107,7 +110,7 @@ def name_trials(files: Sequence[PurePosixPath]) -> Naming:
             "trial1.csv and trial2.csv, or trial1/emg.csv and trial2/emg.csv. Rename them, or put each trial into a "
             "folder of its own. One long recording is cut into trials by cut_s, see docs/real_arm.md."
         )
-    return min(namings, key=lambda scored: scored[0])[1]
+    return [naming for _, naming in sorted(namings, key=lambda scored: scored[0])]
 
 
 def _badness(naming: Naming, kind: int) -> tuple[float, int, int, int, int]:
