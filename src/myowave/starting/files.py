@@ -7,16 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from myowave.data.files import natural
-from myowave.data.readers import ENDINGS
+from myowave.data.readers import ENDINGS, delsys, vicon
 from myowave.data.readers.text import read_head
-from myowave.data.readers.vicon import is_header
 from myowave.settings.recording import TRIAL
 from myowave.starting.words import plain, says_angle, says_emg
 
 _TEXT = (".csv", ".tsv", ".txt")
 _HEAD = 60
 _NORAXON = "type,name,time_units"
-_DELSYS = re.compile(r'^"?X\s*[\[(]s[\])]|^\W*Label:.*Sampling frequency', re.IGNORECASE)
+_DELSYS = re.compile(r"^\W*Label:.*Sampling frequency", re.IGNORECASE)
 _MVC = re.compile(r"\b(mvc|mvic|maximum)")
 _SEPARATORS = "_ \\-"
 _MOST = 20_000  # files that are looked at
@@ -85,9 +84,9 @@ def format_of(path: Path) -> str:
         lines = read_head(path, _HEAD)
         if lines and lines[0].startswith(_NORAXON):
             return "noraxon"
-        if any(_DELSYS.match(line) for line in lines):
+        if any(_DELSYS.match(line) or delsys.is_header(line) for line in lines):
             return "delsys"
-        if any(map(is_header, lines)):
+        if any(map(vicon.is_header, lines)):
             return "vicon"
     return ENDINGS[ending]
 
