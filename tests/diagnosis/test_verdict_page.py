@@ -364,6 +364,16 @@ def test_errors_of_half_a_second_are_said_to_be_beside_those_of_whole_trials(sto
     assert said in write_page(replace(story, verdict={**story.verdict, "horizon_s": 0.5}), template)
 
 
+def test_parameters_that_no_trial_left_out_has_tried_are_said_to_be(story, template):
+    """As with one training trial, of which the fit to torque makes all."""
+    verdict = {**story.verdict, "follows": False, "stands_on": "torque"}
+    alone, tried = (
+        write_page(replace(story, verdict=verdict | {"torque_left_out": left_out}), template)
+        for left_out in ({}, {"1": 0.4, "2": 0.6})
+    )
+    assert "No training trial could be left out" in alone and "could be left out" not in tried
+
+
 def test_pieces_from_measured_states_have_no_r2(diagnosis):
     """They start all over the motion, so even one that goes the wrong way has an R2 of the motion near 1."""
     assert ladder_table(diagnosis)["heldout_r2"].notna().all()

@@ -289,6 +289,15 @@ def test_a_channel_without_a_muscle_is_asked_for(workplace):
     assert "no channel has the name of an elbow's muscle" in said and "Before it runs, correct" in said
 
 
+def test_a_table_without_names_of_columns_is_refused_and_says_so(workplace):
+    for trial in ("t1", "t2"):
+        table(workplace / f"bare/{trial}.csv", everything(0))
+        path = workplace / f"bare/{trial}.csv"
+        path.write_text(path.read_text().partition("\n")[2])
+    with pytest.raises(ValueError, match="t1.csv: numbers already in row 1; expected a row with names of columns"):
+        study_of("bare")
+
+
 def test_a_folder_with_emg_but_no_angle_is_refused(workplace):
     write_session(workplace / "curls")
     for trial in "abc":

@@ -102,7 +102,7 @@ def _to_do(channels: Sequence[str], driver: dict[str, str | None], muscles: Iter
     if not set(driver.values()) & set(channels):
         yield (
             f"no channel has the name of an elbow's muscle; {PRESET} is driven by {' and '.join(needed)}: rename yours "
-            f"({', '.join(channels)})"
+            f"under emg ({', '.join(channels)}), each with the muscle that its electrodes were on"
         )
     further = [c for c in channels if muscle_in(c.removeprefix("emg_")) == FURTHER and c not in driver.values()]
     if further:

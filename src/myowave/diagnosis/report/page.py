@@ -182,7 +182,9 @@ def _stands_on(verdict: Mapping[str, Any]) -> str:
         return f"Its parameters are those of a fit over {verdict['stands_on']}, and hold for no longer."
     left_out = verdict["torque_left_out"].values()
     scores = (
-        f" Each training trial left out in turn: R2 {min(left_out):.2f} to {max(left_out):.2f}." if left_out else ""
+        f" Each training trial left out in turn: R2 {min(left_out):.2f} to {max(left_out):.2f}."
+        if left_out
+        else " No training trial could be left out, so nothing says how far they hang on the trials."
     )
     return f"Its parameters are fitted to torque along the measured motion, the last stage that stands.{scores}"
 
