@@ -352,4 +352,21 @@ def test_a_brachioradialis_that_was_recorded_has_an_arm_that_uses_it(workplace):
     with_it, without = (
         arm_of("mine", ("emg_biceps", "emg_triceps", *more), Choice()) for more in (("emg_brachioradialis",), ())
     )
-    assert any("arm26_brd" in line for line in with_it.to_do) and not without.to_do
+    assert (with_it.name, without.name) == ("arm26_brd", "arm26") and set(with_it.groups) - set(without.groups)
+    assert "emg_brachioradialis" in with_it.channels and not with_it.to_do and not without.to_do
+
+
+def test_a_persons_forearm_and_a_brachioradialis_go_together_and_each_strength_is_identified(workplace, laid_over):
+    write_session(workplace / "curls")
+    for trial in "abc":
+        noraxon(workplace / f"curls/{trial}/brachioradialis.csv", "x", burst(7), EMG_HZ, "uV")
+    settings = laid_over(study_of("curls", body=Body(70, 1.7, "f")).text)
+    arm, dataset = settings.physics_of("mine"), settings.data.datasets["mine"]
+    assert arm.muscles["BRD"].emg == "emg_brachioradialis" and arm.muscles["BIClong"].emg == "emg_biceps"
+    assert {"strength_brachioradialis", "strength_flexors"} <= set(dataset.identify) and dataset.arm == "mine"
+
+
+def test_a_brachioradialis_alone_drives_all_flexors(workplace):
+    arm = arm_of("mine", ("emg_brachioradialis", "emg_triceps"), Choice())
+    assert "      preset: arm26 # muscles with moment arms of an adult, and curves" in arm.lines
+    assert "        BIClong: {emg: emg_brachioradialis}" in arm.lines
