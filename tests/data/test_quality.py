@@ -1,5 +1,7 @@
 """The quality report: each fault of a recording is found where it is, and none where there is none."""
 
+import types
+
 import numpy as np
 import pytest
 from sessions import burst, curl, session_section, write_session
@@ -170,3 +172,13 @@ def test_a_session_reports_each_doubt_with_its_trial_and_channel(tmp_path):
 
 def test_a_report_without_findings_says_so():
     assert report("me", [], {})["summary"] == "no warnings"
+
+
+def test_a_change_as_large_as_what_is_let_pass_is_let_pass(monkeypatch):
+    """Times are on a grid, so one of 0.2 s is as likely as one of 0.18 s, and rounding must not decide."""
+    for ahead_s, told in ((0.10, False), (0.12, True)):
+        first, last = (np.exp(-(((clocks._LAGS_S - at) / 0.05) ** 2)) for at in (ahead_s, -0.10))
+        monkeypatch.setattr(clocks, "_explained", lambda *_, parts=(first, first, last): np.stack(parts))
+        raw = types.SimpleNamespace(angle=None)
+        found = [finding.check for finding in clocks.offset_and_drift({"1": raw}, {"1": {"emg_biceps": None}})]
+        assert ("drift of clocks" in found) == told

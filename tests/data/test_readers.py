@@ -12,6 +12,7 @@ from scipy.io import savemat
 from sessions import noraxon
 
 from myowave.data.preparing import prepare_recording
+from myowave.data.processing.units import plain_unit
 from myowave.data.readers import ENDINGS, READERS, read_raw
 from myowave.settings import RecordedDataset, TextLayout
 
@@ -57,6 +58,20 @@ def test_any_dialect_of_a_table_is_told_from_the_file(tmp_path, separator, decim
     assert np.allclose(raw["Biceps"].values, VALUES) and np.allclose(raw["knee"].values, 2 * VALUES)
     assert np.allclose(raw["knee"].time, TIME)
     assert raw.at(0).endswith("row 2")
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "utf-16", "utf-8", "utf-8-sig"])
+def test_units_are_read_as_a_spreadsheet_of_any_country_writes_them(tmp_path, encoding):
+    text = "time;Bizeps (µV);Ellbogen (°)\n" + rows(";", TIME, VALUES, VALUES)
+    raw = read_raw(write(tmp_path / "a.csv", text, encoding))
+    assert [plain_unit(signal.unit) for signal in raw.signals] == ["uV", "deg"] and raw.header[0] == "Bizeps"
+    assert np.allclose(raw["Ellbogen"].values, VALUES)
+
+
+def test_what_is_no_text_is_not_taken_for_any(tmp_path):
+    (tmp_path / "a.csv").write_bytes(bytes(range(256)))
+    with pytest.raises(ValueError, match="not UTF-8 text"):
+        read_raw(tmp_path / "a.csv")
 
 
 def test_whole_numbers_with_commas_between_columns_are_no_decimals(tmp_path):
@@ -119,6 +134,60 @@ def test_delsys_channels_have_times_and_rates_of_their_own(tmp_path, separator, 
     assert not emg.odd and not acc.odd
 
 
+def nexus(path, model=",,deg,deg,deg"):
+    """Write a device of four samples a frame and an angle whose last value is missing, as Vicon Nexus exports them."""
+    device = [f"{n // 4 + 11},{n % 4},{v:g},{2 * v:g}" for n, v in enumerate(VALUES)]
+    angle = [f"{n + 11},0,{v:g},0,{v + 1:g}" for n, v in enumerate(VALUES[:9])] + ["20,0,,0,0"]
+    blocks = [
+        ["Devices", "80", ",,Imported EMG - Voltage,", "Frame,Sub Frame,Voltage.BIC,Voltage.TRI", ",,V,V", *device],
+        ["Model Outputs", "20", ",,Jane:RElbowAngles,,", "Frame,Sub Frame,X,Y,Z", model, *angle],
+    ]
+    return write(path, "\n\n".join("\n".join(block) for block in blocks) + "\n")
+
+
+def test_a_vicon_export_is_read_block_by_block_on_one_clock_and_without_the_subjects_name(tmp_path):
+    raw = read_raw(nexus(tmp_path / "a.csv"), "vicon")
+    assert raw.header == ["Voltage.BIC", "Voltage.TRI", *(f"RElbowAngles {axis}" for axis in "XYZ")]
+    emg, angle = raw["Voltage.TRI"], raw["RElbowAngles X"]
+    assert (emg.unit, emg.rate, angle.unit, angle.rate) == ("V", 80.0, "deg", 20.0)
+    assert np.allclose(emg.values, 2 * VALUES) and np.allclose(emg.time, 0.5 + np.arange(40) / 80)
+    assert np.allclose(angle.values[:9], VALUES[:9]) and np.allclose(angle.time, 0.5 + np.arange(10) / 20)
+    assert angle.odd == {9: ""} and (tmp_path / "a.csv").read_text().splitlines()[angle.first_row + 8] == "20,0,,0,0"
+
+
+def test_a_vicon_export_that_is_not_whole_says_where(tmp_path):
+    with pytest.raises(ValueError, match="no row begins with Frame, Sub Frame"):
+        read_raw(write(tmp_path / "a.csv", "time,a\n1,2\n"), "vicon")
+    cut = nexus(tmp_path / "b.csv").read_text().partition("11,0,")[0]
+    with pytest.raises(ValueError, match="b.csv, row 4: expected above it a row with the kind of data"):
+        read_raw(write(tmp_path / "b.csv", cut), "vicon")
+
+
+def test_trigno_discover_names_sensors_above_their_channels_and_rates_below(tmp_path):
+    head = [
+        "Application:,Trigno Discover,1.6.2",
+        "Collection Length (seconds):,2",
+        "",
+        "BICEPS (82345),,,,TRICEPS (82346),",
+        "sensor mode: 40,,,,sensor mode: 40,",
+        "EMG 1 Time Series (s),EMG 1 (mV),ACC X 1 Time Series (s),ACC X 1 (G),EMG 1 Time Series (s),EMG 1 (mV)",
+        "20 Hz,20 Hz,5 Hz,5 Hz,20 Hz,20 Hz",
+    ]
+    slow = [f"{t:g},{v:g}" for t, v in zip(4 * TIME[:10], VALUES, strict=False)] + [","] * 30
+    lines = [f"{t:g},{v:g},{s},{t:g},{2 * v:g}" for t, v, s in zip(TIME, VALUES, slow, strict=True)]
+    raw = read_raw(write(tmp_path / "a.csv", "\n".join([*head, *lines]) + "\n"), "delsys")
+    assert raw.header == ["BICEPS EMG 1", "BICEPS ACC X 1", "TRICEPS EMG 1"]
+    assert [(s.unit, s.rate, len(s.values)) for s in raw.signals] == [
+        ("mV", 20.0, 40),
+        ("G", 5.0, 10),
+        ("mV", 20.0, 40),
+    ]
+    assert np.allclose(raw["TRICEPS EMG 1"].values, 2 * VALUES) and np.allclose(
+        raw["BICEPS ACC X 1"].time, 4 * TIME[:10]
+    )
+    assert raw.at(0).endswith("row 8")
+
+
 def test_a_delsys_file_with_commas_for_everything_is_refused(tmp_path):
     text = "X [s],EMG [V]\n" + "0,1,0,5\n" * 5
     with pytest.raises(ValueError, match="2 names in row 1, but 4 columns below.*semicolons"):
@@ -154,6 +223,14 @@ def test_matlab_variables_columns_and_fields_are_signals(tmp_path):
     assert raw.header == ["emg(1)", "emg(2)", "trial.angle"]
     assert np.allclose(raw["emg(2)"].values, 2 * VALUES) and raw["emg(1)"].rate == 20.0
     assert np.allclose(raw["trial.angle"].time, TIME) and raw["trial.angle"].rate is None
+    slow = {"angle": VALUES[:10], "emg_t": VALUES}
+    clocks = {"fsEMG": 20.0, "fs_angle": 5.0, "heart_rate": 60.0, "time_angle_ms": 4000 * TIME[:10], "time_emg": TIME}
+    savemat(tmp_path / "d.mat", slow | clocks)
+    raw = read_raw(tmp_path / "d.mat")
+    assert [(s.name, s.rate) for s in raw.signals] == [("angle", 5.0), ("emg_t", 20.0)]
+    assert np.allclose(raw["emg_t"].time, TIME) and np.allclose(raw["angle"].time, 4 * TIME[:10])
+    savemat(tmp_path / "e.mat", slow | {"heart_rate": 60.0, "fs_force": 1000.0})
+    assert {signal.rate for signal in read_raw(tmp_path / "e.mat").signals} == {None}
     with pytest.raises(ValueError, match="not a MATLAB file"):
         read_raw(write(tmp_path / "b.mat", "hello, this is text" * 20))
     savemat(tmp_path / "c.mat", {"name": "x"})
@@ -306,6 +383,8 @@ def good_file(folder, form):
         (path := folder / "a.csv.gz").write_bytes(gzip.compress(f"time,b\n{table}".encode()))
     elif form == "noraxon":
         noraxon(path, "b", VALUES, 20.0, "uV")
+    elif form == "vicon":
+        nexus(path)
     else:
         head = {"csv": "time,b\n", "delsys": "X [s],b [V]\n", "opensim": "inDegrees=yes\nendheader\ntime,b\n"}
         write(path, head[form] + table)
@@ -323,7 +402,7 @@ DAMAGES = {
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
-@pytest.mark.parametrize("form", ["csv", "gz", "parquet", "noraxon", "delsys", "opensim", "matlab", "edf"])
+@pytest.mark.parametrize("form", ["csv", "gz", "parquet", "noraxon", "delsys", "vicon", "opensim", "matlab", "edf"])
 def test_a_damaged_file_is_named_or_read_as_far_as_it_goes(tmp_path, form, damage):
     path = good_file(tmp_path, form)
     assert read_raw(path, None if form == "gz" else form).header

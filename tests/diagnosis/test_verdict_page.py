@@ -16,7 +16,7 @@ from myowave.diagnosis.report.contents import FIGURE_NAMES, ROOM_NAMES, TABLE_NA
 from myowave.diagnosis.report.figures import draw_diagnosis
 from myowave.diagnosis.report.ladder import join_ladder, join_parameters, tell_failed_seeds
 from myowave.diagnosis.report.page import Story, write_page
-from myowave.diagnosis.report.tables import TABLES, predictions_table, verdict_summary
+from myowave.diagnosis.report.tables import TABLES, ladder_table, predictions_table, verdict_summary
 from myowave.diagnosis.rooms.compare import compare_rooms
 from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search.diagnose import diagnose
@@ -355,6 +355,30 @@ def test_below_the_headline_the_page_says_how_much_is_claimed_and_not_the_same_a
         page = write_page(replace(story, verdict=verdict), template)
         top = re.sub("<[^>]+>", "", page[page.index("<header>") : page.index("</header>")])
         assert told in top and cut not in top
+
+
+def test_errors_of_half_a_second_are_said_to_be_beside_those_of_whole_trials(story, template):
+    """A model that is judged over pieces stands in one table with networks that run free."""
+    said = "Errors of the physical model are over the 0.5 s after measured states"
+    assert said not in write_page(story, template)
+    assert said in write_page(replace(story, verdict={**story.verdict, "horizon_s": 0.5}), template)
+
+
+def test_parameters_that_no_trial_left_out_has_tried_are_said_to_be(story, template):
+    """As with one training trial, of which the fit to torque makes all."""
+    verdict = {**story.verdict, "follows": False, "stands_on": "torque"}
+    alone, tried = (
+        write_page(replace(story, verdict=verdict | {"torque_left_out": left_out}), template)
+        for left_out in ({}, {"1": 0.4, "2": 0.6})
+    )
+    assert "No training trial could be left out" in alone and "could be left out" not in tried
+
+
+def test_pieces_from_measured_states_have_no_r2(diagnosis):
+    """They start all over the motion, so even one that goes the wrong way has an R2 of the motion near 1."""
+    assert ladder_table(diagnosis)["heldout_r2"].notna().all()
+    pieces = replace(diagnosis, record=diagnosis.record.cut(0.5), test=diagnosis.test.cut(0.5))
+    assert ladder_table(pieces)["heldout_r2"].isna().all()
 
 
 def test_a_fact_has_one_number_wherever_it_stands(story, template):

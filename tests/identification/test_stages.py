@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import torch
 
+from myowave.identification import stages
 from myowave.identification.output_error import fit_from, fit_model
 from myowave.identification.prediction import predict
-from myowave.identification.stages import explained, fit_in_stages
+from myowave.identification.stages import attempt_torque, explained, fit_in_stages
 from myowave.physics.motion import simulate
 
 
@@ -71,3 +72,15 @@ def test_where_whole_trials_fail_the_fit_stands_on_pieces(runaway, base, free):
     assert fit.record.horizon_s is not None and explained(fit) > 0
     test = runaway.cut(fit.record.horizon_s)
     assert np.isfinite(predict(fit, test.take(np.flatnonzero(~test.training))).rmse)
+
+
+def test_no_longer_pieces_are_tried_than_the_model_follows_and_nothing_twice(noisy, base, free, monkeypatch):
+    """A fit over long pieces costs a minute where the model is far from the motion."""
+    horizons, torques, fit_over = [], [], stages._next
+    monkeypatch.setattr(stages, "fit_model", lambda *_, **__: (_ for _ in ()).throw(ValueError("it diverges")))
+    monkeypatch.setattr(stages, "_hopeless", lambda fit: False)
+    monkeypatch.setattr(stages, "follows", lambda fit: fit.record.horizon_s == 0.5)
+    monkeypatch.setattr(stages, "_next", lambda m, r, *more: horizons.append(r.horizon_s) or fit_over(m, r, *more))
+    monkeypatch.setattr(stages, "attempt_torque", lambda m, r, some: torques.append(r) or attempt_torque(m, r, some))
+    fit = fit_in_stages(base, noisy.train, free)
+    assert horizons == [0.5, 1.0] and fit.record.horizon_s == 1.0 and len(torques) == 1

@@ -103,6 +103,15 @@ def test_a_channel_that_an_arm_needs_and_a_recorder_did_not_record_is_named():
     )
 
 
+def test_a_channel_that_many_muscles_need_is_one_problem():
+    muscles = {name: ELBOW | {"emg": "emg_brachialis"} for name in ("Long", "Short")}
+    config = config_with({"other": {"muscles": muscles, "joint": ARM["joint"]}})
+    config["data"]["datasets"]["human_curls"] |= {"arm": "other", **ITS_OWN, "identify": {"f0_Long": {}}}
+    said = problems(config)
+    assert "muscles Long, Short in arm other are driven by emg_brachialis" in said
+    assert said.count("which is not here") == 1
+
+
 def test_the_study_hides_effects_in_a_simulated_dataset():
     config = config_with({})
     config["diagnosis"]["study"]["dataset"] = "bench_elbow"

@@ -21,7 +21,7 @@ from myowave.starting.words import is_technical, muscle_in
     ],
 )
 def test_trials_are_what_differs_between_files_of_one_kind(files, trials, patterns):
-    naming = name_trials([PurePosixPath(file) for file in files])
+    naming = name_trials([PurePosixPath(file) for file in files])[0]
     assert list(naming.trials) == trials and not naming.left_out
     assert patterns is None or list(naming.patterns) == patterns
     made = {pattern.replace("{trial}", trial) for pattern in naming.patterns for trial in trials}
@@ -30,13 +30,13 @@ def test_trials_are_what_differs_between_files_of_one_kind(files, trials, patter
 
 def test_a_trial_without_all_files_is_left_out_and_said():
     files = ["a/emg.csv", "a/angle.csv", "b/emg.csv", "b/angle.csv", "c/emg.csv"]
-    naming = name_trials([PurePosixPath(file) for file in files])
+    naming = name_trials([PurePosixPath(file) for file in files])[0]
     assert naming.trials == ("a", "b") and naming.left_out == ("c/emg.csv",)
 
 
 def test_maximum_contractions_are_no_trials():
     files = ["t1_emg.csv", "t1_angle.csv", "t2_emg.csv", "t2_angle.csv", "mvc_emg.csv"]
-    naming = name_trials([PurePosixPath(file) for file in files])
+    naming = name_trials([PurePosixPath(file) for file in files])[0]
     assert naming.trials == ("t1", "t2") and naming.mvc == ("mvc",)
 
 

@@ -152,6 +152,74 @@ def test_tables_that_are_written_in_two_ways_are_said(workplace):
     assert "export them alike" not in study_of("two").said
 
 
+def test_a_unit_that_a_column_s_name_ends_in_is_taken(workplace, laid_over):
+    """A forearm that stays near 0 deg would look like one in rad."""
+    for seed, trial in enumerate(("t1", "t2")):
+        columns = {"time": times(), "biceps_uV": burst(seed), "triceps_mV": burst(seed + 9)}
+        table(workplace / f"units/{trial}.csv", {**columns, "elbow_deg": 3 + np.sin(times())})
+    study = study_of("units")
+    dataset = laid_over(study.text).data.datasets["mine"]
+    assert [signal.unit for signal in dataset.emg.values()] == ["uV", "mV"] and dataset.angle.unit == "deg"
+    assert study.text.count("# GUESSED: its name ends so") == 3 and "emg_biceps: t1" not in study.said
+    prepared, _ = prepare_recording("mine", dataset)
+    assert prepared.raw["t1"].emg["emg_triceps"].values == pytest.approx(1000 * burst(9), rel=1e-6)
+
+
+def test_a_matlab_file_with_a_rate_for_each_kind_of_signal_needs_none_in_the_settings(workplace, laid_over):
+    (workplace / "matlab").mkdir()
+    for seed, trial in enumerate(("t1", "t2")):
+        signals = {"emg_biceps": burst(seed), "emg_triceps": burst(seed + 9), "elbow_angle": curl()}
+        savemat(workplace / f"matlab/{trial}.mat", {**signals, "fs_emg": float(EMG_HZ), "fs_angle": float(ANGLE_HZ)})
+    study = study_of("matlab")
+    assert "rate_hz: null" not in study.text and f"{ANGLE_HZ:g} Hz" in study.said
+    prepared, _ = prepare_recording("mine", laid_over(study.text).data.datasets["mine"])
+    assert prepared.raw["t1"].emg["emg_biceps"].rate == EMG_HZ and prepared.raw["t1"].angle.rate == ANGLE_HZ
+
+
+def test_vicons_devices_and_model_outputs_may_be_one_file_or_two(workplace, laid_over):
+    """`a_devices.csv` and `a_model.csv` are two files of one trial, though neither name says EMG or angle."""
+    for seed, trial in enumerate(("a", "b")):
+        biceps, triceps, angle = burst(seed) * 1e-6, burst(seed + 50) * 1e-6, curl()
+        device = [
+            f"{n // 10 + 1},{n % 10},{x:.6g},{y:.6g}" for n, (x, y) in enumerate(zip(biceps, triceps, strict=True))
+        ]
+        device = [
+            "Devices",
+            f"{EMG_HZ}",
+            ",,EMG - Voltage,",
+            "Frame,Sub Frame,Voltage.BIC,Voltage.TRI",
+            ",,V,V",
+            *device,
+        ]
+        model = [
+            "Model Outputs",
+            f"{ANGLE_HZ:g}",
+            f",,Jane {trial}:RElbowAngles,,",
+            "Frame,Sub Frame,X,Y,Z",
+            ",,deg,deg,deg",
+        ]
+        model += [f"{n + 1},0,{value:.8g},0,0" for n, value in enumerate(angle)]
+        for folder in ("one", "two"):
+            (workplace / folder).mkdir(exist_ok=True)
+        (workplace / f"one/{trial}.csv").write_text("\n".join([*device, "", *model]) + "\n")
+        (workplace / f"two/{trial}_devices.csv").write_text("\n".join(device) + "\n")
+        (workplace / f"two/{trial}_model.csv").write_text("\n".join(model) + "\n")
+    for folder in ("one", "two"):
+        study = study_of(folder)
+        assert "Jane" not in study.text + study.said
+        dataset = laid_over(study.text).data.datasets["mine"]
+        assert dataset.trials == ("a", "b") and set(dataset.emg) == {"emg_biceps", "emg_triceps"}
+        prepared, _ = prepare_recording("mine", dataset)
+        assert prepared.raw["b"].angle.values == pytest.approx(np.radians(curl()), abs=1e-6)
+        assert prepared.raw["b"].emg["emg_biceps"].values == pytest.approx(burst(1), rel=1e-4, abs=1e-4)
+    path = workplace / "one/b.csv"
+    lines = path.read_text().splitlines()
+    lines[-1] = "1200,0,lost,0,0"
+    path.write_text("\n".join(lines))
+    with pytest.raises(ValueError, match=f"b.csv, row {len(lines)}: RElbowAngles X is 'lost'"):
+        prepare_recording("mine", laid_over(study_of("one").text).data.datasets["mine"])
+
+
 def test_formats_may_be_mixed_and_what_files_do_not_say_is_guessed_or_asked_for(workplace, laid_over):
     for seed, trial in enumerate(("t1", "t2")):
         (workplace / "mixed").mkdir(exist_ok=True)
@@ -221,6 +289,15 @@ def test_a_channel_without_a_muscle_is_asked_for(workplace):
     assert "no channel has the name of an elbow's muscle" in said and "Before it runs, correct" in said
 
 
+def test_a_table_without_names_of_columns_is_refused_and_says_so(workplace):
+    for trial in ("t1", "t2"):
+        table(workplace / f"bare/{trial}.csv", everything(0))
+        path = workplace / f"bare/{trial}.csv"
+        path.write_text(path.read_text().partition("\n")[2])
+    with pytest.raises(ValueError, match="t1.csv: numbers already in row 1; expected a row with names of columns"):
+        study_of("bare")
+
+
 def test_a_folder_with_emg_but_no_angle_is_refused(workplace):
     write_session(workplace / "curls")
     for trial in "abc":
@@ -275,4 +352,21 @@ def test_a_brachioradialis_that_was_recorded_has_an_arm_that_uses_it(workplace):
     with_it, without = (
         arm_of("mine", ("emg_biceps", "emg_triceps", *more), Choice()) for more in (("emg_brachioradialis",), ())
     )
-    assert any("arm26_brd" in line for line in with_it.to_do) and not without.to_do
+    assert (with_it.name, without.name) == ("arm26_brd", "arm26") and set(with_it.groups) - set(without.groups)
+    assert "emg_brachioradialis" in with_it.channels and not with_it.to_do and not without.to_do
+
+
+def test_a_persons_forearm_and_a_brachioradialis_go_together_and_each_strength_is_identified(workplace, laid_over):
+    write_session(workplace / "curls")
+    for trial in "abc":
+        noraxon(workplace / f"curls/{trial}/brachioradialis.csv", "x", burst(7), EMG_HZ, "uV")
+    settings = laid_over(study_of("curls", body=Body(70, 1.7, "f")).text)
+    arm, dataset = settings.physics_of("mine"), settings.data.datasets["mine"]
+    assert arm.muscles["BRD"].emg == "emg_brachioradialis" and arm.muscles["BIClong"].emg == "emg_biceps"
+    assert {"strength_brachioradialis", "strength_flexors"} <= set(dataset.identify) and dataset.arm == "mine"
+
+
+def test_a_brachioradialis_alone_drives_all_flexors(workplace):
+    arm = arm_of("mine", ("emg_brachioradialis", "emg_triceps"), Choice())
+    assert "      preset: arm26 # muscles with moment arms of an adult, and curves" in arm.lines
+    assert "        BIClong: {emg: emg_brachioradialis}" in arm.lines

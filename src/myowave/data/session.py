@@ -206,7 +206,8 @@ def _unit_problems(
 
 
 def _clock_problems(raw: RawRecording, signal: Signal, settings: RawSignal) -> Iterator[str]:
-    yield from value_problems(RawRecording(raw.path, (signal,), raw.first_row))
+    raw = RawRecording(raw.path, (signal,), signal.first_row or raw.first_row)
+    yield from value_problems(raw)
     if signal.odd:
         return
     rates = {"the file": signal.rate, "rate_hz": settings.rate_hz}

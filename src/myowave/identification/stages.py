@@ -57,8 +57,9 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
         return found
     # ASSUME: motion that a model does not follow over whole trials tells nothing of constants that nobody measured;
     # torque does, and they stay where it leaves them.
-    torque = attempt_torque(model, record, free)
-    standing = None if torque is None else _on_torque(model, pieces, torque)
+    if len(some) < len(free):  # else they are those of the last pass
+        torque = attempt_torque(model, record, free)
+        standing = None if torque is None else _on_torque(model, pieces, torque)
     if torque is not None and standing is not None:
         free = [held if p.assumed else p for p, held in zip(torque.free, torque.held, strict=True)]
         shortest = _next(model, pieces, free, torque.values)
@@ -74,6 +75,8 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
         if fit is None or explained(fit) < ENOUGH:
             break
         standing = fit
+        if not follows(standing):
+            break  # ASSUME: what does not follow so long from measured states follows no longer
     return standing
 
 

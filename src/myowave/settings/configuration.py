@@ -227,12 +227,15 @@ class Settings(Section):
         if not isinstance(dataset, RecordedDataset):
             return []
         problems = []
-        for muscle, settings in arm.muscles.items():
-            if settings.emg not in dataset.emg:
-                problems.append(
-                    f"{where}.emg: muscle {muscle}{whose} is driven by {settings.emg}, which is not here; it has "
-                    f"{', '.join(dataset.emg)}. Add the channel, or name another one as the muscle's emg."
-                )
+        for channel in dict.fromkeys(muscle.emg for muscle in arm.muscles.values() if muscle.emg not in dataset.emg):
+            driven = [name for name, muscle in arm.muscles.items() if muscle.emg == channel]
+            several = len(driven) > 1
+            problems.append(
+                f"{where}.emg: {'muscles' if several else 'muscle'} {', '.join(driven)}{whose} "
+                f"{'are' if several else 'is'} driven by {channel}, which is not here; it has "
+                f"{', '.join(dataset.emg)}. Add the channel, or name another one as the emg of "
+                f"{'these muscles' if several else 'the muscle'}."
+            )
         for signal, angle in dataset.signals.items():
             if angle.condition in arm.parameters and (unit := constant_unit(angle.condition)) != "rad":
                 problems.append(

@@ -7,7 +7,7 @@ from pydantic import AfterValidator, model_validator
 
 from myowave.settings.section import Real, Section, TrialName, Whole, setting
 
-Format = Literal["csv", "parquet", "noraxon", "delsys", "opensim", "matlab", "c3d", "edf"]
+Format = Literal["csv", "parquet", "noraxon", "delsys", "vicon", "opensim", "matlab", "c3d", "edf"]
 TRIAL = "{trial}"
 
 

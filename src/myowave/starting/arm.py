@@ -1,4 +1,7 @@
-"""The arm of a new study: the preset `arm26`, with the person's forearm, driven by the channels that were recorded."""
+"""The arm of a new study: the preset `arm26`, with the person's forearm, driven by the channels that were recorded.
+
+Where those have a brachioradialis beside the biceps it is `arm26_brd`, which has that muscle.
+"""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -66,23 +69,26 @@ def arm_of(study: str, channels: Sequence[str], choice: Choice) -> StudyArm:
                 "`myowave subject` prints a forearm to put into it."
             )
         return StudyArm(None if choice.name == _NONE else choice.name, (), choice.groups)
-    muscles = read_preset(PRESET)["muscles"]
     driver: dict[str, str | None] = {side: _first(channels, wanted) for side, wanted in _WANTED.items()}
+    further = _first([channel for channel in channels if channel not in driver.values()], [FURTHER])
+    preset = PRESET_FURTHER if further else PRESET
+    muscles = read_preset(preset)["muscles"]
     if not any(driver.values()):
         driver = {side: _preset_channel(muscles.values(), side) for side in _WANTED}
+    drives = {name: further if _is_further(muscle) else driver[muscle["side"]] for name, muscle in muscles.items()}
     changes = []
     for name, muscle in muscles.items():
-        channel = driver[muscle["side"]]
+        channel = drives[name]
         if channel is None:
             changes.append(f"        {name}: null # nobody recorded its EMG")
         elif channel != muscle["emg"]:
             changes.append(f"        {name}: {{emg: {channel}}}")
-    groups = tuple(dict.fromkeys(m["group"] for m in muscles.values() if driver[m["side"]] is not None))
-    to_do = tuple(_to_do(channels, driver, muscles.values()))
-    driving = tuple(channel for channel in driver.values() if channel is not None)
+    groups = tuple(dict.fromkeys(muscle["group"] for name, muscle in muscles.items() if drives[name] is not None))
+    to_do = tuple(_to_do(channels, driver, preset, muscles.values()))
+    driving = tuple(channel for channel in (*driver.values(), further) if channel is not None)
     if body is None and not changes:
-        return StudyArm(PRESET, (), groups, driving, to_do)
-    lines = [f"      preset: {PRESET} # muscles with moment arms of an adult, and curves"]
+        return StudyArm(preset, (), groups, driving, to_do)
+    lines = [f"      preset: {preset} # muscles with moment arms of an adult, and curves"]
     lines += ["      joint:", *joint_lines(body)] if body else []
     lines += ["      muscles:", *changes] if changes else []
     return StudyArm(study, tuple(lines), groups, driving, to_do)
@@ -97,19 +103,19 @@ def _preset_channel(muscles: Iterable[dict[str, str]], side: str) -> str:
     return next(muscle["emg"] for muscle in muscles if muscle["side"] == side)
 
 
-def _to_do(channels: Sequence[str], driver: dict[str, str | None], muscles: Iterable[dict[str, str]]) -> Iterable[str]:
+def _is_further(muscle: dict[str, str]) -> bool:
+    return muscle_in(muscle["emg"].removeprefix("emg_")) == FURTHER
+
+
+def _to_do(
+    channels: Sequence[str], driver: dict[str, str | None], preset: str, muscles: Iterable[dict[str, str]]
+) -> Iterable[str]:
     needed = tuple(dict.fromkeys(muscle["emg"] for muscle in muscles))
     if not set(driver.values()) & set(channels):
         yield (
-            f"no channel has the name of an elbow's muscle; {PRESET} is driven by {' and '.join(needed)}: rename yours "
-            f"({', '.join(channels)})"
-        )
-    further = [c for c in channels if muscle_in(c.removeprefix("emg_")) == FURTHER and c not in driver.values()]
-    if further:
-        yield (
-            f"{', '.join(further)} drives no muscle of {PRESET}; the arm {PRESET_FURTHER} has that muscle: try it "
-            "under `arm`"
+            f"no channel has the name of an elbow's muscle; {preset} is driven by {' and '.join(needed)}: rename yours "
+            f"under emg ({', '.join(channels)}), each with the muscle that its electrodes were on"
         )
     for side, channel in driver.items():
         if channel is None:
-            yield f"no {side} of the elbow was recorded, so {PRESET} goes without; the verdict stands on the other side"
+            yield f"no {side} of the elbow was recorded, so {preset} goes without; the verdict stands on the other side"

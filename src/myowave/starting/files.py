@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from myowave.data.files import natural
-from myowave.data.readers import ENDINGS
+from myowave.data.readers import ENDINGS, delsys, vicon
 from myowave.data.readers.text import read_head
 from myowave.settings.recording import TRIAL
 from myowave.starting.words import plain, says_angle, says_emg
@@ -15,7 +15,7 @@ from myowave.starting.words import plain, says_angle, says_emg
 _TEXT = (".csv", ".tsv", ".txt")
 _HEAD = 60
 _NORAXON = "type,name,time_units"
-_DELSYS = re.compile(r'^"?X\s*[\[(]s[\])]|^\W*Label:.*Sampling frequency', re.IGNORECASE)
+_DELSYS = re.compile(r"^\W*Label:.*Sampling frequency", re.IGNORECASE)
 _MVC = re.compile(r"\b(mvc|mvic|maximum)")
 _SEPARATORS = "_ \\-"
 _MOST = 20_000  # files that are looked at
@@ -84,13 +84,15 @@ def format_of(path: Path) -> str:
         lines = read_head(path, _HEAD)
         if lines and lines[0].startswith(_NORAXON):
             return "noraxon"
-        if any(_DELSYS.match(line) for line in lines):
+        if any(_DELSYS.match(line) or delsys.is_header(line) for line in lines):
             return "delsys"
+        if any(map(vicon.is_header, lines)):
+            return "vicon"
     return ENDINGS[ending]
 
 
-def name_trials(files: Sequence[PurePosixPath]) -> Naming:
-    """The best way to split names into a trial and the rest, such as `{trial}/biceps.csv` or `{trial}_emg.csv`.
+def name_trials(files: Sequence[PurePosixPath]) -> list[Naming]:
+    """Ways to split names into a trial and the rest, such as `{trial}/biceps.csv` or `{trial}_emg.csv`, the best first.
 
     Best is what takes no word of a muscle or an angle for a trial, leaves out the fewest files, goes by folders, and
     needs the fewest files per trial; among equals the longest name.
@@ -107,7 +109,7 @@ def name_trials(files: Sequence[PurePosixPath]) -> Naming:
             "trial1.csv and trial2.csv, or trial1/emg.csv and trial2/emg.csv. Rename them, or put each trial into a "
             "folder of its own. One long recording is cut into trials by cut_s, see docs/real_arm.md."
         )
-    return min(namings, key=lambda scored: scored[0])[1]
+    return [naming for _, naming in sorted(namings, key=lambda scored: scored[0])]
 
 
 def _badness(naming: Naming, kind: int) -> tuple[float, int, int, int, int]:

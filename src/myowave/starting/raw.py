@@ -13,7 +13,7 @@ from myowave.settings.recording import TRIAL
 from myowave.starting.arm import Choice, arm_of
 from myowave.starting.draft import Draft, arm_lines, conditions_lines, held_out_lines, shown
 from myowave.starting.files import Naming, ending_of, format_of, name_trials
-from myowave.starting.roles import Found, Role, Roles, guess_roles, signals_of
+from myowave.starting.roles import Found, Role, Roles, guess_roles, said_by_name, signals_of
 from myowave.starting.tables import layout_of, time_column_of
 from myowave.starting.words import is_technical
 from myowave.starting.writing import inline_list, scalar
@@ -22,6 +22,7 @@ _GRID_HZ = 100.0  # of the trials, where the angle was recorded faster
 _TOP_HZ, _NYQUIST_SHARE = 450.0, 0.45  # of the band of raw EMG that is kept
 _LIKELY_DEG = (-30.0, 160.0)  # an elbow that hangs straight at 0
 _PLAIN = TextLayout()
+_TRIED = 4  # ways to name trials whose files are read
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +55,7 @@ def raw_draft(study: str, folder: Path, files: Sequence[PurePosixPath], choice: 
     Raises:
         ValueError: if the names make no two trials, or no signal is EMG, or none is an angle.
     """
-    naming = name_trials(files)
-    read = _read_first(folder, naming)
-    roles = guess_roles(read.found)
+    naming, read, roles = _recognised(folder, name_trials(files))
     angle = roles.angle
     if not roles.emg or angle is None:
         missing = " and ".join(["EMG"] * (not roles.emg) + ["angle"] * (angle is None))
@@ -92,6 +91,21 @@ def raw_draft(study: str, folder: Path, files: Sequence[PurePosixPath], choice: 
             "tables of text differ in their rows above the numbers, and layout holds one way: export them alike"
         )
     return Draft("recorded", naming.trials, tuple(lines), guessed, tuple(to_do), study_arm)
+
+
+def _recognised(folder: Path, namings: Sequence[Naming]) -> tuple[Naming, _Read, Roles]:
+    """The first way to name trials by which each has EMG and an angle; the best one where none does.
+
+    `curl1_devices.csv` and `curl1_model.csv` look like two trials until they are read.
+    """
+    tried = []
+    for naming in namings[:_TRIED]:
+        read = _read_first(folder, naming)
+        roles = guess_roles(read.found)
+        if roles.emg and roles.angle:
+            return naming, read, roles
+        tried.append((naming, read, roles))
+    return tried[0]
 
 
 def _read_first(folder: Path, naming: Naming) -> _Read:
@@ -148,7 +162,7 @@ def _keys(folder: Path, role: Role) -> Iterator[str]:
     if ENDINGS.get(ending_of(PurePosixPath(found.pattern))) != found.form:
         yield f"format: {found.form}"
     if role.unit:
-        yield f"unit: {role.unit} # GUESSED: the file names none"
+        yield f"unit: {role.unit} # GUESSED: {'its name ends so' if said_by_name(found) else 'the file names none'}"
     if found.rate is None:
         yield "rate_hz: null # FILL IN the samples a second: the file has neither times nor a rate"
     if role.form != "raw":

@@ -50,7 +50,7 @@ class Role:
     Args:
         name: what the settings call it, such as emg_biceps, angle or tilt_rad.
         found: the signal.
-        unit: to write where the file names none; empty where it does.
+        unit: to write where the file names none, apart from the end of the signal's name; empty where it does.
         form: raw or envelope, of EMG.
     """
 
@@ -114,9 +114,18 @@ def _is_lean(one: Found) -> bool:
     return "upper arm" in words and "pitch" in words
 
 
+def said_by_name(one: Found) -> str:
+    """The unit that a signal's name ends in, as `biceps_uV` and `elbow_deg` do; empty for none."""
+    words = one.signal.name.replace("_", " ").split()
+    last = plain_unit(words[-1]).lower() if len(words) > 1 else ""
+    return next((unit for unit in (*TO_MICROVOLTS, *TO_RADIANS) if last == unit.lower()), "")
+
+
 def _angle_unit(one: Found) -> str:
     if one.unit in TO_RADIANS:
         return ""
+    if (said := said_by_name(one)) in TO_RADIANS:
+        return said
     values = one.signal.values[np.isfinite(one.signal.values)]
     return "rad" if len(values) and np.abs(values).max() <= _MOST_RAD else "deg"
 
@@ -128,7 +137,8 @@ def _named(found: Sequence[Found]) -> Iterator[Role]:
         muscle = muscle_in(one.signal.name) or (muscle_in(one.pattern) if one.alone else None) or f"channel{number}"
         name = next(n for n in (f"emg_{muscle}", *(f"emg_{muscle}_{k}" for k in range(2, 999))) if n not in taken)
         taken.add(name)
-        unit = "" if one.unit in (*TO_MICROVOLTS, ARBITRARY) else ARBITRARY
+        said = said_by_name(one)
+        unit = "" if one.unit in (*TO_MICROVOLTS, ARBITRARY) else said if said in TO_MICROVOLTS else ARBITRARY
         yield _as_recorded(Role(name, one, unit))
 
 

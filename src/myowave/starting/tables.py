@@ -40,10 +40,9 @@ def layout_of(path: Path) -> TextLayout:
     rows = _Rows(lines, separator)
     first = next((n for n in range(len(lines)) if _is_numbers(rows.cells(n), separator)), None)
     if first is None or first == 0:
-        found = "no row of numbers" if first is None else "numbers in the first row"
+        found = f"no row of numbers in its first {len(lines)} rows" if first is None else "numbers already in row 1"
         raise ValueError(
-            f"{path}: {found} in its first {len(lines)} rows; expected a row with names of columns and numbers below. "
-            "Export it with names of columns."
+            f"{path}: {found}; expected a row with names of columns and numbers below. Export it with names of columns."
         )
     units = first > 1 and _is_units(rows.cells(first - 1)) and len(rows.cells(first - 2)) == len(rows.cells(first))
     return TextLayout(header_row=first - 1, units_row=first) if units else TextLayout(header_row=first)

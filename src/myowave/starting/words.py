@@ -38,7 +38,7 @@ _ANGLE = (
 # Written out, not as beginnings: ant... would let Anton through. Left out is what is a name as well, such as long.
 _TECHNICAL = re.compile(
     r"emgs?|accelerometer|acc|gyro|mag|avanti|trigno|delsys|noraxon|ultium|myomotion|myomuscle|sensor|channel|chan|ch|"
-    r"analog|signal|value|data|raw|envelope|filt|filtered|rms|norm|normalised|normalized|time|zeit|temps|tiempo|elbow|shoulder|wrist|"
+    r"analog|voltage|volts?|imported|devices?|model|outputs?|signal|value|data|raw|envelope|filt|filtered|rms|norm|normalised|normalized|time|zeit|temps|tiempo|elbow|shoulder|wrist|"
     r"upper|fore|lower|arm|joints?|segments?|angles?|flex|flexion|flexor|ext|extension|extensor|pitch|roll|yaw|"
     r"rotation|right|left|rt|lt|lat|lateral|med|medial|ant|anterior|post|posterior|[rl]?bic|[rl]?biceps|[rl]?tric?|"
     r"[rl]?triceps|brachii|brach|brachialis|brachiorad|brachioradialis|bb|tb|br|brd|bra|anconeus|delt|deltoid|pect|"

@@ -28,6 +28,15 @@ def test_where_muscles_explain_no_more_than_posture_it_says_so_and_what_to_recor
     assert f"explain {told} posture and speed do" in text and RECORD_INSTEAD in text
 
 
+def test_trials_that_differ_in_no_load_by_the_settings_are_said_to_where_posture_explains_all():
+    """Loads are 0 in a new study until they are filled in; then posture alone explains the torque of their motion."""
+    torque = torque_of(0.99, 0.2, 0.2)
+    assert "training trials the same load" in tell_torque(torque, "base")
+    told = torque[torque["model"] == POSTURE].assign(model=POSTURE_LOAD)
+    assert "training trials the same load" not in tell_torque(pd.concat([torque, told]), "base")
+    assert "training trials the same load" not in tell_torque(torque_of(0.61, 0.9, 0.9), "base")
+
+
 def test_muscles_that_explain_less_than_posture_and_load_are_told_to_and_what_to_record():
     torque = torque_of(0.61, 0.79, 0.79)
     told = torque[torque["model"] == POSTURE].assign(model=POSTURE_LOAD, r2=0.95)

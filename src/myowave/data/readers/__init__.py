@@ -20,6 +20,7 @@ from myowave.data.readers.noraxon import read_noraxon
 from myowave.data.readers.opensim import read_opensim
 from myowave.data.readers.parquet import read_parquet, read_raw_parquet
 from myowave.data.readers.signals import RawRecording, Signal
+from myowave.data.readers.vicon import read_vicon
 from myowave.settings import TextLayout
 
 __all__ = ["ENDINGS", "READERS", "TABLES", "RawRecording", "Reader", "Signal", "read", "read_raw"]
@@ -34,6 +35,7 @@ READERS: dict[str, Reader] = {
     "parquet": read_raw_parquet,
     "noraxon": read_noraxon,
     "delsys": read_delsys,
+    "vicon": read_vicon,
     "opensim": read_opensim,
     "matlab": read_matlab,
     "c3d": read_c3d,

@@ -1,9 +1,16 @@
-"""Delsys' CSV export (EMGworks), in which each sensor has a column of times and a rate of its own.
+"""Delsys' CSV exports (EMGworks, Trigno Discover), in which each sensor has a column of times and a rate of its own.
 
     Label: Avanti sensor 1: EMG 1 Sampling frequency: 2148.148148 Number of points: ... (a row per channel, or none)
 
     X [s],Avanti sensor 1: EMG 1 [V],X [s],Avanti sensor 1: ACC X [g], ...
     0,1.2e-05,0,0.98, ...
+
+Trigno Discover names the sensors in a row above, and rates in one below:
+
+    BICEPS (82345),,TRICEPS (82346),
+    EMG 1 Time Series (s),EMG 1 (mV),EMG 1 Time Series (s),EMG 1 (mV)
+    2148.1481 Hz,2148.1481 Hz,2148.1481 Hz,2148.1481 Hz
+    0,0.012,0,-0.003
 
 Slower channels end in empty cells. European exports have semicolons between columns and commas in decimals.
 """
@@ -19,7 +26,9 @@ from myowave.data.readers.signals import RawRecording, Signal
 from myowave.data.readers.text import read_cells, read_head
 
 _LONGEST_HEAD = 1000
-_TIME = re.compile(r"^X\s*[\[(]s[\])]$", re.IGNORECASE)
+_TIME = re.compile(r"^(X|.*Time Series)\s*[\[(]s[\])]$", re.IGNORECASE)
+_RATE = re.compile(r"^([\d.]+)\s*Hz$", re.IGNORECASE)
+_SERIAL = re.compile(r"\s*\(\d+\)$")
 _LABEL = re.compile(r"^\W*Label:\s*(.*?)\s*Sampling frequency:\s*([\d.]+)", re.IGNORECASE)
 
 
@@ -27,17 +36,23 @@ def read_delsys(path: Path) -> RawRecording:
     """Read one file.
 
     Raises:
-        ValueError: if no row names columns of times, `X [s]`, or columns below are not as many as names.
+        ValueError: if no row names columns of times, `X [s]` or `EMG 1 Time Series (s)`, or columns below are not as
+            many as names.
     """
     lines = read_head(path, _LONGEST_HEAD)
-    header = next((n for n, line in enumerate(lines) if _TIME.match(_split(line)[0][0])), None)
+    header = next((n for n, line in enumerate(lines) if is_header(line)), None)
     if header is None:
         raise ValueError(
-            f"{path}: no row begins with X [s], as Delsys EMGworks writes it before the samples. Export it as CSV with "
-            "times, or name its format, such as csv."
+            f"{path}: no row begins with X [s] or ... Time Series (s), as Delsys' programs write it before the "
+            "samples. Export it as CSV with times, or name its format, such as csv."
         )
     names, separator = _split(lines[header])
     rates = {found[1]: float(found[2]) for line in lines[:header] if (found := _LABEL.match(line))}
+    below = [_RATE.match(cell) for cell in _split(lines[header + 1])[0]] if header + 1 < len(lines) else []
+    if any(below):
+        names = _with_sensors(names, [_split(line)[0] for line in lines[:header]])
+        rates |= {name: float(found[1]) for name, found in zip(names, below, strict=False) if found}
+        header += 1
     cells = read_cells(path, separator, skip=header + 1)
     if len(cells.columns) < len(names) or (cells.iloc[:, len(names) :] != "").any(axis=None):
         raise ValueError(
@@ -49,6 +64,21 @@ def read_delsys(path: Path) -> RawRecording:
     columns = to_signals(cells, names)
     filled = [_filled(cells.iloc[:, n].tolist()) for n in range(len(names))]
     return RawRecording(path, tuple(_channels(columns, filled, rates)), first_row=header + 2)
+
+
+def is_header(line: str) -> bool:
+    """Whether a row names columns, the first of which is one of times."""
+    return _TIME.match(_split(line)[0][0]) is not None
+
+
+def _with_sensors(names: list[str], above: list[list[str]]) -> list[str]:
+    """Names of channels with those of their sensors before them, which stand once over all of a sensor's channels."""
+    sensors = next((row for row in reversed(above) if not row[0].lower().startswith("sensor mode")), [])
+    sensor, full = "", []
+    for n, name in enumerate(names):
+        sensor = (_SERIAL.sub("", sensors[n]) if n < len(sensors) else "") or sensor
+        full.append(f"{sensor} {name}".strip())
+    return full
 
 
 def _split(line: str) -> tuple[list[str], str]:

@@ -1,5 +1,6 @@
 """MATLAB's .mat files up to version 7: every variable that holds samples is a signal."""
 
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,9 @@ from scipy.io.matlab import MatReadError
 
 from myowave.data.readers.signals import RawRecording, Signal
 
-_TIMES = ("time", "time_s", "t")
-_RATES = ("fs", "rate", "rate_hz", "sampling_rate", "samplingrate", "frequency", "freq")
+_TIMES = {"time", "t"}
+_RATES = {"fs", "rate", "samplingrate", "frequency", "freq"}
+_FILLING = {"s", "ms", "hz", "sampling", "sample"}  # of which signal a rate or times are is what the other words say
 _NUMBERS = (int, float, np.integer, np.floating)
 
 
@@ -20,8 +22,8 @@ def read_matlab(path: Path) -> RawRecording:
     """Read one file.
 
     A vector is a signal of its variable's name, column 2 of a matrix `emg` is `emg(2)`, and a field of a structure is
-    `trial.emg`. A variable time (time_s, t) of as many samples beside it gives the times in s, a number fs (rate, ...)
-    the samples a second.
+    `trial.emg`. A variable time (time_s, time_ms, t) of as many samples beside it gives the times, a number fs (rate,
+    ...) the samples a second. `fs_emg` and `time_emg` hold for signals with emg in their name.
 
     Raises:
         ValueError: if it is no .mat file of version 7 or before, or holds no samples.
@@ -44,12 +46,13 @@ def read_matlab(path: Path) -> RawRecording:
 def _signals(variables: Mapping[str, Any], prefix: str = "") -> Iterator[Signal]:
     """Signals of a structure, and of those in it."""
     arrays = {n: a for n, a in ((n, _array(v)) for n, v in variables.items()) if a is not None}
-    times = next((arrays[n][:, 0] for n in arrays if n.lower() in _TIMES and arrays[n].shape[1] == 1), None)
-    rate = next((float(v) for n, v in variables.items() if n.lower() in _RATES and isinstance(v, _NUMBERS)), None)
+    times = {
+        n: arrays.pop(n)[:, 0] / (1000 if "ms" in _words(n) else 1) for n in list(arrays) if _is_time(n, arrays[n])
+    }
+    rates = {n: float(v) for n, v in variables.items() if _words(n) & _RATES and isinstance(v, _NUMBERS)}
     for name, array in arrays.items():
-        if name.lower() in _TIMES:
-            continue
-        time = times if times is not None and len(times) == len(array) else None
+        time = _of(name, {n: t for n, t in times.items() if len(t) == len(array)}, _TIMES)
+        rate = _of(name, rates, _RATES)
         for column in range(array.shape[1]):
             values = array[:, column]
             label = f"{prefix}{name}" + (f"({column + 1})" if array.shape[1] > 1 else "")
@@ -58,6 +61,26 @@ def _signals(variables: Mapping[str, Any], prefix: str = "") -> Iterator[Signal]
     for name, value in variables.items():
         if isinstance(value, Mapping):
             yield from _signals(value, f"{prefix}{name}.")
+
+
+def _words(name: str) -> set[str]:
+    """Words of a variable's name in small letters: `fs_EMG` and `fsEmg` are `fs` and `emg`."""
+    return set(re.findall(r"[a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()))
+
+
+def _is_time(name: str, array: NDArray[np.float64]) -> bool:
+    """Whether a variable holds times; where its name has other words as well, as `emg_t` has, it rises all along."""
+    words = _words(name)
+    if not words & _TIMES or array.shape[1] > 1:
+        return False
+    return not words - _TIMES - _FILLING or bool((np.diff(array[:, 0]) > 0).all())
+
+
+def _of(name: str, stated: Mapping[str, Any], kind: set[str]) -> Any:
+    """What is stated for a signal: by the most words that its name has too, or for all; None where nothing is."""
+    known = {label: _words(label) - kind - _FILLING for label in stated}
+    fitting = [label for label, words in known.items() if words <= _words(name)]
+    return stated[max(fitting, key=lambda label: len(known[label]))] if fitting else None
 
 
 def _array(value: Any) -> NDArray[np.float64] | None:

@@ -23,6 +23,7 @@ class Signal:
         time: of each value [s], (N,); None where the file has no time.
         rate: samples a second as the file states it [Hz]; None where it does not.
         odd: cells that hold no finite number, as they were written, {sample: cell}.
+        first_row: the row of its first sample, where not all signals of the file begin in one.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Signal:
     time: NDArray[np.float64] | None = None
     rate: float | None = None
     odd: Mapping[int, Any] = field(default_factory=dict)
+    first_row: int | None = None
 
 
 @dataclass(frozen=True, eq=False)

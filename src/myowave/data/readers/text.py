@@ -1,19 +1,39 @@
 """Text files, plain or compressed: how all readers of text open them."""
 
+import codecs
 import gzip
 from pathlib import Path
-from typing import TextIO
+from typing import BinaryIO, TextIO, cast
 
 import pandas as pd
 
-ENCODING = "utf-8-sig"  # UTF-8, with or without a byte-order mark
+UTF_8, UTF_16 = "utf-8-sig", "utf-16"  # UTF-8 with or without a byte-order mark; UTF-16 has one
+WINDOWS = "cp1252"  # what Western European recorders and spreadsheets write: µ and ° are one byte each
+_HEAD_BYTES = 65_536  # names and units stand there; below them are digits
 
 
 def open_text(path: Path) -> TextIO:
-    """A text file to read from; one that ends in .gz is unpacked on the way."""
-    if path.suffix.lower() == ".gz":
-        return gzip.open(path, "rt", encoding=ENCODING, newline="")
-    return path.open(encoding=ENCODING, newline="")
+    """A text file to read from, in the encoding that its first bytes show; one that ends in .gz is unpacked on the
+    way."""
+    unpacked = gzip.open if path.suffix.lower() == ".gz" else open
+    with cast(BinaryIO, unpacked(path, "rb")) as content:
+        encoding = _encoding(content.read(_HEAD_BYTES))
+    return cast(TextIO, unpacked(path, "rt", encoding=encoding, newline=""))
+
+
+def _encoding(head: bytes) -> str:
+    """What text is written in: UTF-8 unless it cannot be."""
+    if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return UTF_16
+    try:
+        codecs.getincrementaldecoder(UTF_8)().decode(head)
+    except UnicodeDecodeError:
+        # No text has control characters; what has them is damaged, or no text at all, and is refused as UTF-8.
+        return UTF_8 if set(head) & _CONTROL else WINDOWS
+    return UTF_8
+
+
+_CONTROL = set(range(32)) - set(b"\t\n\r\f")
 
 
 def read_head(path: Path, rows: int) -> list[str]:
@@ -25,7 +45,7 @@ def read_head(path: Path, rows: int) -> list[str]:
     try:
         with open_text(path) as lines:
             return [line.rstrip("\r\n") for _, line in zip(range(rows), lines, strict=False)]
-    except (UnicodeDecodeError, gzip.BadGzipFile) as error:
+    except (UnicodeError, gzip.BadGzipFile) as error:
         raise ValueError(f"{path}: this is not UTF-8 text ({error}). Save it as text, UTF-8.") from None
 
 

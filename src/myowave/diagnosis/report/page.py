@@ -106,7 +106,7 @@ def write_page(story: Story, template: Path) -> str:
         "draft_is_news": kind_of(verdict).unexplained,
         "ladder_columns": LADDER_COLUMNS,
         "ladder": ladder_rows(story.ladder),
-        "ladder_caption": f"The noise of the measured angle is {noise(verdict)}.",
+        "ladder_caption": _ladder_caption(verdict),
         "failed_seeds": tell_failed_seeds(story.ladder),
         "parameter_columns": parameter_columns(named_ones),
         "parameters": parameter_rows(named_ones),
@@ -182,7 +182,9 @@ def _stands_on(verdict: Mapping[str, Any]) -> str:
         return f"Its parameters are those of a fit over {verdict['stands_on']}, and hold for no longer."
     left_out = verdict["torque_left_out"].values()
     scores = (
-        f" Each training trial left out in turn: R2 {min(left_out):.2f} to {max(left_out):.2f}." if left_out else ""
+        f" Each training trial left out in turn: R2 {min(left_out):.2f} to {max(left_out):.2f}."
+        if left_out
+        else " No training trial could be left out, so nothing says how far they hang on the trials."
     )
     return f"Its parameters are fitted to torque along the measured motion, the last stage that stands.{scores}"
 
@@ -228,6 +230,16 @@ def _compare(verdict: Mapping[str, Any]) -> str:
     return (
         text + f" On the training trials that is {more}{two_digits(errors['train'] / errors['noise'])} times the noise."
     )
+
+
+def _ladder_caption(verdict: Mapping[str, Any]) -> str:
+    text = f"The noise of the measured angle is {noise(verdict)}."
+    if verdict["horizon_s"] is not None:
+        text += (
+            f" Errors of the physical model are over the {verdict['horizon_s']:g} s after measured states; a network's "
+            "are over whole trials, running free."
+        )
+    return text
 
 
 def _where(verdict: Mapping[str, Any]) -> str:

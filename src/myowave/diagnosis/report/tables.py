@@ -120,8 +120,8 @@ def sentence(diagnosis: Diagnosis) -> str:
     text = texts[verdict.kind]
     if not verdict.follows:
         return (
-            f"The model does not follow these trials: even {diagnosis.record.horizon_s:g} s after a measured state it "
-            "misses more than a constant angle does. No effect was weighed."
+            f"The model does not follow these trials: over the {diagnosis.record.horizon_s:g} s after a measured state "
+            "it misses more than the mean angle of that time does. No effect was weighed."
         )
     if verdict.absorbed and verdict.kind != "undecidable":
         hidden = "; ".join(f"{name} ({', '.join(by)})" for name, by in verdict.absorbed.items())
@@ -306,6 +306,9 @@ def _unit(model: Model, name: str) -> str:
 
 
 def _r2(residual: np.ndarray, record: Record) -> float:
+    """R2 over whole trials; none of pieces, which start at measured states spread over all of the motion."""
+    if record.horizon_s is not None:
+        return np.nan
     measured = record.angle[record.valid]
     return float(1 - (residual**2).sum() / ((measured - measured.mean()) ** 2).sum())
 

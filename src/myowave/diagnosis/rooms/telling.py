@@ -13,6 +13,8 @@ RECORD_INSTEAD = (
     "that pushes and yields, lifts with different known loads, starts and stops at different speeds."
 )
 
+SAME_LOAD = "The settings give all training trials the same load; where it was another, correct it under conditions. "
+
 
 def tell_torque(torque: pd.DataFrame, found: str) -> str:
     """The first room: how much of the torque posture, EMG and the models explain, and what to do where it is little.
@@ -40,7 +42,7 @@ def tell_torque(torque: pd.DataFrame, found: str) -> str:
         less = "less than" if r2[found] < r2[POSTURE] - AS_GOOD else "no more than"
         text += (
             f" So EMG and muscles explain {less} posture and speed do, and no verdict on the muscles can stand on "
-            f"these trials. {RECORD_INSTEAD}"
+            f"these trials. {'' if POSTURE_LOAD in r2 else SAME_LOAD}{RECORD_INSTEAD}"
         )
     elif r2[found] < r2[EMG_ONLY] - AS_GOOD:
         text += " A straight line through EMG explains more than the muscles: the physics is wrong, or its EMG is."

@@ -124,7 +124,7 @@ def diagnose(
     if followed := follows(fit):
         found = search(fit, effects.values(), record.known)
     else:
-        report("stages: from measured states it misses more than a constant angle does; no effect is weighed")
+        report("stages: from measured states it misses more than the mean angle does; no effect is weighed")
         ranking = rank_effects(fit, effects.values(), record.known, refits=False)
         found = weighed(Selection((fit,), (ranking,)))
     selection = found.selection

@@ -1,0 +1,103 @@
+"""Vicon Nexus' ASCII export: blocks of one kind each, at a rate of their own, with an empty row between them.
+
+    Devices                                     Model Outputs
+    2000                                        100
+    ,,Imported EMG - Voltage,                   ,,Name:RElbowAngles,,
+    Frame,Sub Frame,Voltage.BIC,Voltage.TRI     Frame,Sub Frame,X,Y,Z
+    ,,V,V                                       ,,deg,deg,deg
+    1,0,1.2e-05,3e-06                           1,0,12.5,0.1,-3
+
+A device's channel goes by its own name where that is the only one, as `Voltage.BIC`; all else by that of its group as
+well, as `RElbowAngles X`, without the subject's name before the colon.
+"""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from io import StringIO
+from pathlib import Path
+
+import pandas as pd
+
+from myowave.data.readers.frames import to_signals
+from myowave.data.readers.signals import RawRecording, Signal
+from myowave.data.readers.text import open_text
+
+_HEADER = re.compile(r"^\W*Frame\W+Sub Frame\b", re.IGNORECASE)
+_SEPARATORS = ",;\t "
+_DEVICES = "devices"
+
+
+def is_header(line: str) -> bool:
+    """Whether a row names the columns of a block."""
+    return _HEADER.match(line) is not None
+
+
+@dataclass(frozen=True)
+class _Block:
+    """A block: `header` is its row of names, counted from 0; rows of numbers end before `end`."""
+
+    lines: Sequence[str]
+    header: int
+    end: int
+
+    @property
+    def separator(self) -> str:
+        return next(separator for separator in ",;\t" if separator in self.lines[self.header])
+
+    def cells(self, row: int) -> list[str]:
+        return [cell.strip().strip('"') for cell in self.lines[row].split(self.separator)]
+
+
+def read_vicon(path: Path) -> RawRecording:
+    """Read one file, all of its blocks.
+
+    Raises:
+        ValueError: if no block is in it, or one has no rate, no units or no rows.
+    """
+    with open_text(path) as text:
+        lines = text.read().splitlines()
+    headers = [n for n, line in enumerate(lines) if is_header(line)]
+    if not headers:
+        raise ValueError(
+            f"{path}: no row begins with Frame, Sub Frame, as Vicon Nexus writes it above the samples. Export it as "
+            "ASCII (CSV), or name its format, such as csv."
+        )
+    ends = [next((n for n in range(h, len(lines)) if not lines[n].strip(_SEPARATORS)), len(lines)) for h in headers]
+    blocks = [_Block(lines, header, end) for header, end in zip(headers, ends, strict=True)]
+    signals = tuple(signal for block in blocks for signal in _signals(path, block))
+    return RawRecording(path, signals, first_row=headers[0] + 3)
+
+
+def _signals(path: Path, block: _Block) -> Iterator[Signal]:
+    head = block.header
+    rate = block.lines[head - 2].strip(_SEPARATORS) if head > 2 else ""
+    if not re.fullmatch(r"\d+(\.\d+)?", rate) or block.end < head + 4:
+        raise ValueError(
+            f"{path}, row {head + 1}: expected above it a row with the kind of data, one with its rate, one with "
+            "groups, and below it one with units and two of samples at least. Export it from Nexus again."
+        )
+    names, units = _names(block), block.cells(head + 1)
+    rows = "\n".join(block.lines[head + 2 : block.end])
+    cells = pd.read_csv(
+        StringIO(rows), sep=block.separator, header=None, names=range(len(names)), dtype=str, keep_default_na=False
+    )
+    cells = cells.fillna("").apply(lambda column: column.str.strip())
+    frame, sub, *columns = to_signals(cells, names)
+    # Frames are those of the cameras, sub-frames the samples of a device within one of them.
+    each = sub.values.max() + 1
+    time = ((frame.values - 1) * each + sub.values) / float(rate)
+    for column, unit in zip(columns, [*units[2:], *[""] * len(names)], strict=False):
+        if column.name:
+            yield replace(column, unit=unit, time=time, rate=float(rate), first_row=head + 3)
+
+
+def _names(block: _Block) -> list[str]:
+    """Names of the columns; empty where nothing stands above them."""
+    own, above = block.cells(block.header), block.cells(block.header - 1)
+    groups = pd.Series(above).replace("", None).ffill().reindex(range(len(own)), method="ffill").fillna("")
+    device = block.lines[block.header - 3].strip(_SEPARATORS).lower() == _DEVICES
+    return [
+        name if not name or (device and own.count(name) == 1) else f"{group.rpartition(':')[2]} {name}".strip()
+        for name, group in zip(own, groups, strict=True)
+    ]
