@@ -6,7 +6,8 @@ import pytest
 import torch
 from scipy.stats import binomtest
 
-from myowave.diagnosis.study.cases import Case, hidden_values, list_cases, make_trials
+from myowave.diagnosis.study.cases import Case, hidden_values, list_cases, make_trials, score
+from myowave.diagnosis.search.verdict import Verdict
 from myowave.diagnosis.study.figures import draw_study
 from myowave.diagnosis.study.summary import summarize, write_page
 from myowave.diagnosis.study.worlds import ALLOWED, HELD, World, draw_curves, draw_world, held, record
@@ -55,6 +56,35 @@ def test_what_the_recorder_reports_holds_nothing_of_what_was_drawn(base, effects
     trials = make_trials(case, world, dataset, effects)
     assert set(world.constants) == {"slack_Bi", "slack_Tri", "delay_Bi", "delay_Tri"}
     assert trials.constants == {} and world.constants["slack_Bi"] != base.defaults["slack_Bi"]
+
+
+def named(*effects, kind="effect", stand_ins=None):
+    others = {name: ("a torque like q",) for name in stand_ins or ()}
+    return Verdict(kind, effects, (), others, (), {}, {}, 1.0, False, 0.0, 0.0, {})
+
+
+@pytest.mark.parametrize(
+    "case, verdict, right, wrong",
+    [
+        (a_case(hidden={"pennation": {}}), named("pennation"), True, False),
+        (
+            a_case(hidden={"pennation": {}}),
+            named("joint_damping", kind="class", stand_ins=["joint_damping"]),
+            False,
+            True,
+        ),
+        # Curves of no family are in no catalogue: a class that says so holds the truth, a family says what is there.
+        (a_case("other_curves"), named("fatigue", kind="class", stand_ins=["fatigue"]), True, False),
+        (a_case("other_curves"), named("fatigue"), False, True),
+        (a_case("other_curves"), named("thelen_curves"), True, False),
+        (a_case("outside", {"fatigue": {}}, out=("fatigue",)), named("pennation"), False, True),
+        (a_case("outside", {"fatigue": {}}, out=("fatigue",)), named(kind="unknown"), True, False),
+        (a_case("outside", {"millard_curves": {}}, out=("millard_curves",)), named("thelen_curves"), False, False),
+    ],
+)
+def test_a_verdict_is_right_where_it_holds_the_truth(case, verdict, right, wrong):
+    scored = score(case, verdict)
+    assert (scored["right"], scored["wrong_name"]) == (right, wrong)
 
 
 def test_other_curves_are_muscle_curves_and_differ_from_arm_to_arm():

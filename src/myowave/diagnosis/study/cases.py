@@ -20,7 +20,7 @@ from myowave.diagnosis.search.conclude import Findings, search
 from myowave.diagnosis.search.rank import EVIDENCE, independent_samples
 from myowave.diagnosis.search.score import FAILURES, score_effects
 from myowave.diagnosis.search.verdict import Verdict, judge
-from myowave.diagnosis.study.worlds import ALLOWED, HELD, World, draw_world, held, record
+from myowave.diagnosis.study.worlds import ALLOWED, CURVES, HELD, World, draw_world, held, record
 from myowave.identification.free_parameters import Free, free_parameters
 from myowave.identification.output_error import Fit
 from myowave.identification.prediction import predict
@@ -193,7 +193,7 @@ def diagnose_case(
     selection = found.selection
     return {
         **row,
-        **_told(case, world, verdict),
+        **score(case, verdict),
         "signal": _signal(case, selection.ladder[0], catalogue),
         "explained": verdict.explained,
         "missing_deg": np.degrees(verdict.missing),
@@ -207,14 +207,16 @@ def diagnose_case(
     }
 
 
-def _told(case: Case, world: World, verdict: Verdict) -> dict[str, Any]:
+def score(case: Case, verdict: Verdict) -> dict[str, Any]:
     """The verdict, and whether it is right."""
     named = answer(verdict.causes, verdict.alternatives)
     allowed = ALLOWED[case.world] | frozenset(case.hidden) - set(case.taken_out)
-    wrong = names_wrongly(named, allowed)
+    if CURVES & set(case.taken_out):
+        allowed |= CURVES
+    # A class that holds what is not in the catalogue is no wrong name where the arm has such a thing.
+    strange = bool(case.taken_out) or case.world == "other_curves"
+    wrong = names_wrongly(tuple(c for c in named if not (strange and c[0] in verdict.stand_ins)), allowed)
     if case.taken_out:
-        # A class that holds what is not in the catalogue is no wrong name where that is the truth.
-        wrong = names_wrongly(tuple(c for c in named if c[0] not in verdict.stand_ins), allowed)
         says_so = verdict.kind == "partial" or bool(verdict.stand_ins) or any(len(members) > 1 for members in named)
         right = not named or (says_so and not wrong)
     elif case.hidden:

@@ -30,9 +30,11 @@ Array = NDArray[np.float64]
 TABLE = np.linspace(0.0, 2.5, 2001)  # fibre lengths, and velocities + 1, at which a drawn curve is tabulated
 HELD = 4  # steps in a sample of the other solver
 
+CURVES = frozenset({"millard_curves", "degroote_curves", "thelen_curves"})  # each says that the curves are others
+
 # Effects that are no wrong names in a world, as they say what is different there.
 ALLOWED: Mapping[str, frozenset[str]] = dict.fromkeys(WORLDS, frozenset[str]()) | {
-    "other_curves": frozenset({"millard_curves", "degroote_curves", "thelen_curves"}),
+    "other_curves": CURVES,
     "other_constants": frozenset({"vmax_change", "extra_delay", "activation_shape", "moment_arm_offset"}),
     "other_data": frozenset({EMG_NOISE}),
 }
