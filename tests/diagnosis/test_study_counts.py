@@ -6,8 +6,8 @@ import pytest
 import torch
 from scipy.stats import binomtest
 
-from myowave.diagnosis.study.cases import Case, hidden_values, list_cases, make_trials, score
 from myowave.diagnosis.search.verdict import Verdict
+from myowave.diagnosis.study.cases import Case, hidden_values, list_cases, make_trials, score
 from myowave.diagnosis.study.figures import draw_study
 from myowave.diagnosis.study.summary import summarize, write_page
 from myowave.diagnosis.study.worlds import ALLOWED, HELD, World, draw_curves, draw_world, held, record

@@ -74,6 +74,14 @@ def test_yielding_is_the_slope_where_lengthening_begins_and_not_the_largest_forc
         torch.testing.assert_close(curves.force_velocity(SHORTENING), Curves().force_velocity(SHORTENING))
 
 
+def test_where_a_family_has_no_largest_force_yielding_leaves_what_is_beyond_the_usual_one():
+    fast = torch.linspace(1.5, 3.0, 7, dtype=torch.float64)
+    usual = FAMILIES["degroote"].force_velocity(fast)
+    assert (usual > ECCENTRIC_FORCE).all()
+    for yielding in (-0.8, 0.5):
+        torch.testing.assert_close(shaped("degroote", yielding=yielding).force_velocity(fast), usual)
+
+
 def test_eccentric_is_what_lengthening_adds():
     added = Curves().force_velocity(LENGTHENING) - 1
     torch.testing.assert_close(shaped(eccentric=0.3).force_velocity(LENGTHENING) - 1, 1.3 * added)
