@@ -195,12 +195,12 @@ def test_a_hopeless_guess_is_rescued_by_the_integrator_only_if_asked(elbow, nois
 
 def test_a_solution_is_as_near_to_the_motion_as_it_says(elbow, noisy_emg, dt):
     simulation = Simulation(elbow, {}, noisy_emg[0.10][:2, :40], dt)
-    reference, rough = simulate(simulation, *START), Newton(tolerance=1e-5, rescue=False)
+    reference, rough = simulate(simulation, *START), Newton(tolerance=1e-3, rescue=False)
     nearby = solve(simulation.with_params({"f0_Bi": 250.0}), *START, wrt={"f0_Bi": 1.0})
     for near in (None, nearby.linear.jacobian):
         found = solve(simulation, *START, guess=nearby.motion.state, newton=rough, near=near)
-        assert found.gap < rough.tolerance
-        assert (found.motion.state - reference.state).abs().max() < rough.tolerance
+        # The last step is quadratic: it leaves far less than was asked for.
+        assert (found.motion.state - reference.state).abs().max() < 1e-12 and found.gap < 1e-10
 
 
 def test_a_parameter_that_no_part_of_the_model_has_is_refused(elbow, noisy_emg, dt):
