@@ -95,6 +95,7 @@ def solve(
     state = simulate(simulation, q0, qdot0).state if guess is None else guess
     state = state.expand(*batch, *state.shape[-2:]).clone()
     state[..., 0, :] = start
+    # Differences by few parameters cost less than a pass backwards.
     few = not wrt or simulation.model.stateful and len(wrt) < BACKWARDS * state.shape[-1]
     state = _approach(simulation, state, newton, near)
     linear, forcing = (_differentiate if few else linearise)(simulation, state, wrt)
