@@ -8,7 +8,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from myowave.diagnosis.report.figures.compare import draw_correlations
-from myowave.diagnosis.report.figures.watch import draw_parameters
+from myowave.diagnosis.report.figures.watch import draw_ladder, draw_parameters
 from myowave.diagnosis.report.figures.where import draw_misfit
 
 NAMES = [*(f"constant{i}" for i in range(27)), "tilt.g", "damping.c"]
@@ -82,3 +82,19 @@ def test_no_error_is_cut_off_where_a_later_panel_has_larger_ones():
     for axis in panels:
         low, high = axis.get_ylim()
         assert low == 0 and high > 1.2 * 3.0
+
+
+def test_a_ladder_says_over_what_its_errors_are_and_which_noise_makes_them():
+    physics = ("physics", "base", False, 10.6, 8.4, 0.5, 1.3)
+    network = ("network, recorded, 1-scale", "base", False, np.nan, 9.7, 0.5, np.nan)
+    columns = ["source", "model", "named", "train_rmse_deg", "heldout_rmse_deg", "noise_deg", "missing_torque_Nm"]
+    ladder = pd.DataFrame([physics, network], columns=columns)
+
+    def labels(**more):
+        return draw_ladder(ladder, "base", "0.5 deg", **more).axes[0].get_legend_handles_labels()[1]
+
+    assert {"physical model, held out", "network, recorded, 1-scale, held out"} < set(labels())
+    told = labels(horizon_s=0.5, with_emg=1.14)
+    assert "physical model over 0.5 s, held out" in told
+    assert "network, recorded, 1-scale, held out, whole trials" in told
+    assert "noise of the angle and of the EMG, 1.1 deg" in told

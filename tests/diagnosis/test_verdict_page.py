@@ -343,7 +343,7 @@ def test_an_effect_has_the_evidence_beside_the_rest_of_the_model_that_was_found(
 
 def test_the_model_to_start_from_is_told_at_the_top(story, template):
     page = write_page(story, template)
-    assert "base is the model to start from: the published muscles and joint" in page[: page.index("<h1>")]
+    assert "Here base is the model to start from: the published muscles and joint" in page[: page.index("<h1>")]
 
 
 def test_text_from_data_is_escaped(story, template):

@@ -42,6 +42,7 @@ from myowave.diagnosis.rooms.telling import tell_horizons, tell_torque
 
 PIXELS = 1.9  # of a picture in one of the page
 UNDECIDABLE = "undecidable"
+IF_RIGHT = 'Where it says "were it right" the model leaves more than noise: its SE holds only if the model were right.'
 QUIET = 1.1  # an adequate model that leaves no more than so many times the noise has nothing to locate
 
 
@@ -89,12 +90,15 @@ def write_page(story: Story, template: Path) -> str:
         "named": named,
         "glossary": GLOSSARY,
         "headline": _headline(story),
-        "base": f"{_base(verdict)[0]} is the model to start from: {BASE}.",
+        "base": f"Here {_base(verdict)[0]} is the model to start from: {BASE}.",
         "strength": _strength(story),
         "numbers": _numbers(story),
         "images": {name: inline(path) for name, path in story.images.items() if name != "overlay"},
         "widths": {name: shown_width(path) for name, path in story.images.items()},
         "motion": list_motion(story.predictions, verdict["model"], _base(verdict)[1]["noise"]),
+        "restart": f"Every {verdict['horizon_s']:g} s the prediction starts again at the measured state."
+        if verdict["horizon_s"] is not None
+        else "",
         "quiet": _quiet(verdict),
         "weighed": verdict["follows"] and not _quiet(verdict),
         "compare": _compare(verdict),
@@ -121,6 +125,7 @@ def write_page(story: Story, template: Path) -> str:
         "failed_seeds": tell_failed_seeds(story.ladder),
         "parameter_columns": parameter_columns(named_ones),
         "parameters": parameter_rows(named_ones),
+        "parameter_caption": IF_RIGHT if named_ones["if_right"].any() else "",
         "assumed_columns": parameter_columns(assumed),
         "assumed": parameter_rows(assumed),
         "score": _score(verdict),

@@ -52,6 +52,6 @@ def draw_diagnosis(
         "misfit": draw_misfit(of_ends(tables["misfit"]), noise, summary["where"]),
         "missing_torque": draw_missing_torque(of_ends(tables["missing_torque"])),
         "ranking": draw_ranking(ranking, summary["titles"], summary["follows"]),
-        "ladder": draw_ladder(ladder, found, said, with_emg),
+        "ladder": draw_ladder(ladder, found, said, with_emg, summary["horizon_s"]),
         "parameters": draw_parameters(tables["parameters"], found),
     }

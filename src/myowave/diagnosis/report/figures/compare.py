@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from myowave.diagnosis.report.figures.style import (
     WIDE,
     draw_noise,
+    label_lowest,
     legend,
     ramp,
     sentence,
@@ -130,8 +131,7 @@ def draw_independence(independence: pd.DataFrame) -> Figure:
         axis.set_title(inputs[name])
     for axis in list(axes.flat)[len(inputs) :]:
         axis.set_visible(False)
-    for axis in axes[-1]:
-        axis.set_xlabel("input ahead by [s]")
+    label_lowest(axes.flat, len(inputs), columns, "input ahead by [s]")
     for axis in axes[:, 0]:
         axis.set_ylabel("correlation / bound [-]")
     legend(figure, axes[0, 0], columns=3)

@@ -1,7 +1,7 @@
 """What the pictures of a diagnosis share: how a model is drawn and called, and the legend."""
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -42,6 +42,18 @@ def short(model: str) -> str:
 
 def sentence(text: str) -> str:
     return text[0].upper() + text[1:]
+
+
+def label_lowest(axes: Iterable[Axes], shown: int, columns: int, text: str = "") -> None:
+    """Ticks with their labels below the lowest panel of each column, also where the last row is not full.
+
+    Args:
+        axes: row by row; only the first of them are `shown`.
+        text: below the ticks.
+    """
+    for axis in list(axes)[:shown][-columns:]:
+        axis.tick_params(labelbottom=True)
+        axis.set_xlabel(text)
 
 
 def together(table: pd.DataFrame, name: str, shown: Sequence[str]) -> dict[str, str]:
@@ -89,7 +101,7 @@ def draw_noise(axis: Axes, level: float, noise: str, with_emg: float | None = No
         level: noise of the angle [deg]; `noise` says it in words.
         with_emg: both together [deg]; none where the EMG has none.
     """
-    axis.axhline(level, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise}")
+    axis.axhline(level, color=MEASURED, linestyle=":", linewidth=2, label=f"noise of the angle, {noise}")
     if with_emg is not None:
         told = f"noise of the angle and of the EMG, {degrees(with_emg)}"
         axis.axhline(with_emg, color=GREY, linestyle=":", linewidth=2, label=told)

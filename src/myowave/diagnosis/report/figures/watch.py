@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from myowave.diagnosis.report.figures.style import WIDE, draw_noise, legend, unique
+from myowave.diagnosis.report.figures.style import WIDE, draw_noise, label_lowest, legend, unique
 from myowave.diagnosis.report.ladder import PHYSICS
 from myowave.diagnosis.report.words import degrees
 from myowave.plotting import BLUE, GREEN, MEASURED, MODEL, ORANGE, PINK, canvas, title
@@ -15,7 +15,9 @@ LONG = 16  # letters of a panel's title; more go in two lines
 NETWORKS = ((GREEN, "^"), (ORANGE, "v"), (PINK, "D"), (MODEL, "P"))  # colour and marker of each kind of network
 
 
-def draw_ladder(ladder: pd.DataFrame, found: str, noise: str, with_emg: float | None = None) -> Figure:
+def draw_ladder(
+    ladder: pd.DataFrame, found: str, noise: str, with_emg: float | None = None, horizon_s: float | None = None
+) -> Figure:
     """Error and missing torque against the effects added.
 
     Args:
@@ -23,7 +25,10 @@ def draw_ladder(ladder: pd.DataFrame, found: str, noise: str, with_emg: float | 
         found: the model that was found.
         noise: of the angle, in words.
         with_emg: what this and noise of the recorded EMG make together [deg]; none where the EMG has none.
+        horizon_s: that the physical model is judged over [s]; none where that is whole trials, as for networks.
     """
+    over = "" if horizon_s is None else f" over {horizon_s:g} s"
+    whole = "" if horizon_s is None else ", whole trials"
     models = unique(ladder["model"])
     physics = ladder[ladder["source"] == "physics"]
     missing = physics["missing_torque_Nm"]
@@ -37,12 +42,14 @@ def draw_ladder(ladder: pd.DataFrame, found: str, noise: str, with_emg: float | 
     ):
         for named, rows in physics.groupby("named"):
             look = {"linestyle": "none", "markerfacecolor": "white"} if named else {"linestyle": dashes}
-            label = f"physical model{' (named in targets.models)' if named else ''}, {name}"
+            label = f"physical model{over}{' (named in targets.models)' if named else ''}, {name}"
             error.plot(rows["model"].map(models.index), rows[column], color=color, marker=marker, label=label, **look)
     networks = ladder[ladder["source"] != "physics"].groupby("source", sort=False)
     for (color, marker), (source, rows) in zip(cycle(NETWORKS), networks, strict=False):
         x = rows["model"].map(models.index)
-        error.plot(x, rows["heldout_rmse_deg"], color=color, marker=marker, linestyle="-.", label=f"{source}, held out")
+        error.plot(
+            x, rows["heldout_rmse_deg"], color=color, marker=marker, linestyle="-.", label=f"{source}, held out{whole}"
+        )
     level = ladder["noise_deg"].iloc[0]
     draw_noise(error, level, noise, with_emg)
     values = ladder[["train_rmse_deg", "heldout_rmse_deg"]].stack()
@@ -124,8 +131,7 @@ def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
         axis.ticklabel_format(axis="y", useOffset=False)
     for axis in list(axes.flat)[len(names) :]:
         axis.set_visible(False)
-    for axis in list(axes.flat)[: len(names)][-columns:]:  # the lowest panel of each column
-        axis.tick_params(labelbottom=True)
+    label_lowest(axes.flat, len(names), columns)
     for axis in axes.flat:
         axis.set_xlim(-0.4, len(models) - 0.4)
         axis.set_xticks(range(len(models)), [str(i) if i else models[0] for i in range(len(models))])
