@@ -337,7 +337,7 @@ def test_an_effect_has_the_evidence_beside_the_rest_of_the_model_that_was_found(
     page = re.sub("<[^>]+>", "", write_page(pages, template))
     assert "beside the rest of the model that was found, delta BIC 321" in page
     assert "3 of 3 training trials, each left out in turn, are predicted better with it" in page
-    assert "added to base+joint_damping alone, delta BIC 44" in page, "said where nothing better is known"
+    assert "when it was added to base+joint_damping, delta BIC 44" in page, "said where nothing better is known"
     assert "By itself, joint_damping added to base would not pass" in page
 
 

@@ -15,21 +15,22 @@ def added(verdict: Mapping[str, Any]) -> list[str]:
 
 
 def evidence(verdict: Mapping[str, Any], ranking: pd.DataFrame, effect: str) -> str:
-    """What the data say for an effect: beside all others that were found, or, where that is not known, when it was
-    added.
+    """What the data say for an effect: beside all others that were found; when it was added where it is the only one,
+    or where no more is known.
 
     Args:
         ranking: the table `ranking` of `tables`.
     """
-    known = verdict["beside"].get(effect)
+    several = len(added(verdict)) > 1
+    known = verdict["beside"].get(effect) if several else None
     if known is not None:
-        when = "beside the rest of the model that was found, " * (len(added(verdict)) > 1)
+        when = "beside the rest of the model that was found, "
     else:
         model = next((model for model, other in _steps(ranking) if other == effect), None)
         if model is None:
             return "found together with the others"
         known = ranking.set_index(["model", "effect"]).loc[model, effect]
-        when = f"added to {model} alone, "
+        when = f"when it was added to {model}, " * several
     return (
         f"{when}delta BIC {known['delta_bic']:.0f} where 10 is very strong evidence, and {known['folds_won']} of "
         f"{known['folds']} training trials, each left out in turn, are predicted better with it"
