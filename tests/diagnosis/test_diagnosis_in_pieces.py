@@ -13,7 +13,9 @@ from myowave.diagnosis.rooms.compare import compare_rooms
 from myowave.diagnosis.search.diagnose import diagnose, follows
 from myowave.diagnosis.search.rank import count_folds, folds_won, left_out_residuals, rank_effects
 from myowave.identification.output_error import fit_from, refit
+from myowave.identification.prediction import predict
 from myowave.identification.record import make_record
+from myowave.identification.torque import TorqueFit
 from myowave.physics.effect import Effect, Parameter
 from myowave.settings import Diagnosis as DiagnosisSettings
 
@@ -88,6 +90,29 @@ def test_tables_show_whole_trials_in_the_order_of_time(diagnosis, runaway):
         assert set(names) <= set(runaway.names)
 
 
+def test_training_trials_are_predicted_from_measured_states_as_held_out_ones_are(diagnosis):
+    """Pieces with starts of their own are fitted far better, which would look like overfitting beside held-out ones."""
+    rung, errors = diagnosis.rungs[0], verdict_summary(diagnosis)["rmse_deg"]["base"]
+    assert errors["train"] == pytest.approx(np.degrees(predict(rung.fit, rung.fit.record).rmse))
+    assert errors["fitted"] == pytest.approx(np.degrees(rung.fit.rmse())) and errors["fitted"] < errors["train"]
+    assert TABLES["ladder"](diagnosis)["train_rmse_deg"][0] == errors["train"]
+    left = predictions_table(diagnosis).query("model == 'base' and role == 'train'").eval("angle_rad - predicted_rad")
+    assert np.degrees(np.sqrt((left**2).mean())) == pytest.approx(errors["train"])
+
+
+def test_what_is_known_beforehand_is_not_what_a_fit_to_torque_left(diagnosis):
+    rung = diagnosis.rungs[0]
+    asked = [replace(p, deviation=np.inf, held=False, beforehand=None) for p in rung.fit.free]
+    first, *others = free = (replace(asked[0], deviation=5.0), *asked[1:])
+    held = TorqueFit(free, rung.fit.values + 1.0, np.eye(len(free))).held
+    assert all(p.held and p.deviation == 1.0 for p in held)
+    again = replace(diagnosis, rungs=(replace(rung, fit=replace(rung.fit, free=held)),), named=())
+    table = TABLES["parameters"](again).set_index("parameter")
+    assert list(table["assumed"]) == [True] + [False] * len(others)
+    assert tuple(table.loc[first.name, ["expected", "deviation"]]) == (first.start, 5.0)
+    assert table.iloc[1:][["expected", "deviation"]].isna().all(axis=None), "nothing was known of what was asked for"
+
+
 def test_the_page_says_over_what_the_model_was_judged(diagnosis, runaway, base, pytestconfig, tmp_path):
     tables = {name: table(diagnosis) for name, table in TABLES.items()}
     verdict = verdict_summary(diagnosis) | {"command": "", "hidden": None}
@@ -99,7 +124,7 @@ def test_the_page_says_over_what_the_model_was_judged(diagnosis, runaway, base, 
     )
     assert np.isfinite(rooms["horizons"]["horizon_s"]).all(), "nothing here ran free over whole trials"
     template = tmp_path / "template.html.j2"
-    template.write_text("{{ compare }}")
+    template.write_text("{{ compare }} {{ where }}")
     page = write_page(
         Story(
             verdict,
@@ -116,6 +141,8 @@ def test_the_page_says_over_what_the_model_was_judged(diagnosis, runaway, base, 
         template,
     )
     assert f"predictions over {verdict['horizon_s']:g} s" in page
+    assert "on training trials and by" in page and "Given the best start of each piece instead" in page
+    assert "errors of the fit, with the best start of each piece" in page
 
 
 @pytest.mark.parametrize("effect", [broken("refusing", _refuse), broken("endless", _blow_up)])

@@ -5,11 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
 from myowave.diagnosis.search.conclude import Findings, search
 from myowave.diagnosis.search.verdict import judge
+from myowave.identification.disturbance import excitation_forcing, wandering
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
+from myowave.physics.motion import simulate
 
 CANDIDATES = ("joint_damping", "gravity_tilt", "joint_stiffness", "emg_crosstalk")
 
@@ -50,3 +53,25 @@ def test_an_effect_alone_needs_no_force_beside_it(searched, damping):
     found = searched({"joint_damping": {"c": damping}}, 0.0)
     assert judge(found).causes == ("joint_damping",)
     assert found.disturbance is None and found.selection.fit.record.filter is None
+
+
+def test_noise_of_the_emg_moves_the_arm_as_far_as_is_foretold(make_fit):
+    fit = make_fit()
+    forcing = excitation_forcing(fit)
+    valid, noise, starts = fit.record.valid, 0.02, torch.from_numpy(fit.starts)
+    foretold = noise * wandering(fit.linear.jacobian.numpy(), forcing @ np.swapaxes(forcing, -1, -2), valid)
+    squares = []
+    for seed in range(8):
+        wrong = noise * np.random.default_rng(seed).standard_normal(fit.record.emg.shape)
+        noisy = replace(fit.record, emg=fit.record.emg + torch.from_numpy(wrong))
+        moved = simulate(noisy.simulation(fit.model, fit.params), *starts.unbind(-1)).angle.numpy() - fit.angle
+        squares.append((moved[valid] ** 2).mean())
+    assert foretold == pytest.approx(np.sqrt(np.mean(squares)), rel=0.15)
+
+
+def test_what_noise_of_the_emg_does_to_the_motion_is_a_share_of_what_is_left(searched):
+    found = searched({}, 0.05)
+    verdict = judge(found)
+    together = np.hypot(found.disturbance.angle, verdict.emg_motion)
+    assert verdict.emg_motion > found.disturbance.angle
+    assert together == pytest.approx(found.selection.fit.rmse(), rel=0.35)

@@ -83,8 +83,7 @@ def network():
 @pytest.fixture(scope="module")
 def story(diagnosis, verdict, tables, rooms, network, tmp_path_factory):
     ladder = join_ladder(tables["ladder"], [network])
-    units = tables["parameters"].set_index("parameter")["unit"].to_dict()
-    parameters = join_parameters(verdict, [network], units)
+    parameters = join_parameters(verdict, [network], tables["parameters"])
     folder = tmp_path_factory.mktemp("pictures")
     watched = tables | rooms | {"ladder": ladder, "parameters": parameters}
     predictions = predictions_table(diagnosis)
@@ -116,7 +115,7 @@ def test_verdict_json_says_what_was_found_and_how_well(verdict):
     assert verdict["hidden"] == ["joint_damping"] and verdict["hit"]
     assert set(verdict["rmse_deg"]) == set(verdict["parameters"]) == {"base", "base+joint_damping"}
     for errors in verdict["rmse_deg"].values():
-        assert set(errors) == {"train", "heldout", "noise"}
+        assert set(errors) == {"train", "heldout", "fitted", "noise"}
     for values in verdict["parameters"].values():
         assert all(set(entry) == {"value", "se", "assumed", "true", "error_pct"} for entry in values.values())
     found = verdict["parameters"]["base+joint_damping"]["joint_damping.c"]
@@ -261,11 +260,16 @@ def test_the_page_says_what_to_do_whatever_the_verdict(story, template, changes,
 
 def test_noise_of_the_emg_is_named_in_words_and_there_is_no_model_to_add(story, template):
     assert story.verdict["titles"]["emg_noise"] == "noise of the recorded EMG"
-    noisy = {"verdict": "effect", "effects": ["emg_noise"], "model": "base", "emg_noise": 0.02}
+    noisy = {"verdict": "effect", "effects": ["emg_noise"], "model": "base", "emg_noise": 0.02, "emg_motion_deg": 1.2}
     page = write_page(replace(story, verdict={**story.verdict, **noisy}), template)
     assert "noise of the recorded EMG (<code>emg_noise</code>)" in page
     assert "There is nothing to add. No model makes up for" in page
     assert "targets: {models" not in page and "base/rollout" not in page
+    noise = story.verdict["rmse_deg"]["base"]["noise"]
+    words = re.sub("<[^>]+>", "", page)
+    assert "moves the simulated arm by 1.2 deg" in words, "what is left is more than the noise of the angle"
+    assert f"together that is about {np.hypot(noise, 1.2):.2g} deg" in words
+    assert "1.2 degmoved by noise of the recorded EMG" in words
     both = {**noisy, "effects": ["joint_damping", "emg_noise"], "model": "base+joint_damping"}
     page = write_page(replace(story, verdict={**story.verdict, **both}), template)
     assert "base+joint_damping/rollout" in page and "noise of the recorded EMG" in page
@@ -279,7 +283,10 @@ def test_the_sentence_names_noise_of_the_emg_with_its_size(diagnosis):
     ):
         noise = 0.02 if kind == "effect" else 0.0
         verdict = replace(diagnosis.verdict, kind=kind, effects=effects, alternatives=(), emg_noise=noise)
-        assert verdict_summary(replace(diagnosis, verdict=verdict))["sentence"].startswith(told)
+        verdict = replace(verdict, emg_motion=np.radians(0.7))
+        sentence = verdict_summary(replace(diagnosis, verdict=verdict))["sentence"]
+        assert sentence.startswith(told)
+        assert ("that of the EMG moves the simulated arm by 0.7 deg" in sentence) == (kind == "effect")
 
 
 def test_what_would_do_as_well_outside_the_catalogue_is_told(diagnosis, story, template):
@@ -298,6 +305,45 @@ def test_values_on_the_page_are_those_of_the_model_that_was_found(story, templat
     richer = {"base+joint_damping": {"joint_damping.c": {"value": 1.4321, "se": 0.0123, "error_pct": None}}}
     verdict = {**story.verdict, "parameters": {**story.verdict["parameters"], **richer}}
     assert "c = 1.432 ± 0.012" in write_page(replace(story, verdict=verdict), template)
+
+
+def test_an_effect_has_the_evidence_beside_the_rest_of_the_model_that_was_found(story, template, diagnosis):
+    """Damping alone may not pass where it does beside other curves."""
+    own = story.verdict["beside"]["joint_damping"]
+    assert own["delta_bic"] > 10 and own["folds"] == len(diagnosis.record.train.names)
+    pair = {"base": story.verdict["rmse_deg"]["base"], "base+joint_damping+fatigue": {}}
+    errors = story.verdict["rmse_deg"]["base"]
+    verdict = {
+        **story.verdict,
+        "effects": ["joint_damping", "fatigue"],
+        "model": "base+joint_damping+fatigue",
+        "rmse_deg": dict.fromkeys([*pair, "base+joint_damping"], errors),
+        "parameters": {**story.verdict["parameters"], "base+joint_damping+fatigue": {}},
+        "beside": {"joint_damping": {"delta_bic": 321.4, "folds_won": 3, "folds": 3}},
+    }
+    first = story.ranking[story.ranking["model"] == "base"]
+    alone = first["effect"] == "joint_damping"
+    first = first.assign(folds_won=first["folds_won"].where(~alone, 1), status=first["status"].where(~alone, "refused"))
+    second = story.ranking[story.ranking["model"] == "base+joint_damping"]
+    second = pd.concat([second.assign(effect="fatigue", delta_bic=44.0, status="supported").head(1), second])
+    last = second.assign(model="base+joint_damping+fatigue")
+    ladder = pd.concat([story.ladder, story.ladder.iloc[-1:].assign(source="physics", model=verdict["model"])])
+    pages = replace(story, verdict=verdict, ranking=pd.concat([first, second, last]), ladder=ladder)
+    tables = {"horizons": "predictor", "torque": "model", "predictions": "model"}
+    for name, column in tables.items():
+        table = getattr(story, name)
+        like = table[table[column] == "base+joint_damping"].assign(**{column: verdict["model"]})
+        pages = replace(pages, **{name: pd.concat([table, like])})
+    page = re.sub("<[^>]+>", "", write_page(pages, template))
+    assert "beside the rest of the model that was found, delta BIC 321" in page
+    assert "3 of 3 training trials, each left out in turn, are predicted better with it" in page
+    assert "when it was added to base+joint_damping, delta BIC 44" in page, "said where nothing better is known"
+    assert "By itself, joint_damping added to base would not pass" in page
+
+
+def test_the_model_to_start_from_is_told_at_the_top(story, template):
+    page = write_page(story, template)
+    assert "Here base is the model to start from: the published muscles and joint" in page[: page.index("<h1>")]
 
 
 def test_text_from_data_is_escaped(story, template):
@@ -325,7 +371,7 @@ def test_a_page_of_long_trials_can_still_be_opened_from_the_report(story, templa
 
 def quiet(story: Story, **errors: float) -> Story:
     """The story of a base model that is adequate, with other errors [deg] than it had."""
-    before = {"train": 0.00012, "heldout": 0.00013, "noise": 0.06, **errors}
+    before = {"train": 0.00012, "heldout": 0.00013, "fitted": 0.00012, "noise": 0.06, **errors}
     verdict = {**story.verdict, "verdict": "adequate", "effects": [], "alternatives": [], "model": "base"}
     verdict |= {"rmse_deg": {"base": before}, "where": "The misfit grows with time, from 0.00011 to 0.00013 deg."}
     return replace(story, verdict=verdict)
@@ -336,7 +382,7 @@ def test_below_the_noise_the_page_finds_nothing_and_says_so_once(story, template
     assert page.count("nothing to locate") == 1 and "grows with" not in page
     for drawn in ("RMSE by trial, direction", "missing torque over angle", "RMSE of every trial", "evidence for each"):
         assert drawn not in page
-    above = write_page(quiet(story, train=0.1), template)
+    above = write_page(quiet(story, fitted=0.1), template)
     assert "grows with" in above and "RMSE by trial, direction" in above
 
 

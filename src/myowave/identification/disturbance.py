@@ -38,12 +38,20 @@ class Disturbance:
         angle: of the angle [rad].
         gain: how much more likely the residual is with noise of the EMG than without, as a difference of BIC.
         whitener: turns residuals of these trials into innovations.
+        response: by how much a standard deviation of 1 of the EMG's noise would move the angle, root mean square over
+            all samples [rad].
     """
 
     emg: float
     angle: float
     gain: float
     whitener: Whitener
+    response: float = 0.0
+
+    @property
+    def motion(self) -> float:
+        """How far the simulated motion is off because the recorded EMG is noisy, root mean square [rad]."""
+        return self.emg * self.response
 
 
 def estimate_disturbance(fit: Fit) -> Disturbance:
@@ -68,7 +76,24 @@ def estimate_disturbance(fit: Fit) -> Disturbance:
     settled = without_starts(by_start, residual[..., None])
     without = samples * (np.log((settled**2).sum() / samples) + 1)
     gain = without - float(found.fun) - np.log(samples)
-    return Disturbance(float(emg), float(angle), float(gain), whitener(found.x))
+    response = wandering(jacobian, added, valid)
+    return Disturbance(float(emg), float(angle), float(gain), whitener(found.x), response)
+
+
+def wandering(jacobian: Array, added: Array, valid: NDArray[np.bool_]) -> float:
+    """How far a random force takes the angle from where it would be without, root mean square over samples [rad].
+
+    Args:
+        jacobian, added: as `Whitener.of` takes them; the motion starts where it would without the force.
+        valid: samples that count (T, N).
+    """
+    trials, steps, states, _ = jacobian.shape
+    spread, variance = np.zeros((trials, states, states)), np.zeros((trials, steps + 1))
+    for n in range(steps):
+        step = jacobian[:, n]
+        spread = step @ spread @ np.swapaxes(step, -1, -2) + added[:, n]
+        variance[:, n + 1] = spread[:, 0, 0]
+    return float(np.sqrt(variance[valid].mean()))
 
 
 def excitation_forcing(fit: Fit) -> Array:

@@ -32,6 +32,7 @@ class Free:
         spread: further starts are up to this fraction away.
         deviation: standard deviation of what is known of it beforehand, about `start`; infinite where nothing is.
         held: whether it stays at `start`, where an earlier stage of a fit left it; its deviation is that stage's.
+        beforehand: value and standard deviation that were known before that stage; None where there was none.
     """
 
     name: str
@@ -42,11 +43,17 @@ class Free:
     spread: float = 0.0
     deviation: float = np.inf
     held: bool = False
+    beforehand: tuple[float, float] | None = None
+
+    @property
+    def known(self) -> tuple[float, float]:
+        """Value and standard deviation that are known of it before any trial; the latter infinite where nothing is."""
+        return self.beforehand or (self.start, self.deviation)
 
     @property
     def assumed(self) -> bool:
-        """Whether it is free only because nobody measured it: something is known of it beforehand."""
-        return bool(np.isfinite(self.deviation))
+        """Whether it is free only because nobody measured it: something is known of it before any trial."""
+        return bool(np.isfinite(self.known[1]))
 
 
 def free_parameters(

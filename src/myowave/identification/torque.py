@@ -149,7 +149,9 @@ class TorqueFit:
         """The parameters, to be held at these values."""
         errors = np.sqrt(np.diag(self.covariance))
         pairs = zip(self.free, self.values, errors, strict=True)
-        return tuple(replace(p, start=float(v), deviation=float(e) or np.inf, held=True) for p, v, e in pairs)
+        return tuple(
+            replace(p, start=float(v), deviation=float(e) or np.inf, held=True, beforehand=p.known) for p, v, e in pairs
+        )
 
 
 def shares_given(balance: Balance, free: Sequence[Free], values: Array) -> dict[str, float]:

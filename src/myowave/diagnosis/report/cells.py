@@ -7,7 +7,7 @@ import pandas as pd
 from markupsafe import Markup, escape
 
 from myowave.diagnosis.report.ladder import PHYSICS
-from myowave.diagnosis.report.words import titled
+from myowave.diagnosis.report.words import LEAST_DEG, titled
 
 RANKING_COLUMNS = {
     "effect": "effect",
@@ -70,8 +70,8 @@ def ladder_rows(ladder: pd.DataFrame) -> Rows:
         (
             named(r.model),
             _what(r.source),
-            number(r.train_rmse_deg),
-            number(r.heldout_rmse_deg),
+            _error(r.train_rmse_deg),
+            _error(r.heldout_rmse_deg),
             "" if pd.isna(r.heldout_r2) else f"{r.heldout_r2:.5f}",
             number(r.missing_torque_Nm),
         )
@@ -96,7 +96,7 @@ def parameter_rows(parameters: pd.DataFrame) -> Rows:
             "what": _what(r.source) + ", were it right" * bool(r.if_right),
             "value ± SE": estimate(r.value, r.se),
             "unit": "" if pd.isna(r.unit) else r.unit,
-            "scatter of seeds": number(r.scatter),
+            "scatter of seeds": "0" if r.scatter <= NOTHING * abs(r.value) else number(r.scatter),
             "true error [%]": number(r.error_pct),
         }
         for r in parameters.itertuples()
@@ -119,6 +119,11 @@ def estimate(value: float, se: float | None) -> str:
         return f"{value:.6g}"
     digits = max(0, 1 - int(np.floor(np.log10(se))))
     return f"{value:.{digits}f} ± {se:.{digits}f}" if digits <= 6 else f"{value:.6g} ± {se:.1g}"
+
+
+def _error(value: float) -> str:
+    """An error [deg]; no power of ten for one that nobody could measure."""
+    return f"under {LEAST_DEG}" if value < LEAST_DEG else number(value)
 
 
 def _what(source: str) -> str:

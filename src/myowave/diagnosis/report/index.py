@@ -15,7 +15,7 @@ from markupsafe import Markup
 from myowave.diagnosis.report.cells import named
 from myowave.diagnosis.report.contents import ROOM_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.templates import fill
-from myowave.diagnosis.report.words import degrees, kind_of, noise, tell, titled
+from myowave.diagnosis.report.words import BASE, degrees, kind_of, noise, tell, titled
 from myowave.diagnosis.rooms.names import EMG_ONLY, POSTURE
 from myowave.diagnosis.rooms.telling import explained, missed, named_horizon, r2_text
 
@@ -109,6 +109,7 @@ def write_index(entries: Iterable[Entry], links: Sequence[tuple[str, str]], temp
             "names": [entry.name for entry in entries],
             "facts": [(fact, [of_one.get(fact, "") for of_one in facts]) for fact in kinds],
             "links": links,
+            "base": BASE,
             "files": FILES,
         },
     )
@@ -137,7 +138,7 @@ def _row(entry: Entry) -> dict[str, Any]:
         "before": degrees(entry.before["heldout"]),
         "after": degrees(entry.after["heldout"]) if entry.after else "",
         "over": _reach(verdict),
-        "noise": noise(verdict),
+        "noise": _noise(verdict),
         "parameters": _parameters(entry, verdict["model"], assumed=False),
         "constants": _parameters(entry, verdict["model"], assumed=True),
         "settings": _written(entry) if entry.settings else "",
@@ -156,6 +157,13 @@ def _effects(verdict: Mapping[str, Any]) -> Markup:
         + " or something like it" * (effect in verdict["stand_ins"])
         for effect in verdict["effects"]
     )
+
+
+def _noise(verdict: Mapping[str, Any]) -> str:
+    """Noise of the angle, and what that of the recorded EMG makes of the motion, where it is there."""
+    if not verdict.get("emg_noise"):
+        return noise(verdict)
+    return f"{noise(verdict)} of the angle; noise of the EMG moves the arm by {degrees(verdict['emg_motion_deg'])}"
 
 
 def _reach(verdict: Mapping[str, Any]) -> str:
@@ -180,7 +188,7 @@ def _facts(entry: Entry) -> dict[str, str | Markup]:
         "what is missing": _effects(verdict),
         "model that was found": named(found),
         "predicted over": _reach(verdict),
-        "noise of the angle": noise(verdict),
+        "noise": _noise(verdict),
     }
     for part, words in (("train", "training RMSE"), ("heldout", "held-out RMSE")):
         facts[f"{words}, base model"] = degrees(entry.before[part])

@@ -74,16 +74,16 @@ def _seeds(seeds: Sequence[int]) -> str:
 
 
 def join_parameters(
-    verdict: Mapping[str, Any], evaluations: Sequence[pd.DataFrame], units: Mapping[str, str]
+    verdict: Mapping[str, Any], evaluations: Sequence[pd.DataFrame], fitted: pd.DataFrame
 ) -> pd.DataFrame:
-    """Every estimated parameter of every model: unit, value, standard error, true value and error where known; whether
-    it is free only because nobody measured it, and whether its interval holds only `if_right` were the model.
+    """Every estimated parameter of every model: unit, bounds, value, standard error, true value and error where known;
+    whether it is free only because nobody measured it, and whether its interval holds only `if_right` were the model.
 
     Args:
         verdict: verdict.json, its errors filled in where they are known.
         evaluations: as in `join_ladder`; values and standard errors are medians over the seeds, `scatter` is that of
             the values (1 SD).
-        units: by parameter.
+        fitted: columns parameter, unit, low, high of every parameter.
     """
     rows = [
         (
@@ -105,7 +105,10 @@ def join_parameters(
             if_right = model in verdict["models_that_leave_more"]
             rows.append((source_of(table), model, name, value, se, spread, true, error, False, if_right))
     joined = pd.DataFrame(rows, columns=PARAMETER_COLUMNS)
-    joined.insert(3, "unit", joined["parameter"].map(units))
+    for place, column in enumerate(("unit", "low", "high"), 3):
+        joined.insert(
+            place, column, joined["parameter"].map(fitted.drop_duplicates("parameter").set_index("parameter")[column])
+        )
     joined[["true", "error_pct"]] = joined[["true", "error_pct"]].astype(float)
     order = joined["model"].str.count(r"\+")
     return joined.iloc[np.argsort(order, kind="stable")].reset_index(drop=True)

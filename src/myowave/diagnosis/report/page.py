@@ -15,7 +15,6 @@ import pandas as pd
 
 from myowave.diagnosis.report.cells import (
     LADDER_COLUMNS,
-    estimate,
     ladder_rows,
     named,
     parameter_columns,
@@ -23,15 +22,27 @@ from myowave.diagnosis.report.cells import (
     proposal_rows,
     ranking_table,
 )
+from myowave.diagnosis.report.evidence import added, estimates, evidence, only_beside_others, share_of_noise
 from myowave.diagnosis.report.ladder import PHYSICS, tell_failed_seeds
 from myowave.diagnosis.report.motion import list_motion
 from myowave.diagnosis.report.pattern import tell_missing_torque
 from myowave.diagnosis.report.templates import fill
-from myowave.diagnosis.report.words import GLOSSARY, degrees, kind_of, noise, tell, tell_masked, titled, two_digits
+from myowave.diagnosis.report.words import (
+    BASE,
+    GLOSSARY,
+    degrees,
+    kind_of,
+    noise,
+    tell,
+    tell_masked,
+    titled,
+    two_digits,
+)
 from myowave.diagnosis.rooms.telling import tell_horizons, tell_torque
 
 PIXELS = 1.9  # of a picture in one of the page
 UNDECIDABLE = "undecidable"
+IF_RIGHT = 'Where it says "were it right" the model leaves more than noise: its SE holds only if the model were right.'
 QUIET = 1.1  # an adequate model that leaves no more than so many times the noise has nothing to locate
 
 
@@ -79,11 +90,15 @@ def write_page(story: Story, template: Path) -> str:
         "named": named,
         "glossary": GLOSSARY,
         "headline": _headline(story),
+        "base": f"Here {_base(verdict)[0]} is the model to start from: {BASE}.",
         "strength": _strength(story),
         "numbers": _numbers(story),
         "images": {name: inline(path) for name, path in story.images.items() if name != "overlay"},
         "widths": {name: shown_width(path) for name, path in story.images.items()},
         "motion": list_motion(story.predictions, verdict["model"], _base(verdict)[1]["noise"]),
+        "restart": f"Every {verdict['horizon_s']:g} s the prediction starts again at the measured state."
+        if verdict["horizon_s"] is not None
+        else "",
         "quiet": _quiet(verdict),
         "weighed": verdict["follows"] and not _quiet(verdict),
         "compare": _compare(verdict),
@@ -100,7 +115,7 @@ def write_page(story: Story, template: Path) -> str:
         f"(expected chi-square {proposed['separation']:.3g}, now {proposed['now']:.3g}).",
         "proposals": proposal_rows(story.proposals),
         "add": _add(verdict),
-        "command": verdict["command"] if _added(verdict) else "",
+        "command": verdict["command"] if added(verdict) else "",
         "keep": _keep(verdict),
         "draft": story.draft if verdict["formula"] != "0" else "",
         "draft_is_news": kind_of(verdict).unexplained,
@@ -110,6 +125,7 @@ def write_page(story: Story, template: Path) -> str:
         "failed_seeds": tell_failed_seeds(story.ladder),
         "parameter_columns": parameter_columns(named_ones),
         "parameters": parameter_rows(named_ones),
+        "parameter_caption": IF_RIGHT if named_ones["if_right"].any() else "",
         "assumed_columns": parameter_columns(assumed),
         "assumed": parameter_rows(assumed),
         "score": _score(verdict),
@@ -133,15 +149,10 @@ def _base(verdict: Mapping[str, Any]) -> tuple[str, Mapping[str, float]]:
     return model, errors
 
 
-def _added(verdict: Mapping[str, Any]) -> list[str]:
-    """The named effects that the model has which was found: noise of the EMG is a cause, and no part of a model."""
-    return [effect for effect in verdict["effects"] if effect in verdict["model"].split("+")]
-
-
 def _quiet(verdict: Mapping[str, Any]) -> bool:
     """Whether there is nothing to locate: no effect shows in the motion, and no more than the noise is left."""
     errors = _base(verdict)[1]
-    return bool(verdict["verdict"] in ("adequate", UNDECIDABLE) and errors["train"] <= QUIET * errors["noise"])
+    return bool(verdict["verdict"] in ("adequate", UNDECIDABLE) and errors["fitted"] <= QUIET * errors["noise"])
 
 
 def _headline(story: Story) -> str:
@@ -162,18 +173,11 @@ def _strength(story: Story) -> list[str]:
         return [text for text in (rest, _stands_on(verdict)) if text]
     # Where more is left, no rounding makes it nothing.
     sentence = kind_of(verdict).sentence.format(explained=min(verdict["explained"], 0.99))
-    texts = [] if sentence.rstrip(".") in verdict["sentence"] else [sentence]
-    ladder = list(dict.fromkeys(story.ranking["model"]))
-    for model, rows in story.ranking.groupby("model", sort=False):
-        added = _added_to(model, ladder)
-        found = rows[rows["effect"] == added]
-        if len(found) and added in verdict["effects"]:
-            row = found.iloc[0]
-            texts.append(
-                f"{added}: delta BIC {row['delta_bic']:.0f} where 10 is very strong evidence, better in "
-                f"{row['folds_won']} of {row['folds']} trials left out, {_estimates(story, added)}."
-            )
-    return texts
+    texts = [] if sentence.rstrip(".") in verdict["sentence"] else [sentence + share_of_noise(verdict)]
+    return texts + [
+        f"{effect}: {evidence(verdict, story.ranking, effect)}; {estimates(verdict, story.parameters, effect)}."
+        for effect in added(verdict)
+    ]
 
 
 def _stands_on(verdict: Mapping[str, Any]) -> str:
@@ -189,24 +193,6 @@ def _stands_on(verdict: Mapping[str, Any]) -> str:
     return f"Its parameters are fitted to torque along the measured motion, the last stage that stands.{scores}"
 
 
-def _estimates(story: Story, effect: str) -> str:
-    """The parameters of an effect in the model that was found, with their standard errors."""
-    found = story.verdict["parameters"][story.verdict["model"]]
-    units = story.parameters.drop_duplicates("parameter").set_index("parameter")["unit"].dropna()
-    texts = []
-    for name, p in found.items():
-        if name.startswith(f"{effect}."):
-            unit = f" {units[name]}" if units.get(name, "-") != "-" else ""
-            texts.append(f"{name.removeprefix(f'{effect}.')} = {estimate(p['value'], p['se'])}{unit}")
-    return ", ".join(texts)
-
-
-def _added_to(model: str, ladder: list[str]) -> str:
-    """The effect that the model after this one on the ladder adds; empty for the last."""
-    place = ladder.index(model)
-    return ladder[place + 1].removeprefix(model).strip("+") if place + 1 < len(ladder) else ""
-
-
 def _numbers(story: Story) -> list[tuple[str, str]]:
     errors, found = story.verdict["rmse_deg"], story.verdict["model"]
     model, first = _base(story.verdict)
@@ -215,20 +201,26 @@ def _numbers(story: Story) -> list[tuple[str, str]]:
     numbers = [(f"held-out RMSE of {model}{over}", degrees(first["heldout"]))]
     if found != model:
         numbers.append(("held-out RMSE with what was found", degrees(errors[found]["heldout"])))
-    return [*numbers, ("noise of the measured angle", noise(story.verdict))]
+    numbers.append(("noise of the measured angle", noise(story.verdict)))
+    if story.verdict["emg_noise"]:
+        numbers.append(("moved by noise of the recorded EMG", degrees(story.verdict["emg_motion_deg"])))
+    return numbers
 
 
 def _compare(verdict: Mapping[str, Any]) -> str:
     model, errors = _base(verdict)
-    text = _reach(verdict) + (
-        f"Fitted to the training trials, the model {model} leaves {degrees(errors['train'])} there and "
-        f"{degrees(errors['heldout'])} on held-out trials."
-    )
-    if _quiet(verdict):
-        return text
     more = "more than " if verdict["noise_is_bound"] else ""
-    return (
-        text + f" On the training trials that is {more}{two_digits(errors['train'] / errors['noise'])} times the noise."
+    times = f"{more}{two_digits(errors['fitted'] / errors['noise'])} times the noise"
+    if verdict["horizon_s"] is None:
+        text = _reach(verdict) + (
+            f"Fitted to the training trials, the model {model} leaves {degrees(errors['train'])} there and "
+            f"{degrees(errors['heldout'])} on held-out trials."
+        )
+        return text if _quiet(verdict) else f"{text} On the training trials that is {times}."
+    return _reach(verdict) + (
+        f"So predicted, the model {model} misses by {degrees(errors['train'])} on training trials and by "
+        f"{degrees(errors['heldout'])} on held-out trials. Given the best start of each piece instead, as the fit "
+        f"takes it, it leaves {degrees(errors['fitted'])} on the training trials, {times}."
     )
 
 
@@ -246,7 +238,8 @@ def _where(verdict: Mapping[str, Any]) -> str:
     """Where the misfit is; said once where it is no more than the noise."""
     if _quiet(verdict):
         return f"What the model leaves is no more than the noise of the angle, {noise(verdict)}: nothing to locate."
-    return str(verdict["where"])
+    pieces = " These are errors of the fit, with the best start of each piece." * (verdict["horizon_s"] is not None)
+    return f"{verdict['where']}{pieces}"
 
 
 def _missing(story: Story) -> str:
@@ -256,7 +249,10 @@ def _missing(story: Story) -> str:
     cells = story.missing.groupby("model")
     empty = story.missing.iloc[:0]
     maps = {m: cells.get_group(m) if m in cells.groups else empty for m in models}
-    return " ".join(tell_missing_torque(maps[m], float(rows[m]), m) for m in models)
+    texts = [tell_missing_torque(maps[m], float(rows[m]), m) for m in models]
+    if story.verdict["emg_noise"]:
+        texts.append("Noise of the recorded EMG is such a torque without a pattern, too.")
+    return " ".join(texts)
 
 
 def _reach(verdict: Mapping[str, Any]) -> str:
@@ -265,13 +261,12 @@ def _reach(verdict: Mapping[str, Any]) -> str:
     if horizon is not None and verdict["stands_on"] == "torque":
         text += (
             f"The model does not follow the motion for {horizon:g} s, so its parameters stand on torque and no fit to "
-            f"motion; all below is about predictions over {horizon:g} s with them, on held-out trials from the "
-            "measured state. "
+            f"motion; all below is about predictions over {horizon:g} s with them, each from a measured state. "
         )
     elif horizon is not None:
         text += (
             f"Running free over whole trials the model diverges; all below is about predictions over {horizon:g} s, "
-            "each from a start of its own, on held-out trials from the measured state. "
+            "each from a measured state. "
         )
     return text + "".join(f"The model {name} could not be fitted: {why} " for name, why in verdict["failed"].items())
 
@@ -291,6 +286,7 @@ def _which(story: Story) -> str:
         return text + "No effect is supported by the data." + open_question
     classes = [" or ".join(c) for c in verdict["alternatives"]]
     text += f"The evidence asks for {', then '.join(verdict['effects'])}."
+    text += only_beside_others(verdict, story.ranking)
     text += f" Not told apart: {'; '.join(classes)}." if classes else ""
     for name, others in verdict["stand_ins"].items():
         text += f" Outside the catalogue, {' or '.join(others)} would do as well as {name}."
@@ -323,7 +319,7 @@ def _add(verdict: Mapping[str, Any]) -> str:
         names = " and ".join(verdict["outside_usual_range"]) or "the parameters"
         record = "Record the trial that is proposed above, or measure" if verdict["next_trial"] else "Measure"
         return f"Nothing yet. {record} {names} on the subject; then run again."
-    if not _added(verdict):
+    if not added(verdict):
         return "There is nothing to add." + " No model makes up for noise of the EMG." * bool(verdict["effects"])
     return (
         "Typed in the project's folder with its environment active (. .venv/bin/activate), this trains the network "
@@ -334,7 +330,7 @@ def _add(verdict: Mapping[str, Any]) -> str:
 
 def _keep(verdict: Mapping[str, Any]) -> str:
     """Settings with which plain `snakemake` makes what was found too; empty where there is nothing to add."""
-    if not _added(verdict):
+    if not added(verdict):
         return ""
     base = next(iter(verdict["rmse_deg"]))
     return f"targets: {{models: {{{verdict['dataset']}: [{base}, {verdict['model']}]}}}}"
@@ -347,4 +343,6 @@ def _score(verdict: Mapping[str, Any]) -> str:
     truth = "These trials are simulated, so the truth is known: "
     if not verdict["hidden"]:
         return f"{truth}nothing was hidden in them, and {'nothing' if verdict['hit'] else 'something'} was reported."
-    return f"{truth}{', '.join(verdict['hidden'])} was hidden in them, and was {'' if verdict['hit'] else 'not '}found."
+    was = "was" if len(verdict["hidden"]) == 1 else "were"
+    named = f"the verdict names {'that' if verdict['hit'] else 'less, more or something else'}"
+    return f"{truth}{' and '.join(verdict['hidden'])} {was} hidden in them, and {named}."

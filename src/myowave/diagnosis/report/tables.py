@@ -11,7 +11,6 @@ from myowave.diagnosis.report.words import degrees, tell_masked
 from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import EVIDENCE, Candidate
 from myowave.diagnosis.search.score import confusion
-from myowave.identification.free_parameters import Free
 from myowave.identification.record import Record, is_bound
 from myowave.identification.uncertainty import correlations
 from myowave.physics.constants import constant_unit
@@ -37,15 +36,17 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         "where": diagnosis.where,
         "rmse_deg": {
             rung.name: {
-                "train": float(np.degrees(rung.fit.rmse())),
+                "train": float(np.degrees(rung.rmse)),
                 "heldout": float(np.degrees(rung.heldout.rmse)),
+                # What the fit leaves, each piece with a start of its own: to be set beside the noise.
+                "fitted": float(np.degrees(rung.fit.rmse())),
                 "noise": diagnosis.noise_deg,
             }
             for rung in diagnosis.tried
         },
         "parameters": {
             rung.name: {
-                p.name: {"value": float(value), "se": errors[p.name], "assumed": _nobody_asked(p)}
+                p.name: {"value": float(value), "se": errors[p.name], "assumed": p.assumed}
                 for p, value in zip(rung.fit.free, rung.fit.values, strict=True)
             }
             for rung in diagnosis.tried
@@ -64,6 +65,12 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         "missing_Nm": diagnosis.rungs[-1].missing.rms if verdict.structure_left else 0.0,
         "shares": dict(verdict.shares),
         "emg_noise": verdict.emg_noise,
+        "emg_motion_deg": float(np.degrees(verdict.emg_motion)),
+        "beside": {
+            name: {"delta_bic": float(c.delta_bic), "folds_won": c.folds_won, "folds": c.folds}
+            for name, c in diagnosis.found.beside.items()
+            if name in verdict.effects
+        },
         "nearest": list(verdict.nearest),
         "formula": diagnosis.draft.formula,
         "failed": dict(diagnosis.failed),
@@ -78,12 +85,6 @@ def _leave_more(diagnosis: Diagnosis) -> list[str]:
     left = [rung.name for rung in diagnosis.tried if not rung.independence.holds]
     before = [rung.name for rung in diagnosis.rungs[:-1]] if found.kind != "adequate" else []
     return sorted({*left, *before, *([last] if found.structure_left else [])})
-
-
-def _nobody_asked(free: Free) -> bool:
-    """Whether a parameter is free only because nobody measured it; one that the settings want identified has a spread,
-    also where a fit to torque holds it."""
-    return free.assumed and not free.spread
 
 
 def sentence(diagnosis: Diagnosis) -> str:
@@ -105,7 +106,8 @@ def sentence(diagnosis: Diagnosis) -> str:
     if verdict.emg_noise:
         noise = f"{EMG_NOISE_TITLE} of {verdict.emg_noise:.2g}"
         named, them = [*named, noise], "it" if not named else "them"
-        rmse += f" and that of the EMG {verdict.emg_noise:.2g}"
+        rmse = rmse.replace("the noise is", "the noise of the angle is")
+        rmse += f", and that of the EMG moves the simulated arm by {degrees(float(np.degrees(verdict.emg_motion)))}"
     texts = {
         "adequate": f"The model is adequate: it leaves {rmse}, and no effect in the catalogue would explain more.",
         "effect": f"Missing: {' and '.join(named)}. With {them} the model leaves {rmse}.",
@@ -194,10 +196,10 @@ def ladder_table(diagnosis: Diagnosis) -> pd.DataFrame:
             "model": rung.name,
             "effects": len(rung.fit.model.effects),
             "named": rung.name in named,
-            "train_rmse_deg": np.degrees(rung.fit.rmse()),
+            "train_rmse_deg": np.degrees(rung.rmse),
             "heldout_rmse_deg": np.degrees(rung.heldout.rmse),
             "noise_deg": diagnosis.noise_deg,
-            "train_r2": _r2(rung.fit.residual, rung.fit.record),
+            "train_r2": _r2(rung.residual, rung.fit.record),
             "heldout_r2": _r2(rung.heldout.residual, diagnosis.test),
             "missing_torque_Nm": rung.missing.rms,
             "independent": rung.independence.holds,
@@ -209,16 +211,14 @@ def ladder_table(diagnosis: Diagnosis) -> pd.DataFrame:
 
 def parameters_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Every estimated parameter of every model: value, standard error, bounds, unit; of those that nobody measured what
-    is expected, and the standard deviation of that."""
+    is expected before any trial, and the standard deviation of that."""
     rows = []
     for rung in diagnosis.tried:
         errors = rung.fit.standard_errors()
         for p, value in zip(rung.fit.free, rung.fit.values, strict=True):
             unit = _unit(rung.fit.model, p.name)
-            beforehand = (p.start, p.deviation) if p.assumed else (np.nan, np.nan)
-            rows.append(
-                (rung.name, p.name, float(value), errors[p.name], p.low, p.high, unit, _nobody_asked(p), *beforehand)
-            )
+            known = p.known if p.assumed else (np.nan, np.nan)
+            rows.append((rung.name, p.name, float(value), errors[p.name], p.low, p.high, unit, p.assumed, *known))
     columns = ["model", "parameter", "value", "se", "low", "high", "unit", "assumed", "expected", "deviation"]
     return pd.DataFrame(rows, columns=columns)
 
@@ -294,7 +294,7 @@ def missing_torque_table(diagnosis: Diagnosis) -> pd.DataFrame:
 
 def _parts(diagnosis: Diagnosis, rung: Any) -> list[tuple[str, Record, np.ndarray]]:
     return [
-        ("train", rung.fit.record, rung.fit.residual),
+        ("train", rung.fit.record, rung.residual),
         ("test", diagnosis.test, rung.heldout.residual),
     ]
 

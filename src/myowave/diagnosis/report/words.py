@@ -1,5 +1,6 @@
 """Words of the pages: what each kind of verdict means, effects by their titles, terms explained on hover."""
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -36,9 +37,11 @@ KINDS = {
     "unknown": Kind("unknown", "So no effect is named, and none is added.", unexplained=True),
     "undecidable": Kind("not decidable", "These trials would look the same either way; other ones would not."),
 }
+BASE = "the published muscles and joint with the arm of the settings, and no effect added"
 LOST = Kind("does not follow the motion", "The model does not follow these trials.")
 
 GLOSSARY = {
+    "base": f"The model to start from: {BASE}. A model with effects is written base+effect.",
     "held-out": "Kept aside: no fit and no choice has seen these trials. They tell how well new motion is predicted.",
     "RMSE": "Root mean square error: the typical distance between measured and predicted angle.",
     "R2": "Share of the variation that is explained: 1 is all of it, 0 no better than the mean, below 0 worse.",
@@ -58,6 +61,7 @@ GLOSSARY = {
 }
 LEAST_DEG = 0.0001  # no error smaller than this is told
 _WRITTEN = {
+    "base": r"base(?![+\w])",
     "held-out": r"held[- ]out",
     "R2": r"R2|R²",
     "scale": r"\d-scale|scales",
@@ -104,6 +108,13 @@ def noise(verdict: Mapping[str, Any]) -> str:
     """The noise of the measured angle in text, said to be a bound where it is one."""
     value = next(iter(verdict["rmse_deg"].values()))["noise"]
     return f"{'at most ' * bool(verdict.get('noise_is_bound'))}{degrees(value)}"
+
+
+def noise_with_emg(verdict: Mapping[str, Any]) -> float | None:
+    """What noise of the angle and of the recorded EMG make of the error together [deg]; none where the EMG has none."""
+    if not verdict["emg_noise"]:
+        return None
+    return math.hypot(next(iter(verdict["rmse_deg"].values()))["noise"], verdict["emg_motion_deg"])
 
 
 def tell(text: str, titles: Mapping[str, str]) -> Markup:

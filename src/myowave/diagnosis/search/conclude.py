@@ -14,7 +14,7 @@ import torch
 from myowave.data.wavelets import estimate_noise
 from myowave.diagnosis.misfit.repeated import Repeated, repeated_misfit
 from myowave.diagnosis.misfit.size import ABOVE, Size, size_of_misfit
-from myowave.diagnosis.search.rank import EVIDENCE, rank_effects
+from myowave.diagnosis.search.rank import EVIDENCE, Candidate, rank_effects
 from myowave.diagnosis.search.score import FAILURES
 from myowave.diagnosis.search.selection import Selection, select_effects, without_effect
 from myowave.diagnosis.search.stand_ins import StandIns, find_stand_ins
@@ -41,6 +41,7 @@ class Findings:
         disturbance: the random force beside which effects were weighed; None where none was needed.
         settled: whether what the last fit leaves, beside that force, is noise.
         stand_ins: for each effect found, what the catalogue does not hold and that would do as well.
+        beside: each effect found, weighed at the fit with all the others.
     """
 
     selection: Selection
@@ -50,6 +51,7 @@ class Findings:
     disturbance: Disturbance | None = None
     settled: bool = True
     stand_ins: Mapping[str, StandIns] = field(default_factory=dict)
+    beside: Mapping[str, Candidate] = field(default_factory=dict)
 
     @property
     def variance(self) -> float:
@@ -82,8 +84,8 @@ def search(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> 
     """
     effects = tuple(effects)
     found = _search(fit, effects, known)
-    if found.carries and fit.record.pieces is None:
-        found = replace(found, stand_ins=_stand_ins(found.selection, effects, known))
+    if found.carries:
+        found = _each_without(found, effects, known)
     if found.selection.effects and found.disturbance is None and not found.carries:
         # What cannot be named must not make a model look worse than it is by itself.
         first = found.selection
@@ -114,13 +116,15 @@ def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str]) -> Fi
         if beside.gain < EVIDENCE:
             # With the effects found no force is needed: what they are told apart by is then seen best without one.
             return weighed(select(fit, hint))
-        disturbance = replace(disturbance, emg=beside.emg)  # without what the effects explain
+        # Without what the effects explain.
+        disturbance = replace(disturbance, emg=beside.emg, response=beside.response)
     return weighed(selection, disturbance)
 
 
-def _stand_ins(selection: Selection, effects: tuple[Effect, ...], known: Collection[str]) -> dict[str, StandIns]:
-    """What would do as well as each effect that was added, beside the others."""
-    found = {}
+def _each_without(found: Findings, effects: tuple[Effect, ...], known: Collection[str]) -> Findings:
+    """The same, with each effect that was added weighed beside the others, and what would do as well."""
+    stand_ins, beside = {}, {}
+    selection = found.selection
     first, last = selection.ladder[0], selection.fit
     for effect in last.model.effects[len(first.model.effects) :]:
         try:
@@ -133,8 +137,11 @@ def _stand_ins(selection: Selection, effects: tuple[Effect, ...], known: Collect
         except FAILURES:  # nothing moves without it
             continue
         own = next(c for c in ranking if c.name == effect.name)
-        found[effect.name] = find_stand_ins(without, own, ranking) if own.fit is not None else StandIns()
-    return found
+        if own.fit is not None:
+            beside[effect.name] = own
+        whole = own.fit is not None and last.record.pieces is None
+        stand_ins[effect.name] = find_stand_ins(without, own, ranking) if whole else StandIns()
+    return replace(found, stand_ins=stand_ins, beside=beside)
 
 
 def has_passed_a_filter(fit: Fit, disturbance: Disturbance) -> bool:

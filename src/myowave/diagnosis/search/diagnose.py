@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.misfit.independence import Independence, check_independence
@@ -29,13 +30,29 @@ from myowave.settings import Identify, Scatter
 
 @dataclass(frozen=True)
 class Rung:
-    """A model fitted to the training trials and tried on the others."""
+    """A model fitted to the training trials and tried on the others.
+
+    Args:
+        seen: the training trials predicted as the others are, where these are in pieces that start at measured states:
+            the fit has a start of its own for each piece, and looks better by that.
+    """
 
     fit: Fit
     heldout: Prediction
     independence: Independence
     misfit: pd.DataFrame
     missing: MissingTorque
+    seen: Prediction | None = None
+
+    @property
+    def residual(self) -> NDArray[np.float64]:
+        """Of the training trials, to be set beside that of the others (T, N) [rad]."""
+        return self.fit.residual if self.seen is None else self.seen.residual
+
+    @property
+    def rmse(self) -> float:
+        """On the training trials, to be set beside that on the others [rad]."""
+        return self.fit.rmse() if self.seen is None else self.seen.rmse
 
     @property
     def name(self) -> str:
@@ -139,7 +156,7 @@ def diagnose(
                 failed[model.name] = str(error)
                 report(f"left out: model {model.name}: {error}")
     for rung in (*rungs, *named):
-        train, heldout = np.degrees(rung.fit.rmse()), np.degrees(rung.heldout.rmse)
+        train, heldout = np.degrees(rung.rmse), np.degrees(rung.heldout.rmse)
         report(f"{rung.name}: training {train:.3g} deg, held-out {heldout:.3g} deg")
     verdict = judge(found, follows=followed)
     where = describe(rungs[0].misfit, noise_of(found, record, follows=followed))
@@ -185,7 +202,8 @@ def make_rung(fit: Fit, test: Record) -> Rung:
     Args:
         test: the trials kept for testing.
     """
-    return Rung(fit, predict(fit, test), check_independence(fit), misfit_by(fit), missing_torque(fit))
+    seen = None if fit.record.pieces is None else predict(fit, fit.record)
+    return Rung(fit, predict(fit, test), check_independence(fit), misfit_by(fit), missing_torque(fit), seen)
 
 
 def _proposals(selection: Selection, verdict: Verdict, effects: Mapping[str, Effect]) -> dict[str, list[Proposal]]:

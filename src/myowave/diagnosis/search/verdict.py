@@ -32,6 +32,7 @@ class Verdict:
         structure_left: whether more is left than noise.
         missing: how much [rad, root mean square]; 0 where nothing is.
         emg_noise: of the recorded EMG [-], where it explains what effects do not; 0 where there is no need for it.
+        emg_motion: how far that noise takes the simulated motion from the measured one [rad, root mean square].
         masked: with undecidable, {parameter outside its usual range: effects that would explain it}.
         follows: whether the base model follows the trials at all; where it does not, no effect was weighed.
     """
@@ -49,6 +50,7 @@ class Verdict:
     emg_noise: float
     masked: Mapping[str, tuple[str, ...]]
     follows: bool = True
+    emg_motion: float = 0.0
 
     @property
     def causes(self) -> tuple[str, ...]:
@@ -96,6 +98,7 @@ def judge(found: Findings, *, follows: bool = True) -> Verdict:
         emg_noise=emg,
         masked=masked,
         follows=follows,
+        emg_motion=found.disturbance.motion if found.disturbance is not None and emg else 0.0,
     )
 
 

@@ -16,6 +16,7 @@ from myowave.diagnosis.report.figures.watch import draw_ladder, draw_parameters
 from myowave.diagnosis.report.figures.where import draw_misfit, draw_missing_torque
 from myowave.diagnosis.report.figures.which import draw_ranking
 from myowave.diagnosis.report.words import noise as tell_noise
+from myowave.diagnosis.report.words import noise_with_emg
 
 
 def draw_diagnosis(
@@ -33,6 +34,7 @@ def draw_diagnosis(
     ranking = with_texts(tables["ranking"])
     said = tell_noise(summary)
     noise, ladder = errors["noise_deg"].iloc[0], tables["ladder"]
+    with_emg = noise_with_emg(summary)
     ends = (next(iter(summary["rmse_deg"])), found)
 
     heldout = {model: errors["heldout"] for model, errors in summary["rmse_deg"].items()}
@@ -42,7 +44,7 @@ def draw_diagnosis(
 
     return {
         "overlay": draw_overlay(of_ends(predictions), of_ends(errors), said),
-        "errors": draw_errors(errors, heldout, found, said),
+        "errors": draw_errors(errors, heldout, found, said, with_emg),
         "torque": draw_torque(tables["torque"], found),
         "horizons": draw_horizons(tables["horizons"], noise, said, ladder[ladder["source"] != "physics"], found),
         "independence": draw_independence(of_ends(tables["independence"])),
@@ -50,6 +52,6 @@ def draw_diagnosis(
         "misfit": draw_misfit(of_ends(tables["misfit"]), noise, summary["where"]),
         "missing_torque": draw_missing_torque(of_ends(tables["missing_torque"])),
         "ranking": draw_ranking(ranking, summary["titles"], summary["follows"]),
-        "ladder": draw_ladder(ladder, found, said),
+        "ladder": draw_ladder(ladder, found, said, with_emg, summary["horizon_s"]),
         "parameters": draw_parameters(tables["parameters"], found),
     }

@@ -6,7 +6,19 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from myowave.diagnosis.report.figures.style import WIDE, legend, ramp, sentence, short, style, unique, whiskers
+from myowave.diagnosis.report.figures.style import (
+    WIDE,
+    draw_noise,
+    label_lowest,
+    legend,
+    ramp,
+    sentence,
+    short,
+    style,
+    together,
+    unique,
+    whiskers,
+)
 from myowave.diagnosis.report.words import degrees
 from myowave.plotting import GREY, MEASURED, canvas, title
 
@@ -55,7 +67,9 @@ def draw_overlay(predictions: pd.DataFrame, errors: pd.DataFrame, noise: str) ->
     return figure
 
 
-def draw_errors(errors: pd.DataFrame, heldout_deg: Mapping[str, float], found: str, noise: str) -> Figure:
+def draw_errors(
+    errors: pd.DataFrame, heldout_deg: Mapping[str, float], found: str, noise: str, with_emg: float | None = None
+) -> Figure:
     """RMSE of every model on every trial, with 95 % intervals, against the noise of the measurement.
 
     Args:
@@ -63,20 +77,24 @@ def draw_errors(errors: pd.DataFrame, heldout_deg: Mapping[str, float], found: s
         heldout_deg: RMSE of each model over all held-out trials.
         found: the model that was found.
         noise: of the angle, in words.
+        with_emg: what this and noise of the recorded EMG make together [deg]; none where the EMG has none.
     """
     models, trials = unique(errors["model"]), unique(errors["trial"])
     level = errors["noise_deg"].iloc[0]
-    figure, axes = canvas(1, 1, width=max(7.0, 1.6 * len(trials) + 2), height=4.0)
+    widest = max(1.6, 0.1 * max(len(f"trial {_trial(t)}") for t in trials))
+    figure, axes = canvas(1, 1, width=max(7.0, widest * len(trials) + 2), height=4.0)
     axis, width = axes[0, 0], 0.8 / len(models)
     for i, (model, color) in enumerate(zip(models, ramp(models, found), strict=True)):
         rows = errors[errors["model"] == model].set_index("trial").loc[trials]
         x = np.arange(len(trials)) + (i + 0.5) * width - 0.4
         intervals = list(zip(rows["rmse_low_deg"], rows["rmse_high_deg"], strict=True))
         whiskers(axis, x, rows["rmse_deg"], intervals, color=color, order=i, name=model)
-    axis.axhline(level, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise}")
+    draw_noise(axis, level, noise, with_emg)
     if errors["rmse_deg"].max() > WIDE * errors["rmse_deg"].min():
         axis.set_yscale("log")
         axis.yaxis.set_major_formatter("{x:g}")
+    else:
+        axis.set_ylim(bottom=0)
     axis.grid(axis="x", visible=False)
     roles = errors.drop_duplicates("trial").set_index("trial")["role"]
     names = [f"trial {_trial(t)}\n{'held out' if roles[t] == 'test' else 'training'}" for t in trials]
@@ -90,7 +108,10 @@ def draw_errors(errors: pd.DataFrame, heldout_deg: Mapping[str, float], found: s
 
 def draw_independence(independence: pd.DataFrame) -> Figure:
     """Correlation of the residual with what drives the arm, in units of the bound for independent signals."""
-    models, inputs = unique(independence["model"]), unique(independence["input"])
+    models, inputs = (
+        unique(independence["model"]),
+        together(independence, "input", ("model", "lag_s", "correlation", "bound")),
+    )
     columns = 3
     figure, axes = canvas(
         -(-len(inputs) // columns),
@@ -107,11 +128,10 @@ def draw_independence(independence: pd.DataFrame) -> Figure:
             chosen = (independence["model"] == model) & (independence["input"] == name)
             lags = independence["lag_s"][chosen]
             axis.plot(lags, ratio[chosen], marker="o", markersize=3, label=short(model), **style(order))
-        axis.set_title(name)
+        axis.set_title(inputs[name])
     for axis in list(axes.flat)[len(inputs) :]:
         axis.set_visible(False)
-    for axis in axes[-1]:
-        axis.set_xlabel("input ahead by [s]")
+    label_lowest(axes.flat, len(inputs), columns, "input ahead by [s]")
     for axis in axes[:, 0]:
         axis.set_ylabel("correlation / bound [-]")
     legend(figure, axes[0, 0], columns=3)

@@ -1,5 +1,6 @@
 """Three rooms: torque along the measured motion, error against the horizon, and whole trials at its end."""
 
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -102,10 +103,10 @@ def draw_horizons(horizons: pd.DataFrame, noise_deg: float, noise: str, networks
             look = {"marker": "o", "linewidth": 2.4, "label": short(name) + overflows, **style(order)}
             _draw_line(axis, own, place, look)
         if held_out:
-            for source, errors in networks.groupby("source", sort=False):
+            for (source, errors), marker in zip(networks.groupby("source", sort=False), cycle("x+1*"), strict=False):
                 x = np.full(len(errors), place[np.inf])
-                axis.plot(x, errors["heldout_rmse_deg"], linestyle="none", marker="x", color=BLACK, label=source)
-        axis.axhline(noise_deg, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise}")
+                axis.plot(x, errors["heldout_rmse_deg"], linestyle="none", marker=marker, color=BLACK, label=source)
+        axis.axhline(noise_deg, color=MEASURED, linestyle=":", linewidth=2, label=f"noise of the angle, {noise}")
         axis.axvline(len(times) - 0.3, color=GREY, linewidth=0.8)
         axis.set_yscale("log")
         axis.yaxis.set_major_formatter("{x:g}")

@@ -1,6 +1,7 @@
 """What the pictures of a diagnosis share: how a model is drawn and called, and the legend."""
 
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,8 +9,10 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from myowave.plotting import BLUE, MODEL, ORANGE, PINK, SKY
+from myowave.diagnosis.report.words import degrees
+from myowave.plotting import BLUE, GREY, MEASURED, MODEL, ORANGE, PINK, SKY
 
+PANEL_LETTERS = 30  # that a panel's title has room for in a line
 WIDE = 20.0  # ratio of errors from which an axis is logarithmic
 FIRST_STYLE = {"color": MODEL, "linestyle": "--"}
 FOUND_STYLE = {"color": BLUE, "linestyle": "-"}
@@ -41,6 +44,40 @@ def sentence(text: str) -> str:
     return text[0].upper() + text[1:]
 
 
+def label_lowest(axes: Iterable[Axes], shown: int, columns: int, text: str = "") -> None:
+    """Ticks with their labels below the lowest panel of each column, also where the last row is not full.
+
+    Args:
+        axes: row by row; only the first of them are `shown`.
+        text: below the ticks.
+    """
+    for axis in list(axes)[:shown][-columns:]:
+        axis.tick_params(labelbottom=True)
+        axis.set_xlabel(text)
+
+
+def together(table: pd.DataFrame, name: str, shown: Sequence[str]) -> dict[str, str]:
+    """The names of a table under which something of its own is shown, each with the title of its panel: that of all
+    names under which the same is shown, as of muscles that share a channel.
+
+    Args:
+        name: column of the names.
+        shown: columns that are drawn.
+    """
+    first: dict[str, list[str]] = {}
+    for one, rows in table.groupby(name, sort=False):
+        first.setdefault(rows[list(shown)].to_csv(index=False), []).append(str(one))
+    return {names[0]: _listed(names) for names in first.values()}
+
+
+def _listed(names: list[str]) -> str:
+    """Names after what they begin with alike: `activation BIClong, BRA`; in lines that a panel has room for."""
+    begin = names[0].split(" ")[0] + " "
+    alike = len(names) > 1 and all(name.startswith(begin) for name in names)
+    ends = [name.removeprefix(begin).removesuffix(" [-]") for name in names[1:]] if alike else names[1:]
+    return textwrap.fill(", ".join([names[0].removesuffix(" [-]"), *ends]), PANEL_LETTERS, break_long_words=False)
+
+
 def whiskers(
     axis: Axes, x: Any, values: Any, intervals: Sequence[tuple[float, float]], *, color: str, order: int, name: str
 ) -> None:
@@ -55,6 +92,19 @@ def whiskers(
     span = np.nan_to_num(np.clip([middle - low, high - middle], 0.0, None))
     look: dict[str, Any] = {"marker": "D", "markerfacecolor": "white"} if order == 0 else {"marker": "o"}
     axis.errorbar(x, middle, span, color=color, linestyle="none", markersize=6, capsize=3, label=short(name), **look)
+
+
+def draw_noise(axis: Axes, level: float, noise: str, with_emg: float | None = None) -> None:
+    """The error that a model cannot go below: noise of the angle, and with what noise of the EMG makes of the motion.
+
+    Args:
+        level: noise of the angle [deg]; `noise` says it in words.
+        with_emg: both together [deg]; none where the EMG has none.
+    """
+    axis.axhline(level, color=MEASURED, linestyle=":", linewidth=2, label=f"noise of the angle, {noise}")
+    if with_emg is not None:
+        told = f"noise of the angle and of the EMG, {degrees(with_emg)}"
+        axis.axhline(with_emg, color=GREY, linestyle=":", linewidth=2, label=told)
 
 
 def legend(figure: Figure, axis: Axes, *, columns: int) -> None:

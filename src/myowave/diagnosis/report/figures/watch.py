@@ -2,10 +2,12 @@
 
 from itertools import chain, cycle
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from myowave.diagnosis.report.figures.style import WIDE, legend, unique
+from myowave.diagnosis.report.figures.style import WIDE, draw_noise, label_lowest, legend, unique
+from myowave.diagnosis.report.ladder import PHYSICS
 from myowave.diagnosis.report.words import degrees
 from myowave.plotting import BLUE, GREEN, MEASURED, MODEL, ORANGE, PINK, canvas, title
 
@@ -13,14 +15,20 @@ LONG = 16  # letters of a panel's title; more go in two lines
 NETWORKS = ((GREEN, "^"), (ORANGE, "v"), (PINK, "D"), (MODEL, "P"))  # colour and marker of each kind of network
 
 
-def draw_ladder(ladder: pd.DataFrame, found: str, noise: str) -> Figure:
+def draw_ladder(
+    ladder: pd.DataFrame, found: str, noise: str, with_emg: float | None = None, horizon_s: float | None = None
+) -> Figure:
     """Error and missing torque against the effects added.
 
     Args:
         ladder: columns source, model, named, train_rmse_deg, heldout_rmse_deg, noise_deg, missing_torque_Nm.
         found: the model that was found.
         noise: of the angle, in words.
+        with_emg: what this and noise of the recorded EMG make together [deg]; none where the EMG has none.
+        horizon_s: that the physical model is judged over [s]; none where that is whole trials, as for networks.
     """
+    over = "" if horizon_s is None else f" over {horizon_s:g} s"
+    whole = "" if horizon_s is None else ", whole trials"
     models = unique(ladder["model"])
     physics = ladder[ladder["source"] == "physics"]
     missing = physics["missing_torque_Nm"]
@@ -34,24 +42,26 @@ def draw_ladder(ladder: pd.DataFrame, found: str, noise: str) -> Figure:
     ):
         for named, rows in physics.groupby("named"):
             look = {"linestyle": "none", "markerfacecolor": "white"} if named else {"linestyle": dashes}
-            label = f"physical model{' (named in targets.models)' if named else ''}, {name}"
+            label = f"physical model{over}{' (named in targets.models)' if named else ''}, {name}"
             error.plot(rows["model"].map(models.index), rows[column], color=color, marker=marker, label=label, **look)
     networks = ladder[ladder["source"] != "physics"].groupby("source", sort=False)
     for (color, marker), (source, rows) in zip(cycle(NETWORKS), networks, strict=False):
         x = rows["model"].map(models.index)
-        error.plot(x, rows["heldout_rmse_deg"], color=color, marker=marker, linestyle="-.", label=f"{source}, held out")
+        error.plot(
+            x, rows["heldout_rmse_deg"], color=color, marker=marker, linestyle="-.", label=f"{source}, held out{whole}"
+        )
     level = ladder["noise_deg"].iloc[0]
-    error.axhline(level, color=MEASURED, linestyle=":", linewidth=2, label=f"noise, {noise}")
+    draw_noise(error, level, noise, with_emg)
     values = ladder[["train_rmse_deg", "heldout_rmse_deg"]].stack()
     if values.max() > WIDE / 2 * values.min():
         error.set_yscale("log")
         error.yaxis.set_major_formatter("{x:g}")
     else:
-        error.set_ylim(bottom=0)
+        error.set_ylim(0, 1.08 * max(values.max(), level))  # room for a whole marker
     error.set_ylabel("RMSE [deg]")
     for torque in axes[0, 1:]:
         torque.plot(physics["model"].map(models.index), missing, color=BLUE, marker="o", linestyle="none", markersize=8)
-        torque.set_ylim(bottom=-0.04 * missing.max())
+        torque.set_ylim(-0.04 * missing.max(), 1.08 * missing.max())
         torque.set_ylabel("missing torque, RMS [N m]")
     for axis in axes[0]:
         axis.set_xticks(range(len(models)), [m.replace("+", "\n+") for m in models], fontsize=9)
@@ -72,8 +82,9 @@ def draw_ladder(ladder: pd.DataFrame, found: str, noise: str) -> Figure:
 
 
 def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
-    """Each parameter that a dataset wants identified, or that an effect has, along the ladder with 95 % intervals, and
-    its true value where that is known. Intervals that hold only if the model were right are open and dotted.
+    """Each parameter that a dataset wants identified, or that an effect has, along the ladder with 95 % intervals
+    within its bounds, and its true value where that is known. Intervals that hold only if the model were right are open
+    and dotted.
 
     Args:
         parameters: as `ladder.join_parameters` gives them.
@@ -91,11 +102,21 @@ def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
         for source, group in table.groupby("source", sort=False):
             color, marker = looks[source]
             x = group["model"].map(models.index) + 0.12 * sources.index(source)
-            interval, open_ones = 1.96 * group["se"].fillna(0), group["if_right"].astype(bool)
-            for rows, label in ((~open_ones, source), (open_ones, f"{source}, were the model right")):
+            open_ones = group["if_right"].astype(bool)
+            reach, bounds = 1.96 * group["se"].fillna(0), (group["low"], group["high"])
+            ends = [(group["value"] + sign * reach).clip(*bounds) for sign in (-1, 1)]
+            spans = np.abs(np.array([ends[0] - group["value"], ends[1] - group["value"]]))
+            what = "physical model" if source == PHYSICS else source
+            for rows, label in ((~open_ones, what), (open_ones, f"{what}, were it right")):
                 if rows.any():
                     points, _, (bars,) = axis.errorbar(
-                        x[rows], group["value"][rows], interval[rows], fmt=marker, color=color, capsize=4, label=label
+                        x[rows],
+                        group["value"][rows],
+                        spans[:, rows.to_numpy()],
+                        fmt=marker,
+                        color=color,
+                        capsize=4,
+                        label=label,
                     )
                     if rows is open_ones:
                         points.set_markerfacecolor("white")
@@ -110,8 +131,7 @@ def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
         axis.ticklabel_format(axis="y", useOffset=False)
     for axis in list(axes.flat)[len(names) :]:
         axis.set_visible(False)
-    for axis in list(axes.flat)[: len(names)][-columns:]:  # the lowest panel of each column
-        axis.tick_params(labelbottom=True)
+    label_lowest(axes.flat, len(names), columns)
     for axis in axes.flat:
         axis.set_xlim(-0.4, len(models) - 0.4)
         axis.set_xticks(range(len(models)), [str(i) if i else models[0] for i in range(len(models))])
@@ -121,7 +141,7 @@ def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
         label: handle for axis in axes.flat for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)
     }
     figure.legend(handles.values(), handles.keys(), loc="outside right upper", frameon=False)
-    physics = parameters[parameters["source"] == "physics"]
+    physics = parameters[parameters["source"] == PHYSICS]
     ends = [physics[physics["model"] == m] for m in (models[0], found)]
     if physics["error_pct"].notna().any():
         errors = [rows["error_pct"].abs().max() for rows in ends]

@@ -4,8 +4,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from myowave.diagnosis.report.figures.style import WIDE, legend, short, style, unique, whiskers
+from myowave.diagnosis.report.figures.style import WIDE, legend, short, style, together, unique, whiskers
 from myowave.plotting import MEASURED, canvas, title
+
+LETTERS = 30  # of the names below a panel, beside one another
 
 
 def draw_misfit(misfit: pd.DataFrame, noise_deg: float, where: str) -> Figure:
@@ -15,7 +17,8 @@ def draw_misfit(misfit: pd.DataFrame, noise_deg: float, where: str) -> Figure:
         misfit: columns model, factor, part, rmse_deg, rmse_low_deg, rmse_high_deg (95 % interval).
         where: the findings, the strongest first.
     """
-    models, factors = unique(misfit["model"]), unique(misfit["factor"])
+    models = unique(misfit["model"])
+    factors = together(misfit, "factor", ("model", "part", "rmse_deg", "rmse_low_deg", "rmse_high_deg"))
     columns = 4
     figure, axes = canvas(
         -(-len(factors) // columns), columns, width=12, height=2.9 * -(-len(factors) // columns) + 1.0, sharey=True
@@ -29,9 +32,11 @@ def draw_misfit(misfit: pd.DataFrame, noise_deg: float, where: str) -> Figure:
             whiskers(axis, x, rows["rmse_deg"], intervals, color=style(order)["color"], order=order, name=model)
             if order == 0:
                 names = [str(part).removeprefix("trial").replace(" to ", "\nto ") for part in rows["part"]]
-                axis.set_xticks(range(len(rows)), names, fontsize=9)
+                crowded = sum(map(len, names)) > LETTERS and "\n" not in names[0]
+                turned = {"rotation": 35, "ha": "right", "rotation_mode": "anchor"} if crowded else {}
+                axis.set_xticks(range(len(rows)), names, fontsize=9, **turned)
         axis.axhline(noise_deg, color=MEASURED, linestyle=":", linewidth=1.8, label="noise")
-        axis.set_title(factor.replace(" [-]", ""))
+        axis.set_title(factors[factor])
         axis.margins(x=0.12)
         axis.grid(axis="x", visible=False)
         if wide:

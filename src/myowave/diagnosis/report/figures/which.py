@@ -20,7 +20,7 @@ REMARK_WIDTH = 48  # letters beside a point; the page has a table with all there
 STATUS = {"supported": BLUE, "refused": ORANGE, "behind": PINK, "absorbed": GREY, "not needed": SKY, "failed": MEASURED}
 MEANING = {
     "supported": "the data support it",
-    "refused": "better fit, but at a bound or not in held-out folds",
+    "refused": "better fit, but at a bound, or no better in trials left out",
     "behind": "promises less than those fitted",
     "absorbed": "parameters absorb it",
     "not needed": "no evidence",
@@ -51,7 +51,8 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str], follows: bool
         axis.set_xlim(min(-10.0, rows["delta_bic"].min() * 1.2), max(40.0, rows["delta_bic"].max() * 1.5))
         beside = axis.get_yaxis_transform()
         for place, row in zip(y, rows.itertuples(), strict=True):
-            axis.text(1.01, place, _remark(row), va="center", fontsize=8.5, color="#333333", transform=beside)
+            remark = _remark(row, added=_added(models, model) == row.effect)
+            axis.text(1.01, place, remark, va="center", fontsize=8.5, color="#333333", transform=beside)
         axis.set_title(f"what to add to {short(model)}? best {len(rows)} of {(ranking['model'] == model).sum()}")
         axis.grid(axis="y", linestyle=":")
     axes[-1, 0].set_xlabel(f"evidence for adding the effect, $\\Delta$BIC [-]; dotted: {THRESHOLD:.0f}, very strong")
@@ -59,8 +60,8 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str], follows: bool
     handles = [Line2D([], [], color=STATUS[s], marker="o", linestyle="none", markersize=7) for s in seen]
     figure.legend(handles, [MEANING[s] for s in seen], loc="outside lower left", ncols=3, frameon=False, fontsize=9)
     added = []
-    for model, richer in pairwise(models):
-        effect = richer.removeprefix(model).strip("+")
+    for model in models[:-1]:
+        effect = _added(models, model)
         rows = ranking[(ranking["model"] == model) & (ranking["effect"] == effect)]
         added.append(
             f"{titles.get(effect) or effect} ($\\Delta$BIC {rows['delta_bic'].iloc[0]:.0f})" if len(rows) else effect
@@ -70,19 +71,25 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str], follows: bool
             figure, f"No effect was weighed, as {short(models[0])} does not follow the trials; these are first guesses"
         )
     elif added:
-        title(figure, f"The evidence asks for {', then '.join(added)}, then nothing more")
+        title(figure, f"The evidence asks for {', then '.join(added)}, then for no other effect")
     else:
         title(figure, f"The evidence asks for no effect beside {short(models[0])}")
     return figure
 
 
-def _remark(row: Any) -> str:
-    """What is known of a candidate, in a few words."""
+def _added(models: list[str], model: str) -> str:
+    """The effect that the model after this one adds; empty for the last."""
+    following = dict(pairwise(models)).get(model, "")
+    return following.removeprefix(model).strip("+")
+
+
+def _remark(row: Any, *, added: bool) -> str:
+    """What is known of a candidate, in a few words; whether it was added comes first."""
     if row.status == "absorbed":
         by = row.absorbed_by.replace(" ", ", ") or "parameters together"
         return textwrap.shorten(f"absorbed by {by}", REMARK_WIDTH, placeholder=" ...")
     if row.delta_bic <= 0:
         return ""
-    found = f"{row.estimate.replace('+-', '±')}; won {row.folds_won} of {row.folds}"
+    found = "added; " * added + f"{row.estimate.replace('+-', '±')}; won {row.folds_won} of {row.folds}"
     alike = f"{found}; like {row.confused_with.split(' ')[0]}" if row.confused_with else found
     return alike if len(alike) <= REMARK_WIDTH else textwrap.shorten(found, REMARK_WIDTH, placeholder=" ...")
