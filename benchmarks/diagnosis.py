@@ -56,7 +56,7 @@ def main() -> None:
 
 def fit_with_scipy(base: Model, record: Record, start_rad: float):
     """least_squares on f0 and l0 of both muscles and the damping, by simulations with solve_ivp."""
-    flexor, extensor = (dict(m.constants) for m in base.muscles)
+    flexor, extensor = (m.nominal for m in base.muscles)
     time_s = np.arange(record.angle.shape[1]) * record.dt
     emg = np.maximum(record.emg.numpy(), 0.0)
     weight = base.joint["mass"] * 9.80665 * base.joint["length"]
