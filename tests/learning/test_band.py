@@ -111,6 +111,15 @@ def test_the_band_of_trials_is_that_of_networks_that_lack_each_training_trial_in
     assert (checkpoint.band.factor, checkpoint.band.floor) == pytest.approx((expected.factor, expected.floor))
 
 
+def test_the_only_trial_with_another_load_is_predicted_by_networks_that_know_of_none(rollout, scales):
+    """Without it all loads are the same, and no network is told of them."""
+    heavy = {level: replace(trials, conditions={trials.train[0]: {"load": 0.5}}) for level, trials in scales.items()}
+    recipe = rollout.recipe.changed({"band": "trials", "epochs": 2, "validation_fraction": 0.0})
+    *_, checkpoint = train_scales(replace(rollout, scales=heavy, recipe=recipe))
+    assert checkpoint.architecture.known == {"load": 0.0}
+    assert checkpoint.band is not None and np.isfinite(checkpoint.band.factor)
+
+
 def test_a_test_trial_moves_no_band_of_trials(rollout, scales):
     recipe = rollout.recipe.model_copy(update={"band": "trials", "epochs": 3})
     other = {level: replace(t, angle=t.angle + np.array([0, 0, 1.0])[:, None]) for level, t in scales.items()}

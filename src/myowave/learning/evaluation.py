@@ -14,7 +14,7 @@ from myowave.data.trials import Trials
 from myowave.learning.band import band_about
 from myowave.learning.checkpoint import Checkpoint, digest_trials
 from myowave.learning.inputs import given_inputs
-from myowave.learning.prediction import predict_free_running, to_tensors
+from myowave.learning.prediction import predict_motion
 from myowave.learning.seen import gather
 
 CONFOUNDED = 0.95  # correlation of two identified parameters above which a note names the pair
@@ -43,9 +43,7 @@ def predict_trials(checkpoint: Checkpoint, trials: Trials) -> Tensor:
         ValueError: for trials that the network was not trained on.
     """
     checkpoint.require(dataset_digest=digest_trials(trials))
-    network = checkpoint.network
-    inputs, angle = to_tensors(trials, network.device, network.architecture.known)
-    return predict_free_running(network, inputs, angle, trials.dt).cpu()
+    return predict_motion(checkpoint.network, trials)
 
 
 def evaluate(

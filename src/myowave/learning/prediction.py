@@ -18,6 +18,13 @@ from myowave.learning.rollouts.rollout import roll_out
 RUNS = {"carried": roll_out, "windowed": run_windowed}  # how a network runs free, by its hidden_state
 
 
+def predict_motion(network: Network, trials: Trials) -> Tensor:
+    """Free-running prediction of trials from their EMG and what this network is told beside it, (S, T, N) [rad], on the
+    CPU."""
+    inputs, angle = to_tensors(trials, network.device, network.architecture.known)
+    return predict_free_running(network, inputs, angle, trials.dt).cpu()
+
+
 @torch.no_grad()
 def predict_free_running(network: Network, inputs: Tensor, angle: Tensor, dt: float) -> Tensor:
     """Predict trials from EMG, what is known beside it, and the first `network.history` angles.

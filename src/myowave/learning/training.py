@@ -18,7 +18,7 @@ from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.loss import Losses
 from myowave.learning.methods import METHODS, Search
 from myowave.learning.network import Network
-from myowave.learning.prediction import predict_free_running, run_free, to_tensors
+from myowave.learning.prediction import predict_motion, run_free
 from myowave.learning.seen import Seen
 from myowave.learning.task import Stage, Task, begin_stage
 from myowave.learning.windows import Validation
@@ -206,12 +206,11 @@ def _checkpoint(stage: Stage, search: Search, best: _Best, epochs: int, seconds:
 
 def band_by_ends(network: Network, stage: Stage) -> Band:
     """The band by the ends of the training trials, which no weight was trained on."""
-    inputs, angle = to_tensors(stage.trials, network.device, network.architecture.known)
-    predicted = predict_free_running(network, inputs, angle, stage.trials.dt)
-    mean, spread = predicted.mean(0), predicted.std(0, correction=0)
+    predicted = predict_motion(network, stage.trials)
+    mean, spread = predicted.mean(0).numpy(), predicted.std(0, correction=0).numpy()
     ends = [slice(begin, end) for begin, end in zip(stage.corpus.usable.tolist(), stage.trials.lengths, strict=True)]
-    errors = [(angle[t, end] - mean[t, end]).cpu().numpy() for t, end in enumerate(ends)]
-    return calibrate(errors, [spread[t, end].cpu().numpy() for t, end in enumerate(ends)])
+    errors = [stage.trials.angle[t, end] - mean[t, end] for t, end in enumerate(ends)]
+    return calibrate(errors, [spread[t, end] for t, end in enumerate(ends)])
 
 
 FOLD_SEEDS = 2  # that are trained without each trial: as many as tell their spread, for the time that they take
@@ -229,10 +228,9 @@ def band_by_trials(network: Network, stage: Stage) -> Band | None:
     for name in stage.trials.names:
         *_, checkpoint = train_scales(task.holding_out([name]))
         trial = stage.trials.select([name])
-        inputs, angle = to_tensors(trial, network.device, network.architecture.known)
-        predicted = predict_free_running(checkpoint.network, inputs, angle, trial.dt)[:, 0, network.history :]
-        errors.append((angle[0, network.history :] - predicted.mean(0)).cpu().numpy())
-        spreads.append(predicted.std(0, correction=0).cpu().numpy())
+        predicted = predict_motion(checkpoint.network, trial)[:, 0, network.history :].numpy()
+        errors.append(trial.angle[0, network.history :] - predicted.mean(0))
+        spreads.append(predicted.std(0))
     return calibrate(errors, spreads)
 
 

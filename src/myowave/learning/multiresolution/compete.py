@@ -5,14 +5,15 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
+import torch
 
 from myowave.data.trials import Trials
 from myowave.learning.evaluation import mean_square_error, r_squared
 from myowave.learning.multiresolution.arms import ARMS, Arm
 from myowave.learning.network import Network
-from myowave.learning.prediction import predict_free_running, to_tensors
+from myowave.learning.prediction import predict_motion
 from myowave.learning.task import Task
-from myowave.learning.training import train_scale
+from myowave.learning.training import train_scales
 from myowave.physics.model import Model
 from myowave.settings import Identify, Recipe
 
@@ -42,8 +43,7 @@ def compete(
         arm, started = ARMS[name], time.process_time()
         network, steps = train_arm(arm, trials, model, recipe, identify, scales, seeds)
         tests = trials.select(trials.test)
-        inputs, angle = to_tensors(tests, network.device, network.architecture.known)
-        predicted = predict_free_running(network, inputs, angle, tests.dt)
+        angle, predicted = torch.from_numpy(tests.angle), predict_motion(network, tests)
         mse, r2 = (
             np.mean(
                 [
@@ -73,9 +73,5 @@ def train_arm(
     # What validates stops no stage: every arm takes all of its steps.
     settings = recipe.model_copy(update={"epochs": epochs, "epochs_are": "shared", "patience": epochs})
     task = Task(stages, model, settings, identify, total=len(stages), seeds=seeds)
-    checkpoint = None
-    for level in reversed(range(len(stages))):
-        *_, last = train_scale(task, level, checkpoint)
-        checkpoint = last.checkpoint
-    assert checkpoint is not None
+    *_, checkpoint = train_scales(task)
     return checkpoint.network, checkpoint.epochs * settings.batches

@@ -10,7 +10,7 @@ import numpy as np
 
 from myowave.data.trials import Trials
 from myowave.learning.checkpoint import Checkpoint
-from myowave.learning.prediction import predict_free_running, to_tensors
+from myowave.learning.prediction import predict_motion
 from myowave.learning.sweep.search import Score, Settings
 from myowave.learning.task import Task
 from myowave.learning.training import train_scales
@@ -65,10 +65,8 @@ def with_settings(recipe: Recipe, settings: Mapping[str, float | str], epochs: i
 
 def free_running_error_deg(checkpoint: Checkpoint, trials: Trials) -> np.ndarray:
     """Root mean square error of the free-running prediction over all samples that are not given [deg], (S,)."""
-    network = checkpoint.network
-    inputs, angle = to_tensors(trials, network.device, network.architecture.known)
-    predicted = predict_free_running(network, inputs, angle, trials.dt).cpu().numpy()
+    predicted = predict_motion(checkpoint.network, trials).numpy()
     counted = trials.valid.copy()
-    counted[:, : network.history] = False
+    counted[:, : checkpoint.network.history] = False
     squared = np.square(predicted - trials.angle)[:, counted]
     return np.rad2deg(np.sqrt(squared.mean(axis=1)))
