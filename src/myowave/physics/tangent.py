@@ -78,9 +78,9 @@ def _by_stages(
     (..., T, n, 2) and (..., T, n, 2, 2 + P)."""
     points, after = _points(simulation.along_time, state, drive)
     slopes = _slopes(simulation, points, list(wrt))
-    columns, changes = _changes_of_drive(simulation, wrt, steps, state.ndim - 2)
-    if columns:
-        slopes.parameter[columns] += (slopes.activation * changes.activation[..., STAGES, :]).sum(-1)
+    changes = _changes_of_drive(simulation, wrt, steps, state.ndim - 2)
+    if changes is not None:
+        slopes.parameter[changes.columns] += (slopes.activation * changes.activation[..., STAGES, :]).sum(-1)
     return after, _forced(slopes, drive.pieces)
 
 
@@ -160,12 +160,12 @@ def _by_steps(
         own = torch.stack([after[k, ..., k] for k in range(size)])
     by_state, by_u, by_a, *by_parameter = _derivatives(own, [begin, u, a, *leaves])
     derivatives = torch.stack([*by_state.unbind(0), *by_parameter], -1).movedim(0, -2)
-    columns, changes = _changes_of_drive(simulation, wrt, steps, state.ndim - 2)
-    if columns:
+    changes = _changes_of_drive(simulation, wrt, steps, state.ndim - 2)
+    if changes is not None:
         for slope, change in ((by_u, changes.excitation), (by_a, changes.activation)):
             slope = slope.movedim((0, 1), (-1, -2)).unflatten(-2, (-1, 3))  # (K, ..., T, n, S, 3, M)
             added = (slope * change.unsqueeze(1)).sum((-1, -2, -3))
-            derivatives[..., [size + column for column in columns]] += added.movedim((0, 1), (-1, -2))
+            derivatives[..., [size + column for column in changes.columns]] += added.movedim((0, 1), (-1, -2))
     return after[0].detach(), derivatives
 
 
@@ -205,23 +205,23 @@ def _at_points(value: Tensor | float, like: Tensor, axes: int) -> Tensor:
 
 @dataclass(frozen=True)
 class Changes:
-    """Derivatives by parameters at the beginning, middle and end of the pieces of steps, (P, ..., T, n, S, 3, M)."""
+    """Derivatives by the parameters that change the drive, at the beginning, middle and end of the pieces of steps,
+    (D, ..., T, n, S, 3, M) for D of P parameters, whose places are `columns`."""
 
+    columns: list[int]
     excitation: Tensor
     activation: Tensor
 
 
-def _changes_of_drive(
-    simulation: Simulation, wrt: Mapping[str, float], steps: slice, axes: int
-) -> tuple[list[int], Changes]:
-    """Which parameters change the drive of the muscles, and how they do at fixed times.
+def _changes_of_drive(simulation: Simulation, wrt: Mapping[str, float], steps: slice, axes: int) -> Changes | None:
+    """How parameters change the drive of the muscles at fixed times; None where none does.
 
     Args:
         axes: of the batch (..., T).
     """
     driving = {name: size for name, size in wrt.items() if simulation.model.drives(name)}
     if not driving:
-        return [], Changes(*(simulation.emg.new_zeros(0) for _ in range(2)))
+        return None
     dt = simulation.dt
     split = breakpoints(simulation.valued, dt, simulation.substeps)  # (..., T, S + 1)
     begin, length = split[..., :-1, None], torch.diff(split, dim=-1)[..., None]
@@ -234,7 +234,7 @@ def _changes_of_drive(
     nudges = nudges.reshape(-1, *(1,) * (axes + 3))
     changes = ((moved - still) / nudges for still, moved in pairs)
     columns = [i for i, name in enumerate(wrt) if name in driving]
-    return columns, Changes(*(change.unflatten(-2, (-1, 3)) for change in changes))
+    return Changes(columns, *(change.unflatten(-2, (-1, 3)) for change in changes))
 
 
 def _forced(slopes: Slopes, pieces: Tensor) -> Tensor:

@@ -6,6 +6,7 @@ from typing import Any
 import pandas as pd
 
 from myowave.diagnosis.report.cells import estimate
+from myowave.diagnosis.report.ladder import steps
 from myowave.diagnosis.report.words import degrees, noise, noise_with_emg, two_digits
 
 
@@ -26,7 +27,7 @@ def evidence(verdict: Mapping[str, Any], ranking: pd.DataFrame, effect: str) -> 
     if known is not None:
         when = "beside the rest of the model that was found, "
     else:
-        model = next((model for model, other in _steps(ranking) if other == effect), None)
+        model = next((model for model, other in steps(ranking).items() if other == effect), None)
         if model is None:
             return "found together with the others"
         known = ranking.set_index(["model", "effect"]).loc[model, effect]
@@ -57,7 +58,7 @@ def only_beside_others(verdict: Mapping[str, Any], ranking: pd.DataFrame) -> str
     status = ranking.set_index(["model", "effect"])["status"]
     weak = [
         f"{effect} added to {model}"
-        for model, effect in _steps(ranking)
+        for model, effect in steps(ranking).items()
         if effect in verdict["effects"] and status.get((model, effect)) != "supported"
     ]
     return f" By itself, {' or '.join(weak)} would not pass: its worth shows beside the others." * bool(weak)
@@ -73,9 +74,3 @@ def share_of_noise(verdict: Mapping[str, Any]) -> str:
         f"{two_digits(verdict['emg_noise'])} where EMG goes from 0 to 1, moves the simulated arm by "
         f"{degrees(verdict['emg_motion_deg'])}. Squares add: together that is about {degrees(together)}."
     )
-
-
-def _steps(ranking: pd.DataFrame) -> list[tuple[str, str]]:
-    """Each model of the ladder but the last, with the effect that the next one adds."""
-    ladder = list(dict.fromkeys(ranking["model"]))
-    return [(model, richer.removeprefix(model).strip("+")) for model, richer in zip(ladder, ladder[1:], strict=False)]

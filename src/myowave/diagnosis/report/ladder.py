@@ -1,6 +1,7 @@
 """The ladder: all models of a dataset side by side, the fitted physics and the networks trained with it."""
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -71,6 +72,16 @@ def _seeds(seeds: Sequence[int]) -> str:
     """Seeds in words; empty where there are none."""
     *others, last = map(str, seeds) if len(seeds) else ("",)
     return f"seeds {', '.join(others)} and {last}" if others else f"seed {last}" if last else ""
+
+
+def steps(ranking: pd.DataFrame) -> dict[str, str]:
+    """Each model of the ladder but the last, with the effect that the next one adds.
+
+    Args:
+        ranking: the table `ranking` of `tables`.
+    """
+    models = dict.fromkeys(ranking["model"])
+    return {model: richer.removeprefix(model).strip("+") for model, richer in pairwise(models)}
 
 
 def join_parameters(

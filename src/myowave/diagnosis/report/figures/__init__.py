@@ -15,6 +15,7 @@ from myowave.diagnosis.report.figures.rooms import draw_horizons, draw_torque
 from myowave.diagnosis.report.figures.watch import draw_ladder, draw_parameters
 from myowave.diagnosis.report.figures.where import draw_misfit, draw_missing_torque
 from myowave.diagnosis.report.figures.which import draw_ranking
+from myowave.diagnosis.report.ladder import PHYSICS
 from myowave.diagnosis.report.words import noise as tell_noise
 from myowave.diagnosis.report.words import noise_with_emg
 
@@ -46,7 +47,7 @@ def draw_diagnosis(
         "overlay": draw_overlay(of_ends(predictions), of_ends(errors), said),
         "errors": draw_errors(errors, heldout, found, said, with_emg),
         "torque": draw_torque(tables["torque"], found),
-        "horizons": draw_horizons(tables["horizons"], noise, said, ladder[ladder["source"] != "physics"], found),
+        "horizons": draw_horizons(tables["horizons"], noise, said, ladder[ladder["source"] != PHYSICS], found),
         "independence": draw_independence(of_ends(tables["independence"])),
         "correlations": draw_correlations(of_ends(tables["correlations"])),
         "misfit": draw_misfit(of_ends(tables["misfit"]), noise, summary["where"]),

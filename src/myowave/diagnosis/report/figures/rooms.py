@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from myowave.diagnosis.report.figures.style import legend, short, style, unique
+from myowave.diagnosis.report.figures.style import draw_noise, legend, short, style, unique
 from myowave.diagnosis.rooms.names import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
 from myowave.diagnosis.rooms.telling import best_rival, explained, missed, named_horizon, r2_text
 from myowave.plotting import BLACK, BLUE, GREEN, GREY, MEASURED, MODEL, ORANGE, PINK, canvas, title
@@ -106,7 +106,7 @@ def draw_horizons(horizons: pd.DataFrame, noise_deg: float, noise: str, networks
             for (source, errors), marker in zip(networks.groupby("source", sort=False), cycle("x+1*"), strict=False):
                 x = np.full(len(errors), place[np.inf])
                 axis.plot(x, errors["heldout_rmse_deg"], linestyle="none", marker=marker, color=BLACK, label=source)
-        axis.axhline(noise_deg, color=MEASURED, linestyle=":", linewidth=2, label=f"noise of the angle, {noise}")
+        draw_noise(axis, noise_deg, noise)
         axis.axvline(len(times) - 0.3, color=GREY, linewidth=0.8)
         axis.set_yscale("log")
         axis.yaxis.set_major_formatter("{x:g}")

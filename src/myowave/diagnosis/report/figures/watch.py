@@ -30,7 +30,7 @@ def draw_ladder(
     over = "" if horizon_s is None else f" over {horizon_s:g} s"
     whole = "" if horizon_s is None else ", whole trials"
     models = unique(ladder["model"])
-    physics = ladder[ladder["source"] == "physics"]
+    physics = ladder[ladder["source"] == PHYSICS]
     missing = physics["missing_torque_Nm"]
     widths = [4, 3] if (missing > 0).any() else [4]
     wide = max(9.5, 2.6 * len(models) + 4)
@@ -44,7 +44,7 @@ def draw_ladder(
             look = {"linestyle": "none", "markerfacecolor": "white"} if named else {"linestyle": dashes}
             label = f"physical model{over}{' (named in targets.models)' if named else ''}, {name}"
             error.plot(rows["model"].map(models.index), rows[column], color=color, marker=marker, label=label, **look)
-    networks = ladder[ladder["source"] != "physics"].groupby("source", sort=False)
+    networks = ladder[ladder["source"] != PHYSICS].groupby("source", sort=False)
     for (color, marker), (source, rows) in zip(cycle(NETWORKS), networks, strict=False):
         x = rows["model"].map(models.index)
         error.plot(

@@ -2,7 +2,6 @@
 
 import textwrap
 from collections.abc import Mapping
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from myowave.diagnosis.report.figures.style import short, unique
+from myowave.diagnosis.report.ladder import steps
 from myowave.diagnosis.report.words import plain
 from myowave.plotting import BLUE, GREY, MEASURED, ORANGE, PINK, SKY, canvas, title
 
@@ -35,7 +35,7 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str], follows: bool
         titles: what each effect is, in words.
         follows: whether the model follows the trials; else no effect was weighed.
     """
-    models = unique(ranking["model"])
+    models, adds = unique(ranking["model"]), steps(ranking)
     figure, axes = canvas(len(models), 1, width=12.0, height=3.3 * len(models) + 1.1)
     figure.set_layout_engine("constrained", rect=(0.01, 0, 0.98, 1))  # the texts beside the panels need the width
     for axis, model in zip(axes[:, 0], models, strict=True):
@@ -51,7 +51,7 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str], follows: bool
         axis.set_xlim(min(-10.0, rows["delta_bic"].min() * 1.2), max(40.0, rows["delta_bic"].max() * 1.5))
         beside = axis.get_yaxis_transform()
         for place, row in zip(y, rows.itertuples(), strict=True):
-            remark = _remark(row, added=_added(models, model) == row.effect)
+            remark = _remark(row, added=adds.get(model) == row.effect)
             axis.text(1.01, place, remark, va="center", fontsize=8.5, color="#333333", transform=beside)
         axis.set_title(f"what to add to {short(model)}? best {len(rows)} of {(ranking['model'] == model).sum()}")
         axis.grid(axis="y", linestyle=":")
@@ -60,8 +60,7 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str], follows: bool
     handles = [Line2D([], [], color=STATUS[s], marker="o", linestyle="none", markersize=7) for s in seen]
     figure.legend(handles, [MEANING[s] for s in seen], loc="outside lower left", ncols=3, frameon=False, fontsize=9)
     added = []
-    for model in models[:-1]:
-        effect = _added(models, model)
+    for model, effect in adds.items():
         rows = ranking[(ranking["model"] == model) & (ranking["effect"] == effect)]
         added.append(
             f"{titles.get(effect) or effect} ($\\Delta$BIC {rows['delta_bic'].iloc[0]:.0f})" if len(rows) else effect
@@ -75,12 +74,6 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str], follows: bool
     else:
         title(figure, f"The evidence asks for no effect beside {short(models[0])}")
     return figure
-
-
-def _added(models: list[str], model: str) -> str:
-    """The effect that the model after this one adds; empty for the last."""
-    following = dict(pairwise(models)).get(model, "")
-    return following.removeprefix(model).strip("+")
 
 
 def _remark(row: Any, *, added: bool) -> str:
