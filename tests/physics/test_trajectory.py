@@ -193,6 +193,16 @@ def test_a_hopeless_guess_is_rescued_by_the_integrator_only_if_asked(elbow, nois
     assert not left.gap < few.tolerance
 
 
+def test_a_motion_that_runs_out_of_all_numbers_is_none(elbow, noisy_emg, dt):
+    """Where a step of the parameters makes the motion diverge, its size is a number whose square is none."""
+    simulation = Simulation(
+        elbow.with_effects([catalogue()["joint_damping"]]), {"joint_damping.c": -1e4}, noisy_emg[0.10][:2, :15], dt
+    )
+    guess = torch.ones(2, 15, 2, dtype=torch.float64)
+    left = solve(simulation, *START, guess=guess, newton=Newton(iterations=2, rescue=False))
+    assert not left.gap < 1.0
+
+
 def test_a_solution_is_as_near_to_the_motion_as_it_says(elbow, noisy_emg, dt):
     simulation = Simulation(elbow, {}, noisy_emg[0.10][:2, :40], dt)
     reference, rough = simulate(simulation, *START), Newton(tolerance=1e-3, rescue=False)

@@ -102,7 +102,7 @@ def solve(
     change = _closing(linear.jacobian, linear.after, state)
     state, gap = state + change, float(change.abs().amax())
     if newton.iterations > 1:
-        gap = CURVATURE * gap**2
+        gap = CURVATURE * gap * gap  # infinite where it is no number any more; a power would raise
     if guess is not None and newton.iterations > 1 and newton.rescue and not gap < newton.tolerance:
         return solve(simulation, q0, qdot0, wrt=wrt, newton=Newton(newton.iterations))
     begin = _derivatives_of_start(simulation, q0, qdot0, wrt, NUDGE, starts=True)
