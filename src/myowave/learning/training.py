@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
+from myowave.learning.adam import Adam
 from myowave.learning.band import Band
 from myowave.learning.calibration import calibrate
 from myowave.learning.checkpoint import Checkpoint
@@ -91,18 +92,18 @@ def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Ite
     started = time.perf_counter()
     stage = begin_stage(task, level, before)
     method = METHODS[task.recipe.hidden_state](stage)
-    optimizer = torch.optim.Adam(method.trained, betas=method.betas)
+    optimizer = Adam(method.trained, method.betas)
     if task.recipe.optimiser == "kept" and before is not None:
-        optimizer.load_state_dict(dict(before.optimiser))
+        optimizer.resume(before.optimiser)
     validation, best = begin_validation(stage), _Best(stage.network, judged=task.recipe.validation_fraction > 0)
     val_mse, val_r2 = validate(stage.network, validation)
     epochs = task.epochs(level)
     for epoch in range(1, epochs + 1):
-        optimizer.param_groups[0]["lr"] = learning_rate(task, level, epoch)
+        rate = learning_rate(task, level, epoch)
         for _ in range(task.recipe.batches):
-            optimizer.zero_grad()
+            optimizer.forget_gradients()
             losses = method.differentiate(val_mse)
-            optimizer.step()
+            optimizer.step(rate)
         last = epoch == epochs
         if last or epoch % VALIDATE_EVERY == 0:
             val_mse, val_r2 = validate(stage.network, validation)
@@ -113,7 +114,7 @@ def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Ite
         if last:
             checkpoint = _checkpoint(stage, method.search, best, epoch, time.perf_counter() - started)
             if task.recipe.optimiser == "kept":
-                checkpoint = replace(checkpoint, optimiser=optimizer.state_dict())
+                checkpoint = replace(checkpoint, optimiser=optimizer.state)
             yield replace(report, checkpoint=checkpoint)
             return
         yield report

@@ -1,0 +1,58 @@
+"""Adam, beside Algorithm 1 of Kingma & Ba 2015 and torch's own class."""
+
+import numpy as np
+import torch
+
+from myowave.learning.adam import Adam
+
+BETAS, RATES = (0.9, 0.99), [0.01, 0.02, 0.005, 0.01]
+
+
+def gradient(x):
+    return 4 * x**3
+
+
+def by_hand(x):
+    mean = square = np.zeros_like(x)
+    for t, rate in enumerate(RATES, 1):
+        g = gradient(x)
+        mean, square = BETAS[0] * mean + (1 - BETAS[0]) * g, BETAS[1] * square + (1 - BETAS[1]) * g**2
+        x = x - rate * (mean / (1 - BETAS[0] ** t)) / (np.sqrt(square / (1 - BETAS[1] ** t)) + 1e-8)
+    return x
+
+
+def moved(optimizer, x, rates):
+    for rate in rates:
+        optimizer.forget_gradients()
+        (x**4).sum().backward()
+        optimizer.step(rate)
+    return x.detach()
+
+
+def test_it_is_algorithm_1():
+    start = np.array([[0.5, -1.0], [2.0, 1e-3]])
+    x = torch.tensor(start, requires_grad=True)
+    np.testing.assert_allclose(moved(Adam([x], BETAS), x, RATES).numpy(), by_hand(start), rtol=1e-5)
+
+
+def test_it_moves_as_torchs_own_class_and_leaves_what_has_no_gradient():
+    ours, theirs = (torch.tensor([0.5, -1.0], requires_grad=True) for _ in range(2))
+    idle = torch.ones(3, requires_grad=True)
+    own = torch.optim.Adam([theirs], betas=BETAS)
+    for rate in RATES:
+        own.param_groups[0]["lr"] = rate
+        own.zero_grad()
+        (theirs**4).sum().backward()
+        own.step()
+    assert torch.equal(moved(Adam([idle, ours], BETAS), ours, RATES), theirs)
+    assert torch.equal(idle, torch.ones(3))
+
+
+def test_it_resumes_where_another_stopped():
+    whole, parts = (torch.tensor([0.5, -1.0], requires_grad=True) for _ in range(2))
+    first, second = Adam([parts], BETAS), Adam([parts], BETAS)
+    moved(first, parts, RATES[:2])
+    second.resume(first.state)
+    expected = moved(Adam([whole], BETAS), whole, RATES)
+    assert torch.equal(moved(second, parts, RATES[2:]), expected)
+    assert first.state["steps"][0] == 2
