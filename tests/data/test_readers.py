@@ -163,29 +163,33 @@ def test_a_vicon_export_that_is_not_whole_says_where(tmp_path):
         read_raw(write(tmp_path / "b.csv", cut), "vicon")
 
 
-def test_trigno_discover_names_sensors_above_their_channels_and_rates_below(tmp_path):
+@pytest.mark.parametrize("intervals", [False, True])
+def test_trigno_discover_names_sensors_above_their_channels_and_rates_below(tmp_path, intervals):
     head = [
-        "Application:,Trigno Discover,1.6.2",
+        "Application:,Trigno Discover (2.1.0.7)",
+        "Date/Time:,5/6/2025 10:11:12 AM",
         "Collection Length (seconds):,2",
-        "",
-        "BICEPS (82345),,,,TRICEPS (82346),",
-        "sensor mode: 40,,,,sensor mode: 40,",
-        "EMG 1 Time Series (s),EMG 1 (mV),ACC X 1 Time Series (s),ACC X 1 (G),EMG 1 Time Series (s),EMG 1 (mV)",
-        "20 Hz,20 Hz,5 Hz,5 Hz,20 Hz,20 Hz",
+        "BICEPS (82345),,,,TRICEPS (82346)",
+        "sensor mode: 40,,,,sensor mode: 40",
+        "EMG 1 Time Series (s),EMG 1 (mV),ACC X Time Series (s),ACC X (G),EMG 1 Time Series (s),EMG 1 (mV),EMG 2 (mV)",
+        ",20 Hz,,5 Hz,,20 Hz,20 Hz",
+        *([",0.05 s,,0.2 s,,0.05 s,0.05 s,,Type,Name,Label,Time (s)"] if intervals else []),
     ]
     slow = [f"{t:g},{v:g}" for t, v in zip(4 * TIME[:10], VALUES, strict=False)] + [","] * 30
-    lines = [f"{t:g},{v:g},{s},{t:g},{2 * v:g}" for t, v, s in zip(TIME, VALUES, slow, strict=True)]
+    lines = [f"{t:g},{v:g},{s},{t:g},{2 * v:g},{3 * v:g}" for t, v, s in zip(TIME, VALUES, slow, strict=True)]
+    if intervals:
+        lines = [*(line + ",,General,start,,0.3" for line in lines[:2]), *lines[2:], ",,,,,,,,General,end,,1.2"]
     raw = read_raw(write(tmp_path / "a.csv", "\n".join([*head, *lines]) + "\n"), "delsys")
-    assert raw.header == ["BICEPS EMG 1", "BICEPS ACC X 1", "TRICEPS EMG 1"]
+    assert raw.header == ["BICEPS EMG 1", "BICEPS ACC X", "TRICEPS EMG 1", "TRICEPS EMG 2"]
     assert [(s.unit, s.rate, len(s.values)) for s in raw.signals] == [
         ("mV", 20.0, 40),
         ("G", 5.0, 10),
         ("mV", 20.0, 40),
+        ("mV", 20.0, 40),
     ]
-    assert np.allclose(raw["TRICEPS EMG 1"].values, 2 * VALUES) and np.allclose(
-        raw["BICEPS ACC X 1"].time, 4 * TIME[:10]
-    )
-    assert raw.at(0).endswith("row 8")
+    assert np.allclose(raw["TRICEPS EMG 2"].values, 3 * VALUES) and np.allclose(raw["TRICEPS EMG 2"].time, TIME)
+    assert np.allclose(raw["BICEPS ACC X"].time, 4 * TIME[:10]) and not any(s.odd for s in raw.signals)
+    assert raw.at(0).endswith(f"row {9 if intervals else 8}")
 
 
 def test_a_delsys_file_with_commas_for_everything_is_refused(tmp_path):

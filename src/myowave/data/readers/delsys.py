@@ -5,14 +5,18 @@
     X [s],Avanti sensor 1: EMG 1 [V],X [s],Avanti sensor 1: ACC X [g], ...
     0,1.2e-05,0,0.98, ...
 
-Trigno Discover names the sensors in a row above, and rates in one below:
+Trigno Discover names the sensors in a row above, and rates in one below; some versions add a row of sampling intervals
+with the names of a table of markers at the right:
 
     BICEPS (82345),,TRICEPS (82346),
+    sensor mode: 40,,sensor mode: 40,
     EMG 1 Time Series (s),EMG 1 (mV),EMG 1 Time Series (s),EMG 1 (mV)
-    2148.1481 Hz,2148.1481 Hz,2148.1481 Hz,2148.1481 Hz
-    0,0.012,0,-0.003
+    ,2148.1481 Hz,,2148.1481 Hz
+    ,0.000466 s,,0.000466 s,,Type,Name,Label,Time (s)
+    0,0.012,0,-0.003,,General,start,,1.5
 
-Slower channels end in empty cells. European exports have semicolons between columns and commas in decimals.
+Markers are not read. Slower channels end in empty cells. European exports have semicolons between columns and commas in
+decimals.
 """
 
 import re
@@ -27,7 +31,8 @@ from myowave.data.readers.text import read_cells, read_head
 
 _LONGEST_HEAD = 1000
 _TIME = re.compile(r"^(X|.*Time Series)\s*[\[(]s[\])]$", re.IGNORECASE)
-_RATE = re.compile(r"^([\d.]+)\s*Hz$", re.IGNORECASE)
+_RATE = re.compile(r"^([\d.,]+)\s*Hz$", re.IGNORECASE)
+_INTERVAL = re.compile(r"^[\d.,e-]+\s*s$", re.IGNORECASE)
 _SERIAL = re.compile(r"\s*\(\d+\)$")
 _LABEL = re.compile(r"^\W*Label:\s*(.*?)\s*Sampling frequency:\s*([\d.]+)", re.IGNORECASE)
 
@@ -48,12 +53,20 @@ def read_delsys(path: Path) -> RawRecording:
         )
     names, separator = _split(lines[header])
     rates = {found[1]: float(found[2]) for line in lines[:header] if (found := _LABEL.match(line))}
-    below = [_RATE.match(cell) for cell in _split(lines[header + 1])[0]] if header + 1 < len(lines) else []
-    if any(below):
+    below = [_split(line)[0] for line in lines[header + 1 : header + 3]]
+    markers = False
+    if below and any(of_rates := [_RATE.match(cell) for cell in below[0]]):
         names = _with_sensors(names, [_split(line)[0] for line in lines[:header]])
-        rates |= {name: float(found[1]) for name, found in zip(names, below, strict=False) if found}
+        found = zip(names, of_rates, strict=False)
+        rates |= {name: float(rate[1].replace(",", ".")) for name, rate in found if rate}
         header += 1
+        if any(_INTERVAL.match(cell) for cell in below[-1]):
+            markers = any(below[-1][len(names) :])
+            header += 1
     cells = read_cells(path, separator, skip=header + 1)
+    if markers:
+        cells = cells.iloc[:, : len(names)]
+        cells = cells[(cells != "").any(axis=1)]
     if len(cells.columns) < len(names) or (cells.iloc[:, len(names) :] != "").any(axis=None):
         raise ValueError(
             f"{path}: {len(names)} names in row {header + 1}, but {len(cells.columns)} columns below. With commas "
