@@ -178,7 +178,7 @@ def test_trigno_discover_names_sensors_above_their_channels_and_rates_below(tmp_
     slow = [f"{t:g},{v:g}" for t, v in zip(4 * TIME[:10], VALUES, strict=False)] + [","] * 30
     lines = [f"{t:g},{v:g},{s},{t:g},{2 * v:g},{3 * v:g}" for t, v, s in zip(TIME, VALUES, slow, strict=True)]
     if intervals:
-        lines = [*(line + ",,General,start,,0.3" for line in lines[:2]), *lines[2:], ",,,,,,,,General,end,,1.2"]
+        lines = [lines[0], lines[1] + ",,General,start,,0.3", *lines[2:], ",,,,,,,,General,end,,1.2"]
     raw = read_raw(write(tmp_path / "a.csv", "\n".join([*head, *lines]) + "\n"), "delsys")
     assert raw.header == ["BICEPS EMG 1", "BICEPS ACC X", "TRICEPS EMG 1", "TRICEPS EMG 2"]
     assert [(s.unit, s.rate, len(s.values)) for s in raw.signals] == [

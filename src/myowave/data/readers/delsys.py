@@ -63,10 +63,11 @@ def read_delsys(path: Path) -> RawRecording:
         if any(_INTERVAL.match(cell) for cell in below[-1]):
             markers = any(below[-1][len(names) :])
             header += 1
-    cells = read_cells(path, separator, skip=header + 1)
-    if markers:
-        cells = cells.iloc[:, : len(names)]
+    if markers:  # rows have cells at the right only where a marker is; that with their names is the widest
+        cells = read_cells(path, separator, skip=header).iloc[1:, : len(names)]
         cells = cells[(cells != "").any(axis=1)]
+    else:
+        cells = read_cells(path, separator, skip=header + 1)
     if len(cells.columns) < len(names) or (cells.iloc[:, len(names) :] != "").any(axis=None):
         raise ValueError(
             f"{path}: {len(names)} names in row {header + 1}, but {len(cells.columns)} columns below. With commas "
