@@ -63,6 +63,13 @@ class Normal:
         """The matrix without what is known beforehand, (..., P, P)."""
         return self.matrix - np.eye(len(self.weight)) * self.weight
 
+    @property
+    def fitted(self) -> float:
+        """How many independent values of the residual were fitted: one by each number of a start, and the less by a
+        parameter the better it is known beforehand (the trace of the hat matrix)."""
+        trials, _, numbers = self.by_start.shape[-3:]
+        return trials * numbers + float(np.trace(pseudo_inverse(self.matrix) @ self.data))
+
     def without_starts(self, columns: Array) -> Array:
         """The part of columns (..., T, N, C) that no change of the trials' starts can imitate."""
         return without_starts(self.by_start, columns)

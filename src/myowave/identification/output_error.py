@@ -194,6 +194,7 @@ def fit_model(
     *,
     starts: int = 1,
     seed: int = 0,
+    further: Sequence[Array] = (),
 ) -> Fit:
     """Fit a model from scratch.
 
@@ -201,31 +202,39 @@ def fit_model(
         record: all trials in it are fitted.
         free: what to estimate.
         starts: searches, the first from `Free.start`, the others up to `Free.spread` away.
+        further: values (P,) that more searches start from.
 
     Raises:
         ValueError: if the model is not able to move from any of the starts.
     """
-    values = start_values(free, range(seed + 1, seed + starts))
-    return fit_from(model, record, free, np.concatenate([[[p.start for p in free]], values]))
+    usual = np.array([p.start for p in free])
+    around = start_values(free, range(seed + 1, seed + starts))
+    return fit_from(model, record, free, np.concatenate([usual[None], around, np.reshape(further, (-1, len(usual)))]))
 
 
 def fit_from(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit:
     """Fit a model from given values (B, P), side by side; raises as `fit_model` does."""
-    return polish(begin_from(model, record, free, values))
+    return min(map(polish, _survivors(model, record, free, values)), key=lambda fit: fit.objective)
 
 
 def begin_from(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit:
     """The fit to descend from that the best of some values (B, P) lead to; raises as `fit_model` does."""
+    return _survivors(model, record, free, values)[0]
+
+
+def _survivors(model: Model, record: Record, free: Sequence[Free], values: Array) -> list[Fit]:
+    """The fits that searches from given values (B, P) end at, at most two, before any descent. Which of them leads to
+    the lower valley is not seen from there."""
     search = Search.begin(model, record, free, values)
     for _ in range(LIFTED_STEPS):
         search = search.lifted().better_half()
-    best = next((fit for fit in search.fits() if fit is not None), None)
-    if best is None:
+    fits = [fit for fit in search.fits() if fit is not None]
+    if not fits:
         raise ValueError(
             f"model {model.name}: its motion diverges from every start of the fit. Check the units of the recording "
             "and the constants of the arm's muscles."
         )
-    return best
+    return fits
 
 
 def fit_simulated(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit | None:

@@ -52,14 +52,16 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
             break
     else:
         return _scored(model, record, standing)
-    found = attempt_fit(lambda: fit_model(model, record, free, starts=starts))
+    if len(some) < len(free):  # else it is that of the last pass
+        torque = attempt_torque(model, record, free)
+    # Torque diverges nowhere, so its values often lead to a lower valley than any that are spread about the usual ones.
+    of_torque = [] if torque is None else [torque.values]
+    found = attempt_fit(lambda: fit_model(model, record, free, starts=starts, further=of_torque))
     if found is not None and explained(found) > 0:
         return found
     # ASSUME: motion that a model does not follow over whole trials tells nothing of constants that nobody measured;
     # torque does, and they stay where it leaves them.
-    if len(some) < len(free):  # else they are those of the last pass
-        torque = attempt_torque(model, record, free)
-        standing = None if torque is None else _on_torque(model, pieces, torque)
+    standing = None if torque is None else _on_torque(model, pieces, torque)
     if torque is not None and standing is not None:
         free = [held if p.assumed else p for p, held in zip(torque.free, torque.held, strict=True)]
         shortest = _next(model, pieces, free, torque.values)

@@ -63,16 +63,15 @@ class Size:
 
 def size_of_misfit(fit: Fit, residual: Array | None = None) -> Size:
     """Compare the residual of a fit, or what a filter has made of it (T, N), with the noise of the angle."""
-    fitted = len(fit.free) + 2 * len(fit.record.names)
-    return size_of(fit.residual if residual is None else residual, fit.angle, fit.record, fitted)
+    return size_of(fit.residual if residual is None else residual, fit.angle, fit.record, fit.normal.fitted)
 
 
-def size_of(residual: Array, motion: Array, record: Record, fitted: int = 0) -> Size:
+def size_of(residual: Array, motion: Array, record: Record, fitted: float = 0.0) -> Size:
     """Compare a residual with the noise of the angle.
 
     Args:
         residual, motion: of every sample (T, N) [rad].
-        fitted: number of parameters that were fitted to the residual.
+        fitted: number of independent values that were fitted to the residual.
     """
     slow, above = [], []
     left, moved = record.joined(residual), record.joined(motion)

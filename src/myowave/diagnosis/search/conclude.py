@@ -9,6 +9,7 @@ Where no force is needed beside the effects found, they are weighed again withou
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+import numpy as np
 import torch
 
 from myowave.data.wavelets import estimate_noise
@@ -19,15 +20,17 @@ from myowave.diagnosis.search.score import FAILURES
 from myowave.diagnosis.search.selection import Selection, select_effects, without_effect
 from myowave.diagnosis.search.stand_ins import StandIns, find_stand_ins
 from myowave.identification.disturbance import Disturbance, estimate_disturbance
-from myowave.identification.output_error import Fit, refit
+from myowave.identification.output_error import Fit, fit_from, refit
 from myowave.identification.quiet import expected_excitation
+from myowave.identification.stages import attempt_fit
 from myowave.identification.whitening import Band
 from myowave.physics.effect import Effect
 
 MOST_OF_IT = 0.9  # share that effects must explain to be named where something else is left
 WHITE = 0.8  # of the noise in the band of the motion: less in the finest scales may be a filter's doing
 ROUGHLY = 3.0  # times what noise gives: a random force is not exactly as assumed, and leaves a little that repeats
-NOTHING = 0.3  # of the noise: less that is left raises the error by less than 5 %, and is nothing
+REST = 0.1  # share of the evidence for a random force that effects may leave where they are weighed without it
+NOTHING = 0.3  # of the noise, or of what a filter leaves of it: less raises the error by less than 5 %, and is nothing
 
 
 @dataclass(frozen=True)
@@ -111,11 +114,14 @@ def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str]) -> Fi
     selection = select(beside_force(fit, disturbance))
     if selection.effects:
         found = replace(selection.fit, record=fit.record)
-        hint = refit(found, found.model, found.free)
+        hint = better_from_expected(refit(found, found.model, found.free))
         beside = estimate_disturbance(hint)
-        if beside.gain < EVIDENCE:
-            # With the effects found no force is needed: what they are told apart by is then seen best without one.
-            return weighed(select(fit, hint))
+        if beside.gain < max(EVIDENCE, REST * disturbance.gain):
+            # With the effects found no force is needed, or they leave so little to it that another effect may do it:
+            # what effects are told apart by is then seen best without one.
+            without = weighed(select(fit, hint))
+            if beside.gain < EVIDENCE or without.settled:
+                return without
         # Without what the effects explain.
         disturbance = replace(disturbance, emg=beside.emg, response=beside.response)
     return weighed(selection, disturbance)
@@ -151,6 +157,14 @@ def has_passed_a_filter(fit: Fit, disturbance: Disturbance) -> bool:
     return estimate_noise(*fit.record.joined(new).values()) < WHITE * disturbance.angle
 
 
+def better_from_expected(fit: Fit) -> Fit:
+    """The fit, or that of the same model from where constants are expected: a fit without an effect leads them into
+    valleys that one with it need not leave."""
+    values = [value if "." in p.name else p.start for p, value in zip(fit.free, fit.values, strict=True)]
+    other = attempt_fit(lambda: fit_from(fit.model, fit.record, fit.free, np.array([values])))
+    return fit if other is None else min(fit, other, key=lambda each: each.objective)
+
+
 def within_band(fit: Fit, size: Size) -> Fit:
     """The fit of the same model to what is slow: the angle has passed a filter, which lets the motion through and
     changes what is above."""
@@ -170,7 +184,7 @@ def weighed(selection: Selection, disturbance: Disturbance | None = None) -> Fin
     fit, size = selection.fit, size_of_misfit(selection.fit)
     repeated = repeated_misfit(fit, size)
     # Beside an effect whatever is left counts against it; a model without any may leave next to nothing.
-    nothing = 0.0 if selection.effects or disturbance is not None else NOTHING * size.noise
+    nothing = 0.0 if selection.effects or disturbance is not None else NOTHING * min(size.noise, fit.rmse())
     repeats = repeated.significant and repeated.size(fit) > nothing
     if disturbance is None:
         slow = size.significant and size.missing > nothing
