@@ -8,6 +8,7 @@ from scipy.optimize import minimize
 
 from myowave.identification.free_parameters import Free
 from myowave.identification.least_squares import (
+    Normal,
     bounded_step,
     minimise_within,
     normal_equations,
@@ -103,3 +104,21 @@ def test_more_columns_extend_the_normal_equations_as_if_they_had_been_there(make
     again = fewer.extended(few.slope[..., len(free) - 1 :])
     np.testing.assert_allclose(again.matrix, few.matrix, rtol=1e-9)
     np.testing.assert_allclose(again.vector, few.vector, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("known", [0.0, 0.3, 1e9])
+def test_what_was_fitted_is_the_trace_of_the_hat_matrix(known):
+    """Of residuals below which expectations stand as further samples; they leave a parameter the less freedom."""
+    random = np.random.default_rng(2)
+    slope, by_start = random.standard_normal((3, 20, 4)), random.standard_normal((3, 20, 2))
+    weight = np.array([0.0, known, known, known])
+    projected = without_starts(by_start, slope)
+    matrix = np.einsum("tnp,tnq->pq", projected, slope) + np.diag(weight)
+    none = np.zeros(0)
+    normal = Normal(np.zeros((3, 20)), slope, by_start, matrix, none, none, weight, none)
+    starts = np.zeros((3, 20, 3, 2))
+    starts[range(3), :, range(3)] = by_start
+    samples = np.concatenate([starts.reshape(60, 6), slope.reshape(60, 4)], -1)
+    design = np.concatenate([samples, np.eye(10)[6:] * np.sqrt(weight)[:, None]])
+    hat = design @ np.linalg.pinv(design)
+    assert normal.fitted == pytest.approx(np.trace(hat[:60, :60]), rel=1e-6)

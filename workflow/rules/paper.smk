@@ -1,4 +1,5 @@
 # The paper's own recipe on its own protocols (Secs. 4 and 5), beside its printed values: `snakemake paper --cores 2`.
+# Its page stands in docs/.
 PAPER_CASES = ["case1", "case2", "case3"]
 PAPER_SUBJECTS = ["elbow_literature", "elbow_bounds"]
 PAPER_BEST = "paper_split"  # what comes out best of all readings, also on further draws
@@ -85,7 +86,7 @@ localrules:
 
 rule paper:
     input:
-        of_shipped("results/paper/tables.md"),
+        of_shipped("docs/paper.md"),
         expand("results/paper/{run}/{figure}.png", run=PAPER_RUNS, figure=["metrics", "predictions", "parameters"]),
 
 
@@ -133,15 +134,15 @@ rule compare_paper:
         subject=paper_evaluations(PAPER_SUBJECTS, "paper_subject"),
         one_step="results/paper/one_step.csv",
     output:
-        page="results/paper/tables.md",
+        page="docs/paper.md",
         table3="results/paper/table3.csv",
         table4="results/paper/table4.csv",
         table5="results/paper/table5.csv",
         choices="results/paper/choices.csv",
-        scales="results/paper/scales.png",
-        errors="results/paper/errors.png",
-        derivatives="results/paper/derivatives.png",
-        convergence="results/paper/convergence.png",
+        scales="docs/paper_scales.png",
+        errors="docs/paper_errors.png",
+        derivatives="docs/paper_derivatives.png",
+        convergence="docs/paper_convergence.png",
     log:
         "results/logs/compare_paper.log",
     params:

@@ -19,12 +19,21 @@ def draw_scales(cases: pd.DataFrame, subject: pd.DataFrame) -> Figure:
     figure, axes = canvas(1, 2, width=11, height=4.4)
     for axis, summary, what in zip(axes[0], (cases, subject), ("Sec. 4", "Sec. 5, three trials"), strict=True):
         lines = [line for line in summary.groupby(["dataset", "recipe"]) if line[1]["scales"].nunique() > 1]
-        markers = itertools.cycle("osD^v")
-        for ((dataset, recipe), group), color, marker in zip(lines, itertools.cycle(CYCLE), markers, strict=False):
+        colors = dict(zip(summary["dataset"].unique(), itertools.cycle(CYCLE), strict=False))
+        markers = dict(zip(summary["recipe"].unique(), itertools.cycle("osD^v"), strict=False))
+        for (dataset, recipe), group in lines:
             scores = group.groupby("scales")["test_r2"]
             mean, spread = scores.mean(), scores.std(ddof=0).to_numpy()
             name = f"{dataset}, {recipe}"
-            shade(axis, mean.index.to_numpy(), mean.to_numpy(), spread, color=color, label=name, marker=marker)
+            shade(
+                axis,
+                mean.index.to_numpy(),
+                mean.to_numpy(),
+                spread,
+                color=colors[dataset],
+                label=name,
+                marker=markers[recipe],
+            )
         axis.set(xlabel="number of scales", ylabel="test R$^2$ [-]", title=f"{what}: mean and 1 SD over seeds")
         axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     printed = pd.Series({scales: r2 for scales, (_, r2) in PRINTED_TEST.items()})
@@ -83,11 +92,14 @@ def draw_convergence(histories: Mapping[str, Mapping[int, pd.DataFrame]], batche
                 error = np.log10(np.degrees(np.sqrt(history.set_index("epoch")[name]))).groupby("epoch")
                 steps = error.mean().index.to_numpy() * batches
                 mean, spread = error.mean().to_numpy(), error.std(ddof=0).to_numpy()
-                shade(axes[row, column], steps, mean, spread, color=color, label=f"{scales}-scale")
+                axes[row, column].plot(steps, 10**mean, color=color, label=f"{scales}-scale")
+                axes[row, column].fill_between(
+                    steps, 10 ** (mean - spread), 10 ** (mean + spread), color=color, alpha=0.22, linewidth=0
+                )
         axes[0, column].set_title(f"{dataset}: one step ahead, training")
         axes[1, column].set(title=f"{dataset}: running free, validation", xlabel="steps of Adam")
     for row in axes:
-        row[0].set_ylabel("log10 of rms error [deg]")
+        row[0].set(ylabel="rms error [deg]", yscale="log")
     axes[0, 0].legend()
     last = {dataset: _last_error(by_scales) for dataset, by_scales in histories.items()}
     title(figure, "Running free at the end: " + "; ".join(f"{dataset} {text}" for dataset, text in last.items()))

@@ -70,19 +70,19 @@ def write_page(
         _table(*_table3_in_rows(errors[errors["recipe"] == best])),
         "## Table 3 as printed",
         _table(*_table3(errors[errors["recipe"] != best])),
-        "![errors beside Table 3](errors.png)",
+        "![errors beside Table 3](paper_errors.png)",
         "## On perfect angles: what the residual itself finds, without any network [%]",
         "Parameters of the least J_res along the measured motion of the training trials. With `solver: held` the "
         "motion obeys the sampled equation; EMG is cut off at 0 and 1, where the noise goes beyond.",
         _table(*_bias(bias)),
         "## Fig. 8: test error by the number of scales (the paper prints no numbers)",
         _table(*_scores_of_cases(cases, one_step)),
-        "![R2 by scales](scales.png)",
-        f"![error by step of Adam with {best}](convergence.png)",
+        "![R2 by scales](paper_scales.png)",
+        f"![error by step of Adam with {best}](paper_convergence.png)",
         "## What each choice does: case 1, 1-scale",
         _table(*_choices(choices)),
         EXPLANATION.strip(),
-        "![parameters as training goes on, by choice](derivatives.png)",
+        "![parameters as training goes on, by choice](paper_derivatives.png)",
         "## Table 4: test errors with Sec. 5's protocol",
         "Three trials of `data/bench_elbow`, from another simulator; the paper's are of its own subject, so nothing is "
         "to be read from the distance to its numbers. At 100 Hz the last angle is nearly the next, so that teacher "
