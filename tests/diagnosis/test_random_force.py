@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 import torch
 
+from myowave.diagnosis.search import conclude
 from myowave.diagnosis.search.conclude import Findings, search
+from myowave.diagnosis.search.rank import EVIDENCE
 from myowave.diagnosis.search.verdict import judge
-from myowave.identification.disturbance import excitation_forcing, wandering
+from myowave.identification.disturbance import estimate_disturbance, excitation_forcing, wandering
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
 from myowave.physics.motion import simulate
@@ -53,6 +55,20 @@ def test_an_effect_alone_needs_no_force_beside_it(searched, damping):
     found = searched({"joint_damping": {"c": damping}}, 0.0)
     assert judge(found).causes == ("joint_damping",)
     assert found.disturbance is None and found.selection.fit.record.filter is None
+
+
+def test_effects_that_leave_little_to_a_force_are_weighed_without_it(searched, monkeypatch):
+    gains = []
+
+    def doubtful(fit):
+        force = estimate_disturbance(fit)
+        gains.append(0.05 * gains[0] if fit.model.effects else force.gain)
+        return replace(force, gain=gains[-1])
+
+    monkeypatch.setattr(conclude, "estimate_disturbance", doubtful)
+    found = searched({"joint_damping": {"c": 1.5}}, 0.0)
+    assert gains[-1] > EVIDENCE
+    assert found.disturbance is None and judge(found).causes == ("joint_damping",)
 
 
 def test_noise_of_the_emg_moves_the_arm_as_far_as_is_foretold(make_fit):
