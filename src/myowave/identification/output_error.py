@@ -209,7 +209,7 @@ def fit_model(
     """
     usual = np.array([p.start for p in free])
     around = start_values(free, range(seed + 1, seed + starts))
-    return fit_from(model, record, free, np.concatenate([usual[None], around, np.reshape(further, (-1, len(usual)))]))
+    return fit_from(model, record, free, np.concatenate([usual[None], around, *(v[None] for v in further)]))
 
 
 def fit_from(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit:
