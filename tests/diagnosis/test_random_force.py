@@ -57,6 +57,14 @@ def test_an_effect_alone_needs_no_force_beside_it(searched, damping):
     assert found.disturbance is None and found.selection.fit.record.filter is None
 
 
+def test_less_than_any_sensor_shows_is_not_missing(make_fit, effects):
+    """Two programs that solve the same equations differ by as much."""
+    fit = make_fit({"joint_damping": {"c": 1e-3}}, noise_deg=0.0)
+    found = search(fit, [effects[name] for name in CANDIDATES])
+    assert np.radians(1e-6) < fit.rmse() < np.radians(1e-3)
+    assert found.repeated.significant and judge(found).kind == "adequate"
+
+
 def test_effects_that_leave_little_to_a_force_are_weighed_without_it(searched, monkeypatch):
     gains = []
 

@@ -22,6 +22,7 @@ from myowave.diagnosis.search.stand_ins import StandIns, find_stand_ins
 from myowave.identification.disturbance import Disturbance, estimate_disturbance
 from myowave.identification.output_error import Fit, fit_from, refit
 from myowave.identification.quiet import expected_excitation
+from myowave.identification.record import SMALLEST_NOISE_DEG
 from myowave.identification.stages import attempt_fit
 from myowave.identification.whitening import Band
 from myowave.physics.effect import Effect
@@ -184,7 +185,8 @@ def weighed(selection: Selection, disturbance: Disturbance | None = None) -> Fin
     fit, size = selection.fit, size_of_misfit(selection.fit)
     repeated = repeated_misfit(fit, size)
     # Beside an effect whatever is left counts against it; a model without any may leave next to nothing.
-    nothing = 0.0 if selection.effects or disturbance is not None else NOTHING * min(size.noise, fit.rmse())
+    noise = min(size.noise, max(fit.rmse(), np.radians(SMALLEST_NOISE_DEG)))
+    nothing = 0.0 if selection.effects or disturbance is not None else NOTHING * noise
     repeats = repeated.significant and repeated.size(fit) > nothing
     if disturbance is None:
         slow = size.significant and size.missing > nothing
