@@ -104,7 +104,7 @@ def test_comments_and_docstrings_rerun_nothing(finished):
 
 
 def test_changed_drawing_reruns_only_figures(finished):
-    with edited(finished, "src/myowave/data/figures.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "):
+    with edited(finished, "src/myowave/data/figures/trials.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "):
         planned = finished.planned(*CONFIG)
     assert planned and set(planned) <= FIGURES | {"publish_runs"}  # figures are attached to the runs in MLflow
 

@@ -1,7 +1,7 @@
 """Draw the raw recordings of a session with what was made of them, a picture per trial."""
 
+from myowave.data.figures.recordings import draw_recording
 from myowave.data.preparing import prepare_recording
-from myowave.data.recording_figures import draw_recording
 from myowave.plotting import save
 from myowave.settings import RecordedDataset
 from myowave.workflow.job import job_log

@@ -1,0 +1,1 @@
+"""Pictures of the data: trials and their scales, and raw recordings."""
