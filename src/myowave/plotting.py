@@ -69,8 +69,15 @@ def shade(
     axes: Axes, x: ArrayLike, mean: Any, spread: Any, *, color: str, label: str | None = None, **kwargs: Any
 ) -> None:
     """A line with a band of one standard deviation on either side."""
-    axes.plot(x, mean, color=color, label=label, **kwargs)
-    axes.fill_between(x, mean - spread, mean + spread, color=color, alpha=0.22, linewidth=0)
+    shade_between(axes, x, mean - spread, mean, mean + spread, color=color, label=label, **kwargs)
+
+
+def shade_between(
+    axes: Axes, x: ArrayLike, low: Any, middle: Any, high: Any, *, color: str, label: str | None = None, **kwargs: Any
+) -> None:
+    """A line with a band from low to high."""
+    axes.plot(x, middle, color=color, label=label, **kwargs)
+    axes.fill_between(x, low, high, color=color, alpha=0.22, linewidth=0)
 
 
 def save(figure: Figure, path: str | Path) -> None:

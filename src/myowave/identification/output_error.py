@@ -116,6 +116,11 @@ class Fit:
     def parameters(self) -> dict[str, float]:
         return {p.name: float(v) for p, v in zip(self.free, self.values, strict=True)}
 
+    @property
+    def expected(self) -> Array:
+        """Values (P,) with constants where they are expected, and the parameters of effects as they are fitted."""
+        return np.array([value if "." in p.name else p.start for p, value in zip(self.free, self.values, strict=True)])
+
     def at_bound(self, name: str) -> bool:
         """Whether a parameter ended on a bound that is neither 0, the absence of an effect, nor its usual strength, as
         the share of other curves, which is 1 where they replace the base model's."""

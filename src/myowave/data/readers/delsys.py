@@ -65,7 +65,6 @@ def read_delsys(path: Path) -> RawRecording:
             header += 1
     if markers:  # rows have cells at the right only where a marker is; that with their names is the widest
         cells = read_cells(path, separator, skip=header).iloc[1:, : len(names)]
-        cells = cells[(cells != "").any(axis=1)]
     else:
         cells = read_cells(path, separator, skip=header + 1)
     if len(cells.columns) < len(names) or (cells.iloc[:, len(names) :] != "").any(axis=None):

@@ -161,8 +161,7 @@ def has_passed_a_filter(fit: Fit, disturbance: Disturbance) -> bool:
 def better_from_expected(fit: Fit) -> Fit:
     """The fit, or that of the same model from where constants are expected: a fit without an effect leads them into
     valleys that one with it need not leave."""
-    values = [value if "." in p.name else p.start for p, value in zip(fit.free, fit.values, strict=True)]
-    other = attempt_fit(lambda: fit_from(fit.model, fit.record, fit.free, np.array([values])))
+    other = attempt_fit(lambda: fit_from(fit.model, fit.record, fit.free, fit.expected[None]))
     return fit if other is None else min(fit, other, key=lambda each: each.objective)
 
 

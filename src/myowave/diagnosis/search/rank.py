@@ -158,11 +158,10 @@ def _fresh_starts(fit: Fit, scores: Mapping[str, Score]) -> dict[str, Fit]:
         return {}  # beside a filter its noise says nothing: it was found from what a poorer model leaves
     if any(_replaces(p) for p in fit.free if "." in p.name):
         return {}  # a model has one family of curves
-    expected = [v if "." in p.name else p.start for p, v in zip(fit.free, fit.values, strict=True)]
 
     def begin(name: str) -> Fit | None:
         start = scores[name].start
-        values = [*expected, *(p.scale if p.high > 0 else -p.scale for p in scores[name].free)]
+        values = [*fit.expected, *(p.scale if p.high > 0 else -p.scale for p in scores[name].free)]
         return attempt_fit(lambda: begin_from(start.model, fit.record, start.free, np.array([values])))
 
     replacing = [name for name, score in scores.items() if not score.failure and all(_replaces(p) for p in score.free)]
@@ -312,22 +311,16 @@ def _race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> tuple[dict[str, F
     return fits, failures
 
 
-def hopes_of(fit: Fit, scores: Mapping[str, Score]) -> dict[str, float]:
-    """Differences of BIC that the scores at a fit promise, of the effects that may gain anything."""
-    samples = independent_samples(fit)
-    return {
-        name: delta_bic(fit, max(fit.objective - score.drop, 0.0), len(score.free), samples)
-        for name, score in scores.items()
-        if not score.absorbed and not score.failure and score.drop > 0
-    }
-
-
 def _worth_refitting(fit: Fit, scores: Mapping[str, Score]) -> list[str]:
     """Names of the candidates whose score promises evidence, or nearly as much as the best."""
-    hopes = hopes_of(fit, scores)
-    best = max(hopes.values(), default=0.0)
+    possible = {name: s for name, s in scores.items() if not s.absorbed and not s.failure and s.drop > 0}
+    if not possible:
+        return []
+    samples = independent_samples(fit)
+    hopes = {n: delta_bic(fit, max(fit.objective - s.drop, 0.0), len(s.free), samples) for n, s in possible.items()}
+    best = max(hopes.values())
+    most = max(s.drop for s in possible.values())
     if best < WORTH_A_REFIT:
         return []
-    most = max(scores[name].drop for name in hopes)
-    near = [n for n in hopes if hopes[n] > max(best - NEAR, 0.0) or scores[n].drop > SHARE * most]
+    near = [n for n in possible if hopes[n] > max(best - NEAR, 0.0) or possible[n].drop > SHARE * most]
     return sorted(near, key=lambda n: -hopes[n])[:MOST]

@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from myowave.learning.paper.tables import PARAMETERS, PRINTED_TEST, printed_errors
 from myowave.learning.scales import judge_scales
-from myowave.plotting import CYCLE, GREY, MEASURED, canvas, shade, title
+from myowave.plotting import CYCLE, GREY, MEASURED, canvas, shade, shade_between, title
 
 
 def draw_scales(cases: pd.DataFrame, subject: pd.DataFrame) -> Figure:
@@ -24,16 +24,8 @@ def draw_scales(cases: pd.DataFrame, subject: pd.DataFrame) -> Figure:
         for (dataset, recipe), group in lines:
             scores = group.groupby("scales")["test_r2"]
             mean, spread = scores.mean(), scores.std(ddof=0).to_numpy()
-            name = f"{dataset}, {recipe}"
-            shade(
-                axis,
-                mean.index.to_numpy(),
-                mean.to_numpy(),
-                spread,
-                color=colors[dataset],
-                label=name,
-                marker=markers[recipe],
-            )
+            look = {"color": colors[dataset], "marker": markers[recipe], "label": f"{dataset}, {recipe}"}
+            shade(axis, mean.index.to_numpy(), mean.to_numpy(), spread, **look)
         axis.set(xlabel="number of scales", ylabel="test R$^2$ [-]", title=f"{what}: mean and 1 SD over seeds")
         axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     printed = pd.Series({scales: r2 for scales, (_, r2) in PRINTED_TEST.items()})
@@ -92,10 +84,8 @@ def draw_convergence(histories: Mapping[str, Mapping[int, pd.DataFrame]], batche
                 error = np.log10(np.degrees(np.sqrt(history.set_index("epoch")[name]))).groupby("epoch")
                 steps = error.mean().index.to_numpy() * batches
                 mean, spread = error.mean().to_numpy(), error.std(ddof=0).to_numpy()
-                axes[row, column].plot(steps, 10**mean, color=color, label=f"{scales}-scale")
-                axes[row, column].fill_between(
-                    steps, 10 ** (mean - spread), 10 ** (mean + spread), color=color, alpha=0.22, linewidth=0
-                )
+                band = 10 ** (mean - spread), 10**mean, 10 ** (mean + spread)
+                shade_between(axes[row, column], steps, *band, color=color, label=f"{scales}-scale")
         axes[0, column].set_title(f"{dataset}: one step ahead, training")
         axes[1, column].set(title=f"{dataset}: running free, validation", xlabel="steps of Adam")
     for row in axes:
