@@ -92,4 +92,4 @@ def save(figure: Figure, path: str | Path) -> None:
         figure.savefig(drawn, format="png")
     with Image.open(drawn) as image:
         few = image.convert("RGB").quantize(256, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
-    few.save(path, optimize=True, dpi=(STYLE["savefig.dpi"],) * 2)
+    few.save(path, dpi=(STYLE["savefig.dpi"],) * 2)

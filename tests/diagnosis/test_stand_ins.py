@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from myowave.diagnosis.misfit.repeated import corrections
+from myowave.diagnosis.misfit.repeated import correcting_effects, corrections
 from myowave.diagnosis.search.conclude import search
 from myowave.diagnosis.search.rank import rank_effects
+from myowave.diagnosis.search.score import score_effect
 from myowave.diagnosis.search.stand_ins import find_stand_ins
 from myowave.diagnosis.search.verdict import judge
 
@@ -56,3 +58,23 @@ def test_corrections_are_named_by_what_they_go_with(damped):
     names = list(corrections(damped))
     assert len(set(names)) == len(names)
     assert {"a torque like q", "excitation of Bi like that of Tri", "a torque like a_Tri qdot"} <= set(names)
+
+
+def test_an_effect_made_of_a_part_of_the_correction_does_to_the_motion_what_the_part_does(damped):
+    parts, effects = corrections(damped), correcting_effects(damped.model)
+    assert len(effects) == 8 + 2 * 6 + 2 and set(effects) < set(parts)
+    for name, effect in effects.items():
+        score = score_effect(damped, effect)
+        (free,) = score.free
+        moved = damped.normal.without_starts(score.start.normal.slope[..., -1:])[..., 0]
+        # A part counts as it is where a step begins, an effect all the way.
+        assert np.linalg.norm(moved - parts[name] * free.scale) < 0.1 * np.linalg.norm(moved), name
+
+
+def test_a_part_that_promises_less_than_an_effect_is_fitted_before_the_effect_is_believed(make_fit, effects):
+    strongly_damped = make_fit({"joint_damping": {"c": 3.0}})
+    ranking = rank_effects(strongly_damped, [effects["muscle_damping"]])
+    (wrong,) = ranking
+    assert wrong.delta_bic > 100 and wrong.score.drop > strongly_damped.objective / 2
+    found = find_stand_ins(strongly_damped, wrong, ranking)
+    assert found.better and found.names == ("a torque like qdot",)

@@ -16,18 +16,20 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from myowave.diagnosis.misfit.size import Size
+from myowave.diagnosis.misfit.terms import shared_excitation, torque_effect, torque_terms
 from myowave.identification.disturbance import excitation_forcing, forcing_by
 from myowave.identification.least_squares import pseudo_inverse
 from myowave.identification.output_error import Fit
 from myowave.identification.whitening import Band
+from myowave.physics.effect import Effect
 from myowave.physics.effects.constant_torque import EFFECT as CONSTANT_TORQUE
+from myowave.physics.model import Model
 from myowave.physics.trajectory import recur
 
 Array = NDArray[np.float64]
 
 LAGS_S = (-0.16, -0.08, 0.08, 0.16, 0.3)  # of excitation, ahead and behind
 SIGNIFICANCE = 0.005
-FAST = 0.1  # rad/s at which friction has reached its size
 
 
 @dataclass(frozen=True)
@@ -92,23 +94,35 @@ def corrections(fit: Fit) -> dict[str, Array]:
     return dict(zip(parts, np.moveaxis(fit.normal.without_starts(fit.record.white(answer)), -1, 0), strict=True))
 
 
+def correcting_effects(model: Model) -> dict[str, Effect]:
+    """Effects that are a part of the general correction each, by the same words; of the parts that depend on the moment
+    alone."""
+    names = [muscle.name for muscle in model.muscles]
+    torques = enumerate(torque_terms(names).items())
+    effects = {_torque_like(text): torque_effect(f"torque_{n}", text, term) for n, (text, term) in torques}
+    pairs = ((i, j) for i in range(len(names)) for j in range(len(names)) if i != j)
+    shared = {_excitation_like(names[i], names[j]): shared_excitation(f"share_{i}_{j}", j, i) for i, j in pairs}
+    return {**effects, **shared}
+
+
+def _torque_like(term: str) -> str:
+    return f"a torque like {term}"
+
+
+def _excitation_like(muscle: str, other: str) -> str:
+    return f"excitation of {muscle} like that of {other}"
+
+
 def _by_torque(fit: Fit) -> dict[str, Array]:
     """Changes of the state within a step by torques of the joint's state and the activations, (T, N - 1, K) each."""
     forcing = forcing_by(fit, CONSTANT_TORQUE)
-    state = fit.sensitive.motion.state.numpy()[:, :-1]
-    q, v = state[..., 0], state[..., 1]
-    activation = fit.simulation.drive.activation[..., 0, :].expand(*q.shape, -1).numpy()
-    parts = {
-        "1": np.ones_like(q), "q": q, "q^2": q**2, "sin(2 q)": np.sin(2 * q), "qdot": v, "qdot |qdot|": v * np.abs(v),
-        "the sign of qdot": np.tanh(v / FAST), "q qdot": q * v,
-    }  # fmt: skip
-    for muscle, a in zip(fit.model.muscles, np.moveaxis(activation, -1, 0), strict=True):
-        own = {
-            "": a, "^2": a**2, " q": a * q, " q^2": a * q**2, " qdot": a * v, " qdot |qdot|": a * v * np.abs(v),
-            " times its integral": a * np.cumsum(a, -1) * fit.record.dt,
-        }  # fmt: skip
-        parts |= {f"a_{muscle.name}{name}": part for name, part in own.items()}
-    return {f"a torque like {name}": forcing[..., 0] * part[..., None] for name, part in parts.items()}
+    q, v = fit.sensitive.motion.state[:, :-1, :2].unbind(-1)
+    activation = fit.simulation.drive.activation[..., 0, :].expand(*q.shape, -1)
+    names = [muscle.name for muscle in fit.model.muscles]
+    parts = {text: term(q, v, activation).numpy() for text, term in torque_terms(names).items()}
+    integral = (activation * activation.cumsum(-2) * fit.record.dt).numpy()
+    parts |= {f"a_{name} times its integral": integral[..., i] for i, name in enumerate(names)}
+    return {_torque_like(text): forcing[..., 0] * part[..., None] for text, part in parts.items()}
 
 
 def _by_excitation(fit: Fit) -> dict[str, Array]:
@@ -131,4 +145,4 @@ def _signals(fit: Fit, excitation: Array, muscle: int) -> Iterator[tuple[str, Ar
         yield f"a part of the excitation of {names[muscle]} {when}", own[:, shifted] - own
     for other in range(excitation.shape[-1]):
         if other != muscle:
-            yield f"excitation of {names[muscle]} like that of {names[other]}", excitation[..., other]
+            yield _excitation_like(names[muscle], names[other]), excitation[..., other]

@@ -11,15 +11,15 @@ from functools import partial
 import torch
 from torch import Tensor
 
+from myowave.diagnosis.misfit.terms import LARGEST, torque_effect
 from myowave.diagnosis.search.rank import EVIDENCE, delta_bic, independent_samples
 from myowave.diagnosis.search.score import score_effects
 from myowave.identification.output_error import Fit, polish
 from myowave.identification.stages import attempt_fit
-from myowave.physics.effect import Effect, Parameter
+from myowave.physics.effect import Effect
 
 MOST_TERMS = 3
 TRIED = 3  # terms of the best scores that are fitted before one is taken
-LARGEST = 50.0  # N m in units of the term
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,11 @@ class Term:
     code: str
     text: str
     function: Callable[[Tensor, Tensor, Tensor], Tensor]
+
+    @property
+    def effect(self) -> Effect:
+        """The term as an effect on the joint."""
+        return torque_effect(f"draft_{self.name}", self.text, lambda q, v, a: self.function(q, v, a.mean(-1)))
 
 
 def _stop(q: Tensor, v: Tensor, a: Tensor) -> Tensor:
@@ -85,7 +90,7 @@ def draft_effect(fit: Fit, dataset: str, name: str = "missing_torque", *, most: 
     chosen: list[str] = []
     current = fit
     for _ in range(most):
-        scores = score_effects(current, (_effect(t) for t in LIBRARY if t.name not in chosen))
+        scores = score_effects(current, (t.effect for t in LIBRARY if t.name not in chosen))
         sound = sorted((s for s in scores.values() if not s.absorbed and not s.failure), key=lambda s: -s.drop)
         fits = [(s.effect, attempt_fit(partial(polish, s.start))) for s in sound[:TRIED]]
         tried = [(name, found) for name, found in fits if found is not None]
@@ -100,21 +105,6 @@ def draft_effect(fit: Fit, dataset: str, name: str = "missing_torque", *, most: 
     by_name = {t.name: t for t in LIBRARY}
     terms = tuple((by_name[n], values[f"draft_{n}.c"], errors[f"draft_{n}.c"]) for n in chosen)
     return Draft(terms, current, _source(terms, dataset, name))
-
-
-def _effect(term: Term) -> Effect:
-    def torque(q: Tensor, qdot: Tensor, activation: Tensor, *, c: Tensor) -> Tensor:
-        return c * term.function(q, qdot, activation.mean(-1))
-
-    parameter = Parameter(unit="N m", low=-LARGEST, high=LARGEST, typical=0.5, meaning="coefficient")
-    return Effect(
-        name=f"draft_{term.name}",
-        acts_on="joint",
-        equation=f"c {term.text}",
-        function=torque,
-        parameters={"c": parameter},
-        source="library of the draft",
-    )
 
 
 def _source(terms: tuple[tuple[Term, float, float], ...], dataset: str, name: str) -> str:

@@ -115,7 +115,7 @@ def rank_effects(
         hopeful = [name for name in _worth_refitting(fit, scores) if refits and name not in fitted]
         begun = {name: scores[name].start for name in hopeful}
         begun |= _fresh_starts(fit, scores) if refits else {}
-        fits, failures = _race(begun, fitted.values())
+        fits, failures = race(begun, fitted.values())
         fits |= fitted
     failures |= {name: score.failure for name, score in scores.items() if score.failure}
     best = min(fits.values(), key=lambda f: f.objective, default=fit)
@@ -145,6 +145,49 @@ def rank_effects(
             )
         )
     return sorted(candidates, key=lambda c: -c.delta_bic)
+
+
+def race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> tuple[dict[str, Fit], dict[str, str]]:
+    """Fit candidates together, step by step; those that fall behind too far to win stop early.
+
+    Args:
+        starts: fits to descend from, by name.
+        rivals: fits that take part and are at their end.
+
+    Returns:
+        The fits, and of the candidates that cannot be fitted the reason.
+    """
+    failures: dict[str, str] = {}
+    fits = dict(starts)
+    running = {name: descend(start) for name, start in starts.items()}
+    best_rival = min((f.objective for f in rivals), default=np.inf)
+
+    def advance(name: str) -> Fit | str | None:
+        try:
+            return next(running[name], None)
+        except FAILURES as error:
+            return str(error)
+
+    while running:
+        for name in list(running):
+            step = advance(name)
+            if isinstance(step, str):
+                failures[name] = step
+                del running[name], fits[name]
+                continue
+            if step is None:
+                del running[name]
+                continue
+            # Nothing that counts as evidence is gained any more; the winner is fitted to the end by whoever takes it.
+            if step is not fits[name] and fits[name].objective - step.objective < LITTLE * step.independent_variance:
+                del running[name]
+            fits[name] = step
+        leader = min([best_rival, *(f.objective for f in fits.values())])
+        for name in list(running):
+            hoped = fits[name].objective - OPTIMISM * (fits[name].objective - promised(fits[name]))
+            if fits[name].record.samples * np.log(max(hoped, 1e-300) / leader) > NEAR:
+                del running[name]
+    return fits, failures
 
 
 def _fresh_starts(fit: Fit, scores: Mapping[str, Score]) -> dict[str, Fit]:
@@ -270,45 +313,6 @@ def left_out_residuals(fit: Fit) -> NDArray[np.float64]:
     step = step.clip((low - fit.values) / scale, (high - fit.values) / scale)
     left = normal.residual - np.einsum("tnp,tp->tn", normal.slope, step)
     return normal.without_starts(left[..., None])[..., 0]
-
-
-def _race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> tuple[dict[str, Fit], dict[str, str]]:
-    """Fit the candidates together, step by step; those that fall behind too far to win stop early.
-
-    Returns:
-        The fits, and of the candidates that cannot be fitted the reason.
-    """
-    failures: dict[str, str] = {}
-    fits = dict(starts)
-    running = {name: descend(start) for name, start in starts.items()}
-    best_rival = min((f.objective for f in rivals), default=np.inf)
-
-    def advance(name: str) -> Fit | str | None:
-        try:
-            return next(running[name], None)
-        except FAILURES as error:
-            return str(error)
-
-    while running:
-        for name in list(running):
-            step = advance(name)
-            if isinstance(step, str):
-                failures[name] = step
-                del running[name], fits[name]
-                continue
-            if step is None:
-                del running[name]
-                continue
-            # Nothing that counts as evidence is gained any more; the winner is fitted to the end by whoever takes it.
-            if step is not fits[name] and fits[name].objective - step.objective < LITTLE * step.independent_variance:
-                del running[name]
-            fits[name] = step
-        leader = min([best_rival, *(f.objective for f in fits.values())])
-        for name in list(running):
-            hoped = fits[name].objective - OPTIMISM * (fits[name].objective - promised(fits[name]))
-            if fits[name].record.samples * np.log(max(hoped, 1e-300) / leader) > NEAR:
-                del running[name]
-    return fits, failures
 
 
 def _worth_refitting(fit: Fit, scores: Mapping[str, Score]) -> list[str]:

@@ -1,22 +1,25 @@
 """Could something that the catalogue does not hold do the work of an effect that is named?
 
 Parts of a general correction (a torque that goes with the angle, the velocity, an activation; an excitation that is
-late, or of another muscle) are weighed against the effect, all to first order from the fit without it. One that the
-catalogue holds, under whatever name, has been weighed as an effect and does not count.
+late, or of another muscle) are weighed against the effect, first all to first order from the fit without it. What
+promises about as much as the effect did is then fitted as the effect was: where much is missing a promise is a small
+part of what a fit gains. A part that the catalogue holds, under whatever name, has been weighed as an effect and does
+not count.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from myowave.diagnosis.misfit.repeated import corrections
-from myowave.diagnosis.search.rank import MARGIN, Candidate, delta_bic, independent_samples
-from myowave.diagnosis.search.score import ABSORBED
+from myowave.diagnosis.misfit.repeated import correcting_effects, corrections
+from myowave.diagnosis.search.rank import MARGIN, Candidate, delta_bic, independent_samples, race
+from myowave.diagnosis.search.score import ABSORBED, score_effects
 from myowave.identification.output_error import Fit
 
 SAME = 0.99  # cosine between what two changes do to the motion, above which they are one
-MOST = 2  # that are told
+MOST = 2  # that are told, and fitted
+HOPEFUL = 0.5  # of what the effect promised: what promises less is not fitted
 
 
 @dataclass(frozen=True)
@@ -56,11 +59,22 @@ def find_stand_ins(without: Fit, effect: Candidate, ranking: Sequence[Candidate]
     samples = independent_samples(effect.refitted)
     fall = max(effect.score.drop, without.objective - effect.refitted.objective)
     own = delta_bic(without, without.objective - fall, len(effect.score.free), samples)
-    names = list(parts)
+    best = {[*parts][i]: float(drops[i]) for i in np.argsort(-drops)[:MOST] if drops[i] > 0}
+    for name, fall in _fitted_falls(without, effect, best).items():
+        best[name] = max(best[name], fall)
     ahead = {
-        names[i]: delta_bic(without, max(without.objective - drops[i], 0.0), 1, samples) - own
-        for i in np.argsort(-drops)[:MOST]
-        if drops[i] > 0
+        name: delta_bic(without, max(without.objective - fall, 0.0), 1, samples) - own for name, fall in best.items()
     }
-    as_good = tuple(name for name, lead in ahead.items() if lead > -MARGIN)
+    as_good = tuple(name for name in sorted(ahead, key=lambda name: -ahead[name]) if ahead[name] > -MARGIN)
     return StandIns(as_good, any(lead > MARGIN for lead in ahead.values()))
+
+
+def _fitted_falls(without: Fit, effect: Candidate, promised: Mapping[str, float]) -> dict[str, float]:
+    """How much the objective falls with parts of the correction that promise enough, each fitted beside the effect."""
+    parts = correcting_effects(without.model)
+    hopeful = [parts[name] for name in parts if promised.get(name, 0.0) > HOPEFUL * effect.score.drop]
+    words = {part.name: name for name, part in parts.items()}
+    scores = score_effects(without, hopeful)
+    starts = {words[name]: score.start for name, score in scores.items() if not score.failure}
+    fits, _ = race(starts, [effect.refitted])
+    return {name: without.objective - fit.objective for name, fit in fits.items()}
