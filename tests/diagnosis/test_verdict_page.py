@@ -466,3 +466,9 @@ def test_every_cell_knows_its_column_on_a_phone(story, template):
 )
 def test_an_estimate_has_the_digits_that_its_error_leaves(value, se, text):
     assert estimate(value, se) == text
+
+
+def test_an_estimate_that_may_be_anywhere_within_its_bounds_is_not_known():
+    assert estimate(1.06, 2.0, (0.85, 1.15)) == "1.06, not known"
+    assert estimate(1.06, 0.1, (0.85, 1.15)) == "1.06 ± 0.10", "its interval, 0.864 to 1.256, leaves out the lower end"
+    assert estimate(1.06, 2.0) == "1.1 ± 2.0"

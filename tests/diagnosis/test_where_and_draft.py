@@ -59,6 +59,9 @@ def test_parts_of_the_data_add_up_to_the_whole(make_fit):
     assert "deg" in describe(misfit, 0.5)
 
 
+HALVES = (("trial", "trial1"), ("direction", "flexion"), ("direction", "extension"))
+
+
 def told_of(*, trial=(1, 1), rmse=(1, 1), mean=(0, 0), noise=0.5, **bins: list[float]) -> str:
     """What is said of errors [deg] of trials, of flexion and extension, and of ranges of other factors."""
     rows = [("trial", f"trial{i + 1}", np.nan, np.nan, value, 0.0) for i, value in enumerate(trial)]
@@ -74,6 +77,18 @@ def test_below_the_noise_nothing_is_found():
     told = told_of(trial=[0.1, 0.3], rmse=[0.2, 0.1], mean=[0.1, -0.05], pitch=[0.01, 0.03, 0.06, 0.1])
     assert told == "In every part of the trials the misfit is below the noise, 0.5 deg: nothing to locate."
     assert "grows with pitch" in told_of(trial=[0.1, 0.3], rmse=[0.2, 0.1], pitch=[0.1, 0.3, 0.6, 1.0])
+
+
+def test_muscles_that_share_a_channel_are_told_together():
+    rows = [
+        (f"activation {muscle} [-]", "", 0.1 * i, 0.1 * (i + 1), error, 0.0)
+        for muscle, errors in {"BIC": [1, 2, 3, 4], "BRA": [1, 2, 3, 4], "BRD": [4, 4, 4, 4]}.items()
+        for i, error in enumerate(errors)
+    ]
+    rows += [(factor, part, np.nan, np.nan, 1.0, 0.0) for factor, part in HALVES]
+    told = describe(pd.DataFrame(rows, columns=["factor", "part", "low", "high", "rmse_deg", "mean_deg"]), 0.1)
+    assert "grows with activation of BIC and BRA, from 1 deg (0 to 0.1) to 4 deg (0.3 to 0.4)" in told
+    assert "BRD" not in told
 
 
 def test_a_noise_that_is_all_floor_is_said_to_be_a_bound():

@@ -3,6 +3,7 @@
 Shapes: T trials, N samples.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -113,14 +114,16 @@ def describe(misfit: pd.DataFrame, noise_deg: float) -> str:
 def _by_range(misfit: pd.DataFrame) -> str:
     """With what the error grows or falls; where there is no such trend, at what it is largest and smallest."""
     trends, extremes = [], []
-    for factor, parts in misfit[misfit["low"].notna()].groupby("factor", sort=False):
+    ranges = misfit[misfit["low"].notna()]
+    for factors in sharing(ranges, "factor", ("low", "high", "rmse_deg")):
+        parts = ranges[ranges["factor"] == factors[0]]
         errors = parts["rmse_deg"].to_numpy()
         contrast = errors.max() / max(errors.min(), 1e-12)
         if contrast <= CONTRAST:
             continue
         order = spearmanr(np.arange(len(errors)), errors).statistic
         across = np.log(errors[-1] / max(errors[0], 1e-12))
-        name, unit = _name_and_unit(str(factor))
+        name, unit = _name_and_unit(factors)
         if abs(order) >= TREND - 1e-9 and abs(across) > np.log(contrast) / 2:
             ends = " to ".join(f"{_error(parts.iloc[i])} ({_range(parts.iloc[i])}{unit})" for i in (0, -1))
             trends.append((contrast, f"{'grows' if across > 0 else 'falls'} with {name}, from {ends}"))
@@ -236,7 +239,22 @@ def _range(row: pd.Series) -> str:
     return f"{low} to {high}"
 
 
-def _name_and_unit(factor: str) -> tuple[str, str]:
-    """`speed [deg/s]` as "speed" and " deg/s"; a number without a unit has none."""
-    name, unit = factor.removesuffix("]").rsplit(" [", 1)
-    return name.replace("activation", "activation of"), "" if unit == "-" else f" {unit}"
+def _name_and_unit(factors: Sequence[str]) -> tuple[str, str]:
+    """`speed [deg/s]` as "speed" and " deg/s"; a number without a unit has none. Of several the names together."""
+    names, units = zip(*(factor.removesuffix("]").rsplit(" [", 1) for factor in factors), strict=True)
+    others = " and ".join(name.removeprefix("activation ") for name in names[1:])
+    name = names[0].replace("activation", "activation of") + (f" and {others}" if others else "")
+    return name, "" if units[0] == "-" else f" {units[0]}"
+
+
+def sharing(table: pd.DataFrame, name: str, shown: Sequence[str]) -> list[list[str]]:
+    """The names of a table, together where the same stands under them, as of muscles that share a channel.
+
+    Args:
+        name: column of the names.
+        shown: columns that are compared.
+    """
+    found: dict[str, list[str]] = {}
+    for one, rows in table.groupby(name, sort=False):
+        found.setdefault(rows[list(shown)].to_csv(index=False), []).append(str(one))
+    return [*found.values()]

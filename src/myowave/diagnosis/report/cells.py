@@ -28,6 +28,8 @@ LADDER_COLUMNS = [
     "held-out R2",
     "missing torque [N m]",
 ]
+Z95 = 1.96  # half a 95 % interval in standard errors
+ANYWHERE = (-np.inf, np.inf)
 NOTHING = 1e-9  # a smaller share of a value is no scatter but rounding
 Rows = list[tuple[str, ...]]
 
@@ -94,7 +96,7 @@ def parameter_rows(parameters: pd.DataFrame) -> Rows:
             "parameter": r.parameter,
             "model": named(r.model),
             "what": _what(r.source) + ", were it right" * bool(r.if_right),
-            "value ± SE": estimate(r.value, r.se),
+            "value ± SE": estimate(r.value, r.se, (r.low, r.high)),
             "unit": "" if pd.isna(r.unit) else r.unit,
             "scatter of seeds": "0" if r.scatter <= NOTHING * abs(r.value) else number(r.scatter),
             "true error [%]": number(r.error_pct),
@@ -111,10 +113,13 @@ def proposal_rows(proposals: pd.DataFrame) -> Rows:
     ]
 
 
-def estimate(value: float, se: float | None) -> str:
-    """A value with its standard error, if there is one, to the digits that this leaves."""
+def estimate(value: float, se: float | None, bounds: tuple[float, float] = ANYWHERE) -> str:
+    """A value with its standard error, if there is one, to the digits that this leaves; one that may be anywhere within
+    its bounds is not known."""
     if se is None or pd.isna(se) or not np.isfinite(se) or se <= 0:
         return f"{value:.4g}"
+    if value - Z95 * se <= bounds[0] and value + Z95 * se >= bounds[1]:
+        return f"{value:.4g}, not known"
     if se < NOTHING * abs(value):
         return f"{value:.6g}"
     digits = max(0, 1 - int(np.floor(np.log10(se))))

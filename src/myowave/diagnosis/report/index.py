@@ -12,15 +12,13 @@ import pandas as pd
 import yaml
 from markupsafe import Markup
 
-from myowave.diagnosis.report.cells import named
+from myowave.diagnosis.report.cells import ANYWHERE, Z95, named
 from myowave.diagnosis.report.contents import ROOM_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.templates import fill
 from myowave.diagnosis.report.words import BASE, degrees, kind_of, noise, tell, titled
 from myowave.diagnosis.rooms.names import EMG_ONLY, POSTURE
 from myowave.diagnosis.rooms.telling import explained, missed, named_horizon, r2_text
 
-Z95 = 1.96  # half a 95 % interval in standard errors
-ANYWHERE = (-np.inf, np.inf)
 FILES = ("verdict.json", "watch.csv", *(f"{name}.csv" for name in (*ROOM_NAMES, *TABLE_NAMES)))
 
 

@@ -9,6 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from myowave.diagnosis.misfit.where import sharing
 from myowave.diagnosis.report.words import degrees
 from myowave.plotting import BLUE, GREY, MEASURED, MODEL, ORANGE, PINK, SKY
 
@@ -57,17 +58,13 @@ def label_lowest(axes: Iterable[Axes], shown: int, columns: int, text: str = "")
 
 
 def together(table: pd.DataFrame, name: str, shown: Sequence[str]) -> dict[str, str]:
-    """The names of a table under which something of its own is shown, each with the title of its panel: that of all
-    names under which the same is shown, as of muscles that share a channel.
+    """The first of the names of a table under which the same is shown, each with the title of their panel.
 
     Args:
         name: column of the names.
         shown: columns that are drawn.
     """
-    first: dict[str, list[str]] = {}
-    for one, rows in table.groupby(name, sort=False):
-        first.setdefault(rows[list(shown)].to_csv(index=False), []).append(str(one))
-    return {names[0]: _listed(names) for names in first.values()}
+    return {names[0]: _listed(names) for names in sharing(table, name, shown)}
 
 
 def _listed(names: list[str]) -> str:
