@@ -15,6 +15,7 @@ ROOT = Path(__file__).parents[2]
 PARTS = ("Snakefile", "config.yaml", "workflow", "profiles", "src", "data")
 # A sweep of seconds; a test adds how many trials it wants.
 SMALL_SWEEP = {
+    "dataset": "case1",
     "recipe": "rollout",
     "scales": 2,
     "epochs": 6,
