@@ -7,6 +7,7 @@ import pytest
 import torch
 from scipy.signal import lfilter
 
+from myowave.diagnosis.search import rank
 from myowave.diagnosis.search.rank import (
     EVIDENCE,
     delta_bic,
@@ -149,3 +150,17 @@ def test_an_effect_of_one_trial_wins_few_folds(make_trials, base, free, effects)
 def test_the_richer_model_wins_where_the_effect_is_in_all_trials(fit, found):
     assert folds_won(fit, found.fit) == (3, 3)
     assert folds_won(found.fit, refit(found.fit, fit.model, fit.free)) == (0, 3)
+
+
+def test_a_candidate_whose_steps_fail_in_a_row_leaves_the_race_with_what_it_has(make_fit, monkeypatch):
+    fit, steps = make_fit(), []
+
+    def stubborn(start):
+        for step in range(30):
+            steps.append(step)
+            yield start
+
+    monkeypatch.setattr(rank, "descend", stubborn)
+    fits, failures = rank.race({"stubborn": fit}, [])
+    assert fits == {"stubborn": fit} and not failures
+    assert len(steps) == 1 + rank.REFUSED

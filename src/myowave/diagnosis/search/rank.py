@@ -26,6 +26,7 @@ FOLDS = 0.8  # share of folds, rounded down, in which the model with the effect 
 PAIRS = 2  # pairs of effects that are fitted where scores promise more than one effect gives
 WORTH_FOLLOWING = 10.0  # of the objective without an effect: what a fresh start with it may begin at
 LITTLE = 0.5  # of the variance of an independent sample: a step that gains less changes no ranking
+REFUSED = 4  # steps in a row that fail: the rest of a descent is then worth little
 OPTIMISM = 3.0  # a fit that is behind may still gain this many times what its next step promises
 WORTH_A_REFIT, NEAR, SHARE, MOST = 2.0, 25.0, 0.4, 7  # which candidates are refitted, see `_worth_refitting`
 
@@ -160,6 +161,7 @@ def race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> tuple[dict[str, Fi
     failures: dict[str, str] = {}
     fits = dict(starts)
     running = {name: descend(start) for name, start in starts.items()}
+    refused = dict.fromkeys(starts, -1)  # what a descent gives first is its start
     best_rival = min((f.objective for f in rivals), default=np.inf)
 
     def advance(name: str) -> Fit | str | None:
@@ -178,8 +180,10 @@ def race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> tuple[dict[str, Fi
             if step is None:
                 del running[name]
                 continue
+            refused[name] = refused[name] + 1 if step is fits[name] else 0
+            little = fits[name].objective - step.objective < LITTLE * step.independent_variance
             # Nothing that counts as evidence is gained any more; the winner is fitted to the end by whoever takes it.
-            if step is not fits[name] and fits[name].objective - step.objective < LITTLE * step.independent_variance:
+            if refused[name] >= REFUSED or (little and step is not fits[name]):
                 del running[name]
             fits[name] = step
         leader = min([best_rival, *(f.objective for f in fits.values())])
