@@ -110,7 +110,8 @@ def from_model(model: TrainedModel) -> RunGroup:
     tags = {k: str(v) for k, v in where.items()} | {"group": name, "line": line}
     metrics = table.drop(columns=[*COORDINATES, "seed"]).select_dtypes("number")
     if "test_rmse_deg" not in metrics:  # written by an earlier version
-        metrics.insert(0, "test_rmse_deg", metrics["test_mse"].pow(0.5).map(math.degrees))
+        metrics["test_rmse_deg"] = metrics["test_mse"].pow(0.5).map(math.degrees)
+    metrics.insert(0, "test_rmse_deg", metrics.pop("test_rmse_deg"))  # MLflow compares runs by the first
     medians = median_over_seeds(metrics)
     described = f"{where['model']} on {where['dataset']}, recipe {where['recipe']}, {where['scales']} scale(s)"
     made_by = f"Made by `snakemake --cores 2 {model.folder}/evaluation.csv`."
