@@ -57,8 +57,8 @@ def find_stand_ins(without: Fit, effect: Candidate, ranking: Sequence[Candidate]
             held |= np.sqrt(((directions.T @ unit) ** 2).sum(0)) > SAME
     drops = np.where(seen & ~held, (unit.T @ left) ** 2, 0.0)
     samples = independent_samples(effect.refitted)
-    fall = max(effect.score.drop, without.objective - effect.refitted.objective)
-    own = delta_bic(without, without.objective - fall, len(effect.score.free), samples)
+    most = max(effect.score.drop, without.objective - effect.refitted.objective)
+    own = delta_bic(without, without.objective - most, len(effect.score.free), samples)
     best = {[*parts][i]: float(drops[i]) for i in np.argsort(-drops)[:MOST] if drops[i] > 0}
     for name, fall in _fitted_falls(without, effect, best).items():
         best[name] = max(best[name], fall)
