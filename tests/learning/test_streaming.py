@@ -70,7 +70,8 @@ def test_file_and_stream_give_the_mean_and_spread_of_the_batch(checkpoint, trial
 def test_one_seed_from_measured_angles_without_times(checkpoint, trials, table):
     network, path = checkpoint
     text = table.drop(columns="time_s").to_csv(index=False)
-    result = run("--checkpoint", path, "--emg", "-", "--seed", SEEDS[1], "--start-deg", "30,30,30,30", text=text)
+    starts = ",".join(["30"] * network.network.history)
+    result = run("--checkpoint", path, "--emg", "-", "--seed", SEEDS[1], "--start-deg", starts, text=text)
     written = pd.read_csv(io.StringIO(result.stdout))
     assert list(written) == ["time_s", "angle_rad"]
     np.testing.assert_allclose(written["angle_rad"], expected(network, trials, np.deg2rad(30))[1], rtol=0, atol=1e-6)
@@ -94,7 +95,8 @@ def test_a_measured_angle_is_the_start_and_no_more_of_it_is_looked_at(checkpoint
     measured = scale * trials.angle[2]
     measured[network.network.history :] = 0.0
     result = run("--checkpoint", path, "--emg", "-", text=table.assign(**{column: measured}).to_csv(index=False))
-    assert result.exit_code == 0 and f"Start: the first 4 angles of the column {column}" in result.stderr
+    taken = f"Start: the first {network.network.history} angles of the column {column}"
+    assert result.exit_code == 0 and taken in result.stderr
     written = pd.read_csv(io.StringIO(result.stdout))
     np.testing.assert_allclose(written["angle_rad"], batch.mean(0), rtol=0, atol=1e-6)
     told = run("--checkpoint", path, "--emg", "-", "--start-deg", 30, text=table.assign(**{column: measured}).to_csv())
