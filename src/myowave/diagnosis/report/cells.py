@@ -113,12 +113,18 @@ def proposal_rows(proposals: pd.DataFrame) -> Rows:
     ]
 
 
+def interval_of(value: float, se: float, bounds: tuple[float, float]) -> tuple[float, float]:
+    """95 % interval of a value with a standard error, within its bounds; all of these where it is not known."""
+    low, high = bounds
+    return max(value - Z95 * se, low), min(value + Z95 * se, high)
+
+
 def estimate(value: float, se: float | None, bounds: tuple[float, float] = ANYWHERE) -> str:
     """A value with its standard error, if there is one, to the digits that this leaves; one that may be anywhere within
     its bounds is not known."""
     if se is None or pd.isna(se) or not np.isfinite(se) or se <= 0:
         return f"{value:.4g}"
-    if value - Z95 * se <= bounds[0] and value + Z95 * se >= bounds[1]:
+    if interval_of(value, se, bounds) == bounds:
         return f"{value:.4g}, not known"
     if se < NOTHING * abs(value):
         return f"{value:.6g}"

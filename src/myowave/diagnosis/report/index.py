@@ -12,7 +12,7 @@ import pandas as pd
 import yaml
 from markupsafe import Markup
 
-from myowave.diagnosis.report.cells import ANYWHERE, Z95, named
+from myowave.diagnosis.report.cells import ANYWHERE, Z95, interval_of, named
 from myowave.diagnosis.report.contents import ROOM_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.templates import fill
 from myowave.diagnosis.report.words import BASE, degrees, kind_of, noise, tell, titled
@@ -119,10 +119,10 @@ def interval(value: float, se: float | None, unit: str, bounds: tuple[float, flo
     if se is None or pd.isna(se) or se <= 0:
         return f"{value:.4g}{of}"
     digits = int(np.clip(1 - np.floor(np.log10(Z95 * se)), 0, 7))
-    ends = np.clip([value, value - Z95 * se, value + Z95 * se], *bounds)
-    if (ends[1:] == bounds).all():
+    ends = interval_of(value, se, bounds)
+    if ends == bounds:
         return f"{value:.4g}{of} (not known: anywhere from {bounds[0]:.4g} to {bounds[1]:.4g})"
-    middle, low, high = (f"{round(end, digits) + 0.0:.{digits}f}" for end in ends)
+    middle, low, high = (f"{round(end, digits) + 0.0:.{digits}f}" for end in (np.clip(value, *bounds), *ends))
     return f"{middle}{of} ({low} to {high})" if low != high else f"{value:.4g}{of}"
 
 

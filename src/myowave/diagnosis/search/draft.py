@@ -4,14 +4,13 @@ The formula is a sum of few terms from a small library, each tried as an effect 
 as any other effect: nothing is differentiated, and what the parameters already explain is not explained twice.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
 import torch
 from torch import Tensor
 
-from myowave.diagnosis.misfit.terms import LARGEST, torque_effect
+from myowave.diagnosis.misfit.terms import LARGEST, OF_ACTIVATION, OF_MOTION, OfJoint, torque_effect
 from myowave.diagnosis.search.rank import EVIDENCE, delta_bic, independent_samples
 from myowave.diagnosis.search.score import score_effects
 from myowave.identification.output_error import Fit, polish
@@ -29,7 +28,7 @@ class Term:
     name: str
     code: str
     text: str
-    function: Callable[[Tensor, Tensor, Tensor], Tensor]
+    function: OfJoint
 
     @property
     def effect(self) -> Effect:
@@ -43,18 +42,18 @@ def _stop(q: Tensor, v: Tensor, a: Tensor) -> Tensor:
 
 # Coefficients are in N m for a rad, a rad/s, or an activation of 1; `a` is the mean activation of all muscles.
 LIBRARY = (
-    Term("constant", "torch.ones_like(q)", "1", lambda q, v, a: torch.ones_like(q)),
-    Term("angle", "q", "q", lambda q, v, a: q),
-    Term("angle_squared", "q**2", "q^2", lambda q, v, a: q**2),
+    Term("constant", "torch.ones_like(q)", "1", OF_MOTION["1"]),
+    Term("angle", "q", "q", OF_MOTION["q"]),
+    Term("angle_squared", "q**2", "q^2", OF_MOTION["q^2"]),
     Term("sine", "torch.sin(q)", "sin(q)", lambda q, v, a: torch.sin(q)),
     Term("cosine", "torch.cos(q)", "cos(q)", lambda q, v, a: torch.cos(q)),
-    Term("velocity", "qdot", "qdot", lambda q, v, a: v),
-    Term("drag", "qdot * qdot.abs()", "qdot |qdot|", lambda q, v, a: v * v.abs()),
-    Term("friction", "torch.tanh(qdot / 0.1)", "tanh(qdot/0.1)", lambda q, v, a: torch.tanh(v / 0.1)),
-    Term("angle_velocity", "q * qdot", "q qdot", lambda q, v, a: q * v),
-    Term("activation", "a", "a", lambda q, v, a: a),
-    Term("activation_angle", "a * q", "a q", lambda q, v, a: a * q),
-    Term("activation_velocity", "a * qdot", "a qdot", lambda q, v, a: a * v),
+    Term("velocity", "qdot", "qdot", OF_MOTION["qdot"]),
+    Term("drag", "qdot * qdot.abs()", "qdot |qdot|", OF_MOTION["qdot |qdot|"]),
+    Term("friction", "torch.tanh(qdot / 0.1)", "tanh(qdot/0.1)", OF_MOTION["the sign of qdot"]),
+    Term("angle_velocity", "q * qdot", "q qdot", OF_MOTION["q qdot"]),
+    Term("activation", "a", "a", OF_ACTIVATION[""]),
+    Term("activation_angle", "a * q", "a q", OF_ACTIVATION[" q"]),
+    Term("activation_velocity", "a * qdot", "a qdot", OF_ACTIVATION[" qdot"]),
     Term("stop_extended", "torch.exp((-10 * q).clamp(max=5))", "exp(-10 q)", _stop),
 )
 

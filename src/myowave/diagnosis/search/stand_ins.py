@@ -44,6 +44,7 @@ def find_stand_ins(without: Fit, effect: Candidate, ranking: Sequence[Candidate]
         ranking: of all effects there.
     """
     parts = corrections(without)
+    names = list(parts)
     columns = np.stack([*parts.values()], -1)
     (signals, _), left = without.normal.beyond(columns), without.normal.left
     size, whole = np.sqrt((signals**2).sum(0)), np.sqrt((columns**2).sum((0, 1)))
@@ -59,7 +60,7 @@ def find_stand_ins(without: Fit, effect: Candidate, ranking: Sequence[Candidate]
     samples = independent_samples(effect.refitted)
     most = max(effect.score.drop, without.objective - effect.refitted.objective)
     own = delta_bic(without, without.objective - most, len(effect.score.free), samples)
-    best = {[*parts][i]: float(drops[i]) for i in np.argsort(-drops)[:MOST] if drops[i] > 0}
+    best = {names[i]: float(drops[i]) for i in np.argsort(-drops)[:MOST] if drops[i] > 0}
     for name, fall in _fitted_falls(without, effect, best).items():
         best[name] = max(best[name], fall)
     ahead = {
@@ -72,9 +73,10 @@ def find_stand_ins(without: Fit, effect: Candidate, ranking: Sequence[Candidate]
 def _fitted_falls(without: Fit, effect: Candidate, promised: Mapping[str, float]) -> dict[str, float]:
     """How much the objective falls with parts of the correction that promise enough, each fitted beside the effect."""
     parts = correcting_effects(without.model)
-    hopeful = [parts[name] for name in parts if promised.get(name, 0.0) > HOPEFUL * effect.score.drop]
-    words = {part.name: name for name, part in parts.items()}
-    scores = score_effects(without, hopeful)
-    starts = {words[name]: score.start for name, score in scores.items() if not score.failure}
+    hopeful = {
+        name: parts[name] for name, drop in promised.items() if name in parts and drop > HOPEFUL * effect.score.drop
+    }
+    scores = score_effects(without, hopeful.values())
+    starts = {name: scores[part.name].start for name, part in hopeful.items() if not scores[part.name].failure}
     fits, _ = race(starts, [effect.refitted])
     return {name: without.objective - fit.objective for name, fit in fits.items()}

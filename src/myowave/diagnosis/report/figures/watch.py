@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from myowave.diagnosis.report.cells import Z95
 from myowave.diagnosis.report.figures.style import WIDE, draw_noise, label_lowest, legend, unique
 from myowave.diagnosis.report.ladder import PHYSICS
 from myowave.diagnosis.report.words import degrees
@@ -103,7 +104,7 @@ def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
             color, marker = looks[source]
             x = group["model"].map(models.index) + 0.12 * sources.index(source)
             open_ones = group["if_right"].astype(bool)
-            reach, bounds = 1.96 * group["se"].fillna(0), (group["low"], group["high"])
+            reach, bounds = Z95 * group["se"].fillna(0), (group["low"], group["high"])
             ends = [(group["value"] + sign * reach).clip(*bounds) for sign in (-1, 1)]
             spans = np.abs(np.array([ends[0] - group["value"], ends[1] - group["value"]]))
             what = "physical model" if source == PHYSICS else source
