@@ -1,11 +1,14 @@
 """What the catalogue does not hold and that would do as well as an effect that is named."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
 from myowave.diagnosis.misfit.repeated import correcting_effects, corrections
+from myowave.diagnosis.misfit.terms import torque_terms
 from myowave.diagnosis.search.conclude import search
 from myowave.diagnosis.search.rank import rank_effects
 from myowave.diagnosis.search.score import score_effect
@@ -58,6 +61,20 @@ def test_corrections_are_named_by_what_they_go_with(damped):
     names = list(corrections(damped))
     assert len(set(names)) == len(names)
     assert {"a torque like q", "excitation of Bi like that of Tri", "a torque like a_Tri qdot"} <= set(names)
+
+
+def test_terms_are_what_they_are_called():
+    q, v, a = torch.tensor(0.5), torch.tensor(-2.0), torch.tensor([0.3, 0.8])
+    of_motion = {"1": 1, "q": 0.5, "q^2": 0.25, "sin(2 q)": math.sin(1), "qdot": -2, "qdot |qdot|": -4}
+    of_motion |= {"the sign of qdot": -1, "q qdot": -1}
+    parts = {"": 1, "^2": None, " q": 0.5, " q^2": 0.25, " qdot": -2, " qdot |qdot|": -4}
+    expected = {
+        f"a_{muscle}{name}": own * own if factor is None else own * factor
+        for muscle, own in (("Bi", 0.3), ("Tri", 0.8))
+        for name, factor in parts.items()
+    }
+    found = {name: float(term(q, v, a)) for name, term in torque_terms(["Bi", "Tri"]).items()}
+    assert found == pytest.approx(of_motion | expected)
 
 
 def test_an_effect_made_of_a_part_of_the_correction_does_to_the_motion_what_the_part_does(damped):
