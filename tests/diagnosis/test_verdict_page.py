@@ -248,7 +248,11 @@ def test_the_page_tells_the_verdict_and_the_command_in_order(story, template):
             {"verdict": "undecidable", "effects": [], "outside_usual_range": {"f0_Bi": ["x"]}},
             "But f0_Bi is outside its usual range, or x is there.",
         ),
-        ({"verdict": "partial", "structure_left": True, "formula": "+1.2 q"}, "more is left"),
+        ({"verdict": "partial", "structure_left": True, "formula": "+1.2 q"}, "more is left, which has no name"),
+        (
+            {"verdict": "partial", "structure_left": True, "rest": "muscle curves of another shape"},
+            "which goes with muscle curves of another shape",
+        ),
         ({"verdict": "never heard of"}, "The verdict is never heard of."),
         ({"next_trial": {"question": "a or b", "trial": "fast", "separation": 40.0, "now": 2.0}}, "Record this next"),
     ],

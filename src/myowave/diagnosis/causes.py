@@ -2,3 +2,4 @@
 
 EMG_NOISE = "emg_noise"  # what was recorded is not all that drove the arm
 EMG_NOISE_TITLE = "noise of the recorded EMG"
+OWN_CURVES = "muscle curves of another shape"  # than the settings or an effect of the catalogue allow

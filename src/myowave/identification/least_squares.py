@@ -146,12 +146,16 @@ def normal_equations(result: Sensitive, record: Record, free: Sequence[Free], va
     residual = record.white(np.where(valid, missed, 0.0)[..., None])[..., 0]
     slope = record.white(scaled_slope(result.by_parameter, scales(free), valid))
     by_start = record.white(scaled_slope(result.by_start, 1.0, valid)[..., : 1 if record.at_rest else 2])
+    usual, weight = expected(free)
+    return gather(residual, slope, by_start, weight * record.noise**2, (usual - values) / scales(free))
+
+
+def gather(residual: Array, slope: Array, by_start: Array, weight: Array, off: Array) -> Normal:
+    """The normal equations of residuals, derivatives and expectations, see `Normal`."""
     projected = without_starts(by_start, slope)
     matrix = np.einsum("...tnp,...tnq->...pq", projected, slope)
     vector = np.einsum("...tnp,...tn->...p", projected, residual)
-    usual, weight = expected(free)
-    weight, off = weight * record.noise**2, (usual - values) / scales(free)
-    matrix, vector = matrix + np.eye(len(free)) * weight, vector + weight * off
+    matrix, vector = matrix + np.eye(len(weight)) * weight, vector + weight * off
     return Normal(residual, slope, by_start, matrix, vector, (residual**2).sum((-1, -2)), weight, off)
 
 

@@ -18,8 +18,9 @@ from scipy.stats import chi2
 from myowave.diagnosis.misfit.size import Size
 from myowave.diagnosis.misfit.terms import shared_excitation, torque_effect, torque_terms
 from myowave.identification.disturbance import excitation_forcing, forcing_by
-from myowave.identification.least_squares import pseudo_inverse
+from myowave.identification.least_squares import Normal, pseudo_inverse
 from myowave.identification.output_error import Fit
+from myowave.identification.uncertainty import residual_variance
 from myowave.identification.whitening import Band
 from myowave.physics.effect import Effect
 from myowave.physics.effects.constant_torque import EFFECT as CONSTANT_TORQUE
@@ -66,17 +67,19 @@ class Repeated:
         return max(self.excess - float(np.sqrt(2 * self.freedom)), 0.0)
 
 
-def repeated_misfit(fit: Fit, size: Size) -> Repeated:
+def repeated_misfit(fit: Fit, size: Size, normal: Normal | None = None) -> Repeated:
     """Try a general correction of a fitted model, the same for all trials.
 
     Args:
         size: of the same fit.
+        normal: the fit's normal equations with more parameters, and what these leave.
     """
+    normal = fit.normal if normal is None else normal
     columns = np.stack([*corrections(fit).values()], -1)
     columns = columns / np.sqrt((columns**2).mean((0, 1))).clip(1e-300)
     # What the fitted parameters can do has been done: the rest of each part of the correction is what it can add.
-    (signal, _), left = fit.normal.beyond(columns), fit.normal.left
-    variance = size.noise**2 if isinstance(fit.record.filter, Band) else fit.variance
+    (signal, _), left = normal.beyond(columns), normal.left
+    variance = size.noise**2 if isinstance(fit.record.filter, Band) else residual_variance(normal, fit.record)
     # ASSUME: no part of the correction makes more than the whole misfit does.
     ridge = variance / max(float((left**2).mean()), 1e-300) * np.eye(signal.shape[1])
     product, matrix = signal.T @ left, signal.T @ signal
@@ -88,10 +91,16 @@ def corrections(fit: Fit) -> dict[str, Array]:
     """What each part of the general correction does to what counts of the angle, the starts of the trials fitted,
     (T, N), by what it is in words."""
     parts = {**_by_torque(fit), **_by_excitation(fit)}
-    jacobian, pushes = fit.linear.jacobian, np.stack([*parts.values()], -1)
+    return dict(zip(parts, np.moveaxis(moved_by(fit, np.stack([*parts.values()], -1)), -1, 0), strict=True))
+
+
+def moved_by(fit: Fit, pushes: Array) -> Array:
+    """What changes of the state within each step, (T, N - 1, K, C), do to what counts of the angle, the starts of the
+    trials fitted, (T, N, C)."""
+    jacobian = fit.linear.jacobian
     start = jacobian.new_zeros(*jacobian.shape[:-3], jacobian.shape[-1], pushes.shape[-1])
     answer = recur(jacobian, torch.from_numpy(pushes), start)[..., 0, :].numpy() * fit.record.valid[..., None]
-    return dict(zip(parts, np.moveaxis(fit.normal.without_starts(fit.record.white(answer)), -1, 0), strict=True))
+    return fit.normal.without_starts(fit.record.white(answer))
 
 
 def correcting_effects(model: Model) -> dict[str, Effect]:

@@ -172,7 +172,8 @@ def _strength(story: Story) -> list[str]:
         first, _, rest = tell_torque(story.torque, verdict["model"]).partition(". ")
         return [text for text in (rest, _stands_on(verdict)) if text]
     # Where more is left, no rounding makes it nothing.
-    sentence = kind_of(verdict).sentence.format(explained=min(verdict["explained"], 0.99))
+    rest = f"goes with {verdict['rest']}" if verdict["rest"] else "has no name"
+    sentence = kind_of(verdict).sentence.format(explained=min(verdict["explained"], 0.99), rest=rest)
     texts = [] if sentence.rstrip(".") in verdict["sentence"] else [sentence + share_of_noise(verdict)]
     return texts + [
         f"{effect}: {evidence(verdict, story.ranking, effect)}; {estimates(verdict, story.parameters, effect)}."

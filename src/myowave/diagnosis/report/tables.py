@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from myowave.diagnosis.causes import EMG_NOISE, EMG_NOISE_TITLE
+from myowave.diagnosis.causes import EMG_NOISE, EMG_NOISE_TITLE, OWN_CURVES
 from myowave.diagnosis.misfit.where import interval_of_rmse
 from myowave.diagnosis.report.words import degrees, tell_masked
 from myowave.diagnosis.search.diagnose import Diagnosis
@@ -57,6 +57,7 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
         "outside_usual_range": {name: list(by) for name, by in verdict.masked.items()},
         "explained": verdict.explained,
         "structure_left": verdict.structure_left,
+        "rest": OWN_CURVES if verdict.of_curves else "",
         "models_that_leave_more": _leave_more(diagnosis),
         "follows": verdict.follows,
         "stands_on": stands_on(diagnosis),
@@ -101,6 +102,7 @@ def sentence(diagnosis: Diagnosis) -> str:
     them = "it" if len(named) == 1 else "them"
     left = f"{np.degrees(verdict.missing):.2g} deg of motion"
     left += f", {last.missing.rms:.2g} N m of torque" if last.missing.rms > 0 else ""
+    rest = OWN_CURVES if verdict.of_curves else "something that is not in the catalogue"
     formula = diagnosis.draft.formula
     described = f" As a formula: missing torque = {formula} N m." if formula != "0" else ""
     if verdict.emg_noise:
@@ -113,9 +115,10 @@ def sentence(diagnosis: Diagnosis) -> str:
         "effect": f"Missing: {' and '.join(named)}. With {them} the model leaves {rmse}.",
         "class": f"Missing: {' and '.join(named)}{' or something like it' if not classes else ''}; these data cannot "
         f"tell which. The model then leaves {rmse}.{other}",
-        "partial": f"Missing: {' and '.join(named)}, and something that is not in the catalogue ({left}).",
+        "partial": f"Missing: {' and '.join(named)}, and {rest} ({left}).{other}",
         "unknown": f"Something is missing that no effect in the catalogue explains ({left})"
         + (f"; {' and '.join(named)} would explain {verdict.explained:.0%} of it" if named else "")
+        + (f"; {OWN_CURVES} would explain it" if verdict.of_curves and not named else "")
         + f".{described}",
         "undecidable": f"Not decidable: {tell_masked(verdict.masked)}.",
     }

@@ -31,7 +31,7 @@ KINDS = {
     "class": Kind("missing, with a choice", "Whichever it is, nothing but noise is left."),
     "partial": Kind(
         "missing, and more",
-        "What is named explains {explained:.0%} of what is missing; more is left, which has no name.",
+        "What is named explains {explained:.0%} of what is missing; more is left, which {rest}.",
         unexplained=True,
     ),
     "unknown": Kind("unknown", "So no effect is named, and none is added.", unexplained=True),
@@ -57,7 +57,8 @@ GLOSSARY = {
     "standard error": "How far the estimate would scatter if the trials were recorded again (1 SD).",
     "95 % interval": "Holds the true value in 95 of 100 such recordings, if the model is right.",
     "class": "Effects that these data cannot tell apart.",
-    "outside the catalogue": "Simple torques and excitations that no effect of the catalogue makes are tried, too.",
+    "outside the catalogue": "Simple torques and excitations that no effect of the catalogue makes are tried, too, and "
+    "muscle curves of any smooth shape near the published ones.",
 }
 LEAST_DEG = 0.0001  # no error smaller than this is told
 _WRITTEN = {

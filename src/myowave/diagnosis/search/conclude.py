@@ -13,9 +13,10 @@ import numpy as np
 import torch
 
 from myowave.data.wavelets import estimate_noise
+from myowave.diagnosis.misfit.own_curves import freed
 from myowave.diagnosis.misfit.repeated import Repeated, repeated_misfit
-from myowave.diagnosis.misfit.size import ABOVE, Size, size_of_misfit
-from myowave.diagnosis.search.rank import EVIDENCE, Candidate, rank_effects
+from myowave.diagnosis.misfit.size import ABOVE, Size, size_of, size_of_misfit
+from myowave.diagnosis.search.rank import EVIDENCE, Candidate, delta_bic, rank_effects
 from myowave.diagnosis.search.score import FAILURES
 from myowave.diagnosis.search.selection import Selection, select_effects, without_effect
 from myowave.diagnosis.search.stand_ins import StandIns, find_stand_ins
@@ -24,6 +25,7 @@ from myowave.identification.output_error import Fit, fit_from, refit
 from myowave.identification.quiet import expected_excitation
 from myowave.identification.record import SMALLEST_NOISE_DEG
 from myowave.identification.stages import attempt_fit
+from myowave.identification.uncertainty import correlation_time
 from myowave.identification.whitening import Band
 from myowave.physics.effect import Effect
 
@@ -44,6 +46,7 @@ class Findings:
         repeated: see `misfit.repeated`; of the last fit.
         disturbance: the random force beside which effects were weighed; None where none was needed.
         settled: whether what the last fit leaves, beside that force, is noise.
+        of_curves: where it is not, whether it would be with muscle curves of another shape.
         stand_ins: for each effect found, what the catalogue does not hold and that would do as well.
         beside: each effect found, weighed at the fit with all the others.
     """
@@ -54,6 +57,7 @@ class Findings:
     repeated: Repeated
     disturbance: Disturbance | None = None
     settled: bool = True
+    of_curves: bool = False
     stand_ins: Mapping[str, StandIns] = field(default_factory=dict)
     beside: Mapping[str, Candidate] = field(default_factory=dict)
 
@@ -73,10 +77,13 @@ class Findings:
     @property
     def carries(self) -> bool:
         """Whether the effects found may be named: nothing that the catalogue does not hold does better, and nothing
-        else is left and no force was needed beside them, or little is left beside what they explain."""
+        else is left and no force was needed beside them, or little is left beside what they explain. What goes with
+        the shape of the curves may be left beside an effect that stands where curves are free."""
         if any(other.better for other in self.stand_ins.values()):
             return False
-        return (self.settled and self.disturbance is None) or self.explained >= MOST_OF_IT
+        stands = not self.stand_ins or any(not other.curves for other in self.stand_ins.values())
+        all_told = (self.settled or (self.of_curves and stands)) and self.disturbance is None
+        return all_told or self.explained >= MOST_OF_IT
 
 
 def search(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> Findings:
@@ -121,7 +128,7 @@ def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str]) -> Fi
             # With the effects found no force is needed, or they leave so little to it that another effect may do it:
             # what effects are told apart by is then seen best without one.
             without = weighed(select(fit, hint))
-            if beside.gain < EVIDENCE or without.settled:
+            if beside.gain < EVIDENCE or without.settled or without.of_curves:
                 return without
         # Without what the effects explain.
         disturbance = replace(disturbance, emg=beside.emg, response=beside.response)
@@ -188,9 +195,23 @@ def weighed(selection: Selection, disturbance: Disturbance | None = None) -> Fin
     nothing = 0.0 if selection.effects or disturbance is not None else NOTHING * noise
     repeats = repeated.significant and repeated.size(fit) > nothing
     if disturbance is None:
-        slow = size.significant and size.missing > nothing
-        return Findings(selection, size, size.certain, repeated, None, not (slow or repeats))
+        settled = not repeats and not (size.significant and size.missing > nothing)
+        return Findings(
+            selection, size, size.certain, repeated, None, settled, not settled and _goes_with_curves(fit, size)
+        )
     repeats = repeats and repeated.gain > ROUGHLY * repeated.freedom
     left = size_of_misfit(fit, fit.normal.residual)
     slow = left.significant and left.missing > nothing
     return Findings(selection, size, left.certain, repeated, disturbance, not (slow or repeats))
+
+
+def _goes_with_curves(fit: Fit, size: Size) -> bool:
+    """Whether a fit that leaves more than noise would leave no more with muscle curves of another shape, and what these
+    explain is worth their freedom."""
+    if fit.record.pieces is not None or isinstance(fit.record.filter, Band):
+        return False
+    curves = freed(fit, size.noise**2)
+    left = size_of(curves.normal.residual, fit.angle, fit.record, curves.normal.fitted)
+    samples = fit.record.samples / correlation_time(curves.normal.residual, fit.record)
+    worth = delta_bic(fit, fit.objective - curves.drop, 0, samples) - curves.occam
+    return worth > EVIDENCE and not left.significant and not repeated_misfit(fit, left, curves.normal).significant

@@ -29,6 +29,7 @@ LITTLE = 0.5  # of the variance of an independent sample: a step that gains less
 REFUSED = 4  # steps in a row that fail: the rest of a descent is then worth little
 OPTIMISM = 3.0  # a fit that is behind may still gain this many times what its next step promises
 WORTH_A_REFIT, NEAR, SHARE, MOST = 2.0, 25.0, 0.4, 7  # which candidates are refitted, see `_worth_refitting`
+MOST_STATEFUL = 3  # the same beside effects with states, which take ten times as long to fit
 
 
 @dataclass(frozen=True)
@@ -331,4 +332,4 @@ def _worth_refitting(fit: Fit, scores: Mapping[str, Score]) -> list[str]:
     if best < WORTH_A_REFIT:
         return []
     near = [n for n in possible if hopes[n] > max(best - NEAR, 0.0) or possible[n].drop > SHARE * most]
-    return sorted(near, key=lambda n: -hopes[n])[:MOST]
+    return sorted(near, key=lambda n: -hopes[n])[: MOST_STATEFUL if fit.model.stateful else MOST]

@@ -127,6 +127,8 @@ class _Search:
         One effect may do the work of two, and then neither of them is asked for any more; or two hide one another.
         The scores of the first ranking foretell what pairs would gain; the most promising are fitted.
         """
+        if not ranking:
+            return None
         candidates, catalogue = {c.name: c for c in ranking}, {e.name: e for e in self.effects}
         needed = EVIDENCE + 2 * math.log(len(ranking))  # there are as many pairs as effects, squared
         for one, other in promising_pairs(ranking):

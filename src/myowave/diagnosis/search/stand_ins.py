@@ -4,7 +4,7 @@ Parts of a general correction (a torque that goes with the angle, the velocity, 
 late, or of another muscle) are weighed against the effect, first all to first order from the fit without it. What
 promises about as much as the effect did is then fitted as the effect was: where much is missing a promise is a small
 part of what a fit gains. A part that the catalogue holds, under whatever name, has been weighed as an effect and does
-not count.
+not count. And an effect must be evident where the muscles' curves may have a shape of their own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,8 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from myowave.diagnosis.causes import OWN_CURVES
+from myowave.diagnosis.misfit.own_curves import freed
 from myowave.diagnosis.misfit.repeated import correcting_effects, corrections
-from myowave.diagnosis.search.rank import MARGIN, Candidate, delta_bic, independent_samples, race
+from myowave.diagnosis.search.rank import EVIDENCE, MARGIN, Candidate, delta_bic, independent_samples, race
 from myowave.diagnosis.search.score import ABSORBED, score_effects
 from myowave.identification.output_error import Fit
 
@@ -27,12 +29,17 @@ class StandIns:
     """What the catalogue does not hold and that would do for an effect.
 
     Args:
-        names: in words, the best first; at most `MOST`.
+        names: in words, the best first; at most `MOST` and the shape of the curves.
         better: whether the best of them does better than the effect, beyond doubt.
     """
 
     names: tuple[str, ...] = ()
     better: bool = False
+
+    @property
+    def curves(self) -> bool:
+        """Whether muscle curves of another shape are among them."""
+        return OWN_CURVES in self.names
 
 
 def find_stand_ins(without: Fit, effect: Candidate, ranking: Sequence[Candidate]) -> StandIns:
@@ -67,7 +74,22 @@ def find_stand_ins(without: Fit, effect: Candidate, ranking: Sequence[Candidate]
         name: delta_bic(without, max(without.objective - fall, 0.0), 1, samples) - own for name, fall in best.items()
     }
     as_good = tuple(name for name in sorted(ahead, key=lambda name: -ahead[name]) if ahead[name] > -MARGIN)
+    if evidence_beside_curves(without, effect) < EVIDENCE:
+        as_good += (OWN_CURVES,)
     return StandIns(as_good, any(lead > MARGIN for lead in ahead.values()))
+
+
+def evidence_beside_curves(without: Fit, effect: Candidate) -> float:
+    """Difference of BIC in favour of an effect where the muscles' curves have a shape of their own with and without it.
+
+    Args:
+        without: the fit without the effect.
+        effect: as weighed there.
+    """
+    with_it, samples = effect.refitted, independent_samples(effect.refitted)
+    before, after = (freed(fit, with_it.independent_variance) for fit in (without, with_it))
+    gained = delta_bic(without, with_it.objective - after.drop, len(effect.score.free), samples)
+    return gained - delta_bic(without, without.objective - before.drop, 0, samples) + before.occam - after.occam
 
 
 def _fitted_falls(without: Fit, effect: Candidate, promised: Mapping[str, float]) -> dict[str, float]:

@@ -30,6 +30,7 @@ class Verdict:
         shares: of what the effects explain, each one's [-].
         explained: what the effects explain of it and of what is left [-].
         structure_left: whether more is left than noise.
+        of_curves: whether what is left goes with muscle curves of another shape than the settings or an effect allow.
         missing: how much [rad, root mean square]; 0 where nothing is.
         emg_noise: of the recorded EMG [-], where it explains what effects do not; 0 where there is no need for it.
         emg_motion: how far that noise takes the simulated motion from the measured one [rad, root mean square].
@@ -51,6 +52,7 @@ class Verdict:
     masked: Mapping[str, tuple[str, ...]]
     follows: bool = True
     emg_motion: float = 0.0
+    of_curves: bool = False
 
     @property
     def causes(self) -> tuple[str, ...]:
@@ -99,6 +101,7 @@ def judge(found: Findings, *, follows: bool = True) -> Verdict:
         masked=masked,
         follows=follows,
         emg_motion=found.disturbance.motion if found.disturbance is not None and emg else 0.0,
+        of_curves=left and found.of_curves,
     )
 
 

@@ -1,0 +1,132 @@
+"""Muscle curves of a shape that no family holds: nothing else is named for what they do."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from myowave.data.simulate import simulate_trials
+from myowave.diagnosis.causes import OWN_CURVES
+from myowave.diagnosis.misfit.own_curves import ACTIVE, PASSIVE, WIDTH, bumps, freed, own_curves
+from myowave.diagnosis.misfit.repeated import Repeated
+from myowave.diagnosis.misfit.size import size_of_misfit
+from myowave.diagnosis.search import conclude
+from myowave.diagnosis.search.conclude import search, weighed
+from myowave.diagnosis.search.rank import EVIDENCE, rank_effects
+from myowave.diagnosis.search.score import score_effect
+from myowave.diagnosis.search.selection import Selection
+from myowave.diagnosis.search.stand_ins import StandIns, evidence_beside_curves, find_stand_ins
+from myowave.diagnosis.search.verdict import judge
+from myowave.identification.output_error import fit_model
+from myowave.identification.record import make_record
+from myowave.physics.curves import Curves
+from myowave.physics.effect import Effect, Parameter
+
+
+@pytest.fixture(scope="module")
+def damped(make_fit):
+    return make_fit({"joint_damping": {"c": 1.0}})
+
+
+def of_one_muscle(height):
+    """An effect that adds a smooth bump to the active force of the first muscle only, over the fibre length."""
+
+    def more(force, activation, fibre_length, fibre_velocity, curves, *, w):
+        one = torch.zeros(force.shape[-1], dtype=force.dtype)
+        one[0] = 1.0
+        bump = torch.exp(-0.5 * ((fibre_length - 0.9) / WIDTH) ** 2)
+        return force + w * one * height * activation * curves.force_velocity(fibre_velocity) * bump
+
+    parameters = {"w": Parameter(unit="-", low=-3.0, high=3.0, typical=1.0, meaning="bump")}
+    return Effect("bump", "muscle", "", more, parameters, "test")
+
+
+@pytest.fixture(scope="module")
+def strange(dataset, base, free):
+    """The base model fitted to an arm whose first muscle has a bump on its curve, and nothing else."""
+    hiding = dataset.model_copy(update={"hidden_effect": {"bump": {"w": 2.0}}})
+    trials = simulate_trials("strange", hiding, base, {"bump": of_one_muscle(ACTIVE)})[0]
+    noise = np.radians(0.5) * np.random.default_rng(3).standard_normal(trials.angle.shape)
+    record = make_record(replace(trials, angle=trials.angle + noise), base)
+    expected = [replace(p, deviation=0.1 * p.start) for p in free]
+    return fit_model(base, record.train, expected, starts=2)
+
+
+def test_a_bump_does_to_the_motion_what_an_effect_of_that_form_does(damped):
+    columns = own_curves(damped)
+    score = score_effect(damped, of_one_muscle(ACTIVE))
+    moved = damped.normal.without_starts(score.start.normal.slope[..., -1:])[..., 0]
+    (own,) = [c for c in np.moveaxis(columns, -1, 0) if np.corrcoef(c.ravel(), moved.ravel())[0, 1] > 0.999]
+    assert np.linalg.norm(own - moved) < 0.1 * np.linalg.norm(moved)
+
+
+def test_bumps_leave_the_force_at_rest_to_the_largest_force_and_are_small():
+    length = torch.linspace(0.4, 1.7, 27, dtype=torch.float64)
+    still, full = torch.zeros_like(length), torch.ones_like(length)
+    parts = bumps(Curves(), full, length, still)
+    velocities = slice(9, 16)  # between those of the active length and those of the passive curve
+    assert parts.shape == (27, 20) and (parts[:, velocities] == 0).all()
+    assert parts[:, :9].max() == pytest.approx(ACTIVE, rel=0.01) and parts[:, 16:].max() == pytest.approx(PASSIVE)
+    assert (bumps(Curves(), still, length, full)[:, :16] == 0).all(), "no active force without activation"
+
+
+def test_freed_curves_lower_the_objective_by_what_they_promise(strange):
+    curves = freed(strange, strange.record.noise**2)
+    assert strange.objective - float(curves.normal.objective) == pytest.approx(curves.drop, rel=0.01)
+    noise = strange.record.samples * strange.record.noise**2
+    assert 0.5 * (strange.objective - noise) < curves.drop < strange.objective and curves.occam > 0
+    assert freed(strange, 100 * strange.record.noise**2).occam < curves.occam, "poorer data narrow them less"
+
+
+def test_what_curves_of_another_shape_leave_goes_with_them(strange):
+    assert size_of_misfit(strange).significant
+    found = weighed(Selection((strange,), ([],)))
+    assert not found.settled and found.of_curves
+    verdict = judge(found)
+    assert verdict.kind == "unknown" and verdict.of_curves and verdict.causes == ()
+
+
+@pytest.mark.parametrize("seen", [("slow", "repeated"), ("slow",), ("repeated",)])
+def test_what_damping_leaves_does_not_go_with_curves_be_it_only_slow_or_only_repeated(damped, seen, monkeypatch):
+    nothing_slow = replace(size_of_misfit(damped), ratio=1.0)
+    if "slow" not in seen:
+        monkeypatch.setattr(conclude, "size_of", lambda *args: nothing_slow)
+    if "repeated" not in seen:
+        nothing = Repeated(0.0, 1.0, damped.variance)
+        monkeypatch.setattr(conclude, "repeated_misfit", lambda *args: nothing)
+    found = weighed(Selection((damped,), ([],)))
+    assert not found.settled and not found.of_curves
+
+
+def test_a_search_among_no_effects_finds_none(damped):
+    assert judge(search(damped, [])).effects == ()
+
+
+def test_an_effect_is_evident_beside_curves_where_it_is_there_and_not_where_only_curves_differ(
+    damped, strange, effects
+):
+    (there,) = rank_effects(damped, [effects["joint_damping"]])
+    assert evidence_beside_curves(damped, there) > 30
+    (wrong,) = rank_effects(strange, [effects["pennation"]])
+    assert wrong.delta_bic > 2 * EVIDENCE and evidence_beside_curves(strange, wrong) < EVIDENCE / 2
+
+
+def test_an_effect_that_only_curves_call_for_is_one_of_a_class(strange, effects):
+    ranking = rank_effects(strange, [effects["pennation"]])
+    found = find_stand_ins(strange, ranking[0], ranking)
+    assert found.curves and found.names[-1] == OWN_CURVES
+
+
+def test_a_rest_that_goes_with_curves_leaves_the_name_of_an_effect_that_stands_beside_them(
+    damped, effects, monkeypatch
+):
+    monkeypatch.setattr(conclude, "MOST_OF_IT", 1.1)  # what is left counts, however little
+    found = search(damped, [effects["joint_damping"]])
+    rest = replace(found, settled=False, of_curves=True)
+    verdict = judge(rest)
+    assert verdict.kind == "partial" and verdict.effects == ("joint_damping",) and verdict.of_curves
+    absorbed = {"joint_damping": StandIns((OWN_CURVES,))}
+    assert judge(replace(rest, stand_ins=absorbed)).kind == "unknown"
+    assert judge(replace(rest, of_curves=False)).kind == "unknown"
+    assert judge(replace(found, stand_ins=absorbed)).kind == "class"
