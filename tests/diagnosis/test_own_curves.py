@@ -15,7 +15,7 @@ from myowave.diagnosis.search import conclude
 from myowave.diagnosis.search.conclude import search, weighed
 from myowave.diagnosis.search.rank import EVIDENCE, rank_effects
 from myowave.diagnosis.search.score import score_effect
-from myowave.diagnosis.search.selection import Selection
+from myowave.diagnosis.search.selection import Selection, select_effects
 from myowave.diagnosis.search.stand_ins import StandIns, evidence_beside_curves, find_stand_ins
 from myowave.diagnosis.search.verdict import judge
 from myowave.identification.output_error import fit_model
@@ -43,14 +43,23 @@ def of_one_muscle(height):
 
 
 @pytest.fixture(scope="module")
-def strange(dataset, base, free):
-    """The base model fitted to an arm whose first muscle has a bump on its curve, and nothing else."""
-    hiding = dataset.model_copy(update={"hidden_effect": {"bump": {"w": 2.0}}})
-    trials = simulate_trials("strange", hiding, base, {"bump": of_one_muscle(ACTIVE)})[0]
-    noise = np.radians(0.5) * np.random.default_rng(3).standard_normal(trials.angle.shape)
-    record = make_record(replace(trials, angle=trials.angle + noise), base)
-    expected = [replace(p, deviation=0.1 * p.start) for p in free]
-    return fit_model(base, record.train, expected, starts=2)
+def make_strange(dataset, base, free, effects):
+    """The base model fitted to an arm whose first muscle has a bump on its curve, and what else is hidden there."""
+
+    def make(noise_deg=0.5, **hidden):
+        hiding = dataset.model_copy(update={"hidden_effect": {"bump": {"w": 2.0}, **hidden}})
+        trials = simulate_trials("strange", hiding, base, {**effects, "bump": of_one_muscle(ACTIVE)})[0]
+        noise = np.radians(noise_deg) * np.random.default_rng(3).standard_normal(trials.angle.shape)
+        record = make_record(replace(trials, angle=trials.angle + noise), base)
+        expected = [replace(p, deviation=0.1 * p.start) for p in free]
+        return fit_model(base, record.train, expected, starts=2)
+
+    return make
+
+
+@pytest.fixture(scope="module")
+def strange(make_strange):
+    return make_strange()
 
 
 def test_a_bump_does_to_the_motion_what_an_effect_of_that_form_does(damped):
@@ -130,3 +139,14 @@ def test_a_rest_that_goes_with_curves_leaves_the_name_of_an_effect_that_stands_b
     assert judge(replace(rest, stand_ins=absorbed)).kind == "unknown"
     assert judge(replace(rest, of_curves=False)).kind == "unknown"
     assert judge(replace(found, stand_ins=absorbed)).kind == "class"
+
+
+def test_what_only_curves_call_for_is_not_named_beside_an_effect_that_is_there(make_strange, effects):
+    both = make_strange(noise_deg=0.3, joint_damping={"c": 1.0})
+    names = ["joint_damping", "pennation", "brachialis"]
+    asked_for = select_effects(both, [effects[name] for name in names])
+    assert set(asked_for.effects) == {"joint_damping", "pennation"}
+    found = search(both, [effects[name] for name in names])
+    verdict = judge(found)
+    assert verdict.effects == ("joint_damping",) and verdict.kind == "partial" and verdict.of_curves
+    assert {c.name for c in found.selection.rankings[-1]} == set(names[1:])

@@ -18,7 +18,7 @@ from myowave.diagnosis.misfit.repeated import Repeated, repeated_misfit
 from myowave.diagnosis.misfit.size import ABOVE, Size, size_of, size_of_misfit
 from myowave.diagnosis.search.rank import EVIDENCE, Candidate, delta_bic, rank_effects
 from myowave.diagnosis.search.score import FAILURES
-from myowave.diagnosis.search.selection import Selection, select_effects, without_effect
+from myowave.diagnosis.search.selection import Selection, select_effects, without_effect, without_some
 from myowave.diagnosis.search.stand_ins import StandIns, find_stand_ins
 from myowave.identification.disturbance import Disturbance, estimate_disturbance
 from myowave.identification.output_error import Fit, fit_from, refit
@@ -97,6 +97,7 @@ def search(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> 
     found = _search(fit, effects, known)
     if found.carries:
         found = _each_without(found, effects, known)
+        found = _without_what_curves_do(found, effects, known)
     if found.selection.effects and found.disturbance is None and not found.carries:
         # What cannot be named must not make a model look worse than it is by itself.
         first = found.selection
@@ -156,6 +157,19 @@ def _each_without(found: Findings, effects: tuple[Effect, ...], known: Collectio
         whole = own.fit is not None and last.record.pieces is None
         stand_ins[effect.name] = find_stand_ins(without, own, ranking) if whole else StandIns()
     return replace(found, stand_ins=stand_ins, beside=beside)
+
+
+def _without_what_curves_do(found: Findings, effects: tuple[Effect, ...], known: Collection[str]) -> Findings:
+    """The same less the effects that are not evident where curves are free, if another is, and what they leave goes
+    with curves: one shape of the curves may ask for several effects that are not there."""
+    idle = [name for name, others in found.stand_ins.items() if others.curves]
+    if found.disturbance is not None or not 0 < len(idle) < len(found.stand_ins):
+        return found
+    try:
+        less = weighed(without_some(found.selection, idle, effects, known))
+    except FAILURES:
+        return found
+    return _each_without(less, effects, known) if less.of_curves else found
 
 
 def has_passed_a_filter(fit: Fit, disturbance: Disturbance) -> bool:

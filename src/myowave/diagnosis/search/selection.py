@@ -73,6 +73,26 @@ def select_effects(
     return Selection(tuple(ladder), tuple(search.rank(rung) for rung in ladder), classes, search.best, search.ranked)
 
 
+def without_some(
+    selection: Selection, names: Collection[str], effects: Iterable[Effect], known: Collection[str] = ()
+) -> Selection:
+    """What a search found less some effects, which are still ranked.
+
+    Args:
+        names: of the effects that go.
+        effects, known: as of the search.
+    """
+    start = selection.ladder[0]
+    search = _Search(start, tuple(effects), frozenset(known), dict(selection.weighed), dict(selection.visited))
+    top = selection.fit
+    for effect in search.added(top):
+        if effect.name in names:
+            top = search.without(top, effect)
+    ladder = search.climb_or_jump(top)
+    classes = {name: members for name, members in selection.classes.items() if name not in names}
+    return Selection(tuple(ladder), tuple(search.rank(rung) for rung in ladder), classes, search.best, search.ranked)
+
+
 @dataclass
 class _Search:
     """What one search works on, and the rankings it has made: they are the costly part."""
