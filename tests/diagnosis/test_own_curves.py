@@ -8,12 +8,12 @@ import torch
 
 from myowave.data.simulate import simulate_trials
 from myowave.diagnosis.causes import OWN_CURVES
-from myowave.diagnosis.misfit.own_curves import ACTIVE, PASSIVE, WIDTH, bumps, freed, own_curves
+from myowave.diagnosis.misfit.own_curves import ACTIVE, PASSIVE, WIDTH, Freed, bumps, freed, own_curves
 from myowave.diagnosis.misfit.repeated import Repeated
 from myowave.diagnosis.misfit.size import size_of_misfit
-from myowave.diagnosis.search import conclude
+from myowave.diagnosis.search import conclude, stand_ins
 from myowave.diagnosis.search.conclude import search, weighed
-from myowave.diagnosis.search.rank import EVIDENCE, rank_effects
+from myowave.diagnosis.search.rank import EVIDENCE, delta_bic, independent_samples, rank_effects
 from myowave.diagnosis.search.score import score_effect
 from myowave.diagnosis.search.selection import Selection, select_effects
 from myowave.diagnosis.search.stand_ins import StandIns, evidence_beside_curves, find_stand_ins
@@ -96,6 +96,11 @@ def test_what_curves_of_another_shape_leave_goes_with_them(strange):
     assert verdict.kind == "unknown" and verdict.of_curves and verdict.causes == ()
 
 
+def test_curves_that_cost_more_than_they_explain_explain_nothing(strange, monkeypatch):
+    monkeypatch.setattr(conclude, "freed", lambda *args: replace(freed(*args), occam=1e4))
+    assert not weighed(Selection((strange,), ([],))).of_curves
+
+
 @pytest.mark.parametrize("seen", [("slow", "repeated"), ("slow",), ("repeated",)])
 def test_what_damping_leaves_does_not_go_with_curves_be_it_only_slow_or_only_repeated(damped, seen, monkeypatch):
     nothing_slow = replace(size_of_misfit(damped), ratio=1.0)
@@ -121,10 +126,26 @@ def test_an_effect_is_evident_beside_curves_where_it_is_there_and_not_where_only
     assert wrong.delta_bic > 2 * EVIDENCE and evidence_beside_curves(strange, wrong) < EVIDENCE / 2
 
 
+def test_what_curves_cost_without_an_effect_and_not_with_it_speaks_for_it(damped, effects, monkeypatch):
+    (there,) = rank_effects(damped, [effects["joint_damping"]])
+    costs = {damped.model.name: 10.0, there.refitted.model.name: 4.0}
+    nothing = {name: Freed(0.0, cost, damped.normal) for name, cost in costs.items()}
+    monkeypatch.setattr(stand_ins, "freed", lambda fit, variance: nothing[fit.model.name])
+    own = delta_bic(damped, there.refitted.objective, 1, independent_samples(there.refitted))
+    assert evidence_beside_curves(damped, there) == pytest.approx(own + 6.0)
+
+
 def test_an_effect_that_only_curves_call_for_is_one_of_a_class(strange, effects):
     ranking = rank_effects(strange, [effects["pennation"]])
     found = find_stand_ins(strange, ranking[0], ranking)
     assert found.curves and found.names[-1] == OWN_CURVES
+
+
+@pytest.mark.parametrize("share", [0.5, 1.5])
+def test_beside_curves_as_much_evidence_is_asked_for_as_of_any_effect(damped, effects, monkeypatch, share):
+    monkeypatch.setattr(stand_ins, "evidence_beside_curves", lambda *args: share * EVIDENCE)
+    ranking = rank_effects(damped, [effects["joint_damping"]])
+    assert find_stand_ins(damped, ranking[0], ranking).curves == (share < 1)
 
 
 def test_a_rest_that_goes_with_curves_leaves_the_name_of_an_effect_that_stands_beside_them(
@@ -149,4 +170,5 @@ def test_what_only_curves_call_for_is_not_named_beside_an_effect_that_is_there(m
     found = search(both, [effects[name] for name in names])
     verdict = judge(found)
     assert verdict.effects == ("joint_damping",) and verdict.kind == "partial" and verdict.of_curves
+    assert set(found.stand_ins) == set(found.beside) == {"joint_damping"}
     assert {c.name for c in found.selection.rankings[-1]} == set(names[1:])

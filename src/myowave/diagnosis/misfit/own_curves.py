@@ -14,7 +14,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from myowave.diagnosis.misfit.repeated import moved_by
+from myowave.diagnosis.misfit.repeated import along_steps, moved_by
 from myowave.identification.disturbance import forcing_by
 from myowave.identification.least_squares import Normal, gather
 from myowave.identification.output_error import Fit
@@ -78,10 +78,8 @@ def own_curves(fit: Fit) -> Array:
     """What one standard deviation of each bump on a curve of each muscle does to what counts of the angle, the starts
     of the trials fitted, (T, N, C)."""
     # ASSUME: a fibre on a compliant tendon is about as long as on a stiff one.
-    q, v = fit.sensitive.motion.state[:, :-1, :2].unbind(-1)
-    activation = fit.simulation.drive.activation[..., 0, :].expand(*q.shape, -1)
-    valued = fit.simulation.valued
-    fibre = muscle_quantities(valued, q, v, activation)
+    q, v, activation = along_steps(fit)
+    fibre = muscle_quantities(fit.simulation.valued, q, v, activation)
     force = bumps(fibre["curves"], activation, fibre["fibre_length"], fibre["fibre_velocity"])
     pushes = forcing_by(fit, MORE_FORCE)[..., None] * force.numpy()[:, :, None]
     return moved_by(fit, pushes.reshape(*pushes.shape[:3], -1))

@@ -14,6 +14,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from scipy.stats import chi2
+from torch import Tensor
 
 from myowave.diagnosis.misfit.size import Size
 from myowave.diagnosis.misfit.terms import shared_excitation, torque_effect, torque_terms
@@ -103,6 +104,12 @@ def moved_by(fit: Fit, pushes: Array) -> Array:
     return fit.normal.without_starts(fit.record.white(answer))
 
 
+def along_steps(fit: Fit) -> tuple[Tensor, Tensor, Tensor]:
+    """Angle and velocity of a fit's motion (T, N - 1) and its activations (T, N - 1, M) where each step begins."""
+    q, v = fit.sensitive.motion.state[:, :-1, :2].unbind(-1)
+    return q, v, fit.simulation.drive.activation[..., 0, :].expand(*q.shape, -1)
+
+
 def correcting_effects(model: Model) -> dict[str, Effect]:
     """Effects that are a part of the general correction each, by the same words; of the parts that depend on the moment
     alone."""
@@ -125,8 +132,7 @@ def _excitation_like(muscle: str, other: str) -> str:
 def _by_torque(fit: Fit) -> dict[str, Array]:
     """Changes of the state within a step by torques of the joint's state and the activations, (T, N - 1, K) each."""
     forcing = forcing_by(fit, CONSTANT_TORQUE)
-    q, v = fit.sensitive.motion.state[:, :-1, :2].unbind(-1)
-    activation = fit.simulation.drive.activation[..., 0, :].expand(*q.shape, -1)
+    q, v, activation = along_steps(fit)
     names = [muscle.name for muscle in fit.model.muscles]
     parts = {text: term(q, v, activation).numpy() for text, term in torque_terms(names).items()}
     integral = (activation * activation.cumsum(-2) * fit.record.dt).numpy()

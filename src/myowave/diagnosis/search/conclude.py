@@ -210,9 +210,8 @@ def weighed(selection: Selection, disturbance: Disturbance | None = None) -> Fin
     repeats = repeated.significant and repeated.size(fit) > nothing
     if disturbance is None:
         settled = not repeats and not (size.significant and size.missing > nothing)
-        return Findings(
-            selection, size, size.certain, repeated, None, settled, not settled and _goes_with_curves(fit, size)
-        )
+        of_curves = not settled and _goes_with_curves(fit, size)
+        return Findings(selection, size, size.certain, repeated, settled=settled, of_curves=of_curves)
     repeats = repeats and repeated.gain > ROUGHLY * repeated.freedom
     left = size_of_misfit(fit, fit.normal.residual)
     slow = left.significant and left.missing > nothing

@@ -69,8 +69,7 @@ def select_effects(
         top, classes = search.settle(polish(best.refitted), classes)
         if top.model.name == name:  # what was added went again
             break
-    ladder = [fit] if top is None else search.climb_or_jump(top)
-    return Selection(tuple(ladder), tuple(search.rank(rung) for rung in ladder), classes, search.best, search.ranked)
+    return search.finish(fit if top is None else top, classes)
 
 
 def without_some(
@@ -88,9 +87,7 @@ def without_some(
     for effect in search.added(top):
         if effect.name in names:
             top = search.without(top, effect)
-    ladder = search.climb_or_jump(top)
-    classes = {name: members for name, members in selection.classes.items() if name not in names}
-    return Selection(tuple(ladder), tuple(search.rank(rung) for rung in ladder), classes, search.best, search.ranked)
+    return search.finish(top, {name: c for name, c in selection.classes.items() if name not in names})
 
 
 @dataclass
@@ -186,6 +183,11 @@ class _Search:
             if not changed:
                 break
         return fit, {e.name: classes.get(e.name, (e.name,)) for e in self.added(fit)}
+
+    def finish(self, top: Fit, classes: Mapping[str, tuple[str, ...]]) -> Selection:
+        """The rungs from the start to a model, with what was weighed at each."""
+        ladder = self.climb_or_jump(top)
+        return Selection(tuple(ladder), tuple(self.rank(rung) for rung in ladder), classes, self.best, self.ranked)
 
     def climb_or_jump(self, top: Fit) -> list[Fit]:
         """The fits from the start to a richer model; only these two where one between cannot be fitted."""

@@ -65,10 +65,9 @@ def write_page(summary: pd.DataFrame) -> str:
         f"{summary['seconds_mean'].mul(summary['sets']).sum() / 60:.0f} minutes of one core. Right: the hidden effect "
         "stands alone, in a class or as part of what is named; where nothing is hidden, or what is hidden is not in "
         "the catalogue, that this is said, or with other curves that they are others; counted where nine of ten such "
-        "recordings show the effect. A wrong name: "
-        "anywhere in the answer, of all sets; another family of curves is none where the curves are others, nor is a "
-        "class that holds something outside the catalogue where the arm has that. Each rate with its 95 % interval. "
-        "Written by `snakemake hidden_effects --cores 2`.",
+        "recordings show the effect. A wrong name: anywhere in the answer, of all sets; another family of curves is "
+        "none where the curves are others, nor is a class that holds something outside the catalogue where the arm has "
+        "that. Each rate with its 95 % interval. Written by `snakemake hidden_effects --cores 2`.",
         "",
         "| world | noise [deg] | sets | can be seen | right [%] | a wrong name [%] | 95 % intervals that hold [%] |",
         "|---" * 7 + "|",
