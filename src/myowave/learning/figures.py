@@ -12,6 +12,8 @@ from myowave.physics.constants import constant_unit
 from myowave.plotting import CYCLE, GREY, MEASURED, MODEL, canvas, shade, title
 from myowave.scores import median_over_seeds
 
+LEAST_SPAN = 0.01  # of a value: to both sides of it an axis shows at least that, as less is no finding
+
 
 def draw_metrics(summary: pd.DataFrame, histories: dict[int, pd.DataFrame]) -> Figure:
     """Training loss, test MSE and test R2 against the number of scales (Figs. 8 and 11).
@@ -100,6 +102,9 @@ def draw_parameters(summary: pd.DataFrame, names: list[str]) -> Figure:
         axis.plot(summary["scales"], summary[column], ".", color=GREY, markersize=5)
         if known:
             axis.axhline(0.0, color=MEASURED, linewidth=0.8)
+        else:
+            middle, half = float(np.mean(axis.get_ylim())), float(np.ptp(axis.get_ylim())) / 2
+            axis.set_ylim(middle + np.array([-1, 1]) * max(half, LEAST_SPAN * abs(middle)))
         axis.set(xlabel="number of scales", title=name, ylabel="error [%]" if known else f"value [{_unit(name)}]")
         axis.xaxis.set_major_locator(MaxNLocator(integer=True))
         axis.set_xlim(summary["scales"].min() - 0.5, summary["scales"].max() + 0.5)
@@ -109,7 +114,7 @@ def draw_parameters(summary: pd.DataFrame, names: list[str]) -> Figure:
     else:
         groups = summary.groupby("scales")[names]
         worst = float((groups.std(ddof=0) / groups.mean().abs()).max().max())
-        finding = f"seeds agree on the parameters within {100 * worst:.2g} % (1 SD); the truth is not known"
+        finding = f"seeds agree on the parameters within {max(100 * worst, 0.001):.2g} % (1 SD); the truth is not known"
     title(figure, f"{_what(summary)}: {finding}")
     return figure
 
