@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from scipy.signal import butter, filtfilt
 
 from myowave.data.simulate import simulate_trials
 from myowave.diagnosis.causes import OWN_CURVES
@@ -18,8 +19,9 @@ from myowave.diagnosis.search.score import score_effect
 from myowave.diagnosis.search.selection import Selection, select_effects
 from myowave.diagnosis.search.stand_ins import StandIns, evidence_beside_curves, find_stand_ins
 from myowave.diagnosis.search.verdict import judge
-from myowave.identification.output_error import fit_model
+from myowave.identification.output_error import fit_model, refit
 from myowave.identification.record import make_record
+from myowave.identification.whitening import Band
 from myowave.physics.curves import Curves
 from myowave.physics.effect import Effect, Parameter
 
@@ -172,3 +174,20 @@ def test_what_only_curves_call_for_is_not_named_beside_an_effect_that_is_there(m
     assert verdict.effects == ("joint_damping",) and verdict.kind == "partial" and verdict.of_curves
     assert set(found.stand_ins) == set(found.beside) == {"joint_damping"}
     assert {c.name for c in found.selection.rankings[-1]} == set(names[1:])
+
+
+def test_curves_are_free_behind_a_filter_too(make_strange):
+    strange = make_strange(noise_deg=0.0)
+    noise = np.radians(0.5) * np.random.default_rng(7).standard_normal(strange.record.angle.shape)
+    angle = strange.record.angle + filtfilt(*butter(2, 5.0, fs=1 / strange.record.dt), noise)
+    record = replace(strange.record, angle=angle)
+    found = search(refit(replace(strange, record=record), strange.model, strange.free), [])
+    assert isinstance(found.selection.fit.record.filter, Band) and not found.settled and found.of_curves
+
+
+def test_nothing_is_put_before_curves_that_explain_it_all(damped, effects, monkeypatch):
+    """An effect that may not be named must not hide that curves explain what the model without it leaves."""
+    monkeypatch.setattr(conclude.Findings, "carries", property(lambda found: False))
+    monkeypatch.setattr(conclude, "_goes_with_curves", lambda fit, size: fit.model.name == "base")
+    found = search(damped, [effects["joint_damping"]])
+    assert found.selection.effects == () and found.of_curves

@@ -11,17 +11,20 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 from scipy.signal import periodogram
 from scipy.stats import f as f_distribution
 
 from myowave.identification.output_error import Fit
 from myowave.identification.record import SMALLEST_NOISE_DEG, Record
+from myowave.identification.whitening import Band
 
 Array = NDArray[np.float64]
 
 MOTION = 0.99  # share of the motion's power that lies in its band
 ABOVE = (1.5, 3.0)  # the band beside it, in units of its edge
 SIGNIFICANCE = 1e-3
+CORNER = (2.0, 20.0)  # of a filter that the angle has passed, in units of that edge
 LEAST_RATIO = 1.25  # of powers: what is less is said to be nothing, however many samples there are
 
 
@@ -73,15 +76,19 @@ def size_of(residual: Array, motion: Array, record: Record, fitted: float = 0.0)
         residual, motion: of every sample (T, N) [rad].
         fitted: number of independent values that were fitted to the residual.
     """
-    slow, above = [], []
+    slow, above, places = [], [], []
     left, moved = record.joined(residual), record.joined(motion)
     edge = _edge([*moved.values()], record.dt)
     for values in left.values():
         frequency, power = periodogram(values, 1 / record.dt, detrend=False)
         density = power / (2 * record.dt)  # the variance of white noise as strong
         slow.append(density[(frequency > 0) & (frequency <= edge)])
-        above.append(density[(frequency > ABOVE[0] * edge) & (frequency <= ABOVE[1] * edge)])
+        chosen = (frequency > ABOVE[0] * edge) & (frequency <= ABOVE[1] * edge)
+        above.append(density[chosen])
+        places.append(frequency[chosen] / edge)
     within, beside = np.concatenate(slow), np.concatenate(above)
+    if isinstance(record.filter, Band) and len(beside):
+        beside = beside / _passed(np.concatenate(places), beside)
     floor = np.radians(SMALLEST_NOISE_DEG) ** 2
     free = max(2.0, 2.0 * len(within) - fitted)
     density = within.sum() * 2 / free + floor
@@ -90,6 +97,26 @@ def size_of(residual: Array, motion: Array, record: Record, fitted: float = 0.0)
     share = 2 * edge * record.dt  # of all frequencies
     missing = float(np.sqrt(max(density - noise, 0.0) * share))
     return Size(float(np.sqrt(noise)), missing, float(density / noise), critical, edge, free)
+
+
+def _passed(place: Array, density: Array) -> Array:
+    """Share of the noise's power that a filter lets through just above the motion's band.
+
+    Args:
+        place: frequencies in units of the band's edge, (F,).
+        density: of the noise there [rad^2].
+    """
+
+    # ASSUME: a Butterworth filter of second order forwards and backwards, as motion capture's (Winter 2009), which lets
+    # the motion through.
+    def response(corner: float) -> Array:
+        return 1 / (1 + (place / corner) ** 4) ** 2
+
+    def unlikely(log_corner: float) -> float:  # Whittle's likelihood, with the noise that is then most likely
+        through = response(np.exp(log_corner))
+        return float(np.log(through).sum() + len(density) * np.log((density / through).mean()))
+
+    return response(np.exp(minimize_scalar(unlikely, bounds=np.log(CORNER), method="bounded").x))
 
 
 def _edge(motions: list[Array], dt: float) -> float:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import torch
 
-from myowave.data.wavelets import estimate_noise
+from myowave.diagnosis.misfit.filtered import WHITE, has_passed_a_filter
 from myowave.diagnosis.misfit.own_curves import freed
 from myowave.diagnosis.misfit.repeated import Repeated, repeated_misfit
 from myowave.diagnosis.misfit.size import ABOVE, Size, size_of, size_of_misfit
@@ -30,7 +30,6 @@ from myowave.identification.whitening import Band
 from myowave.physics.effect import Effect
 
 MOST_OF_IT = 0.9  # share that effects must explain to be named where something else is left
-WHITE = 0.8  # of the noise in the band of the motion: less in the finest scales may be a filter's doing
 ROUGHLY = 3.0  # times what noise gives: a random force is not exactly as assumed, and leaves a little that repeats
 REST = 0.1  # share of the evidence for a random force that effects may leave where they are weighed without it
 NOTHING = 0.3  # of the noise, or of what a filter leaves of it: less raises the error by less than 5 %, and is nothing
@@ -102,7 +101,7 @@ def search(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> 
         # What cannot be named must not make a model look worse than it is by itself.
         first = found.selection
         alone = weighed(Selection(first.ladder[:1], first.rankings[:1]))
-        return alone if alone.settled else found
+        return alone if alone.settled or alone.of_curves else found
     return found
 
 
@@ -116,7 +115,7 @@ def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str]) -> Fi
     coloured = fit.record.noise < WHITE * size.noise
     if size.significant:
         disturbance = estimate_disturbance(fit)
-    if coloured and (disturbance is None or has_passed_a_filter(fit, disturbance)):
+    if coloured and (disturbance is None or has_passed_a_filter(fit, size, disturbance)):
         fit, disturbance = within_band(fit, size), None
     if disturbance is None or disturbance.gain < EVIDENCE:
         return weighed(select(fit))
@@ -172,13 +171,6 @@ def _without_what_curves_do(found: Findings, effects: tuple[Effect, ...], known:
     return _each_without(less, effects, known) if less.of_curves else found
 
 
-def has_passed_a_filter(fit: Fit, disturbance: Disturbance) -> bool:
-    """Whether the finest scales lack noise even where the colour that a random force gives has been taken out: what a
-    force does, or a missing effect, reaches beyond the band of the motion, too."""
-    new = disturbance.whitener.innovations(fit.residual[..., None])[..., 0]
-    return estimate_noise(*fit.record.joined(new).values()) < WHITE * disturbance.angle
-
-
 def better_from_expected(fit: Fit) -> Fit:
     """The fit, or that of the same model from where constants are expected: a fit without an effect leads them into
     valleys that one with it need not leave."""
@@ -221,10 +213,12 @@ def weighed(selection: Selection, disturbance: Disturbance | None = None) -> Fin
 def _goes_with_curves(fit: Fit, size: Size) -> bool:
     """Whether a fit that leaves more than noise would leave no more with muscle curves of another shape, and what these
     explain is worth their freedom."""
-    if fit.record.pieces is not None or isinstance(fit.record.filter, Band):
+    if fit.record.pieces is not None:
         return False
     curves = freed(fit, size.noise**2)
-    left = size_of(curves.normal.residual, fit.angle, fit.record, curves.normal.fitted)
+    # Behind a filter normal equations hold only what is slow, and the noise is seen above.
+    residual = fit.residual + curves.normal.residual - fit.normal.residual
+    left = size_of(residual, fit.angle, fit.record, curves.normal.fitted)
     samples = fit.record.samples / correlation_time(curves.normal.residual, fit.record)
     worth = delta_bic(fit, fit.objective - curves.drop, 0, samples) - curves.occam
     return worth > EVIDENCE and not left.significant and not repeated_misfit(fit, left, curves.normal).significant
