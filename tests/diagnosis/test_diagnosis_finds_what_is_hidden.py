@@ -9,8 +9,10 @@ import pytest
 from myowave.data.simulate import simulate_trials
 from myowave.diagnosis.report.tables import TABLES, predictions_table, verdict_summary
 from myowave.diagnosis.scoring import add_truth
+from myowave.diagnosis.search import diagnose as search
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.diagnosis.search.selection import select_effects
+from myowave.diagnosis.search.verdict import judge
 from myowave.settings import Diagnosis as DiagnosisSettings
 from myowave.settings import SimulatedDataset
 
@@ -141,6 +143,13 @@ def test_what_the_catalogue_lacks_is_called_unknown_and_drafted(make_trials, bas
     found = diagnose(trials, base, unfit, identify, SETTINGS)
     assert found.verdict.kind == "unknown" and verdict_summary(found)["effects"] == []
     assert "qdot" in found.draft.formula
+
+
+def test_no_torque_is_drafted_for_what_goes_with_muscle_curves(make_trials, base, identify, monkeypatch):
+    trials = make_trials({"joint_damping": {"c": 1.5}})
+    assert diagnose(trials, base, [], identify, SETTINGS).draft.formula != "0"
+    monkeypatch.setattr(search, "judge", lambda *args, **more: replace(judge(*args, **more), of_curves=True))
+    assert diagnose(trials, base, [], identify, SETTINGS).draft.formula == "0"
 
 
 def test_a_class_comes_with_the_trial_that_would_separate_it(make_trials, base, few, identify):

@@ -262,6 +262,18 @@ def test_the_page_says_what_to_do_whatever_the_verdict(story, template, changes,
     assert expected in write_page(changed, template)
 
 
+def test_no_effect_is_drafted_for_what_goes_with_curves(story, template):
+    changes = {"verdict": "unknown", "effects": [], "nearest": [], "structure_left": True}
+    rest = {"formula": "0", "rest": "muscle curves of another shape"}
+    nameless, named = (
+        write_page(replace(story, verdict={**story.verdict, **changes, **more}), template)
+        for more in ({"formula": "+1.2 q"}, rest)
+    )
+    assert "Look at the draft below" in nameless and "q in rad" in nameless
+    assert "draft below" not in named and "No short formula" not in named and "physics.effect_files" not in named
+    assert "It goes with muscle curves of another shape" in named and "physics.curves" in named
+
+
 def test_noise_of_the_emg_is_named_in_words_and_there_is_no_model_to_add(story, template):
     assert story.verdict["titles"]["emg_noise"] == "noise of the recorded EMG"
     noisy = {"verdict": "effect", "effects": ["emg_noise"], "model": "base", "emg_noise": 0.02, "emg_motion_deg": 1.2}

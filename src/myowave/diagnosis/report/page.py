@@ -280,7 +280,7 @@ def _which(story: Story) -> str:
     text = f"Each of {count} effects was scored against what the model leaves; the promising ones were fitted. "
     if kind_of(verdict).unexplained and not verdict["effects"]:
         near = f" Nearest to it: {' and '.join(verdict['nearest'])}." if verdict["nearest"] else ""
-        return text + f"None explains it.{near} {_formula(verdict)}"
+        return text + f"None explains it.{near} {_left(verdict)}"
     if not verdict["effects"]:
         hidden = verdict["outside_usual_range"] if verdict["verdict"] == UNDECIDABLE else {}
         open_question = f" But {tell_masked(hidden)}." if hidden else ""
@@ -291,11 +291,15 @@ def _which(story: Story) -> str:
     text += f" Not told apart: {'; '.join(classes)}." if classes else ""
     for name, others in verdict["stand_ins"].items():
         text += f" Outside the catalogue, {' or '.join(others)} would do as well as {name}."
-    return text + (f" More is left. {_formula(verdict)}" if kind_of(verdict).unexplained else "")
+    if not kind_of(verdict).unexplained:
+        return text
+    return text + f" More is left. {_left(verdict)}"
 
 
-def _formula(verdict: Mapping[str, Any]) -> str:
-    """What is missing as a formula, with the units of what it is made of."""
+def _left(verdict: Mapping[str, Any]) -> str:
+    """What is left: with muscle curves it goes, or as a formula, with the units of what it is made of."""
+    if verdict["rest"]:
+        return f"It goes with {verdict['rest']}: small bumps on them explain it, and nothing else that repeats is left."
     if verdict["formula"] == "0":
         return "No short formula of angle, velocity and activation describes the missing torque."
     symbols = {
@@ -310,6 +314,11 @@ def _formula(verdict: Mapping[str, Any]) -> str:
 def _add(verdict: Mapping[str, Any]) -> str:
     if not verdict["follows"]:
         return "Nothing, before the model follows the motion: look at its constants, the EMG, the load and the clocks."
+    if verdict["rest"] and not verdict["effects"]:
+        return (
+            "No effect. No family of curves in physics.curves follows these muscles, so forces and lengths hold as far "
+            "as their curves do: judge them by their intervals, or measure a curve on the subject."
+        )
     if kind_of(verdict).unexplained and not verdict["effects"]:
         begin = "Look at the draft below" if verdict["formula"] != "0" else "Write an effect file of your own"
         return (

@@ -162,7 +162,8 @@ def diagnose(
     where = describe(rungs[0].misfit, noise_of(found, record, follows=followed))
     report(f"verdict: {verdict.kind}, {', '.join(verdict.causes) or 'no effect'}")
     missing = rungs[0].fit if verdict.kind == "unknown" else selection.fit
-    draft = draft_effect(missing, trials.dataset, most=MOST_TERMS if followed else 0)
+    nameless = followed and not verdict.of_curves  # a torque of the moment is no way to say what curves do
+    draft = draft_effect(missing, trials.dataset, most=MOST_TERMS if nameless else 0)
     proposals = _proposals(selection, verdict, effects)
     told = rungs, tuple(named), verdict, where, proposals, draft
     return Diagnosis(trials.dataset, record, test, found, *told, failed)
