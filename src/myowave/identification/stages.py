@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from myowave.identification.free_parameters import Free
-from myowave.identification.output_error import Fit, fit_from, fit_model, fit_simulated
+from myowave.identification.output_error import Fit, fit_from, fit_model, fit_simulated, refit
 from myowave.identification.prediction import predict
 from myowave.identification.record import Record
 from myowave.identification.torque import TorqueFit, fit_torque, leave_out
@@ -63,23 +63,27 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
     # torque does, and they stay where it leaves them.
     standing = None if torque is None else _on_torque(model, pieces, torque)
     if torque is not None and standing is not None:
-        free = [held if p.assumed else p for p, held in zip(torque.free, torque.held, strict=True)]
-        shortest = _next(model, pieces, free, torque.values)
+        some = [held if p.assumed else p for p, held in zip(torque.free, torque.held, strict=True)]
+        shortest = _next(model, pieces, some, torque.values)
         if shortest is None or not follows(shortest):
             return _scored(model, record, standing)
         standing = shortest
     else:
-        free = [p for p in free if not p.assumed]
-        standing = _shortest(model, pieces, free, weak_values(model, record, free), starts)
+        some = [p for p in free if not p.assumed]
+        standing = _shortest(model, pieces, some, weak_values(model, record, some), starts)
     for horizon_s in (*HORIZONS_S[1:], None):
         longer = record if horizon_s is None else record.cut(horizon_s)
-        fit = _next(model, longer, free, standing.values)
+        fit = _next(model, longer, some, standing.values)
         if fit is None or explained(fit) < ENOUGH:
             break
         standing = fit
         if not follows(standing):
             break  # ASSUME: what does not follow so long from measured states follows no longer
-    return standing
+    if standing.record.pieces is not None:
+        return standing
+    # Over whole trials it does follow now, so what was held is estimated like the rest.
+    freed = attempt_fit(lambda: refit(standing, model, free))
+    return standing if freed is None or explained(freed) < explained(standing) else freed
 
 
 def _hopeless(fit: Fit) -> bool:
