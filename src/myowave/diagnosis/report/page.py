@@ -299,7 +299,7 @@ def _which(story: Story) -> str:
 def _left(verdict: Mapping[str, Any]) -> str:
     """What is left: with muscle curves it goes, or as a formula, with the units of what it is made of."""
     if verdict["rest"]:
-        return f"It goes with {verdict['rest']}: small bumps on them explain it, and nothing else that repeats is left."
+        return f"It goes with {verdict['rest']}: small bumps on them explain it and leave nothing to an effect."
     if verdict["formula"] == "0":
         return "No short formula of angle, velocity and activation describes the missing torque."
     symbols = {
