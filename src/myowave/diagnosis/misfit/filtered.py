@@ -5,21 +5,17 @@ above, and next to nothing is left of it in the finest scales. What a random for
 falls off steadily, as an arm is slow. Whatever a fit misses, its finest scales alone do not tell the two apart: a force
 explains any smooth residual.
 
-Shapes: T trials, N samples, F frequencies, D draws.
+Shapes: T trials, N samples, K numbers of the state, M muscles, D draws.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.signal import periodogram
 
 from myowave.data.wavelets import estimate_noise
 from myowave.diagnosis.misfit.repeated import moved_by
-from myowave.diagnosis.misfit.size import ABOVE, Size
+from myowave.diagnosis.misfit.size import ABOVE, Size, spectrum
 from myowave.identification.disturbance import Disturbance, excitation_forcing
 from myowave.identification.output_error import Fit
-
-Array = NDArray[np.float64]
 
 WHITE = 0.8  # of the noise in the band of the motion: less in the finest scales may be a filter's doing
 WEAK = 0.5  # of the noise just above that band: as little in the finest scales is
@@ -54,9 +50,10 @@ def noise_above(fit: Fit, size: Size, disturbance: Disturbance) -> tuple[float, 
     forcing = excitation_forcing(fit)
     drawn = np.random.default_rng(0).standard_normal((*forcing.shape[:2], forcing.shape[-1], DRAWS))
     answers = moved_by(fit, np.einsum("tnkm,tnmd->tnkd", forcing, drawn))
-    edge = ABOVE[1] * size.edge_hz
-    observed = _density(fit, fit.residual, edge)
-    by_force = np.mean([_density(fit, answers[..., draw], edge) for draw in range(DRAWS)], axis=0)
+    frequency, observed = spectrum(fit.residual, fit.record)
+    by_force = np.mean([spectrum(answer, fit.record)[1] for answer in np.moveaxis(answers, -1, 0)], axis=0)
+    counts = (frequency > 0) & (frequency <= ABOVE[1] * size.edge_hz)
+    observed, by_force = observed[counts], by_force[counts]
 
     def unlikely(noise: float, emg: float) -> float:
         density = noise**2 + emg**2 * by_force
@@ -68,13 +65,3 @@ def noise_above(fit: Fit, size: Size, disturbance: Disturbance) -> tuple[float, 
     both = [minimize(lambda logs: unlikely(*np.exp(logs)), start, method="Nelder-Mead") for start in starts]
     best = min(both, key=lambda found: found.fun)
     return float(np.exp(best.x[0])), float(alone.fun - best.fun)
-
-
-def _density(fit: Fit, values: Array, edge: float) -> Array:
-    """Power of values (T, N) at every frequency of each trial up to `edge` [Hz], as the variance of white noise as
-    dense [rad^2], (F,)."""
-    dt, parts = fit.record.dt, []
-    for joined in fit.record.joined(values).values():
-        frequency, power = periodogram(joined, 1 / dt, detrend=False)
-        parts.append(power[(frequency > 0) & (frequency <= edge)] / (2 * dt))
-    return np.concatenate(parts)

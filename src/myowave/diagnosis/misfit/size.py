@@ -76,19 +76,13 @@ def size_of(residual: Array, motion: Array, record: Record, fitted: float = 0.0)
         residual, motion: of every sample (T, N) [rad].
         fitted: number of independent values that were fitted to the residual.
     """
-    slow, above, places = [], [], []
-    left, moved = record.joined(residual), record.joined(motion)
-    edge = _edge([*moved.values()], record.dt)
-    for values in left.values():
-        frequency, power = periodogram(values, 1 / record.dt, detrend=False)
-        density = power / (2 * record.dt)  # the variance of white noise as strong
-        slow.append(density[(frequency > 0) & (frequency <= edge)])
-        chosen = (frequency > ABOVE[0] * edge) & (frequency <= ABOVE[1] * edge)
-        above.append(density[chosen])
-        places.append(frequency[chosen] / edge)
-    within, beside = np.concatenate(slow), np.concatenate(above)
+    edge = _edge([*record.joined(motion).values()], record.dt)
+    frequency, power = spectrum(residual, record)
+    within = power[(frequency > 0) & (frequency <= edge)]
+    above = (frequency > ABOVE[0] * edge) & (frequency <= ABOVE[1] * edge)
+    beside = power[above]
     if isinstance(record.filter, Band) and len(beside):
-        beside = beside / _passed(np.concatenate(places), beside)
+        beside = beside / _passed(frequency[above] / edge, beside)
     floor = np.radians(SMALLEST_NOISE_DEG) ** 2
     free = max(2.0, 2.0 * len(within) - fitted)
     density = within.sum() * 2 / free + floor
@@ -97,6 +91,14 @@ def size_of(residual: Array, motion: Array, record: Record, fitted: float = 0.0)
     share = 2 * edge * record.dt  # of all frequencies
     missing = float(np.sqrt(max(density - noise, 0.0) * share))
     return Size(float(np.sqrt(noise)), missing, float(density / noise), critical, edge, free)
+
+
+def spectrum(values: Array, record: Record) -> tuple[Array, Array]:
+    """The frequencies [Hz] of every trial, one trial after the other, and the power of values (T, N) [rad] there, as
+    the variance of white noise as strong [rad^2], (F,) each."""
+    found = [periodogram(joined, 1 / record.dt, detrend=False) for joined in record.joined(values).values()]
+    frequency, power = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return frequency, power / (2 * record.dt)
 
 
 def _passed(place: Array, density: Array) -> Array:

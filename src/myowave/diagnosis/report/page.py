@@ -291,9 +291,7 @@ def _which(story: Story) -> str:
     text += f" Not told apart: {'; '.join(classes)}." if classes else ""
     for name, others in verdict["stand_ins"].items():
         text += f" Outside the catalogue, {' or '.join(others)} would do as well as {name}."
-    if not kind_of(verdict).unexplained:
-        return text
-    return text + f" More is left. {_left(verdict)}"
+    return text + (f" More is left. {_left(verdict)}" if kind_of(verdict).unexplained else "")
 
 
 def _left(verdict: Mapping[str, Any]) -> str:
