@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from myowave.physics.effects import catalogue
-from myowave.physics.motion import _relax, simulate
+from myowave.physics.motion import Pull, simulate
 from myowave.physics.simulation import Simulation
 
 DOUBLE = torch.float64
@@ -23,7 +23,7 @@ def settle(time_constants, steps, *, stiffness=0.3, end=1.0, start=0.2):
 
     for n in range(steps):
         begin, stop = ({"time": torch.tensor(t, dtype=DOUBLE)} for t in (n * h, (n + 1) * h))
-        state = _relax(relaxation, state, torch.tensor(h, dtype=DOUBLE), begin, stop)
+        state = Pull.at(relaxation, state, begin).relax(torch.tensor(h, dtype=DOUBLE), stop)
     return state.item()
 
 
@@ -44,8 +44,17 @@ def test_a_state_never_passes_its_target_however_stiff(time_constant):
     def relaxation(_):
         return (torch.tensor(1.0, dtype=DOUBLE), *(torch.tensor(time_constant, dtype=DOUBLE),) * 2)
 
-    state = _relax(relaxation, torch.tensor(0.0, dtype=DOUBLE), torch.tensor(0.01, dtype=DOUBLE), {}, {})
+    state = Pull.at(relaxation, torch.tensor(0.0, dtype=DOUBLE), {}).relax(torch.tensor(0.01, dtype=DOUBLE), {})
     assert state.item() == pytest.approx(-np.expm1(-0.01 / time_constant), rel=1e-9)
+
+
+def test_a_lagging_activation_moves_the_joint_by_what_it_is_in_the_middle_of_a_step(elbow, dt):
+    emg = (0.4 + 0.2 * torch.sin(40 * dt * torch.arange(60, dtype=DOUBLE))).reshape(1, -1, 1).repeat(1, 1, 2)
+    model = elbow.with_effects([catalogue()["activation_dynamics"]])
+    lags = {"activation_dynamics.rise": 0.05, "activation_dynamics.decay": 0.05}
+    exact, one, two = (simulate(Simulation(model, lags, emg, dt, substeps=n), 1.0).q for n in (32, 1, 2))
+    order = torch.log2((one - exact).abs().max() / (two - exact).abs().max())
+    assert order > 1.7, order
 
 
 def test_rise_lags_rising_and_decay_lags_falling_activation(elbow, dt):

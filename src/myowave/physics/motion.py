@@ -41,25 +41,45 @@ class Motion:
 Relaxation = Callable[[Mapping[str, Any]], tuple[Tensor, Tensor, Tensor]]
 
 
-def _relax(
-    relaxation: Relaxation, state: Tensor, step: Tensor, begin: Mapping[str, Any], end: Mapping[str, Any]
-) -> Tensor:
-    """Advance an effect's state y over `step` seconds of dy/dt = (target - y) / time constant.
+@dataclass(frozen=True)
+class Pull:
+    """What drives an effect's state from where a piece of a step begins: dy/dt = (target - y) / time constant.
 
-    Exact where the target is linear in y and time and the time constant is constant, however short: with 0 the state
-    is at its target. Second order otherwise, if the time constant depends on y only through the sense of change.
-
-    Source: exponential Rosenbrock-Euler, Hochbruck & Ostermann 2010, Exponential integrators, Sec. 2.4.
+    Args:
+        state: y there.
+        target, rise, fall: what the relaxation gives there.
+        strength: how fast y - target changes with y.
     """
-    target0, rise0, fall0 = relaxation({**begin, "state": state})
-    target1, rise1, fall1 = relaxation({**end, "state": state})
-    bumped, *_ = relaxation({**begin, "state": state + BUMP})
-    pull = (1 - (bumped - target0) / BUMP).clamp(min=0.1)  # how fast y - target changes with y
-    gap0, gap1 = (target0 - state) / pull, (target1 - state) / pull  # to where y would be at its target
-    rises = gap0 + gap1 > 0
-    lag = torch.where(rises, rise0 + rise1, fall0 + fall1) / (2 * pull * step.clamp(min=SHORTEST))
-    closed = -torch.expm1(-1 / lag.clamp(min=1e-3))  # share of the gap that closes; 1 where the lag is short
-    return state + closed * gap0 + (1 - lag * closed) * (gap1 - gap0)
+
+    relaxation: Relaxation
+    state: Tensor
+    target: Tensor
+    rise: Tensor
+    fall: Tensor
+    strength: Tensor
+
+    @classmethod
+    def at(cls, relaxation: Relaxation, state: Tensor, begin: Mapping[str, Any]) -> "Pull":
+        target, rise, fall = relaxation({**begin, "state": state})
+        bumped, *_ = relaxation({**begin, "state": state + BUMP})
+        return cls(relaxation, state, target, rise, fall, (1 - (bumped - target) / BUMP).clamp(min=0.1))
+
+    def relax(self, step: Tensor, end: Mapping[str, Any]) -> Tensor:
+        """The state `step` seconds later, where the quantities are those of `end`.
+
+        Exact where the target is linear in y and time and the time constant is constant, however short: with 0 the
+        state is at its target. Second order otherwise, if the time constant depends on y only through the sense of
+        change.
+
+        Source: exponential Rosenbrock-Euler, Hochbruck & Ostermann 2010, Exponential integrators, Sec. 2.4.
+        """
+        target, rise, fall = self.relaxation({**end, "state": self.state})
+        # To where y would be at its target.
+        gap0, gap1 = (self.target - self.state) / self.strength, (target - self.state) / self.strength
+        rises = gap0 + gap1 > 0
+        lag = torch.where(rises, self.rise + rise, self.fall + fall) / (2 * self.strength * step.clamp(min=SHORTEST))
+        closed = -torch.expm1(-1 / lag.clamp(min=1e-3))  # share of the gap that closes; 1 where the lag is short
+        return self.state + closed * gap0 + (1 - lag * closed) * (gap1 - gap0)
 
 
 def _relaxation_of(valued: Valued, effect: Effect) -> Relaxation:
@@ -76,32 +96,13 @@ def _advance_activation(
     for effect in valued.model.late_activation:
         points = [{"excitation": ui, "activation": ai, "side": side} for ui, ai in zip(u, a, strict=True)]
         if effect.stateful:
-            relaxation, begin = _relaxation_of(valued, effect), states[effect.name]
-            middle = _relax(relaxation, begin, h / 2, points[0], points[1])
-            end = _relax(relaxation, begin, h, points[0], points[2])
+            begin = states[effect.name]
+            pull = Pull.at(_relaxation_of(valued, effect), begin, points[0])
+            middle, end = pull.relax(h / 2, points[1]), pull.relax(h, points[2])
             points = [p | {"state": s} for p, s in zip(points, (begin, middle, end), strict=True)]
             advanced[effect.name] = end
         a = tuple(call(effect.function, p, valued.values(effect)) for p in points)
     return a, advanced
-
-
-def _advance_muscles(
-    valued: Valued, states: Mapping[str, Tensor], begin: Mapping[str, Any], end: tuple[Tensor, ...], h: Tensor
-) -> Mapping[str, Tensor]:
-    """States of effects on the stage `muscle`, `h` seconds later.
-
-    Every stage of a Runge-Kutta step takes the states along to its own point: where a state follows at once, the
-    force is then exactly the one without the effect.
-
-    Args:
-        begin: the quantities of the muscles where the states are known.
-        end: q, qdot (...) and activation (..., M) where they are wanted.
-    """
-    later = muscle_quantities(valued, *end)
-    h = h.unsqueeze(-1)
-    return {
-        e.name: _relax(_relaxation_of(valued, e), states[e.name], h, begin, later) for e in valued.model.tendon_effects
-    }
 
 
 def step(valued: Valued, state: Tensor, drive: Drive) -> Tensor:
@@ -141,11 +142,18 @@ def advance(
     if states:
         a, advanced = _advance_activation(valued, states, u, a, h.unsqueeze(-1))
         states = {**states, **advanced}
-    tendons = bool(valued.model.tendon_effects)
+    tendons = valued.model.tendon_effects
     begin = muscle_quantities(valued, q, qdot, a[0]) if tendons else {}
+    pulls = {e.name: Pull.at(_relaxation_of(valued, e), states[e.name], begin) for e in tendons}
 
     def later(elapsed: Tensor, *end: Tensor) -> Mapping[str, Tensor]:
-        return _advance_muscles(valued, states, begin, end, elapsed) if tendons else {}
+        """States of effects on the stage `muscle` some seconds later, where q, qdot and activation are as given.
+
+        Every stage of a Runge-Kutta step takes them along to its own point: where a state follows at once, the force
+        is then exactly the one without the effect.
+        """
+        there = muscle_quantities(valued, *end) if tendons else {}
+        return {name: pull.relax(elapsed.unsqueeze(-1), there) for name, pull in pulls.items()}
 
     def accelerate(stage: int, q: Tensor, qdot: Tensor) -> Tensor:
         point = STAGES[stage]

@@ -5,8 +5,8 @@ parameters; differences would cost one evaluation of the model for each paramete
 
 Where the state is angle and velocity alone, the acceleration is evaluated at all stages of all Runge-Kutta steps at
 once, and its derivatives by angle, velocity, activation and every parameter make a linear equation: the derivative of a
-Runge-Kutta step is the same step of that. Where effects have states, the step itself is evaluated, one copy for each
-number of the state, whose derivatives it gives.
+Runge-Kutta step is the same step of that. Where effects have states, the step itself is evaluated, and one pass
+backwards for each number of the state gives the derivatives of that.
 
 Shapes: ... batch, T trials, N samples, n of the steps, S pieces of a step, 4 stages of a piece, M muscles, K numbers of
 the state, P parameters.
@@ -60,7 +60,7 @@ def linearise(simulation: Simulation, state: Tensor, wrt: Mapping[str, float]) -
     drive, before = simulation.drive, state[..., :-1, :]
     steps, size, pieces = before.shape[-2], state.shape[-1], drive.pieces.shape[-1]
     with_states = bool(simulation.model.stateful)
-    evaluated = 4 * pieces * (COSTLIER * size if with_states else 1)
+    evaluated = 4 * pieces * (COSTLIER if with_states else 1)
     length = max(1, MOST_POINTS // (evaluated * max(1, before[..., 0, 0].numel())))
     linear = _by_steps if with_states else _by_stages
     parts = []
@@ -144,12 +144,12 @@ def _by_steps(
     """Where steps lead, and the derivatives by their beginning and by parameters, (..., T, n, K) and
     (..., T, n, K, K + P)."""
     model, size, pieces = simulation.model, state.shape[-1], drive.pieces.shape[-1]
-    shape = (size, *state.shape[:-1])
+    shape = state.shape[:-1]
     places = [2 * piece + point for piece in range(pieces) for point in range(3)]  # each piece with ends of its own
     with torch.enable_grad():
-        begin = state.detach().expand(*shape, size).movedim(-1, 0).contiguous().requires_grad_()
+        begin = state.detach().movedim(-1, 0).contiguous().requires_grad_()
         u, a = (_leaf(x[..., places, :], shape, muscles=2) for x in (drive.excitation, drive.activation))
-        valued, leaves = _valued_at(simulation, list(wrt), torch.Size(shape), axes=1)
+        valued, leaves = _valued_at(simulation, list(wrt), shape, axes=1)
         leaning = drive.leaning(valued)
         q, qdot, states = unpack(model, begin.movedim(0, -1))
         for piece, h in enumerate(drive.pieces.unbind(-1)):
@@ -157,16 +157,16 @@ def _by_steps(
             u_at, a_at = (tuple(x[:, i].movedim(0, -1) for i in at) for x in (u, a))
             q, qdot, states = advance(leaning[2 * piece : 2 * piece + 3], states, q, qdot, u_at, a_at, h)
         after = pack(model, q, qdot, states)
-        own = torch.stack([after[k, ..., k] for k in range(size)])
-    by_state, by_u, by_a, *by_parameter = _derivatives(own, [begin, u, a, *leaves])
-    derivatives = torch.stack([*by_state.unbind(0), *by_parameter], -1).movedim(0, -2)
+        numbers = [_derivatives(after[..., k], [begin, u, a, *leaves], kept=k + 1 < size) for k in range(size)]
+    by_state, by_u, by_a, *by_parameter = (torch.stack(slopes) for slopes in zip(*numbers, strict=True))
+    derivatives = torch.stack([*by_state.unbind(1), *by_parameter], -1).movedim(0, -2)
     changes = _changes_of_drive(simulation, wrt, steps, state.ndim - 2)
     if changes is not None:
         for slope, change in ((by_u, changes.excitation), (by_a, changes.activation)):
-            slope = slope.movedim((0, 1), (-1, -2)).unflatten(-2, (-1, 3))  # (K, ..., T, n, S, 3, M)
+            slope = slope.movedim((1, 2), (-1, -2)).unflatten(-2, (-1, 3))  # (K, ..., T, n, S, 3, M)
             added = (slope * change.unsqueeze(1)).sum((-1, -2, -3))
             derivatives[..., [size + column for column in changes.columns]] += added.movedim((0, 1), (-1, -2))
-    return after[0].detach(), derivatives
+    return after.detach(), derivatives
 
 
 def _leaf(values: Tensor, shape: Sequence[int], muscles: int) -> Tensor:
@@ -191,9 +191,13 @@ def _valued_at(
     return give_values(simulation.model, {**params, **dict(zip(names, leaves, strict=True))}, simulation.emg), leaves
 
 
-def _derivatives(of: Tensor, by: Sequence[Tensor]) -> list[Tensor]:
-    """Derivatives of what stands at each point by what stands there; 0 by what nothing depends on."""
-    found = torch.autograd.grad(of.sum(), by, allow_unused=True)
+def _derivatives(of: Tensor, by: Sequence[Tensor], *, kept: bool = False) -> list[Tensor]:
+    """Derivatives of what stands at each point by what stands there; 0 by what nothing depends on.
+
+    Args:
+        kept: whether more derivatives of the same values are to follow.
+    """
+    found = torch.autograd.grad(of.sum(), by, allow_unused=True, retain_graph=kept)
     return [torch.zeros_like(x) if slope is None else slope for x, slope in zip(by, found, strict=True)]
 
 
