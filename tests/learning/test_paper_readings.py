@@ -202,13 +202,13 @@ def test_epochs_are_shared_or_each_scale_has_them_all(teacher_forced):
 
 def test_adam_goes_on_with_its_moments_where_they_are_kept(teacher_forced, trials):
     steps = {}
-    for optimiser in ("reset", "kept"):
-        task = replace(changed(teacher_forced, optimiser=optimiser, epochs=40), scales=decompose(trials, 1), total=2)
+    for moments in ("reset", "kept"):
+        task = replace(changed(teacher_forced, moments=moments, epochs=40), scales=decompose(trials, 1), total=2)
         *_, coarse = train_scale(task, 1)
         first = next(train_scale(task, 0, coarse.checkpoint))
         values = torch.stack([*first.values.values()], -1)
-        steps[optimiser] = (values / coarse.checkpoint.values - 1).abs()
-        assert bool(coarse.checkpoint.optimiser) == (optimiser == "kept")
+        steps[moments] = (values / coarse.checkpoint.values - 1).abs()
+        assert bool(coarse.checkpoint.optimiser) == (moments == "kept")
     # The first step of a fresh Adam is its learning rate, whatever the gradient.
     assert steps["reset"].min() > 5e-4
     assert not torch.allclose(steps["kept"], steps["reset"], rtol=0.01)

@@ -158,6 +158,18 @@ def test_other_networks_train_by_rollouts_too(changes, rollout):
     assert last < 0.7 * first
 
 
+@pytest.mark.parametrize(("optimiser", "remembers"), [("adam", "squares"), ("soap", "layers")])
+def test_the_recipe_names_what_moves_the_weights(optimiser, remembers, rollout, trials, tmp_path):
+    task = changed(rollout, optimiser=optimiser, moments="kept", epochs=40)
+    task = replace(task, scales=decompose(trials, 1), total=2)
+    coarse = [*train_scale(task, 1)][-1].checkpoint
+    coarse.save(tmp_path / "coarse.pt")
+    kept = Checkpoint.load(tmp_path / "coarse.pt")
+    assert remembers in kept.optimiser
+    first, *_, last = train_scale(task, 0, kept)
+    assert last.losses.data.median() < first.losses.data.median()
+
+
 def test_teacher_forced_training_lowers_the_loss(teacher_forced):
     reports, _ = train(changed(teacher_forced, epochs=40, learning_rate=0.01))
     assert (reports[-1].losses.total < 0.5 * reports[0].losses.total).all()

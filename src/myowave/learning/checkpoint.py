@@ -48,7 +48,7 @@ class Checkpoint:
         band: about the mean of the seeds, see `band`; None but at scale [0], and where the recipe wants none.
         seen: what the training trials covered.
         real_time: how raw EMG became that of the trials, as `RealTime.plain` gives it; empty where it came processed.
-        optimiser: state of Adam, where the recipe keeps it for the next scale.
+        optimiser: its state, where the recipe keeps that for the next scale.
     """
 
     dataset: str

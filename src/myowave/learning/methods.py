@@ -39,8 +39,8 @@ class Method(Protocol):
     """How a network learns and parameters are identified at one scale.
 
     Args:
-        trained: tensors that Adam moves, the weights among them.
-        betas: of Adam.
+        trained: tensors that the optimiser moves, the weights among them.
+        betas: of the optimiser, see `optimisers.Optimiser`.
         search: for the parameters.
     """
 

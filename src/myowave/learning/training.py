@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
-from myowave.learning.adam import Adam
 from myowave.learning.band import Band
 from myowave.learning.calibration import calibrate
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.loss import Losses
 from myowave.learning.methods import METHODS, Search
 from myowave.learning.network import Network
+from myowave.learning.optimisers import OPTIMISERS
 from myowave.learning.prediction import predict_motion, run_free
 from myowave.learning.seen import Seen
 from myowave.learning.task import Stage, Task, begin_stage
@@ -92,18 +92,18 @@ def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Ite
     started = time.perf_counter()
     stage = begin_stage(task, level, before)
     method = METHODS[task.recipe.hidden_state](stage)
-    optimizer = Adam(method.trained, method.betas)
-    if task.recipe.optimiser == "kept" and before is not None:
-        optimizer.resume(before.optimiser)
+    optimiser = OPTIMISERS[task.recipe.optimiser](method.trained, method.betas)
+    if task.recipe.moments == "kept" and before is not None:
+        optimiser.resume(before.optimiser)
     validation, best = begin_validation(stage), _Best(stage.network, judged=task.recipe.validation_fraction > 0)
     val_mse, val_r2 = validate(stage.network, validation)
     epochs = task.epochs(level)
     for epoch in range(1, epochs + 1):
         rate = learning_rate(task, level, epoch)
         for _ in range(task.recipe.batches):
-            optimizer.forget_gradients()
+            optimiser.forget_gradients()
             losses = method.differentiate(val_mse)
-            optimizer.step(rate)
+            optimiser.step(rate)
         last = epoch == epochs
         if last or epoch % VALIDATE_EVERY == 0:
             val_mse, val_r2 = validate(stage.network, validation)
@@ -113,15 +113,15 @@ def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Ite
         report = EpochReport(epoch, tuple(task.seeds), losses, val_mse, values)
         if last:
             checkpoint = _checkpoint(stage, method.search, best, epoch, time.perf_counter() - started)
-            if task.recipe.optimiser == "kept":
-                checkpoint = replace(checkpoint, optimiser=optimizer.state)
+            if task.recipe.moments == "kept":
+                checkpoint = replace(checkpoint, optimiser=optimiser.state)
             yield replace(report, checkpoint=checkpoint)
             return
         yield report
 
 
 def learning_rate(task: Task, level: int, epoch: int) -> float:
-    """Adam's step in an epoch at scale [-level], from 1; the cosine runs over all scales together."""
+    """The optimiser's step in an epoch at scale [-level], from 1; the cosine runs over all scales together."""
     recipe = task.recipe
     if recipe.schedule == "constant":
         return recipe.learning_rate

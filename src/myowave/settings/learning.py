@@ -51,7 +51,12 @@ class Recipe(Section):
     history_noise: Real = setting("noise added to the history while training", "rad", 0.0, ge=0, le=1)
     rollout_s: Real = setting("time fed by the network's own predictions; 0 is teacher forcing", "s", 1.6, ge=0, le=60)
     epochs: Whole = setting("epochs of all scales together", "-", 1500, ge=1)
-    learning_rate: Real = setting("initial step of Adam", "-", 3e-3, gt=0, le=1)
+    optimiser: Literal["adam", "soap"] = setting(
+        "what moves the weights: adam, Adam; soap, Adam in the basis where a layer's gradient is least correlated",
+        "",
+        "adam",
+    )
+    learning_rate: Real = setting("initial step of the optimiser", "-", 3e-3, gt=0, le=1)
     schedule: Literal["constant", "cosine"] = setting("how the step changes over all epochs", "", "cosine")
     beta: Real = setting("weight of the physics residual in the network's loss, Eq. 16", "-", 0.0, ge=0)
     derivative: Literal["sequence", "history", "measured", "time"] = setting(
@@ -76,11 +81,13 @@ class Recipe(Section):
     parameter_pace: Real = setting(
         "size of Adam's step for parameters identified jointly, times that for the weights", "-", 1.0, gt=0, le=1000
     )
-    batches: Whole = setting("steps of Adam in an epoch, each on random pieces of the trials; 1: on all", "-", 1, ge=1)
+    batches: Whole = setting(
+        "steps of the optimiser in an epoch, each on random pieces of the trials; 1: on all", "-", 1, ge=1
+    )
     epochs_are: Literal["shared", "each"] = setting(
         "epochs: shared by the scales, or as many for each of them", "", "shared"
     )
-    optimiser: Literal["reset", "kept"] = setting("Adam's moments at a finer scale", "", "reset")
+    moments: Literal["reset", "kept"] = setting("what the optimiser remembers, at a finer scale", "", "reset")
     emg_input: Literal["recorded", "delayed"] = setting(
         "EMG that the network sees: e(t), or the excitation u(t) = e(t - d), Eq. 1", "", "recorded"
     )
@@ -155,6 +162,8 @@ class Recipe(Section):
             raise ValueError("identification: joint needs hidden_state: windowed; rollouts identify by gauss_newton")
         if self.identification == "joint" and self.beta == 0:
             raise ValueError("identification: joint needs beta above 0: without a residual in J nothing is identified")
+        if self.identification == "joint" and self.optimiser == "soap":
+            raise ValueError("identification: joint needs optimiser: adam; parameters are no layer with a basis")
         if self.hidden_state == "carried" and self.batches > 1:
             raise ValueError("batches above 1 needs hidden_state: windowed; an epoch of rollouts draws its own windows")
         if self.derivative in ("measured", "history") and self.beta == 0:

@@ -11,7 +11,7 @@ from myowave.learning.unidentified import Unidentified
 
 
 class PaperTraining:
-    """An epoch is one step of Adam on all samples; see `methods.Method`."""
+    """An epoch is one step of the optimiser on all samples; see `methods.Method`."""
 
     betas = (0.9, 0.999)
 

@@ -29,7 +29,7 @@ DATA_SEED = 20230  # of windows and made-up EMG, which all seeds share
 
 
 class RolloutTraining:
-    """An epoch is one step of Adam on windows of all training trials; see `methods.Method`."""
+    """An epoch is one step of the optimiser on windows of all training trials; see `methods.Method`."""
 
     betas = (0.9, 0.99)
 
