@@ -291,7 +291,7 @@ def test_the_index_sets_ticked_datasets_side_by_side_and_its_links_lead_somewher
 
 
 @pytest.mark.parametrize("page", ["results/index.html", VERDICT])
-@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("width", [1280, 920, 768, 390])
 def test_tables_are_whole_on_a_screen_and_on_a_phone(page, width, browser, finished):
     screen = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
     browser.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
