@@ -95,6 +95,8 @@ def test_the_shipped_configuration_is_accepted_and_survives_a_round_trip():
         ("learning.recipes.recorded.known_inputs", ["lod"], ("'lod'", "did you mean 'load'?", "tilt_rad")),
         ("learning.recipes.recorded.known_inputs", ["load"] * 2, ("load is there more than once",)),
         ("learning.recipes.paper.emg_gain", 0.1, ("emg_gain", "hidden_state: carried")),
+        ("learning.recipes.paper.optimiser", "soap", ("identification: joint", "optimiser: adam")),
+        ("learning.recipes.rollout.optimiser", "kept", ("'kept'", "adam or soap")),
         ("learning.held_out.dataset", "case7", ("learning.held_out.dataset", "no 'case7'")),
         ("learning.held_out.recipe", "recordd", ("learning.held_out.recipe", "did you mean 'recorded'?")),
         ("learning.held_out.test", [["load9"]], ("learning.held_out.test[0]", "no 'load9'")),
