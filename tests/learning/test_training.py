@@ -46,9 +46,9 @@ def test_a_seed_trains_the_same_alone_and_among_others(kind, request):
     torch.testing.assert_close(together.values[1], alone.values[0], rtol=1e-6, atol=0)
 
 
-def test_simulated_motion_counts_the_less_the_worse_physics_is_beside_the_network():
-    physics, network = torch.tensor([1e-6, 1e-4, 1e-2]), torch.full((3,), 1e-4)
-    assert weigh_physics(physics, network).tolist() == pytest.approx([1.0, 1.0, 0.01])
+def test_simulated_motion_counts_the_less_the_worse_physics_is_and_not_at_all_where_it_is_far_worse():
+    physics, network = torch.tensor([1e-6, 1e-4, 1.25e-4, 2.1e-4, 1e-2]), torch.full((5,), 1e-4)
+    assert weigh_physics(physics, network).tolist() == pytest.approx([1.0, 1.0, 0.8, 0.0, 0.0])
 
 
 @pytest.fixture

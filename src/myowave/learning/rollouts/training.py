@@ -24,6 +24,7 @@ from myowave.learning.task import Stage
 from myowave.learning.unidentified import Unidentified
 from myowave.learning.windows import Corpus
 
+LEAST_TRUST = 0.5  # of physics beside the network, in mean squares; what explains less leads the network astray
 CLIP = 1.0  # largest norm of a seed's gradient through a rollout
 DATA_SEED = 20230  # of windows and made-up EMG, which all seeds share
 
@@ -72,7 +73,8 @@ class RolloutTraining:
             known = val_mse if self._data is None else torch.where(val_mse.isnan(), self._data, val_mse)
             trust = weigh_physics(self._physics_mse, known)
             taught = self._taught(trust * self._follows(self._physics_mse))
-        losses = self._loss.backward(self._simulated, trust, taught)
+        simulated = self._simulated if trust is not None and trust.any() else None
+        losses = self._loss.backward(simulated, trust, taught)
         self._data = losses.data.to(val_mse)
         clip_gradients(self.trained)
         return losses
@@ -105,12 +107,13 @@ class RolloutTraining:
 
 def weigh_physics(physics_mse: Tensor, network_mse: Tensor) -> Tensor:
     """Weight of simulated motion beside measured, (S,) [-]: 1 as long as physics explains the trials as well as the
-    network does, then the less the worse it is.
+    network does, then the less the worse it is, and none from `LEAST_TRUST` on.
 
     Args:
         physics_mse, network_mse: how far each misses measured motion [rad^2], (S,).
     """
-    return (network_mse / physics_mse).clamp(max=1.0)
+    trust = (network_mse / physics_mse).clamp(max=1.0)
+    return torch.where(trust < LEAST_TRUST, 0.0, trust)
 
 
 @torch.no_grad()
