@@ -51,6 +51,16 @@ def test_simulated_motion_counts_the_less_the_worse_physics_is_and_not_at_all_wh
     assert weigh_physics(physics, network).tolist() == pytest.approx([1.0, 1.0, 0.8, 0.0, 0.0])
 
 
+def test_a_seed_whose_physics_counts_nothing_trains_the_same_beside_one_whose_physics_counts(rollout, monkeypatch):
+    def trained(seeds):
+        trust = torch.tensor([float(seed == 3) for seed in seeds])
+        monkeypatch.setattr(rollouts.training, "weigh_physics", lambda physics, network: trust)
+        return train(changed(replace(rollout, seeds=seeds), epochs=30))[0]
+
+    for many, one in zip(trained((3, 5)), trained((5,)), strict=True):
+        torch.testing.assert_close(many.losses.total[1:], one.losses.total, rtol=1e-3, atol=0)
+
+
 @pytest.fixture
 def hopeless(rollout):
     """A forearm so light that no motion of the model follows the trials."""

@@ -5,7 +5,8 @@ Shapes: S seeds, I inputs and O outputs of a layer.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from copy import deepcopy
+from dataclasses import dataclass
 from typing import Any
 
 import torch
@@ -28,21 +29,17 @@ class Soap:
     """
 
     def __init__(self, moved: Sequence[Tensor], betas: tuple[float, float]) -> None:
-        self._moved, self._betas, self._steps = list(moved), betas, 0
+        self._moved, self._betas = list(moved), betas
         self._layers: dict[int, _Layer] = {}  # by the number of outputs
 
     @property
     def state(self) -> dict[str, Any]:
         """What another run over tensors of the same shapes can go on with."""
-        return {"steps": self._steps, "layers": {width: layer.plain() for width, layer in self._layers.items()}}
+        return {"layers": {width: vars(layer) for width, layer in self._layers.items()}}
 
     def resume(self, state: Mapping[str, Any]) -> None:
         """Go on with the `state` of another."""
-        self._steps = state["steps"]
-        self._layers = {
-            width: _Layer(**{name: tensor.clone() for name, tensor in layer.items()})
-            for width, layer in state["layers"].items()
-        }
+        self._layers = {width: _Layer(**deepcopy(layer)) for width, layer in state["layers"].items()}
 
     def forget_gradients(self) -> None:
         """Begin a step: gradients add up from here."""
@@ -52,7 +49,6 @@ class Soap:
     @torch.no_grad()
     def step(self, rate: float) -> None:
         """Move against the gradients, each coordinate of the basis by about `rate`."""
-        self._steps += 1
         layers: dict[int, list[Tensor]] = {}
         for tensor in self._moved:
             if tensor.grad is not None:
@@ -60,7 +56,7 @@ class Soap:
         for width, tensors in layers.items():
             gradient = torch.cat([tensor.grad for tensor in tensors if tensor.grad is not None], 1)
             layer = self._layers.setdefault(width, _Layer.like(gradient))
-            move = layer.towards(gradient, self._betas, self._steps)
+            move = layer.towards(gradient, self._betas)
             for tensor, part in zip(tensors, move.split([t.shape[1] for t in tensors], 1), strict=True):
                 tensor.sub_(rate * part)
 
@@ -74,6 +70,7 @@ class _Layer:
         of_inputs, of_outputs: their eigenvectors.
         mean: of the gradient, (S, I, O).
         square: mean square of the gradient in the basis of both, (S, I, O).
+        steps: that it has taken.
     """
 
     over_inputs: Tensor
@@ -82,6 +79,7 @@ class _Layer:
     of_outputs: Tensor
     mean: Tensor
     square: Tensor
+    steps: int = 0
 
     @classmethod
     def like(cls, gradient: Tensor) -> "_Layer":
@@ -89,19 +87,19 @@ class _Layer:
         zero = torch.zeros_like(gradient)
         return cls(over_inputs, over_outputs, over_inputs, over_outputs, zero, zero.clone())
 
-    def plain(self) -> dict[str, Tensor]:
-        """Its tensors by name."""
-        return {f.name: getattr(self, f.name) for f in fields(self)}
-
-    def towards(self, gradient: Tensor, betas: tuple[float, float], steps: int) -> Tensor:
+    def towards(self, gradient: Tensor, betas: tuple[float, float]) -> Tensor:
         """Take a gradient (S, I, O) into account; where to move against, each coordinate of the basis by about 1."""
+        self.steps += 1
         for covariance, product in zip((self.over_inputs, self.over_outputs), _products(gradient), strict=True):
             covariance.lerp_(product, 1 - MEMORY)
-        if steps % EVERY == 1:
+        if self.steps % EVERY == 1:
             self.of_inputs, self.of_outputs = _eigenvectors(self.over_inputs), _eigenvectors(self.over_outputs)
         self.mean.lerp_(gradient, 1 - betas[0])
         self.square.lerp_(self._turned(gradient).square(), 1 - betas[1])
-        mean, square = self._turned(self.mean) / (1 - betas[0] ** steps), self.square / (1 - betas[1] ** steps)
+        mean, square = (
+            self._turned(self.mean) / (1 - betas[0] ** self.steps),
+            self.square / (1 - betas[1] ** self.steps),
+        )
         size = square.sqrt()
         floor = (EPSILON * size.amax((-2, -1), keepdim=True)).clamp(min=torch.finfo(size.dtype).tiny)
         return self.of_inputs @ (mean / (size + floor)) @ self.of_outputs.mT

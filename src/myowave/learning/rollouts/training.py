@@ -73,8 +73,7 @@ class RolloutTraining:
             known = val_mse if self._data is None else torch.where(val_mse.isnan(), self._data, val_mse)
             trust = weigh_physics(self._physics_mse, known)
             taught = self._taught(trust * self._follows(self._physics_mse))
-        simulated = self._simulated if trust is not None and trust.any() else None
-        losses = self._loss.backward(simulated, trust, taught)
+        losses = self._loss.backward(self._simulated, trust, taught)
         self._data = losses.data.to(val_mse)
         clip_gradients(self.trained)
         return losses
