@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.signal import butter, filtfilt
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import butter, filtfilt, savgol_filter
 
-from myowave.diagnosis.misfit import filtered
-from myowave.diagnosis.misfit.filtered import has_passed_a_filter, noise_above
+from myowave.diagnosis.misfit.filtered import EVIDENCE, evidence_of_a_filter, has_passed_a_filter, noise_left
 from myowave.diagnosis.misfit.size import size_of, size_of_misfit
-from myowave.diagnosis.search.conclude import search
-from myowave.identification.disturbance import estimate_disturbance
+from myowave.diagnosis.search.conclude import search, within_band
+from myowave.diagnosis.search.verdict import judge
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
 from myowave.identification.whitening import Band
@@ -40,36 +40,32 @@ def make_strange_fit(make_trials, base, free):
     return make
 
 
-def judged(fit):
-    size, disturbance = size_of_misfit(fit), estimate_disturbance(fit)
-    return has_passed_a_filter(fit, size, disturbance), *noise_above(fit, size, disturbance)
-
-
-@pytest.mark.parametrize("cutoff_hz", [4.0, 6.0])
-def test_a_filter_is_seen_though_a_force_would_explain_so_smooth_a_residual(make_strange_fit, cutoff_hz):
-    fit = make_strange_fit(lambda trials: low_passed(trials, cutoff_hz), DAMPING)
-    passed, noise, gain = judged(fit)
-    assert passed and gain > 20
-    assert np.degrees(noise) == pytest.approx(NOISE_DEG, rel=0.25)
+def evidence(fit):
+    return evidence_of_a_filter(fit, size_of_misfit(fit))
 
 
 @pytest.mark.parametrize("emg", [0.0, 0.03])
-def test_neither_a_missing_effect_nor_noise_of_the_emg_is_taken_for_a_filter(make_strange_fit, emg):
-    passed, _, gain = judged(make_strange_fit(lambda trials: emg_made_noisy(trials, emg), DAMPING))
-    assert not passed and gain < 10
+@pytest.mark.parametrize("hidden", [None, DAMPING, {"gravity_tilt": {"phi": 0.4}}])
+@pytest.mark.parametrize("cutoff_hz", [4.0, 8.0])
+def test_a_filter_is_seen_though_a_force_would_explain_so_smooth_a_residual(make_strange_fit, cutoff_hz, hidden, emg):
+    fit = make_strange_fit(lambda trials: low_passed(emg_made_noisy(trials, emg), cutoff_hz), hidden)
+    assert evidence(fit) > 1.5 * EVIDENCE and has_passed_a_filter(fit, size_of_misfit(fit))
 
 
-def test_what_a_missing_effect_leaves_of_an_angle_without_noise_is_no_noise(make_strange_fit):
-    _, _, gain = judged(make_strange_fit(lambda trials: trials, DAMPING, noise_deg=0.0))
-    assert gain < 10
+@pytest.mark.parametrize(
+    "smooth", [lambda x: savgol_filter(x, 9, 2, axis=-1), lambda x: uniform_filter1d(x, 5, axis=-1)]
+)
+def test_nor_need_it_be_the_filter_that_is_assumed(make_strange_fit, smooth):
+    fit = make_strange_fit(lambda trials: replace(trials, angle=smooth(trials.angle)), DAMPING)
+    assert evidence(fit) > 1.5 * EVIDENCE
 
 
-@pytest.mark.parametrize(("times", "gain", "expected"), [(3.0, 50.0, True), (1.5, 50.0, False), (3.0, 5.0, False)])
-def test_a_filter_takes_much_from_the_noise_and_is_evident(make_strange_fit, monkeypatch, times, gain, expected):
-    fit = make_strange_fit(lambda trials: trials, DAMPING)
-    disturbance = estimate_disturbance(fit)
-    monkeypatch.setattr(filtered, "noise_above", lambda *args: (times * disturbance.angle, gain))
-    assert has_passed_a_filter(fit, size_of_misfit(fit), disturbance) == expected
+@pytest.mark.parametrize("noise_deg", [0.0, NOISE_DEG])
+@pytest.mark.parametrize("emg", [0.0, 0.03])
+@pytest.mark.parametrize("hidden", [DAMPING, {"gravity_tilt": {"phi": 0.4}}])
+def test_neither_a_missing_effect_nor_noise_of_the_emg_is_taken_for_a_filter(make_strange_fit, hidden, emg, noise_deg):
+    fit = make_strange_fit(lambda trials: emg_made_noisy(trials, emg), hidden, noise_deg)
+    assert evidence(fit) < EVIDENCE / 2 and not has_passed_a_filter(fit, size_of_misfit(fit))
 
 
 @pytest.mark.parametrize("cutoff_hz", [4.0, 5.0, None])
@@ -81,7 +77,7 @@ def test_what_a_filter_takes_from_the_noise_beside_the_motion_is_added_again(mak
         if cutoff_hz is not None:
             noise = filtfilt(*butter(2, cutoff_hz, fs=1 / record.dt), noise, axis=-1)
         plain.append(size_of(noise, record.angle, record).noise)
-        found.append(size_of(noise, record.angle, replace(record, filter=Band(0.1))).noise)
+        found.append(size_of(noise, record.angle, replace(record, filter=Band.of(record.valid, 0.1))).noise)
     assert np.degrees(np.median(found)) == pytest.approx(NOISE_DEG, rel=0.1)
     assert (np.array(found) >= np.array(plain) * (1 - 1e-6)).all()
 
@@ -91,3 +87,29 @@ def test_damping_is_found_behind_a_filter_and_nothing_else_is_said(make_strange_
     found = search(fit, [effects["joint_damping"], effects["gravity_tilt"]])
     assert found.selection.effects == ("joint_damping",) and found.settled and found.disturbance is None
     assert isinstance(found.selection.fit.record.filter, Band)
+
+
+@pytest.mark.parametrize("hidden", [{}, {"joint_damping": {"c": 2.0}}])
+def test_noise_of_the_emg_is_named_behind_a_filter_alone_and_beside_an_effect(make_strange_fit, effects, hidden):
+    fit = make_strange_fit(lambda trials: low_passed(emg_made_noisy(trials, 0.03), 6.0), hidden)
+    found = search(fit, [effects["joint_damping"], effects["gravity_tilt"]])
+    verdict = judge(found)
+    assert verdict.causes == (*hidden, "emg_noise") and not verdict.structure_left
+    assert verdict.emg_noise == pytest.approx(0.03, rel=0.35)
+    assert isinstance(found.selection.fit.record.filter, Band)
+
+
+def test_an_angle_without_any_noise_is_not_explained_by_a_force(make_strange_fit, effects):
+    """Of no noise nothing is left above the motion's band to weigh a force by."""
+    found = search(make_strange_fit(lambda trials: trials, DAMPING, noise_deg=0.0), [effects["gravity_tilt"]])
+    assert found.disturbance is None and judge(found).kind == "unknown"
+
+
+@pytest.mark.parametrize("cutoff_hz", [4.0, 8.0])
+def test_the_noise_that_is_told_is_what_the_filter_has_left(make_trials, make_strange_fit, cutoff_hz):
+    without = low_passed(make_trials(noise_deg=0.0), cutoff_hz)
+    fit = make_strange_fit(lambda trials: low_passed(trials, cutoff_hz))
+    with_it = low_passed(make_trials(noise_deg=NOISE_DEG), cutoff_hz)
+    left = np.degrees((with_it.angle - without.angle)[:3].std())
+    slow = within_band(fit, size_of_misfit(fit))
+    assert np.degrees(noise_left(slow, np.radians(NOISE_DEG))) == pytest.approx(left, rel=0.25)

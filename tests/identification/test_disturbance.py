@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from scipy.signal import butter, filtfilt, savgol_filter
 
 from myowave.data.simulate import simulate_trials
 from myowave.identification.disturbance import estimate_disturbance, excitation_forcing
 from myowave.identification.output_error import Fit, fit_model, refit
 from myowave.identification.record import make_record
+from myowave.identification.whitening import Band
 from myowave.physics.motion import simulate
 from myowave.settings import SimulatedDataset
 
@@ -28,11 +30,13 @@ def driven(base):
 def fit(driven, base, free):
     """The base model fitted to trials whose recorded EMG has noise that did not drive the arm, (size, seed)."""
 
-    def make(emg_noise: float, seed: int = 0) -> Fit:
+    def make(emg_noise: float, seed: int = 0, cutoff_hz: float | None = None) -> Fit:
         random = np.random.default_rng(seed)
         simulation = make_record(driven, base).simulation(base, {})
         q = simulate(simulation, torch.full((4,), np.pi / 6, dtype=torch.float64)).angle.numpy()
         angle = q + np.radians(NOISE_DEG) * random.standard_normal(q.shape)
+        if cutoff_hz is not None:
+            angle = filtfilt(*butter(2, cutoff_hz, fs=1 / driven.dt), angle, axis=-1)
         recorded = driven.emg + emg_noise * random.standard_normal(driven.emg.shape)
         record = make_record(replace(driven, angle=angle, emg=recorded), base)
         return fit_model(base, record.train, free)
@@ -53,6 +57,37 @@ def test_none_is_found_where_the_emg_is_what_drove_the_arm(fit, seed):
     found = estimate_disturbance(fit(0.0, seed))
     assert found.emg < 0.003 and found.gain < 0
     assert np.degrees(found.angle) == pytest.approx(NOISE_DEG, rel=0.1)
+
+
+def within(fit: Fit, edge_hz: float = 1.5) -> Fit:
+    """The same fit by what is slow."""
+    record = replace(fit.record, filter=Band.of(fit.record.valid, edge_hz * fit.record.dt))
+    return refit(replace(fit, record=record), fit.model, fit.free)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("cutoff_hz", [4.0, 8.0])
+def test_noise_of_the_emg_is_found_behind_a_filter(fit, seed, cutoff_hz):
+    found = estimate_disturbance(within(fit(0.02, seed, cutoff_hz)))
+    assert found.emg == pytest.approx(0.02, rel=0.35)
+    assert np.degrees(found.angle) == pytest.approx(NOISE_DEG, rel=0.35)
+    assert found.gain > 5 and isinstance(found.whitener, Band)
+
+
+@pytest.mark.parametrize("window", [5, 9])
+def test_nor_need_the_filter_be_the_one_that_is_assumed(fit, window):
+    made = fit(0.02, 3)
+    smooth = savgol_filter(made.record.angle, window, 2, axis=-1)
+    found = estimate_disturbance(within(replace(made, record=replace(made.record, angle=smooth))))
+    assert found.emg == pytest.approx(0.02, rel=0.35)
+    assert np.degrees(found.angle) == pytest.approx(NOISE_DEG, rel=0.35)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_none_is_found_behind_a_filter_where_the_emg_is_what_drove_the_arm(fit, seed):
+    found = estimate_disturbance(within(fit(0.0, seed, 4.0)))
+    assert found.gain < 0
+    assert np.degrees(found.angle) == pytest.approx(NOISE_DEG, rel=0.2)
 
 
 def test_a_fit_beside_a_force_that_is_not_there_needs_none(fit):

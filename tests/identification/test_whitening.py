@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
+from scipy.signal import butter, sosfiltfilt
 from scipy.stats import multivariate_normal
 
-from myowave.identification.whitening import START_DEG, START_DEG_S, Band, Whitener
+from myowave.identification.whitening import START_DEG, START_DEG_S, Band, Whitener, let_through
 
 NOISE = 0.01
 TRIALS, SAMPLES, STATES = 3, 12, 3
@@ -67,13 +68,49 @@ def test_the_filter_of_some_trials_is_that_of_these(whitener):
     np.testing.assert_allclose(some, whitener.innovations(columns)[[2, 0], :8])
 
 
-def test_a_band_keeps_what_is_slow_and_nothing_else():
-    n = np.arange(240)[:, None]
-    slow, fast = 2.0 + np.sin(2 * np.pi * 0.05 * n), np.cos(2 * np.pi * 0.15 * n)
-    band = Band(0.1)
-    np.testing.assert_allclose(band.innovations(slow + fast), slow, atol=1e-10)
-    np.testing.assert_allclose(band.take([0], 5).innovations(fast), 0, atol=1e-10)
-    noise = np.random.default_rng(4).standard_normal((3, 240, 2))
+@pytest.fixture(scope="module")
+def band():
+    """Up to a tenth of the sampling rate, in a trial and a shorter one."""
+    return Band.of(LENGTHS[:, None] > np.arange(240), 0.1)
+
+
+LENGTHS = np.array([240, 150])
+
+
+def test_a_band_keeps_what_is_slow_and_nothing_else_of_each_trial(band):
+    n = np.arange(240)
+    waves = [np.cos(2 * np.pi * frequency * (n + 0.5)) for frequency in (0.05, 0.15)]
+    slow, fast = (np.where(LENGTHS[:, None] > n, wave, 0.0)[..., None] for wave in waves)
+    np.testing.assert_allclose(band.innovations(2.0 * slow + fast), 2.0 * slow, atol=1e-10)
+    np.testing.assert_allclose(
+        band.take([1], 150).innovations(fast[1:, :150] - slow[1:, :150]), -slow[1:, :150], atol=1e-10
+    )
+    noise = np.random.default_rng(4).standard_normal((2, 240, 30)) * (LENGTHS[:, None] > n)[..., None]
     once = band.innovations(noise)
     np.testing.assert_allclose(band.innovations(once), once, atol=1e-12)
-    assert (once**2).mean() == pytest.approx(0.2, rel=0.3), "a fifth of the frequencies"
+    assert (once**2).sum() / (noise**2).sum() == pytest.approx(0.2, rel=0.05), "a fifth of the frequencies"
+
+
+@pytest.fixture(scope="module")
+def force(band):
+    """Covariance of the amplitudes of what some random pushes do."""
+    pushes = 0.1 * np.random.default_rng(5).standard_normal((2, 240, 4))
+    pushed = band.amplitudes(pushes)
+    return pushed @ np.swapaxes(pushed, -1, -2)
+
+
+def test_a_band_beside_a_force_makes_white_what_both_do(band, force):
+    whitener = band.beside(force, NOISE)
+    for trial, waves in enumerate(band.waves):
+        covariance = waves @ (force[trial] + NOISE**2 * np.eye(waves.shape[1])) @ waves.T
+        root = np.linalg.cholesky(covariance + 1e-15 * np.eye(240))
+        new = whitener.take([trial], 240).innovations(root[None])[0]
+        np.testing.assert_allclose(new @ new.T, NOISE**2 * waves @ waves.T, atol=1e-3 * NOISE**2)
+
+
+def test_a_filter_lets_through_what_a_butterworth_filter_forwards_and_backwards_does():
+    samples, corner = 4000, 0.01
+    for frequency in (0.005, 0.01, 0.02):
+        wave = np.cos(2 * np.pi * frequency * np.arange(samples))
+        passed = sosfiltfilt(butter(2, 2 * corner, output="sos"), wave)[1000:3000]
+        assert let_through(np.array([frequency]), corner)[0] == pytest.approx(passed.std() / wave.std(), abs=0.002)

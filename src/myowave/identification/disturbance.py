@@ -4,9 +4,10 @@ Such noise drives the arm where no model can, so the difference between the meas
 arm's answer to a force that nobody recorded. Along the fitted motion that answer is linear. A Kalman filter tells how
 likely a residual is for noise of the angle and noise of the EMG of any size, and turns residual and derivatives into
 innovations, which are white again: a fit to these is the prediction-error method (Ljung, System Identification, 2nd
-ed., Secs. 7.2, 10.6), and weighs every sample by what is not noise in it.
+ed., Secs. 7.2, 10.6), and weighs every sample by what is not noise in it. Where an angle has
+passed a filter only its slow waves count: their amplitudes are made white by their covariance.
 
-Shapes: T trials, N samples, K numbers of the state, M muscles, C columns.
+Shapes: T trials, N samples, K numbers of the state, M muscles, C columns, W waves.
 """
 
 from dataclasses import dataclass, replace
@@ -17,7 +18,8 @@ from scipy.optimize import minimize
 
 from myowave.identification.least_squares import scaled_slope, without_starts
 from myowave.identification.output_error import Fit
-from myowave.identification.whitening import Whitener
+from myowave.identification.spectrum import ABOVE, Spectra, covariance
+from myowave.identification.whitening import Band, Filter, Whitener
 from myowave.physics.effect import Effect
 from myowave.physics.effects.emg_offset import EFFECT as EMG_OFFSET
 from myowave.physics.trajectory import forcing_of
@@ -26,6 +28,7 @@ Array = NDArray[np.float64]
 
 USUAL = 0.05  # noise of an EMG between 0 and 1 [-]
 REACH = 1e-4  # step of the differences
+REACH_OF_NOISE = 6.0  # times the edge of the motion: so far the noise of a filtered angle is estimated
 EFFORT = {"xatol": 0.02, "fatol": 0.1, "maxiter": 80}
 
 
@@ -45,7 +48,7 @@ class Disturbance:
     emg: float
     angle: float
     gain: float
-    whitener: Whitener
+    whitener: Filter
     response: float = 0.0
 
     @property
@@ -55,12 +58,23 @@ class Disturbance:
 
 
 def estimate_disturbance(fit: Fit) -> Disturbance:
-    """Noise of the EMG that a fit's residual calls for."""
+    """Noise of the EMG that a fit's residual calls for; of a fit to the band of the motion, in that band."""
     # ASSUME: noise is white from sample to sample, as strong in all channels, and small enough for a linear answer.
-    forcing = excitation_forcing(fit)
-    jacobian, residual = fit.linear.jacobian.numpy(), fit.residual
+    forcing, jacobian = excitation_forcing(fit), fit.linear.jacobian.numpy()
+    estimate = _of_filtered if isinstance(fit.record.filter, Band) else _of_unfiltered
+    angle, emg, gain, whitener = estimate(fit, jacobian, forcing)
+    response = wandering(jacobian, forcing @ np.swapaxes(forcing, -1, -2), fit.record.valid)
+    return Disturbance(emg, angle, gain, whitener, response)
+
+
+def _of_unfiltered(fit: Fit, jacobian: Array, forcing: Array) -> tuple[float, float, float, Filter]:
+    """Noise of the angle and of the EMG, the gain and the filter of `Disturbance`, of an angle as the sensor gave it.
+
+    Args:
+        jacobian, forcing: of the steps of the fit's motion, (T, N - 1, K, K) and (T, N - 1, K, M).
+    """
     added = forcing @ np.swapaxes(forcing, -1, -2)
-    samples, valid = fit.record.samples, fit.record.valid
+    residual, samples, valid = fit.residual, fit.record.samples, fit.record.valid
 
     def whitener(logs: Array) -> Whitener:
         angle, emg = np.exp(logs)
@@ -76,8 +90,23 @@ def estimate_disturbance(fit: Fit) -> Disturbance:
     settled = without_starts(by_start, residual[..., None])
     without = samples * (np.log((settled**2).sum() / samples) + 1)
     gain = without - float(found.fun) - np.log(samples)
-    response = wandering(jacobian, added, valid)
-    return Disturbance(float(emg), float(angle), float(gain), whitener(found.x), response)
+    return float(angle), float(emg), float(gain), whitener(found.x)
+
+
+def _of_filtered(fit: Fit, jacobian: Array, forcing: Array) -> tuple[float, float, float, Filter]:
+    """The same of an angle that has passed a low-pass filter: what is above the band tells how strong its noise was,
+    and the filter has taken some of that.
+
+    Args:
+        jacobian, forcing: as above; the fit's own filter is the band.
+    """
+    band = fit.record.filter
+    assert isinstance(band, Band)
+    spectra = Spectra.of(fit, forcing, band.edge / ABOVE[0], REACH_OF_NOISE)
+    without, found = (spectra.most_likely(forced=forced, filtered=True) for forced in (False, True))
+    gain = without.unlikely - found.unlikely - np.log(spectra.residual.size)
+    force = found.emg**2 * covariance(jacobian, forcing, band.waves)
+    return found.noise, found.emg, gain, replace(band, weight=None).beside(force, found.noise)
 
 
 def wandering(jacobian: Array, added: Array, valid: NDArray[np.bool_]) -> float:

@@ -176,6 +176,11 @@ class Record:
         )
 
     @property
+    def values(self) -> int:
+        """Number of values that count: samples, or the waves of a band."""
+        return self.samples if self.filter is None or self.filter.number is None else self.filter.number
+
+    @property
     def lengths(self) -> NDArray[np.int64]:
         """Measured samples of each trial, (T,)."""
         return self.valid.sum(1)

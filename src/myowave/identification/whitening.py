@@ -1,6 +1,6 @@
 """Filters of residuals and derivatives: a random force's colour taken out, or only the band of the motion left.
 
-Shapes: ... batch, T trials, N samples, K numbers of the state, C columns.
+Shapes: ... batch, T trials, N samples, K numbers of the state, C columns, W waves.
 """
 
 from collections.abc import Sequence
@@ -21,6 +21,10 @@ class Filter(Protocol):
     def innovations(self, columns: Array) -> Array:
         """What counts of columns (..., T, N, C) in the units of the angle."""
 
+    @property
+    def number(self) -> int | None:
+        """How many values it leaves; None: as many as there are."""
+
     def take(self, index: Sequence[int] | NDArray[np.intp], longest: int) -> "Filter":
         """That of some of the trials."""
 
@@ -31,20 +35,66 @@ class Band:
 
     Args:
         edge: up to here [1/sample].
+        waves: half periods of a cosine in each trial, orthonormal, 0 where padded, (T, N, W).
+        frequency: of each [1/sample], (T, W).
+        weight: of their amplitudes, which makes white what noise and a random force make of them, (T, W, W); None where
+            there is noise alone.
     """
 
     edge: float
+    waves: Array
+    frequency: Array
+    weight: Array | None = None
+
+    @classmethod
+    def of(cls, valid: NDArray[np.bool_], edge: float) -> "Band":
+        """The band up to an edge [1/sample] in trials (T, N)."""
+        lengths = valid.sum(1)
+        samples = np.arange(valid.shape[1])[:, None]
+        number = np.arange(int(2 * edge * lengths.max()) + 1)
+        frequency = number / (2 * lengths[:, None])
+        waves = np.cos(2 * np.pi * frequency[:, None] * (samples + 0.5)) * valid[..., None]
+        waves = waves * (frequency <= edge)[:, None]
+        return cls(edge, waves / np.sqrt((waves**2).sum(1, keepdims=True)).clip(1e-12), frequency)
+
+    def amplitudes(self, columns: Array) -> Array:
+        """Of the waves in columns (..., T, N, C), (..., T, W, C)."""
+        return np.swapaxes(self.waves, -1, -2) @ columns
 
     def innovations(self, columns: Array) -> Array:
         """The part of columns (..., T, N, C) in the band."""
-        samples = columns.shape[-2]
-        spectrum = np.fft.rfft(columns, axis=-2)
-        spectrum[..., np.fft.rfftfreq(samples) > self.edge, :] = 0.0
-        return np.fft.irfft(spectrum, samples, axis=-2)
+        found = self.amplitudes(columns)
+        return self.waves @ (found if self.weight is None else self.weight @ found)
+
+    @property
+    def number(self) -> int:
+        """Of waves."""
+        return int((self.waves != 0).any(1).sum())
+
+    def beside(self, force: Array, noise: float) -> "Band":
+        """The band with a force in it.
+
+        Args:
+            force: covariance of what the force makes of the amplitudes [rad^2], (T, W, W).
+            noise: standard deviation of the angle's noise [rad]: innovations are scaled to it.
+        """
+        values, vectors = np.linalg.eigh(force)
+        share = noise / np.sqrt(values.clip(0.0) + noise**2)
+        return replace(self, weight=(vectors * share[:, None]) @ np.swapaxes(vectors, -1, -2))
 
     def take(self, index: Sequence[int] | NDArray[np.intp], longest: int) -> "Band":
-        """The same: it knows no trials."""
-        return self
+        """That of some of the trials."""
+        chosen = list(index)
+        weight = None if self.weight is None else self.weight[chosen]
+        waves, frequency = self.waves[chosen, :longest], self.frequency[chosen]
+        return replace(self, waves=waves, frequency=frequency, weight=weight)
+
+
+def let_through(frequency: Array, corner: float) -> Array:
+    """Share of a wave's amplitude that a filter lets through."""
+    # ASSUME: a Butterworth filter of second order forwards and backwards, as motion capture's (Winter 2009), which lets
+    # the motion through.
+    return np.asarray(1 / (1 + (frequency / corner) ** 4))
 
 
 @dataclass(frozen=True)
@@ -97,6 +147,10 @@ class Whitener:
             if n < self.jacobian.shape[1]:
                 state = self.jacobian[:, n] @ state
         return found
+
+    @property
+    def number(self) -> None:
+        """As many as there are."""
 
     def unlikely(self, residual: Array, valid: NDArray[np.bool_]) -> float:
         """Minus twice the logarithm of the likelihood of a residual (T, N), but for a constant."""

@@ -17,14 +17,13 @@ from scipy.stats import f as f_distribution
 
 from myowave.identification.output_error import Fit
 from myowave.identification.record import SMALLEST_NOISE_DEG, Record
-from myowave.identification.whitening import Band
+from myowave.identification.spectrum import ABOVE, CORNERS
+from myowave.identification.whitening import Band, let_through
 
 Array = NDArray[np.float64]
 
 MOTION = 0.99  # share of the motion's power that lies in its band
-ABOVE = (1.5, 3.0)  # the band beside it, in units of its edge
 SIGNIFICANCE = 1e-3
-CORNER = (2.0, 20.0)  # of a filter that the angle has passed, in units of that edge
 LEAST_RATIO = 1.25  # of powers: what is less is said to be nothing, however many samples there are
 
 
@@ -64,17 +63,18 @@ class Size:
         return self.ratio > max(self.critical, LEAST_RATIO)
 
 
-def size_of_misfit(fit: Fit, residual: Array | None = None) -> Size:
-    """Compare the residual of a fit, or what a filter has made of it (T, N), with the noise of the angle."""
-    return size_of(fit.residual if residual is None else residual, fit.angle, fit.record, fit.normal.fitted)
+def size_of_misfit(fit: Fit) -> Size:
+    """Compare the residual of a fit with the noise of the angle."""
+    return size_of(fit.residual, fit.angle, fit.record, fit.normal.fitted)
 
 
-def size_of(residual: Array, motion: Array, record: Record, fitted: float = 0.0) -> Size:
-    """Compare a residual with the noise of the angle.
+def size_of(residual: Array, motion: Array, record: Record, fitted: float = 0.0, known: float | None = None) -> Size:
+    """Compare a residual, or what a filter has made of it, with the noise of the angle.
 
     Args:
         residual, motion: of every sample (T, N) [rad].
         fitted: number of independent values that were fitted to the residual.
+        known: the noise [rad], where the residual holds nothing above that band.
     """
     edge = _edge([*record.joined(motion).values()], record.dt)
     frequency, power = spectrum(residual, record)
@@ -86,7 +86,9 @@ def size_of(residual: Array, motion: Array, record: Record, fitted: float = 0.0)
     floor = np.radians(SMALLEST_NOISE_DEG) ** 2
     free = max(2.0, 2.0 * len(within) - fitted)
     density = within.sum() * 2 / free + floor
-    noise = (beside.mean() if len(beside) else 0.0) + floor
+    if known is None:
+        known = float(np.sqrt(beside.mean())) if len(beside) else 0.0
+    noise = known**2 + floor
     critical = float(f_distribution.isf(SIGNIFICANCE, free, max(2.0, 2.0 * len(beside))))
     share = 2 * edge * record.dt  # of all frequencies
     missing = float(np.sqrt(max(density - noise, 0.0) * share))
@@ -109,16 +111,11 @@ def _passed(place: Array, density: Array) -> Array:
         density: of the noise there [rad^2].
     """
 
-    # ASSUME: a Butterworth filter of second order forwards and backwards, as motion capture's (Winter 2009), which lets
-    # the motion through.
-    def response(corner: float) -> Array:
-        return 1 / (1 + (place / corner) ** 4) ** 2
-
     def unlikely(log_corner: float) -> float:  # Whittle's likelihood, with the noise that is then most likely
-        through = response(np.exp(log_corner))
+        through = let_through(place, np.exp(log_corner)) ** 2
         return float(np.log(through).sum() + len(density) * np.log((density / through).mean()))
 
-    return response(np.exp(minimize_scalar(unlikely, bounds=np.log(CORNER), method="bounded").x))
+    return let_through(place, np.exp(minimize_scalar(unlikely, bounds=np.log(CORNERS), method="bounded").x)) ** 2
 
 
 def _edge(motions: list[Array], dt: float) -> float:

@@ -6,16 +6,16 @@ force, of the size that the residual calls for: one that is named then has evide
 Where no force is needed beside the effects found, they are weighed again without.
 """
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 import torch
 
-from myowave.diagnosis.misfit.filtered import WHITE, has_passed_a_filter
+from myowave.diagnosis.misfit.filtered import WHITE, has_passed_a_filter, lacks_noise
 from myowave.diagnosis.misfit.own_curves import freed
 from myowave.diagnosis.misfit.repeated import Repeated, repeated_misfit
-from myowave.diagnosis.misfit.size import ABOVE, Size, size_of, size_of_misfit
+from myowave.diagnosis.misfit.size import Size, size_of, size_of_misfit
 from myowave.diagnosis.search.rank import EVIDENCE, Candidate, delta_bic, rank_effects
 from myowave.diagnosis.search.score import FAILURES
 from myowave.diagnosis.search.selection import Selection, select_effects, without_effect, without_some
@@ -24,6 +24,7 @@ from myowave.identification.disturbance import Disturbance, estimate_disturbance
 from myowave.identification.output_error import Fit, fit_from, refit
 from myowave.identification.quiet import expected_excitation
 from myowave.identification.record import SMALLEST_NOISE_DEG
+from myowave.identification.spectrum import ABOVE
 from myowave.identification.stages import attempt_fit
 from myowave.identification.uncertainty import correlation_time
 from myowave.identification.whitening import Band
@@ -112,13 +113,35 @@ def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str]) -> Fi
     disturbance, size = None, size_of_misfit(fit)
     if fit.record.pieces is not None:
         return weighed(select(fit))
-    coloured = fit.record.noise < WHITE * size.noise
     if size.significant:
         disturbance = estimate_disturbance(fit)
-    if coloured and (disturbance is None or has_passed_a_filter(fit, size, disturbance)):
-        fit, disturbance = within_band(fit, size), None
+    if fit.record.noise < WHITE * size.noise:
+        passed = has_passed_a_filter(fit, size)
+        if passed or disturbance is None or lacks_noise(fit, disturbance):
+            return _within_band(within_band(fit, size), select, forced=passed)
     if disturbance is None or disturbance.gain < EVIDENCE:
         return weighed(select(fit))
+    return _beside(fit, disturbance, select)
+
+
+def _within_band(fit: Fit, select: Callable[..., Selection], *, forced: bool) -> Findings:
+    """What is found by what is slow; beside a random force where nothing else explains it.
+
+    Args:
+        forced: whether a force may. Of an angle without any noise it would explain all.
+    """
+    found = weighed(select(fit))
+    if found.settled or found.of_curves or not forced:
+        return found
+    disturbance = estimate_disturbance(fit)
+    if disturbance.gain < EVIDENCE:
+        return found
+    beside = _beside(fit, disturbance, select)
+    return beside if beside.settled or beside.carries else found
+
+
+def _beside(fit: Fit, disturbance: Disturbance, select: Callable[..., Selection]) -> Findings:
+    """What is found beside a random force, or without where none is needed beside the effects found."""
     selection = select(beside_force(fit, disturbance))
     if selection.effects:
         found = replace(selection.fit, record=fit.record)
@@ -181,7 +204,9 @@ def better_from_expected(fit: Fit) -> Fit:
 def within_band(fit: Fit, size: Size) -> Fit:
     """The fit of the same model to what is slow: the angle has passed a filter, which lets the motion through and
     changes what is above."""
-    record = replace(fit.record, filter=Band(ABOVE[0] * size.edge_hz * fit.record.dt), noise=size.noise)
+    record = replace(
+        fit.record, filter=Band.of(fit.record.valid, ABOVE[0] * size.edge_hz * fit.record.dt), noise=size.noise
+    )
     return refit(replace(fit, record=record), fit.model, fit.free)
 
 
@@ -195,19 +220,25 @@ def beside_force(fit: Fit, disturbance: Disturbance) -> Fit:
 def weighed(selection: Selection, disturbance: Disturbance | None = None) -> Findings:
     """What a selection leaves, beside a random force or without one."""
     fit, size = selection.fit, size_of_misfit(selection.fit)
-    repeated = repeated_misfit(fit, size)
+    beside = None if disturbance is None else _size_beside(fit, disturbance)
+    repeated = repeated_misfit(fit, beside or size)
     # Beside an effect whatever is left counts against it; a model without any may leave next to nothing.
     noise = min(size.noise, max(fit.rmse(), np.radians(SMALLEST_NOISE_DEG)))
-    nothing = 0.0 if selection.effects or disturbance is not None else NOTHING * noise
+    nothing = 0.0 if selection.effects or beside is not None else NOTHING * noise
     repeats = repeated.significant and repeated.size(fit) > nothing
-    if disturbance is None:
+    if beside is None:
         settled = not repeats and not (size.significant and size.missing > nothing)
         of_curves = not settled and _goes_with_curves(fit, size)
         return Findings(selection, size, size.certain, repeated, settled=settled, of_curves=of_curves)
     repeats = repeats and repeated.gain > ROUGHLY * repeated.freedom
-    left = size_of_misfit(fit, fit.normal.residual)
-    slow = left.significant and left.missing > nothing
-    return Findings(selection, size, left.certain, repeated, disturbance, not (slow or repeats))
+    slow = beside.significant and beside.missing > nothing
+    return Findings(selection, size, beside.certain, repeated, disturbance, not (slow or repeats))
+
+
+def _size_beside(fit: Fit, disturbance: Disturbance) -> Size:
+    """How large what a fit leaves beside a random force is; in a band, beside the noise that was seen above it."""
+    known = disturbance.angle if isinstance(fit.record.filter, Band) else None
+    return size_of(fit.normal.residual, fit.angle, fit.record, fit.normal.fitted, known)
 
 
 def _goes_with_curves(fit: Fit, size: Size) -> bool:

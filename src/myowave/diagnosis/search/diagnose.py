@@ -8,6 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from myowave.data.trials import Trials
+from myowave.diagnosis.misfit.filtered import noise_left
 from myowave.diagnosis.misfit.independence import Independence, check_independence
 from myowave.diagnosis.misfit.where import MissingTorque, describe, misfit_by, missing_torque
 from myowave.diagnosis.search.conclude import Findings, search, weighed
@@ -20,8 +21,9 @@ from myowave.diagnosis.search.verdict import Verdict, judge
 from myowave.identification.free_parameters import free_parameters
 from myowave.identification.output_error import Fit, refit
 from myowave.identification.prediction import Prediction, predict
-from myowave.identification.record import Record, make_record
+from myowave.identification.record import Record, is_bound, make_record
 from myowave.identification.stages import fit_in_stages, follows
+from myowave.identification.whitening import Band
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import Diagnosis as DiagnosisSettings
@@ -170,7 +172,7 @@ def diagnose(
 
 
 def noise_of(found: Findings, record: Record, *, follows: bool) -> float:
-    """Noise of the angle [deg], as if it were white: within the band of the motion, or beside that of the EMG.
+    """Noise of the angle [deg], without what noise of the EMG does; of a filtered angle what the filter has left of it.
 
     Args:
         record: all trials.
@@ -178,7 +180,11 @@ def noise_of(found: Findings, record: Record, *, follows: bool) -> float:
     """
     if not follows:
         return float(np.degrees(record.noise))
-    return float(np.degrees(found.size.noise if found.disturbance is None else found.disturbance.angle))
+    white = found.size.noise if found.disturbance is None else found.disturbance.angle
+    fit = found.selection.fit
+    if isinstance(fit.record.filter, Band) and not is_bound(float(np.degrees(white))):
+        return float(np.degrees(noise_left(fit, white)))
+    return float(np.degrees(white))
 
 
 def fit_beside(

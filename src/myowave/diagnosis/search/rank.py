@@ -190,7 +190,7 @@ def race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> tuple[dict[str, Fi
         leader = min([best_rival, *(f.objective for f in fits.values())])
         for name in list(running):
             hoped = fits[name].objective - OPTIMISM * (fits[name].objective - promised(fits[name]))
-            if fits[name].record.samples * np.log(max(hoped, 1e-300) / leader) > NEAR:
+            if fits[name].record.values * np.log(max(hoped, 1e-300) / leader) > NEAR:
                 del running[name]
     return fits, failures
 

@@ -78,6 +78,7 @@ def draw_world(name: str, base: Model, scatter: Mapping[str, Scatter], random: n
             {"angle_hz": random.uniform(4.0, 10.0)},
             {"step_deg": random.uniform(0.25, 1.0)},
             {"rate_hz": random.uniform(50.0, 200.0)},
+            {"emg_noise": random.uniform(0.01, 0.05), "angle_hz": random.uniform(4.0, 10.0)},
         ]
         return World(base, recording=kinds[random.integers(len(kinds))])
     return World(base, held=name == "other_solver")

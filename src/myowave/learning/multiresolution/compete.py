@@ -37,7 +37,7 @@ def compete(
         names: of the arms.
 
     Yields:
-        arm, seed, test_r2, test_rmse_deg (root mean square over test trials), steps of Adam, seconds.
+        arm, seed, test_r2, test_rmse_deg (root mean square over test trials), steps of the optimiser, seconds.
     """
     for name in names:
         arm, started = ARMS[name], time.process_time()
@@ -67,7 +67,7 @@ def train_arm(
     scales: int,
     seeds: Sequence[int],
 ) -> tuple[Network, int]:
-    """The network that an arm ends with, and how many steps of Adam it took."""
+    """The network that an arm ends with, and how many steps it took."""
     stages = arm.stages(trials, scales)
     epochs = recipe.epochs * (scales if arm.times else 1)
     # What validates stops no stage: every arm takes all of its steps.

@@ -35,7 +35,7 @@ def write_page(judged: pd.DataFrame, scores: pd.DataFrame, study: Mapping[str, A
     draws = judged["draws"]
     number = f"{draws.min()}" if draws.min() == draws.max() else f"{draws.min()} to {draws.max()}"
     conditions = [
-        f"- `{name}`: recipe `{condition['recipe']}`, {steps[name]} steps of Adam"
+        f"- `{name}`: recipe `{condition['recipe']}`, {steps[name]} steps"
         + "".join(f", {key} {value}" for key, value in condition["changes"].items())
         for name, condition in study["conditions"].items()
         if name in steps
@@ -54,9 +54,9 @@ def write_page(judged: pd.DataFrame, scores: pd.DataFrame, study: Mapping[str, A
         f"![change of the error by each arm]({picture})",
         f"Written by `snakemake multiresolution`: {study['scales']} scales, {number} draws of each dataset, {seeds} "
         "seeds. The error is that of a free run over trials that no training saw. Each arm is compared, draw by draw, "
-        "with one that differs in a single thing; arms have as many steps of Adam, and those with several stages as "
-        "many restarts, but for the last two, which have as many times the steps as there are scales. Intervals are "
-        "over draws, and hold for all arms of a dataset together in 95 % of such studies.",
+        "with one that differs in a single thing; arms have as many steps of the optimiser, and those with several "
+        "stages as many restarts, but for the last two, which have as many times the steps as there are scales. "
+        "Intervals are over draws, and hold for all arms of a dataset together in 95 % of such studies.",
         "\n".join(conditions),
         "\n".join([header, "| --- " * 9 + "|", *rows]),
     ]
