@@ -68,6 +68,11 @@ def test_neither_a_missing_effect_nor_noise_of_the_emg_is_taken_for_a_filter(mak
     assert evidence(fit) < EVIDENCE / 2 and not has_passed_a_filter(fit, size_of_misfit(fit))
 
 
+def test_an_arm_that_does_not_move_shows_no_filter(make_strange_fit):
+    fit = make_strange_fit(lambda trials: trials)
+    assert evidence_of_a_filter(fit, replace(size_of_misfit(fit), edge_hz=0.0)) == 0.0
+
+
 @pytest.mark.parametrize("cutoff_hz", [4.0, 5.0, None])
 def test_what_a_filter_takes_from_the_noise_beside_the_motion_is_added_again(make_trials, base, cutoff_hz):
     record = make_record(make_trials(noise_deg=0.0), base).train

@@ -25,6 +25,7 @@ ABOVE = (1.5, 3.0)  # just above the band of the motion, in units of its edge
 # Where what is likely is sought, first at so many values of each: noise of the angle, in units of what is just above
 # that band; noise of the EMG [-]; the corner of a filter that lets the motion through, in units of the edge.
 NOISES, EMG, CORNERS, POINTS = (1e-3, 2.0), (1e-3, 1.0), (3.0, 20.0), 9
+SMALLEST = 1e-9  # rad: of no residual at all
 PLAIN = 0.25  # of what is just above the band is noise at least where a filter is to be seen by it
 EFFORT = {"xatol": 0.02, "fatol": 0.1, "maxiter": 200}
 
@@ -91,7 +92,7 @@ class Spectra:
             forced, filtered: whether with a random force, and with a filter.
         """
         above, below = (self.waves.frequency > times * self.edge for times in ABOVE)
-        seen = np.sqrt((self.residual[above & ~below] ** 2).mean())
+        seen = max(float(np.sqrt((self.residual[above & ~below] ** 2).mean())), SMALLEST)
         ranges = {"noise": seen * np.array([PLAIN if filtered else NOISES[0], NOISES[1]])}
         ranges |= {"emg": np.array(EMG)} if forced else {}
         ranges |= {"corner": np.array(CORNERS) * self.edge} if filtered else {}

@@ -30,6 +30,8 @@ def evidence_of_a_filter(fit: Fit, size: Size) -> float:
     Args:
         size: of the fit's misfit.
     """
+    if size.edge_hz == 0:
+        return 0.0  # nothing moves, so no filter can have let a motion through
     spectra = Spectra.of(fit, excitation_forcing(fit), size.edge_hz * fit.record.dt, REACH)
     without, with_one = (spectra.most_likely(forced=True, filtered=filtered) for filtered in (False, True))
     return without.unlikely - with_one.unlikely

@@ -118,13 +118,13 @@ def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str]) -> Fi
     if fit.record.noise < WHITE * size.noise:
         passed = has_passed_a_filter(fit, size)
         if passed or disturbance is None or lacks_noise(fit, disturbance):
-            return _within_band(within_band(fit, size), select, forced=passed)
+            return _search_band(within_band(fit, size), select, forced=passed)
     if disturbance is None or disturbance.gain < EVIDENCE:
         return weighed(select(fit))
-    return _beside(fit, disturbance, select)
+    return _search_beside(fit, disturbance, select)
 
 
-def _within_band(fit: Fit, select: Callable[..., Selection], *, forced: bool) -> Findings:
+def _search_band(fit: Fit, select: Callable[..., Selection], *, forced: bool) -> Findings:
     """What is found by what is slow; beside a random force where nothing else explains it.
 
     Args:
@@ -136,11 +136,11 @@ def _within_band(fit: Fit, select: Callable[..., Selection], *, forced: bool) ->
     disturbance = estimate_disturbance(fit)
     if disturbance.gain < EVIDENCE:
         return found
-    beside = _beside(fit, disturbance, select)
+    beside = _search_beside(fit, disturbance, select)
     return beside if beside.settled or beside.carries else found
 
 
-def _beside(fit: Fit, disturbance: Disturbance, select: Callable[..., Selection]) -> Findings:
+def _search_beside(fit: Fit, disturbance: Disturbance, select: Callable[..., Selection]) -> Findings:
     """What is found beside a random force, or without where none is needed beside the effects found."""
     selection = select(beside_force(fit, disturbance))
     if selection.effects:
