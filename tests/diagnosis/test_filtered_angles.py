@@ -9,8 +9,10 @@ from scipy.signal import butter, filtfilt, savgol_filter
 
 from myowave.diagnosis.misfit.filtered import EVIDENCE, evidence_of_a_filter, has_passed_a_filter, noise_left
 from myowave.diagnosis.misfit.size import size_of, size_of_misfit
+from myowave.diagnosis.search import conclude
 from myowave.diagnosis.search.conclude import search, within_band
 from myowave.diagnosis.search.verdict import judge
+from myowave.identification.disturbance import estimate_disturbance
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
 from myowave.identification.whitening import Band
@@ -104,9 +106,17 @@ def test_noise_of_the_emg_is_named_behind_a_filter_alone_and_beside_an_effect(ma
     assert isinstance(found.selection.fit.record.filter, Band)
 
 
-def test_an_angle_without_any_noise_is_not_explained_by_a_force(make_strange_fit, effects):
+def test_an_angle_without_any_noise_is_not_explained_by_a_force(make_strange_fit, effects, monkeypatch):
     """Of no noise nothing is left above the motion's band to weigh a force by."""
+    filters = []
+
+    def estimate(fit):
+        filters.append(fit.record.filter)
+        return estimate_disturbance(fit)
+
+    monkeypatch.setattr(conclude, "estimate_disturbance", estimate)
     found = search(make_strange_fit(lambda trials: trials, DAMPING, noise_deg=0.0), [effects["gravity_tilt"]])
+    assert isinstance(found.selection.fit.record.filter, Band) and filters == [None]
     assert found.disturbance is None and judge(found).kind == "unknown"
 
 
