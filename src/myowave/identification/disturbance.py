@@ -106,7 +106,7 @@ def _of_filtered(fit: Fit, jacobian: Array, forcing: Array) -> tuple[float, floa
     without, found = (spectra.most_likely(forced=forced, filtered=True) for forced in (False, True))
     gain = without.unlikely - found.unlikely - np.log(spectra.residual.size)
     force = found.emg**2 * covariance(jacobian, forcing, band.waves)
-    return found.noise, found.emg, gain, replace(band, weight=None).beside(force, found.noise)
+    return found.noise, found.emg, gain, band.beside(force, found.noise)
 
 
 def wandering(jacobian: Array, added: Array, valid: NDArray[np.bool_]) -> float:

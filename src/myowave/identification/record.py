@@ -178,7 +178,7 @@ class Record:
     @property
     def values(self) -> int:
         """Number of values that count: samples, or the waves of a band."""
-        return self.samples if self.filter is None or self.filter.number is None else self.filter.number
+        return self.samples if self.filter is None else self.filter.counted(self.samples)
 
     @property
     def lengths(self) -> NDArray[np.int64]:

@@ -1,4 +1,4 @@
-"""Spectra of what a fit was made to, beside those of a filter, of white noise and of a random force.
+"""Spectra of what a fit leaves, beside those of a filter, of white noise and of a random force.
 
 Noise of a sensor is as dense at all frequencies, until a filter takes it away; what a random force does falls off as an
 arm is slow. So their spectra tell them apart, where in time one may imitate the other: a force explains any smooth

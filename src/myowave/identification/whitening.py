@@ -21,9 +21,8 @@ class Filter(Protocol):
     def innovations(self, columns: Array) -> Array:
         """What counts of columns (..., T, N, C) in the units of the angle."""
 
-    @property
-    def number(self) -> int | None:
-        """How many values it leaves; None: as many as there are."""
+    def counted(self, samples: int) -> int:
+        """How many values it leaves of so many samples."""
 
     def take(self, index: Sequence[int] | NDArray[np.intp], longest: int) -> "Filter":
         """That of some of the trials."""
@@ -66,13 +65,12 @@ class Band:
         found = self.amplitudes(columns)
         return self.waves @ (found if self.weight is None else self.weight @ found)
 
-    @property
-    def number(self) -> int:
-        """Of waves."""
+    def counted(self, samples: int) -> int:
+        """The number of waves."""
         return int((self.waves != 0).any(1).sum())
 
     def beside(self, force: Array, noise: float) -> "Band":
-        """The band with a force in it.
+        """The same band with a force in it.
 
         Args:
             force: covariance of what the force makes of the amplitudes [rad^2], (T, W, W).
@@ -148,9 +146,9 @@ class Whitener:
                 state = self.jacobian[:, n] @ state
         return found
 
-    @property
-    def number(self) -> None:
-        """As many as there are."""
+    def counted(self, samples: int) -> int:
+        """All."""
+        return samples
 
     def unlikely(self, residual: Array, valid: NDArray[np.bool_]) -> float:
         """Minus twice the logarithm of the likelihood of a residual (T, N), but for a constant."""

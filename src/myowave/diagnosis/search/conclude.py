@@ -110,15 +110,15 @@ def _search(fit: Fit, effects: tuple[Effect, ...], known: Collection[str]) -> Fi
     def select(fit: Fit, hint: Fit | None = None) -> Selection:
         return select_effects(fit, effects, known, hint)
 
-    disturbance, size = None, size_of_misfit(fit)
     if fit.record.pieces is not None:
         return weighed(select(fit))
-    if size.significant:
-        disturbance = estimate_disturbance(fit)
-    if fit.record.noise < WHITE * size.noise:
-        passed = has_passed_a_filter(fit, size)
-        if passed or disturbance is None or lacks_noise(fit, disturbance):
-            return _search_band(within_band(fit, size), select, forced=passed)
+    size = size_of_misfit(fit)
+    coloured = fit.record.noise < WHITE * size.noise
+    if coloured and has_passed_a_filter(fit, size):
+        return _search_band(within_band(fit, size), select, forced=True)
+    disturbance = estimate_disturbance(fit) if size.significant else None
+    if coloured and (disturbance is None or lacks_noise(fit, disturbance)):
+        return _search_band(within_band(fit, size), select, forced=False)
     if disturbance is None or disturbance.gain < EVIDENCE:
         return weighed(select(fit))
     return _search_beside(fit, disturbance, select)
