@@ -42,11 +42,21 @@ def test_noise_of_the_emg_alone_is_named_alone(searched, seed):
 def test_an_effect_beside_noise_of_the_emg_is_found_and_sized(searched):
     found = searched({"joint_damping": {"c": 1.5}}, 0.05)
     verdict = judge(found)
-    assert (verdict.effects or verdict.nearest) == ("joint_damping",)
+    assert verdict.causes == ("joint_damping", "emg_noise")
     fit = found.selection.fit
     error = fit.standard_errors()["joint_damping.c"]
     assert fit.parameters["joint_damping.c"] == pytest.approx(1.5, abs=4 * error) and error < 0.5
     assert fit.record.filter is found.disturbance.whitener
+
+
+def test_a_little_that_is_slow_beside_a_force_is_no_rest_and_much_is(searched, monkeypatch):
+    found = searched({}, 0.05)
+    beside = conclude._size_beside(found.selection.fit, found.disturbance)
+    for ratio, rest in ((2.5, False), (4.0, True)):
+        slow = replace(beside, ratio=ratio, critical=1.5)
+        monkeypatch.setattr(conclude, "_size_beside", lambda *args, slow=slow: slow)
+        again = conclude.weighed(found.selection, found.disturbance)
+        assert again.settled is not rest and (again.slow > 0) is rest
 
 
 @pytest.mark.parametrize("damping", [0.6, 1.0, 1.5])

@@ -15,6 +15,7 @@ from myowave.diagnosis.search.rank import (
     independent_samples,
     left_out_residuals,
     rank_effects,
+    similar,
 )
 from myowave.identification.output_error import fit_model, refit
 from myowave.identification.record import make_record
@@ -44,6 +45,17 @@ def with_residual(fit, residual):
 def coloured(fit, colour, seed=0):
     white = np.random.default_rng(seed).standard_normal((len(fit.record.names), 100 + fit.record.angle.shape[1]))
     return np.radians(1.0) * lfilter([1.0], [1.0, -colour], white)[:, 100:]
+
+
+def test_an_effect_that_fits_as_well_with_a_parameter_more_or_nearly_with_one_less_is_not_told_apart(ranking, found):
+    assert found.gain - found.delta_bic == pytest.approx(np.log(independent_samples(found.fit)))
+
+    def with_lead(evidence, gain):
+        return replace(found, delta_bic=found.delta_bic + evidence, gain=found.gain + gain)
+
+    more, less, worse = with_lead(-9.0, -2.0), with_lead(-2.0, -9.0), with_lead(-9.0, -9.0)
+    assert similar([found, more, less, worse], found) == [found, more, less]
+    assert similar([found, replace(found, fit=None)], found) == [found]
 
 
 @pytest.mark.parametrize("parameters", [0, 1, 3])

@@ -12,8 +12,9 @@ from myowave.diagnosis.misfit.terms import torque_terms
 from myowave.diagnosis.search.conclude import search
 from myowave.diagnosis.search.rank import rank_effects
 from myowave.diagnosis.search.score import score_effect
-from myowave.diagnosis.search.stand_ins import find_stand_ins
+from myowave.diagnosis.search.stand_ins import StandIns, find_stand_ins, find_stand_ins_for_all
 from myowave.diagnosis.search.verdict import judge
+from myowave.identification.output_error import refit
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +58,25 @@ def test_what_would_do_as_well_makes_a_class(damped, effects):
     assert judge(replace(found, stand_ins={"joint_damping": replace(alone, better=True)})).kind == "unknown"
 
 
+def test_an_angle_that_lags_would_do_for_muscles_that_do(make_fit, effects):
+    lagging = make_fit({"observation_lag": {"tau": 0.01}})
+    assert "an angle that is late" in weigh(lagging, effects, "activation_dynamics").names
+    assert "an angle that is late" not in weigh(lagging, effects, "activation_dynamics", "clock_shift").names
+
+
+def test_one_cause_outside_the_catalogue_that_does_better_than_two_effects_refutes_both(make_fit, effects):
+    heavy = make_fit({"forearm_inertia": {"r": 0.6}})
+    pair = [effects[name] for name in ("constant_torque", "gravity_tilt")]
+    ranking = rank_effects(heavy, pair)
+    model = heavy.model.with_effects(pair)
+    both = refit(heavy, model, [*heavy.free, *(p for c in ranking for p in c.score.free)])
+    alone = find_stand_ins_for_all(heavy, both, ranking)
+    assert alone.better and alone.names[0] == "a torque like qddot"
+    told = StandIns(("a torque like q",)).or_instead_of_all(alone)
+    assert told.better and told.names == ("a torque like q", "a torque like qddot instead of all effects named")
+    assert judge(search(heavy, pair)).effects == ()
+
+
 def test_corrections_are_named_by_what_they_go_with(damped):
     names = list(corrections(damped))
     assert len(set(names)) == len(names)
@@ -73,19 +93,20 @@ def test_terms_are_what_they_are_called():
         for muscle, own in (("Bi", 0.3), ("Tri", 0.8))
         for name, factor in parts.items()
     }
-    found = {name: float(term(q, v, a)) for name, term in torque_terms(["Bi", "Tri"]).items()}
+    middle = 1.5
+    found = {name: float(term(q + middle, v, a)) for name, term in torque_terms(["Bi", "Tri"], middle).items()}
     assert found == pytest.approx(of_motion | expected)
 
 
 def test_an_effect_made_of_a_part_of_the_correction_does_to_the_motion_what_the_part_does(damped):
-    parts, effects = corrections(damped), correcting_effects(damped.model)
-    assert len(effects) == 8 + 2 * 6 + 2 and set(effects) < set(parts)
+    parts, effects = corrections(damped), correcting_effects(damped)
+    assert len(effects) == 8 + 2 * 6 + 1 + 2 * 3 + 3 and set(effects) < set(parts)
     for name, effect in effects.items():
         score = score_effect(damped, effect)
-        (free,) = score.free
         moved = damped.normal.without_starts(score.start.normal.slope[..., -1:])[..., 0]
-        # A part counts as it is where a step begins, an effect all the way.
-        assert np.linalg.norm(moved - parts[name] * free.scale) < 0.1 * np.linalg.norm(moved), name
+        # A part counts as it is where a step begins, an effect all the way, and in its own unit.
+        part = parts[name] * (parts[name] * moved).sum() / (parts[name] ** 2).sum()
+        assert np.linalg.norm(moved - part) < 0.1 * np.linalg.norm(moved), name
 
 
 def test_a_part_that_promises_less_than_an_effect_is_fitted_before_the_effect_is_believed(make_fit, effects):

@@ -1,14 +1,15 @@
 """Is what a fit leaves repeated from trial to trial? Then it follows from what was recorded: physics can explain it.
 
-A general correction of the model, a torque of angle, velocity and activation and an excitation that depends on the
-recorded ones in other ways, is estimated for all trials together. What it explains beyond chance is structure; what it
-cannot explain is noise, or comes from something nobody recorded.
+A general correction of the model, a torque of angle, velocity, acceleration and activation, an excitation that depends
+on the recorded ones in other ways and an angle that is off, is estimated for all trials together. What it explains
+beyond chance is structure; what it cannot explain is noise, or comes from something nobody recorded.
 
 Shapes: T trials, N samples, K numbers of the state, M muscles, C columns, P parameters.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from operator import itemgetter
 
 import numpy as np
 import torch
@@ -17,7 +18,7 @@ from scipy.stats import chi2
 from torch import Tensor
 
 from myowave.diagnosis.misfit.size import Size
-from myowave.diagnosis.misfit.terms import shared_excitation, torque_effect, torque_terms
+from myowave.diagnosis.misfit.terms import OF_SENSOR, excitation_effect, torque_effect, torque_terms
 from myowave.identification.disturbance import excitation_forcing, forcing_by
 from myowave.identification.least_squares import Normal, pseudo_inverse
 from myowave.identification.output_error import Fit
@@ -25,11 +26,12 @@ from myowave.identification.uncertainty import residual_variance
 from myowave.identification.whitening import Band
 from myowave.physics.effect import Effect
 from myowave.physics.effects.constant_torque import EFFECT as CONSTANT_TORQUE
-from myowave.physics.model import Model
+from myowave.physics.effects.forearm_inertia import EFFECT as FOREARM_INERTIA
 from myowave.physics.trajectory import recur
 
 Array = NDArray[np.float64]
 
+ACCELERATION = "qddot"
 LAGS_S = (-0.16, -0.08, 0.08, 0.16, 0.3)  # of excitation, ahead and behind
 SIGNIFICANCE = 0.005
 
@@ -91,8 +93,9 @@ def repeated_misfit(fit: Fit, size: Size, normal: Normal | None = None) -> Repea
 def corrections(fit: Fit) -> dict[str, Array]:
     """What each part of the general correction does to what counts of the angle, the starts of the trials fitted,
     (T, N), by what it is in words."""
-    parts = {**_by_torque(fit), **_by_excitation(fit)}
-    return dict(zip(parts, np.moveaxis(moved_by(fit, np.stack([*parts.values()], -1)), -1, 0), strict=True))
+    pushes = {**_by_torque(fit), **_by_excitation(fit)}
+    moved = np.moveaxis(moved_by(fit, np.stack([*pushes.values()], -1)), -1, 0)
+    return {**dict(zip(pushes, moved, strict=True)), **_by_sensor(fit)}
 
 
 def moved_by(fit: Fit, pushes: Array) -> Array:
@@ -110,23 +113,43 @@ def along_steps(fit: Fit) -> tuple[Tensor, Tensor, Tensor]:
     return q, v, fit.simulation.drive.activation[..., 0, :].expand(*q.shape, -1)
 
 
-def correcting_effects(model: Model) -> dict[str, Effect]:
-    """Effects that are a part of the general correction each, by the same words; of the parts that depend on the moment
-    alone."""
-    names = [muscle.name for muscle in model.muscles]
-    torques = enumerate(torque_terms(names).items())
+def correcting_effects(fit: Fit) -> dict[str, Effect]:
+    """Effects that are a part of a fit's general correction each, by the same words; of the parts that depend on the
+    moment alone."""
+    names = [muscle.name for muscle in fit.model.muscles]
+    torques = enumerate(torque_terms(names, _middle(fit)).items())
     effects = {_torque_like(text): torque_effect(f"torque_{n}", text, term) for n, (text, term) in torques}
-    pairs = ((i, j) for i in range(len(names)) for j in range(len(names)) if i != j)
-    shared = {_excitation_like(names[i], names[j]): shared_excitation(f"share_{i}_{j}", j, i) for i, j in pairs}
-    return {**effects, **shared}
+    effects[_torque_like(ACCELERATION)] = replace(FOREARM_INERTIA, name="torque_of_inertia")
+    for i, name in enumerate(names):
+        for n, (text, part) in enumerate(_of_excitations(names, i).items()):
+            effects[_excitation_like(name, text)] = excitation_effect(f"excitation_{i}_{n}", text, part, i)
+    return effects | {_angle_that_is(text): effect for text, (_, effect) in OF_SENSOR.items()}
+
+
+def _of_excitations(names: Sequence[str], own: int) -> dict[str, Callable[[Tensor], Tensor]]:
+    """What one muscle's excitation may be more by, of those of all (..., M), by how it is written."""
+    parts: dict[str, Callable[[Tensor], Tensor]] = {
+        "a constant": lambda u: torch.ones_like(u[..., own]),
+        "its square": lambda u: u[..., own] ** 2,
+    }
+    others = (other for other in range(len(names)) if other != own)
+    return parts | {f"that of {names[other]}": itemgetter((..., other)) for other in others}
+
+
+def _middle(fit: Fit) -> float:
+    return float(fit.record.angle[fit.record.valid].mean())
 
 
 def _torque_like(term: str) -> str:
     return f"a torque like {term}"
 
 
-def _excitation_like(muscle: str, other: str) -> str:
-    return f"excitation of {muscle} like that of {other}"
+def _angle_that_is(text: str) -> str:
+    return f"an angle that is {text}"
+
+
+def _excitation_like(muscle: str, what: str) -> str:
+    return f"excitation of {muscle} like {what}"
 
 
 def _by_torque(fit: Fit) -> dict[str, Array]:
@@ -134,16 +157,17 @@ def _by_torque(fit: Fit) -> dict[str, Array]:
     forcing = forcing_by(fit, CONSTANT_TORQUE)
     q, v, activation = along_steps(fit)
     names = [muscle.name for muscle in fit.model.muscles]
-    parts = {text: term(q, v, activation).numpy() for text, term in torque_terms(names).items()}
+    parts = {text: term(q, v, activation).numpy() for text, term in torque_terms(names, _middle(fit)).items()}
     integral = (activation * activation.cumsum(-2) * fit.record.dt).numpy()
     parts |= {f"a_{name} times its integral": integral[..., i] for i, name in enumerate(names)}
+    parts[ACCELERATION] = np.diff(fit.sensitive.motion.state[..., 1].numpy(), axis=-1) / fit.record.dt
     return {_torque_like(text): forcing[..., 0] * part[..., None] for text, part in parts.items()}
 
 
 def _by_excitation(fit: Fit) -> dict[str, Array]:
-    """The same by excitations that are late, early, or those of other muscles."""
+    """The same by excitations that are late, early, off, bent, or those of other muscles."""
     forcing = excitation_forcing(fit)
-    excitation = fit.simulation.drive.excitation[..., 0, :].expand(*forcing.shape[:2], -1).numpy()
+    excitation = fit.simulation.drive.excitation[..., 0, :].expand(*forcing.shape[:2], -1)
     return {
         name: forcing[..., muscle] * signal[..., None]
         for muscle in range(forcing.shape[-1])
@@ -151,13 +175,20 @@ def _by_excitation(fit: Fit) -> dict[str, Array]:
     }
 
 
-def _signals(fit: Fit, excitation: Array, muscle: int) -> Iterator[tuple[str, Array]]:
-    names, own = [m.name for m in fit.model.muscles], excitation[..., muscle]
+def _signals(fit: Fit, excitation: Tensor, muscle: int) -> Iterator[tuple[str, Array]]:
+    names, own = [m.name for m in fit.model.muscles], excitation[..., muscle].numpy()
     samples = np.arange(own.shape[1])
     for lag in LAGS_S:
         shifted = (samples - round(lag / fit.record.dt)).clip(0, len(samples) - 1)
         when = f"{abs(lag):g} s {'late' if lag > 0 else 'early'}"
         yield f"a part of the excitation of {names[muscle]} {when}", own[:, shifted] - own
-    for other in range(excitation.shape[-1]):
-        if other != muscle:
-            yield _excitation_like(names[muscle], names[other]), excitation[..., other]
+    for text, part in _of_excitations(names, muscle).items():
+        yield _excitation_like(names[muscle], text), part(excitation).numpy()
+
+
+def _by_sensor(fit: Fit) -> dict[str, Array]:
+    """What a sensor that is off or late does to what counts of the angle, (T, N) each."""
+    q, v = fit.sensitive.motion.state[..., :2].unbind(-1)
+    parts = np.stack([term(q, v).numpy() for term, _ in OF_SENSOR.values()], -1)
+    seen = fit.normal.without_starts(fit.record.white(parts * fit.record.valid[..., None]))
+    return {_angle_that_is(text): seen[..., n] for n, text in enumerate(OF_SENSOR)}

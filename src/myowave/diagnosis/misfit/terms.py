@@ -4,12 +4,15 @@ Shapes: M muscles; every quantity has samples, and whatever else, on its leading
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
+from inspect import signature
 
 import torch
 from torch import Tensor
 
 from myowave.physics.effect import Effect, Parameter
+from myowave.physics.effects import angle_offset, angle_scale, clock_shift
 
 FAST = 0.1  # rad/s at which friction has reached its size
 LARGEST = 50.0  # N m in units of the term
@@ -37,22 +40,26 @@ OF_ACTIVATION: Mapping[str, OfJoint] = {
 }
 
 
-def torque_terms(muscles: Sequence[str]) -> dict[str, OfJoint]:
+def torque_terms(muscles: Sequence[str], middle: float) -> dict[str, OfJoint]:
     """Terms that a missing torque may consist of, by how they are written.
 
     Args:
         muscles: their names, in the order of the activations.
+        middle: of the motion [rad], from where the terms count the angle, so that what goes with it is no constant.
     """
-    of_muscles = {
-        f"a_{muscle}{name}": partial(_of_one, term, place)
-        for place, muscle in enumerate(muscles)
-        for name, term in OF_ACTIVATION.items()
-    }
-    return {**OF_MOTION, **of_muscles}
+    terms: dict[str, OfJoint] = {name: partial(_of_motion, term, middle) for name, term in OF_MOTION.items()}
+    for place, muscle in enumerate(muscles):
+        own = {f"a_{muscle}{name}": partial(_of_one, term, middle, place) for name, term in OF_ACTIVATION.items()}
+        terms.update(own)
+    return terms
 
 
-def _of_one(term: OfJoint, place: int, q: Tensor, v: Tensor, a: Tensor) -> Tensor:
-    return term(q, v, a[..., place])
+def _of_motion(term: OfJoint, middle: float, q: Tensor, v: Tensor, a: Tensor) -> Tensor:
+    return term(q - middle, v, a)
+
+
+def _of_one(term: OfJoint, middle: float, place: int, q: Tensor, v: Tensor, a: Tensor) -> Tensor:
+    return term(q - middle, v, a[..., place])
 
 
 def torque_effect(name: str, text: str, term: OfJoint) -> Effect:
@@ -61,35 +68,34 @@ def torque_effect(name: str, text: str, term: OfJoint) -> Effect:
     def torque(q: Tensor, qdot: Tensor, activation: Tensor, *, c: Tensor) -> Tensor:
         return c * term(q, qdot, activation)
 
-    parameter = Parameter(unit="N m", low=-LARGEST, high=LARGEST, typical=0.5, meaning="coefficient")
-    return Effect(
-        name=name,
-        acts_on="joint",
-        equation=f"c {text}",
-        function=torque,
-        parameters={"c": parameter},
-        source="a term of what a model may lack in general",
-    )
+    return _effect(name, "joint", f"c {text}", torque, Parameter("N m", -LARGEST, LARGEST, 0.5, "coefficient"))
 
 
-def shared_excitation(name: str, of: int, to: int) -> Effect:
-    """An effect that adds to one muscle's excitation a share x of another's.
+def excitation_effect(name: str, text: str, part: Callable[[Tensor], Tensor], to: int) -> Effect:
+    """An effect that adds to one muscle's excitation a share x of something made of all.
 
     Args:
-        of, to: their places among the muscles.
+        part: of the excitations (..., M), (...).
+        to: the muscle's place among them.
     """
 
     def more(excitation: Tensor, side: Tensor, *, x: Tensor) -> Tensor:
         one = torch.zeros_like(side)
         one[..., to] = 1.0
-        return excitation + x * one * excitation[..., of : of + 1]
+        return excitation + x * one * part(excitation)[..., None]
 
-    parameter = Parameter(unit="-", low=-1.0, high=1.0, typical=0.1, meaning="share")
-    return Effect(
-        name=name,
-        acts_on="excitation",
-        equation="u_i + x u_j",
-        function=more,
-        parameters={"x": parameter},
-        source="a term of what a model may lack in general",
-    )
+    return _effect(name, "excitation", f"u + x {text}", more, Parameter("-", -1.0, 1.0, 0.1, "share"))
+
+
+# What a sensor may add to the angle, of angle and velocity, by how it is written, and effects that do.
+OF_SENSOR: Mapping[str, tuple[Callable[[Tensor, Tensor], Tensor], Effect]] = {
+    "off": (lambda q, v: torch.ones_like(q), replace(angle_offset.EFFECT, name="sensor_off")),
+    "off by a share of itself": (lambda q, v: q, replace(angle_scale.EFFECT, name="sensor_scaled")),
+    "late": (lambda q, v: -v, replace(clock_shift.EFFECT, name="sensor_late")),
+}
+
+
+def _effect(name: str, acts_on: str, equation: str, function: Callable[..., Tensor], parameter: Parameter) -> Effect:
+    (own,) = (p for p, kind in signature(function).parameters.items() if kind.kind is kind.KEYWORD_ONLY)
+    source = "a term of what a model may lack in general"
+    return Effect(name, acts_on, equation, function, {own: parameter}, source)

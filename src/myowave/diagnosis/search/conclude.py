@@ -19,7 +19,7 @@ from myowave.diagnosis.misfit.size import Size, size_of, size_of_misfit
 from myowave.diagnosis.search.rank import EVIDENCE, Candidate, delta_bic, rank_effects
 from myowave.diagnosis.search.score import FAILURES
 from myowave.diagnosis.search.selection import Selection, select_effects, without_effect, without_some
-from myowave.diagnosis.search.stand_ins import StandIns, find_stand_ins
+from myowave.diagnosis.search.stand_ins import StandIns, find_stand_ins, find_stand_ins_for_all
 from myowave.identification.disturbance import Disturbance, estimate_disturbance
 from myowave.identification.output_error import Fit, fit_from, refit
 from myowave.identification.quiet import expected_excitation
@@ -31,7 +31,7 @@ from myowave.identification.whitening import Band
 from myowave.physics.effect import Effect
 
 MOST_OF_IT = 0.9  # share that effects must explain to be named where something else is left
-ROUGHLY = 3.0  # times what noise gives: a random force is not exactly as assumed, and leaves a little that repeats
+ROUGHLY = 3.0  # times what noise gives: a random force is not exactly as assumed, and leaves a little
 REST = 0.1  # share of the evidence for a random force that effects may leave where they are weighed without it
 NOTHING = 0.3  # of the noise, or of what a filter leaves of it: less raises the error by less than 5 %, and is nothing
 
@@ -42,7 +42,7 @@ class Findings:
 
     Args:
         size: of the last fit's misfit.
-        slow: see `Size.certain`; beside the random force, if there is one.
+        slow: see `Size.certain`; beside the random force, if there is one, and 0 for what such a force may leave.
         repeated: see `misfit.repeated`; of the last fit.
         disturbance: the random force beside which effects were weighed; None where none was needed.
         settled: whether what the last fit leaves, beside that force, is noise.
@@ -178,6 +178,9 @@ def _each_without(found: Findings, effects: tuple[Effect, ...], known: Collectio
             beside[effect.name] = own
         whole = own.fit is not None and last.record.pieces is None
         stand_ins[effect.name] = find_stand_ins(without, own, ranking) if whole else StandIns()
+    if len(stand_ins) > 1 and last.record.pieces is None:
+        alone = find_stand_ins_for_all(first, last, selection.rankings[0])
+        stand_ins = {name: others.or_instead_of_all(alone) for name, others in stand_ins.items()}
     return replace(found, stand_ins=stand_ins, beside=beside)
 
 
@@ -231,8 +234,8 @@ def weighed(selection: Selection, disturbance: Disturbance | None = None) -> Fin
         of_curves = not settled and _goes_with_curves(fit, size)
         return Findings(selection, size, size.certain, repeated, settled=settled, of_curves=of_curves)
     repeats = repeats and repeated.gain > ROUGHLY * repeated.freedom
-    slow = beside.significant and beside.missing > nothing
-    return Findings(selection, size, beside.certain, repeated, disturbance, not (slow or repeats))
+    slow = beside.certain if beside.significant and beside.ratio > ROUGHLY else 0.0
+    return Findings(selection, size, slow, repeated, disturbance, not (slow or repeats))
 
 
 def _size_beside(fit: Fit, disturbance: Disturbance) -> Size:

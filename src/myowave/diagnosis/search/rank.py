@@ -40,6 +40,7 @@ class Candidate:
         score: what the fit without it says.
         fit: with it; None where the score left no hope.
         delta_bic: difference of BIC in its favour; from the score where it was not refitted.
+        gain: the same but for what its parameters cost: twice the gain of log-likelihood.
         folds_won, folds: trials that are predicted better with it, by parameters estimated from the others.
         detectable: smallest value of its first parameter that 9 of 10 such recordings would show.
         failure: why it could not be weighed; empty where it was.
@@ -51,6 +52,7 @@ class Candidate:
     score: Score
     fit: Fit | None
     delta_bic: float
+    gain: float
     folds_won: int
     folds: int
     detectable: float
@@ -139,6 +141,7 @@ def rank_effects(
                 score=score,
                 fit=with_it,
                 delta_bic=delta_bic(fit, objective, len(score.free), samples),
+                gain=delta_bic(fit, objective, 0, samples),
                 folds_won=won,
                 folds=folds,
                 detectable=score.detectable(float(best.normal.rss) / samples, statistic),
@@ -249,8 +252,12 @@ def _surprising(without: Fit, with_it: Fit) -> bool:
 
 
 def similar(candidates: list[Candidate], to: Candidate) -> list[Candidate]:
-    """The candidates that the data do not tell from one of them."""
-    return [c for c in candidates if c.fit is not None and not c.absorbed and c.delta_bic > to.delta_bic - MARGIN]
+    """The candidates that the data do not tell from one of them.
+
+    That an effect has a parameter more, as one for each muscle, is no reason to rule it out where it fits as well.
+    """
+    possible = [c for c in candidates if c.fit is not None and not c.absorbed]
+    return [c for c in possible if max(c.delta_bic - to.delta_bic, c.gain - to.gain) > -MARGIN]
 
 
 def promising_pairs(ranking: list[Candidate]) -> list[tuple[str, str]]:

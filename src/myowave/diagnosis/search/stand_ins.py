@@ -1,24 +1,27 @@
 """Could something that the catalogue does not hold do the work of an effect that is named?
 
 Parts of a general correction (a torque that goes with the angle, the velocity, an activation; an excitation that is
-late, or of another muscle) are weighed against the effect, first all to first order from the fit without it. What
-promises about as much as the effect did is then fitted as the effect was: where much is missing a promise is a small
-part of what a fit gains. A part that the catalogue holds, under whatever name, has been weighed as an effect and does
-not count. And an effect must be evident where the muscles' curves may have a shape of their own.
+late, or of another muscle; a sensor that is off) are weighed against the effect, first all to first order from the fit
+without it. What promises about as much as the effect did is then fitted as the effect was: where much is missing a
+promise is a small part of what a fit gains. A part that the catalogue holds, under whatever name, has been weighed as
+an effect and does not count. And an effect must be evident where the muscles' curves may have a shape of their own.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from myowave.diagnosis.causes import OWN_CURVES
 from myowave.diagnosis.misfit.own_curves import freed
 from myowave.diagnosis.misfit.repeated import correcting_effects, corrections
 from myowave.diagnosis.search.rank import EVIDENCE, MARGIN, Candidate, delta_bic, independent_samples, race
-from myowave.diagnosis.search.score import ABSORBED, score_effects
+from myowave.diagnosis.search.score import ABSORBED, Score, score_effects
 from myowave.identification.output_error import Fit
+from myowave.physics.effect import Effect
 
+SENSOR = "observation"  # the stage of effects on the measured angle
 SAME = 0.99  # cosine between what two changes do to the motion, above which they are one
 MOST = 2  # that are told, and fitted
 HOPEFUL = 0.5  # of what the effect promised: what promises less is not fitted
@@ -30,7 +33,7 @@ class StandIns:
 
     Args:
         names: in words, the best first; at most `MOST` and the shape of the curves.
-        better: whether the best of them does better than the effect, beyond doubt.
+        better: whether the best of them fits better than the effect, beyond doubt.
     """
 
     names: tuple[str, ...] = ()
@@ -41,42 +44,118 @@ class StandIns:
         """Whether muscle curves of another shape are among them."""
         return OWN_CURVES in self.names
 
+    def or_instead_of_all(self, others: "StandIns") -> "StandIns":
+        """The same with what would do for this effect and all that are named beside it."""
+        names = tuple(f"{name} instead of all effects named" for name in others.names)
+        return StandIns(self.names + names, self.better or others.better)
+
 
 def find_stand_ins(without: Fit, effect: Candidate, ranking: Sequence[Candidate]) -> StandIns:
-    """Weigh the parts of a general correction against an effect.
+    """Weigh the parts of a general correction, and other curves, against an effect.
 
     Args:
         without: the fit without the effect.
         effect: as weighed there.
         ranking: of all effects there.
     """
-    parts = corrections(without)
+    found = _weigh_parts(without, effect.refitted, effect.score.drop, ranking)
+    if evidence_beside_curves(without, effect) < EVIDENCE:
+        return replace(found, names=(*found.names, OWN_CURVES))
+    return found
+
+
+def find_stand_ins_for_all(without: Fit, with_them: Fit, ranking: Sequence[Candidate]) -> StandIns:
+    """Weigh the parts of a general correction, each alone, against several effects together.
+
+    Args:
+        without, with_them: the fits without any of them and with all.
+        ranking: of all effects at the first.
+    """
+    added = {e.name for e in with_them.model.effects} - {e.name for e in without.model.effects}
+    promised = max((c.score.drop for c in ranking if c.name in added), default=0.0)
+    return _weigh_parts(without, with_them, promised, ranking)
+
+
+def _weigh_parts(without: Fit, with_it: Fit, promised: float, ranking: Sequence[Candidate]) -> StandIns:
+    """The parts that do as well as what is named.
+
+    Args:
+        without, with_it: the fits without it and with it.
+        promised: how much the objective would fall with it, to first order.
+        ranking: of all effects at the fit without it.
+    """
+    parts, effects = corrections(without), correcting_effects(without)
     names = list(parts)
     columns = np.stack([*parts.values()], -1)
     (signals, _), left = without.normal.beyond(columns), without.normal.left
     size, whole = np.sqrt((signals**2).sum(0)), np.sqrt((columns**2).sum((0, 1)))
     seen = size > ABSORBED * np.maximum(whole, 1e-300)
     unit = signals / np.where(seen, size, 1.0)
-    held = np.zeros(len(parts), bool)
+    counts = seen & ~_held(unit, [name in effects and effects[name].acts_on == SENSOR for name in names], ranking)
+    drops = np.where(counts, (unit.T @ left) ** 2, 0.0)
+    best = {names[i]: float(drops[i]) for i in np.argsort(-drops)[:MOST] if drops[i] > 0}
+    best = _fitted(without, with_it, best, {name: effects[name] for name in best if name in effects}, promised, ranking)
+    samples = independent_samples(with_it)
+    most = max(promised, without.objective - with_it.objective)
+    costs = len(with_it.free) - len(without.free)
+
+    def lead(fall: float, parameters: int) -> float:
+        part = delta_bic(without, max(without.objective - fall, 0.0), min(parameters, 1), samples)
+        return part - delta_bic(without, without.objective - most, parameters, samples)
+
+    # One number less is no proof: a cause may have one for each muscle.
+    as_good = tuple(name for name in sorted(best, key=lambda name: -best[name]) if lead(best[name], costs) > -MARGIN)
+    return StandIns(as_good, any(lead(fall, 0) > MARGIN for fall in best.values()))
+
+
+def _fitted(
+    without: Fit,
+    with_it: Fit,
+    drops: Mapping[str, float],
+    effects: Mapping[str, Effect],
+    promised: float,
+    ranking: Sequence[Candidate],
+) -> dict[str, float]:
+    """How much the objective falls with each part, those fitted that are effects and promise enough; without those that
+    the catalogue does hold, as a look at them as effects shows.
+
+    Args:
+        drops: what the parts promise.
+        effects: those that are effects.
+        promised, ranking: see `_weigh_parts`.
+    """
+    scores = {name: score for name, score in _scores(without, effects).items() if not score.failure}
+    held = {}
+    for name, score in scores.items():
+        unit = score.signal / np.sqrt((score.signal**2).sum(0)).clip(1e-300)
+        held[name] = bool(_held(unit, [effects[name].acts_on == SENSOR], ranking).all())
+    starts = {n: score.start for n, score in scores.items() if not held[n] and drops[n] > HOPEFUL * promised}
+    fits, _ = race(starts, [with_it])
+    falls = {name: without.objective - fit.objective for name, fit in fits.items()}
+    return {name: max(drop, falls.get(name, drop)) for name, drop in drops.items() if not held.get(name, False)}
+
+
+def _scores(fit: Fit, effects: Mapping[str, Effect]) -> dict[str, Score]:
+    found = score_effects(fit, effects.values())
+    return {name: found[effect.name] for name, effect in effects.items()}
+
+
+def _held(unit: NDArray[np.float64], of_sensor: Sequence[bool], ranking: Sequence[Candidate]) -> NDArray[np.bool_]:
+    """Which parts an effect of the catalogue does, of the sensor for those of a sensor: a muscle that lags is no sensor
+    that does, though nothing tells the two apart.
+
+    Args:
+        unit: what each part does to the motion, of unit length, one per column.
+        of_sensor: whether it is one of the sensor.
+    """
+    held = np.zeros(unit.shape[1], bool)
     for candidate in ranking:
         if not (candidate.failure or candidate.score.absorbed):
             directions, strengths, _ = np.linalg.svd(candidate.score.signal, full_matrices=False)
             directions = directions[:, strengths > 1e-6 * strengths.max(initial=0.0)]
-            held |= np.sqrt(((directions.T @ unit) ** 2).sum(0)) > SAME
-    drops = np.where(seen & ~held, (unit.T @ left) ** 2, 0.0)
-    samples = independent_samples(effect.refitted)
-    most = max(effect.score.drop, without.objective - effect.refitted.objective)
-    own = delta_bic(without, without.objective - most, len(effect.score.free), samples)
-    best = {names[i]: float(drops[i]) for i in np.argsort(-drops)[:MOST] if drops[i] > 0}
-    for name, fall in _fitted_falls(without, effect, best).items():
-        best[name] = max(best[name], fall)
-    ahead = {
-        name: delta_bic(without, max(without.objective - fall, 0.0), 1, samples) - own for name, fall in best.items()
-    }
-    as_good = tuple(name for name in sorted(ahead, key=lambda name: -ahead[name]) if ahead[name] > -MARGIN)
-    if evidence_beside_curves(without, effect) < EVIDENCE:
-        as_good += (OWN_CURVES,)
-    return StandIns(as_good, any(lead > MARGIN for lead in ahead.values()))
+            alike = np.array(of_sensor) == (candidate.effect.acts_on == SENSOR)
+            held |= alike & (np.sqrt(((directions.T @ unit) ** 2).sum(0)) > SAME)
+    return held
 
 
 def evidence_beside_curves(without: Fit, effect: Candidate) -> float:
@@ -90,15 +169,3 @@ def evidence_beside_curves(without: Fit, effect: Candidate) -> float:
     before, after = (freed(fit, with_it.independent_variance) for fit in (without, with_it))
     gained = delta_bic(without, with_it.objective - after.drop, len(effect.score.free), samples)
     return gained - delta_bic(without, without.objective - before.drop, 0, samples) + before.occam - after.occam
-
-
-def _fitted_falls(without: Fit, effect: Candidate, promised: Mapping[str, float]) -> dict[str, float]:
-    """How much the objective falls with parts of the correction that promise enough, each fitted beside the effect."""
-    parts = correcting_effects(without.model)
-    hopeful = {
-        name: parts[name] for name, drop in promised.items() if name in parts and drop > HOPEFUL * effect.score.drop
-    }
-    scores = score_effects(without, hopeful.values())
-    starts = {name: scores[part.name].start for name, part in hopeful.items() if not scores[part.name].failure}
-    fits, _ = race(starts, [effect.refitted])
-    return {name: without.objective - fit.objective for name, fit in fits.items()}
