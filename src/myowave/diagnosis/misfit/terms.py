@@ -6,7 +6,6 @@ Shapes: M muscles; every quantity has samples, and whatever else, on its leading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from inspect import signature
 
 import torch
 from torch import Tensor
@@ -16,6 +15,7 @@ from myowave.physics.effects import angle_offset, angle_scale, clock_shift
 
 FAST = 0.1  # rad/s at which friction has reached its size
 LARGEST = 50.0  # N m in units of the term
+SOURCE = "a term of what a model may lack in general"
 
 # Of angle, velocity and activations (..., M), by how they are written.
 OfJoint = Callable[[Tensor, Tensor, Tensor], Tensor]
@@ -68,7 +68,8 @@ def torque_effect(name: str, text: str, term: OfJoint) -> Effect:
     def torque(q: Tensor, qdot: Tensor, activation: Tensor, *, c: Tensor) -> Tensor:
         return c * term(q, qdot, activation)
 
-    return _effect(name, "joint", f"c {text}", torque, Parameter("N m", -LARGEST, LARGEST, 0.5, "coefficient"))
+    parameter = Parameter("N m", -LARGEST, LARGEST, 0.5, "coefficient")
+    return Effect(name, "joint", f"c {text}", torque, {"c": parameter}, source=SOURCE)
 
 
 def excitation_effect(name: str, text: str, part: Callable[[Tensor], Tensor], to: int) -> Effect:
@@ -84,7 +85,8 @@ def excitation_effect(name: str, text: str, part: Callable[[Tensor], Tensor], to
         one[..., to] = 1.0
         return excitation + x * one * part(excitation)[..., None]
 
-    return _effect(name, "excitation", f"u + x {text}", more, Parameter("-", -1.0, 1.0, 0.1, "share"))
+    parameter = Parameter("-", -1.0, 1.0, 0.1, "share")
+    return Effect(name, "excitation", f"u + x {text}", more, {"x": parameter}, source=SOURCE)
 
 
 # What a sensor may add to the angle, of angle and velocity, by how it is written, and effects that do.
@@ -93,9 +95,3 @@ OF_SENSOR: Mapping[str, tuple[Callable[[Tensor, Tensor], Tensor], Effect]] = {
     "off by a share of itself": (lambda q, v: q, replace(angle_scale.EFFECT, name="sensor_scaled")),
     "late": (lambda q, v: -v, replace(clock_shift.EFFECT, name="sensor_late")),
 }
-
-
-def _effect(name: str, acts_on: str, equation: str, function: Callable[..., Tensor], parameter: Parameter) -> Effect:
-    (own,) = (p for p, kind in signature(function).parameters.items() if kind.kind is kind.KEYWORD_ONLY)
-    source = "a term of what a model may lack in general"
-    return Effect(name, acts_on, equation, function, {own: parameter}, source)

@@ -71,6 +71,6 @@ def share_of_noise(verdict: Mapping[str, Any]) -> str:
         return ""
     return (
         f" Noise of the angle is {noise(verdict)} of it; noise of the recorded EMG, with a standard deviation of "
-        f"{two_digits(verdict['emg_noise'])} where EMG goes from 0 to 1, moves the simulated arm by "
+        f"{two_digits(verdict['emg_noise'])} where EMG goes from 0 to 1 if it is white, moves the simulated arm by "
         f"{degrees(verdict['emg_motion_deg'])}. Squares add: together that is about {degrees(together)}."
     )

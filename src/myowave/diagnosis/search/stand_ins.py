@@ -17,7 +17,7 @@ from myowave.diagnosis.causes import OWN_CURVES
 from myowave.diagnosis.misfit.own_curves import freed
 from myowave.diagnosis.misfit.repeated import correcting_effects, corrections
 from myowave.diagnosis.search.rank import EVIDENCE, MARGIN, Candidate, delta_bic, independent_samples, race
-from myowave.diagnosis.search.score import ABSORBED, Score, score_effects
+from myowave.diagnosis.search.score import ABSORBED, score_effects
 from myowave.identification.output_error import Fit
 from myowave.physics.effect import Effect
 
@@ -94,7 +94,7 @@ def _weigh_parts(without: Fit, with_it: Fit, promised: float, ranking: Sequence[
     counts = seen & ~_held(unit, [name in effects and effects[name].acts_on == SENSOR for name in names], ranking)
     drops = np.where(counts, (unit.T @ left) ** 2, 0.0)
     best = {names[i]: float(drops[i]) for i in np.argsort(-drops)[:MOST] if drops[i] > 0}
-    best = _fitted(without, with_it, best, {name: effects[name] for name in best if name in effects}, promised, ranking)
+    best = _fitted(without, with_it, best, effects, promised, ranking)
     samples = independent_samples(with_it)
     most = max(promised, without.objective - with_it.objective)
     costs = len(with_it.free) - len(without.free)
@@ -121,10 +121,12 @@ def _fitted(
 
     Args:
         drops: what the parts promise.
-        effects: those that are effects.
+        effects: all parts that are effects.
         promised, ranking: see `_weigh_parts`.
     """
-    scores = {name: score for name, score in _scores(without, effects).items() if not score.failure}
+    effects = {name: effects[name] for name in drops if name in effects}
+    scored = score_effects(without, effects.values())
+    scores = {name: scored[effect.name] for name, effect in effects.items() if not scored[effect.name].failure}
     held = {}
     for name, score in scores.items():
         unit = score.signal / np.sqrt((score.signal**2).sum(0)).clip(1e-300)
@@ -133,11 +135,6 @@ def _fitted(
     fits, _ = race(starts, [with_it])
     falls = {name: without.objective - fit.objective for name, fit in fits.items()}
     return {name: max(drop, falls.get(name, drop)) for name, drop in drops.items() if not held.get(name, False)}
-
-
-def _scores(fit: Fit, effects: Mapping[str, Effect]) -> dict[str, Score]:
-    found = score_effects(fit, effects.values())
-    return {name: found[effect.name] for name, effect in effects.items()}
 
 
 def _held(unit: NDArray[np.float64], of_sensor: Sequence[bool], ranking: Sequence[Candidate]) -> NDArray[np.bool_]:
