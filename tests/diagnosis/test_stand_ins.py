@@ -9,9 +9,11 @@ import torch
 
 from myowave.diagnosis.misfit.repeated import correcting_effects, corrections
 from myowave.diagnosis.misfit.terms import torque_terms
+from myowave.diagnosis.search import conclude
 from myowave.diagnosis.search.conclude import search
 from myowave.diagnosis.search.rank import rank_effects
 from myowave.diagnosis.search.score import score_effect
+from myowave.diagnosis.search.selection import Selection
 from myowave.diagnosis.search.stand_ins import StandIns, find_stand_ins, find_stand_ins_for_all
 from myowave.diagnosis.search.verdict import judge
 from myowave.identification.output_error import refit
@@ -74,7 +76,9 @@ def test_one_cause_outside_the_catalogue_that_does_better_than_two_effects_refut
     assert alone.better and alone.names[0] == "a torque like qddot"
     told = StandIns(("a torque like q",)).or_instead_of_all(alone)
     assert told.better and told.names == ("a torque like q", "a torque like qddot instead of all effects named")
-    assert judge(search(heavy, pair)).effects == ()
+    found = conclude._each_without(conclude.weighed(Selection((heavy, both), (ranking, []))), tuple(pair), ())
+    assert set(found.stand_ins) == {effect.name for effect in pair}
+    assert all(o.better and o.names[-1].endswith("instead of all effects named") for o in found.stand_ins.values())
 
 
 def test_corrections_are_named_by_what_they_go_with(damped):
@@ -96,6 +100,13 @@ def test_terms_are_what_they_are_called():
     middle = 1.5
     found = {name: float(term(q + middle, v, a)) for name, term in torque_terms(["Bi", "Tri"], middle).items()}
     assert found == pytest.approx(of_motion | expected)
+
+
+@pytest.mark.parametrize(("what", "flexor"), [("that of Tri", 0.55), ("its square", 0.22), ("a constant", 0.7)])
+def test_excitations_are_more_by_what_they_are_called(damped, what, flexor):
+    effect = correcting_effects(damped)[f"excitation of Bi like {what}"]
+    more = effect.function(torch.tensor([0.2, 0.7]), torch.tensor([1.0, -1.0]), x=torch.tensor(0.5))
+    assert more.tolist() == pytest.approx([flexor, 0.7])
 
 
 def test_an_effect_made_of_a_part_of_the_correction_does_to_the_motion_what_the_part_does(damped):
