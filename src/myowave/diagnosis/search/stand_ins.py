@@ -21,6 +21,9 @@ from myowave.diagnosis.search.score import ABSORBED, score_effects
 from myowave.identification.output_error import Fit
 from myowave.physics.effect import Effect
 
+Array = NDArray[np.float64]
+Span = tuple[bool, Array]
+
 SENSOR = "observation"  # the stage of effects on the measured angle
 SAME = 0.99  # cosine between what two changes do to the motion, above which they are one
 MOST = 2  # that are told, and fitted
@@ -32,7 +35,7 @@ class StandIns:
     """What the catalogue does not hold and that would do for an effect.
 
     Args:
-        names: in words, the best first; at most `MOST` and the shape of the curves.
+        names: in words, the best first; at most `MOST`, the shape of the curves, and `MOST` in place of all effects.
         better: whether the best of them fits better than the effect, beyond doubt.
     """
 
@@ -91,21 +94,21 @@ def _weigh_parts(without: Fit, with_it: Fit, promised: float, ranking: Sequence[
     size, whole = np.sqrt((signals**2).sum(0)), np.sqrt((columns**2).sum((0, 1)))
     seen = size > ABSORBED * np.maximum(whole, 1e-300)
     unit = signals / np.where(seen, size, 1.0)
-    counts = seen & ~_held(unit, [name in effects and effects[name].acts_on == SENSOR for name in names], ranking)
+    spans = _spans(ranking)
+    counts = seen & ~_held(unit, [name in effects and effects[name].acts_on == SENSOR for name in names], spans)
     drops = np.where(counts, (unit.T @ left) ** 2, 0.0)
     best = {names[i]: float(drops[i]) for i in np.argsort(-drops)[:MOST] if drops[i] > 0}
-    best = _fitted(without, with_it, best, effects, promised, ranking)
+    best = _fitted(without, with_it, best, effects, promised, spans)
     samples = independent_samples(with_it)
     most = max(promised, without.objective - with_it.objective)
-    costs = len(with_it.free) - len(without.free)
-
-    def lead(fall: float, parameters: int) -> float:
-        part = delta_bic(without, max(without.objective - fall, 0.0), min(parameters, 1), samples)
-        return part - delta_bic(without, without.objective - most, parameters, samples)
-
+    own = delta_bic(without, without.objective - most, 0, samples)
+    ahead = {
+        name: delta_bic(without, max(without.objective - fall, 0.0), 0, samples) - own for name, fall in best.items()
+    }
+    spared = (len(with_it.free) - len(without.free) - 1) * np.log(samples)
     # One number less is no proof: a cause may have one for each muscle.
-    as_good = tuple(name for name in sorted(best, key=lambda name: -best[name]) if lead(best[name], costs) > -MARGIN)
-    return StandIns(as_good, any(lead(fall, 0) > MARGIN for fall in best.values()))
+    as_good = tuple(name for name in sorted(ahead, key=lambda name: -ahead[name]) if ahead[name] + spared > -MARGIN)
+    return StandIns(as_good, any(lead > MARGIN for lead in ahead.values()))
 
 
 def _fitted(
@@ -114,7 +117,7 @@ def _fitted(
     drops: Mapping[str, float],
     effects: Mapping[str, Effect],
     promised: float,
-    ranking: Sequence[Candidate],
+    spans: Sequence[Span],
 ) -> dict[str, float]:
     """How much the objective falls with each part, those fitted that are effects and promise enough; without those that
     the catalogue does hold, as a look at them as effects shows.
@@ -122,7 +125,8 @@ def _fitted(
     Args:
         drops: what the parts promise.
         effects: all parts that are effects.
-        promised, ranking: see `_weigh_parts`.
+        promised: see `_weigh_parts`.
+        spans: of the catalogue.
     """
     effects = {name: effects[name] for name in drops if name in effects}
     scored = score_effects(without, effects.values())
@@ -130,28 +134,37 @@ def _fitted(
     held = {}
     for name, score in scores.items():
         unit = score.signal / np.sqrt((score.signal**2).sum(0)).clip(1e-300)
-        held[name] = bool(_held(unit, [effects[name].acts_on == SENSOR], ranking).all())
+        held[name] = bool(_held(unit, [effects[name].acts_on == SENSOR], spans).all())
     starts = {n: score.start for n, score in scores.items() if not held[n] and drops[n] > HOPEFUL * promised}
     fits, _ = race(starts, [with_it])
     falls = {name: without.objective - fit.objective for name, fit in fits.items()}
     return {name: max(drop, falls.get(name, drop)) for name, drop in drops.items() if not held.get(name, False)}
 
 
-def _held(unit: NDArray[np.float64], of_sensor: Sequence[bool], ranking: Sequence[Candidate]) -> NDArray[np.bool_]:
+def _spans(ranking: Sequence[Candidate]) -> list[Span]:
+    """What each effect that the data show can do to the motion: whether it is one of the sensor, and directions."""
+    spans = []
+    for candidate in ranking:
+        if not (candidate.failure or candidate.score.absorbed):
+            directions, strengths, _ = np.linalg.svd(candidate.score.signal, full_matrices=False)
+            shown = directions[:, strengths > 1e-6 * strengths.max(initial=0.0)]
+            spans.append((candidate.effect.acts_on == SENSOR, shown))
+    return spans
+
+
+def _held(unit: Array, of_sensor: Sequence[bool], spans: Sequence[Span]) -> NDArray[np.bool_]:
     """Which parts an effect of the catalogue does, of the sensor for those of a sensor: a muscle that lags is no sensor
     that does, though nothing tells the two apart.
 
     Args:
         unit: what each part does to the motion, of unit length, one per column.
         of_sensor: whether it is one of the sensor.
+        spans: of the catalogue.
     """
     held = np.zeros(unit.shape[1], bool)
-    for candidate in ranking:
-        if not (candidate.failure or candidate.score.absorbed):
-            directions, strengths, _ = np.linalg.svd(candidate.score.signal, full_matrices=False)
-            directions = directions[:, strengths > 1e-6 * strengths.max(initial=0.0)]
-            alike = np.array(of_sensor) == (candidate.effect.acts_on == SENSOR)
-            held |= alike & (np.sqrt(((directions.T @ unit) ** 2).sum(0)) > SAME)
+    for by_sensor, directions in spans:
+        alike = np.array(of_sensor) == by_sensor
+        held |= alike & (np.sqrt(((directions.T @ unit) ** 2).sum(0)) > SAME)
     return held
 
 
