@@ -6,15 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
-from scipy.signal import lfilter
 
-from myowave.diagnosis.misfit.independence import check_independence, inputs_of
 from myowave.diagnosis.misfit.where import describe, interval_of_rmse, misfit_by, missing_torque
 from myowave.diagnosis.search.draft import LIBRARY, draft_effect
 from myowave.diagnosis.search.next_trial import propose_trials
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
-from myowave.identification.uncertainty import correlation_time
 from myowave.physics.effect_files import load_effects
 
 
@@ -138,43 +135,6 @@ def test_short_trials_have_a_coarser_map_whose_cells_are_filled(make_fit):
         assert whole.map()["windows"].sum() > 0.8 * len(whole.points) and whole.map()["windows"].min() >= 3
         assert np.polyfit(whole.map()["velocity_rad_s"], whole.map()["torque_Nm"], 1)[0] < 0, "what is missing brakes"
     assert len(short.map()) < len(found.map())
-
-
-def test_a_residual_that_follows_the_velocity_is_noticed(make_fit):
-    assert check_independence(make_fit()).holds
-    assert not check_independence(make_fit({"joint_damping": {"c": 1.5}})).holds
-
-
-def test_a_slow_residual_that_the_inputs_drive_is_noticed(make_fit):
-    """Other muscle curves leave a residual so slow that any two such signals correlate."""
-    fit = make_fit({"millard_curves": {"w": 1.0}}, noise_deg=0.05)
-    assert correlation_time(fit.normal.residual, fit.record) > 5
-    assert not check_independence(fit).holds
-
-
-@pytest.mark.parametrize("samples", [-8, 8])
-def test_the_lag_says_how_far_the_input_is_ahead_of_the_residual(samples, make_fit):
-    fit = make_fit()
-    activity = np.diff(inputs_of(fit)["activation Bi"], axis=-1, append=0.5)
-    driven = replace(fit.normal, residual=0.01 * np.roll(activity, samples, axis=-1))
-    found = check_independence(replace(fit, normal=driven))
-    row = np.abs(found.correlation[found.inputs.index("activation Bi")])
-    assert np.sign(found.lags_s[row.argmax()]) == np.sign(samples)
-
-
-@pytest.mark.parametrize("colour", [0.0, 0.7, 0.95])
-def test_noise_of_any_colour_is_independent(make_fit, colour):
-    """Noise that no input drives, as a fit would leave it: what the parameters can imitate is gone from it."""
-    fit, random, alarms = make_fit(), np.random.default_rng(5), 0
-    normal, shape = fit.normal, fit.normal.residual.shape
-    for _ in range(25):
-        white = random.standard_normal((shape[0], shape[1] + 200))
-        noise = np.radians(1.0) * lfilter([1.0], [1.0, -colour], white)[:, 200:]
-        product = np.einsum("tnp,tn->p", normal.without_starts(normal.slope), noise)
-        left = noise - normal.slope @ np.linalg.solve(normal.matrix, product)
-        left = normal.without_starts(left[..., None])[..., 0]
-        alarms += not check_independence(replace(fit, normal=replace(normal, residual=left))).holds
-    assert alarms <= 1
 
 
 def test_the_draft_is_an_effect_file_that_runs_and_says_what_was_found(make_fit, tmp_path):

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+import torch
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 from scipy.stats import t as student
 
-from myowave.diagnosis.misfit.independence import inputs_of
 from myowave.identification.output_error import Fit
 from myowave.identification.record import is_bound
 from myowave.physics.dynamics import moment_of_inertia
@@ -74,13 +74,12 @@ def misfit_by(fit: Fit) -> pd.DataFrame:
     """
     valid = fit.record.valid
     residual = np.degrees(fit.residual)
-    signals = inputs_of(fit)
-    velocity = signals["velocity"]
+    q, velocity = fit.sensitive.motion.state[..., :2].numpy().transpose(2, 0, 1)
     rows = [_row("trial", name, left) for name, left in fit.record.joined(residual).items()]
     for part, where in (("flexion", velocity > STILL_RAD_S), ("extension", velocity < -STILL_RAD_S)):
         rows.append(_row("direction", part, residual[where & valid]))
-    factors = {"speed [deg/s]": np.degrees(np.abs(velocity)), "angle [deg]": np.degrees(signals["angle"])}
-    factors |= {f"{n} [-]": s for n, s in signals.items() if n.startswith("activation ")}
+    factors = {"speed [deg/s]": np.degrees(np.abs(velocity)), "angle [deg]": np.degrees(q)}
+    factors |= _activations(fit)
     factors["time [s]"] = fit.record.begin_s[:, None] + np.arange(residual.shape[1]) * fit.record.dt
     for factor, signal in factors.items():
         edges = np.quantile(signal[valid], np.linspace(0, 1, BINS + 1))
@@ -90,6 +89,14 @@ def misfit_by(fit: Fit) -> pd.DataFrame:
             if inside.any():
                 rows.append(_row(factor, f"{low:.3g} to {high:.3g}", residual[inside], low, high))
     return pd.DataFrame(rows)
+
+
+def _activations(fit: Fit) -> dict[str, Array]:
+    """The activation of every muscle at every sample, (T, N), by its name and unit."""
+    drive = fit.simulation.drive
+    activation = torch.cat([drive.activation[..., 0, :], drive.activation[..., -1:, -1, :]], -2)
+    activation = activation.expand(len(fit.record.names), *activation.shape[-2:]).numpy()
+    return {f"activation {m.name} [-]": activation[..., i] for i, m in enumerate(fit.model.muscles)}
 
 
 def describe(misfit: pd.DataFrame, noise_deg: float) -> str:

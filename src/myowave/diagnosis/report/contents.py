@@ -11,7 +11,6 @@ TABLE_NAMES = (
     "errors",
     "misfit",
     "missing_torque",
-    "independence",
     "next_trials",
 )
 # Of the rule that compares in three rooms, after the fits.
@@ -20,7 +19,6 @@ FIGURE_NAMES = (
     "overlay",
     "errors",
     *ROOM_NAMES,
-    "independence",
     "correlations",
     "misfit",
     "missing_torque",

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from myowave.diagnosis.causes import EMG_NOISE, EMG_NOISE_TITLE, OWN_CURVES
+from myowave.diagnosis.misfit.size import size_of_misfit
 from myowave.diagnosis.misfit.where import interval_of_rmse
 from myowave.diagnosis.report.words import degrees, tell_masked
 from myowave.diagnosis.search.diagnose import Diagnosis
@@ -83,7 +84,7 @@ def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
 def _leave_more(diagnosis: Diagnosis) -> list[str]:
     """Models whose residual is not noise: their intervals hold only if the model were right."""
     found, last = diagnosis.verdict, diagnosis.rungs[-1].name
-    left = [rung.name for rung in diagnosis.tried if not rung.independence.holds]
+    left = [rung.name for rung in diagnosis.named if size_of_misfit(rung.fit).significant]
     before = [rung.name for rung in diagnosis.rungs[:-1]] if found.kind != "adequate" else []
     return sorted({*left, *before, *([last] if found.structure_left else [])})
 
@@ -205,7 +206,6 @@ def ladder_table(diagnosis: Diagnosis) -> pd.DataFrame:
             "train_r2": _r2(rung.residual, rung.fit.record),
             "heldout_r2": _r2(rung.heldout.residual, diagnosis.test),
             "missing_torque_Nm": rung.missing.rms,
-            "independent": rung.independence.holds,
             "converged": rung.fit.converged,
         }
         for rung in diagnosis.tried
@@ -272,17 +272,6 @@ def predictions_table(diagnosis: Diagnosis) -> pd.DataFrame:
                     )
                 )
     return pd.concat(tables, ignore_index=True)
-
-
-def independence_table(diagnosis: Diagnosis) -> pd.DataFrame:
-    """Correlation of the residual with every input at every lag, with its bound."""
-    rows = [
-        (rung.name, name, lag, rung.independence.correlation[i, j], rung.independence.bound[i])
-        for rung in diagnosis.tried
-        for i, name in enumerate(rung.independence.inputs)
-        for j, lag in enumerate(rung.independence.lags_s)
-    ]
-    return pd.DataFrame(rows, columns=["model", "input", "lag_s", "correlation", "bound"])
 
 
 def misfit_table(diagnosis: Diagnosis) -> pd.DataFrame:
@@ -352,6 +341,5 @@ TABLES = {
     "errors": errors_by_trial,
     "misfit": misfit_table,
     "missing_torque": missing_torque_table,
-    "independence": independence_table,
     "next_trials": proposals_table,
 }

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.misfit.filtered import noise_left
-from myowave.diagnosis.misfit.independence import Independence, check_independence
 from myowave.diagnosis.misfit.where import MissingTorque, describe, misfit_by, missing_torque
 from myowave.diagnosis.search.conclude import Findings, search, weighed
 from myowave.diagnosis.search.draft import MOST_TERMS, Draft, draft_effect
@@ -41,7 +40,6 @@ class Rung:
 
     fit: Fit
     heldout: Prediction
-    independence: Independence
     misfit: pd.DataFrame
     missing: MissingTorque
     seen: Prediction | None = None
@@ -210,7 +208,7 @@ def make_rung(fit: Fit, test: Record) -> Rung:
         test: the trials kept for testing.
     """
     seen = None if fit.record.pieces is None else predict(fit, fit.record)
-    return Rung(fit, predict(fit, test), check_independence(fit), misfit_by(fit), missing_torque(fit), seen)
+    return Rung(fit, predict(fit, test), misfit_by(fit), missing_torque(fit), seen)
 
 
 def _proposals(selection: Selection, verdict: Verdict, effects: Mapping[str, Effect]) -> dict[str, list[Proposal]]:

@@ -10,7 +10,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from myowave.diagnosis.report.cells import with_texts
-from myowave.diagnosis.report.figures.compare import draw_correlations, draw_errors, draw_independence, draw_overlay
+from myowave.diagnosis.report.figures.compare import draw_correlations, draw_errors, draw_overlay
 from myowave.diagnosis.report.figures.rooms import draw_horizons, draw_torque
 from myowave.diagnosis.report.figures.watch import draw_ladder, draw_parameters
 from myowave.diagnosis.report.figures.where import draw_misfit, draw_missing_torque
@@ -48,7 +48,6 @@ def draw_diagnosis(
         "errors": draw_errors(errors, heldout, found, said, with_emg),
         "torque": draw_torque(tables["torque"], found),
         "horizons": draw_horizons(tables["horizons"], noise, said, ladder[ladder["source"] != PHYSICS], found),
-        "independence": draw_independence(of_ends(tables["independence"])),
         "correlations": draw_correlations(of_ends(tables["correlations"])),
         "misfit": draw_misfit(of_ends(tables["misfit"]), noise, summary["where"]),
         "missing_torque": draw_missing_torque(of_ends(tables["missing_torque"])),

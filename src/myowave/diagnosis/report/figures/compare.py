@@ -9,13 +9,10 @@ from matplotlib.figure import Figure
 from myowave.diagnosis.report.figures.style import (
     WIDE,
     draw_noise,
-    label_lowest,
     legend,
     ramp,
-    sentence,
     short,
     style,
-    together,
     unique,
     whiskers,
 )
@@ -103,45 +100,6 @@ def draw_errors(
     legend(figure, axis, columns=2)
     texts = [f"{short(m)} misses by {degrees(heldout_deg[m])}" for m in dict.fromkeys((models[0], found))]
     title(figure, f"On held-out trials {', '.join(texts)}; noise is {noise}")
-    return figure
-
-
-def draw_independence(independence: pd.DataFrame) -> Figure:
-    """Correlation of the residual with what drives the arm, in units of the bound for independent signals."""
-    models, inputs = (
-        unique(independence["model"]),
-        together(independence, "input", ("model", "lag_s", "correlation", "bound")),
-    )
-    columns = 3
-    figure, axes = canvas(
-        -(-len(inputs) // columns),
-        columns,
-        width=9.5,
-        height=2.3 * -(-len(inputs) // columns) + 1.2,
-        sharex=True,
-        sharey=True,
-    )
-    ratio = independence["correlation"] / independence["bound"]
-    for axis, name in zip(axes.flat, inputs, strict=False):
-        axis.axhspan(-1, 1, color="#e9e9e9", zorder=0, label="as independent signals do")
-        for order, model in enumerate(models):
-            chosen = (independence["model"] == model) & (independence["input"] == name)
-            lags = independence["lag_s"][chosen]
-            axis.plot(lags, ratio[chosen], marker="o", markersize=3, label=short(model), **style(order))
-        axis.set_title(inputs[name])
-    for axis in list(axes.flat)[len(inputs) :]:
-        axis.set_visible(False)
-    label_lowest(axes.flat, len(inputs), columns, "input ahead by [s]")
-    for axis in axes[:, 0]:
-        axis.set_ylabel("correlation / bound [-]")
-    legend(figure, axes[0, 0], columns=3)
-    worst = ratio.abs().groupby([independence["model"], independence["input"]]).max()
-    texts = []
-    for model in models:
-        name, value = worst[model].idxmax(), worst[model].max()
-        state = f"depends on {name}, {value:.2g} times the bound" if value > 1 else "is independent of every input"
-        texts.append(f"what {short(model)} leaves {state}")
-    title(figure, sentence("; ".join(texts)))
     return figure
 
 

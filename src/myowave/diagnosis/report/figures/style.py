@@ -41,10 +41,6 @@ def short(model: str) -> str:
     return model.replace("+", " + ")
 
 
-def sentence(text: str) -> str:
-    return text[0].upper() + text[1:]
-
-
 def label_lowest(axes: Iterable[Axes], shown: int, columns: int, text: str = "") -> None:
     """Ticks with their labels below the lowest panel of each column, also where the last row is not full.
 
