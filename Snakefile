@@ -2,11 +2,8 @@
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
-from snakemake.logging import logger
-from snakemake.settings.enums import Quietness
 
 from myowave.workflow.job import check_writable
-from myowave.workflow.time_left import Job, TimeLeft
 
 ROOT = Path(workflow.current_basedir.get_path_or_uri(secret_free=True))  # of myowave, also within another workflow
 
@@ -44,22 +41,11 @@ rule all:
         "results/index.html",
 
 
-def jobs_left():
-    """Jobs of this run that have not ended, by number; checkpoints may add some."""
-    return {job.jobid: Job(job.rule.name, job.threads) for job in workflow.dag.needrun_jobs()}
-
-
-def say_time_left(text):
-    logger.info(text, extra={"quietness": Quietness.PROGRESS})
-
-
 onstart:
     try:
         check_writable("results")
     except ValueError as error:
         raise WorkflowError(str(error)) from None
-    if workflow.local_exec:  # nobody knows how many jobs a cluster runs at a time
-        logger.addHandler(TimeLeft(jobs_left, workflow.cores, say_time_left))
 
 
 onsuccess:
