@@ -19,7 +19,7 @@ from myowave.diagnosis.search.conclude import search
 from myowave.identification.free_parameters import free_parameters
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import Record, make_record
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
 from myowave.settings import Physics, Scatter, SimulatedDataset

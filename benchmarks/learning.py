@@ -40,7 +40,7 @@ from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
 from myowave.learning.windows import Corpus, count_training_samples, count_windows
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
 from myowave.plotting import CYCLE, GREY, canvas, save, title

@@ -5,7 +5,7 @@ import torch
 import yaml
 
 from myowave.identification.free_parameters import Free, free_parameters
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.physics.effect import Effect
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model

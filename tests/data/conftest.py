@@ -5,7 +5,7 @@ import pytest
 import yaml
 
 from myowave.data.trials import Trials
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.settings import Physics
 
 ROOT = Path(__file__).parents[2]

@@ -10,7 +10,7 @@ from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
 from myowave.data.wavelets import decompose
 from myowave.learning.task import Task
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.physics.effect import Effect
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model

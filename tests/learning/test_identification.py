@@ -13,7 +13,7 @@ from myowave.identification.free_parameters import free_parameters, start_values
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
 from myowave.learning.identification import Identification
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.settings import Identify, SimulatedDataset
 

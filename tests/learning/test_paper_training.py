@@ -14,7 +14,7 @@ from myowave.learning.residual import Pieces, Residual
 from myowave.learning.task import Stage, begin_stage
 from myowave.learning.training import train_scale
 from myowave.learning.windows import Corpus
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.physics.dynamics import torques
 from myowave.physics.effects import catalogue
 from myowave.physics.simulation import Simulation

@@ -7,7 +7,7 @@ import pytest
 import torch
 import yaml
 
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.physics.constants import GROUP_CONSTANTS, constant_of, constant_unit
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation

@@ -11,7 +11,7 @@ import pytest
 import torch
 import yaml
 
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.physics.dynamics import muscle_quantities
 from myowave.physics.effects import SHIPPED, catalogue
 from myowave.physics.motion import simulate

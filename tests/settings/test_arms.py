@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.settings import Physics, dump, parse_settings
 from myowave.settings.configuration import Settings
 

@@ -8,7 +8,7 @@ from sessions import ANGLE_HZ, EMG_HZ, session_section, write_session
 
 from myowave.data.preparing import prepare_recording
 from myowave.diagnosis.search.diagnose import diagnose
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.settings import RecordedDataset
 from myowave.starting.study import new_study

@@ -46,6 +46,7 @@ DOORS = {
 # Beside the layers: they may be used by any, and use none but those named here.
 BESIDE = {
     "settings": ("physics",),  # its list of constants, which loads nothing
+    "models.py": ("physics",),
     "starting": ("physics", "data"),
     "workflow": (),
     "plotting.py": (),
@@ -87,6 +88,12 @@ def test_a_layer_imports_only_those_before_it(layer):
     before = {layer, *LAYERS[layer]}
     for path in (SOURCE / layer).rglob("*.py"):
         assert layers_used(path) <= before, f"{path} imports upwards"
+
+
+def test_physics_imports_nothing_else_of_the_package():
+    for path in (SOURCE / "physics").rglob("*.py"):
+        own = [name for name in imported(path) if name.split(".")[0] == "myowave"]
+        assert all(name.startswith("myowave.physics.") for name in own), path
 
 
 @pytest.mark.parametrize("layer", PARTS)

@@ -6,7 +6,7 @@ from pydantic import TypeAdapter
 from myowave.learning.multiresolution.arms import ARMS
 from myowave.learning.multiresolution.compete import compete
 from myowave.learning.multiresolution.draws import draw_trials
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.settings import Dataset, Physics, Recipe
 from myowave.workflow.job import job_log
 

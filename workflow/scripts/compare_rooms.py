@@ -7,7 +7,7 @@ import pandas as pd
 
 from myowave.data.store import read_trials
 from myowave.diagnosis.rooms.compare import compare_rooms
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.settings import Physics
 from myowave.workflow.job import job_log
 

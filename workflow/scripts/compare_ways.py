@@ -9,7 +9,7 @@ from myowave.learning.evaluation import evaluate, predict_trials
 from myowave.learning.task import Task
 from myowave.learning.teaching import WAYS, taught_by
 from myowave.learning.training import train_scales
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.settings import Identify, Physics, Recipe, Wavelet
 from myowave.workflow.job import job_log
 

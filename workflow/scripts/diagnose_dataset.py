@@ -5,7 +5,7 @@ from pathlib import Path
 from myowave.data.store import read_trials, write_json, write_table
 from myowave.diagnosis.report.tables import TABLES, predictions_table, verdict_summary
 from myowave.diagnosis.search.diagnose import diagnose
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.settings import Diagnosis, Identify, Physics
 from myowave.workflow.job import job_log

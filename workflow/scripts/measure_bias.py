@@ -3,7 +3,7 @@
 from myowave.data.store import read_trials
 from myowave.learning.paper.bias import tabulate_bias
 from myowave.learning.paper.tables import PARAMETERS
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.settings import Physics
 from myowave.workflow.job import job_log
 

@@ -12,7 +12,7 @@ from myowave.learning.evaluation import evaluate, predict_trials
 from myowave.learning.sweep.outcome import BEST, compare_scores
 from myowave.learning.task import Task
 from myowave.learning.training import train_scales
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.settings import Identify, Physics, PlannedSweep, Recipe, Wavelet
 from myowave.workflow.job import job_log
 

@@ -8,7 +8,7 @@ from myowave.data.store import read_scales
 from myowave.learning.sweep.objective import JUDGES
 from myowave.learning.sweep.search import describe, open_search, work
 from myowave.learning.task import Task
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.settings import Identify, Physics, PlannedSweep, Recipe
 from myowave.workflow.job import job_log
 

@@ -2,7 +2,7 @@
 
 from myowave.data.simulate import simulate_trials, write_truth
 from myowave.data.store import write_trials
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.settings import Physics, SimulatedDataset
 from myowave.workflow.job import job_log

@@ -1,7 +1,7 @@
 """Diagnose a part of the cases of one world of the study."""
 
 from myowave.diagnosis.study.cases import list_cases, study_world
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.settings import Diagnosis, Physics, SimulatedDataset
 from myowave.workflow.job import job_log

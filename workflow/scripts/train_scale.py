@@ -7,7 +7,7 @@ from myowave.data.thinning import thin_scales
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
-from myowave.physics.build import build_model
+from myowave.models import build_model
 from myowave.settings import Identify, Physics, Recipe, Wavelet
 from myowave.workflow.job import follow, job_log
 

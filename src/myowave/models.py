@@ -1,4 +1,4 @@
-"""From the section `physics` of config.yaml to a model."""
+"""From settings to a model: the only place that knows both an arm's settings and the physics they name."""
 
 from dataclasses import replace
 
