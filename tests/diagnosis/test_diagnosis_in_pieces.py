@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import torch
 
+from myowave.diagnosis.comparison.compare import compare_models
 from myowave.diagnosis.report.ladder import join_ladder
 from myowave.diagnosis.report.page import Story, write_page
 from myowave.diagnosis.report.tables import TABLES, predictions_table, ranking_table, verdict_summary
-from myowave.diagnosis.rooms.compare import compare_rooms
 from myowave.diagnosis.search.diagnose import diagnose, follows
 from myowave.diagnosis.search.rank import count_folds, folds_won, left_out_residuals, rank_effects
 from myowave.identification.output_error import fit_from, refit
@@ -116,13 +116,13 @@ def test_what_is_known_beforehand_is_not_what_a_fit_to_torque_left(diagnosis):
 def test_the_page_says_over_what_the_model_was_judged(diagnosis, runaway, base, pytestconfig, tmp_path):
     tables = {name: table(diagnosis) for name, table in TABLES.items()}
     verdict = verdict_summary(diagnosis) | {"command": "", "hidden": None}
-    rooms = compare_rooms(
+    comparison = compare_models(
         runaway,
         lambda name: next(r.fit.model for r in diagnosis.tried if r.name == name),
         tables["parameters"],
         tables["errors"],
     )
-    assert np.isfinite(rooms["horizons"]["horizon_s"]).all(), "nothing here ran free over whole trials"
+    assert np.isfinite(comparison["horizons"]["horizon_s"]).all(), "nothing here ran free over whole trials"
     template = tmp_path / "template.html.j2"
     template.write_text("{{ compare }} {{ where }}")
     page = write_page(
@@ -134,7 +134,7 @@ def test_the_page_says_over_what_the_model_was_judged(diagnosis, runaway, base, 
             tables["next_trials"],
             tables["missing_torque"],
             predictions_table(diagnosis),
-            **rooms,
+            **comparison,
             images={},
             draft="",
         ),

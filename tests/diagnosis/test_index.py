@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from myowave.diagnosis.report.contents import ROOM_NAMES, TABLE_NAMES
+from myowave.diagnosis.report.contents import COMPARISON_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.index import Entry, interval, read_entries, read_entry, write_index
 
 TORQUE = pd.DataFrame({"model": ["base", "posture and speed"], "held_out": True, "r2": [0.8, 0.3], "rmse_Nm": 1.0})
@@ -95,7 +95,9 @@ def test_constants_that_nobody_asked_for_are_folded_away(template):
 
 
 def test_links_lead_to_what_a_diagnosis_writes(page):
-    files = {"verdict.html", "verdict.json", "watch.csv"} | {f"{name}.csv" for name in (*TABLE_NAMES, *ROOM_NAMES)}
+    files = {"verdict.html", "verdict.json", "watch.csv"} | {
+        f"{name}.csv" for name in (*TABLE_NAMES, *COMPARISON_NAMES)
+    }
     links = set(re.findall(r'href="diagnosis/anna/([^"]+)"', page))
     assert links == files
     assert 'href="summary.csv"' in page and "make ui" in page

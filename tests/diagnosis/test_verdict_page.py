@@ -10,14 +10,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from myowave.diagnosis.comparison.compare import compare_models
 from myowave.diagnosis.report.cells import estimate
 from myowave.diagnosis.report.command import adding_command
-from myowave.diagnosis.report.contents import FIGURE_NAMES, ROOM_NAMES, TABLE_NAMES
+from myowave.diagnosis.report.contents import COMPARISON_NAMES, FIGURE_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.figures import draw_diagnosis
 from myowave.diagnosis.report.ladder import join_ladder, join_parameters, tell_failed_seeds
 from myowave.diagnosis.report.page import Story, write_page
 from myowave.diagnosis.report.tables import TABLES, ladder_table, predictions_table, verdict_summary
-from myowave.diagnosis.rooms.compare import compare_rooms
 from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.physics.model import parse_model
@@ -54,8 +54,8 @@ def tables(diagnosis):
 
 
 @pytest.fixture(scope="module")
-def rooms(make_trials, base, effects, tables):
-    return compare_rooms(
+def comparison(make_trials, base, effects, tables):
+    return compare_models(
         make_trials(HIDDEN), lambda name: parse_model(name, base, effects), tables["parameters"], tables["errors"]
     )
 
@@ -81,11 +81,11 @@ def network():
 
 
 @pytest.fixture(scope="module")
-def story(diagnosis, verdict, tables, rooms, network, tmp_path_factory):
+def story(diagnosis, verdict, tables, comparison, network, tmp_path_factory):
     ladder = join_ladder(tables["ladder"], [network])
     parameters = join_parameters(verdict, [network], tables["parameters"])
     folder = tmp_path_factory.mktemp("pictures")
-    watched = tables | rooms | {"ladder": ladder, "parameters": parameters}
+    watched = tables | comparison | {"ladder": ladder, "parameters": parameters}
     predictions = predictions_table(diagnosis)
     figures = draw_diagnosis(watched, predictions, verdict)
     for name, figure in figures.items():
@@ -99,7 +99,7 @@ def story(diagnosis, verdict, tables, rooms, network, tmp_path_factory):
         proposals=tables["next_trials"],
         missing=tables["missing_torque"],
         predictions=predictions,
-        **rooms,
+        **comparison,
         images=images,
         draft=diagnosis.draft.source,
     )
@@ -122,14 +122,14 @@ def test_verdict_json_says_what_was_found_and_how_well(verdict):
     assert found["error_pct"] == pytest.approx(100 * (found["value"] / 0.6 - 1))
 
 
-def test_every_table_and_picture_has_the_name_that_the_workflow_knows(tables, rooms, story):
+def test_every_table_and_picture_has_the_name_that_the_workflow_knows(tables, comparison, story):
     assert set(tables) == set(TABLE_NAMES) and set(story.images) == set(FIGURE_NAMES)
-    assert set(rooms) == set(ROOM_NAMES)
+    assert set(comparison) == set(COMPARISON_NAMES)
 
 
-def test_the_three_rooms_agree_that_damping_was_missing(rooms, tables):
-    r2 = rooms["torque"].query("held_out").set_index("model")["r2"]
-    errors = rooms["horizons"].query("held_out").pivot(index="horizon_s", columns="predictor", values="rmse_deg")
+def test_the_comparisons_agree_that_damping_was_missing(comparison, tables):
+    r2 = comparison["torque"].query("held_out").set_index("model")["r2"]
+    errors = comparison["horizons"].query("held_out").pivot(index="horizon_s", columns="predictor", values="rmse_deg")
     assert r2["base+joint_damping"] > r2["base"] > r2["posture and speed"]
     assert (errors["base+joint_damping"] < errors["base"]).loc[2.0:].all(), errors
     whole = tables["errors"].query("role == 'test'").set_index("model")["rmse_deg"]

@@ -130,7 +130,7 @@ def test_a_changed_arm_reruns_only_its_datasets(finished):
         else:
             assert planned["train_scale"] == 3 and planned["diagnose_dataset"] == 1, "case1 and case2 have another arm"
             assert not {"simulate_trials", "import_trials"} & set(planned)
-            assert planned["compare_rooms"] == 1, "so does all that compares its physics"
+            assert planned["compare_models"] == 1, "so does all that compares its physics"
     (finished.folder / "mine.yaml").write_text(mine)
     with edited(finished, "config.yaml", "joint: {mass_kg: 1.0", "joint: {mass_kg: 1.1"):
         planned = finished.planned(*CONFIG)

@@ -29,9 +29,9 @@ PARTS = {
     "diagnosis": {
         "": (),
         "misfit": (),
-        "rooms": (),
+        "comparison": (),
         "search": ("misfit",),
-        "report": ("misfit", "rooms", "search"),
+        "report": ("misfit", "comparison", "search"),
         "study": ("misfit", "search"),
         "subjects": (),
     },

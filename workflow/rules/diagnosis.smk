@@ -1,7 +1,7 @@
 # Compare with the trials, see where the model fails, learn which effect is missing, add it, watch the error fall.
 import os
 
-from myowave.diagnosis.report.contents import FIGURE_NAMES, ROOM_NAMES, TABLE_NAMES
+from myowave.diagnosis.report.contents import FIGURE_NAMES, COMPARISON_NAMES, TABLE_NAMES
 
 DIAGNOSIS = "results/diagnosis/{dataset}"
 DIAGNOSIS_PICTURES = "results/figures/{dataset}/diagnosis"
@@ -17,7 +17,7 @@ PAGE_PARTS = (
     "uplot/uPlot.min.css",
     "uplot/LICENSE",
 )
-ROOM_TABLES = expand(f"{DIAGNOSIS}/{{table}}.csv", table=ROOM_NAMES, allow_missing=True)
+COMPARISON_TABLES = expand(f"{DIAGNOSIS}/{{table}}.csv", table=COMPARISON_NAMES, allow_missing=True)
 
 
 def page_file(name):
@@ -52,22 +52,22 @@ checkpoint diagnose_dataset:
 
 
 # The same fits, asked for torque and for short horizons, where nothing diverges.
-rule compare_rooms:
+rule compare_models:
     input:
         trials="results/data/{dataset}/trials.parquet",
         physics=physics_files,
         parameters=f"{DIAGNOSIS}/parameters.csv",
         errors=f"{DIAGNOSIS}/errors.csv",
     output:
-        tables=ROOM_TABLES,
+        tables=COMPARISON_TABLES,
     log:
-        "results/logs/compare_rooms/{dataset}.log",
+        "results/logs/compare_models/{dataset}.log",
     params:
         physics=physics_section,
         contents=physics_contents,
-        code=digest("compare_rooms"),
+        code=digest("compare_models"),
     script:
-        "../scripts/compare_rooms.py"
+        "../scripts/compare_models.py"
 
 
 rule score_verdict:
@@ -110,7 +110,7 @@ rule draw_diagnosis:
     input:
         summary=f"{DIAGNOSIS}/summary.json",
         tables=DIAGNOSIS_TABLES,
-        rooms=ROOM_TABLES,
+        comparison=COMPARISON_TABLES,
         predictions=f"{DIAGNOSIS}/predictions.parquet",
         ladder=f"{DIAGNOSIS}/watch.csv",
         parameters=f"{DIAGNOSIS}/watch_parameters.csv",

@@ -13,12 +13,12 @@ TABLE_NAMES = (
     "missing_torque",
     "next_trials",
 )
-# Of the rule that compares in three rooms, after the fits.
-ROOM_NAMES = ("torque", "horizons")
+# Of the rule that compares models with trials, after the fits.
+COMPARISON_NAMES = ("torque", "horizons")
 FIGURE_NAMES = (
     "overlay",
     "errors",
-    *ROOM_NAMES,
+    *COMPARISON_NAMES,
     "correlations",
     "misfit",
     "missing_torque",

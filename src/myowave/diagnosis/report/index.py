@@ -12,14 +12,14 @@ import pandas as pd
 import yaml
 from markupsafe import Markup
 
+from myowave.diagnosis.comparison.names import EMG_ONLY, POSTURE
+from myowave.diagnosis.comparison.telling import explained, missed, named_horizon, r2_text
 from myowave.diagnosis.report.cells import ANYWHERE, Z95, interval_of, named
-from myowave.diagnosis.report.contents import ROOM_NAMES, TABLE_NAMES
+from myowave.diagnosis.report.contents import COMPARISON_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.templates import fill
 from myowave.diagnosis.report.words import BASE, degrees, kind_of, noise, tell, titled
-from myowave.diagnosis.rooms.names import EMG_ONLY, POSTURE
-from myowave.diagnosis.rooms.telling import explained, missed, named_horizon, r2_text
 
-FILES = ("verdict.json", "watch.csv", *(f"{name}.csv" for name in (*ROOM_NAMES, *TABLE_NAMES)))
+FILES = ("verdict.json", "watch.csv", *(f"{name}.csv" for name in (*COMPARISON_NAMES, *TABLE_NAMES)))
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Entry:
     Args:
         verdict: verdict.json.
         parameters: parameters.csv, columns model, parameter, value, se, low, high, unit, assumed.
-        torque, horizons: of `rooms.compare.compare_rooms`.
+        torque, horizons: of `comparison.compare.compare_models`.
         settings: of the dataset, without what is hidden in it; none where they are not known.
     """
 
@@ -191,13 +191,13 @@ def _facts(entry: Entry) -> dict[str, str | Markup]:
     for part, words in (("train", "training RMSE"), ("heldout", "held-out RMSE")):
         facts[f"{words}, base model"] = degrees(entry.before[part])
         facts[f"{words}, with what was found"] = degrees(entry.after[part]) if entry.after else ""
-    facts |= _rooms(entry, found)
+    facts |= _comparison(entry, found)
     facts["where it fails"] = str(verdict["where"])
     facts["record next"] = str(verdict["next_trial"]["trial"]) if verdict.get("next_trial") else ""
     return facts | {f"{name} (95 % interval)": text for name, text in _parameters(entry, found, assumed=False).items()}
 
 
-def _rooms(entry: Entry, found: str) -> dict[str, str]:
+def _comparison(entry: Entry, found: str) -> dict[str, str]:
     """Held-out torque explained and error at the short horizon, beside predictors without a model of the arm."""
     r2 = explained(entry.torque)[1]
     facts = {}

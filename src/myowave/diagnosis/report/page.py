@@ -13,6 +13,7 @@ from typing import Any
 
 import pandas as pd
 
+from myowave.diagnosis.comparison.telling import tell_horizons, tell_torque
 from myowave.diagnosis.report.cells import (
     LADDER_COLUMNS,
     ladder_rows,
@@ -38,7 +39,6 @@ from myowave.diagnosis.report.words import (
     titled,
     two_digits,
 )
-from myowave.diagnosis.rooms.telling import tell_horizons, tell_torque
 
 PIXELS = 1.9  # of a picture in one of the page
 UNDECIDABLE = "undecidable"
@@ -55,7 +55,7 @@ class Story:
         ladder, parameters: of `ladder.join_ladder` and `ladder.join_parameters`.
         ranking, proposals, missing: the tables `ranking`, `next_trials` and `missing_torque` of `tables`.
         predictions: measured and simulated angle, of `tables.predictions_table`.
-        torque, horizons: of `rooms.compare.compare_rooms`.
+        torque, horizons: of `comparison.compare.compare_models`.
         images: {name: PNG file}; the page draws the overlay itself.
         draft: text of the drafted effect file.
     """
@@ -102,7 +102,7 @@ def write_page(story: Story, template: Path) -> str:
         "quiet": _quiet(verdict),
         "weighed": verdict["follows"] and not _quiet(verdict),
         "compare": _compare(verdict),
-        "rooms": (tell_torque(story.torque, verdict["model"]), tell_horizons(story.horizons, verdict["model"])),
+        "comparison": (tell_torque(story.torque, verdict["model"]), tell_horizons(story.horizons, verdict["model"])),
         "where": _where(verdict),
         "missing": _missing(story),
         "which": _which(story),

@@ -1,4 +1,4 @@
-"""Pictures of a diagnosis, one module per step: compare, rooms, where, which, watch. Drawn only from its tables.
+"""Pictures of a diagnosis, one module per step: compare, comparisons, where, which, watch. Drawn only from its tables.
 
 Where there are several models, the first (without any effect added) and the one that was found are shown.
 """
@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from myowave.diagnosis.report.cells import with_texts
 from myowave.diagnosis.report.figures.compare import draw_correlations, draw_errors, draw_overlay
-from myowave.diagnosis.report.figures.rooms import draw_horizons, draw_torque
+from myowave.diagnosis.report.figures.comparisons import draw_horizons, draw_torque
 from myowave.diagnosis.report.figures.watch import draw_ladder, draw_parameters
 from myowave.diagnosis.report.figures.where import draw_misfit, draw_missing_torque
 from myowave.diagnosis.report.figures.which import draw_ranking
@@ -27,7 +27,7 @@ def draw_diagnosis(
 
     Args:
         tables: those of `tables.TABLES`, with `ladder` and `parameters` as `ladder` joins them, and those of
-            `rooms.compare`.
+            `comparison.compare`.
         predictions: measured and simulated angle, from `tables.predictions_table`.
         summary: from `tables.verdict_summary`.
     """

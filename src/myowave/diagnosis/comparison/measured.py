@@ -1,4 +1,4 @@
-"""A fitted model along the measured motion: the one place where the rooms meet trials, records and the physics.
+"""A fitted model along the measured motion: the one place where the comparisons meet trials, records and the physics.
 
 Shapes: T trials, N samples, D points in a sample step, M muscles, K numbers of the state, R restarts, L steps.
 """
@@ -15,7 +15,7 @@ from scipy.signal import savgol_coeffs, savgol_filter
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.rooms.sensor import unobserve
+from myowave.diagnosis.comparison.sensor import unobserve
 from myowave.identification.record import make_record
 from myowave.physics.drive import Drive
 from myowave.physics.dynamics import observe, torques

@@ -1,12 +1,12 @@
-"""The sentences about the three rooms."""
+"""The sentences about the comparisons."""
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from myowave.diagnosis.report.figures.rooms import draw_horizons, draw_torque
-from myowave.diagnosis.rooms.names import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
-from myowave.diagnosis.rooms.telling import RECORD_INSTEAD, tell_horizons, tell_torque
+from myowave.diagnosis.comparison.names import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
+from myowave.diagnosis.comparison.telling import RECORD_INSTEAD, tell_horizons, tell_torque
+from myowave.diagnosis.report.figures.comparisons import draw_horizons, draw_torque
 
 
 def torque_of(posture: float, base: float, found: float) -> pd.DataFrame:

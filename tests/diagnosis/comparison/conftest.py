@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.rooms.measured import Along, Fitted, Measured
+from myowave.diagnosis.comparison.measured import Along, Fitted, Measured
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""The second and third room: prediction from measured states, and whole trials."""
+"""The horizon comparison: prediction from measured states, and whole trials."""
 
 from dataclasses import replace
 
@@ -8,10 +8,10 @@ import pytest
 import torch
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.rooms.horizons import HORIZONS_S, Restarts, baselines, compare_horizons, emg_features
-from myowave.diagnosis.rooms.measured import Along, Fitted, Measured
-from myowave.diagnosis.rooms.names import EMG_ONLY, HOLD, POSTURE, SAME_SPEED
-from myowave.diagnosis.rooms.torque import compare_torque
+from myowave.diagnosis.comparison.horizons import HORIZONS_S, Restarts, baselines, compare_horizons, emg_features
+from myowave.diagnosis.comparison.measured import Along, Fitted, Measured
+from myowave.diagnosis.comparison.names import EMG_ONLY, HOLD, POSTURE, SAME_SPEED
+from myowave.diagnosis.comparison.torque import compare_torque
 from myowave.physics.motion import simulate
 
 NO_ERRORS = pd.DataFrame(columns=["model", "trial", "role", "rmse_deg", "horizon_s"])

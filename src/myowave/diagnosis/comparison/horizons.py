@@ -1,4 +1,4 @@
-"""The second room: prediction over short horizons from measured states, and the third, free running, beside it.
+"""The horizon comparison: prediction over short horizons from measured states, and free running beside it.
 
 About every 0.25 s a model starts at the measured angle and velocity and runs free, with the true EMG, for up to 2 s. It
 has no time to diverge, so its error tells how wrong the physics is, not how unstable the motion. All restarts of all
@@ -14,9 +14,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from myowave.diagnosis.rooms.measured import Along, Measured
-from myowave.diagnosis.rooms.names import EMG_ONLY, HOLD, POSTURE, SAME_SPEED
-from myowave.diagnosis.rooms.regression import fit_linear, polynomial
+from myowave.diagnosis.comparison.measured import Along, Measured
+from myowave.diagnosis.comparison.names import EMG_ONLY, HOLD, POSTURE, SAME_SPEED
+from myowave.diagnosis.comparison.regression import fit_linear, polynomial
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

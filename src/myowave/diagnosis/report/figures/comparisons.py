@@ -1,4 +1,4 @@
-"""Three rooms: torque along the measured motion, error against the horizon, and whole trials at its end."""
+"""Torque along the measured motion, error against the horizon, and whole trials at its end."""
 
 from itertools import cycle
 from typing import Any
@@ -8,9 +8,9 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from myowave.diagnosis.comparison.names import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
+from myowave.diagnosis.comparison.telling import best_rival, explained, missed, named_horizon, r2_text
 from myowave.diagnosis.report.figures.style import draw_noise, legend, short, style, unique
-from myowave.diagnosis.rooms.names import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
-from myowave.diagnosis.rooms.telling import best_rival, explained, missed, named_horizon, r2_text
 from myowave.plotting import BLACK, BLUE, GREEN, GREY, MEASURED, MODEL, ORANGE, PINK, canvas, title
 
 LOWEST_R2 = -0.5  # what explains less stands at the edge

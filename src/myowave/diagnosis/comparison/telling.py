@@ -1,9 +1,9 @@
-"""What the three rooms say, in sentences, from their tables."""
+"""What the comparisons say, in sentences, from their tables."""
 
 import numpy as np
 import pandas as pd
 
-from myowave.diagnosis.rooms.names import EMG_ONLY, HORIZON_BASELINES, NOISE, POSTURE, POSTURE_LOAD
+from myowave.diagnosis.comparison.names import EMG_ONLY, HORIZON_BASELINES, NOISE, POSTURE, POSTURE_LOAD
 
 AS_GOOD = 0.02  # difference of R2 that is none
 WORTH_TELLING = 0.99  # below this R2 noise is worth a sentence
@@ -17,7 +17,7 @@ SAME_LOAD = "The settings give all training trials the same load; where it was a
 
 
 def tell_torque(torque: pd.DataFrame, found: str) -> str:
-    """The first room: how much of the torque posture, EMG and the models explain, and what to do where it is little.
+    """How much of the torque posture, EMG and the models explain, and what to do where it is little.
 
     Args:
         torque: columns model, trial, held_out, rmse_Nm, r2.
@@ -55,7 +55,7 @@ def tell_torque(torque: pd.DataFrame, found: str) -> str:
 
 
 def tell_horizons(horizons: pd.DataFrame, found: str) -> str:
-    """The second and third room: how far the models miss after half a second and over whole trials.
+    """How far the models miss after half a second and over whole trials.
 
     Args:
         horizons: columns predictor, horizon_s, held_out, rmse_deg.

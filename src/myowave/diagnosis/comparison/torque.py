@@ -1,4 +1,4 @@
-"""The first room: the torque that the measured motion needs against the torque that the model gives.
+"""The torque comparison: the torque that the measured motion needs against the torque that the model gives.
 
 Nothing is simulated here, so nothing diverges: a model is asked for its torque at the measured angle and velocity. The
 angle is never differentiated twice. With test functions w = (1 - s^2)^3 over +-0.15 s, which vanish with two
@@ -20,9 +20,9 @@ import torch
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from myowave.diagnosis.rooms.measured import Along, Measured
-from myowave.diagnosis.rooms.names import EMG_ONLY, NOISE, POSTURE, POSTURE_LOAD
-from myowave.diagnosis.rooms.regression import fit_linear, polynomial
+from myowave.diagnosis.comparison.measured import Along, Measured
+from myowave.diagnosis.comparison.names import EMG_ONLY, NOISE, POSTURE, POSTURE_LOAD
+from myowave.diagnosis.comparison.regression import fit_linear, polynomial
 
 Array = NDArray[np.float64]
 

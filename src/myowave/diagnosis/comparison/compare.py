@@ -1,4 +1,4 @@
-"""Compare measured and modelled motion in three rooms, from the one that never diverges.
+"""Compare measured and modelled motion in three ways, from the one that never diverges.
 
 A verdict on an arm must not stand on free running only: small errors grow there until the motion has little to do with
 what is wrong. So the same fitted models are asked first for the torque along the measured motion (`torque`), then for
@@ -10,16 +10,16 @@ from collections.abc import Callable, Mapping
 import pandas as pd
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.rooms.horizons import compare_horizons
-from myowave.diagnosis.rooms.measured import Along, Fitted, Measured
-from myowave.diagnosis.rooms.torque import compare_torque
+from myowave.diagnosis.comparison.horizons import compare_horizons
+from myowave.diagnosis.comparison.measured import Along, Fitted, Measured
+from myowave.diagnosis.comparison.torque import compare_torque
 from myowave.physics.model import Model
 
 
-def compare_rooms(
+def compare_models(
     trials: Trials, build: Callable[[str], Model], parameters: pd.DataFrame, errors: pd.DataFrame
 ) -> dict[str, pd.DataFrame]:
-    """The tables of the rooms, {"torque": ..., "horizons": ...}; see `compare_torque` and `compare_horizons`.
+    """The tables of the comparisons, {"torque": ..., "horizons": ...}; see `compare_torque` and `compare_horizons`.
 
     Args:
         trials: training and test trials; the test trials are only scored.

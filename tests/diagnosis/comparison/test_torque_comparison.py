@@ -1,4 +1,4 @@
-"""The first room: needed and given torque, what is missing, and the predictors to beat."""
+"""The torque comparison: needed and given torque, what is missing, and the predictors to beat."""
 
 from dataclasses import replace
 
@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.rooms.measured import Along, Fitted, Measured, choose_window
-from myowave.diagnosis.rooms.names import EMG_ONLY, NOISE, POSTURE
-from myowave.diagnosis.rooms.regression import fit_linear, polynomial
-from myowave.diagnosis.rooms.torque import Windows, balance, compare_torque, score
+from myowave.diagnosis.comparison.measured import Along, Fitted, Measured, choose_window
+from myowave.diagnosis.comparison.names import EMG_ONLY, NOISE, POSTURE
+from myowave.diagnosis.comparison.regression import fit_linear, polynomial
+from myowave.diagnosis.comparison.torque import Windows, balance, compare_torque, score
 from myowave.physics.joint import STANDARD_GRAVITY
 
 DAMPING = {"joint_damping": {"c": 0.6}}

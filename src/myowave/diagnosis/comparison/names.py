@@ -1,4 +1,4 @@
-"""What the predictors of the three rooms are called in tables, pictures and text, beside the models' own names."""
+"""What the predictors of the comparisons are called in tables, pictures and text, beside the models' own names."""
 
 POSTURE = "posture and speed"
 POSTURE_LOAD = "posture, speed and load"
