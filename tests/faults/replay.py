@@ -1,7 +1,9 @@
 """Put each deliberate fault of faults.yaml into a copy of the code and see its tests fail: `make mutants`.
 
-A fault that survives is a hole in the tests: mend the test, not the list. Arguments choose faults by a part of their
-file's path.
+    python tests/faults/replay.py [part ...]     faults whose place has one of these in it; all where none is named
+    python tests/faults/replay.py --update       rewrite the rows whose code has moved, and say which are lost
+
+A fault that survives is a hole in the tests: mend the test, not the list.
 """
 
 import os
@@ -13,59 +15,71 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Any
 
-import yaml
+sys.path.insert(0, str(Path(__file__).parent))
+from faults import FAULTS, ROOT, Fault, LostError, files_of, path_of, read_faults, update, with_fault
 
-ROOT = Path(__file__).parents[2]
-FAULTS = Path(__file__).with_name("faults.yaml")
 KEPT_OUT = shutil.ignore_patterns(".venv", ".git", "results", ".snakemake", "__pycache__", "*.egg-info", "elbow_curls")
 
 
-def read_faults() -> list[dict[str, Any]]:
-    """The faults: file, old and new text, and `killed_by`, the tests that know it."""
-    faults: list[dict[str, Any]] = yaml.safe_load(FAULTS.read_text(encoding="utf-8"))
-    return faults
-
-
-def survives(fault: dict[str, Any], project: Path) -> bool:
-    """Whether the tests pass with the fault in a copy of the project, which is then as it was."""
-    path = project / fault["file"]
-    sound = path.read_text(encoding="utf-8")
-    path.write_text(sound.replace(fault["old"], fault["new"]), encoding="utf-8")
+def outcome(fault: Fault, project: Path) -> str:
+    """What the tests make of a fault in a copy of the project, which is then as it was."""
     try:
-        tests = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *fault["killed_by"]]
+        spoilt = with_fault(fault, project)
+    except LostError as error:
+        return f"LOST ({error})"
+    tests = [f"{file}::{test}" for test in fault.killed_by for file in files_of(test, project)]
+    if not tests:
+        return "LOST (no such test)"
+    path = project / path_of(fault.module)
+    sound = path.read_text(encoding="utf-8")
+    path.write_text(spoilt, encoding="utf-8")
+    try:
+        command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *tests]
         environment = os.environ | {"PYTHONPATH": str(project / "src"), "OMP_NUM_THREADS": "1"}
-        return subprocess.run(tests, cwd=project, env=environment, capture_output=True).returncode == 0
+        ended = subprocess.run(command, cwd=project, env=environment, capture_output=True, text=True)
+        if ended.returncode in (0, 1):
+            return "killed" if ended.returncode else "SURVIVES"
+        return f"LOST (pytest: {ended.stdout[-300:]})"
     finally:
         path.write_text(sound, encoding="utf-8")
 
 
-def main(chosen: list[str]) -> int:
-    faults = [f for f in read_faults() if not chosen or any(part in f["file"] for part in chosen)]
+def replay(faults: list[Fault]) -> int:
+    """Try faults, one on each core at a time; returns how many were not killed."""
     cores, start = len(os.sched_getaffinity(0)), time.monotonic()
     free: SimpleQueue[Path] = SimpleQueue()  # copies of the project that no fault is in
-    survivors = 0
+    left = 0
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(cores) as pool:
         for core in range(cores):
             free.put(Path(shutil.copytree(ROOT, Path(folder, str(core), "project"), ignore=KEPT_OUT)))
 
-        def try_one(fault: dict[str, Any]) -> bool:
+        def try_one(fault: Fault) -> str:
             project = free.get()
             try:
-                return survives(fault, project)
+                return outcome(fault, project)
             finally:
                 free.put(project)
 
-        for n, (fault, alive) in enumerate(zip(faults, pool.map(try_one, faults), strict=True), 1):
-            survivors += alive
-            print(
-                f"{n}/{len(faults)} {'SURVIVES' if alive else 'killed'}  {fault['file']}: {fault['new'][:80]!r}",
-                flush=True,
-            )
+        for n, (fault, said) in enumerate(zip(faults, pool.map(try_one, faults), strict=True), 1):
+            left += said != "killed"
+            print(f"{n}/{len(faults)} {said}  {str(fault)[:150]}", flush=True)
     minutes = (time.monotonic() - start) / 60
-    print(f"{len(faults) - survivors} of {len(faults)} faults were killed, in {minutes:.0f} min on {cores} cores.")
-    return int(survivors > 0)
+    print(f"{len(faults) - left} of {len(faults)} faults were killed, in {minutes:.0f} min on {cores} cores.")
+    return left
+
+
+def main(arguments: list[str]) -> int:
+    if arguments == ["--update"]:
+        lost = update()
+        for fault in lost:
+            print(f"LOST  {fault}")
+        print(
+            f"{FAULTS.name}: {len(lost)} of {len(read_faults())} rows have no place in the code; mend or delete them."
+        )
+        return len(lost) > 0
+    faults = [f for f in read_faults() if not arguments or any(part in f.place for part in arguments)]
+    return replay(faults) > 0
 
 
 if __name__ == "__main__":

@@ -90,6 +90,42 @@ def test_none_is_found_behind_a_filter_where_the_emg_is_what_drove_the_arm(fit, 
     assert np.degrees(found.angle) == pytest.approx(NOISE_DEG, rel=0.2)
 
 
+def minus_twice_log_likelihood(fit: Fit, emg: float, angle: float) -> float:
+    """Of the residual as one Gaussian with all its covariances, but for a constant: no filter walks along it."""
+    jacobian, forcing, total = fit.linear.jacobian.numpy(), excitation_forcing(fit), 0.0
+    first = np.diag(np.radians([5.0, 50.0]))  # an angle and a velocity that a trial may start with instead
+    for t, residual in enumerate(fit.residual):
+        causes, by_cause = first, [first[0]]
+        for step, push in zip(jacobian[t], emg * forcing[t], strict=True):
+            causes = np.hstack([step @ causes, push])
+            by_cause.append(causes[0])
+        answers = np.zeros((len(residual), len(by_cause[-1])))
+        for n, row in enumerate(by_cause):
+            answers[n, : len(row)] = row
+        covariance = answers @ answers.T + angle**2 * np.eye(len(residual))
+        total += np.linalg.slogdet(covariance)[1] + residual @ np.linalg.solve(covariance, residual)
+    return total
+
+
+@pytest.mark.parametrize("emg_noise", [0.0, 0.02])
+def test_the_gain_of_a_force_is_that_of_likelihood_less_what_bic_charges_for_it(fit, emg_noise):
+    made = fit(emg_noise)
+    found, samples = estimate_disturbance(made), made.record.samples
+    left = sum(
+        np.linalg.lstsq(by_start, residual, rcond=None)[1].item()
+        for by_start, residual in zip(made.normal.by_start, made.residual, strict=True)
+    )
+    without = samples * (np.log(left / samples) + 1)
+    gain = without - minus_twice_log_likelihood(made, found.emg, found.angle)
+    assert found.gain == pytest.approx(gain - np.log(samples), abs=0.05)
+
+
+def test_a_force_that_is_not_there_costs_what_bic_charges_for_it_behind_a_filter_too(fit):
+    """The logarithm of the samples, of which noise alone gives back a few units."""
+    found = estimate_disturbance(within(fit(0.0, 1, 4.0)))
+    assert found.gain == pytest.approx(-np.log(600), abs=3.0)
+
+
 def test_a_fit_beside_a_force_that_is_not_there_needs_none(fit):
     """It leaves its trials to start where the noise of their first samples is, and that is no wandering."""
     plain, other = fit(0.0), fit(0.05, seed=1)

@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from myowave.identification.output_error import fit_model
-from myowave.identification.uncertainty import correlation_time, correlations
+from myowave.identification.uncertainty import correlation_time, correlations, residual_variance
 
 
 def estimates_in_noise(fit, colour, count, seed):
@@ -50,6 +50,13 @@ def test_no_parameter_is_known_better_than_two_solvers_agree(fitted):
     scale = np.array([p.scale for p in fitted.free])
     of_solvers = np.radians(0.005) * np.sqrt(np.diag(np.linalg.inv(fitted.normal.matrix))) * scale
     assert (np.sqrt(np.diag(fitted.covariance())) >= 0.99 * of_solvers).all()
+
+
+def test_the_variance_of_white_noise_is_found_without_bias(fitted):
+    """Though a fit takes a part of the noise with it: 10 of 600 degrees of freedom, of which 4 are parameters."""
+    draws = estimates_in_noise(fitted, 0.0, 1000, seed=6)
+    found = np.mean([residual_variance(noisy.normal, noisy.record) for _, noisy in draws])
+    assert found == pytest.approx(np.radians(0.5) ** 2, rel=0.005)
 
 
 def test_slow_residuals_are_worth_fewer_samples(make_noisy, base, free):

@@ -148,3 +148,20 @@ def test_an_emg_gain_is_strength_where_activation_is_proportional_to_emg(elbow, 
     gain = simulate(Simulation(model, {**linear, "emg_gain.g_Bi": 0.1, "emg_gain.g_Tri": -0.05}, emg, dt), 1.0)
     strength = simulate(Simulation(model, {**linear, "f0_Bi": 330.0, "f0_Tri": 285.0}, emg, dt), 1.0)
     torch.testing.assert_close(gain.q, strength.q, rtol=0, atol=1e-9)
+
+
+def test_pennate_fibres_lengthen_as_fast_as_their_length_changes(elbow):
+    """And so they and the tendon that they pull on do the same work: fibres are slower than it and pull harder."""
+    params = {"slack_Bi": 0.25, "slack_Tri": 0.15, "pennation_Bi": 0.3, "pennation_Tri": 0.5}
+    speed, active = 2.5, torch.full((len(ANGLES), 2), 0.6, dtype=torch.float64)
+    valued = give_values(elbow, params, ANGLES)
+
+    def along(q):
+        return muscle_quantities(valued, q, REST + speed, active)
+
+    of_length = speed * slope(lambda q: along(q)["fibre_length"] * valued.muscle["l0"], ANGLES)
+    fibre = along(ANGLES)
+    velocity = fibre["fibre_velocity"] * valued.muscle["vmax"]
+    torch.testing.assert_close(velocity, of_length, rtol=0, atol=1e-7)
+    of_fibres = -(valued.muscle["f0"] * fibre["force"] * velocity).sum(-1)
+    torch.testing.assert_close(torques(valued, ANGLES, REST + speed, active, {}).muscles * speed, of_fibres)
