@@ -32,7 +32,7 @@ def main() -> None:
     torch.set_num_threads(1)
     with open("config.yaml", encoding="utf-8") as file:
         config = yaml.safe_load(file)
-    base = build_model("base", Physics.model_validate(config["physics"]))
+    base = build_model("base", Physics.model_validate(config["physics"]["arms"]["paper"]))
     scatter = {name: Scatter.model_validate(of) for name, of in config["diagnosis"]["scatter"].items()}
     hidden = {"joint_damping": {"c": DAMPING}}
     settings = SimulatedDataset(kind="simulated", test=("3",), hidden_effect=hidden, angle_noise_deg=NOISE_DEG)

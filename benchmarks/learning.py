@@ -65,7 +65,7 @@ GROWTH = {  # what grows: values, the second of which is the default
 def main() -> None:
     torch.set_num_threads(1)
     settings = parse_settings(yaml.safe_load(Path("config.yaml").read_text(encoding="utf-8")))
-    model, recipe = build_model("base", settings.physics), settings.learning.recipes["rollout"]
+    model, recipe = build_model("base", settings.physics.of_arm("paper")), settings.learning.recipes["rollout"]
     trials, _ = simulate_trials("case1", settings.data.datasets["case1"], model, catalogue())
     result: dict = {"machine": describe_machine()}
     result["training"] = compare_training(trials, recipe)

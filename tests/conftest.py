@@ -19,8 +19,8 @@ def _one_thread():
 
 @pytest.fixture(scope="session")
 def base(pytestconfig) -> Model:
-    physics = yaml.safe_load((pytestconfig.rootpath / "config.yaml").read_text(encoding="utf-8"))["physics"]
-    return build_model("base", Physics.model_validate(physics))
+    config = yaml.safe_load((pytestconfig.rootpath / "config.yaml").read_text(encoding="utf-8"))
+    return build_model("base", Physics.model_validate(config["physics"]["arms"]["paper"]))
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,5 @@
 """From settings to a model: the only place that knows both an arm's settings and the physics they name."""
 
-from dataclasses import replace
-
 import torch
 
 from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS, names_of
@@ -10,10 +8,7 @@ from myowave.physics.effects import catalogue
 from myowave.physics.model import Model, parse_model
 from myowave.physics.muscle import EXTENSOR, FLEXOR, Muscle
 from myowave.physics.path import Path, StraightPath, read_path
-from myowave.settings import Joint as JointSettings
-from myowave.settings import Muscle as MuscleSettings
-from myowave.settings import Physics
-from myowave.settings import StraightPath as StraightPathSettings
+from myowave.settings import JointSettings, MuscleSettings, Physics
 
 SIDES = {"flexor": FLEXOR, "extensor": EXTENSOR}
 
@@ -49,15 +44,16 @@ def _muscle(name: str, muscle: MuscleSettings) -> Muscle:
 
 
 def _path(name: str, muscle: MuscleSettings) -> Path:
-    settings = muscle.geometry
-    if isinstance(settings, StraightPathSettings):
-        return StraightPath(settings.l1_m, settings.l2_m, SIDES[muscle.side])
-    path = replace(read_path(settings.file, settings.muscle), scale=settings.scale)
-    expected = "shorter" if muscle.side == "flexor" else "longer"
+    side, table = SIDES[muscle.side], muscle.path
+    if table is None:
+        assert muscle.l1_m is not None and muscle.l2_m is not None
+        return StraightPath(muscle.l1_m, muscle.l2_m, side)
+    path = read_path(table.file, table.muscle)
     first, last = (path.length_and_arm(torch.tensor(angle))[0].item() for angle in path.range)
-    if SIDES[muscle.side] * (first - last) <= 0:
+    if side * (first - last) <= 0:
+        expected = "shorter" if muscle.side == "flexor" else "longer"
         raise ValueError(
-            f"muscle {name}: with flexion, the length in {settings.file} goes from {first:.4g} to {last:.4g} "
+            f"muscle {name}: with flexion, the length in {table.file} goes from {first:.4g} to {last:.4g} "
             f"m, but a {muscle.side} gets {expected}. Angles are 0 with the arm straight, positive in flexion; correct "
             "them, or the side."
         )

@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 def base():
     """The model of Table 1, as config.yaml has it."""
     config = yaml.safe_load((ROOT / "config.yaml").read_text())
-    return build_model("base", Physics.model_validate(config["physics"]))
+    return build_model("base", Physics.model_validate(config["physics"]["arms"]["paper"]))
 
 
 @pytest.fixture

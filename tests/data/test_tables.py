@@ -8,7 +8,7 @@ from myowave.data.checks.tables import beyond_tables
 from myowave.data.importing import check_tables
 from myowave.data.preparing import prepare_recording
 from myowave.data.trials import Trials
-from myowave.settings import RecordedDataset, TablePath
+from myowave.settings import PathTable, RecordedDataset
 
 ANGLES = {"a": [10.0, 50.0, 90.0, 50.0], "b": [-2.0, 40.0, 103.0, 106.0], "c": [20.0, 30.0]}
 
@@ -20,7 +20,7 @@ def tables(tmp_path):
     file = tmp_path / "paths.csv"
     file.write_text("\n".join(["muscle,angle_deg,length_m", *rows]) + "\n")
     margins = {"X": 10.0, "Y": 2.0}
-    return {m: TablePath(kind="table", file=str(file), muscle=m, margin_deg=margin) for m, margin in margins.items()}
+    return {m: PathTable(file=str(file), muscle=m, margin_deg=margin) for m, margin in margins.items()}
 
 
 @pytest.fixture

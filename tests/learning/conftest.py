@@ -24,7 +24,7 @@ def settings(pytestconfig: pytest.Config) -> Settings:
 
 @pytest.fixture(scope="session")
 def model(settings: Settings) -> Model:
-    return build_model("base", settings.physics)
+    return build_model("base", settings.physics.of_arm("paper"))
 
 
 @pytest.fixture(scope="session")

@@ -101,7 +101,7 @@ def test_an_effect_of_the_model_is_identified_too(settings, model, four, effect,
         kind="simulated", trials=3, samples=200, test=("3",), hidden_effect={effect: {short: value}}
     )
     trials, _ = simulate_trials("hidden", dataset, model, catalogue(()))
-    richer = build_model(f"base+{effect}", settings.physics)
+    richer = build_model(f"base+{effect}", settings.physics.of_arm("paper"))
     free, identification = search(richer, trials, four)
     found = identification.values[:, [p.name for p in free].index(f"{effect}.{short}")]
     torch.testing.assert_close(found, torch.full_like(found, value), rtol=1e-3, atol=0)

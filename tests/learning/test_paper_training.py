@@ -153,6 +153,6 @@ def test_without_a_residual_parameters_are_found_by_a_search(teacher_forced):
 
 def test_an_effect_with_a_state_is_refused_by_the_residual(settings, teacher_forced):
     stateful = next(e.name for e in catalogue(()).values() if e.stateful)
-    task = replace(teacher_forced, model=build_model(f"base+{stateful}", settings.physics))
+    task = replace(teacher_forced, model=build_model(f"base+{stateful}", settings.physics.of_arm("paper")))
     with pytest.raises(ValueError, match="state of its own"):
         next(train_scale(task, level=0))

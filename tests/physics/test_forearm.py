@@ -84,7 +84,8 @@ def test_constants_of_no_kind_of_forearm_are_refused():
 
 def section(joint):
     config = yaml.safe_load((ROOT / "config.yaml").read_text())
-    return parse_settings(config | {"physics": config["physics"] | {"joint": joint}}).physics
+    config["physics"]["arms"]["paper"]["joint"] = joint
+    return parse_settings(config).physics.of_arm("paper")
 
 
 def test_the_configuration_has_a_point_mass_or_a_rigid_body():

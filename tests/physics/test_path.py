@@ -1,5 +1,6 @@
 """Paths of muscles over the joint: virtual work on every kind, tables against OpenSim, models that mix both."""
 
+import copy
 import csv
 import math
 import re
@@ -172,26 +173,20 @@ def config():
 
 
 def with_path(config, path, **changed):
-    """The section physics with another path of the biceps."""
-    muscles = config["physics"]["muscles"]
-    biceps = {k: v for k, v in muscles["Bi"].items() if k not in ("l1_m", "l2_m")}
-    biceps |= changed | ({} if path is None else {"path": path})
-    return parse_settings(config | {"physics": config["physics"] | {"muscles": muscles | {"Bi": biceps}}}).physics
-
-
-def test_a_straight_path_may_be_written_in_short(config):
-    short = build_model("base", parse_settings(config).physics)
-    long = build_model("base", with_path(config, {"kind": "straight", "l1_m": 0.3, "l2_m": 0.8}))
-    assert long == short
+    """The physics of the paper's arm with another path of the biceps."""
+    config = copy.deepcopy(config)
+    muscles = config["physics"]["arms"]["paper"]["muscles"]
+    straight = {k: v for k, v in muscles["Bi"].items() if k not in ("l1_m", "l2_m")}
+    muscles["Bi"] = straight | changed | ({} if path is None else {"path": path})
+    return parse_settings(config).physics.of_arm("paper")
 
 
 def test_a_table_of_the_configuration_is_a_path_and_a_file_that_the_model_is_made_of(config):
-    path = {"kind": "table", "file": str(ARM26), "muscle": "BRA", "scale": 2.0}
-    physics = with_path(config, path)
+    physics = with_path(config, {"file": str(ARM26), "muscle": "BRA"})
     assert physics.files == (str(ARM26),) and {"scale_Bi", "l1_Tri"} < physics.parameters
     model = build_model("base", physics)
-    assert model.defaults["scale_Bi"] == 2.0 and set(model.defaults) == physics.parameters
-    assert parse_settings(config).physics.files == ()
+    assert model.defaults["scale_Bi"] == 1.0 and model.defaults == pytest.approx(physics.nominal)
+    assert parse_settings(config).physics.of_arm("paper").files == ()
 
 
 @pytest.mark.parametrize(
@@ -199,10 +194,10 @@ def test_a_table_of_the_configuration_is_a_path_and_a_file_that_the_model_is_mad
     [
         (None, {}, "Bi: give l1_m and l2_m .*or a section path"),
         (None, {"l1_m": 0.3}, "Bi: give l1_m and l2_m"),
-        ({"kind": "straight", "l1_m": 0.3, "l2_m": 0.8}, {"l1_m": 0.3, "l2_m": 0.8}, "Bi: give l1_m and l2_m"),
-        ({"kind": "bent"}, {}, "path.kind = 'bent': expected straight or table"),
-        ({"kind": "straight", "l1_m": 0, "l2_m": 0.8}, {}, r"Bi.path.l1_m = 0: expected a number, at least 0.001"),
-        ({"kind": "table"}, {}, "Bi.path.file: is missing"),
+        ({"file": "a.csv"}, {"l1_m": 0.3, "l2_m": 0.8}, "Bi: give l1_m and l2_m"),
+        ({"l1_m": 0.3, "l2_m": 0.8}, {}, "Bi.path.l1_m: unknown key"),
+        (None, {"l1_m": 0, "l2_m": 0.8}, r"Bi.l1_m = 0: expected a number or null, at least 0.001"),
+        ({}, {}, "Bi.path.file: is missing"),
     ],
 )
 def test_a_path_that_is_not_one_is_refused(path, changed, says, config):
@@ -248,6 +243,6 @@ def test_a_missing_table_is_explained(tmp_path):
 
 
 def test_a_table_of_the_other_side_is_refused(config):
-    path = {"kind": "table", "file": str(ARM26), "muscle": "TRIlat"}
+    path = {"file": str(ARM26), "muscle": "TRIlat"}
     with pytest.raises(ValueError, match=r"muscle Bi: with flexion, the length .* but a flexor gets shorter"):
         build_model("base", with_path(config, path))

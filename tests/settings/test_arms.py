@@ -17,14 +17,14 @@ ELBOW = {
     "side": "flexor", "emg": "emg_biceps", "f0_N": 900.0, "l0_m": 0.1, "vmax_m_s": 1.0, "slack_m": 0.25,
     "l1_m": 0.04, "l2_m": 0.3,
 }  # fmt: skip
-ARM = {"muscles": {"Flex": ELBOW}, "joint": SHIPPED["physics"]["joint"]}
+ARM = {"muscles": {"Flex": ELBOW}, "joint": SHIPPED["physics"]["arms"]["paper"]["joint"]}
 ITS_OWN = {"identify": {"f0_Flex": {"start_spread": 0.1}}}
 
 
 def config_with(arms: dict, **of_bench_elbow) -> dict:
     """The shipped configuration with these arms, and other settings of one measured dataset."""
     config = copy.deepcopy(SHIPPED)
-    config["physics"]["arms"] = {**config["physics"].get("arms", {}), **arms}
+    config["physics"]["arms"] = {**config["physics"]["arms"], **arms}
     config["data"]["datasets"]["bench_elbow"] |= of_bench_elbow
     return config
 
@@ -45,12 +45,12 @@ def presets(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def test_a_dataset_has_the_default_arm_or_the_one_that_it_names():
+def test_a_dataset_has_the_arm_that_it_names_or_that_of_the_paper():
     settings = parse_settings(config_with({"thin": ARM}, arm="thin", **ITS_OWN))
     assert list(settings.physics_of("bench_elbow").muscles) == ["Flex"]
     assert settings.physics_of("bench_elbow").muscles == settings.physics.arms["thin"].muscles
     default = settings.physics_of("case1")
-    assert default.muscles == settings.physics.muscles and list(default.muscles) == ["Bi", "Tri"]
+    assert default.muscles == settings.physics.arms["paper"].muscles and list(default.muscles) == ["Bi", "Tri"]
 
 
 def test_the_physics_of_a_dataset_is_all_that_a_job_needs_and_holds_no_other_arm():
@@ -86,7 +86,7 @@ def test_effect_files_are_those_of_every_arm():
         ({"arm": "thin"}, "bench_elbow.identify.f0_Bi: there is no 'f0_Bi' in arm thin"),
         ({"arm": "thin", **ITS_OWN, "constants": {"l1_Bi": 0.3}}, "bench_elbow.constants.l1_Bi: .* in arm thin"),
         ({"arm": "thin", **ITS_OWN, "conditions": {"trial1": {"lode": 1}}}, "lode: .*in arm thin; did you mean 'load'"),
-        (ITS_OWN, "bench_elbow.identify.f0_Flex: there is no 'f0_Flex' in the default arm"),
+        (ITS_OWN, "bench_elbow.identify.f0_Flex: there is no 'f0_Flex' in arm paper"),
     ],
 )
 def test_names_are_looked_up_in_the_datasets_own_arm(changes, says):
@@ -126,7 +126,7 @@ def test_a_faulty_arm_is_explained_where_it_is():
 
 def test_a_dataset_that_names_nothing_to_identify_gets_what_is_usual_for_its_arm():
     config = config_with({})
-    for name, arm in (("bench_elbow", None), ("human_curls", "arm26")):
+    for name, arm in (("bench_elbow", "paper"), ("human_curls", "arm26")):
         del config["data"]["datasets"][name]["identify"]
         config["data"]["datasets"][name]["arm"] = arm
     datasets = parse_settings(config).data.datasets

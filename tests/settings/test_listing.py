@@ -35,12 +35,6 @@ def test_a_word_finds_keys_by_name_or_meaning_and_more_words_fewer():
     assert names("noise", "other", "worlds") == ["diagnosis.study.angle_noise_deg"]
 
 
-def test_an_arm_of_its_own_says_nothing_again_unless_it_is_asked_for():
-    assert "physics.muscles.<muscle>.slack_m" in names("slack")
-    assert not [name for name in names("slack") if name.startswith("physics.arms")]
-    assert "physics.arms.<arm>.muscles.<muscle>.slack_m" in names("physics.arms.<arm>.muscles")
-
-
 def test_a_key_is_printed_with_unit_default_and_bounds():
     output = asked("learning_rate").output
     assert "learning.recipes.<recipe>.learning_rate" in output and "above 0" in output

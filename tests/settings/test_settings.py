@@ -11,7 +11,7 @@ from random import Random
 import pytest
 import yaml
 
-from myowave.settings import KEYS, Curves, Recipe, SimulatedDataset, check_effects, dump, parse_settings, public
+from myowave.settings import KEYS, CurveSettings, Recipe, SimulatedDataset, check_effects, dump, parse_settings, public
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = yaml.safe_load((ROOT / "config.yaml").read_text())
@@ -47,10 +47,10 @@ def test_the_shipped_configuration_is_accepted_and_survives_a_round_trip():
     [
         ("learning.recipes.rollout.hidden", -5, ("-5", "whole number", "at least 1")),
         ("learning.recipes.rollout.learning_rate", "fast", ("'fast'", "a number", "above 0")),
-        ("physics.muscles.Bi.side", "top", ("'top'", "flexor or extensor")),
-        ("physics.muscles.Bi.f0_N", 0, ("0", "above 0", "[N]", "isometric")),
-        ("physics.joint.mass_kg", True, ("True", "number")),
-        ("physics.joint.mass_kg", float("nan"), ("nan", "number")),
+        ("physics.arms.paper.muscles.Bi.side", "top", ("'top'", "flexor or extensor")),
+        ("physics.arms.paper.muscles.Bi.f0_N", 0, ("0", "above 0", "[N]", "isometric")),
+        ("physics.arms.paper.joint.mass_kg", True, ("True", "number")),
+        ("physics.arms.paper.joint.mass_kg", float("nan"), ("nan", "number")),
         ("data.datasets.case1.samples", 3.5, ("3.5", "whole number")),
         ("data.datasets.case1.kind", "simulatd", ("'simulatd'", "simulated or measured")),
         ("data.datasets.bench_elbow.files", "trial1.csv", ("'trial1.csv'", "a list of")),
@@ -74,8 +74,8 @@ def test_the_shipped_configuration_is_accepted_and_survives_a_round_trip():
         ("data.datasets.case1.identify", {"l0_Bi": {"low": 50, "high": 300}}, ("l0_Bi.low = 50", "at most 5 [m]")),
         ("data.datasets.case1.identify", {"f0_Bi": {"literature": [-3]}}, ("literature", "positive")),
         ("data.datasets.case1.identify", {"pennation_Bi": {}}, ("identify.pennation_Bi", "is 0", "nothing to start")),
-        ("physics.muscles.Bi.l0_m", 116, ("116", "at most 5 [m]", "optimal fibre length")),
-        ("physics.joint.length_m", 250, ("250", "at most 5 [m]")),
+        ("physics.arms.paper.muscles.Bi.l0_m", 116, ("116", "at most 5 [m]", "optimal fibre length")),
+        ("physics.arms.paper.joint.length_m", 250, ("250", "at most 5 [m]")),
         # names that nothing has, or that something else would read otherwise
         ("data.datasets.bench_elbow.constants", {"joint_damping.c": 1.5}, ("no 'joint_damping.c'", "effect")),
         ("data.datasets.bench_elbow.constants", {"foo.bar": 1}, ("no 'foo.bar'", "Known: ", "f0_Bi")),
@@ -203,7 +203,7 @@ def test_a_heavier_forearm_needs_the_inertia_that_goes_with_it():
     [
         ("lerning", "learning"),
         ("learning.recipes.rollout.hiden", "hidden"),
-        ("physics.muscles.Tri.f0_n", "f0_N"),
+        ("physics.arms.paper.muscles.Tri.f0_n", "f0_N"),
         ("data.datasets.case1.sampels", "samples"),
         ("data.datasets.bench_elbow.fils", "files"),
     ],
@@ -214,13 +214,13 @@ def test_an_unknown_key_is_refused_and_the_nearest_known_one_is_named(path, mean
 
 
 def test_a_missing_key_is_named_with_its_meaning():
-    (line,) = problems(changed("physics.muscles.Bi.f0_N", None, remove=True))
-    assert line.startswith("physics.muscles.Bi.f0_N: is missing") and "[N]" in line and "isometric" in line
+    (line,) = problems(changed("physics.arms.paper.muscles.Bi.f0_N", None, remove=True))
+    assert line.startswith("physics.arms.paper.muscles.Bi.f0_N: is missing") and "[N]" in line and "isometric" in line
 
 
 def test_every_problem_is_reported_at_once():
     config = changed("learning.seeds", 0)
-    config["physics"]["joint"]["mass_kg"] = -1
+    config["physics"]["arms"]["paper"]["joint"]["mass_kg"] = -1
     config["data"]["wavelet"]["nam"] = "db2"
     assert len(problems(config)) == 3
 
@@ -248,7 +248,14 @@ def test_what_is_hidden_in_a_dataset_is_not_public():
 
 
 @pytest.mark.parametrize(
-    "path", ["physics", "data.datasets.case1", "data.datasets.bench_elbow", "learning.recipes.paper", "diagnosis"]
+    "path",
+    [
+        "physics.arms.paper",
+        "data.datasets.case1",
+        "data.datasets.bench_elbow",
+        "learning.recipes.paper",
+        "diagnosis",
+    ],
 )
 def test_a_section_given_to_a_job_is_the_section_of_the_settings(path):
     section = parse_settings(SHIPPED)
@@ -290,7 +297,7 @@ def test_rollouts_do_not_identify_jointly():
 def test_settings_cannot_be_changed():
     settings = parse_settings(SHIPPED)
     with pytest.raises(ValueError, match="frozen"):
-        settings.physics.joint.mass_kg = 2.0
+        settings.physics.arms["paper"].joint.mass_kg = 2.0
 
 
 def test_every_key_says_what_it_means_and_numbers_have_a_unit():
@@ -340,7 +347,7 @@ def test_the_curves_of_the_settings_are_those_of_the_physics():
         ("passive", curves.PASSIVE),
         ("force_velocity", curves.FORCE_VELOCITY),
     ):
-        assert set(Curves.model_fields[field].annotation.__args__) == set(known)
+        assert set(CurveSettings.model_fields[field].annotation.__args__) == set(known)
 
 
 def test_reading_settings_loads_nothing_heavy():
@@ -354,7 +361,7 @@ def test_reading_settings_loads_nothing_heavy():
 
 
 @pytest.mark.parametrize(
-    ("text", "says"), [("learning: [", "not valid YAML"), ("- 1", "sections"), ("physics: {}", "physics.muscles")]
+    ("text", "says"), [("learning: [", "not valid YAML"), ("- 1", "sections"), ("physics: {}", "physics.arms")]
 )
 def test_the_command_explains_a_wrong_file_without_a_traceback(tmp_path, text, says):
     path = tmp_path / "mine.yaml"

@@ -33,7 +33,6 @@ def test_each_row_is_a_measured_dataset(config):
     assert datasets["ann"] == {
         "kind": "measured",
         "files": ["data/ann/*.csv"],
-        "arm": None,
         "test": ["trial3", "trial5"],
         "constants": {"mass": 1.2, "length": 0.35},
         "conditions": {"trial4": {"load": 1.5}},
@@ -44,7 +43,7 @@ def test_each_row_is_a_measured_dataset(config):
 def test_a_subject_may_name_its_arm(config):
     table = "subject,files,test,arm\nann,a.csv,trial3,arm26\nbob,b.csv,trial3,\n"
     datasets = add_subjects(config(table))["data"]["datasets"]
-    assert (datasets["ann"]["arm"], datasets["bob"]["arm"]) == ("arm26", None)
+    assert datasets["ann"]["arm"] == "arm26" and "arm" not in datasets["bob"]
     assert datasets["ann"]["constants"] == {}
 
 

@@ -99,7 +99,12 @@ def test_prepared_files_become_a_measured_dataset_that_can_be_imported(workplace
     shutil.copytree(ROOT / "data/bench_elbow", "bench")
     study = study_of("bench", arm="default")
     dataset = laid_over(study.text).data.datasets["mine"]
-    assert (dataset.kind, dataset.files, dataset.test, dataset.arm) == ("measured", ("bench/*.csv",), ("trial5",), None)
+    assert (dataset.kind, dataset.files, dataset.test, dataset.arm) == (
+        "measured",
+        ("bench/*.csv",),
+        ("trial5",),
+        "paper",
+    )
     trials = import_trials("mine", dataset, ".", ("emg_biceps", "emg_triceps"))
     assert list(trials.names) == [f"trial{n}" for n in range(1, 6)]
 

@@ -93,10 +93,13 @@ def test_a_configuration_that_cannot_be_read_is_one_line(project, text, says):
 OWN = """
 targets: {datasets: [me], scales: [1]}
 physics:
-  muscles:
-    Bi: {side: flexor, emg: emg_biceps, f0_N: 300.0, l0_m: 0.6, vmax_m_s: 6.0, slack_m: 0.55, l1_m: 0.3, l2_m: 0.8}
-    Tri: {side: extensor, emg: emg_triceps, f0_N: 300.0, l0_m: 0.4, vmax_m_s: 4.0, slack_m: 0.33, l1_m: 0.2, l2_m: 0.7}
-  joint: {mass_kg: 1.0, length_m: 1.0}
+  arms:
+    paper:
+      muscles:
+        Bi: {side: flexor, emg: emg_biceps, f0_N: 300.0, l0_m: 0.6, vmax_m_s: 6.0, slack_m: 0.55, l1_m: 0.3, l2_m: 0.8}
+        Tri: {side: extensor, emg: emg_triceps, f0_N: 300.0, l0_m: 0.4, vmax_m_s: 4.0, slack_m: 0.33, l1_m: 0.2,
+              l2_m: 0.7}
+      joint: {mass_kg: 1.0, length_m: 1.0}
 data: {datasets: {me: {kind: measured, files: [data/bench_elbow/*.csv], test: [trial3]}}}
 learning: {recipes: {rollout: {epochs: 5}}}
 """

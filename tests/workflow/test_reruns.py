@@ -13,7 +13,8 @@ import yaml
 from project_copy import ROOT, Project, copy_project
 
 # The bench elbow has an arm of its own, of other strength; nobody has the arm `spare`.
-ARM = {key: yaml.safe_load((ROOT / "config.yaml").read_text())["physics"][key] for key in ("muscles", "joint")}
+PAPER = yaml.safe_load((ROOT / "config.yaml").read_text())["physics"]["arms"]["paper"]
+ARM = {key: PAPER[key] for key in ("muscles", "joint")}
 SMALL = {
     "targets": {"datasets": ["case1", "case2", "bench_elbow"], "scales": [1, 2], "follow_verdict": []},
     "physics": {"arms": {"bench": ARM, "spare": ARM}},

@@ -24,7 +24,7 @@ from myowave.data.processing.units import to_radians
 from myowave.data.readers import TABLES, RawRecording, read
 from myowave.data.recording import Recording, torques_of
 from myowave.data.trials import TORQUE, Trials
-from myowave.settings import MeasuredDataset, TablePath
+from myowave.settings import MeasuredDataset, PathTable
 
 
 def import_trials(
@@ -77,7 +77,7 @@ def import_trials(
     )
 
 
-def check_tables(trials: Trials, tables: Mapping[str, TablePath]) -> list[str]:
+def check_tables(trials: Trials, tables: Mapping[str, PathTable]) -> list[str]:
     """What to say of trials whose angles leave the tables of an arm's paths, a line for each.
 
     Args:

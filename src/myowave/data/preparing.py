@@ -29,7 +29,7 @@ from myowave.data.quality.report import find_faults, report
 from myowave.data.recording import Recording, torques_of
 from myowave.data.session import RawTrial, Session, read_session
 from myowave.data.trials import Trials
-from myowave.settings import RecordedDataset, TablePath
+from myowave.settings import PathTable, RecordedDataset
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Prepared:
 
 
 def prepare_recording(
-    dataset: str, settings: RecordedDataset, root: str | Path = ".", tables: Mapping[str, TablePath] | None = None
+    dataset: str, settings: RecordedDataset, root: str | Path = ".", tables: Mapping[str, PathTable] | None = None
 ) -> tuple[Prepared, dict[str, Any]]:
     """Read and process a session, and report on its quality.
 

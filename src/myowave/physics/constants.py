@@ -49,7 +49,7 @@ MUSCLE_CONSTANTS = {
     ),
     "l1": Constant("m", "distance of the origin from the joint", "l1_m", DISTANCE, kind="straight"),
     "l2": Constant("m", "distance of the insertion from the joint", "l2_m", DISTANCE, kind="straight"),
-    "scale": Constant("-", "factor on the lengths of a table", "scale", {"gt": 0, "le": 10}, default=1.0, kind="table"),
+    "scale": Constant("-", "factor on the lengths of a table", bounds={"gt": 0, "le": 10}, default=1.0, kind="table"),
     "delay": Constant("s", "electromechanical delay", "delay_s", {"ge": 0, "le": 0.5}, default=0.08, drives=True),
     "shape": Constant(
         "-", "shape factor A of the activation, Eq. 2", "shape_A", {"ge": 0, "le": 3}, default=0.2, drives=True

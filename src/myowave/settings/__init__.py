@@ -19,7 +19,7 @@ from myowave.settings.data import (
 from myowave.settings.diagnosis import WORLDS, Diagnosis, Scatter, Study
 from myowave.settings.learning import SEARCHABLE, Dimension, Learning, Multiresolution, PlannedSweep, Recipe, Sweep
 from myowave.settings.parsing import KEYS, check_effects, parse_settings, shipped_effects
-from myowave.settings.physics import Curves, Joint, Muscle, Physics, StraightPath, TablePath
+from myowave.settings.physics import Arm, Arms, CurveSettings, JointSettings, MuscleSettings, PathTable, Physics
 from myowave.settings.recording import EmgChannel, Processing, RawSignal, TextLayout
 from myowave.settings.section import Section, dump
 from myowave.settings.targets import Targets
@@ -29,18 +29,21 @@ __all__ = [
     "KEYS",
     "SEARCHABLE",
     "WORLDS",
-    "Curves",
+    "Arm",
+    "Arms",
+    "CurveSettings",
     "Data",
     "Dataset",
     "Diagnosis",
     "Dimension",
     "EmgChannel",
     "Identify",
-    "Joint",
+    "JointSettings",
     "Learning",
     "MeasuredDataset",
     "Multiresolution",
-    "Muscle",
+    "MuscleSettings",
+    "PathTable",
     "Physics",
     "PlannedSweep",
     "Processing",
@@ -51,10 +54,8 @@ __all__ = [
     "Section",
     "Settings",
     "SimulatedDataset",
-    "StraightPath",
     "Study",
     "Sweep",
-    "TablePath",
     "Targets",
     "TextLayout",
     "Tracking",

@@ -17,7 +17,7 @@ from myowave.settings.data import Data, Dataset, RecordedDataset, force_and_leng
 from myowave.settings.diagnosis import Diagnosis
 from myowave.settings.keys import did_you_mean, explain, in_words, list_keys
 from myowave.settings.learning import SEARCHABLE, Learning, PlannedSweep, Recipe
-from myowave.settings.physics import Physics
+from myowave.settings.physics import Arms, Physics
 from myowave.settings.section import Section, dump, setting
 from myowave.settings.targets import Targets
 from myowave.settings.tracking import Tracking
@@ -27,7 +27,7 @@ class Settings(Section):
     """All of config.yaml."""
 
     targets: Targets = setting("what plain `snakemake` makes")
-    physics: Physics = setting("the musculoskeletal model")
+    physics: Arms = setting("the musculoskeletal model")
     data: Data = setting("trials and scales")
     learning: Learning = setting("training")
     diagnosis: Diagnosis = setting("diagnosis", default=Diagnosis)
@@ -38,7 +38,7 @@ class Settings(Section):
         """What a dataset leaves open of `identify` is filled in for its arm."""
         datasets = dict(self.data.datasets)
         for name, dataset in datasets.items():
-            if "identify" not in dataset.model_fields_set and dataset.arm in (None, *self.physics.arms):
+            if "identify" not in dataset.model_fields_set and dataset.arm in self.physics.arms:
                 identify = force_and_length(self.physics.of_arm(dataset.arm))
                 datasets[name] = dataset.model_copy(update={"identify": identify})
         return self.model_copy(update={"data": self.data.model_copy(update={"datasets": datasets})})
@@ -176,12 +176,13 @@ class Settings(Section):
     def _problems_of_scatter(self) -> list[str]:
         """A constant may be named as such, or as that of one muscle or group of any arm."""
         constants = sorted({*MUSCLE_CONSTANTS, *GROUP_CONSTANTS, *JOINT_CONSTANTS})
-        arms = (self.physics.of_arm(name) for name in (None, *self.physics.arms))
+        arms = self.physics.arms.values()
         full = sorted({parameter for arm in arms for parameter in arm.parameters})
+        muscle = next(iter(next(iter(arms)).muscles))
         return [
             f"diagnosis.scatter.{name}: there is no {name!r}{did_you_mean(name, [*constants, *full]) or '.'} "
             f"Known: {', '.join(constants)}, each also for one muscle or group, as "
-            f"slack_{next(iter(self.physics.muscles))}; "
+            f"slack_{muscle}; "
             f"{', '.join(p for p in full if p.endswith('_' + CURVE))}."
             for name in self.diagnosis.scatter
             if name not in constants and name not in full
@@ -191,7 +192,7 @@ class Settings(Section):
         problems = []
         for name, dataset in self.data.datasets.items():
             where = f"data.datasets.{name}"
-            if dataset.arm is not None and (unknown := unless_known(f"{where}.arm", dataset.arm, self.physics.arms)):
+            if unknown := unless_known(f"{where}.arm", dataset.arm, self.physics.arms):
                 problems += unknown
             else:
                 problems += self._problems_of_constants(name)
@@ -199,7 +200,7 @@ class Settings(Section):
 
     def _problems_of_constants(self, name: str) -> list[str]:
         where, dataset, arm = f"data.datasets.{name}", self.data.datasets[name], self.physics_of(name)
-        whose = " in the default arm" if dataset.arm is None else f" in arm {dataset.arm}"
+        whose = f" in arm {dataset.arm}"
         nominal = arm.nominal
         problems = []
         for path, parameter in _names(where, dataset):

@@ -70,7 +70,7 @@ _IGNORE = "columns of the files that are not needed; * stands for anything, and 
 class _Dataset(Section):
     """What simulated and measured datasets have in common."""
 
-    arm: Name | None = setting("whose arm it is, one of physics.arms; null: the default arm", default=None)
+    arm: Name = setting("whose arm it is, one of physics.arms", default="paper")
     test: Annotated[tuple[TrialName, ...], Once] = setting("trials kept for testing; the others train", min_length=1)
     constants: dict[str, Real] = setting("known physical constants of the subject, {name: value}", "SI", dict)
     conditions: dict[TrialName, dict[str, Real]] = setting(

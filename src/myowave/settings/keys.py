@@ -140,7 +140,7 @@ def _explain_one(problem: Mapping[str, Any], keys: Sequence[Key]) -> str:
     shown = ".".join(_without_tags(location, keys))
     if problem["type"] == "extra_forbidden":
         siblings = _children(location[:-1], keys)
-        return f"{shown}: unknown key{did_you_mean(location[-1], siblings)} Known here: {', '.join(siblings)}."
+        return f"{shown}: unknown key{did_you_mean(location[-1], siblings) or '.'} Known here: {', '.join(siblings)}."
     if problem["type"] == "missing":
         key = _find(location, keys)
         return f"{shown}: is missing; give {_expected(key)}." if key else f"{shown}: is missing."

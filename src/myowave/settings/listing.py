@@ -5,8 +5,6 @@ from collections.abc import Iterable, Sequence
 
 from myowave.settings.keys import Key, did_you_mean
 
-_AGAIN = "physics.arms.<arm>"  # holds all keys of physics a second time
-
 
 def list_groups(keys: Iterable[Key]) -> dict[str, tuple[int, str]]:
     """{group: (number of its keys, meaning)} in the order of config.yaml: sections, and what sections hold by name."""
@@ -33,8 +31,7 @@ def find_keys(keys: Iterable[Key], words: Sequence[str]) -> list[Key]:
         parts = sorted({part for name in named for part in name.split(".") if part.isidentifier()})
         asked = " ".join(words)
         raise ValueError(f"No setting has {asked!r} in its name or meaning{did_you_mean(asked, parts) or '.'}")
-    once = [key for key in found if not _said_before(key.name, named)]
-    return once or found
+    return found
 
 
 def describe(key: Key) -> tuple[str, str]:
@@ -53,8 +50,3 @@ def _group_of(name: str, leaves: Sequence[str]) -> str:
 
 def _by_name(keys: Iterable[Key]) -> dict[str, Key]:
     return {key.name: key for key in keys}
-
-
-def _said_before(name: str, named: dict[str, Key]) -> bool:
-    """Whether the key is one of an arm that stands under `physics` as well."""
-    return name.startswith(f"{_AGAIN}.") and f"physics{name.removeprefix(_AGAIN)}" in named

@@ -1,4 +1,4 @@
-"""The section `physics`: muscles, joint and curves of one arm or more.
+"""The section `physics`: arms, each with muscles, joint and curves.
 
 Units, meanings and bounds are those of the physics' constants.
 """
@@ -31,27 +31,17 @@ def constant(constant: Constant, *, optional: bool = False) -> Any:
     return setting(constant.meaning, constant.unit, None if optional else required, **bounds)
 
 
-class StraightPath(Section):
-    """A straight line over the joint."""
+class PathTable(Section):
+    """A path given by the length of the muscle-tendon unit at rising elbow angles; between these, a cubic spline."""
 
-    kind: Literal["straight"] = setting("straight: a line from the origin to the insertion")
-    l1_m: Real = constant(MUSCLE_CONSTANTS["l1"])
-    l2_m: Real = constant(MUSCLE_CONSTANTS["l2"])
-
-
-class TablePath(Section):
-    """A path given by its length at several angles; between these it is a cubic spline."""
-
-    kind: Literal["table"] = setting("table: lengths of the muscle-tendon unit, at rising elbow angles")
     file: FilePath = setting("CSV file with columns angle_deg or angle_rad and length_m", min_length=1)
     muscle: str | None = setting("whose rows to take, where the file has a column muscle", "", None)
-    scale: Real = constant(MUSCLE_CONSTANTS["scale"])
     margin_deg: Real = setting(
         "how far measured angles may be beyond the table, where the moment arm stays as at its end", "deg", 5.0, ge=0
     )
 
 
-class Muscle(Section):
+class MuscleSettings(Section):
     """A muscle group that crosses the elbow. Defaults are left to config.yaml: no value is right for any muscle."""
 
     side: Literal["flexor", "extensor"] = setting("side of the joint on which the muscle runs")
@@ -66,26 +56,24 @@ class Muscle(Section):
     pennation_rad: Real = constant(MUSCLE_CONSTANTS["pennation"])
     l1_m: Real | None = constant(MUSCLE_CONSTANTS["l1"], optional=True)
     l2_m: Real | None = constant(MUSCLE_CONSTANTS["l2"], optional=True)
-    path: StraightPath | TablePath | None = setting(
-        "path over the joint, instead of l1_m and l2_m", "", None, discriminator="kind"
-    )
+    path: PathTable | None = setting("table of the path over the joint, instead of l1_m and l2_m", default=None)
     delay_s: Real = constant(MUSCLE_CONSTANTS["delay"])
     shape_A: Real = constant(MUSCLE_CONSTANTS["shape"])
 
     @model_validator(mode="after")
-    def _one_path(self) -> "Muscle":
+    def _one_path(self) -> "MuscleSettings":
         given = (self.l1_m is not None) + (self.l2_m is not None)
         if given != (0 if self.path else 2):
-            raise ValueError("give l1_m and l2_m (a straight path), or a section path with kind: straight or table")
+            raise ValueError("give l1_m and l2_m (a straight path), or a section path with the file of a table")
         return self
 
     @property
-    def geometry(self) -> StraightPath | TablePath:
-        """The path, also where l1_m and l2_m are written in short."""
-        return self.path or StraightPath(kind="straight", l1_m=self.l1_m, l2_m=self.l2_m)
+    def kind(self) -> Literal["straight", "table"]:
+        """Which constants describe the path."""
+        return "table" if self.path else "straight"
 
 
-class Joint(Section):
+class JointSettings(Section):
     """The forearm: a point mass on a rigid rod, or a rigid body."""
 
     mass_kg: Real = constant(JOINT_CONSTANTS["mass"])
@@ -95,7 +83,7 @@ class Joint(Section):
     grip_m: Real | None = constant(JOINT_CONSTANTS["grip"], optional=True)
 
     @model_validator(mode="after")
-    def _one_kind(self) -> "Joint":
+    def _one_kind(self) -> "JointSettings":
         body = (self.com_m, self.inertia_kg_m2, self.grip_m)
         if sum(value is not None for value in body) != (3 if self.length_m is None else 0):
             raise ValueError("give length_m (a point mass), or com_m, inertia_kg_m2 and grip_m (a rigid body)")
@@ -114,7 +102,7 @@ class Joint(Section):
         return "body" if self.length_m is None else "point"
 
 
-class Curves(Section):
+class CurveSettings(Section):
     """Which published muscle curves to use; their sources are in physics/curves.py."""
 
     active_length: Literal["taneja", "millard", "degroote", "thelen"] = setting("active force-length", "", "taneja")
@@ -125,11 +113,26 @@ class Curves(Section):
 
 
 class Arm(Section):
-    """Muscles, forearm and curves of one arm."""
+    """Muscles, forearm and curves of one arm: written out, or a preset with what differs from it."""
 
-    muscles: dict[Name, Muscle] = setting("muscle groups, by short name", each="muscle", min_length=1)
-    joint: Joint = setting("the forearm")
-    curves: Curves = setting("muscle curves", default=Curves)
+    preset: Name | None = setting(
+        "arm that ships: what data/PRESET/PRESET.yaml says holds where nothing else is said here; null once it is read",
+        default=None,
+    )
+    muscles: dict[Name, MuscleSettings] = setting("muscle groups, by short name", each="muscle", min_length=1)
+    joint: JointSettings = setting("the forearm")
+    curves: CurveSettings = setting("muscle curves", default=CurveSettings)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _over_preset(cls, value: Any) -> Any:
+        if not isinstance(value, Mapping):
+            return value
+        if isinstance(value.get("preset"), str):
+            value = lay_over(read_preset(value["preset"]), {k: v for k, v in value.items() if k != "preset"})
+        if isinstance(muscles := value.get("muscles"), Mapping):  # what is laid over can only replace: null takes out
+            value = {**value, "muscles": {name: muscle for name, muscle in muscles.items() if muscle is not None}}
+        return value
 
     @property
     def groups(self) -> tuple[str, ...]:
@@ -142,9 +145,9 @@ class Arm(Section):
         return tuple(dict.fromkeys(muscle.emg for muscle in self.muscles.values()))
 
     @property
-    def tables(self) -> dict[str, TablePath]:
+    def tables(self) -> dict[str, PathTable]:
         """The paths that are given by a table, by muscle."""
-        return {name: muscle.path for name, muscle in self.muscles.items() if isinstance(muscle.path, TablePath)}
+        return {name: muscle.path for name, muscle in self.muscles.items() if muscle.path}
 
     @property
     def table_files(self) -> tuple[str, ...]:
@@ -162,8 +165,7 @@ class Arm(Section):
         values = {f"{shape}_{CURVE}": constant.default or 0.0 for shape, constant in CURVE_CONSTANTS.items()}
         values |= _values(JOINT_CONSTANTS, self.joint, "", self.joint.kind)
         for name, muscle in self.muscles.items():
-            path = muscle.geometry
-            of_muscle = _values(MUSCLE_CONSTANTS, muscle, "") | _values(MUSCLE_CONSTANTS, path, path.kind)
+            of_muscle = _values(MUSCLE_CONSTANTS, muscle, "", muscle.kind)
             values |= {f"{constant}_{name}": value for constant, value in of_muscle.items()}
         return values | {f"{factor}_{group}": 1.0 for factor in GROUP_CONSTANTS for group in self.groups}
 
@@ -172,25 +174,6 @@ def _values(constants: Mapping[str, Constant], given: Section, *kinds: str) -> d
     """Values of the constants of some kinds: those in a section, or the default where configurations have no key."""
     named = {name: constants[name] for name in names_of(constants, *kinds)}
     return {name: getattr(given, c.key) if c.key else c.default or 0.0 for name, c in named.items()}
-
-
-class FurtherArm(Arm):
-    """An arm beside the default one: written out, or a preset with what differs from it."""
-
-    preset: Name | None = setting(
-        "arm that ships: what data/PRESET/PRESET.yaml says holds where nothing else is said here", default=None
-    )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _over_preset(cls, value: Any) -> Any:
-        if not isinstance(value, Mapping):
-            return value
-        if isinstance(value.get("preset"), str):
-            value = lay_over(read_preset(value["preset"]), value)
-        if isinstance(muscles := value.get("muscles"), Mapping):  # what is laid over can only replace: null takes out
-            value = {**value, "muscles": {name: muscle for name, muscle in muscles.items() if muscle is not None}}
-        return value
 
 
 def read_preset(name: str) -> dict[str, Any]:
@@ -209,21 +192,23 @@ def read_preset(name: str) -> dict[str, Any]:
 
 
 class Physics(Arm):
-    """The musculoskeletal model that everything starts from. Its own muscles, joint and curves are the default arm."""
+    """One arm and the effects of the user's own: all that a model is built of."""
 
-    arms: dict[Name, FurtherArm] = setting("further arms, for datasets that name one", default=dict, each="arm")
-    effect_files: Annotated[tuple[FilePath, ...], Once] = setting("Python files with effects of your own", default=())
+    effect_files: tuple[FilePath, ...] = setting("Python files with effects of your own", default=())
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Files that the model of the default arm is made of: effects of the user's own, and tables of paths."""
+        """Files that the model is made of: effects of the user's own, and tables of paths."""
         return tuple(dict.fromkeys([*self.effect_files, *self.table_files]))
 
-    def of_arm(self, name: str | None) -> "Physics":
-        """The same with one of the further arms as the default arm, or none for None, and without the others.
 
-        What it holds changes only with what concerns that arm.
-        """
-        arm = self if name is None else self.arms[name]
-        own = {key: getattr(arm, key) for key in Arm.model_fields}
-        return self.model_copy(update={**own, "arms": {}})
+class Arms(Section):
+    """The arms that datasets may name, and effects for all of them."""
+
+    arms: dict[Name, Arm] = setting("arms, by the name that a dataset gives", each="arm", min_length=1)
+    effect_files: Annotated[tuple[FilePath, ...], Once] = setting("Python files with effects of your own", default=())
+
+    def of_arm(self, name: str) -> Physics:
+        """One of the arms with the effects. It changes only with what concerns that arm."""
+        own = {key: getattr(self.arms[name], key) for key in Arm.model_fields}
+        return Physics.model_construct(**own, effect_files=self.effect_files)

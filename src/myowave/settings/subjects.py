@@ -1,9 +1,9 @@
 """Many subjects from one table: each row becomes a measured dataset.
 
 Columns: `subject`, its name; `files`, a pattern such as data/s01/*.csv; `test`, names of the test trials, separated by
-spaces; `arm`, which may be left out, one of physics.arms, and an empty cell the default arm; every further column is a
-known constant of the subject in SI units, such as `mass` or `l1_Bi`, or, named `{trial}.{constant}`, one that differs
-between trials, such as `trial4.load`. An empty cell is not known.
+spaces; `arm`, which may be left out or empty, one of physics.arms; every further column is a known constant of the
+subject in SI units, such as `mass` or `l1_Bi`, or, named `{trial}.{constant}`, one that differs between trials, such as
+`trial4.load`. An empty cell is not known.
 
 Where the arm's forearm is a rigid body (`arm26`), `body_mass` [kg], `height` [m] and `sex` (f or m) together stand for
 its `mass`, `com`, `inertia` and `grip`, by published tables; a column of these names counts more.
@@ -88,10 +88,9 @@ def _dataset(row: Mapping[str, str], where: str) -> dict[str, Any]:
         known = conditions.setdefault(trial, {}) if trial else constants
         known[constant] = _number(cell, f"{where}, column {column}")
     test = row["test"].split()
-    return {
+    return ({_ARM: row[_ARM]} if row.get(_ARM) else {}) | {
         "kind": "measured",
         "files": [row["files"]],
-        "arm": row.get(_ARM) or None,
         "test": test,
         "constants": constants,
         "conditions": conditions,

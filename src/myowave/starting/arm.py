@@ -36,7 +36,7 @@ class StudyArm:
     """The arm of a study.
 
     Args:
-        name: to write under `arm`; None for the default arm.
+        name: to write under `arm`; None for the arm of the paper.
         lines: of its block under physics.arms; none where it is there already.
         groups: of its muscles that are driven.
         channels: that drive them; none where the arm is one of the settings.

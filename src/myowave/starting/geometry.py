@@ -94,7 +94,7 @@ def arm_settings(sampled: SampledModel, table: Path, name: str, source: str) -> 
             f"vmax_m_s: {muscle.vmax * muscle.l0:.6g}",
             f"slack_m: {muscle.slack:.6g}",
             f"pennation_rad: {muscle.pennation:.6g}",
-            f"path: {{kind: table, file: {scalar(shown(table))}, muscle: {key}, margin_deg: 5}}",
+            f"path: {{file: {scalar(shown(table))}, muscle: {key}, margin_deg: 5}}",
             "delay_s: 0.08",
             "shape_A: 0.2",
         ]

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from myowave.settings.files import read_layers
 from myowave.settings.layers import lay_over
 from myowave.settings.parsing import parse_settings
-from myowave.settings.physics import FurtherArm
+from myowave.settings.physics import Arm
 from myowave.settings.subjects import add_subjects
 from myowave.starting.arm import PRESET, Choice
 from myowave.starting.draft import Draft, shown
@@ -74,7 +74,7 @@ def new_study(
 def _groups(config: Mapping[str, Any], arm: str) -> tuple[str, ...]:
     """Groups of muscles of an arm of the settings; none where there is no such arm, or it is not right."""
     try:
-        return FurtherArm.model_validate(config["physics"]["arms"][arm]).groups
+        return Arm.model_validate(config["physics"]["arms"][arm]).groups
     except (KeyError, TypeError, ValidationError):
         return ()
 
@@ -148,7 +148,7 @@ def _said(name: str, target: Path, config: Sequence[Path], draft: Draft, problem
     sections = [
         ("Guessed", draft.guessed),
         ("Test trial", (f"{draft.trials[-1]}, the last",)),
-        ("Arm", (draft.arm.name or "the default arm of the settings",)),
+        ("Arm", (draft.arm.name or "that of the paper",)),
         (f"For you, in {target}", draft.to_do),
         ("Before it runs, correct", problems),
     ]

@@ -8,7 +8,7 @@ import numpy as np
 
 from myowave.data.trials import Trials
 from myowave.physics.path import read_path
-from myowave.settings import TablePath
+from myowave.settings import PathTable
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Beyond:
         )
 
 
-def beyond_tables(trials: Trials, tables: Mapping[str, TablePath]) -> list[Beyond]:
+def beyond_tables(trials: Trials, tables: Mapping[str, PathTable]) -> list[Beyond]:
     """The trials that leave the range of a table, each with the table that it leaves farthest beyond its margin.
 
     Args:
