@@ -1,4 +1,4 @@
-"""A worker with a cheap objective, a process of its own: python sweep_worker.py STORAGE TRIALS WORKER [PAUSE_S]."""
+"""A worker with a cheap objective, a process of its own: python sweep_worker.py JOURNAL TRIALS WORKER [PAUSE_S]."""
 
 import math
 import os
@@ -12,8 +12,9 @@ from myowave.learning.sweep.search import Score, open_search, tabulate, work
 from myowave.settings import Sweep
 
 SWEEP = {
+    "dataset": "case1",
+    "recipe": "rollout",
     "dimensions": {"beta": {"low": 1e-5, "high": 1e-1, "log": True}, "hidden": {"low": 16, "high": 64}},
-    "unpruned": 3,
 }
 FIRST = {"beta": 1e-1, "hidden": 16}
 
@@ -24,25 +25,25 @@ def error_of(settings):
 
 
 def objective(settings, pause_s=0.0):
-    for level in (1, 0):
+    for left in (1, 0):
         time.sleep(pause_s)
-        yield Score(level, (error_of(settings) + level, error_of(settings) + level))
+        yield Score(left, (error_of(settings) + left, error_of(settings) + left))
 
 
-def start(storage: str, trials: int, worker: int, pause_s: float = 0.0) -> subprocess.Popen:
+def start(journal: str, trials: int, worker: int, pause_s: float = 0.0) -> subprocess.Popen:
     """A worker that goes on until there are so many trials; it prints the number of each that it finished."""
-    command = [sys.executable, __file__, storage, str(trials), str(worker), str(pause_s)]
+    command = [sys.executable, __file__, journal, str(trials), str(worker), str(pause_s)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | {"OMP_NUM_THREADS": "1"})
 
 
-def table_of(storage: str, trials: int) -> pd.DataFrame:
-    return tabulate(open_search("test", storage, Sweep(**SWEEP, trials=trials), FIRST))
+def table_of(journal: str) -> pd.DataFrame:
+    return tabulate(open_search("test", journal), Sweep(**SWEEP), FIRST)
 
 
 if __name__ == "__main__":
-    storage, trials, worker = sys.argv[1:4]
+    journal, trials, worker = sys.argv[1:4]
     sweep = Sweep(**SWEEP, trials=int(trials))
-    search = open_search("test", storage, sweep, FIRST, seed=int(worker))
+    search = open_search("test", journal, seed=int(worker))
     pause_s = float(sys.argv[4]) if len(sys.argv) > 4 else 0.0
-    for trial in work(search, lambda settings: objective(settings, pause_s), f"worker {worker}"):
+    for trial in work(search, sweep, lambda settings: objective(settings, pause_s), f"worker {worker}"):
         print(trial.number, flush=True)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from myowave.learning.sweep.objective import free_running_error_deg, judge_in_turn
+from myowave.learning.sweep.objective import free_running_error_deg, judge
 from myowave.learning.training import train_scales
 
 
@@ -17,7 +17,7 @@ def training(rollout):
 
 
 def test_each_training_trial_judges_networks_that_were_trained_without_it(training):
-    scores = list(judge_in_turn({"hidden": 6}, training, 4, training.scales[0].names))
+    scores = list(judge({"hidden": 6}, training, 4))
     assert [score.left for score in scores] == [1, 0]
     errors = []
     for name, other in (("1", "2"), ("2", "1")):

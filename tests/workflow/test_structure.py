@@ -39,7 +39,7 @@ PARTS = {
 DOORS = {
     "mlflow": "tracking/store.py",
     "opensim": "starting/opensim_model.py",
-    "optuna": "learning/sweep/search.py",
+    "optuna": "learning/sweep",
     "pywt": "data/wavelets.py",
     "pyarrow": "data/store.py",
 }
@@ -129,7 +129,7 @@ def test_an_outside_library_has_one_door(library):
     users = {
         str(path.relative_to(SOURCE)) for path in MODULES for name in imported(path) if name.split(".")[0] == library
     }
-    assert users <= {DOORS[library]}
+    assert all(user.startswith(DOORS[library]) for user in users), users
 
 
 def test_the_package_does_not_know_snakemake():

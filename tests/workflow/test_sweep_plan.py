@@ -40,7 +40,7 @@ def test_another_worker_joins_the_same_search(swept):
 
 
 def test_what_a_trial_is_judged_by_makes_a_new_search(swept):
-    assert planned_after(swept, held_out=0.3)["prepare_sweep"] == 1
+    assert planned_after(swept, seeds=3)["prepare_sweep"] == 1
 
 
 @pytest.mark.parametrize(

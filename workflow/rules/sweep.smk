@@ -1,17 +1,17 @@
-# A search for better settings of a recipe: `snakemake sweep --cores 2`. The search itself (a journal file, or a database)
-# is no output of any rule: Snakemake deletes outputs before a job, and a search is to be continued.
+# A search for better settings of a recipe: `snakemake sweep --cores 2`. The search itself, a journal file, is no output of
+# any rule: Snakemake deletes outputs before a job, and a search is to be continued.
 from myowave.workflow.digest import digest_module
 
-SWEEP = SETTINGS.sweep()
+SWEEP = SETTINGS.learning.sweep
 SWEEP_PHYSICS = SETTINGS.physics_of(SWEEP.dataset)
 SWEPT = NETWORK.format(**dump(SWEEP))
 SWEEP_FOLDER = f"results/learning/{SWEPT}/sweep"
-STORAGE = f"{SWEEP_FOLDER}/journal.log" if SWEEP.storage == "journal" else SWEEP.storage
+JOURNAL = f"{SWEEP_FOLDER}/journal.log"
 
 
 def sweep_section(*left_out):
     """Settings of the sweep without those that a rule does not depend on."""
-    return {key: value for key, value in dump(SETTINGS.sweep()).items() if key not in left_out}
+    return {key: value for key, value in dump(SWEEP).items() if key not in left_out}
 
 
 def sweep_labels(figure):
@@ -50,13 +50,13 @@ rule prepare_sweep:
         trials=f"results/data/{SWEEP.dataset}/trials.parquet",
     output:
         scales=f"{SWEEP_FOLDER}/scales.parquet",
-        search=f"{SWEEP_FOLDER}/search.json",
+        search=f"{SWEEP_FOLDER}/search.txt",
     log:
         f"results/logs/prepare_sweep/{SWEPT}.log",
     params:
-        sweep=sweep_section("dimensions", "trials", "workers", "pruner", "unpruned", "seed"),
+        sweep=sweep_section("trials", "workers"),
         wavelet=dump(SETTINGS.data.wavelet),
-        storage=STORAGE,
+        journal=JOURNAL,
         judged=judged_section,
     script:
         "../scripts/prepare_sweep.py"
@@ -65,7 +65,7 @@ rule prepare_sweep:
 rule search_settings:
     input:
         scales=f"{SWEEP_FOLDER}/scales.parquet",
-        search=f"{SWEEP_FOLDER}/search.json",
+        search=f"{SWEEP_FOLDER}/search.txt",
         physics=SWEEP_PHYSICS.files,
     output:
         done=f"{SWEEP_FOLDER}/worker-{{worker}}.txt",
@@ -75,8 +75,8 @@ rule search_settings:
         worker=r"\d+",
     threads: 1
     params:
-        sweep=sweep_section("workers", "storage"),
-        storage=STORAGE,
+        sweep=sweep_section("workers"),
+        journal=JOURNAL,
         judged=judged_section,
         code=digest("search_settings"),  # a search that is full stays as it is
     script:
@@ -85,7 +85,7 @@ rule search_settings:
 
 rule summarize_sweep:
     input:
-        search=f"{SWEEP_FOLDER}/search.json",
+        search=f"{SWEEP_FOLDER}/search.txt",
         workers=expand(f"{SWEEP_FOLDER}/worker-{{worker}}.txt", worker=range(SWEEP.workers)),
     output:
         trials=f"{SWEEP_FOLDER}/trials.csv",
@@ -118,8 +118,8 @@ rule summarize_sweep:
     log:
         f"results/logs/summarize_sweep/{SWEPT}.log",
     params:
-        sweep=sweep_section("workers", "storage"),
-        storage=STORAGE,
+        sweep=sweep_section("workers"),
+        journal=JOURNAL,
         recipe=judged_section["recipe"],
         code=digest("summarize_sweep"),
     script:
@@ -146,7 +146,7 @@ rule score_sweep:
         f"results/logs/score_sweep/{SWEPT}.log",
     threads: 1
     params:
-        sweep=sweep_section("workers", "storage", "trials"),
+        sweep=sweep_section("workers", "trials"),
         seeds=SETTINGS.learning.seeds,
         wavelet=dump(SETTINGS.data.wavelet),
         judged=judged_section,

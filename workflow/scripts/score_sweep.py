@@ -9,15 +9,15 @@ import yaml
 from myowave.data.store import read_scales, read_trials
 from myowave.data.thinning import thin, thin_scales
 from myowave.learning.evaluation import evaluate, predict_trials
-from myowave.learning.sweep.outcome import BEST, compare_scores
+from myowave.learning.sweep.outcome import BEST
 from myowave.learning.task import Task
 from myowave.learning.training import train_scales
 from myowave.models import build_model
-from myowave.settings import Identify, Physics, PlannedSweep, Recipe, Wavelet
+from myowave.settings import Identify, Physics, Recipe, Sweep, Wavelet
 from myowave.workflow.job import job_log
 
 inputs, params, judged = snakemake.input, snakemake.params, snakemake.params.judged
-sweep = PlannedSweep.model_validate(params.sweep)
+sweep = Sweep.model_validate(params.sweep)
 name = sweep.recipe + BEST
 label = f"score {sweep.dataset} {sweep.model} {name} {sweep.scales}-scale"
 with job_log(label, snakemake.log[0]) as log:
@@ -37,4 +37,5 @@ with job_log(label, snakemake.log[0]) as log:
     trials = thin(read_trials(inputs.trials), recipe.rate_hz)
     truth = json.loads(Path(inputs.truth).read_text())["parameters"] if inputs.truth else None
     rows = evaluate(checkpoint, trials, predict_trials(checkpoint, trials), recipe=name, truth=truth)
-    compare_scores(pd.read_csv(inputs.default), rows).to_csv(snakemake.output.scores, index=False)
+    both = pd.concat({"default": pd.read_csv(inputs.default), "best": rows}, names=["setting", None])
+    both.reset_index(level="setting").to_csv(snakemake.output.scores, index=False)

@@ -1,23 +1,21 @@
 """One worker of a sweep: try settings until the search has as many trials as asked for."""
 
-import json
 from functools import partial
 from pathlib import Path
 
 from myowave.data.store import read_scales
-from myowave.learning.sweep.objective import JUDGES
-from myowave.learning.sweep.search import describe, open_search, work
+from myowave.learning.sweep.objective import judge
+from myowave.learning.sweep.search import count, describe, open_search, work
 from myowave.learning.task import Task
 from myowave.models import build_model
-from myowave.settings import Identify, Physics, PlannedSweep, Recipe
+from myowave.settings import Identify, Physics, Recipe, Sweep
 from myowave.workflow.job import job_log
 
 params, judged, worker = snakemake.params, snakemake.params.judged, int(snakemake.wildcards.worker)
-sweep = PlannedSweep.model_validate(params.sweep)
+sweep = Sweep.model_validate(params.sweep)
 label = f"sweep {sweep.dataset} {sweep.model} {sweep.recipe} {sweep.scales}-scale, worker {worker}"
 with job_log(label, snakemake.log[0]) as log:
-    shared = json.loads(Path(snakemake.input.search).read_text())
-    search = open_search(shared["name"], params.storage, sweep, judged["recipe"], seed=sweep.seed + worker)
+    search = open_search(Path(snakemake.input.search).read_text(), params.journal, seed=worker)
     task = Task(
         read_scales(snakemake.input.scales),
         build_model(sweep.model, Physics.model_validate(judged["physics"])),
@@ -26,10 +24,10 @@ with job_log(label, snakemake.log[0]) as log:
         total=sweep.scales,
         seeds=range(sweep.seeds),
     )
-    objective = partial(JUDGES[sweep.judged_on], task=task, epochs=sweep.epochs)
+    objective = partial(judge, task=task, epochs=sweep.epochs)
     tried = 0
-    for trial in work(search, objective, f"{shared['owner']} {worker}"):
+    for trial in work(search, sweep, objective, f"worker {worker}"):
         tried += 1
         log.say(describe(trial))
-        log.progress(search.counted, sweep.trials, describe(trial))
+        log.progress(count(search), sweep.trials, describe(trial))
     Path(snakemake.output.done).write_text(f"{tried} settings tried by this worker since it was last started\n")

@@ -1,29 +1,25 @@
 """Bring a sweep's trials into a table, a file with the best settings, and figures."""
 
-import json
 from pathlib import Path
 
-from myowave.learning.sweep import figures
+from myowave.learning.sweep.figures import draw_search
 from myowave.learning.sweep.outcome import override_text, summary_text
-from myowave.learning.sweep.search import best_settings, importances, open_search, tabulate
+from myowave.learning.sweep.search import best_settings, open_search, tabulate
 from myowave.plotting import save
-from myowave.settings import PlannedSweep, Recipe
+from myowave.settings import Recipe, Sweep
 from myowave.workflow.job import job_log
 
 params, output = snakemake.params, snakemake.output
-sweep = PlannedSweep.model_validate(params.sweep)
+sweep = Sweep.model_validate(params.sweep)
 what = f"{sweep.dataset}, {sweep.model}, recipe {sweep.recipe}, {sweep.scales}-scale"
 with job_log(f"summarize sweep of {what}", snakemake.log[0]) as log:
-    shared = json.loads(Path(snakemake.input.search).read_text())
-    search = open_search(shared["name"], params.storage, sweep, params.recipe)
+    search = open_search(Path(snakemake.input.search).read_text(), params.journal)
     recipe = Recipe.model_validate(params.recipe)
-    table, best, shares = tabulate(search), best_settings(search), importances(search)
+    table, best = tabulate(search, sweep, params.recipe), best_settings(search)
     table.to_csv(output.trials, index=False)
     Path(output.best).write_text(override_text(sweep, recipe, best, table, output.best), encoding="utf-8")
-    summary = summary_text(sweep, search.default, best, table)
+    summary = summary_text(sweep, params.recipe, best, table)
     Path(output.summary).write_text(summary, encoding="utf-8")
     log.announce(f"Sweep of {what}\n{summary}")
-    save(figures.draw_history(table, what), output.history)
-    save(figures.draw_importance(shares, what), output.importance)
-    save(figures.draw_slices(table, sweep.dimensions, what), output.slices)
-    save(figures.draw_contours(table, sweep.dimensions, shares, what), output.contours)
+    for name, figure in draw_search(search).items():
+        save(figure, output[name])

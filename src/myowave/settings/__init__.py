@@ -17,7 +17,7 @@ from myowave.settings.data import (
     public,
 )
 from myowave.settings.diagnosis import WORLDS, Diagnosis, Scatter, Study
-from myowave.settings.learning import SEARCHABLE, Dimension, Learning, Multiresolution, PlannedSweep, Recipe, Sweep
+from myowave.settings.learning import SEARCHABLE, Dimension, Learning, Multiresolution, Recipe, Sweep
 from myowave.settings.parsing import KEYS, check_effects, parse_settings, shipped_effects
 from myowave.settings.physics import Arm, Arms, CurveSettings, JointSettings, MuscleSettings, PathTable, Physics
 from myowave.settings.recording import EmgChannel, Processing, RawSignal, TextLayout
@@ -45,7 +45,6 @@ __all__ = [
     "MuscleSettings",
     "PathTable",
     "Physics",
-    "PlannedSweep",
     "Processing",
     "RawSignal",
     "Recipe",

@@ -16,7 +16,7 @@ from myowave.physics.constants import (
 from myowave.settings.data import Data, Dataset, RecordedDataset, force_and_length
 from myowave.settings.diagnosis import Diagnosis
 from myowave.settings.keys import did_you_mean, explain, in_words, list_keys
-from myowave.settings.learning import SEARCHABLE, Learning, PlannedSweep, Recipe
+from myowave.settings.learning import SEARCHABLE, Learning, Recipe
 from myowave.settings.physics import Arms, Physics
 from myowave.settings.section import Section, dump, setting
 from myowave.settings.targets import Targets
@@ -58,16 +58,6 @@ class Settings(Section):
             raise ValueError("\n".join(problems))
         return self
 
-    def sweep(self) -> PlannedSweep:
-        """The section learning.sweep, what is null in it filled in from the targets."""
-        sweep, targets = self.learning.sweep, self.targets
-        filled_in = {
-            "dataset": sweep.dataset or targets.diagnosed[0],
-            "recipe": sweep.recipe or targets.recipes_of(sweep.dataset or targets.diagnosed[0])[0],
-            "scales": sweep.scales or max(targets.scales),
-        }
-        return PlannedSweep.model_validate(sweep.model_dump() | filled_in)
-
     def physics_of(self, dataset: str) -> Physics:
         """The physics of one dataset: its own arm, and no other."""
         return self.physics.of_arm(self.data.datasets[dataset].arm)
@@ -92,7 +82,7 @@ class Settings(Section):
         for name in targets.own_scales:
             problems += unless_known(f"targets.own_scales.{name}", name, self.learning.recipes)
         further = [number for scales in targets.own_scales.values() for number in scales]
-        scales = max(*targets.scales, *further, self.learning.sweep.scales or 1)
+        scales = max(*targets.scales, *further, self.learning.sweep.scales)
         if scales > self.data.wavelet.levels + 1:
             problems.append(
                 f"targets.scales, targets.own_scales, learning.sweep.scales: {scales} scales need "
@@ -101,7 +91,7 @@ class Settings(Section):
         return problems
 
     def _problems_of_sweep(self) -> list[str]:
-        sweep = self.sweep()
+        sweep = self.learning.sweep
         problems = unless_known("learning.sweep.dataset", sweep.dataset, self.data.datasets)
         problems += unless_known("learning.sweep.recipe", sweep.recipe, self.learning.recipes)
         if problems:

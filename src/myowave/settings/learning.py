@@ -8,7 +8,6 @@ from pydantic import Field, field_validator, model_validator
 from myowave.physics.constants import JOINT_CONSTANTS, is_constant
 from myowave.settings.keys import did_you_mean
 from myowave.settings.section import (
-    Address,
     ModelName,
     Name,
     Once,
@@ -202,7 +201,7 @@ class Recipe(Section):
                 raise ValueError(f"beta above 0 with hidden_state: carried needs {name}: {choice}; {reason}")
 
 
-SEARCHABLE = tuple(name for name, field in Recipe.model_fields.items() if field.annotation in (int, float))
+SEARCHABLE = {name: field.annotation for name, field in Recipe.model_fields.items() if field.annotation in (int, float)}
 
 
 class Dimension(Section):
@@ -222,60 +221,27 @@ class Dimension(Section):
 
 
 class Sweep(Section):
-    """`snakemake sweep`: a search for better settings of a recipe, judged on data held out of the training trials."""
+    """`snakemake sweep`: a search for better settings of a recipe, judged on each training trial in turn."""
 
-    dataset: Name | None = setting("dataset; null: the first of the targets", default=None)
+    dataset: Name = setting("dataset")
     model: ModelName = setting("physical model", default="base")
-    recipe: Name | None = setting("recipe to improve; null: the first of targets.recipes", default=None)
-    scales: Annotated[int, Field(ge=1, le=5)] | None = setting(
-        "number of scales; null: the most of targets.scales", "-", None
-    )
+    recipe: Name = setting("recipe to improve")
+    scales: Annotated[int, Field(ge=1, le=5)] = setting("number of scales", "-", 1)
     dimensions: dict[Name, Dimension] = setting(
         "ranges to search, {numeric setting of the recipe: range}; null instead of a range: not searched",
-        default=dict,
         each="setting",
+        min_length=1,
     )
     trials: Whole = setting("settings to try; a larger number later goes on from there", "-", 20, ge=1)
     workers: Whole = setting("jobs that search side by side", "-", 2, ge=1, le=1000)
     seeds: Whole = setting("independent starts of each setting; their mean error counts", "-", 2, ge=1, le=1000)
     epochs: Whole | None = setting("epochs of all scales of one start; null: as in the recipe", "-", None, ge=1)
-    judged_on: Literal["trials", "ends"] = setting(
-        "a setting is judged on trials: each training trial in turn, by networks trained without it; or on their ends",
-        "",
-        "trials",
-    )
-    held_out: Real = setting(
-        "share of each training trial, at its end, that judges a setting where judged_on is ends",
-        "-",
-        0.25,
-        gt=0,
-        lt=0.9,
-    )
-    pruner: Literal["median", "none"] = setting(
-        "median: give a setting up whose error so far is above the median of those before", "", "median"
-    )
-    unpruned: Whole = setting("settings that are tried to the end before any is given up", "-", 5, ge=1)
-    seed: Whole = setting("seed of the search", "-", 0, ge=0)
-    storage: Address = setting(
-        "where the search is: journal, a file beside its results, or postgresql://USER@HOST/DATABASE",
-        "",
-        "journal",
-        pattern=r"^(journal|postgresql(\+\w+)?://.+)$",
-    )
 
     @field_validator("dimensions", mode="before")
     @classmethod
     def _without_null(cls, value: Any) -> Any:
         """A file laid over another can only replace keys, so null takes one out."""
         return without_null(value)
-
-
-class PlannedSweep(Sweep):
-    """A sweep without null: what it left open is filled in from the targets."""
-
-    dataset: Name
-    recipe: Name
-    scales: Annotated[int, Field(ge=1, le=5)]
 
 
 class HeldOut(Section):
@@ -362,7 +328,7 @@ class Learning(Section):
 
     seeds: Whole = setting("independent starts, trained together", "-", 5, ge=1, le=1000)
     recipes: dict[Name, Recipe] = setting("ways to train, by name", each="recipe", min_length=1)
-    sweep: Sweep = setting("search for better settings of a recipe", default=Sweep)
+    sweep: Sweep = setting("search for better settings of a recipe")
     held_out: HeldOut | None = setting("which trials are held out in turn; null: none", default=None)
     multiresolution: Multiresolution = setting("comparison of ways to go through the scales", default=Multiresolution)
     teaching: Teaching = setting("comparison of what physics teaches the network by", default=Teaching)

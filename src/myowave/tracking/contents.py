@@ -160,7 +160,7 @@ def from_sweep(swept: Swept) -> RunGroup:
     name = "{dataset} {model} {recipe} {scales}-scale".format(**where)
     job_key = "sweep/{dataset}/{model}/{recipe}/{scales}-scale".format(**where)
     tags = {k: str(v) for k, v in where.items()}
-    errors = [c for c in table.columns if c == "error" or c.startswith(("left_", "seed_"))]
+    errors = [c for c in table.columns if c == "error" or c.startswith(("after_", "seed_"))]
     settings = list(table.columns[table.columns.get_loc("error") + 1 : table.columns.get_loc("is_default")])
     settings = [c for c in settings if c not in errors]
     done = table[table["state"] == "complete"].sort_values("error")

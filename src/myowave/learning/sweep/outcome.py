@@ -10,9 +10,8 @@ from typing import Any
 import pandas as pd
 import yaml
 
-from myowave.learning.sweep.objective import with_settings
 from myowave.learning.sweep.search import Settings
-from myowave.settings import Dimension, PlannedSweep, Recipe, Sweep, dump
+from myowave.settings import Dimension, Recipe, Sweep, dump
 
 BEST = "_best"  # the best settings of a recipe make a recipe of this ending
 _EDGE = 0.05  # share of a range that counts as its edge
@@ -21,21 +20,21 @@ _EDGE = 0.05  # share of a range that counts as its edge
 def search_name(sweep: Sweep, judged: Mapping[str, Any], data: Path) -> str:
     """A name that is the same only where errors of trials can be compared.
 
-    Ranges, number of trials and how they are chosen may change between runs; what a trial is judged by may not.
+    Ranges, number of trials and of workers may change between runs; what a trial is judged by may not.
 
     Args:
         judged: settings that the error depends on, and the digest of the code.
-        data: held-out trials at all scales.
+        data: training trials at all scales.
     """
     fixed = dump(sweep)
-    for free in ("dimensions", "trials", "workers", "pruner", "unpruned", "seed", "storage"):
+    for free in ("dimensions", "trials", "workers"):
         fixed.pop(free)
     text = json.dumps([fixed, dict(judged)], sort_keys=True, default=str)
     digest = hashlib.sha256(text.encode() + data.read_bytes()).hexdigest()[:12]
     return f"{sweep.dataset} {sweep.model} {sweep.recipe} {sweep.scales}-scale {digest}"
 
 
-def override_text(sweep: PlannedSweep, recipe: Recipe, best: Settings, table: pd.DataFrame, path: str) -> str:
+def override_text(sweep: Sweep, recipe: Recipe, best: Settings, table: pd.DataFrame, path: str) -> str:
     """A configuration file, to lay over config.yaml, with the best settings as a recipe of their own.
 
     Args:
@@ -47,7 +46,7 @@ def override_text(sweep: PlannedSweep, recipe: Recipe, best: Settings, table: pd
     both = [sweep.recipe, name]
     values = {
         "targets": {"recipes": both, "own_recipes": {sweep.dataset: list(both)}},
-        "learning": {"recipes": {name: dump(with_settings(recipe, best))}},
+        "learning": {"recipes": {name: dump(recipe.changed(best))}},
     }
     return (
         f"# Recipe {sweep.recipe} on {sweep.dataset}, {sweep.model}, {sweep.scales}-scale: {_finding(table)}\n"
@@ -102,9 +101,3 @@ def _finding(table: pd.DataFrame) -> str:
         )
     tried = table["state"].isin(["complete", "pruned"]).sum()
     return f"Best of {tried} settings: error on held-out data {least:.4g} deg{against}."
-
-
-def compare_scores(default: pd.DataFrame, best: pd.DataFrame) -> pd.DataFrame:
-    """Test scores of both settings: one row per setting and seed, columns those of summary.csv after `setting`."""
-    both = pd.concat({"default": default, "best": best}, names=["setting", None])
-    return both.reset_index(level="setting").reset_index(drop=True)
