@@ -1,6 +1,5 @@
 """What `make ui` and `snakemake --report` show, seen with a real browser. Screenshots stay in results/screenshots."""
 
-import json
 import re
 import socket
 import subprocess
@@ -11,7 +10,6 @@ from pathlib import Path
 from urllib.parse import unquote, urlparse
 
 import mlflow
-import numpy as np
 import pandas as pd
 import pytest
 from project_copy import ROOT, SMALL_SWEEP, Project, copy_project
@@ -136,89 +134,35 @@ def summary(finished) -> pd.DataFrame:
     return pd.read_csv(finished.folder / "results/summary.csv")
 
 
-def runs_of(store: mlflow.MlflowClient, experiment: str, kind: str) -> tuple[str, list]:
-    found = next(e for e in store.search_experiments() if e.name.startswith(experiment))
-    return found.experiment_id, store.search_runs([found.experiment_id], f"tags.kind = '{kind}'")
-
-
-def numbers_in(text: str) -> list[float]:
-    return [float(number) for number in re.findall(r"-?\d+\.\d+(?:e-?\d+)?", text)]
-
-
 def shown(value: float, text: str, digits: float = 1e-6) -> bool:
-    return any(number == pytest.approx(value, rel=digits) for number in numbers_in(text))
+    numbers = [float(number) for number in re.findall(r"-?\d+\.\d+(?:e-?\d+)?", text)]
+    return any(number == pytest.approx(value, rel=digits) for number in numbers)
 
 
-def test_a_click_on_an_experiment_in_the_list_opens_its_runs(browser, page):
-    browser.open(f"{page.split('#')[0]}#/experiments", until="Learning: how well", name="experiments")
-    for name, run in (("Diagnosis", "case1: adequate"), ("Learning", "case1 base rollout 1-scale")):
-        browser.driver.find_element("xpath", f"//a[starts-with(@title, '{name}')]").click()
-        browser.wait(run)
-        browser.keep(f"clicked_{name}")
-        assert "/runs?" in browser.driver.current_url, "and not a page of traces"
-        browser.driver.get(f"{page.split('#')[0]}#/experiments")
-        browser.wait("Learning: how well")
+def test_the_first_page_is_the_table_of_runs_with_scores_and_recipe(browser, page, summary):
+    text = browser.open(page, until=r"case2: adequate", name="table")
+    assert all(column in text for column in ("test_r2", "test_rmse_deg", "recipe"))
+    for _, rows in summary.groupby("dataset"):
+        medians = rows.groupby("scales")["test_r2"].median()
+        assert any(shown(value, text) for value in medians), "of the network that is best on validation trials"
+    browser.driver.find_element("xpath", "//a[contains(., 'case1: adequate')]").click()
+    browser.wait("Description")
+    browser.keep("run")
     assert browser.errors() == []
 
 
-def test_the_table_groups_runs_and_shows_means_over_seeds(browser, page, summary):
-    table = page.replace("compareRunsMode=CHART", "compareRunsMode=TABLE").replace("=overview", "=table")
-    text = browser.open(table, until=r"Group: .* 2-scale", name="table")
-    for (dataset, scales), rows in summary.groupby(["dataset", "scales"]):
-        assert f"Group: {dataset} base rollout {scales}-scale" in text
-        assert shown(np.rad2deg(np.sqrt(rows["test_mse"])).mean(), text)
-    assert browser.errors() == []
-
-
-def test_the_first_page_draws_the_error_over_scales_with_a_line_for_each_dataset(browser, page, summary):
-    text = browser.open(page, until=r"At a glance", name="charts")
-    assert "test error in deg by number of scales" in text, "the title"
-    legend = browser.script("[...document.querySelectorAll('.legendtext')].map(e => e.textContent).join(';')")
-    lines = "[...document.querySelectorAll('.js-plotly-plot')][0].data.filter(t => (t.mode || '').includes('lines'))"
-    drawn = browser.script(f"{lines}.map(t => [Array.from(t.x || []), Array.from(t.y || [])])")
-    summary = summary.assign(rmse=np.rad2deg(np.sqrt(summary["test_mse"])))
-    for dataset, rows in summary.groupby("dataset"):
-        means = rows.groupby("scales")["rmse"].mean()
-        assert dataset in text + legend
-        assert any(x == list(means.index) and y == pytest.approx(means.tolist(), rel=1e-3) for x, y in drawn), drawn
-    assert browser.errors() == []
-
-
-def test_tables_and_pictures_are_on_the_runs_page(browser, page, store, summary):
-    experiment, runs = runs_of(store, "Learning", "median over seeds")
-    run, address = runs[0], page.split("#")[0]
-    rows = summary[(summary["dataset"] == run.data.params["dataset"])]
-    rows = rows[rows["scales"] == int(run.data.params["scales"])]
-    base = f"{address}#/experiments/{experiment}/runs/{run.info.run_id}"
-    text = browser.open(base, until="snakemake --cores 2", name="run")
-    assert run.info.run_name in text and "medians over 2 seeds" in text
-    text = browser.open(f"{base}/artifacts/evaluation.csv", until="test_r2", name="artifact_table")
-    assert shown(rows["test_r2"].iloc[0], text, 1e-3)
-    browser.open(f"{base}/artifacts/metrics.png", until="metrics.png", name="artifact_picture")
-    widths = browser.script("[...document.images].map(i => i.naturalWidth)")
-    assert max(widths) > 500, "the figure is not shown"
-    assert browser.errors() == []
-
-
-def test_two_runs_compare(browser, page, store):
-    experiment, runs = runs_of(store, "Learning", "median over seeds")
-    chosen = json.dumps([run.info.run_id for run in runs[:2]])
-    address = f'{page.split("#")[0]}#/compare-runs?runs={chosen}&experiments=["{experiment}"]'
-    text = browser.open(address, until="Comparing 2 Runs", name="comparison")
-    drawn = browser.script("[...document.querySelectorAll('svg text')].map(e => e.textContent)")
-    for run in runs[:2]:
-        assert run.info.run_name in text
-        assert shown(run.data.metrics["test_rmse_deg"], text + " ".join(drawn), 1e-4), "an end of its axis"
-    assert browser.errors() == []
-
-
-def test_a_sweep_shows_its_trials(browser, page, store):
-    experiment, trials = runs_of(store, "Sweeps", "trial")
-    assert len(trials) == 5
-    address = f"{page.split('#')[0]}#/experiments/{experiment}/runs?viewStateShareKey=overview"
-    text = browser.open(address, until="sweep of case1", name="sweep")
-    search = runs_of(store, "Sweeps", "search")[1][0]
-    assert shown(search.data.metrics["held_out_error_deg"], text)
+def test_verdict_tables_and_pictures_are_on_the_page_of_the_dataset(browser, page, store, summary):
+    experiment = store.get_experiment_by_name("myowave").experiment_id
+    (run,) = store.search_runs([experiment], "params.dataset = 'case1' and params.verdict != ''")
+    base = f"{page.split('#')[0]}#/experiments/{experiment}/runs/{run.info.run_id}"
+    network = summary[(summary["dataset"] == "case1") & (summary["scales"] == 2)]
+    table = f"{base}/artifacts/base/rollout/2-scale/evaluation.csv"
+    text = browser.open(table, until="test_r2", name="artifact_table")
+    assert shown(network["test_r2"].iloc[0], text, 1e-3)
+    browser.open(f"{base}/artifacts/figures/trials.png", until="trials.png", name="artifact_picture")
+    assert max(browser.script("[...document.images].map(i => i.naturalWidth)")) > 500, "the figure is not shown"
+    browser.open(f"{base}/artifacts/verdict.html", until="verdict.html", name="artifact_verdict")
+    assert browser.driver.find_elements("tag name", "iframe")
     assert browser.errors() == []
 
 

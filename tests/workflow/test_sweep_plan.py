@@ -8,7 +8,7 @@ import test_slurm
 from project_copy import Project, copy_project
 
 SMALL = {"learning": {"sweep": {"dataset": "case1", "trials": 4, "workers": 2}}}
-SEARCHED = {"search_settings": 2, "summarize_sweep": 1, "score_sweep": 1, "publish_sweep": 1}
+SEARCHED = {"search_settings": 2, "summarize_sweep": 1, "score_sweep": 1}
 
 
 @pytest.fixture(scope="module")

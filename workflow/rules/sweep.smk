@@ -18,11 +18,6 @@ def sweep_labels(figure):
     return {"dataset": SWEEP.dataset, "model": SWEEP.model, "recipe": SWEEP.recipe, "figure": figure}
 
 
-def sweep_figures(network):
-    """Figures of the sweep of one dataset, model, recipe and number of scales."""
-    return [f"results/figures/{network}/sweep/{name}.png" for name in ("history", "importance", "slices", "contours")]
-
-
 # All that an error on held-out data depends on; a search is continued as long as it stays the same.
 judged_section = dict(
     physics=dump(SWEEP_PHYSICS),
@@ -35,14 +30,12 @@ judged_section = dict(
 
 localrules:
     sweep,
-    publish_sweep,
 
 
 rule sweep:
     input:
         f"{SWEEP_FOLDER}/best.yaml",
         f"{SWEEP_FOLDER}/test_scores.csv",
-        "results/tracking/published-sweep.md",
 
 
 rule prepare_sweep:
@@ -153,23 +146,3 @@ rule score_sweep:
         code=digest("score_sweep"),
     script:
         "../scripts/score_sweep.py"
-
-
-rule publish_sweep:
-    input:
-        trials=f"{SWEEP_FOLDER}/trials.csv",
-        summary=f"{SWEEP_FOLDER}/summary.md",
-        scores=f"{SWEEP_FOLDER}/test_scores.csv",
-        figures=sweep_figures(SWEPT),
-    output:
-        note="results/tracking/published-sweep.md",
-    log:
-        "results/logs/publish_sweep.log",
-    params:
-        tracking=section("tracking"),
-        recipes={},
-        models=[],
-        diagnoses=[],
-        sweeps=[(SWEEP_FOLDER, sweep_figures(SWEPT))],
-    script:
-        "../scripts/publish_runs.py"

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from myowave.settings.section import without_password
+from myowave.settings.section import without_secrets
 
 # Names for the types of values, in messages and in the table.
 _TYPES = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}
@@ -157,7 +157,7 @@ def _explain_one(problem: Mapping[str, Any], keys: Sequence[Key]) -> str:
 
 
 def _short(value: Any) -> str:
-    return textwrap.shorten(without_password(repr(value)), 80, placeholder=" ...")
+    return textwrap.shorten(without_secrets(repr(value)), 80, placeholder=" ...")
 
 
 def _expected(key: Key) -> str:

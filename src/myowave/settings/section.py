@@ -42,23 +42,19 @@ def _plain_path(path: str) -> str:
     return path
 
 
-def without_password(value: str) -> str:
-    """A value with the password masked that an address in it holds; rather too much of it than too little."""
-    masked = re.sub(r"(?s)(://[^/@:\s]*):.*@", r"\1:***@", value)
-    return re.sub(r"(?is)((?:password|passwd|pwd|token|secret)=)[^&]+", r"\1***", masked)
+def without_secrets(text: str) -> str:
+    """A text with all masked that addresses in it hold but scheme, host, port and path: a user may be a token, too.
 
-
-def without_passwords(text: str) -> str:
-    """A text with the passwords masked of all addresses in it, which hold no blanks."""
-    return re.sub(r"\S+", lambda word: without_password(word[0]), text)
+    Rather too much is masked than too little. An address within a page, after `#/`, stays.
+    """
+    return re.sub(r"(://[^\s?#]*)(?:\?|#(?!/))\S*", r"\1?***", re.sub(r"(?s)://.*@", "://***@", text))
 
 
 def _without_secret(address: Any) -> Any:
-    if isinstance(address, str) and without_password(address) != address:
+    if isinstance(address, str) and without_secrets(address) != address:
         raise ValueError(
-            "an address may not hold a password or token, which would stand in logs, pages and records of jobs. Take "
-            "it out; that of PostgreSQL belongs in ~/.pgpass or PGPASSWORD, that of a tracking server in "
-            "MLFLOW_TRACKING_USERNAME and MLFLOW_TRACKING_PASSWORD"
+            "an address may not hold a user, password or key, which would stand in logs, pages and records of jobs. "
+            "Take it out; for a tracking server it belongs in MLFLOW_TRACKING_USERNAME and MLFLOW_TRACKING_PASSWORD"
         )
     return address
 

@@ -10,5 +10,5 @@ class Tracking(Section):
         "MLflow store: sqlite:///FILE, or the http(s) address of a server",
         "",
         "sqlite:///results/mlflow.db",
-        pattern=r"^(sqlite:///|postgresql\S*://|https?://).+",
+        pattern=r"^(sqlite:///.+|https?://\S+)$",
     )
