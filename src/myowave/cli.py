@@ -13,9 +13,9 @@ from typing import Annotated, ParamSpec, TextIO
 
 import typer
 
-from myowave.settings import KEYS
-from myowave.settings.files import read_settings
-from myowave.settings.listing import describe, find_keys, list_groups
+from myowave.settings import Settings
+from myowave.settings.keys import describe, find_keys, list_groups, list_keys
+from myowave.settings.parsing import read_settings
 
 app = typer.Typer(
     no_args_is_help=True, pretty_exceptions_enable=False, help="Elbow motion from EMG and what its physics misses."
@@ -62,12 +62,13 @@ def list_settings(
     everything: Annotated[bool, typer.Option("--all", help="every key of config.yaml")] = False,
 ) -> None:
     """List groups of settings, or the keys of a group or about a word with unit, default, meaning, allowed values."""
+    keys = list_keys(Settings)
     if not words and not everything:
-        for group, (count, meaning) in list_groups(KEYS).items():
+        for group, (count, meaning) in list_groups(keys).items():
             typer.echo(f"{typer.style(f'{group:<18}', bold=True)} {count:>3}  {meaning}")
         typer.echo("`myowave settings GROUP` lists the keys of one, `myowave settings WORD` finds some, --all is all.")
         return
-    for key in find_keys(KEYS, words or []):
+    for key in find_keys(keys, words or []):
         facts, meaning = describe(key)
         typer.echo(f"{typer.style(key.name, bold=True)}  {facts}")
         typer.echo(f"    {meaning}")

@@ -4,13 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from myowave.settings.files import check_command_line, read_settings
+from myowave.settings.files import check_command_line
+from myowave.settings.parsing import read_settings
 
 CONFIG = Path(__file__).parents[2] / "config.yaml"
-_TEN = ", ".join(["*{}"] * 10)
-BOMB = "a: &a [x]\n" + "".join(
-    f"{b}: &{b} [{_TEN.replace('{}', a)}]\n" for a, b in zip("abcdefgh", "bcdefghi", strict=True)
-)
 
 
 def test_a_second_configuration_is_laid_over_the_first(tmp_path):
@@ -43,11 +40,12 @@ FAULTS = {
         b"targets: {}\ndata: {}\ntargets: {}\n",
         "line 3, column 1: the key targets is there already, line 1",
     ),
-    "a key twice inside": (b"data:\n  x: 1\n  x: 2\n", "mine.yaml, line 3, column 3: the key x is there already"),
-    "aliases within aliases": (BOMB.encode(), "mine.yaml, line 1, column 1: aliases within aliases make it huge"),
-    "an alias of itself": (b"data: &a [*a]\n", "aliases within aliases make it huge"),
+    "a key twice inside": (
+        b"data:\n  x: 1\n  x: 2\n",
+        "mine.yaml is not valid YAML, line 3, column 3: the key x is there already",
+    ),
     "depth without end": (b"data: " + b"[" * 5000, "mine.yaml: sections within sections without end"),
-    "no day of the calendar": (b"data: 2026-02-31\n", "mine.yaml, day is out of range for month"),
+    "no day of the calendar": (b"data: 2026-02-31\n", "mine.yaml is not valid YAML: day is out of range for month"),
     "nothing": (b"# later\n", "mine.yaml: expected sections such as physics and data; found nothing"),
     "a list": (b"- targets\n", "mine.yaml: expected sections such as physics and data; found list"),
 }

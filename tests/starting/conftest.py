@@ -5,7 +5,7 @@ import pytest
 import yaml
 
 from myowave.settings import parse_settings
-from myowave.settings.layers import lay_over
+from myowave.settings.files import lay_over
 
 ROOT = Path(__file__).parents[2]
 

@@ -18,7 +18,7 @@ from myowave.settings.data import (
 )
 from myowave.settings.diagnosis import WORLDS, Diagnosis, Scatter, Study
 from myowave.settings.learning import SEARCHABLE, Dimension, Learning, Multiresolution, Recipe, Sweep
-from myowave.settings.parsing import KEYS, check_effects, parse_settings, shipped_effects
+from myowave.settings.parsing import check_effects, parse_settings, shipped_effects
 from myowave.settings.physics import Arm, Arms, CurveSettings, JointSettings, MuscleSettings, PathTable, Physics
 from myowave.settings.recording import EmgChannel, Processing, RawSignal, TextLayout
 from myowave.settings.section import Section, dump
@@ -26,7 +26,6 @@ from myowave.settings.targets import Targets
 from myowave.settings.tracking import Tracking
 
 __all__ = [
-    "KEYS",
     "SEARCHABLE",
     "WORLDS",
     "Arm",

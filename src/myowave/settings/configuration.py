@@ -15,7 +15,7 @@ from myowave.physics.constants import (
 )
 from myowave.settings.data import Data, Dataset, RecordedDataset, force_and_length
 from myowave.settings.diagnosis import Diagnosis
-from myowave.settings.keys import did_you_mean, explain, in_words, list_keys
+from myowave.settings.keys import did_you_mean, explain, in_words
 from myowave.settings.learning import SEARCHABLE, Learning, Recipe
 from myowave.settings.physics import Arms, Physics
 from myowave.settings.section import Section, dump, setting
@@ -106,7 +106,7 @@ class Settings(Section):
                 try:
                     Recipe.model_validate(recipe | {name: int(value) if value.is_integer() else value})
                 except ValidationError as error:
-                    lines = explain(error, tuple(list_keys(Recipe)))
+                    lines = explain(error, Recipe)
                     problems += [f"{where}.{end} does not fit recipe {sweep.recipe}: {line}" for line in lines]
         return problems
 
@@ -141,7 +141,7 @@ class Settings(Section):
                 try:
                     compared.recipe_of(name, self.learning.recipes)
                 except ValidationError as error:
-                    problems += [f"{at}.changes: {line}" for line in explain(error, tuple(list_keys(Recipe)))]
+                    problems += [f"{at}.changes: {line}" for line in explain(error, Recipe)]
         return problems
 
     def _problems_of_teaching(self) -> list[str]:

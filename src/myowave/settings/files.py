@@ -1,37 +1,79 @@
-"""Settings from YAML files: outside of the workflow, and before Snakemake reads them."""
+"""YAML files as plain data, one laid over another; nothing is checked here but that they can be read."""
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from myowave.settings.configuration import Settings
-from myowave.settings.layers import lay_over, read_yaml
-from myowave.settings.parsing import parse_settings
-from myowave.settings.subjects import add_subjects
+import yaml
+from yaml.nodes import MappingNode, ScalarNode
 
 _SECTIONS = "physics and data"
 
 
-def read_settings(paths: Sequence[Path]) -> Settings:
-    """The settings in YAML files, each laid over those before, as after Snakemake's --configfile.
+class _Loader(yaml.SafeLoader):  # type: ignore[misc]
+    """Refuses a key that is there twice, of which YAML would keep the last in silence."""
+
+    def compose_mapping_node(self, anchor: Any) -> MappingNode:
+        node = super().compose_mapping_node(anchor)
+        first: dict[str, ScalarNode] = {}
+        for key, _ in node.value:
+            if isinstance(key, ScalarNode) and first.setdefault(key.value, key) is not key:
+                again = f"the key {key.value} is there already, {_at(first[key.value].start_mark)}"
+                raise yaml.MarkedYAMLError(problem=f"{again}; join them, or remove one", problem_mark=key.start_mark)
+        return node
+
+
+def read_yaml(path: Path, such_as: str = _SECTIONS) -> dict[str, Any]:
+    """The sections in a YAML file.
+
+    Args:
+        such_as: sections that are expected in it, for the message.
 
     Raises:
-        ValueError: for a file that is not there, is not YAML, or has wrong keys.
+        ValueError: for a file that cannot be read, is not YAML, holds no sections or a key twice.
     """
-    return parse_settings(add_subjects(read_layers(paths)))
+    try:
+        values = yaml.load(path.read_text(encoding="utf-8-sig"), _Loader)
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: this is not UTF-8 text ({error.reason}). Save it as text, UTF-8.") from None
+    except OSError as error:
+        raise ValueError(f"{path} cannot be read: {error.strerror}. Name a YAML file.") from None
+    except yaml.MarkedYAMLError as error:
+        raise ValueError(f"{path} is not valid YAML, {_at(error.problem_mark)}: {error.problem}. Correct it.") from None
+    except (yaml.YAMLError, ValueError) as error:
+        raise ValueError(f"{path} is not valid YAML: {' '.join(str(error).split())}") from None
+    except RecursionError:
+        raise ValueError(f"{path}: sections within sections without end; expected a few levels.") from None
+    if not isinstance(values, dict):
+        found = "nothing" if values is None else type(values).__name__
+        raise ValueError(f"{path}: expected sections such as {such_as}; found {found}.")
+    return values
 
 
-def read_layers(paths: Sequence[Path]) -> dict[str, Any]:
-    """The same as plain data, nothing checked.
+def lay_over(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    """Two configurations as one: mappings are joined, everything else is taken from above."""
+    both = {k: lay_over(below[k], above[k]) for k in below.keys() & above.keys() if _mappings(below[k], above[k])}
+    return {**below, **above, **both}
+
+
+def read_layers(paths: Iterable[Path], option: str = "--config") -> dict[str, Any]:
+    """YAML files, each laid over those before, as after Snakemake's --configfile.
+
+    Args:
+        option: with which a command names the files, for the message.
 
     Raises:
         ValueError: for a file that is not there or is not YAML.
     """
     config: dict[str, Any] = {}
     for path in paths:
-        config = lay_over(config, _read(path, "--config"))
+        if not path.exists():
+            raise ValueError(
+                f"There is no {path} in {Path.cwd()}; run the command where it is, or name it with {option}."
+            )
+        config = lay_over(config, read_yaml(path))
     return config
 
 
@@ -46,16 +88,17 @@ def check_command_line(arguments: Sequence[str] | None = None) -> None:
     """
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("--configfile", "--configfiles", nargs="+", type=Path, default=[])
-    found, _ = parser.parse_known_args(arguments)
-    own = Path("config.yaml")
+    named = parser.parse_known_args(arguments)[0].configfile
+    own = [path for path in (Path("config.yaml"),) if path.exists()]
     try:
-        for path in dict.fromkeys([*found.configfile, *([own] if own.exists() else [])]):
-            _read(path, "--configfile")
+        read_layers(dict.fromkeys([*named, *own]), "--configfile")
     except ValueError as error:
         sys.exit(f"The configuration has problems; nothing was run.\n{error}")
 
 
-def _read(path: Path, option: str) -> dict[str, Any]:
-    if not path.exists():
-        raise ValueError(f"There is no {path} in {Path.cwd()}; run the command where it is, or name it with {option}.")
-    return read_yaml(path, _SECTIONS)
+def _mappings(*values: object) -> bool:
+    return all(isinstance(value, Mapping) for value in values)
+
+
+def _at(mark: Any) -> str:
+    return f"line {mark.line + 1}, column {mark.column + 1}" if mark else "somewhere"

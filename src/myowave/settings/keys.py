@@ -1,25 +1,39 @@
-"""What a tree of pydantic models says about its keys: the table for people, and error messages made from it.
+"""What a pydantic model says about its keys: the table for people, and error messages made from it.
 
-It knows nothing of the settings themselves, so it can be read and tested on its own.
+Both read the JSON schema that pydantic makes. Nothing here knows the settings themselves.
 """
 
 import difflib
+import json
 import textwrap
-import types
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from functools import cache
+from typing import Any
 
 from pydantic import BaseModel, ValidationError
-from pydantic.fields import FieldInfo
-from pydantic_core import PydanticUndefined
 
-from myowave.settings.section import without_secrets
+from myowave.settings.section import BOUNDS, without_secrets
+
+Schema = Mapping[str, Any]
 
 # Names for the types of values, in messages and in the table.
-_TYPES = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}
-_MANY = {"a number": "numbers", "a whole number": "whole numbers", "text": "texts"}
-_BOUNDS = {"ge": "at least {:g}", "gt": "above {:g}", "le": "at most {:g}", "lt": "below {:g}"}
+_TYPES = {
+    "number": "a number",
+    "integer": "a whole number",
+    "string": "text",
+    "boolean": "true or false",
+    "null": "null",
+}
+_MANY = {"number": "numbers", "integer": "whole numbers", "string": "texts"}
+_IN_WORDS = {
+    "minimum": "at least {:g}",
+    "exclusiveMinimum": "above {:g}",
+    "maximum": "at most {:g}",
+    "exclusiveMaximum": "below {:g}",
+    "pattern": "matching {}",
+}
 
 
 @dataclass(frozen=True)
@@ -27,166 +41,196 @@ class Key:
     """One key of the configuration.
 
     Args:
-        path: as pydantic names it; `<name>` stands for a key that the user chooses, `:tag` for a member of a union.
+        name: from the top, with dots; `<name>` stands for a key that the user chooses.
         allowed: what values it takes, in words.
-        default: None where the key must be given.
+        default: None where the key must be given, empty for a section.
     """
 
-    path: tuple[str, ...]
+    name: str
     unit: str
     allowed: str
     default: str | None
     meaning: str
 
-    @property
-    def name(self) -> str:
-        return ".".join(part for part in self.path if not part.startswith(":"))
+
+# ---- the table
 
 
-def list_keys(model: type[BaseModel], path: tuple[str, ...] = ()) -> Iterator[Key]:
+def list_keys(model: type[BaseModel]) -> list[Key]:
     """All keys below a model, in the order they are written down; a section comes before what it holds."""
-    for name, field in model.model_fields.items():
-        here = (*path, name)
-        extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
-        yield Key(here, str(extra.get("unit", "")), _allowed(field), _default(field), field.description or "")
-        yield from _keys_inside(field.annotation, here, str(extra.get("each", "name")))
+    schema = _schema_of(model)
+    return list(dict.fromkeys(_keys_inside(schema, schema, "", "")))
 
 
-def explain(error: ValidationError, keys: Sequence[Key]) -> list[str]:
-    """Each problem as one line: key, value found, what is allowed."""
-    return [_explain_one(problem, keys) for problem in error.errors()]
+def list_groups(keys: Sequence[Key]) -> dict[str, tuple[int, str]]:
+    """{group: (number of its keys, meaning)} in the order of config.yaml: sections, and what sections hold by name."""
+    names = {key.name for key in keys}
+    leaves = [name for name in names if not any(other.startswith(f"{name}.") for other in names)]
+    counts = Counter(_group_of(name, leaves) for name in leaves)
+    return {key.name: (counts[key.name], key.meaning) for key in keys if key.name in counts}
+
+
+def find_keys(keys: Sequence[Key], words: Sequence[str]) -> list[Key]:
+    """Keys of a group, or those with all of the words in name, unit or meaning; all where there is no word.
+
+    Raises:
+        ValueError: where nothing is found.
+    """
+    group = [key for key in keys if list(words) == [key.name] or f"{key.name}.".startswith(f"{' '.join(words)}.")]
+    wanted = [word.lower() for word in words]
+    found = group or [k for k in keys if all(word in f"{k.name} {k.unit} {k.meaning}".lower() for word in wanted)]
+    if not found:
+        parts = sorted({part for key in keys for part in key.name.split(".") if part.isidentifier()})
+        asked = " ".join(words)
+        raise ValueError(f"No setting has {asked!r} in its name or meaning{did_you_mean(asked, parts) or '.'}")
+    return found
+
+
+def describe(key: Key) -> tuple[str, str]:
+    """Unit and default, and the meaning with what is allowed."""
+    default = "required" if key.default is None else f"default {key.default}" if key.default else ""
+    facts = "  ".join(fact for fact in (key.unit and f"[{key.unit}]", default) if fact)
+    return facts, f"{key.meaning}: {key.allowed}"
+
+
+def _keys_inside(node: Schema, root: Schema, path: str, each: str) -> Iterator[Key]:
+    """Keys of the sections that may stand at a place: itself, values of a mapping, members of a union."""
+    for section in _alternatives(node, root):
+        for name, field in section.get("properties", {}).items():
+            default = None if name in section.get("required", ()) else _default(field, root)
+            here = f"{path}.{name}".removeprefix(".")
+            yield Key(here, field.get("unit", ""), _allowed(field, root), default, field.get("description", ""))
+            yield from _keys_inside(field, root, here, field.get("each", "name"))
+        if values := _values(section):
+            yield from _keys_inside(values, root, f"{path}.<{each}>", each)
+
+
+def _group_of(name: str, leaves: Sequence[str]) -> str:
+    """The first two parts of a key's name; its section where these are the key itself."""
+    two = ".".join(name.split(".")[:2])
+    return name.partition(".")[0] if two in leaves else two
+
+
+def _default(field: Schema, root: Schema) -> str:
+    if "default" not in field:
+        return "{}" if any(_values(node) for node in _alternatives(field, root)) else ""
+    value = field["default"]
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+# ---- messages
+
+
+def explain(error: ValidationError, model: type[BaseModel]) -> list[str]:
+    """Each problem of a model's values as one line: key, value found, what is allowed."""
+    return [_explain_one(problem, _schema_of(model)) for problem in error.errors()]
 
 
 def in_words(bounds: Mapping[str, float]) -> list[str]:
     """Bounds as pydantic calls them, each in words."""
-    return [_BOUNDS[name].format(limit) for name, limit in bounds.items()]
+    return [_IN_WORDS[BOUNDS[name]].format(limit) for name, limit in bounds.items()]
 
 
-def did_you_mean(word: str, known: Sequence[str]) -> str:
+def did_you_mean(word: str, known: Iterable[str]) -> str:
     """`; did you mean 'x'?` where a known word is close, else nothing."""
-    close = difflib.get_close_matches(str(word), known, n=1)
+    close = difflib.get_close_matches(str(word), list(known), n=1)
     return f"; did you mean {close[0]!r}?" if close else ""
 
 
-def _keys_inside(annotation: Any, path: tuple[str, ...], each: str) -> Iterator[Key]:
-    """Keys of the models found in an annotation: itself, values of a mapping, members of a union."""
-    if get_origin(annotation) is Annotated:
-        annotation = get_args(annotation)[0]
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield from list_keys(annotation, path)
-    elif get_origin(annotation) in (dict, Mapping):
-        yield from _keys_inside(get_args(annotation)[1], (*path, f"<{each}>"), each)
-    elif get_origin(annotation) in (Union, types.UnionType):
-        sections = [m for m in get_args(annotation) if isinstance(m, type) and issubclass(m, BaseModel)]
-        for member in sections:
-            yield from list_keys(member, (*path, f":{_tag(member)}") if len(sections) > 1 else path)
-
-
-def _tag(member: type[BaseModel]) -> str:
-    """Value of the `kind` field that tells a member of a union from the others."""
-    return str(get_args(member.model_fields["kind"].annotation)[0])
-
-
-def _allowed(field: FieldInfo) -> str:
-    bounds = []
-    for item in field.metadata:
-        bounds += in_words({b: getattr(item, b) for b in _BOUNDS if getattr(item, b, None) is not None})
-        pattern = getattr(item, "pattern", None)
-        bounds += [f"matching {pattern}"] if pattern else []
-        length = getattr(item, "min_length", None)
-        bounds += ["not empty"] if length else []
-    return ", ".join([_type_name(field.annotation), *bounds])
-
-
-def _type_name(annotation: Any) -> str:
-    origin, args = get_origin(annotation), get_args(annotation)
-    if origin is Annotated:
-        return _type_name(args[0])
-    if origin is Literal:
-        return " or ".join(str(value) for value in args)
-    if origin in (Union, types.UnionType):
-        sections = [a for a in args if isinstance(a, type) and issubclass(a, BaseModel)]
-        if len(sections) > 1:
-            kinds = "a section with kind: " + " or ".join(_tag(a) for a in sections)
-            return kinds if len(sections) == len(args) else f"{kinds}, or null"
-        return " or ".join("null" if a is type(None) else _type_name(a) for a in args)
-    if origin is tuple:
-        item = _type_name(args[0])
-        return f"a list of {_MANY.get(item, item)}"
-    if origin in (dict, Mapping):
-        return f"a section of name: {_type_name(args[1])}"
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return "a section"
-    return _TYPES.get(annotation, str(annotation))
-
-
-def _default(field: FieldInfo) -> str | None:
-    value = field.get_default(call_default_factory=True)
-    if value is PydanticUndefined:
-        return None
-    if isinstance(value, BaseModel):
-        return ""
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(str(key) for key in value) + "}"
-    if isinstance(value, tuple):
-        value = list(value)
-    return "null" if value is None else str(value)
-
-
-def _explain_one(problem: Mapping[str, Any], keys: Sequence[Key]) -> str:
-    location = tuple(str(part) for part in problem["loc"])
-    if not location:  # a check across keys: its message says where
-        return problem["msg"].removeprefix("Value error, ")
-    shown = ".".join(_without_tags(location, keys))
-    if problem["type"] == "extra_forbidden":
-        siblings = _children(location[:-1], keys)
-        return f"{shown}: unknown key{did_you_mean(location[-1], siblings) or '.'} Known here: {', '.join(siblings)}."
-    if problem["type"] == "missing":
-        key = _find(location, keys)
-        return f"{shown}: is missing; give {_expected(key)}." if key else f"{shown}: is missing."
-    if problem["type"].startswith("union_tag"):
-        tags = [tag.removeprefix(":") for tag in _children(location, keys)]
-        return f"{shown}.kind = {problem['input'].get('kind')!r}: expected {' or '.join(dict.fromkeys(tags))}."
-    if problem["type"] == "value_error" and isinstance(problem["input"], Mapping):
-        return f"{shown}: {problem['msg'].removeprefix('Value error, ')}"
-    if problem["type"] == "value_error":
-        return f"{shown} = {_short(problem['input'])}: {problem['msg'].removeprefix('Value error, ')}"
-    key = _find(location, keys)
-    expected = _expected(key) if key else problem["msg"]
-    return f"{shown} = {_short(problem['input'])}: expected {expected}."
+def _explain_one(problem: Mapping[str, Any], root: Schema) -> str:
+    kind, said = problem["type"], problem["msg"].removeprefix("Value error, ")
+    if not problem["loc"]:  # a check across keys: its message says where
+        return said
+    path, *nodes = _follow([str(part) for part in problem["loc"]], root)
+    shown = ".".join(path)
+    if kind == "extra_forbidden":
+        siblings = [name for node in nodes[-2:-1] for name in node["properties"]]
+        return f"{shown}: unknown key{did_you_mean(path[-1], siblings) or '.'} Known here: {', '.join(siblings)}."
+    if kind == "missing":
+        return f"{shown}: is missing; give {_expected(nodes, root)}."
+    if kind.startswith("union_tag"):
+        union = nodes[-1]["discriminator"]
+        name = union["propertyName"]
+        return f"{shown}.{name} = {problem['input'].get(name)!r}: expected {' or '.join(union['mapping'])}."
+    found = "" if kind == "value_error" and isinstance(problem["input"], Mapping) else f" = {_short(problem['input'])}"
+    return f"{shown}{found}: {said if kind == 'value_error' else f'expected {_expected(nodes, root)}.'}"
 
 
 def _short(value: Any) -> str:
     return textwrap.shorten(without_secrets(repr(value)), 80, placeholder=" ...")
 
 
-def _expected(key: Key) -> str:
-    unit = f" [{key.unit}]" if key.unit else ""
-    return f"{key.allowed}{unit} ({key.meaning})" if key.meaning else f"{key.allowed}{unit}"
+def _expected(nodes: Sequence[Schema], root: Schema) -> str:
+    """What is allowed at the last of some nodes; unit and meaning are those of the key that it belongs to."""
+    key = next((node for node in reversed(nodes) if node.get("description") and "unit" in node), {})
+    place = next(node for node in reversed(nodes) if node)
+    unit = f" [{key['unit']}]" if key.get("unit") else ""
+    return _allowed(place, root) + unit + (f" ({key['description']})" if key else "")
 
 
-def _matches(part: str, pattern: str) -> bool:
-    return pattern.startswith("<") or part == pattern.removeprefix(":")
+def _follow(location: Sequence[str], root: Schema) -> tuple[Any, ...]:
+    """The location as the user wrote it, without tags of unions that pydantic puts in, and the nodes passed."""
+    path, nodes = [], [root]
+    for part in location:
+        node = nodes[-1]
+        if part in node.get("discriminator", {}).get("mapping", {}):
+            nodes.append(_resolved({"$ref": node["discriminator"]["mapping"][part]}, root))
+        else:
+            path.append(part)
+            nodes.append(next((_below(section, part, root) for section in _alternatives(node, root)), {}))
+    return path, *nodes
 
 
-def _find(location: tuple[str, ...], keys: Sequence[Key]) -> Key | None:
-    """The key with the longest path that the location begins with; items of lists belong to their list."""
-    found = [k for k in keys if len(k.path) <= len(location) and all(map(_matches, location, k.path))]
-    return max(found, key=lambda k: len(k.path), default=None)
+# ---- the schema
 
 
-def _children(location: tuple[str, ...], keys: Sequence[Key]) -> list[str]:
-    depth = len(location)
-    inside = [k for k in keys if len(k.path) > depth and all(map(_matches, location, k.path))]
-    return list(dict.fromkeys(k.path[depth] for k in inside))
+@cache
+def _schema_of(model: type[BaseModel]) -> Schema:
+    return model.model_json_schema()
 
 
-def _without_tags(location: tuple[str, ...], keys: Sequence[Key]) -> list[str]:
-    """The location as the user wrote it: pydantic puts the tag of a union's member in."""
-    tags = {
-        depth
-        for key in keys
-        for depth, pattern in enumerate(key.path[: len(location)])
-        if pattern.startswith(":") and all(map(_matches, location[: depth + 1], key.path))
-    }
-    return [part for depth, part in enumerate(location) if depth not in tags]
+def _resolved(node: Schema, root: Schema) -> Schema:
+    """A node with the definition that it refers to; what it says of unit and meaning counts more."""
+    return {**root["$defs"][node["$ref"].rpartition("/")[2]], **node} if "$ref" in node else node
+
+
+def _alternatives(node: Schema, root: Schema) -> list[Schema]:
+    """What may stand at a place, but null."""
+    options = node.get("oneOf") or node.get("anyOf") or [node]
+    return [_resolved(option, root) for option in options if option.get("type") != "null"]
+
+
+def _values(section: Schema) -> Schema:
+    """The node of the values of a mapping whose keys the user chooses; empty where it is none."""
+    named: Any = section.get("additionalProperties") or next(iter(section.get("patternProperties", {}).values()), {})
+    return named if isinstance(named, Mapping) else {}
+
+
+def _below(section: Schema, part: str, root: Schema) -> Schema:
+    """The node of a key, of a value of a mapping, or of an item of a list; empty where there is none."""
+    inside = section.get("properties", {}).get(part) or _values(section) or section.get("items", {})
+    return _resolved(inside, root)
+
+
+def _allowed(node: Schema, root: Schema) -> str:
+    """What values a node takes, in words."""
+    node = _resolved(node, root)
+    bounds = [text.format(node[name]) for name, text in _IN_WORDS.items() if name in node]
+    if "minLength" in node or "minProperties" in node or ("minItems" in node and "items" in node):
+        bounds.append("not empty")
+    return ", ".join([_kind(node, root), *bounds])
+
+
+def _kind(node: Schema, root: Schema) -> str:
+    if union := node.get("discriminator"):
+        return f"a section with {union['propertyName']}: {' or '.join(union['mapping'])}"
+    if "anyOf" in node:
+        return " or ".join(_kind(_resolved(option, root), root) for option in node["anyOf"])
+    if "const" in node or "enum" in node:
+        return " or ".join(str(value) for value in node.get("enum", [node.get("const")]))
+    if node["type"] == "array":
+        item = node.get("items") or node["prefixItems"][0]
+        return f"a list of {_MANY.get(item.get('type', ''), _allowed(item, root))}"
+    if node["type"] == "object":
+        return f"a section of name: {_allowed(values, root)}" if (values := _values(node)) else "a section"
+    return _TYPES[node["type"]]

@@ -1,15 +1,15 @@
 """From parsed YAML to settings, or to a message with a line for each problem."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from myowave.settings.configuration import Settings, unless_known
-from myowave.settings.keys import explain, list_keys
-
-KEYS = tuple(list_keys(Settings))
+from myowave.settings.files import read_layers
+from myowave.settings.keys import explain
+from myowave.settings.subjects import add_subjects
 
 
 def parse_settings(config: Mapping[str, Any]) -> Settings:
@@ -21,7 +21,16 @@ def parse_settings(config: Mapping[str, Any]) -> Settings:
     try:
         return Settings.model_validate(config)
     except ValidationError as error:
-        raise ValueError("\n".join(explain(error, KEYS))) from None
+        raise ValueError("\n".join(explain(error, Settings))) from None
+
+
+def read_settings(paths: Sequence[Path]) -> Settings:
+    """The settings in YAML files, each laid over those before.
+
+    Raises:
+        ValueError: for a file that is not there, is not YAML, or has wrong keys.
+    """
+    return parse_settings(add_subjects(read_layers(paths)))
 
 
 def shipped_effects() -> list[str]:

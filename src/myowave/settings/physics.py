@@ -18,7 +18,7 @@ from myowave.physics.constants import (
     Constant,
     names_of,
 )
-from myowave.settings.layers import lay_over, read_yaml
+from myowave.settings.files import lay_over, read_yaml
 from myowave.settings.section import FilePath, Name, Once, Real, Section, setting
 
 PRESETS = Path("data")  # folder of the arms that ship, each in one of its own

@@ -85,10 +85,15 @@ def without_null(value: Any) -> Any:
     return {k: v for k, v in value.items() if v is not None} if isinstance(value, Mapping) else value
 
 
+BOUNDS = {"ge": "minimum", "gt": "exclusiveMinimum", "le": "maximum", "lt": "exclusiveMaximum"}  # as JSON schemas say
+
+
 def setting(meaning: str, unit: str = "", default: Any = ..., *, each: str = "name", **bounds: Any) -> Any:
     """A key of the configuration; `each` names what the keys of a mapping stand for."""
     source = {"default_factory": default} if callable(default) else {"default": default}
-    return Field(**source, description=meaning, json_schema_extra={"unit": unit, "each": each}, **bounds)
+    # Said once more, as the schema that pydantic makes of a number or null is without them.
+    extra = {"unit": unit, "each": each} | {BOUNDS[name]: limit for name, limit in bounds.items() if name in BOUNDS}
+    return Field(**source, description=meaning, json_schema_extra=extra, **bounds)
 
 
 class Section(BaseModel):

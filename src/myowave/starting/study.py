@@ -8,8 +8,7 @@ from typing import Any
 import yaml
 from pydantic import ValidationError
 
-from myowave.settings.files import read_layers
-from myowave.settings.layers import lay_over
+from myowave.settings.files import lay_over, read_layers
 from myowave.settings.parsing import parse_settings
 from myowave.settings.physics import Arm
 from myowave.settings.subjects import add_subjects
