@@ -45,7 +45,7 @@ lint: $(VENV)/.ready ## style, layout and types of the Python code, layout of th
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/snakefmt --check Snakefile workflow/rules
+	$(BIN)/snakefmt --check Snakefile workflow/rules studies
 
 publish: $(VENV)/.ready ## rebuild the MLflow store from results/
 	$(BIN)/snakemake --cores 1 publish

@@ -16,14 +16,8 @@ include: "workflow/rules/targets.smk"
 include: "workflow/rules/data.smk"
 include: "workflow/rules/learning.smk"
 include: "workflow/rules/sweep.smk"
-include: "workflow/rules/held_out.smk"
 include: "workflow/rules/diagnosis.smk"
-include: "workflow/rules/study.smk"
 include: "workflow/rules/tracking.smk"
-include: "workflow/rules/subjects.smk"
-include: "workflow/rules/paper.smk"
-include: "workflow/rules/multiresolution.smk"
-include: "workflow/rules/teaching.smk"
 
 
 localrules:

@@ -112,12 +112,6 @@ def test_a_channel_that_many_muscles_need_is_one_problem():
     assert said.count("which is not here") == 1
 
 
-def test_the_study_hides_effects_in_a_simulated_dataset():
-    config = config_with({})
-    config["diagnosis"]["study"]["dataset"] = "bench_elbow"
-    assert "diagnosis.study.dataset: there is no 'bench_elbow' among simulated ones" in problems(config)
-
-
 def test_a_faulty_arm_is_explained_where_it_is():
     said = problems(config_with({"thin": {"muscles": {"Flex": ELBOW | {"f0_N": -1}}, "joint": {}}}))
     assert "physics.arms.thin.muscles.Flex.f0_N = -1: expected a number, above 0, at most 100000 [N]" in said

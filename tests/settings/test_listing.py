@@ -23,18 +23,18 @@ def test_groups_fit_on_a_screen_and_count_every_key_once():
     sections = {key.name for key in KEYS if any(k.name.startswith(f"{key.name}.") for k in KEYS)}
     assert sum(count for count, _ in groups.values()) == len({key.name for key in KEYS} - sections)
     assert len(asked().output.splitlines()) == len(groups) + 1 <= 24
-    assert groups["diagnosis.study"][0] == len(names("diagnosis.study")) - 1, "and the section itself"
+    assert groups["data.wavelet"][0] == len(names("data.wavelet")) - 1, "and the section itself"
 
 
 def test_a_group_is_listed_whole_and_nothing_else():
-    assert names("diagnosis.study")[0] == "diagnosis.study"
-    assert all(name.startswith("diagnosis.study") for name in names("diagnosis.study"))
+    assert names("data.wavelet")[0] == "data.wavelet"
+    assert all(name.startswith("data.wavelet") for name in names("data.wavelet"))
     assert "targets.scales" in names("targets") and "learning.sweep.scales" not in names("targets")
 
 
 def test_a_word_finds_keys_by_name_or_meaning_and_more_words_fewer():
     assert {"data.datasets.<dataset>.angle_noise_deg", "learning.recipes.<recipe>.history_noise"} <= set(names("Noise"))
-    assert names("noise", "other", "worlds") == ["diagnosis.study.angle_noise_deg"]
+    assert names("noise", "angle", "estimated") == ["diagnosis.angle_noise_deg"]
 
 
 def test_a_key_is_printed_with_unit_default_and_bounds():

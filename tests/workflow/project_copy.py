@@ -12,7 +12,7 @@ from pathlib import Path
 import yaml
 
 ROOT = Path(__file__).parents[2]
-PARTS = ("Snakefile", "config.yaml", "workflow", "profiles", "src", "data")
+PARTS = ("Snakefile", "config.yaml", "workflow", "profiles", "src", "data", "studies")
 # A sweep of seconds; a test adds how many trials it wants.
 SMALL_SWEEP = {
     "dataset": "case1",

@@ -45,14 +45,6 @@ def test_the_finest_scale_needs_all_coarser_ones(project):
     assert planned["train_scale"] == 3
 
 
-def test_the_study_has_a_job_for_each_part_of_each_world(project):
-    def studied(**study):
-        planned = project.planned(*project.lay_over({"diagnosis": {"study": study}}), "--", "hidden_effects")
-        return planned["study_world"]
-
-    assert studied(parts=1) == 6 and studied(parts=3) == 18
-
-
 @pytest.mark.parametrize(
     ("pattern", "says"),
     [
@@ -110,9 +102,6 @@ def test_a_configuration_of_ones_own_needs_none_of_the_datasets_that_ship(projec
     planned = project.planned()
     assert planned["import_trials"] == planned["train_scale"] == planned["tell_verdict"] == 1
     assert "search_settings" in project.planned("sweep")
-    for target, says in (("hidden_effects", "kind: simulated"), ("paper", "data.datasets.case1")):
-        done = project.snakemake("-n", target)
-        assert done.returncode != 0 and says in done.stdout and "Traceback" not in done.stdout
 
 
 def test_no_rule_is_told_what_is_hidden_but_the_one_that_puts_it_in(project):

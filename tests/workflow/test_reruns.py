@@ -76,9 +76,9 @@ def test_changed_networks_rerun_training_and_what_follows_but_no_diagnosis(finis
         assert set(finished.planned(*CONFIG)) == LEARNING | WATCHING | {"draw_models"}
 
 
-def test_changed_sweep_paper_or_study_reruns_nothing_of_the_main_job(finished):
+def test_a_changed_sweep_or_stream_reruns_nothing_of_the_main_job(finished):
     with ExitStack() as edits:
-        for path in ("learning/sweep/objective.py", "learning/paper/tables.py", "diagnosis/study/cases.py"):
+        for path in ("learning/sweep/objective.py", "learning/streaming/predictor.py"):
             edits.enter_context(edited(finished, f"src/myowave/{path}", "\ndef ", "\nCHANGED = 1\n\n\ndef "))
         assert finished.planned(*CONFIG) == {}
 

@@ -8,6 +8,7 @@ import pytest
 from project_copy import ROOT
 
 SOURCE = ROOT / "src/myowave"
+STUDIES = ROOT / "studies"
 # What each layer may import besides itself.
 LAYERS = {
     "physics": (),
@@ -24,7 +25,6 @@ PARTS = {
         "paper": (),
         "streaming": (),
         "sweep": (),
-        "multiresolution": (),
     },
     "diagnosis": {
         "": (),
@@ -32,8 +32,6 @@ PARTS = {
         "comparison": (),
         "search": ("misfit",),
         "report": ("misfit", "comparison", "search"),
-        "study": ("misfit", "search"),
-        "subjects": (),
     },
 }
 DOORS = {
@@ -137,10 +135,21 @@ def test_the_package_does_not_know_snakemake():
         assert not [name for name in imported(path) if name.split(".")[0].startswith("snakemake")], path
 
 
+def test_studies_use_the_package_and_are_used_by_nothing():
+    for path in [*MODULES, *(ROOT / "workflow/scripts").glob("*.py")]:
+        assert not [name for name in imported(path) if name.split(".")[0] == "studies"], path
+    for path in STUDIES.glob("*/**/*.py"):
+        study = path.relative_to(STUDIES).parts[0]
+        used = {".".join(name.split(".")[:2]) for name in imported(path) if name.split(".")[0] == "studies"}
+        assert used <= {f"studies.{study}", "studies.section"}, f"{path} imports another study"
+
+
 def test_scripts_belong_to_rules_and_hold_no_logic():
-    rules = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
-    for path in (ROOT / "workflow/scripts").glob("*.py"):
-        assert f"../scripts/{path.name}" in rules, f"{path.name}: no rule calls it"
+    rules = "".join(
+        path.read_text() for path in [*(ROOT / "workflow/rules").glob("*.smk"), *STUDIES.glob("*/Snakefile")]
+    )
+    for path in [*(ROOT / "workflow/scripts").glob("*.py"), *STUDIES.glob("*/scripts/*.py")]:
+        assert f"scripts/{path.name}" in rules, f"{path.name}: no rule calls it"
         for node in ast.walk(ast.parse(path.read_text())):
             assert not isinstance(node, ast.FunctionDef | ast.ClassDef | ast.If | ast.While | ast.Try), path
 

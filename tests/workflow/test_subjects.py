@@ -15,7 +15,6 @@ def test_every_subject_and_model_gets_its_own_jobs(project):
             "targets": {"datasets": ["subjects"], "models": {"subjects": MODELS}, "scales": [1], "follow_verdict": []},
         }
     )
-    jobs = project.planned(*config, "--", "subjects")
+    jobs = project.planned(*config)
     assert jobs["import_trials"] == jobs["decompose_scales"] == jobs["diagnose_dataset"] == SUBJECTS
     assert jobs["train_scale"] == jobs["evaluate_model"] == SUBJECTS * len(MODELS)
-    assert jobs["summarize_subjects"] == 1

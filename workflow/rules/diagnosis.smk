@@ -45,7 +45,7 @@ checkpoint diagnose_dataset:
         contents=physics_contents,
         identify=identify_section,
         models=lambda wildcards: models_of(wildcards.dataset),
-        diagnosis=lambda wildcards: {k: v for k, v in section("diagnosis").items() if k != "study"},
+        diagnosis=section("diagnosis"),
         code=digest("diagnose_dataset"),
     script:
         "../scripts/diagnose_dataset.py"

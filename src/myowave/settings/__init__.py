@@ -16,8 +16,8 @@ from myowave.settings.data import (
     Wavelet,
     public,
 )
-from myowave.settings.diagnosis import WORLDS, Diagnosis, Scatter, Study
-from myowave.settings.learning import SEARCHABLE, Dimension, Learning, Multiresolution, Recipe, Sweep
+from myowave.settings.diagnosis import Diagnosis, Scatter
+from myowave.settings.learning import SEARCHABLE, Dimension, Learning, Recipe, Sweep
 from myowave.settings.parsing import check_effects, parse_settings, shipped_effects
 from myowave.settings.physics import Arm, Arms, CurveSettings, JointSettings, MuscleSettings, PathTable, Physics
 from myowave.settings.recording import EmgChannel, Processing, RawSignal, TextLayout
@@ -27,7 +27,6 @@ from myowave.settings.tracking import Tracking
 
 __all__ = [
     "SEARCHABLE",
-    "WORLDS",
     "Arm",
     "Arms",
     "CurveSettings",
@@ -40,7 +39,6 @@ __all__ = [
     "JointSettings",
     "Learning",
     "MeasuredDataset",
-    "Multiresolution",
     "MuscleSettings",
     "PathTable",
     "Physics",
@@ -52,7 +50,6 @@ __all__ = [
     "Section",
     "Settings",
     "SimulatedDataset",
-    "Study",
     "Sweep",
     "Targets",
     "TextLayout",

@@ -45,12 +45,9 @@ class Settings(Section):
 
     @model_validator(mode="after")
     def _agree(self) -> "Settings":
-        problems = [*self._problems_of_targets(), *self._problems_of_sweep()]
-        problems += [
-            *self._problems_of_held_out(),
-            *self._problems_of_multiresolution(),
-            *self._problems_of_teaching(),
-            *self._problems_of_study(),
+        problems = [
+            *self._problems_of_targets(),
+            *self._problems_of_sweep(),
             *self._problems_of_scatter(),
             *self._problems_of_arms(),
         ]
@@ -109,59 +106,6 @@ class Settings(Section):
                     lines = explain(error, Recipe)
                     problems += [f"{where}.{end} does not fit recipe {sweep.recipe}: {line}" for line in lines]
         return problems
-
-    def _problems_of_held_out(self) -> list[str]:
-        plan, where = self.learning.held_out, "learning.held_out"
-        if plan is None:
-            return []
-        problems = unless_known(f"{where}.dataset", plan.dataset, self.data.datasets)
-        problems += unless_known(f"{where}.recipe", plan.recipe, self.learning.recipes)
-        if max(plan.scales) > self.data.wavelet.levels + 1:
-            problems.append(f"{where}.scales: {max(plan.scales)} scales need data.wavelet.levels of one less.")
-        dataset = self.data.datasets.get(plan.dataset)
-        if isinstance(dataset, RecordedDataset):
-            for i, names in enumerate(plan.test):
-                problems += [p for n in names for p in unless_known(f"{where}.test[{i}]", n, dataset.trials)]
-        return problems
-
-    def _problems_of_multiresolution(self) -> list[str]:
-        """Of the comparison of arms: names, and changes that its recipe cannot take."""
-        compared, where, problems = self.learning.multiresolution, "learning.multiresolution", []
-        for name in compared.datasets:
-            problems += unless_known(f"{where}.datasets.{name}", name, self.data.datasets)
-        for name, condition in compared.conditions.items():
-            at = f"{where}.conditions.{name}"
-            for i, dataset in enumerate(condition.datasets):
-                problems += unless_known(f"{at}.datasets[{i}]", dataset, compared.datasets)
-            unknown = unless_known(f"{at}.recipe", condition.recipe, self.learning.recipes)
-            for key in condition.changes:
-                unknown += unless_known(f"{at}.changes.{key}", key, Recipe.model_fields)
-            problems += unknown
-            if not unknown:
-                try:
-                    compared.recipe_of(name, self.learning.recipes)
-                except ValidationError as error:
-                    problems += [f"{at}.changes: {line}" for line in explain(error, Recipe)]
-        return problems
-
-    def _problems_of_teaching(self) -> list[str]:
-        where, datasets = "learning.teaching.models", self.data.datasets
-        return [p for name in self.learning.teaching.models for p in unless_known(f"{where}.{name}", name, datasets)]
-
-    @property
-    def studied(self) -> str | None:
-        """The simulated dataset that the study hides effects in; None where there is none."""
-        return next(iter([self.diagnosis.study.dataset] if self.diagnosis.study.dataset else self._simulated), None)
-
-    @property
-    def _simulated(self) -> list[str]:
-        return [name for name, dataset in self.data.datasets.items() if dataset.kind == "simulated"]
-
-    def _problems_of_study(self) -> list[str]:
-        dataset = self.diagnosis.study.dataset
-        if dataset is None:
-            return []
-        return unless_known("diagnosis.study.dataset", dataset, self._simulated, " among simulated ones")
 
     def _problems_of_scatter(self) -> list[str]:
         """A constant may be named as such, or as that of one muscle or group of any arm."""

@@ -227,12 +227,6 @@ class Data(Section):
         "CSV table of subjects, each row a measured dataset; `subjects` in targets stands for all", default=None
     )
 
-    @model_validator(mode="after")
-    def _folders_apart(self) -> "Data":
-        if "study" in self.datasets:
-            raise ValueError("datasets: the name study is that of the diagnosis' own study; rename the dataset")
-        return self
-
 
 HIDDEN = ("hidden_effect", "hidden_constants", "recorder_noise")
 

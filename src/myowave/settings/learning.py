@@ -13,7 +13,6 @@ from myowave.settings.section import (
     Once,
     Real,
     Section,
-    TrialName,
     Whole,
     setting,
     without_null,
@@ -244,91 +243,9 @@ class Sweep(Section):
         return without_null(value)
 
 
-class HeldOut(Section):
-    """`snakemake held_out`: networks with other trials held out in turn, by number of scales."""
-
-    dataset: Name = setting("dataset")
-    recipe: Name = setting("recipe")
-    scales: Annotated[tuple[Annotated[int, Field(ge=1, le=5)], ...], Once] = setting(
-        "numbers of scales", "-", (1, 2, 3, 4, 5), min_length=1
-    )
-    test: Annotated[tuple[tuple[TrialName, ...], ...], Once] = setting(
-        "sets of trials that test in turn, [[trial, ...], ...]; the others of the dataset train", min_length=1
-    )
-
-
-class Condition(Section):
-    """One way to run the comparison of arms: a recipe, and what is changed in it."""
-
-    recipe: Name = setting("recipe that all arms train with; it identifies nothing here", default="rollout")
-    changes: dict[Name, Any] = setting(
-        "settings of the recipe that are others, {name: value}", "-", dict, each="setting"
-    )
-    datasets: Annotated[tuple[str, ...], Once] = setting("datasets; all of the comparison where empty", default=())
-    arms: Annotated[tuple[str, ...], Once] = setting("arms; all where empty", default=())
-    full: bool = setting("whether only `snakemake multiresolution_full` runs it", default=False)
-
-
-class Compared(Section):
-    """A dataset of the comparison."""
-
-    rate_hz: Real | None = setting("sampling rate that samples are averaged down to; null: as it is", "Hz", None, gt=0)
-
-
-class Multiresolution(Section):
-    """`snakemake multiresolution`: where training from coarse to fine helps."""
-
-    datasets: dict[Name, Compared] = setting("datasets to compare on; null: not this one", default=dict, each="dataset")
-    conditions: dict[Name, Condition] = setting("ways to run it; null: not this one", default=dict, each="condition")
-    scales: Annotated[int, Field(ge=2, le=5)] = setting("number of scales of arms with several", "-", 3)
-    draws: Whole = setting("draws of each dataset: other motions, or other held-out trials", "-", 8, ge=2, le=1000)
-    seeds: Whole = setting("seeds of each draw", "-", 3, ge=1, le=1000)
-
-    @field_validator("datasets", "conditions", mode="before")
-    @classmethod
-    def _without_null(cls, value: Any) -> Any:
-        """A file laid over another can only replace keys, so null takes one out."""
-        return without_null(value)
-
-    def recipe_of(self, condition: str, recipes: Mapping[str, Recipe]) -> Recipe:
-        """The recipe of a condition, which identifies nothing."""
-        named = self.conditions[condition]
-        nothing = {
-            "identification": "none",
-            "simulated_trials": 0,
-            "beta": 0.0,
-            "derivative": "sequence",
-            "band": "none",
-        }
-        return recipes[named.recipe].changed(nothing | named.changes)
-
-
-class Teaching(Section):
-    """`snakemake teaching`: what physics teaches by simulated trials and by the residual along rollouts."""
-
-    models: dict[Name, Annotated[tuple[ModelName, ...], Once]] = setting(
-        "physical models by dataset, which trains with the first of its recipes; null: not this dataset",
-        default=dict,
-        each="dataset",
-    )
-    scales: Annotated[tuple[Annotated[int, Field(ge=1, le=5)], ...], Once] = setting(
-        "numbers of scales", "-", (1,), min_length=1
-    )
-    beta: Real = setting("weight of the residual where it teaches", "-", 1e-5, gt=0)
-
-    @field_validator("models", mode="before")
-    @classmethod
-    def _without_null(cls, value: Any) -> Any:
-        """A file laid over another can only replace keys, so null takes one out."""
-        return without_null(value)
-
-
 class Learning(Section):
     """The surrogate and the identification that comes with it."""
 
     seeds: Whole = setting("independent starts, trained together", "-", 5, ge=1, le=1000)
     recipes: dict[Name, Recipe] = setting("ways to train, by name", each="recipe", min_length=1)
     sweep: Sweep = setting("search for better settings of a recipe")
-    held_out: HeldOut | None = setting("which trials are held out in turn; null: none", default=None)
-    multiresolution: Multiresolution = setting("comparison of ways to go through the scales", default=Multiresolution)
-    teaching: Teaching = setting("comparison of what physics teaches the network by", default=Teaching)

@@ -50,19 +50,13 @@ def check_effects(settings: Settings) -> None:
     if settings.physics.effect_files:
         return
     named = [
-        (f"{section}.models.{dataset}", effect)
-        for section, by_dataset in (
-            ("targets", settings.targets.models),
-            ("learning.teaching", settings.learning.teaching.models),
-        )
-        for dataset, models in by_dataset.items()
+        (f"targets.models.{dataset}", effect)
+        for dataset, models in settings.targets.models.items()
         for model in models
         for effect in model.split("+")[1:]
     ]
     for name, dataset in settings.data.datasets.items():
         named += [(f"data.datasets.{name}.hidden_effect", effect) for effect in getattr(dataset, "hidden_effect", ())]
-    study = settings.diagnosis.study
-    named += [("diagnosis.study.effects", effect) for effect in study.effects or ()]
     known = shipped_effects()
     if problems := [line for path, effect in named for line in unless_known(path, effect, known)]:
         raise ValueError("\n".join(problems))

@@ -1,8 +1,9 @@
 """Digest of the code that a rule uses, so that a workflow knows when a result is out of date.
 
-It covers the rule's script and every module of the package that the script imports, directly or through others, and no
-other: an edit in the network reruns no diagnosis, one in the physics no import of recordings. Comments, layout and
-docstrings do not count, as they change no result; neither do the modules of `BESIDE`.
+It covers the rule's script and every module of ours that the script imports, directly or through others, and no other:
+an edit in the network reruns no diagnosis, one in the physics no import of recordings. Ours is what lies in the folders
+`roots`: of this package, and for a study of the studies as well. Comments, layout and docstrings do not count, as they
+change no result; neither do the packages of `BESIDE`.
 A package that imports modules by name, as the catalogue of effects does, uses all that stand beside it.
 """
 
@@ -17,34 +18,34 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-_PACKAGE = "myowave"
-_SOURCE = Path(__file__).parents[1]
+PACKAGE = Path(__file__).parents[1]
+_ROOTS = (PACKAGE.parent,)
 # A rule's settings are in its params, and its log is no result.
-BESIDE = ("settings", "workflow")
+BESIDE = ("myowave.settings", "myowave.workflow")
 
 
-def digest_script(script: Path, *, source: Path = _SOURCE) -> str:
-    """Digest of a script and of all that it imports from the package.
+def digest_script(script: Path, *, roots: tuple[Path, ...] = _ROOTS) -> str:
+    """Digest of a script and of all of our modules that it imports.
 
     Args:
         script: a Python file.
-        source: folder of the package.
+        roots: folders that hold our packages.
 
     Raises:
         FileNotFoundError: if there is no such script.
         SyntaxError: if one of the files is no Python.
     """
-    used = {script} | imported_modules(script, source=source)
+    used = {_below(path, roots): path for path in imported_modules(script, roots=roots)} | {script.name: script}
     digest = hashlib.sha256()
-    for path in sorted(used):
-        digest.update((path.relative_to(source).as_posix() if path != script else path.name).encode())
-        digest.update(_read(path).digest.encode())
+    for name in sorted(used):
+        digest.update(name.encode())
+        digest.update(_read(used[name]).digest.encode())
     return digest.hexdigest()[:16]
 
 
-def digest_module(path: str, *, source: Path = _SOURCE) -> str:
+def digest_module(path: str) -> str:
     """As `digest_script`, of a module of the package by its path below it, such as `learning/training.py`."""
-    return digest_script(source / path, source=source)
+    return digest_script(PACKAGE / path)
 
 
 def digest_files(paths: Iterable[str | Path]) -> dict[str, str]:
@@ -56,31 +57,35 @@ def digest_files(paths: Iterable[str | Path]) -> dict[str, str]:
     return found
 
 
-def imported_modules(script: Path, *, source: Path = _SOURCE) -> set[Path]:
-    """Files of the package that a script imports, directly or through others, without those of `BESIDE`."""
+def imported_modules(script: Path, *, roots: tuple[Path, ...] = _ROOTS) -> set[Path]:
+    """Files of ours that a script imports, directly or through others, without those of `BESIDE`."""
     found: set[Path] = set()
     waiting = [script]
     while waiting:
-        for path in _imports_of(waiting.pop(), source) - found:
+        for path in _imports_of(waiting.pop(), roots) - found:
             found.add(path)
             waiting.append(path)
     return found
 
 
 @cache
-def _imports_of(path: Path, source: Path) -> frozenset[Path]:
-    """Files of the package that a file names in its import statements; importing a module runs its packages, too."""
+def _imports_of(path: Path, roots: tuple[Path, ...]) -> frozenset[Path]:
+    """Files of ours that a file names in its import statements; importing a module runs its packages, too."""
     found: set[Path] = set()
     for name in _read(path).imports:
-        package, *parts = name.split(".")
-        if package != _PACKAGE or (parts and parts[0] in BESIDE):
+        parts = name.split(".")
+        if ".".join(parts[:2]) in BESIDE:
             continue
-        for depth in range(len(parts) + 1):
-            place = source.joinpath(*parts[:depth])
+        for place in (root.joinpath(*parts[:depth]) for root in roots for depth in range(1, len(parts) + 1)):
             found |= {file for file in (place / "__init__.py", place.with_suffix(".py")) if file.is_file()}
     if path.name == "__init__.py" and _read(path).by_name:
         found |= set(path.parent.glob("[!_]*.py"))
     return frozenset(found)
+
+
+def _below(file: Path, roots: tuple[Path, ...]) -> str:
+    """The path of a file below the first of the roots that holds it."""
+    return next(file.relative_to(root).as_posix() for root in roots if file.is_relative_to(root))
 
 
 class _Read(NamedTuple):

@@ -1,1 +1,0 @@
-"""Many subjects side by side."""

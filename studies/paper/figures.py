@@ -1,0 +1,141 @@
+"""Figures of the paper's own recipe beside the printed values (Figs. 8 and 11, Table 3)."""
+
+import itertools
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from myowave.learning.scales import judge_scales
+from myowave.plotting import CYCLE, GREY, MEASURED, canvas, shade, shade_between, title
+from studies.paper.tables import PARAMETERS, PRINTED_TEST, printed_errors
+
+
+def draw_scales(cases: pd.DataFrame, subject: pd.DataFrame) -> Figure:
+    """Test R2 against the number of scales: the cases of Sec. 4, and Sec. 5's protocol with the printed values."""
+    figure, axes = canvas(1, 2, width=11, height=4.4)
+    for axis, summary, what in zip(axes[0], (cases, subject), ("Sec. 4", "Sec. 5, three trials"), strict=True):
+        lines = [line for line in summary.groupby(["dataset", "recipe"]) if line[1]["scales"].nunique() > 1]
+        colors = dict(zip(summary["dataset"].unique(), itertools.cycle(CYCLE), strict=False))
+        markers = dict(zip(summary["recipe"].unique(), itertools.cycle("osD^v"), strict=False))
+        for (dataset, recipe), group in lines:
+            scores = group.groupby("scales")["test_r2"]
+            mean, spread = scores.mean(), scores.std(ddof=0).to_numpy()
+            look = {"color": colors[dataset], "marker": markers[recipe], "label": f"{dataset}, {recipe}"}
+            shade(axis, mean.index.to_numpy(), mean.to_numpy(), spread, **look)
+        axis.set(xlabel="number of scales", ylabel="test R$^2$ [-]", title=f"{what}: mean and 1 SD over seeds")
+        axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+    printed = pd.Series({scales: r2 for scales, (_, r2) in PRINTED_TEST.items()})
+    axes[0, 1].plot(printed.index, printed, linestyle="--", marker="x", color=GREY, label="paper's subject, Table 4")
+    for axis in axes[0]:
+        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
+    findings = pd.concat([judge_scales(cases), judge_scales(subject)])
+    helped = (findings["finding"] == "helps").sum()
+    title(
+        figure,
+        f"More scales help beyond the scatter of seeds in {helped} of {len(findings)} pairs of dataset and recipe",
+    )
+    return figure
+
+
+def draw_errors(summary: pd.DataFrame) -> Figure:
+    """Error of each identified parameter by dataset, mean and SD over seeds, beside Table 3; a row for each recipe."""
+    three = summary[summary["scales"] == 3]
+    recipes = list(dict.fromkeys(three["recipe"]))
+    figure, axes = canvas(len(recipes), len(PARAMETERS), width=13, height=1.0 + 3.2 * len(recipes))
+    worst: dict[str, float] = {}
+    for row, recipe in zip(axes, recipes, strict=True):
+        of_recipe = three[three["recipe"] == recipe]
+        cases = sorted(of_recipe["dataset"].unique())
+        place = np.arange(len(cases))
+        for axis, name in zip(row, PARAMETERS, strict=True):
+            errors = of_recipe.groupby("dataset")[f"{name}_error_pct"]
+            worst[recipe] = max(worst.get(recipe, 0.0), errors.mean().abs().max())
+            printed = np.array([printed_errors(case)[name] for case in cases])
+            here, there = (
+                {"y": errors.mean()[cases], "yerr": errors.std(ddof=0)[cases], "fmt": "o", "color": CYCLE[0]},
+                {"y": printed[:, 0], "yerr": printed[:, 1], "fmt": "x", "color": GREY},
+            )
+            axis.errorbar(place - 0.1, **here, capsize=4, label="here")
+            axis.errorbar(place + 0.1, **there, capsize=4, label="paper, Table 3")
+            axis.axhline(0.0, color=MEASURED, linewidth=0.8)
+            axis.set_xticks(place, cases, rotation=30, ha="right")
+            axis.set(title=name, ylabel=f"{recipe}\nerror [%]" if name == PARAMETERS[0] else "")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    found = "; ".join(f"{error:.2g} % with {recipe}" for recipe, error in worst.items())
+    title(figure, f"Parameters are off by up to {found}; the paper prints up to 0.5 %")
+    return figure
+
+
+def draw_convergence(histories: Mapping[str, Mapping[int, pd.DataFrame]], batches: int) -> Figure:
+    """Error as training goes on: one step ahead on what trains, running free on what validates (as Fig. 8).
+
+    Args:
+        histories: {dataset: {number of scales: its history}}.
+        batches: steps of Adam in an epoch.
+    """
+    figure, axes = canvas(2, len(histories), width=4.2 * len(histories) + 1, height=6.6, sharex=True, sharey="row")
+    for column, (dataset, by_scales) in enumerate(histories.items()):
+        for color, (scales, history) in zip(CYCLE, sorted(by_scales.items()), strict=False):
+            for row, name in ((0, "data_loss"), (1, "val_mse")):
+                error = np.log10(np.degrees(np.sqrt(history.set_index("epoch")[name]))).groupby("epoch")
+                steps = error.mean().index.to_numpy() * batches
+                mean, spread = error.mean().to_numpy(), error.std(ddof=0).to_numpy()
+                band = 10 ** (mean - spread), 10**mean, 10 ** (mean + spread)
+                shade_between(axes[row, column], steps, *band, color=color, label=f"{scales}-scale")
+        axes[0, column].set_title(f"{dataset}: one step ahead, training")
+        axes[1, column].set(title=f"{dataset}: running free, validation", xlabel="steps of Adam")
+    for row in axes:
+        row[0].set(ylabel="rms error [deg]", yscale="log")
+    axes[0, 0].legend()
+    last = {dataset: _last_error(by_scales) for dataset, by_scales in histories.items()}
+    title(figure, "Running free at the end: " + "; ".join(f"{dataset} {text}" for dataset, text in last.items()))
+    return figure
+
+
+def _last_error(by_scales: Mapping[int, pd.DataFrame]) -> str:
+    """Error of the last epoch, mean over seeds, by the number of scales."""
+    errors = {}
+    for scales, history in sorted(by_scales.items()):
+        last = history[history["epoch"] == history["epoch"].max()]
+        errors[scales] = np.degrees(np.sqrt(last["val_mse"])).mean()
+    return " / ".join(f"{error:.1f}" for error in errors.values()) + f" deg with {' / '.join(map(str, errors))} scales"
+
+
+def draw_derivatives(
+    histories: Mapping[str, pd.DataFrame], truth: Mapping[str, float], recipes: Mapping[str, Mapping[str, Any]]
+) -> Figure:
+    """What each choice of the recipe identifies: error of each parameter as training goes on.
+
+    Args:
+        histories: {recipe: its history}.
+        truth: true values of `PARAMETERS`.
+        recipes: {recipe: its settings}, the one as printed first.
+    """
+    figure, axes = canvas(1, len(PARAMETERS), width=13, height=5.0)
+    errors = {recipe: _errors_by_epoch(histories[recipe], truth) for recipe in recipes}
+    for i, (recipe, settings) in enumerate(recipes.items()):
+        for axis, name in zip(axes[0], PARAMETERS, strict=True):
+            steps = errors[recipe].index.to_numpy() * settings["batches"]
+            line = "--" if settings["derivative"] == "time" else ":" if i >= len(CYCLE) else "-"
+            axis.plot(steps, errors[recipe][name], color=CYCLE[i % len(CYCLE)], label=recipe, linestyle=line)
+    for axis, name in zip(axes[0], PARAMETERS, strict=True):
+        axis.set(title=name, xlabel="steps of Adam", yscale="log")
+    axes[0, 0].set_ylabel("error [%], root mean square over seeds")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
+    last = {recipe: table.iloc[-1].max() for recipe, table in errors.items()}
+    first, best = next(iter(last)), min(last, key=last.__getitem__)
+    title(
+        figure,
+        f"Largest error of a parameter at the end: {last[first]:.2g} % as printed, {last[best]:.2g} % with {best}",
+    )
+    return figure
+
+
+def _errors_by_epoch(history: pd.DataFrame, truth: Mapping[str, float]) -> pd.DataFrame:
+    """Error of each parameter [%] by epoch, root mean square over seeds."""
+    values = history.set_index("epoch")[list(PARAMETERS)]
+    return np.sqrt((100 * (values / pd.Series(truth) - 1)).pow(2).groupby("epoch").mean())

@@ -1,0 +1,76 @@
+"""The section `scales`."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import Field, ValidationError, field_validator
+
+from myowave.settings import Recipe, Settings
+from myowave.settings.configuration import unless_known
+from myowave.settings.keys import explain
+from myowave.settings.section import Name, Once, Real, Section, Whole, setting, without_null
+from studies.section import StudySection
+
+
+class Condition(Section):
+    """One way to run the comparison: a recipe, and what is changed in it."""
+
+    recipe: Name = setting("recipe that all ways train with; it identifies nothing here")
+    changes: dict[Name, Any] = setting(
+        "settings of the recipe that are others, {name: value}", "-", dict, each="setting"
+    )
+    datasets: Annotated[tuple[str, ...], Once] = setting("datasets; all of the comparison where empty", default=())
+    arms: Annotated[tuple[str, ...], Once] = setting("arms; all where empty", default=())
+    full: bool = setting("whether only the target scales_full runs it", default=False)
+
+
+class Compared(Section):
+    """A dataset of the comparison."""
+
+    rate_hz: Real | None = setting("sampling rate that samples are averaged down to; null: as it is", "Hz", None, gt=0)
+
+
+class Scales(StudySection):
+    """Where training from coarse to fine helps."""
+
+    datasets: dict[Name, Compared] = setting("datasets to compare on; null: not this one", each="dataset")
+    conditions: dict[Name, Condition] = setting("ways to run it; null: not this one", each="condition")
+    scales: Annotated[int, Field(ge=2, le=5)] = setting("number of scales of arms with several", "-")
+    draws: Whole = setting("draws of each dataset: other motions, or other held-out trials", "-", ge=2, le=1000)
+    seeds: Whole = setting("seeds of each draw", "-", ge=1, le=1000)
+
+    @field_validator("datasets", "conditions", mode="before")
+    @classmethod
+    def _without_null(cls, value: Any) -> Any:
+        """A file laid over another can only replace keys, so null takes one out."""
+        return without_null(value)
+
+    def recipe_of(self, condition: str, recipes: Mapping[str, Recipe]) -> Recipe:
+        """The recipe of a condition, which identifies nothing."""
+        named = self.conditions[condition]
+        nothing = {
+            "identification": "none",
+            "simulated_trials": 0,
+            "beta": 0.0,
+            "derivative": "sequence",
+            "band": "none",
+        }
+        return recipes[named.recipe].changed(nothing | named.changes)
+
+    def problems(self, settings: Settings) -> list[str]:
+        """Names that are not there, and changes that a recipe cannot take."""
+        problems = [p for name in self.datasets for p in unless_known(f"datasets.{name}", name, settings.data.datasets)]
+        for name, condition in self.conditions.items():
+            at = f"conditions.{name}"
+            for i, dataset in enumerate(condition.datasets):
+                problems += unless_known(f"{at}.datasets[{i}]", dataset, self.datasets)
+            unknown = unless_known(f"{at}.recipe", condition.recipe, settings.learning.recipes)
+            for key in condition.changes:
+                unknown += unless_known(f"{at}.changes.{key}", key, Recipe.model_fields)
+            problems += unknown
+            if not unknown:
+                try:
+                    self.recipe_of(name, settings.learning.recipes)
+                except ValidationError as error:
+                    problems += [f"{at}.changes: {line}" for line in explain(error, Recipe)]
+        return problems

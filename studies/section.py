@@ -1,0 +1,37 @@
+"""The section of the settings that belongs to one study: checked like any other, and against those of the core."""
+
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from pydantic import ValidationError
+
+from myowave.settings import Section, Settings
+from myowave.settings.keys import explain
+
+
+class StudySection(Section):
+    """Settings of a study."""
+
+    def problems(self, settings: Settings) -> list[str]:
+        """What does not fit the settings of the core, one line each, with the key below the section."""
+        raise NotImplementedError
+
+
+S = TypeVar("S", bound=StudySection)
+
+
+def read_section(kind: type[S], name: str, values: Mapping[str, Any], settings: Settings) -> S:
+    """The section of a study.
+
+    Raises:
+        ValueError: one line per problem, each with the key, what was found and what is allowed.
+    """
+    try:
+        section = kind.model_validate(values)
+    except ValidationError as error:
+        problems = explain(error, kind)
+    else:
+        problems = section.problems(settings)
+        if not problems:
+            return section
+    raise ValueError("\n".join(f"{name}.{problem}" for problem in problems))

@@ -1,0 +1,49 @@
+"""Plain `snakemake` knows no study; each study plans its own jobs, and refuses wrong settings."""
+
+import re
+
+import pytest
+from project_copy import ROOT, Project
+
+STUDIES = sorted(path.parent.name for path in (ROOT / "studies").glob("*/Snakefile"))
+OWN_RULES = {
+    rule
+    for name in STUDIES
+    for rule in re.findall(r"^rule (\w+):", (ROOT / f"studies/{name}/Snakefile").read_text(), re.MULTILINE)
+}
+SMALLER = {"cases": 1, "clean_sets": 1, "angle_noises_deg": [1.0], "parts": 3}
+
+
+def test_plain_snakemake_does_not_know_the_studies():
+    known = set(Project(ROOT).snakemake("--list-rules").stdout.split())
+    assert {"all", "train_scale", "diagnose_dataset"} <= known
+    assert OWN_RULES and not OWN_RULES & known
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_study_plans_its_own_jobs_and_none_of_the_main_jobs_pages(name, project):
+    planned = project.planned("-s", f"studies/{name}/Snakefile")
+    assert name in planned and set(planned) & OWN_RULES
+    assert not set(planned) & {"diagnose_dataset", "tell_verdict", "publish_runs"}
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "says"),
+    [
+        ("held_out", {"dataset": "case7"}, "held_out.dataset: there is no 'case7'"),
+        ("held_out", {"recipe": "recordd"}, "held_out.recipe: there is no 'recordd'; did you mean 'recorded'?"),
+        ("held_out", {"test": [["load9"]]}, "held_out.test[0]: there is no 'load9'"),
+        ("held_out", {"tests": []}, "held_out.tests: unknown key; did you mean 'test'?"),
+        ("verdicts", {"dataset": "bench_elbow"}, "verdicts.dataset: there is no 'bench_elbow' among simulated ones"),
+        ("verdicts", {"effects": ["fatigu"]}, "verdicts.effects: there is no 'fatigu'; did you mean 'fatigue'?"),
+        ("verdicts", {"effects": ["fatigue", "fatigue"]}, "fatigue is there more than once"),
+    ],
+)
+def test_wrong_settings_of_a_study_are_refused(name, settings, says, project):
+    done = project.snakemake("-s", f"studies/{name}/Snakefile", "-n", *project.lay_over({name: settings}))
+    assert done.returncode != 0 and says in done.stdout and "Traceback" not in done.stdout
+
+
+def test_verdicts_have_a_job_for_each_part_of_each_world(project):
+    planned = project.planned("-s", "studies/verdicts/Snakefile", *project.lay_over({"verdicts": SMALLER}))
+    assert planned["study_world"] == 6 * 3

@@ -1,0 +1,157 @@
+"""Arms and recordings that differ from what the diagnosis takes them for, each world in a way of its own.
+
+A world says how the trials of a case are made; the diagnosis gets them and the same model in every world. Nothing here
+is taken from the families that the diagnosis knows: other curves are splines through knots drawn within physiological
+bounds, other constants are drawn with the scatter of the settings, other data pass sensors and filters, and another
+solver holds the EMG between samples.
+
+Shapes: T trials, N samples, C channels.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+from scipy.signal import butter, sosfiltfilt
+from torch import Tensor
+
+from myowave.data.trials import Trials
+from myowave.diagnosis.causes import EMG_NOISE
+from myowave.identification.free_parameters import free_parameters
+from myowave.physics.curves import Curve, Curves
+from myowave.physics.model import Model
+from myowave.settings import Scatter
+from studies.verdicts.settings import WORLDS
+
+Array = NDArray[np.float64]
+
+TABLE = np.linspace(0.0, 2.5, 2001)  # fibre lengths, and velocities + 1, at which a drawn curve is tabulated
+HELD = 4  # steps in a sample of the other solver
+
+CURVES = frozenset({"millard_curves", "degroote_curves", "thelen_curves"})  # each says that the curves are others
+
+# Effects that are no wrong names in a world, as they say what is different there.
+ALLOWED: Mapping[str, frozenset[str]] = dict.fromkeys(WORLDS, frozenset[str]()) | {
+    "other_curves": CURVES,
+    "other_constants": frozenset({"vmax_change", "extra_delay", "activation_shape", "moment_arm_offset"}),
+    "other_data": frozenset({EMG_NOISE}),
+}
+
+
+@dataclass(frozen=True)
+class World:
+    """How the trials of one case are made.
+
+    Args:
+        model: with its own curves, and without effects.
+        constants: that differ from the model's, by name.
+        held: whether the EMG is held between samples.
+        recording: what happens to a recording, by name: emg_noise [-], emg_hz and angle_hz (low-pass filters), step_deg
+            (rounding), rate_hz.
+    """
+
+    model: Model
+    constants: Mapping[str, float] = field(default_factory=dict)
+    held: bool = False
+    recording: Mapping[str, float] = field(default_factory=dict)
+
+
+def draw_world(name: str, base: Model, scatter: Mapping[str, Scatter], random: np.random.Generator) -> World:
+    """Draw an arm, a solver or a recorder of a world.
+
+    Args:
+        name: one of `ALLOWED`.
+        scatter: of constants that nobody measured.
+    """
+    if name == "other_curves":
+        return World(replace(base, curves=draw_curves(random)))
+    if name == "other_constants":
+        assumed = [p for p in free_parameters(base, {}, (), scatter) if not p.name.endswith("_curve")]
+        drawn = {p.name: p.start + p.deviation * random.standard_normal() for p in assumed}
+        return World(base, {p.name: float(np.clip(drawn[p.name], p.low, p.high)) for p in assumed})
+    if name == "other_data":
+        kinds: list[dict[str, float]] = [
+            {"emg_noise": random.uniform(0.01, 0.05)},
+            {"emg_hz": random.uniform(4.0, 8.0)},
+            {"angle_hz": random.uniform(4.0, 10.0)},
+            {"step_deg": random.uniform(0.25, 1.0)},
+            {"rate_hz": random.uniform(50.0, 200.0)},
+            {"emg_noise": random.uniform(0.01, 0.05), "angle_hz": random.uniform(4.0, 10.0)},
+        ]
+        return World(base, recording=kinds[random.integers(len(kinds))])
+    return World(base, held=name == "other_solver")
+
+
+def draw_curves(random: np.random.Generator) -> Curves:
+    """Smooth muscle curves through knots within physiological bounds: an active one with its peak at length 1, a
+    passive one that rises, a force-velocity curve through (-1, 0) and (0, 1)."""
+    # ASSUME: bounds as the spread of published curves (Thelen 2003, Millard et al. 2013, De Groote et al. 2016).
+    short, low = random.uniform(0.35, 0.5), random.uniform(0.7, 0.78)
+    high, long = random.uniform(1.22, 1.35), random.uniform(1.55, 1.8)
+    active = [(0.0, 0.0), (short, 0.0), (low, random.uniform(0.55, 0.8)), (1.0, 1.0)]
+    active += [(high, random.uniform(0.6, 0.85)), (long, 0.0), (2.5, 0.0)]
+    onset, stiff = random.uniform(0.95, 1.1), random.uniform(0.5, 1.6)
+    passive = [(0.0, 0.0), (onset, 0.0), (1.25, 0.12 * stiff), (1.5, 0.6 * stiff), (2.5, 4.0 * stiff)]
+    bend, largest = random.uniform(0.18, 0.35), random.uniform(1.3, 1.6)
+    slow = [(v, (1 + v) / (1 - v / bend)) for v in (-1.0, -0.75, -0.5, -0.25, -0.1, 0.0)]
+    steep = random.uniform(0.5, 1.2) * (1 + 1 / bend)
+    fast = [(v, 1 + (largest - 1) * (1 - np.exp(-steep * v / (largest - 1)))) for v in (0.05, 0.15, 0.3, 0.6, 1.0)]
+    speed = [(1 + v, max(f, 0.0)) for v, f in (*slow, *fast)] + [(2.5, largest)]
+    return Curves(_tabulated(active, 0.0), _tabulated(passive, 0.0), _tabulated(speed, 1.0))
+
+
+def _tabulated(knots: list[tuple[float, float]], shift: float) -> Curve:
+    """A monotone spline through knots as a curve; `shift` is added to what it is asked for."""
+    table = torch.from_numpy(PchipInterpolator(*np.array(knots).T)(TABLE))
+    width = float(TABLE[1] - TABLE[0])
+
+    def curve(x: Tensor) -> Tensor:
+        position = ((x + shift) / width).clamp(0.0, len(TABLE) - 1.001)
+        left = position.detach().floor().long()
+        share = position - left
+        return table[left] * (1 - share) + table[left + 1] * share
+
+    return curve
+
+
+def held(emg: Tensor) -> Tensor:
+    """EMG (T, N, C) that is held between samples, on a grid `HELD` times as fine."""
+    fine = emg.repeat_interleave(HELD, dim=-2)
+    return fine[..., : (emg.shape[-2] - 1) * HELD + 1, :]
+
+
+def record(trials: Trials, world: World, random: np.random.Generator) -> Trials:
+    """Trials as the recorder of a world reports them; noise of the angle is in them already."""
+    settings, emg, angle = world.recording, trials.emg, trials.angle
+    if noise := settings.get("emg_noise"):
+        emg = emg + noise * random.standard_normal(emg.shape)
+    if edge := settings.get("emg_hz"):
+        emg = _low_pass(emg, edge, trials.dt)
+    if edge := settings.get("angle_hz"):
+        angle = _low_pass(angle, edge, trials.dt)
+    if step := settings.get("step_deg"):
+        angle = np.radians(step) * np.round(angle / np.radians(step))
+    if rate := settings.get("rate_hz"):
+        time = np.arange(emg.shape[1], dtype=np.float64) * trials.dt
+        fine: Array = np.arange(0.0, float(time[-1]), 1 / rate)[: 2 * len(time)]
+        emg, angle = (_resampled(x, time, fine) for x in (emg, angle))
+        return replace(
+            trials, dt=1 / rate, lengths=(len(fine),) * len(trials.names), emg=np.clip(emg, 0.0, 1.0), angle=angle
+        )
+    return replace(trials, emg=np.clip(emg, 0.0, 1.0), angle=angle)
+
+
+def _low_pass(values: Array, edge_hz: float, dt: float) -> Array:
+    """Signals (T, N, ...) through a Butterworth filter forwards and backwards."""
+    return np.asarray(sosfiltfilt(butter(2, 2 * edge_hz * dt, output="sos"), values, axis=1), dtype=np.float64)
+
+
+def _resampled(values: Array, time: Array, fine: Array) -> Array:
+    """Signals (T, N, ...) at other times: straight between samples, as the physics takes EMG to be."""
+    position = np.interp(fine, time, np.arange(len(time)))
+    left = np.minimum(position.astype(int), len(time) - 2)
+    share = (position - left).reshape(-1, *(1,) * (values.ndim - 2))
+    return np.asarray(values[:, left] * (1 - share) + values[:, left + 1] * share)
