@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from sessions import burst, curl, session_section, write_session
 
-from myowave.data.preparing import prepare_recording
+from myowave.data.importing import import_trials
 from myowave.data.processing.sampled import Sampled
 from myowave.data.quality import clocks, emg, motion
 from myowave.data.quality.report import report
-from myowave.data.session import RawTrial
+from myowave.data.recording import RawTrial
 from myowave.settings import RecordedDataset
 
 RATE = 1000.0
@@ -162,7 +162,7 @@ def test_a_session_reports_each_doubt_with_its_trial_and_channel(tmp_path):
         return values + 60.0 * (np.arange(len(values)) > 600) if (trial, key) == ("a", "angle") else values
 
     write_session(tmp_path, change=change)
-    _, quality = prepare_recording("me", RecordedDataset(**session_section()), tmp_path)
+    _, quality = import_trials("me", RecordedDataset(**session_section()), tmp_path)
     warnings = {(f["trial"], f["signal"], f["check"]) for f in quality["findings"] if f["severity"] == "warning"}
     assert warnings >= {("b", "emg_triceps", "mains hum"), ("a", "angle", "jump of the angle")}
     assert {trial for trial, _, _ in warnings} <= {"a", "b", ""}

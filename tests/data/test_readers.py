@@ -11,7 +11,7 @@ import pytest
 from scipy.io import savemat
 from sessions import noraxon
 
-from myowave.data.preparing import prepare_recording
+from myowave.data.importing import import_trials
 from myowave.data.processing.units import plain_unit
 from myowave.data.readers import ENDINGS, READERS, read_raw
 from myowave.settings import RecordedDataset, TextLayout
@@ -92,8 +92,8 @@ def test_header_units_and_times_may_stand_elsewhere(tmp_path):
 @pytest.mark.parametrize(
     ("text", "layout", "says"),
     [
-        ("a,b\n1,2,3\n4,5,6\n", {}, "2 names in row 1, but 3 columns below"),
-        ("a,b\n", {}, "1 rows; expected a header in row 1 and samples"),
+        ("a,b\n1,2,3\n4,5,6\n", {}, "2 names of columns .a, b., but 3 columns below"),
+        ("a,b\n", {}, "1 rows; expected names of columns in row 1 and samples"),
         ("a,b\n1,2\n", {"time_column": "t"}, "no column 't' of times; the columns are a, b"),
         ("time[h],b\n1,2\n", {}, "times are in 'h'; expected s or ms"),
         ("a;b\n1;2\n3;4;5\n", {}, "rows differ in their number of columns"),
@@ -194,7 +194,7 @@ def test_trigno_discover_names_sensors_above_their_channels_and_rates_below(tmp_
 
 def test_a_delsys_file_with_commas_for_everything_is_refused(tmp_path):
     text = "X [s],EMG [V]\n" + "0,1,0,5\n" * 5
-    with pytest.raises(ValueError, match="2 names in row 1, but 4 columns below.*semicolons"):
+    with pytest.raises(ValueError, match="2 names of columns .*, but 4 columns below.*need a point"):
         read_raw(write(tmp_path / "a.csv", text), "delsys")
     with pytest.raises(ValueError, match=r"no row begins with X \[s\]"):
         read_raw(write(tmp_path / "b.csv", "time,a\n1,2\n"), "delsys")
@@ -350,7 +350,7 @@ def test_a_session_may_mix_formats_rates_and_units(tmp_path):
         "angle": {"file": "{trial}.mot", "column": "elbow"},
         "ignore_columns": ["force", "elev*"],
     }
-    prepared, _ = prepare_recording("me", RecordedDataset(**section), tmp_path)
+    prepared, _ = import_trials("me", RecordedDataset(**section), tmp_path)
     assert prepared.trials.lengths == (600, 600) and prepared.trials.dt == pytest.approx(0.01)
     assert 10 < prepared.gains["emg_biceps"] < 100  # uV
     assert prepared.trials.angle[0, :600] == pytest.approx(1 + 0.8 * np.sin(2 * np.pi * time / 3 - 0.5), abs=1e-8)
@@ -367,7 +367,7 @@ def test_a_session_may_mix_formats_rates_and_units(tmp_path):
         ),
     ):
         with pytest.raises(ValueError, match=says):
-            prepare_recording("me", RecordedDataset(**section | change), tmp_path)
+            import_trials("me", RecordedDataset(**section | change), tmp_path)
 
 
 # --------------------------------------------------------------------------------------------------- damaged files

@@ -10,10 +10,10 @@ import torch
 from typer.testing import CliRunner
 
 from myowave.cli import app
-from myowave.data.preparing import prepare
+from myowave.data.importing import prepare
 from myowave.data.processing.real_time import RealTime
 from myowave.data.processing.sampled import Sampled
-from myowave.data.session import RawTrial, Session
+from myowave.data.recording import RawTrial, Session
 from myowave.learning.prediction import predict_free_running, to_tensors
 from myowave.learning.streaming.raw import read_raw_samples
 from myowave.learning.task import Task

@@ -12,7 +12,6 @@ from typer.testing import CliRunner
 
 from myowave.cli import app
 from myowave.data.importing import import_trials
-from myowave.data.preparing import prepare_recording
 from myowave.starting.arm import Choice, arm_of
 from myowave.starting.study import new_study
 from myowave.starting.subject import Body
@@ -50,7 +49,7 @@ def test_raw_recordings_become_a_dataset_that_can_be_prepared(workplace, laid_ov
     assert (dataset.kind, dataset.trials, dataset.test, dataset.arm) == ("recorded", ("a", "b", "c"), ("c",), "arm26")
     assert settings.targets.without_networks == ("mine",) and not settings.targets.datasets
     assert set(dataset.identify) == {f"{k}_{g}" for k in ("strength", "length") for g in ("flexors", "extensors")}
-    prepared, _ = prepare_recording("mine", dataset, ".", settings.physics_of("mine").tables)
+    prepared, _ = import_trials("mine", dataset, ".", settings.physics_of("mine").tables)
     assert set(prepared.raw["a"].emg) == {"emg_biceps", "emg_triceps"}
     assert np.degrees(prepared.raw["a"].angle.values).max() == pytest.approx(curl().max(), abs=1e-3)
 
@@ -79,7 +78,7 @@ def test_opensim_files_and_a_german_export_become_datasets_that_can_be_prepared(
         settings = laid_over(corrected)
         dataset = settings.data.datasets["mine"]
         assert set(dataset.emg) == {"emg_biceps", "emg_triceps"} and dataset.arm == "arm26"
-        prepared, _ = prepare_recording("mine", dataset, ".", settings.physics_of("mine").tables)
+        prepared, _ = import_trials("mine", dataset, ".", settings.physics_of("mine").tables)
         assert prepared.trials.dt == pytest.approx(0.01)
         assert np.degrees(prepared.trials.angle).max() == pytest.approx(curl().max(), abs=1)
 
@@ -99,13 +98,9 @@ def test_prepared_files_become_a_measured_dataset_that_can_be_imported(workplace
     shutil.copytree(ROOT / "data/bench_elbow", "bench")
     study = study_of("bench", arm="default")
     dataset = laid_over(study.text).data.datasets["mine"]
-    assert (dataset.kind, dataset.files, dataset.test, dataset.arm) == (
-        "measured",
-        ("bench/*.csv",),
-        ("trial5",),
-        "paper",
-    )
-    trials = import_trials("mine", dataset, ".", ("emg_biceps", "emg_triceps"))
+    assert (dataset.kind, dataset.files, dataset.test) == ("measured", ("bench/*.csv",), ("trial5",))
+    assert dataset.arm == "paper"
+    trials = import_trials("mine", dataset, channels=("emg_biceps", "emg_triceps"))[0].trials
     assert list(trials.names) == [f"trial{n}" for n in range(1, 6)]
 
 
@@ -119,7 +114,7 @@ def test_prepared_files_beside_others_are_named_one_by_one_and_spare_columns_ign
     dataset, arm = settings.data.datasets["mine"], settings.physics_of("mine")
     assert dataset.files == ("mix/t1.csv", "mix/t2.csv") and dataset.ignore_columns == ("emg_delt",)
     assert {muscle.side: muscle.emg for muscle in arm.muscles.values()} == {"flexor": "emg_bic", "extensor": "emg_tri"}
-    assert list(import_trials("mine", dataset, ".", arm.channels).names) == ["t1", "t2"]
+    assert list(import_trials("mine", dataset, channels=arm.channels)[0].trials.names) == ["t1", "t2"]
 
 
 def test_tables_with_rows_above_their_names_and_a_row_of_units_are_read(workplace, laid_over):
@@ -133,7 +128,7 @@ def test_tables_with_rows_above_their_names_and_a_row_of_units_are_read(workplac
         (workplace / "tables" / f"{trial}.csv").write_text(rows + body + "\n")
     dataset = laid_over(study_of("tables").text).data.datasets["mine"]
     assert (dataset.layout.header_row, dataset.layout.units_row) == (3, 4)
-    prepared, _ = prepare_recording("mine", dataset)
+    prepared, _ = import_trials("mine", dataset)
     assert prepared.raw["t1"].emg["emg_biceps"].values == pytest.approx(everything(0)["Biceps [uV]"], rel=1e-4)
 
 
@@ -142,7 +137,7 @@ def test_a_column_of_times_in_another_language_is_found(workplace, laid_over):
         table(workplace / "zeit" / f"{trial}.csv", {"Zeit": times(), **dict(list(everything(seed).items())[1:])})
     dataset = laid_over(study_of("zeit").text).data.datasets["mine"]
     assert dataset.layout.time_column == "Zeit"
-    assert prepare_recording("mine", dataset)[0].raw["t1"].angle.rate == pytest.approx(EMG_HZ)
+    assert import_trials("mine", dataset)[0].raw["t1"].angle.rate == pytest.approx(EMG_HZ)
 
 
 def test_tables_that_are_written_in_two_ways_are_said(workplace):
@@ -166,7 +161,7 @@ def test_a_unit_that_a_column_s_name_ends_in_is_taken(workplace, laid_over):
     dataset = laid_over(study.text).data.datasets["mine"]
     assert [signal.unit for signal in dataset.emg.values()] == ["uV", "mV"] and dataset.angle.unit == "deg"
     assert study.text.count("# GUESSED: its name ends so") == 3 and "emg_biceps: t1" not in study.said
-    prepared, _ = prepare_recording("mine", dataset)
+    prepared, _ = import_trials("mine", dataset)
     assert prepared.raw["t1"].emg["emg_triceps"].values == pytest.approx(1000 * burst(9), rel=1e-6)
 
 
@@ -177,7 +172,7 @@ def test_a_matlab_file_with_a_rate_for_each_kind_of_signal_needs_none_in_the_set
         savemat(workplace / f"matlab/{trial}.mat", {**signals, "fs_emg": float(EMG_HZ), "fs_angle": float(ANGLE_HZ)})
     study = study_of("matlab")
     assert "rate_hz: null" not in study.text and f"{ANGLE_HZ:g} Hz" in study.said
-    prepared, _ = prepare_recording("mine", laid_over(study.text).data.datasets["mine"])
+    prepared, _ = import_trials("mine", laid_over(study.text).data.datasets["mine"])
     assert prepared.raw["t1"].emg["emg_biceps"].rate == EMG_HZ and prepared.raw["t1"].angle.rate == ANGLE_HZ
 
 
@@ -214,7 +209,7 @@ def test_vicons_devices_and_model_outputs_may_be_one_file_or_two(workplace, laid
         assert "Jane" not in study.text + study.said
         dataset = laid_over(study.text).data.datasets["mine"]
         assert dataset.trials == ("a", "b") and set(dataset.emg) == {"emg_biceps", "emg_triceps"}
-        prepared, _ = prepare_recording("mine", dataset)
+        prepared, _ = import_trials("mine", dataset)
         assert prepared.raw["b"].angle.values == pytest.approx(np.radians(curl()), abs=1e-6)
         assert prepared.raw["b"].emg["emg_biceps"].values == pytest.approx(burst(1), rel=1e-4, abs=1e-4)
     path = workplace / "one/b.csv"
@@ -222,7 +217,7 @@ def test_vicons_devices_and_model_outputs_may_be_one_file_or_two(workplace, laid
     lines[-1] = "1200,0,lost,0,0"
     path.write_text("\n".join(lines))
     with pytest.raises(ValueError, match=f"b.csv, row {len(lines)}: RElbowAngles X is 'lost'"):
-        prepare_recording("mine", laid_over(study_of("one").text).data.datasets["mine"])
+        import_trials("mine", laid_over(study_of("one").text).data.datasets["mine"])
 
 
 def test_formats_may_be_mixed_and_what_files_do_not_say_is_guessed_or_asked_for(workplace, laid_over):
@@ -238,7 +233,7 @@ def test_formats_may_be_mixed_and_what_files_do_not_say_is_guessed_or_asked_for(
     assert dataset.emg["emg_biceps"].unit == "au" and dataset.angle.unit is None and dataset.angle.column is None
     assert "rate_hz: null # FILL IN" in study.text and "samples a second" in study.said
     stated = study.text.replace("rate_hz: null", f"rate_hz: {EMG_HZ}")
-    prepared, _ = prepare_recording("mine", laid_over(stated).data.datasets["mine"])
+    prepared, _ = import_trials("mine", laid_over(stated).data.datasets["mine"])
     assert prepared.raw["t2"].angle.values == pytest.approx(np.radians(curl()), abs=1e-6)
 
 
@@ -248,7 +243,7 @@ def test_maximum_contractions_set_what_counts_as_one(workplace, laid_over):
         noraxon(workplace / "curls/mvc" / f"{muscle}.csv", "x", burst(99, scale=200), EMG_HZ, "uV")
     dataset = laid_over(study_of("curls").text).data.datasets["mine"]
     assert dataset.mvc == ("mvc",) and dataset.processing.normalise == "mvc" and "mvc" not in dataset.trials
-    prepared, _ = prepare_recording("mine", dataset)
+    prepared, _ = import_trials("mine", dataset)
     assert max(envelope.max() for envelope in np.moveaxis(prepared.trials.emg, -1, 0)) < 0.9
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from sessions import ANGLE_HZ, EMG_HZ, session_section, write_session
 
-from myowave.data.preparing import prepare_recording
+from myowave.data.importing import import_trials
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
@@ -23,7 +23,7 @@ def test_trials_of_two_seconds_get_an_answer(workplace, laid_over):
     write_session(Path("curls"), ("a", "b", "c", "d"), seconds_of(2.2))
     settings = laid_over(new_study("mine", Path("curls"), Path("mine.yaml")).text)
     dataset, physics = settings.data.datasets["mine"], settings.physics_of("mine")
-    prepared, _ = prepare_recording("mine", dataset, ".", physics.tables)
+    prepared, _ = import_trials("mine", dataset, ".", physics.tables)
     base, effects = build_model("base", physics), catalogue(()).values()
     found = diagnose(prepared.trials, base, effects, dataset.identify, settings.diagnosis)
     assert found.verdict.kind == "unknown" and not found.verdict.follows
@@ -34,4 +34,4 @@ def test_trials_of_two_seconds_get_an_answer(workplace, laid_over):
 def test_trials_too_short_to_process_are_refused(workplace):
     write_session(Path("curls"), change=seconds_of(1.5))
     with pytest.raises(ValueError, match="1500 samples of Jane Doe biceps; expected at least 2 s of them"):
-        prepare_recording("mine", RecordedDataset(**session_section()), "curls")
+        import_trials("mine", RecordedDataset(**session_section()), "curls")

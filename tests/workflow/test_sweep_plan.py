@@ -50,4 +50,4 @@ def test_what_the_tests_with_programs_of_debian_ask_for_is_made_by_rules(small, 
     """They do not run every day."""
     project = copy_project(tmp_path)
     jobs = project.planned(*project.lay_over(small), "--", *targets)
-    assert jobs["search_settings"] == 2 and "prepare_recording" not in jobs
+    assert jobs["search_settings"] == 2 and "import_trials" not in jobs

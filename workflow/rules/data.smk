@@ -3,7 +3,7 @@ from myowave.data.files import all_files
 
 
 def recordings(wildcards):
-    """Files of a measured dataset; a pattern stands for the files it matches now."""
+    """Files of a dataset that was measured or recorded; a pattern stands for the files it matches now."""
     try:
         return list(map(str, all_files(f"data.datasets.{wildcards.dataset}.files", DATASETS[wildcards.dataset].files)))
     except ValueError as error:
@@ -40,10 +40,11 @@ rule import_trials:
         tables=table_files,
     output:
         trials="results/data/{dataset}/trials.parquet",
+        quality="results/data/{dataset}/quality.json",
     log:
         "results/logs/import_trials/{dataset}.log",
     wildcard_constraints:
-        dataset=one_of(MEASURED),
+        dataset=one_of([*MEASURED, *RECORDED]),
     params:
         dataset=dataset_section,
         contents=contents,
@@ -52,26 +53,6 @@ rule import_trials:
         code=digest("import_trials"),
     script:
         "../scripts/import_trials.py"
-
-
-rule prepare_recording:
-    input:
-        recordings=recordings,
-        tables=table_files,
-    output:
-        trials="results/data/{dataset}/trials.parquet",
-        quality="results/data/{dataset}/quality.json",
-    log:
-        "results/logs/prepare_recording/{dataset}.log",
-    wildcard_constraints:
-        dataset=one_of(RECORDED),
-    params:
-        dataset=dataset_section,
-        contents=contents,
-        tables=table_section,
-        code=digest("prepare_recording"),
-    script:
-        "../scripts/prepare_recording.py"
 
 
 # Raw EMG, envelope and angle of each trial with what was found in them: `snakemake results/figures/DATASET/recording`.

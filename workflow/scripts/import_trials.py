@@ -1,14 +1,16 @@
-"""Check the recordings of a dataset and bring them into the form of all trials."""
+"""Read the recordings of a dataset, process them into trials, and report on their quality."""
 
-from myowave.data.importing import check_tables, import_trials
-from myowave.data.store import write_trials
-from myowave.settings import MeasuredDataset, PathTable
+from myowave.data.importing import import_trials
+from myowave.data.store import write_json, write_trials
+from myowave.settings import PathTable
+from myowave.settings.data import real_dataset
 from myowave.workflow.job import job_log
 
 name = snakemake.wildcards.dataset
 with job_log(f"import trials of {name}", snakemake.log[0]) as log:
-    dataset = MeasuredDataset.model_validate(snakemake.params.dataset)
-    trials = import_trials(name, dataset, channels=snakemake.params.channels)
-    for line in check_tables(trials, {m: PathTable.model_validate(t) for m, t in snakemake.params.tables.items()}):
-        log.say(line)
-    write_trials(trials, snakemake.output.trials)
+    tables = {muscle: PathTable.model_validate(table) for muscle, table in snakemake.params.tables.items()}
+    dataset = real_dataset(snakemake.params.dataset)
+    prepared, quality = import_trials(name, dataset, tables=tables, channels=snakemake.params.channels)
+    write_trials(prepared.trials, snakemake.output.trials)
+    write_json(quality, snakemake.output.quality)
+    log.announce(f"{name}: {quality['summary']}")

@@ -1,157 +1,283 @@
-"""Import of measured trials: from the files a dataset names to `Trials`, or one error that lists all that is wrong.
+"""From the recordings of a dataset to `Trials`: EMG to excitation, everything onto one grid of times.
 
-Reading, checking and converting are apart (`readers`, `checks`, `processing`); here they are put together for files
-that hold a trial each, with EMG that is already a fraction of a maximum voluntary contraction.
+The EMG that counts as 1 comes from the training trials, or from recordings of maximum contractions, never from a test
+trial: what a test trial holds must not reach the training. EMG above 1 may therefore occur in a test trial, up to
+`EMG_LIMIT`. EMG that is a fraction already stays as it is.
 """
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from myowave.data.checks.across import duplicate_problems, rate_problems, role_problems
-from myowave.data.checks.columns import ANGLES, TIME, column_problems, emg_columns, is_ignored
+from myowave.data.checks.across import duplicate_problems, rate_problems
 from myowave.data.checks.ranges import angle_problems, emg_problems, torque_problems
 from myowave.data.checks.tables import beyond_tables, table_problems
-from myowave.data.checks.time import pace_problems, time_problems
-from myowave.data.checks.values import length_problems, value_problems
-from myowave.data.files import find_files
-from myowave.data.processing.units import to_radians
-from myowave.data.readers import TABLES, RawRecording, read
-from myowave.data.recording import Recording, torques_of
-from myowave.data.trials import TORQUE, Trials
-from myowave.settings import MeasuredDataset, PathTable
+from myowave.data.processing.excitation import describe, envelope, lag_of
+from myowave.data.processing.filters import has_hum
+from myowave.data.processing.grid import common_grid, sample_as_it_comes, sample_at
+from myowave.data.processing.real_time import Known, RealTime
+from myowave.data.processing.sampled import Sampled
+from myowave.data.quality.motion import angle_beyond_tables
+from myowave.data.quality.report import find_faults, report
+from myowave.data.recording import Prepared, RawTrial, Recording, Session, torques_of
+from myowave.data.session import read_session
+from myowave.data.trials import Trials
+from myowave.settings import MeasuredDataset, PathTable, RecordedDataset
+from myowave.settings.recording import Processing
+
+SHORTEST = 50
+"""Fewest samples of a trial [-]; training needs windows, diagnosis degrees of freedom."""
+Dataset = MeasuredDataset | RecordedDataset
 
 
 def import_trials(
-    dataset: str, settings: MeasuredDataset, root: str | Path = ".", channels: Sequence[str] | None = None
-) -> Trials:
-    """Read, check and stack the recordings of a dataset.
+    dataset: str,
+    settings: Dataset,
+    root: str | Path = ".",
+    tables: Mapping[str, PathTable] | None = None,
+    channels: Sequence[str] | None = None,
+) -> tuple[Prepared, dict[str, Any]]:
+    """Read and process the recordings of a dataset, and report on their quality.
 
     Args:
         dataset: its name.
         settings: its block of config.yaml.
         root: folder that relative paths of files start from.
-        channels: EMG columns that the physical model needs; None takes what the first file has.
+        tables: paths of the arm that are given by a table, by muscle.
+        channels: EMG columns that the physical model needs of tidy files; None takes what the first file has.
 
     Returns:
-        The trials, named after their files without the ending. Angles in degrees are converted to rad.
+        What was prepared, and the report of `quality.report`.
 
     Raises:
-        ValueError: one line for each problem found in any of the files.
+        ValueError: one line for each problem that makes the recordings unusable.
     """
-    files = find_files(dataset, settings.files, TABLES, root)
-    recordings: dict[str, Recording] = {}
-    problems: list[str] = []
-    for name, path in files.items():
-        recording, found = read_recording(path, channels, settings.ignore_columns)
-        problems += found
-        if recording is not None:
-            recordings[name] = recording
-            channels = channels or recording.channels
-    problems += rate_problems(recordings)
-    problems += duplicate_problems(recordings)
-    problems += role_problems(dataset, list(files), settings.test, settings.conditions)
-    refuse(dataset, problems)
-    assert channels is not None
-    return Trials.from_sequences(
+    prepared = prepare(dataset, settings, read_session(dataset, settings, root, channels))
+    findings = list(find_faults(prepared, settings.processing.notch_hz))
+    beyond = beyond_tables(prepared.trials, tables or {})
+    _refuse(dataset, table_problems(beyond))
+    findings += [angle_beyond_tables(found) for found in beyond]
+    return prepared, report(dataset, findings, prepared.gains)
+
+
+def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
+    """Process a session.
+
+    Args:
+        dataset: its name.
+        settings: its block of config.yaml.
+        session: its recordings.
+
+    Raises:
+        ValueError: one line for each problem that the recordings or the processed trials show.
+    """
+    fractions = set(session.forms.values()) == {"fraction"}
+    if not fractions:  # else what counts as 1 would be told from some of them
+        _refuse(dataset, session.problems)
+    processing = settings.processing
+    raw = {name: _on_one_clock(trial, processing.emg_start_offset_s) for name, trial in session.trials.items()}
+    train = [name for name in raw if name not in settings.test]
+    steps = _Steps(processing, session.forms, _known_before(processing, session.forms, [raw[name] for name in train]))
+    envelopes = {name: steps.envelopes(trial.emg) for name, trial in raw.items()}
+    grids = {
+        name: common_grid(trial.all, trial.angle, processing.rate_hz, settings.cut_s.get(name))
+        for name, trial in raw.items()
+    }
+    problems = [*session.problems, *_grid_problems(grids, raw)]
+    if not fractions:
+        _refuse(dataset, problems)
+    gains = _gains(steps, session.mvc, {name: envelopes[name] for name in train}, grids)
+    _refuse(dataset, _gain_problems(gains))
+    recordings = {
+        name: _recording(name, raw[name], envelopes[name], gains, grid, steps)
+        for name, grid in grids.items()
+        if len(grid) >= SHORTEST
+    }
+    problems += [*rate_problems(recordings), *duplicate_problems(recordings)]
+    for one in recordings.values():
+        problems += [*emg_problems(one, session.forms, steps.largest_of), *angle_problems(one), *torque_problems(one)]
+    _refuse(dataset, problems)
+    signals = {key: [sample_at(raw[name].signals[key], grids[name]) for name in raw] for key in settings.signals}
+    trials = Trials.from_sequences(
         dataset=dataset,
         dt=float(np.median([recording.dt for recording in recordings.values()])),
         names=list(recordings),
-        channels=channels,
+        channels=list(session.forms),
         emg=[recording.emg for recording in recordings.values()],
         angle=[recording.angle for recording in recordings.values()],
-        signals=torques_of(recordings.values()),
+        signals=signals | torques_of(recordings.values()),
+        over_time={s.condition: key for key, s in settings.signals.items() if s.condition},
         test=settings.test,
-        conditions=settings.conditions,
+        conditions=_conditions(settings, list(raw), signals),
         constants=settings.constants,
-        provenance={
-            "source": "measured",
-            "ignored columns": list(settings.ignore_columns),
-            "sha256": {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files.values()},
-        },
+        provenance=_provenance(settings, session, steps, gains, next(iter(raw.values())).emg),
     )
+    return Prepared(trials, raw, envelopes, gains, grids, session.forms)
 
 
-def check_tables(trials: Trials, tables: Mapping[str, PathTable]) -> list[str]:
-    """What to say of trials whose angles leave the tables of an arm's paths, a line for each.
-
-    Args:
-        tables: by muscle.
-
-    Raises:
-        ValueError: one line for each trial that goes too far beyond a table.
-    """
-    found = beyond_tables(trials, tables)
-    refuse(trials.dataset, list(table_problems(found)))
-    return [f"trial {beyond.trial}: {beyond.describe()}" for beyond in found]
-
-
-def refuse(dataset: str, problems: Sequence[str]) -> None:
+def _refuse(dataset: str, problems: Iterable[str]) -> None:
     """Raise a ValueError that lists the problems, if there are any."""
-    if problems:
+    if problems := list(problems):
         count = "1 problem" if len(problems) == 1 else f"{len(problems)} problems"
         raise ValueError(f"dataset {dataset!r} cannot be imported, {count}:\n" + "\n".join(problems))
 
 
-def read_recording(
-    path: Path, channels: Sequence[str] | None = None, ignored: Sequence[str] = ()
-) -> tuple[Recording | None, list[str]]:
-    """Read, check and convert one file.
+def _on_one_clock(trial: RawTrial, offset: float) -> RawTrial:
+    """A trial with the EMG's times told on the angle's clock."""
+    emg = {channel: replace(sampled, start=sampled.start + offset) for channel, sampled in trial.emg.items()}
+    return replace(trial, emg=emg)
 
-    Args:
-        path: a file of one of `TABLES`' endings.
-        channels: the EMG columns there must be; None takes whichever there are.
-        ignored: names of columns that are not needed.
 
-    Returns:
-        The recording, or None where it cannot be used, and the problems found: exactly one of the two is empty.
-    """
-    try:
-        raw = read(TABLES[path.suffix.lower()], path)
-    except ValueError as error:
-        return None, [str(error)]
-    if problems := list(column_problems(raw, channels, ignored)):
-        return None, problems
-    needed = {TIME, *ANGLES, TORQUE, *(channels or ())}
-    raw = replace(raw, signals=tuple(s for s in raw.signals if s.name in needed or not is_ignored(s.name, ignored)))
-    if problems := _problems_of(raw, channels):
-        return None, problems
-    names = tuple(channels or emg_columns(raw.header))
-    time, column = raw[TIME].values, _angle_column(raw)
+def _known_before(
+    processing: Processing, forms: Mapping[str, str], train: Sequence[RawTrial]
+) -> dict[str, tuple[float, bool]]:
+    """Offset of each channel of raw EMG, and if it hums, by the training trials; a causal filter may know no more."""
+    found, notch_hz = {}, processing.notch_hz
+    for channel in (c for c, form in forms.items() if form == "raw" and processing.phase == "causal"):
+        signals = [trial.emg[channel] for trial in train]
+        hum = notch_hz is not None and any(has_hum(s.values, s.rate, notch_hz) for s in signals)
+        found[channel] = (float(np.median(np.concatenate([s.values for s in signals]))), hum)
+    return found
+
+
+@dataclass(frozen=True)
+class _Steps:
+    """What is done to EMG: its processing, the form of each channel, and what is known of it before."""
+
+    processing: Processing
+    forms: Mapping[str, str]
+    before: Mapping[str, tuple[float, bool]]
+
+    @property
+    def largest_of(self) -> str:
+        """Of which recordings the largest envelope counts as 1."""
+        return "maximum contractions" if self.processing.normalise == "mvc" else "the training trials"
+
+    def envelopes(self, emg: Mapping[str, Sampled]) -> dict[str, Sampled]:
+        """Envelopes of all channels, in the unit of their EMG."""
+        return {
+            channel: envelope(sampled, self.processing, *self.before.get(channel, (None, None)))
+            if self.forms[channel] == "raw"
+            else sampled
+            for channel, sampled in emg.items()
+        }
+
+    def real_time(self, emg: Mapping[str, Sampled], gains: Mapping[str, float]) -> RealTime:
+        """What a running prediction needs to make the same of raw EMG."""
+        channels = {
+            channel: Known(form, emg[channel].rate, emg[channel].unit, *self.before.get(channel, (0.0, False)), gain)
+            for (channel, form), gain in zip(self.forms.items(), gains.values(), strict=True)
+        }
+        return RealTime(self.processing, channels)
+
+
+def _gains(
+    steps: _Steps,
+    mvc: Mapping[str, Mapping[str, Sampled]],
+    train: Mapping[str, Mapping[str, Sampled]],
+    grids: Mapping[str, NDArray[np.float64]],
+) -> dict[str, float]:
+    """The envelope of each channel that counts as 1; `train` has the envelopes of the training trials."""
+    if steps.processing.normalise == "mvc":
+        peaks = {c: [e[c].values.max() for e in map(steps.envelopes, mvc.values())] for c in steps.forms}
+    else:
+        # ASSUME: in the training trials each muscle was once as active as it can be; where it was not, its EMG is too
+        # large by one factor for the whole session, which a fit takes for a weaker muscle.
+        peaks = {c: [e[c].within(grids[n][0], grids[n][-1]).max() for n, e in train.items()] for c in steps.forms}
+    return {c: 1.0 if form == "fraction" else float(max(peaks[c])) for c, form in steps.forms.items()}
+
+
+def _recording(
+    name: str,
+    raw: RawTrial,
+    envelopes: Mapping[str, Sampled],
+    gains: Mapping[str, float],
+    grid: NDArray[np.float64],
+    steps: _Steps,
+) -> Recording:
+    sample = sample_as_it_comes if steps.processing.phase == "causal" else sample_at
+    emg = {channel: sample(sampled, grid) for channel, sampled in envelopes.items()}
+    emg = {
+        c: values if steps.forms[c] == "fraction" else np.maximum(values, 0.0) / gains[c] for c, values in emg.items()
+    }
+    origin, first_row = (f"trial {name}", None) if raw.file is None else raw.file
     return Recording(
-        origin=str(path),
-        dt=(time[-1] - time[0]) / (len(time) - 1),
-        channels=names,
-        emg=np.stack([raw[name].values for name in names], axis=1),
-        angle=to_radians(raw[column].values, column.removeprefix("angle_")),
-        torque=raw[TORQUE].values if TORQUE in raw.header else None,
-    ), []
+        origin=str(origin),
+        dt=float(grid[-1] - grid[0]) / (len(grid) - 1),
+        channels=tuple(emg),
+        emg=np.stack(list(emg.values()), axis=1),
+        angle=sample_at(raw.angle, grid),
+        torque=None if raw.torque is None else sample_at(raw.torque, grid),
+        angle_unit=raw.angle_unit,
+        first_row=first_row,
+    )
 
 
-def _problems_of(raw: RawRecording, channels: Sequence[str] | None) -> list[str]:
-    """Problems of the first round of checks that finds any: a later round relies on the earlier ones."""
-    return next((problems for checks in _rounds(raw, channels) if (problems := list(checks))), [])
+def _grid_problems(grids: Mapping[str, NDArray[np.float64]], raw: Mapping[str, RawTrial]) -> Iterator[str]:
+    for name, grid in grids.items():
+        if len(grid) < SHORTEST:
+            emg, angle, file = next(iter(raw[name].emg.values())), raw[name].angle, raw[name].file
+            yield (
+                f"{file[0] if file else f'trial {name}'}: {len(grid)} samples at which all signals were recorded; "
+                f"expected at least {SHORTEST}. EMG was recorded from {emg.start:.4g} to {emg.end:.4g} s, the angle "
+                f"from {angle.start:.4g} to {angle.end:.4g} s: record longer, correct processing.emg_start_offset_s or "
+                "cut_s, or leave the trial out."
+            )
 
 
-def _rounds(raw: RawRecording, channels: Sequence[str] | None) -> Iterator[Iterator[str]]:
-    yield value_problems(raw)
-    yield length_problems(raw)
-    yield _problems_of_signals(raw, channels or emg_columns(raw.header))
+def _gain_problems(gains: Mapping[str, float]) -> Iterator[str]:
+    for channel, gain in gains.items():
+        if not gain > 0:
+            yield (
+                f"{channel}: the EMG never rises above 0, so there is nothing to divide it by. The electrode was off, "
+                "or the column is another one: leave the channel out, or correct it."
+            )
 
 
-def _problems_of_signals(raw: RawRecording, channels: Sequence[str]) -> Iterator[str]:
-    yield from time_problems(raw, raw[TIME].values, TIME)
-    yield from pace_problems(raw, raw[TIME].values, TIME)
-    yield from emg_problems(raw, channels)
-    yield from angle_problems(raw, _angle_column(raw))
-    if TORQUE in raw.header:
-        yield from torque_problems(raw, TORQUE)
+def _conditions(
+    settings: Dataset, names: Sequence[str], signals: Mapping[str, list[NDArray[np.float64]]]
+) -> dict[str, dict[str, float]]:
+    """Known constants of each trial, those included that are the median of a signal."""
+    # ASSUME: a constant that is known over time counts as its median wherever one value stands for a trial.
+    known = {}
+    for i, name in enumerate(names):
+        medians = {s.condition: float(np.median(signals[key][i])) for key, s in settings.signals.items() if s.condition}
+        known[name] = {**settings.conditions.get(name, {}), **medians}
+    return {name: values for name, values in known.items() if values}
 
 
-def _angle_column(raw: RawRecording) -> str:
-    return next(name for name in ANGLES if name in raw.header)
+def _provenance(
+    settings: Dataset, session: Session, steps: _Steps, gains: Mapping[str, float], emg: Mapping[str, Sampled]
+) -> dict[str, Any]:
+    """Where the trials are from and what was done to them; `emg` is that of a trial as recorded."""
+    processing = settings.processing
+    which = list(session.mvc) or [name for name in session.trials if name not in settings.test]
+    done = {"raw": lambda rate: describe(processing, rate), "envelope": lambda rate: "an envelope as recorded"}
+    real_time = {} if set(steps.forms.values()) == {"fraction"} else steps.real_time(emg, gains).plain()
+    return {
+        "source": settings.kind,
+        "emg": {
+            channel: "a fraction of a maximum contraction as recorded"
+            if steps.forms[channel] == "fraction"
+            else {
+                "processing": done[steps.forms[channel]](sampled.rate),
+                "divided by": f"{gains[channel]:.6g} {sampled.unit}, the largest envelope of {steps.largest_of} "
+                f"({', '.join(which)})",
+                "recorded at": f"{sampled.rate:g} Hz",
+            }
+            for channel, sampled in emg.items()
+        },
+        "emg_lag_s": lag_of(processing),
+        "emg_start_offset_s": processing.emg_start_offset_s,
+        "rate": "the angle's" if processing.rate_hz is None else f"{processing.rate_hz:g} Hz",
+        "conditions from signals": {s.condition: f"median of {k}" for k, s in settings.signals.items() if s.condition},
+        "ignored columns": list(settings.ignore_columns),
+        "sha256": dict(session.sha256),
+        "real_time": real_time,
+    }

@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 Change = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 EMG_PREFIX = "emg_"
+TIME, ANGLES = "time_s", {"angle_rad": "rad", "angle_deg": "deg"}
+"""Columns of files with a trial each: that of times, and of the elbow's angle with their units."""
 TORQUE = "torque_Nm"
 """Torque of the muscles about the elbow as measured, flexing positive, one of the `signals`; NaN in trials without."""
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -144,6 +144,11 @@ class MeasuredDataset(_Dataset):
     )
     ignore_columns: tuple[str, ...] = setting(_IGNORE, default=())
 
+    # A recording like any other, whose EMG is an envelope on the angle's grid: no step of the processing is left to do.
+    processing: ClassVar[Processing] = Processing()
+    signals: ClassVar[dict[str, ExtraAngle]] = {}
+    cut_s: ClassVar[dict[str, Cut]] = {}
+
 
 class RecordedDataset(_Dataset):
     """Trials from raw files as a recorder exports them: EMG in volts, angles, each with a clock of its own."""
@@ -235,3 +240,8 @@ def public(dataset: SimulatedDataset | MeasuredDataset | RecordedDataset) -> dic
     """A dataset as plain data without what is hidden in it: all that a rule may know but simulation and scoring."""
     values = dump(dataset)
     return {key: value for key, value in values.items() if key not in HIDDEN}
+
+
+def real_dataset(values: dict[str, Any]) -> MeasuredDataset | RecordedDataset:
+    """A dataset of recordings from plain data, as a rule hands it to its script."""
+    return (MeasuredDataset if values["kind"] == "measured" else RecordedDataset).model_validate(values)

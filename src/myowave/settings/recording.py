@@ -34,8 +34,10 @@ class RawSignal(Section):
 class EmgChannel(RawSignal):
     """One EMG channel as recorded."""
 
-    form: Literal["raw", "envelope"] = setting(
-        "raw: as the electrodes saw it; envelope: already rectified and smoothed, so only normalised", default="raw"
+    form: Literal["raw", "envelope", "fraction"] = setting(
+        "raw: as the electrodes saw it; envelope: already rectified and smoothed, so only normalised; fraction: of a "
+        "maximum contraction already, so taken as it is",
+        default="raw",
     )
 
 

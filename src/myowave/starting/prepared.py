@@ -5,10 +5,11 @@ import glob
 from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 
-from myowave.data.checks.columns import ANGLES, TIME, emg_columns
 from myowave.data.files import natural
-from myowave.data.readers import TABLES, read_raw
+from myowave.data.readers import read_raw
 from myowave.data.readers.text import read_head
+from myowave.data.session import TIDY_ENDINGS
+from myowave.data.trials import ANGLES, EMG_PREFIX, TIME
 from myowave.starting.arm import Choice, arm_of
 from myowave.starting.draft import Draft, arm_lines, conditions_lines, held_out_lines, shown
 from myowave.starting.writing import inline_list
@@ -16,7 +17,7 @@ from myowave.starting.writing import inline_list
 
 def prepared_in(folder: Path, files: Sequence[PurePosixPath]) -> list[PurePosixPath]:
     """Those of the files that hold a prepared trial each."""
-    return [path for path in files if path.suffix.lower() in TABLES and _is_prepared(_header(folder / path))]
+    return [path for path in files if path.suffix.lower() in TIDY_ENDINGS and _is_prepared(_header(folder / path))]
 
 
 def prepared_draft(study: str, folder: Path, files: Sequence[PurePosixPath], choice: Choice) -> Draft:
@@ -38,7 +39,7 @@ def prepared_draft(study: str, folder: Path, files: Sequence[PurePosixPath], cho
         twice = next(name for name in trials if trials.count(name) > 1)
         raise ValueError(f"{folder}: two files are called {twice}; trials are named after their files, so rename one.")
     header = _header(folder / files[0])
-    emg = list(emg_columns(header))
+    emg = [name for name in header if name.startswith(EMG_PREFIX)]
     study_arm = arm_of(study, emg, choice)
     others = [name for name in header if name not in (TIME, *ANGLES) and not name.startswith("emg_")]
     driving = set(study_arm.channels)
@@ -75,7 +76,11 @@ def _header(path: Path) -> list[str]:
 
 
 def _is_prepared(header: Sequence[str]) -> bool:
-    return TIME in header and bool(emg_columns(header)) and any(name in header for name in ANGLES)
+    return (
+        TIME in header
+        and any(name.startswith(EMG_PREFIX) for name in header)
+        and any(name in header for name in ANGLES)
+    )
 
 
 def _patterns(folder: Path, files: Sequence[PurePosixPath]) -> list[str]:

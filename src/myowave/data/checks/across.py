@@ -1,4 +1,4 @@
-"""Whether the trials of a dataset go together: one rate, none there twice, and roles that the settings give them."""
+"""Whether the trials of a dataset go together: one rate, long enough, none there twice, and roles that exist."""
 
 import hashlib
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -13,9 +13,7 @@ RATE_TOLERANCE = 0.005
 
 def rate_problems(recordings: Mapping[str, Recording]) -> Iterator[str]:
     """Trials sampled at another rate than most."""
-    if not recordings:
-        return
-    common = float(np.median([recording.dt for recording in recordings.values()]))
+    common = float(np.median([recording.dt for recording in recordings.values()])) if recordings else 0.0
     for recording in recordings.values():
         if abs(recording.dt / common - 1) > RATE_TOLERANCE:
             yield (

@@ -1,77 +1,82 @@
-"""Whether EMG is a fraction of a maximum voluntary contraction, and an angle what its column says, and moves."""
+"""Whether EMG is a fraction of a maximum, and whether angle and torque are those of an elbow, and change."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from myowave.data.readers import RawRecording
+from myowave.data.recording import Recording
 
 EMG_LIMIT = 1.5
 """Largest EMG taken as a fraction of a maximum voluntary contraction [-]; more means it was not normalised."""
-
-
 STILL = 1e-6
-"""An angle that stays within this [rad] was not measured on an arm, which trembles even where it holds still."""
-
-
-def emg_problems(recording: RawRecording, channels: Sequence[str]) -> Iterator[str]:
-    """The first value of each channel outside 0 to `EMG_LIMIT`."""
-    for name in channels:
-        emg = recording[name].values
-        outside = ((emg < 0) | (emg > EMG_LIMIT)).nonzero()[0]
-        if len(outside):
-            n = outside[0]
-            yield (
-                f"{recording.at(n)}: {name} is {emg[n]:g} ({len(outside)} rows outside; the column spans "
-                f"{emg.min():g} to {emg.max():g}); expected 0 to {EMG_LIMIT:g}. Rectify and smooth the EMG, and divide "
-                "it by its value at maximum voluntary contraction."
-            )
-
-
+"""An angle [rad] or a torque [N m] that stays within this was not measured: an arm trembles even where it holds
+still, and filters leave no more of a constant."""
 TORQUE_LIMIT = 300.0
 """Largest torque about an elbow [N m]; more is in another unit."""
 
 
-def torque_problems(recording: RawRecording, column: str) -> Iterator[str]:
+def emg_problems(recording: Recording, forms: Mapping[str, str], largest_of: str) -> Iterator[str]:
+    """The value of each channel that is farthest outside 0 to `EMG_LIMIT`.
+
+    Args:
+        forms: {channel: raw, envelope or fraction}.
+        largest_of: of which recordings the largest envelope counts as 1.
+    """
+    for name, emg in zip(recording.channels, recording.emg.T, strict=True):
+        outside = np.maximum(-emg, emg - EMG_LIMIT)
+        n = int(outside.argmax())
+        if outside[n] > 0:
+            whose, remedy = f"the largest of {largest_of}", _ARTEFACT
+            if forms[name] == "fraction":
+                whose, remedy = "a maximum contraction", _NORMALISE
+            yield (
+                f"{recording.at(n)}: {name} is {emg[n]:.3g} of {whose} ({(outside > 0).sum()} samples outside; it "
+                f"spans {emg.min():.3g} to {emg.max():.3g}); expected 0 to {EMG_LIMIT:g}. {remedy}"
+            )
+
+
+_NORMALISE = "Rectify and smooth the EMG, and divide it by its value at maximum contraction (percent by 100)."
+_ARTEFACT = "Look for an artefact there and cut it off with cut_s, or train on a trial of such effort."
+
+
+def angle_problems(recording: Recording) -> Iterator[str]:
+    """An angle that never moves, is beyond half a turn, or looks like the other unit."""
+    angle, unit = np.degrees(recording.angle), recording.angle_unit
+    n = int(np.abs(angle).argmax())
+    span = f"goes from {angle.min():.4g} to {angle.max():.4g} deg"
+    if abs(angle[n]) > 180:
+        in_degrees = "If it was written in deg, name that unit (or call the column angle_deg); else correct"
+        yield (
+            f"{recording.at(n)}: the angle is {angle[n]:.4g} deg (it {span}); expected -180 to 180. "
+            f"{in_degrees if unit == 'rad' else 'Correct its unit,'} sign or offset_deg."
+        )
+    elif np.ptp(recording.angle) < STILL:
+        yield (
+            f"{recording.origin}: the angle stays at {angle[0]:.4g} deg in all {len(angle)} samples. The sensor was "
+            "off, or the column is another one: correct it, or leave the trial out."
+        )
+    elif unit == "deg" and abs(angle[n]) < math.pi:
+        yield (
+            f"{recording.origin}: the angle {span}, which no elbow motion does. If it was written in rad, name that "
+            "unit (or call the column angle_rad)."
+        )
+
+
+def torque_problems(recording: Recording) -> Iterator[str]:
     """A torque that no elbow gives, or that never changes."""
-    torque = recording[column].values
+    torque = recording.torque
+    if torque is None:
+        return
     n = int(np.abs(torque).argmax())
     if abs(torque[n]) > TORQUE_LIMIT:
         yield (
-            f"{recording.at(n)}: {column} is {torque[n]:g} (the column spans {torque.min():g} to {torque.max():g}); "
-            f"expected -{TORQUE_LIMIT:g} to {TORQUE_LIMIT:g} N m. If these are N cm or N mm, convert them."
+            f"{recording.at(n)}: the torque is {torque[n]:.4g} N m (it goes from {torque.min():.4g} to "
+            f"{torque.max():.4g}); expected -{TORQUE_LIMIT:g} to {TORQUE_LIMIT:g}. Correct its unit: N cm and N mm are "
+            "others."
         )
-    elif np.ptp(torque) == 0:
+    elif np.ptp(torque) < STILL:
         yield (
-            f"{recording.path}: {column} stays at {torque[0]:g} in all {len(torque)} rows. The dynamometer was off: "
-            "remove the column."
-        )
-
-
-def angle_problems(recording: RawRecording, column: str) -> Iterator[str]:
-    """An angle that never moves, is beyond half a turn, or looks like the other unit.
-
-    Args:
-        column: angle_rad or angle_deg.
-    """
-    angle = recording[column].values
-    n = int(np.abs(angle).argmax())
-    span = f"the column spans {angle.min():g} to {angle.max():g}"
-    if column == "angle_rad" and abs(angle[n]) > math.pi:
-        yield (
-            f"{recording.at(n)}: angle_rad is {angle[n]:g} ({span}); expected -pi to pi. If these are degrees, call "
-            "the column angle_deg."
-        )
-    elif column == "angle_deg" and abs(angle[n]) > 180:
-        yield f"{recording.at(n)}: angle_deg is {angle[n]:g} ({span}); expected -180 to 180."
-    elif column == "angle_deg" and abs(angle[n]) < math.pi:
-        yield (
-            f"{recording.path}: angle_deg never leaves {-math.pi:.2f} to {math.pi:.2f} ({span}), which no elbow motion "
-            "does. If these are radians, call the column angle_rad."
-        )
-    elif math.isclose(angle.min(), angle.max(), rel_tol=0, abs_tol=STILL):
-        yield (
-            f"{recording.path}: {column} stays at {angle[0]:g} in all {len(angle)} rows. The sensor was off, or the "
-            "column is another one: correct the file, or leave the trial out."
+            f"{recording.origin}: the torque stays at {torque[0]:.4g} N m in all {len(torque)} samples. The "
+            "dynamometer was off: remove the column, or leave the trial out of torque.trials."
         )

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from myowave.data.preparing import Prepared
+from myowave.data.recording import Prepared
 from myowave.plotting import CYCLE, GREY, MEASURED, canvas, title
 
 

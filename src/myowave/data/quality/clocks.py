@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from myowave.data.processing.grid import sample_at
 from myowave.data.processing.sampled import Sampled
 from myowave.data.quality.finding import Finding
-from myowave.data.session import RawTrial
+from myowave.data.recording import RawTrial
 
 ENDS_S, ENDS_SHARE = 0.05, 0.001
 """Difference of the durations of EMG and angle that is told: at least 50 ms, and 0.1 % of them."""

@@ -8,27 +8,14 @@ import numpy as np
 from myowave.data.processing.sampled import Sampled
 from myowave.data.quality import clocks, emg, motion
 from myowave.data.quality.finding import Finding
-from myowave.data.session import RawTrial
+from myowave.data.recording import Prepared
 from myowave.data.trials import Trials
-from myowave.settings import RecordedDataset
 
 
-def find_faults(
-    settings: RecordedDataset,
-    raw: Mapping[str, RawTrial],
-    envelopes: Mapping[str, Mapping[str, Sampled]],
-    trials: Trials,
-) -> Iterator[Finding]:
-    """All findings, those about the session last.
-
-    Args:
-        settings: of the dataset.
-        raw: {trial: as recorded, on one clock}.
-        envelopes: {trial: {channel: in the unit of its EMG}}.
-        trials: what was made of them.
-    """
-    is_raw = {channel: s.form == "raw" for channel, s in settings.emg.items()}
-    typical = {c: float(np.median([trial.emg[c].values.std() for trial in raw.values()])) for c in settings.emg}
+def find_faults(prepared: Prepared, notch_hz: float | None) -> Iterator[Finding]:
+    """All findings of what was prepared, with hum at `notch_hz` taken out, those about the session last."""
+    raw, envelopes, forms = prepared.raw, prepared.envelopes, prepared.forms
+    typical = {c: float(np.median([trial.emg[c].values.std() for trial in raw.values()])) for c in forms}
     for name, trial in raw.items():
         for channel, signal in trial.emg.items():
             dead = list(emg.dead_channel(name, channel, signal, typical[channel]))
@@ -36,16 +23,16 @@ def find_faults(
             if dead:
                 continue
             yield from emg.silent_channel(name, channel, envelopes[name][channel])
-            if is_raw[channel]:
-                yield from _of_raw(name, channel, signal, settings.processing.notch_hz)
-        yield from emg.crosstalk(name, {c: s for c, s in trial.emg.items() if is_raw[c]})
+            if forms[channel] == "raw":
+                yield from _of_raw(name, channel, signal, notch_hz)
+        yield from emg.crosstalk(name, {c: s for c, s in trial.emg.items() if forms[c] == "raw"})
         yield from motion.jumps(name, "angle", trial.angle)
         yield from motion.range_of_motion(name, trial.angle)
         for key, signal in trial.signals.items():
             yield from motion.jumps(name, key, signal)
         yield from clocks.durations(name, trial)
     yield from clocks.offset_and_drift(raw, envelopes)
-    yield from _above_one(trials)
+    yield from _above_one(prepared.trials)
 
 
 def _of_raw(name: str, channel: str, signal: Sampled, notch_hz: float | None) -> Iterator[Finding]:

@@ -11,28 +11,24 @@ from pathlib import Path
 
 from myowave.data.readers.bids import with_sidecars
 from myowave.data.readers.c3d import read_c3d
-from myowave.data.readers.csv import read_csv
 from myowave.data.readers.delimited import read_delimited
 from myowave.data.readers.delsys import read_delsys
 from myowave.data.readers.edf import read_edf
 from myowave.data.readers.matlab import read_matlab
 from myowave.data.readers.noraxon import read_noraxon
 from myowave.data.readers.opensim import read_opensim
-from myowave.data.readers.parquet import read_parquet, read_raw_parquet
+from myowave.data.readers.parquet import read_parquet
 from myowave.data.readers.signals import RawRecording, Signal
 from myowave.data.readers.vicon import read_vicon
 from myowave.settings import TextLayout
 
-__all__ = ["ENDINGS", "READERS", "TABLES", "RawRecording", "Reader", "Signal", "read", "read_raw"]
+__all__ = ["ENDINGS", "READERS", "RawRecording", "Reader", "Signal", "read_raw"]
 
 Reader = Callable[[Path], RawRecording]
 
-TABLES: dict[str, Reader] = {".csv": read_csv, ".parquet": read_parquet}
-"""Readers of trials that are processed already, by ending: `time_s, emg_<muscle>..., angle_rad`, nothing guessed."""
-
 READERS: dict[str, Reader] = {
     "csv": read_delimited,
-    "parquet": read_raw_parquet,
+    "parquet": read_parquet,
     "noraxon": read_noraxon,
     "delsys": read_delsys,
     "vicon": read_vicon,
@@ -67,7 +63,7 @@ def read_raw(path: Path, form: str | None = None, layout: TextLayout | None = No
         layout: how tables of text are written.
 
     Raises:
-        ValueError: if the ending says nothing, or the file is not of that format.
+        ValueError: if the ending says nothing, or the file cannot be read as that format.
     """
     ending = "".join(path.suffixes[-2:-1]) if path.suffix.lower() == ".gz" else path.suffix
     form = form or ENDINGS.get(ending.lower())
@@ -77,20 +73,11 @@ def read_raw(path: Path, form: str | None = None, layout: TextLayout | None = No
             f"format: {', '.join(READERS)}."
         )
     reader = partial(read_delimited, layout=layout) if form == "csv" else READERS[form]
-    return read(lambda file: with_sidecars(reader(file)), path)
-
-
-def read(reader: Reader, path: Path) -> RawRecording:
-    """What a reader gives for a file.
-
-    Raises:
-        ValueError: where the file cannot be read, whatever its bytes make the reader raise.
-    """
     try:
-        return reader(path)
+        return with_sidecars(reader(path))
     except PermissionError as error:
         raise ValueError(f"{path}: the file cannot be opened ({error.strerror}). Allow it to be read.") from None
-    except Exception as error:
+    except Exception as error:  # whatever its bytes make the reader raise
         if isinstance(error, ValueError) and str(path.parent) in str(error):  # it names the file, or one beside it
             raise
         reason = " ".join(f"{type(error).__name__}: {error}".split())

@@ -31,8 +31,9 @@ def read_c3d(path: Path) -> RawRecording:
 def _analog(parameters: Mapping[str, Any], values: np.ndarray) -> Iterator[Signal]:
     """Analog channels; `values` is (1, channels, samples)."""
     names, units = _texts(parameters, "ANALOG", "LABELS"), _texts(parameters, "ANALOG", "UNITS")
+    rate = _rate(parameters, "ANALOG")
     for n, name in enumerate(names[: values.shape[1]]):
-        yield _signal(name, values[0, n], units[n] if n < len(units) else "", _rate(parameters, "ANALOG"))
+        yield Signal.of(name, values[0, n], unit=units[n] if n < len(units) else "", rate=rate)
 
 
 def _points(parameters: Mapping[str, Any], values: np.ndarray) -> Iterator[Signal]:
@@ -42,13 +43,7 @@ def _points(parameters: Mapping[str, Any], values: np.ndarray) -> Iterator[Signa
     for n, name in enumerate(_texts(parameters, "POINT", "LABELS")[: values.shape[1]]):
         unit = next(iter(units[name in angles]), "deg" if name in angles else "")
         for axis, letter in enumerate("xyz"):
-            yield _signal(f"{name}.{letter}", values[axis, n], unit, _rate(parameters, "POINT"))
-
-
-def _signal(name: str, values: np.ndarray, unit: str, rate: float) -> Signal:
-    values = np.asarray(values, dtype=np.float64)
-    odd = {int(sample): float(values[sample]) for sample in (~np.isfinite(values)).nonzero()[0]}
-    return Signal(name.strip(), values, unit=unit.strip(), rate=rate, odd=odd)
+            yield Signal.of(f"{name}.{letter}", values[axis, n], unit=unit, rate=_rate(parameters, "POINT"))
 
 
 def _texts(parameters: Mapping[str, Any], group: str, name: str) -> list[str]:

@@ -1,18 +1,20 @@
-"""Tables of text in any dialect: commas, semicolons, tabs or blanks between columns, point or comma in decimals."""
+"""Tables of text as spreadsheets write them: a row of names, then one row per sample."""
 
-import re
-from dataclasses import replace
 from pathlib import Path
 
-import pandas as pd
-
-from myowave.data.readers.frames import to_signals, with_time
 from myowave.data.readers.signals import RawRecording
-from myowave.data.readers.text import read_cells, read_head
+from myowave.data.readers.text import (
+    read_cells,
+    read_head,
+    separator_of,
+    split_row,
+    split_unit,
+    to_signals,
+    with_time,
+)
 from myowave.settings import TextLayout
 
 _SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
-_UNIT = re.compile(r"^(.*?)\s*[\[(]([^\[\]()]*)[\])]$")  # Biceps [uV] or Biceps (uV)
 
 
 def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording:
@@ -28,48 +30,16 @@ def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording
     """
     layout = layout or TextLayout()
     head = max(layout.header_row, layout.units_row or 0)
-    lines = read_head(path, head + 20)
-    if len(lines) <= head:
-        raise ValueError(f"{path}: {len(lines)} rows; expected a header in row {layout.header_row} and samples below.")
-    separator = _SEPARATORS[layout.separator] if layout.separator else _told_separator(lines[layout.header_row - 1])
-    names, units = _header(lines, layout, separator)
-    cells = read_cells(path, separator, skip=head)
-    if len(cells.columns) != len(names):
+    lines = read_head(path, head + 1)
+    if len(lines) <= head or not lines[layout.header_row - 1].strip():
         raise ValueError(
-            f"{path}: {len(names)} names in row {layout.header_row}, but {len(cells.columns)} columns below. Set "
-            "header_row or separator under layout."
+            f"{path}: {len(lines)} rows; expected names of columns in row {layout.header_row} and samples below."
         )
-    if layout.decimal == "comma" or (layout.decimal is None and separator != "," and not _has_points(cells)):
-        cells = cells.apply(lambda column: column.str.replace(",", ".", regex=False))
-    signals = to_signals(cells, names)
-    signals = tuple(replace(signal, unit=unit) for signal, unit in zip(signals, units, strict=True))
-    return RawRecording(path, with_time(path, signals, layout.time_column), first_row=head + 1)
-
-
-def split_unit(name: str) -> tuple[str, str]:
-    """Name and unit of a column: `Biceps [uV]` is `Biceps` in `uV`."""
-    found = _UNIT.match(name.strip())
-    return (found[1], found[2]) if found else (name.strip(), "")
-
-
-def _told_separator(line: str) -> str:
-    return next((separator for separator in ("\t", ";", ",") if separator in line), " ")
-
-
-def _header(lines: list[str], layout: TextLayout, separator: str) -> tuple[list[str], list[str]]:
-    split = [split_unit(name) for name in _split(lines[layout.header_row - 1], separator)]
-    names, units = [name for name, _ in split], [unit for _, unit in split]
+    header = lines[layout.header_row - 1]
+    separator = _SEPARATORS[layout.separator] if layout.separator else separator_of(header)
+    names, units = zip(*map(split_unit, split_row(header, separator)), strict=True)
     if layout.units_row:
-        row = [unit.strip("[]()") for unit in _split(lines[layout.units_row - 1], separator)]
-        units = (row + [""] * len(names))[: len(names)]
-    return names, units
-
-
-def _split(line: str, separator: str) -> list[str]:
-    cells = line.split() if separator == " " else line.split(separator)
-    return [cell.strip().strip('"').strip() for cell in cells]
-
-
-def _has_points(cells: pd.DataFrame) -> bool:
-    """Whether the first rows write decimals with a point."""
-    return bool(cells.head(200).apply(lambda column: column.str.contains(".", regex=False)).to_numpy().any())
+        units = [unit.strip("[]()") for unit in split_row(lines[layout.units_row - 1], separator)]
+    comma = None if layout.decimal is None else layout.decimal == "comma"
+    signals = to_signals(path, read_cells(path, separator, head, comma=comma), names, units)
+    return RawRecording(path, with_time(path, signals, layout.time_column), first_row=head + 1)

@@ -24,10 +24,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from myowave.data.readers.delimited import split_unit
-from myowave.data.readers.frames import to_signals
 from myowave.data.readers.signals import RawRecording, Signal
-from myowave.data.readers.text import read_cells, read_head
+from myowave.data.readers.text import read_cells, read_head, separator_of, split_row, split_unit, to_signals
 
 _LONGEST_HEAD = 1000
 _TIME = re.compile(r"^(X|.*Time Series)\s*[\[(]s[\])]$", re.IGNORECASE)
@@ -63,18 +61,11 @@ def read_delsys(path: Path) -> RawRecording:
         if any(_INTERVAL.match(cell) for cell in below[-1]):
             markers = any(below[-1][len(names) :])
             header += 1
-    if markers:  # rows have cells at the right only where a marker is; that with their names is the widest
-        cells = read_cells(path, separator, skip=header).iloc[1:, : len(names)]
-    else:
-        cells = read_cells(path, separator, skip=header + 1)
-    if len(cells.columns) < len(names) or (cells.iloc[:, len(names) :] != "").any(axis=None):
-        raise ValueError(
-            f"{path}: {len(names)} names in row {header + 1}, but {len(cells.columns)} columns below. With commas "
-            "between columns decimals need a point: export it with points, or with semicolons between columns."
-        )
-    if separator != ",":
-        cells = cells.apply(lambda column: column.str.replace(",", ".", regex=False))
-    columns = to_signals(cells, names)
+    # Rows have cells at the right only where a marker is; that with their names is the widest.
+    cells = read_cells(path, separator, header if markers else header + 1, comma=separator != ",")
+    if markers or (cells.iloc[:, len(names) :] == "").all(axis=None):
+        cells = cells.iloc[int(markers) :, : len(names)]
+    columns = to_signals(path, cells, names)
     filled = [_filled(cells.iloc[:, n].tolist()) for n in range(len(names))]
     return RawRecording(path, tuple(_channels(columns, filled, rates)), first_row=header + 2)
 
@@ -95,8 +86,8 @@ def _with_sensors(names: list[str], above: list[list[str]]) -> list[str]:
 
 
 def _split(line: str) -> tuple[list[str], str]:
-    separator = next((s for s in ("\t", ";", ",") if s in line), ",")
-    return [cell.strip().strip('"') for cell in line.rstrip(separator + " ").split(separator)], separator
+    separator = separator_of(line).replace(" ", ",")
+    return split_row(line.rstrip(separator + " "), separator), separator
 
 
 def _filled(cells: list[str]) -> int:

@@ -54,10 +54,8 @@ def _signals(variables: Mapping[str, Any], prefix: str = "") -> Iterator[Signal]
         time = _of(name, {n: t for n, t in times.items() if len(t) == len(array)}, _TIMES)
         rate = _of(name, rates, _RATES)
         for column in range(array.shape[1]):
-            values = array[:, column]
             label = f"{prefix}{name}" + (f"({column + 1})" if array.shape[1] > 1 else "")
-            odd = {int(n): float(values[n]) for n in (~np.isfinite(values)).nonzero()[0]}
-            yield Signal(label, values, time=time, rate=rate, odd=odd)
+            yield Signal.of(label, array[:, column], time=time, rate=rate)
     for name, value in variables.items():
         if isinstance(value, Mapping):
             yield from _signals(value, f"{prefix}{name}.")

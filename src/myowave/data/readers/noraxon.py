@@ -11,9 +11,8 @@ import csv
 from dataclasses import replace
 from pathlib import Path
 
-from myowave.data.readers.frames import to_signals
 from myowave.data.readers.signals import RawRecording
-from myowave.data.readers.text import read_cells, read_head
+from myowave.data.readers.text import read_cells, read_head, to_signals
 
 _FIELDS = ["type", "name", "time_units", "begin_time", "frequency", "count", "units"]
 _HEAD = 4  # rows before the first sample
@@ -35,11 +34,11 @@ def read_noraxon(path: Path) -> RawRecording:
     about = dict(zip(_FIELDS, head[1], strict=True))
     if about["time_units"] != "s":
         raise ValueError(f"{path}, row 2: times are in {about['time_units']!r}; expected s. Export it in seconds.")
-    time, signal = to_signals(read_cells(path, ",", skip=_HEAD), ["time", about["name"]])
+    time, signal = to_signals(path, read_cells(path, ",", _HEAD), ["time", about["name"]], ["s", about["units"]])
     if len(signal.values) != int(about["count"]):
         raise ValueError(
             f"{path}: {len(signal.values)} samples, but row 2 says {about['count']}; the export was cut short. Export "
             "it again."
         )
-    signal = replace(signal, unit=about["units"], time=time.values, rate=float(about["frequency"]))
+    signal = replace(signal, time=time.values, rate=float(about["frequency"]))
     return RawRecording(path, (signal,), first_row=_HEAD + 1)

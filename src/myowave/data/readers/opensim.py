@@ -4,9 +4,8 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from myowave.data.readers.frames import to_signals
 from myowave.data.readers.signals import RawRecording
-from myowave.data.readers.text import read_cells, read_head
+from myowave.data.readers.text import read_cells, read_head, separator_of, split_row, to_signals, with_time
 
 _LONGEST_HEAD = 200
 
@@ -24,20 +23,16 @@ def read_opensim(path: Path) -> RawRecording:
             f"{path}: no row with endheader and a row of names below it, as OpenSim's .mot and .sto have. Export it "
             "from OpenSim again, or name its format."
         )
-    separator = next((s for s in ("\t", ",") if s in lines[end + 1]), " ")
-    names = lines[end + 1].split() if separator == " " else [name.strip() for name in lines[end + 1].split(separator)]
+    separator = separator_of(lines[end + 1])
+    names = split_row(lines[end + 1], separator)
     if not names[-1]:
         names.pop()  # a separator at the end of the row
     if "time" not in names:
         raise ValueError(f"{path}, row {end + 2}: no column time among {', '.join(names)}. Export it with times.")
-    cells = read_cells(path, separator, skip=end + 2).iloc[:, : len(names)]
-    if len(cells.columns) != len(names):
-        raise ValueError(f"{path}: {len(names)} names, but {len(cells.columns)} columns below. Export it again.")
-    signals = to_signals(cells, names)
-    time = signals[names.index("time")].values
+    cells = read_cells(path, separator, end + 2).iloc[:, : len(names)]
+    signals = with_time(path, to_signals(path, cells, names), "time")
     unit = _angle_unit(lines[:end])
-    kept = (replace(signal, time=time, angle_unit=unit) for signal in signals if signal.name != "time")
-    return RawRecording(path, tuple(kept), first_row=end + 3)
+    return RawRecording(path, tuple(replace(signal, angle_unit=unit) for signal in signals), first_row=end + 3)
 
 
 def _angle_unit(head: list[str]) -> str:

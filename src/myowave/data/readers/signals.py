@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 
@@ -35,6 +36,22 @@ class Signal:
     odd: Mapping[int, Any] = field(default_factory=dict)
     first_row: int | None = None
 
+    @classmethod
+    def of(cls, name: str, cells: pd.Series | NDArray[np.float64], **facts: Any) -> Signal:
+        """A signal whose cells (N,) are numbers, or text that may hold one; `facts` are its other fields."""
+        cells = pd.Series(cells)
+        values = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=np.float64)
+        odd = {int(sample): cells.iloc[sample] for sample in (~np.isfinite(values)).nonzero()[0]}
+        return cls(name, values, odd=odd, **facts)
+
+    @property
+    def rate_by_time(self) -> float | None:
+        """Samples a second by its times [Hz]; None where it has none, or they do not rise."""
+        time = self.time
+        if time is None or len(time) < 2 or not time[-1] > time[0]:
+            return None
+        return (len(time) - 1) / float(time[-1] - time[0])
+
 
 @dataclass(frozen=True, eq=False)
 class RawRecording:
@@ -59,6 +76,6 @@ class RawRecording:
         """The first signal of that name."""
         return next(signal for signal in self.signals if signal.name == name)
 
-    def at(self, sample: int) -> str:
-        """Where a sample stands, as messages begin: `trial2.csv, row 118`."""
-        return f"{self.path}, row {sample + self.first_row}"
+    def at(self, sample: int, signal: Signal | None = None) -> str:
+        """Where a sample stands, as messages begin: `trial2.csv, row 118`; `signal` may begin in a row of its own."""
+        return f"{self.path}, row {sample + ((signal and signal.first_row) or self.first_row)}"

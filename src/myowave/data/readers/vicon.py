@@ -14,14 +14,12 @@ well, as `RElbowAngles X`, without the subject's name before the colon.
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from io import StringIO
 from pathlib import Path
 
 import pandas as pd
 
-from myowave.data.readers.frames import to_signals
 from myowave.data.readers.signals import RawRecording, Signal
-from myowave.data.readers.text import open_text
+from myowave.data.readers.text import open_text, read_cells, separator_of, split_row, to_signals
 
 _HEADER = re.compile(r"^\W*Frame\W+Sub Frame\b", re.IGNORECASE)
 _SEPARATORS = ",;\t "
@@ -41,12 +39,8 @@ class _Block:
     header: int
     end: int
 
-    @property
-    def separator(self) -> str:
-        return next(separator for separator in ",;\t" if separator in self.lines[self.header])
-
     def cells(self, row: int) -> list[str]:
-        return [cell.strip().strip('"') for cell in self.lines[row].split(self.separator)]
+        return split_row(self.lines[row], separator_of(self.lines[self.header]))
 
 
 def read_vicon(path: Path) -> RawRecording:
@@ -78,18 +72,15 @@ def _signals(path: Path, block: _Block) -> Iterator[Signal]:
             "groups, and below it one with units and two of samples at least. Export it from Nexus again."
         )
     names, units = _names(block), block.cells(head + 1)
-    rows = "\n".join(block.lines[head + 2 : block.end])
-    cells = pd.read_csv(
-        StringIO(rows), sep=block.separator, header=None, names=range(len(names)), dtype=str, keep_default_na=False
-    )
-    cells = cells.fillna("").apply(lambda column: column.str.strip())
-    frame, sub, *columns = to_signals(cells, names)
+    cells = read_cells(path, separator_of(block.lines[head]), head + 2, block.end - head - 2)
+    cells = cells.reindex(columns=range(len(names)), fill_value="")  # rows may end in fewer or more separators
+    frame, sub, *columns = to_signals(path, cells, names, units)
     # Frames are those of the cameras, sub-frames the samples of a device within one of them.
     each = sub.values.max() + 1
     time = ((frame.values - 1) * each + sub.values) / float(rate)
-    for column, unit in zip(columns, [*units[2:], *[""] * len(names)], strict=False):
+    for column in columns:
         if column.name:
-            yield replace(column, unit=unit, time=time, rate=float(rate), first_row=head + 3)
+            yield replace(column, time=time, rate=float(rate), first_row=head + 3)
 
 
 def _names(block: _Block) -> list[str]:

@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from myowave.data.checks.columns import ANGLES
+from myowave.data.trials import ANGLES
 from myowave.learning.inputs import unit_of
 from myowave.learning.streaming.known import check_known
 

@@ -1,0 +1,116 @@
+"""Whether a signal holds a finite number everywhere, was sampled at one rate, and at one that recorders have."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from myowave.data.readers import RawRecording, Signal
+
+STEP_TOLERANCE = 0.01
+"""Jitter of the sampling allowed beyond the rounding of times, as a fraction of a step."""
+RATE_TOLERANCE = 0.005
+"""Largest relative difference of a stated rate and that of the times which counts as rounding."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Rates [Hz] that a recording may have, as others are of times in another unit; and its shortest duration [s]."""
+
+    slowest: float
+    fastest: float
+    shortest_s: float
+
+
+RAW = Pace(slowest=10.0, fastest=50_000.0, shortest_s=2.0)  # filters need some seconds
+TIDY = Pace(slowest=10.0, fastest=2500.0, shortest_s=0.4)  # no elbow motion is over so soon
+
+
+def signal_problems(raw: RawRecording, signal: Signal, rate_hz: float | None, pace: Pace) -> Iterator[str]:
+    """What makes a signal unusable.
+
+    Args:
+        raw: the file it is from, for messages.
+        signal: with times, a rate, or none of them.
+        rate_hz: samples a second that the settings state [Hz].
+        pace: what it may be.
+    """
+    if signal.odd:
+        sample, found = next(iter(signal.odd.items()))
+        comma = isinstance(found, str) and "," in found
+        yield (
+            f"{raw.at(sample, signal)}: {signal.name} is {found if isinstance(found, float) else repr(found)} "
+            f"({len(signal.odd)} such rows); expected a finite number. "
+            + ("Write decimals with a point." if comma else "Fill the gap, or cut the file there.")
+        )
+        return
+    if len(signal.values) < 2:
+        yield f"{raw.path}: {len(signal.values)} samples; expected at least {pace.shortest_s:g} s of them."
+        return
+    if signal.time is not None and (problem := next(_time_problems(raw, signal, signal.time), None)):
+        yield problem
+        return
+    stated = {"the file": signal.rate, "rate_hz": rate_hz, "its times": signal.rate_by_time}
+    rates = {name: rate for name, rate in stated.items() if rate is not None}
+    if not rates:
+        yield f"{raw.path}: {signal.name} has neither times nor a rate; give its samples a second as rate_hz."
+        return
+    name, rate = next(((n, r) for n, r in rates.items() if not pace.slowest <= r <= pace.fastest), (None, None))
+    slowest, fastest = min(rates.values()), max(rates.values())
+    if name is not None:
+        yield (
+            f"{raw.path}: {rate:.4g} Hz by {name}; expected {pace.slowest:g} to {pace.fastest:g}. If its times are in "
+            "ms or minutes, convert them to seconds; else correct the rate, or resample the file."
+        )
+    elif fastest / slowest - 1 > RATE_TOLERANCE:
+        said = ", ".join(f"{rate:g} Hz by {name}" for name, rate in rates.items())
+        yield f"{raw.path}: {signal.name} has {said}; expected one rate. Correct rate_hz, or export the file again."
+    elif len(signal.values) < pace.shortest_s * slowest:
+        yield (
+            f"{raw.path}: {len(signal.values)} samples in {len(signal.values) / slowest:.3g} s; expected at least "
+            f"{pace.shortest_s:g} s. If its times are in ms or minutes, convert them to seconds; else record longer, "
+            "or leave the trial out."
+        )
+
+
+def _time_problems(raw: RawRecording, signal: Signal, time: NDArray[np.float64]) -> Iterator[str]:
+    """Samples where time is no number, goes back, leaps, or drifts away from even sampling; time [s], (N,)."""
+    if len(odd := (~np.isfinite(time)).nonzero()[0]):
+        yield (
+            f"{raw.at(odd[0], signal)}: the time is no finite number ({len(odd)} such rows). Fill the gap, or cut the "
+            "file there."
+        )
+        return
+    steps = np.diff(time)
+    if len(back := (steps <= 0).nonzero()[0]):
+        n = back[0]
+        how = f"stays at {time[n]:g}" if steps[n] == 0 else f"goes back from {time[n]:g} to {time[n + 1]:g}"
+        where = raw.at(n + 1, signal)
+        yield (
+            f"{where}: time {how}. Trials must be sampled at one rate; resample the file, or cut it at "
+            f"{where.rpartition(', ')[2]}."
+        )
+        return
+    step = float(np.median(steps))
+    allowed = STEP_TOLERANCE * step + min(_rounding(time), 0.1 * step)  # rounded steps differ by one unit at most
+    if len(uneven := (np.abs(steps - step) > allowed).nonzero()[0]):
+        n = uneven[0]
+        yield (
+            f"{raw.at(n + 1, signal)}: time goes from {time[n]:g} to {time[n + 1]:g}, a step of {steps[n]:.4g} s "
+            f"({len(uneven)} such rows); expected {step:.4g} s like the others. Resample the file to one rate, or cut "
+            "it there."
+        )
+    even = time[0] + np.arange(len(time)) * (time[-1] - time[0]) / (len(time) - 1)
+    if len(adrift := (np.abs(time - even) > step / 2).nonzero()[0]):
+        n = adrift[0]
+        yield (
+            f"{raw.at(n, signal)}: time is {time[n]:g}, more than half a step off even sampling ({even[n]:.6g}): the "
+            "rate drifts. Resample the file to one rate."
+        )
+
+
+def _rounding(time: NDArray[np.float64]) -> float:
+    """The unit [s] to which times were rounded when written, 0 where there is none coarser than 1e-6."""
+    units = (10.0**-digits for digits in range(7))
+    return next((unit for unit in units if np.abs(time / unit - np.round(time / unit)).max() < 1e-6), 0.0)
