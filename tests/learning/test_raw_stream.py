@@ -40,7 +40,7 @@ def session(rate=RATE, last=1.0):
         gain = last if name == "c" else 1.0
         emg = {m: Sampled(gain * raw_emg(10 * t + i, rate), rate, 0.0, "uV") for i, m in enumerate(MUSCLES)}
         trials[name] = RawTrial(emg, angle, {})
-    return Session(trials, {})
+    return Session(trials, dict.fromkeys(MUSCLES, "raw"))
 
 
 def settings(**processing) -> RecordedDataset:
@@ -85,7 +85,7 @@ def test_a_causal_preparation_knows_nothing_of_what_comes_later_and_nothing_of_t
     late = one.trials["a"].emg["emg_biceps"].values.copy()
     late[1000:] *= 0.5
     spoilt = replace(one.trials["a"], emg={**one.trials["a"].emg, "emg_biceps": Sampled(late, RATE, 0.0, "uV")})
-    changed = Session({**one.trials, "a": spoilt}, {})
+    changed = Session({**one.trials, "a": spoilt}, one.forms)
     wanted = settings(rate_hz=100.0)
     first, second = prepare("me", wanted, one), prepare("me", wanted, changed)
     early = slice(0, 199)  # 2 s, less the sample that waits for the next one of the amplifier

@@ -44,15 +44,15 @@ class Session:
     """All recordings of a dataset.
 
     Args:
-        forms: {channel: raw, envelope or fraction}.
         trials: those without a problem, by name.
+        forms: {channel: raw, envelope or fraction}.
         mvc: EMG of maximum contractions, by name.
         sha256: of each signal's file, by trial and signal.
         problems: of the others.
     """
 
-    forms: Mapping[str, str]
     trials: Mapping[str, RawTrial]
+    forms: Mapping[str, str]
     mvc: Mapping[str, Mapping[str, Sampled]] = field(default_factory=dict)
     sha256: Mapping[str, str] = field(default_factory=dict)
     problems: Sequence[str] = ()

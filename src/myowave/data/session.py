@@ -47,7 +47,7 @@ def read_session(
             name: {c: reading.emg(name, f"emg.{c}", one) for c, one in settings.emg.items()} for name in settings.mvc
         }
         forms = {channel: one.form for channel, one in settings.emg.items()}
-        return Session(forms, trials, mvc, reading.sha256, reading.problems)
+        return Session(trials, forms, mvc, reading.sha256, reading.problems)
     reading = Reading(where, Path(), TIDY, settings.ignore_columns, _TIDY_LAYOUT)
     paths = name_trials(all_files(f"{where}.files", settings.files, root), TIDY_ENDINGS)
     trials = {}
@@ -64,7 +64,7 @@ def read_session(
         if len(reading.said) == known:
             trials[name] = trial
     reading.say(*role_problems(dataset, list(paths), settings.test, settings.conditions))
-    return Session(dict.fromkeys(channels or (), "fraction"), trials, {}, reading.sha256, reading.problems)
+    return Session(trials, dict.fromkeys(channels or (), "fraction"), {}, reading.sha256, reading.problems)
 
 
 @dataclass(frozen=True)
