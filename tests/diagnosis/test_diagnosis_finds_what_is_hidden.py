@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from myowave.data.simulate import simulate_trials
-from myowave.diagnosis.report.tables import TABLES, predictions_table, verdict_summary
+from myowave.diagnosis.report.facts import verdict_facts
+from myowave.diagnosis.report.tables import TABLES, predictions_table
 from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search import diagnose as search
 from myowave.diagnosis.search.diagnose import diagnose
@@ -47,26 +48,26 @@ def damped(make_trials, base, few, identify):
 
 
 def test_the_hidden_effect_is_named_with_its_value(damped):
-    summary = verdict_summary(damped)
+    summary = verdict_facts(damped)
     assert summary["verdict"] == "effect" and summary["effects"] == ["joint_damping"]
     found = summary["parameters"]["base+joint_damping"]["joint_damping.c"]
     assert found["value"] == pytest.approx(1.5, abs=4 * found["se"])
 
 
 def test_adding_the_effect_lowers_both_errors_to_the_noise(damped):
-    rmse = verdict_summary(damped)["rmse_deg"]
+    rmse = verdict_facts(damped)["rmse_deg"]
     assert rmse["base+joint_damping"]["train"] < 1.05 * 0.5 < rmse["base"]["train"]
     assert rmse["base+joint_damping"]["heldout"] < rmse["base"]["heldout"]
 
 
 def test_the_verdict_has_its_keys_and_survives_json(damped):
-    summary = json.loads(json.dumps(add_truth(verdict_summary(damped), None)))
+    summary = json.loads(json.dumps(add_truth(verdict_facts(damped), None)))
     assert set(summary) >= KEYS
     assert summary["parameters"]["base"]["f0_Bi"]["error_pct"] is None
 
 
 def test_only_scoring_brings_in_the_truth(damped):
-    scored = add_truth(verdict_summary(damped), {"parameters": {"f0_Bi": 200.0}, "effects": ["joint_damping"]})
+    scored = add_truth(verdict_facts(damped), {"parameters": {"f0_Bi": 200.0}, "effects": ["joint_damping"]})
     entry = scored["parameters"]["base"]["f0_Bi"]
     assert entry["error_pct"] == pytest.approx(100 * (entry["value"] / 200.0 - 1))
 
@@ -80,7 +81,7 @@ def test_every_table_has_rows_for_every_model(damped):
     assert set(predictions["role"]) == {"train", "test"}
     error = np.degrees(predictions["angle_rad"] - predictions["predicted_rad"])
     training = error[(predictions["model"] == "base") & (predictions["role"] == "train")]
-    assert np.sqrt((training**2).mean()) == pytest.approx(verdict_summary(damped)["rmse_deg"]["base"]["train"])
+    assert np.sqrt((training**2).mean()) == pytest.approx(verdict_facts(damped)["rmse_deg"]["base"]["train"])
 
 
 def test_a_model_that_somebody_names_has_a_rung_of_its_own(make_trials, base, few, identify):
@@ -89,7 +90,7 @@ def test_a_model_that_somebody_names_has_a_rung_of_its_own(make_trials, base, fe
     candidates = [few[n] for n in ("joint_damping", "gravity_tilt")]
     both, tilt = base.with_effects(few[n] for n in ("joint_damping", "gravity_tilt")), [few["gravity_tilt"]]
     found = diagnose(trials, base, candidates, identify, SETTINGS, models=[base, base.with_effects(tilt), both])
-    summary = verdict_summary(found)
+    summary = verdict_facts(found)
     assert summary["effects"] == ["joint_damping"] and summary["model"] == "base+joint_damping"
     assert [rung.name for rung in found.named] == ["base+gravity_tilt", both.name], "base is on the ladder already"
     rmse = summary["rmse_deg"]
@@ -111,7 +112,7 @@ def test_the_test_trial_takes_no_part_in_any_decision(make_trials, base, few, id
     other.angle[test] = 0.9 + 0.3 * random.standard_normal(other.angle[test].shape)
     other.emg[test] = random.random(other.emg[test].shape)
     seen, unseen = (diagnose(trials, base, candidates, identify, SETTINGS) for trials in (one, other))
-    assert seen.verdict == unseen.verdict and seen.where == unseen.where and seen.noise_deg == unseen.noise_deg
+    assert seen.verdict == unseen.verdict and seen.noise_deg == unseen.noise_deg
     assert seen.draft.formula == unseen.draft.formula and seen.proposals == unseen.proposals
     for ranked, again in zip(seen.selection.rankings, unseen.selection.rankings, strict=True):
         assert [weighed(c) for c in ranked] == [weighed(c) for c in again]
@@ -141,7 +142,7 @@ def test_what_the_catalogue_lacks_is_called_unknown_and_drafted(make_trials, bas
     trials = make_trials({"joint_damping": {"c": 1.5}})
     unfit = [few[n] for n in ("hand_load", "gravity_tilt", "fatigue")]
     found = diagnose(trials, base, unfit, identify, SETTINGS)
-    assert found.verdict.kind == "unknown" and verdict_summary(found)["effects"] == []
+    assert found.verdict.kind == "unknown" and verdict_facts(found)["effects"] == []
     assert "qdot" in found.draft.formula
 
 
@@ -171,7 +172,7 @@ def test_a_load_that_nobody_noted_is_found_where_a_known_one_was_held_in_some_tr
     trials, _ = simulate_trials("loads", dataset, base, few)
     candidates = [few[name] for name in ("hand_load", "joint_damping", "gravity_tilt")]
     found = diagnose(trials, base, candidates, dataset.identify, SETTINGS)
-    summary = verdict_summary(found)
+    summary = verdict_facts(found)
     if not known:
         assert summary["verdict"] == "undecidable" and summary["effects"] == []
         assert set(found.verdict.absorbed["hand_load"]) == {"f0_Bi", "f0_Tri"}

@@ -7,9 +7,13 @@ import pytest
 import torch
 
 from myowave.diagnosis.comparison.compare import compare_models
-from myowave.diagnosis.report.ladder import join_ladder
+from myowave.diagnosis.comparison.summary import summarize
+from myowave.diagnosis.report.facts import verdict_facts
+from myowave.diagnosis.report.ladder import join_ladder, join_parameters
 from myowave.diagnosis.report.page import Story, write_page
-from myowave.diagnosis.report.tables import TABLES, predictions_table, ranking_table, verdict_summary
+from myowave.diagnosis.report.tables import TABLES, predictions_table, ranking_table
+from myowave.diagnosis.report.tell import tell
+from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search.diagnose import diagnose, follows
 from myowave.diagnosis.search.rank import count_folds, folds_won, left_out_residuals, rank_effects
 from myowave.identification.output_error import fit_from, refit
@@ -50,7 +54,7 @@ def diagnosis(runaway, base, effects, identify):
 
 
 def test_trials_over_which_the_model_diverges_are_judged_over_a_horizon_that_is_told(diagnosis):
-    summary = verdict_summary(diagnosis)
+    summary = verdict_facts(diagnosis)
     assert summary["horizon_s"] in (0.5, 1.0, 2.0)
     assert all(np.isfinite(errors["heldout"]) for errors in summary["rmse_deg"].values())
 
@@ -67,14 +71,15 @@ def test_a_fit_to_pieces_follows_only_if_it_predicts_them_from_measured_states(m
     assert follows(true) and not follows(replace(true, values=weak))
 
 
-def test_where_the_model_does_not_follow_no_effect_is_weighed(runaway, base, effects, identify, monkeypatch):
+def test_where_the_model_does_not_follow_no_effect_is_weighed(runaway, base, effects, identify, monkeypatch, facts):
     monkeypatch.setattr("myowave.diagnosis.search.diagnose.follows", lambda fit: False)
     found = diagnose(runaway, base, [effects["joint_damping"]], identify, DiagnosisSettings(starts=1))
-    summary = verdict_summary(found)
+    summary = verdict_facts(found)
     assert summary["verdict"] == "unknown" and not summary["effects"] and not summary["follows"]
-    assert "does not follow" in summary["sentence"] and summary["formula"] == "0"
-    noise = next(iter(summary["rmse_deg"].values()))["noise"]
-    assert f"{noise:.2g} deg" in summary["where"] and "nothing to locate" not in summary["where"]
+    assert summary["formula"] == "0"
+    told, noise = tell(facts() | add_truth(summary, None)), next(iter(summary["rmse_deg"].values()))["noise"]
+    assert "does not follow" in told.headline
+    assert f"{noise:.2g} deg" in told.where and "nothing to locate" not in told.where
     assert all(candidate.fit is None for candidate in found.selection.rankings[0])
 
 
@@ -92,7 +97,7 @@ def test_tables_show_whole_trials_in_the_order_of_time(diagnosis, runaway):
 
 def test_training_trials_are_predicted_from_measured_states_as_held_out_ones_are(diagnosis):
     """Pieces with starts of their own are fitted far better, which would look like overfitting beside held-out ones."""
-    rung, errors = diagnosis.rungs[0], verdict_summary(diagnosis)["rmse_deg"]["base"]
+    rung, errors = diagnosis.rungs[0], verdict_facts(diagnosis)["rmse_deg"]["base"]
     assert errors["train"] == pytest.approx(np.degrees(predict(rung.fit, rung.fit.record).rmse))
     assert errors["fitted"] == pytest.approx(np.degrees(rung.fit.rmse())) and errors["fitted"] < errors["train"]
     assert TABLES["ladder"](diagnosis)["train_rmse_deg"][0] == errors["train"]
@@ -115,7 +120,6 @@ def test_what_is_known_beforehand_is_not_what_a_fit_to_torque_left(diagnosis):
 
 def test_the_page_says_over_what_the_model_was_judged(diagnosis, runaway, base, pytestconfig, tmp_path):
     tables = {name: table(diagnosis) for name, table in TABLES.items()}
-    verdict = verdict_summary(diagnosis) | {"command": "", "hidden": None}
     comparison = compare_models(
         runaway,
         lambda name: next(r.fit.model for r in diagnosis.tried if r.name == name),
@@ -123,18 +127,17 @@ def test_the_page_says_over_what_the_model_was_judged(diagnosis, runaway, base, 
         tables["errors"],
     )
     assert np.isfinite(comparison["horizons"]["horizon_s"]).all(), "nothing here ran free over whole trials"
+    verdict = add_truth(verdict_facts(diagnosis), None) | summarize(**comparison) | {"command": ""}
     template = tmp_path / "template.html.j2"
-    template.write_text("{{ compare }} {{ where }}")
+    template.write_text("{{ told.compare }} {{ told.where }}")
     page = write_page(
         Story(
             verdict,
             join_ladder(tables["ladder"], []),
-            tables["parameters"].assign(source="physics", error_pct=np.nan, scatter=np.nan, if_right=False),
+            join_parameters(verdict, []),
             tables["ranking"],
             tables["next_trials"],
-            tables["missing_torque"],
             predictions_table(diagnosis),
-            **comparison,
             images={},
             draft="",
         ),

@@ -2,51 +2,25 @@
 
 import json
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from myowave.diagnosis.report.contents import COMPARISON_NAMES, TABLE_NAMES
-from myowave.diagnosis.report.index import Entry, interval, read_entries, read_entry, write_index
-
-TORQUE = pd.DataFrame({"model": ["base", "posture and speed"], "held_out": True, "r2": [0.8, 0.3], "rmse_Nm": 1.0})
-HORIZONS = pd.DataFrame(
-    {
-        "predictor": ["base", "base+joint_damping", "hold the angle"],
-        "horizon_s": 0.5,
-        "held_out": True,
-        "rmse_deg": [3.0, 1.25, 9.0],
-    }
-)
+from myowave.diagnosis.report.index import Entry, read_entries, read_entry, write_index
+from myowave.diagnosis.report.numbers import interval
+from myowave.diagnosis.report.tell import tell
 
 
-def entry(name: str, kind: str = "effect", **changes) -> Entry:
-    verdict = {
-        "dataset": name,
-        "verdict": kind,
-        "follows": True,
-        "effects": ["joint_damping"] if kind == "effect" else [],
-        "alternatives": [],
-        "stand_ins": {},
-        "model": "base+joint_damping" if kind == "effect" else "base",
-        "where": f"The misfit of {name} grows.",
-        "horizon_s": None,
-        "next_trial": None,
-        "titles": {"joint_damping": "damping of the joint", "emg_noise": "noise of the recorded EMG"},
-        "rmse_deg": {
-            "base": {"train": 3.3, "heldout": 6.4, "noise": 0.5},
-            "base+joint_damping": {"train": 1.2, "heldout": 1.7, "noise": 0.5},
-        },
-    }
-    rows = [("base", "f0", 200.0, 5.0, "N"), ("base+joint_damping", "f0", 300.0, 2.0, "N")]
-    rows.append(("base+joint_damping", "joint_damping.c", 1.5, 0.1, "N m s/rad"))
-    parameters = pd.DataFrame(rows, columns=["model", "parameter", "value", "se", "unit"])
-    parameters = parameters.assign(low=0.0, high=1000.0, assumed=False)
-    settings = {"kind": "measured", "test": ["trial3"]}
-    return Entry({**verdict, **changes}, parameters, TORQUE, HORIZONS, settings)
+@pytest.fixture(scope="module")
+def entry(facts):
+    def make(name: str, kind: str = "effect", **changes) -> Entry:
+        found = {} if kind == "effect" else {"effects": [], "model": "base"}
+        verdict = facts(dataset=name, verdict=kind, **found | changes)
+        return Entry(verdict, tell(verdict), {"kind": "measured", "test": ["trial3"]})
+
+    return make
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +29,7 @@ def template(pytestconfig) -> Path:
 
 
 @pytest.fixture(scope="module")
-def page(template) -> str:
+def page(template, entry) -> str:
     entries = [entry("anna"), entry("ben", "adequate"), entry("cleo", "partial", horizon_s=0.5)]
     return write_index(entries, [("summary.csv", "summary.csv")], template)
 
@@ -84,12 +58,12 @@ def test_facts_of_all_datasets_stand_beside_one_another(page):
     assert plain["joint_damping.c ( 95 % interval )"] == ["1.50 N m s/rad (1.30 to 1.70)", "", ""]
 
 
-def test_constants_that_nobody_asked_for_are_folded_away(template):
+def test_constants_that_nobody_asked_for_are_folded_away(template, entry):
+    about = {"value": 1.0, "se": 0.1, "unit": "m", "low": 0.0, "high": 2.0, "error_pct": None}
     names = ("f0", "slack", "mass", "joint_damping.c")
-    rows = [("base+joint_damping", name, 1.0, 0.1, "m", name in ("slack", "mass")) for name in names]
-    parameters = pd.DataFrame(rows, columns=["model", "parameter", "value", "se", "unit", "assumed"])
-    parameters = parameters.assign(low=0.0, high=2.0)
-    page = write_index([replace(entry("anna"), parameters=parameters)], [], template)
+    parameters = {name: {**about, "assumed": name in ("slack", "mass")} for name in names}
+    anna = entry("anna", parameters={"base": parameters, "base+joint_damping": parameters})
+    page = write_index([anna], [], template)
     shown, folded = rows_of(page, "datasets")[0][6].split("2 constants that were free as well")
     assert "f0 =" in shown and "joint_damping.c =" in shown and "slack =" in folded and "mass =" in folded
 
@@ -103,8 +77,8 @@ def test_links_lead_to_what_a_diagnosis_writes(page):
     assert 'href="summary.csv"' in page and "make ui" in page
 
 
-def test_the_index_needs_no_network_and_escapes_what_comes_from_data(template):
-    page = write_index([entry("x", where="<script>alert(1)</script>")], [], template)
+def test_the_index_needs_no_network_and_escapes_what_comes_from_data(template, entry):
+    page = write_index([entry("<script>alert(1)</script>")], [], template)
     assert "<script>alert" not in page and "default-src 'none'" in page
     assert not re.search(r"src=|@import|url\(", page.replace("default-src", ""))
 
@@ -140,18 +114,21 @@ def test_an_interval_holds_no_value_that_the_settings_rule_out(value, se, text):
     assert interval(value, se, "-", (0.02, 1.15)) == text
 
 
-def test_noise_of_the_emg_stands_beside_effects_in_words(template):
-    entries = [entry("anna", effects=["joint_damping", "emg_noise"]), entry("ben", effects=["emg_noise"], model="base")]
+def test_noise_of_the_emg_stands_beside_effects_in_words(template, entry):
+    entries = [
+        entry("anna", effects=["joint_damping", "emg_noise"], emg_noise=0.02),
+        entry("ben", effects=["emg_noise"], model="base", emg_noise=0.02),
+    ]
     page = write_index(entries, [], template)
     assert page.count("noise of the recorded EMG (<code>emg_noise</code>)") >= 2
     assert "damping of the joint (<code>joint_damping</code>); noise of the recorded EMG" in page
 
 
-def test_a_diagnosis_of_another_run_is_read_from_its_folder_and_one_of_another_version_is_refused(tmp_path, template):
+def test_a_diagnosis_of_another_run_is_read_from_its_folder_and_one_of_another_version_is_refused(
+    tmp_path, template, entry
+):
     written = entry("anna")
     (tmp_path / "verdict.json").write_text(json.dumps(written.verdict))
-    for name in ("parameters", "torque", "horizons"):
-        getattr(written, name).to_csv(tmp_path / f"{name}.csv", index=False)
     read = write_index([read_entry(tmp_path, {})], [], template)
     assert rows_of(read, "datasets")[0][1:6] == rows_of(write_index([written], [], template), "datasets")[0][1:6]
     assert "<pre>" not in read, "nobody knows the settings of that run"

@@ -38,15 +38,13 @@ def test_parameters_are_those_asked_for_and_those_of_effects():
     ]
     columns = ["source", "model", "parameter", "unit", "value", "se", "true", "error_pct", "scatter", "assumed"]
     columns += ["if_right", "low", "high"]
-    figure = draw_parameters(pd.DataFrame(rows, columns=columns), "base+tilt+damping")
+    figure = draw_parameters(pd.DataFrame(rows, columns=columns))
     drawn = [axis.get_title().split(" [")[0] for axis in figure.axes if axis.get_visible()]
     assert drawn == ["constant0", "constant1", "tilt.g", "damping.c"]
     before, after = (container.lines[0] for container in figure.axes[1].containers[::-1])
     assert before.get_markerfacecolor() == "white" != after.get_markerfacecolor(), "open where the model leaves more"
     ends = [axis.containers[0].lines[1][0].get_ydata()[0] for axis in (figure.axes[0], figure.axes[1])]
     assert ends == [1.0, pytest.approx(3.0 - 0.196)], "no interval leaves the bounds"
-    words = " ".join(text.get_text() for text in figure.texts) + str(figure._suptitle and figure._suptitle.get_text())
-    assert "moves constant1 by +50 %" in words
 
 
 def test_muscles_that_share_a_channel_share_a_panel():
@@ -54,7 +52,7 @@ def test_muscles_that_share_a_channel_share_a_panel():
     values = {"activation BIClong [-]": 0.0, "activation BRA [-]": 0.0, "activation TRI [-]": 0.5}
     rows = [("base", factor, part, rmse + more, rmse, 3.0) for factor, more in values.items() for part, rmse in parts]
     columns = ["model", "factor", "part", "rmse_deg", "rmse_low_deg", "rmse_high_deg"]
-    figure = draw_misfit(pd.DataFrame(rows, columns=columns), 0.05, "The misfit grows.")
+    figure = draw_misfit(pd.DataFrame(rows, columns=columns), {"noise": 0.05})
     titles = [axis.get_title() for axis in figure.axes if axis.get_visible()]
     assert titles == ["activation BIClong, BRA", "activation TRI"]
 
@@ -63,7 +61,7 @@ def test_long_names_of_trials_do_not_stand_in_one_another():
     names = [f"a_trial_with_a_long_name_{i}" for i in range(4)]
     rows = [("base", "trial", name, 1.0, 0.8, 1.2) for name in names]
     columns = ["model", "factor", "part", "rmse_deg", "rmse_low_deg", "rmse_high_deg"]
-    figure = draw_misfit(pd.DataFrame(rows, columns=columns), 0.05, "The misfit is the same everywhere.")
+    figure = draw_misfit(pd.DataFrame(rows, columns=columns), {"noise": 0.05})
     FigureCanvasAgg(figure).draw()
     labels = [label for label in figure.axes[0].get_xticklabels() if label.get_text()]
     assert [label.get_text() for label in labels] == names
@@ -76,7 +74,7 @@ def test_long_names_of_trials_do_not_stand_in_one_another():
 def test_no_error_is_cut_off_where_a_later_panel_has_larger_ones():
     rows = [("base", factor, part, rmse, 0.8 * rmse, 1.2 * rmse) for factor, part, rmse in MISFIT]
     columns = ["model", "factor", "part", "rmse_deg", "rmse_low_deg", "rmse_high_deg"]
-    figure = draw_misfit(pd.DataFrame(rows, columns=columns), 0.05, "The misfit grows.")
+    figure = draw_misfit(pd.DataFrame(rows, columns=columns), {"noise": 0.05})
     panels = [axis for axis in figure.axes if axis.get_visible()]
     assert len(panels) == 2
     for axis in panels:
@@ -91,10 +89,14 @@ def test_a_ladder_says_over_what_its_errors_are_and_which_noise_makes_them():
     ladder = pd.DataFrame([physics, network], columns=columns)
 
     def labels(**more):
-        return draw_ladder(ladder, "base", "0.5 deg", **more).axes[0].get_legend_handles_labels()[1]
+        return (
+            draw_ladder(ladder, {"noise of the angle": 0.5, "and of the EMG": 1.14}, **more)
+            .axes[0]
+            .get_legend_handles_labels()[1]
+        )
 
     assert {"physical model, held out", "network, recorded, 1-scale, held out"} < set(labels())
-    told = labels(horizon_s=0.5, with_emg=1.14)
+    told = labels(horizon_s=0.5)
     assert "physical model over 0.5 s, held out" in told
     assert "network, recorded, 1-scale, held out, whole trials" in told
-    assert "noise of the angle and of the EMG, 1.1 deg" in told
+    assert {"noise of the angle", "and of the EMG"} < set(told)

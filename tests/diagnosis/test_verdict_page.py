@@ -11,13 +11,16 @@ import pandas as pd
 import pytest
 
 from myowave.diagnosis.comparison.compare import compare_models
-from myowave.diagnosis.report.cells import estimate
+from myowave.diagnosis.comparison.summary import summarize
 from myowave.diagnosis.report.command import adding_command
 from myowave.diagnosis.report.contents import COMPARISON_NAMES, FIGURE_NAMES, TABLE_NAMES
+from myowave.diagnosis.report.facts import verdict_facts
 from myowave.diagnosis.report.figures import draw_diagnosis
-from myowave.diagnosis.report.ladder import join_ladder, join_parameters, tell_failed_seeds
+from myowave.diagnosis.report.ladder import join_ladder, join_parameters
+from myowave.diagnosis.report.numbers import estimate
 from myowave.diagnosis.report.page import Story, write_page
-from myowave.diagnosis.report.tables import TABLES, ladder_table, predictions_table, verdict_summary
+from myowave.diagnosis.report.tables import TABLES, ladder_table, predictions_table
+from myowave.diagnosis.report.tell import tell
 from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.physics.model import parse_model
@@ -41,11 +44,11 @@ def truth(base):
 
 
 @pytest.fixture(scope="module")
-def verdict(diagnosis, truth):
+def verdict(diagnosis, truth, comparison):
     """As it comes back from the file."""
-    summary = verdict_summary(diagnosis)
+    summary = verdict_facts(diagnosis)
     command = adding_command(summary["dataset"], summary["model"], recipes=["rollout"])
-    return json.loads(json.dumps({**add_truth(summary, truth), "command": command}))
+    return json.loads(json.dumps({**add_truth(summary, truth), **summarize(**comparison), "command": command}))
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +86,7 @@ def network():
 @pytest.fixture(scope="module")
 def story(diagnosis, verdict, tables, comparison, network, tmp_path_factory):
     ladder = join_ladder(tables["ladder"], [network])
-    parameters = join_parameters(verdict, [network], tables["parameters"])
+    parameters = join_parameters(verdict, [network])
     folder = tmp_path_factory.mktemp("pictures")
     watched = tables | comparison | {"ladder": ladder, "parameters": parameters}
     predictions = predictions_table(diagnosis)
@@ -97,9 +100,7 @@ def story(diagnosis, verdict, tables, comparison, network, tmp_path_factory):
         parameters=parameters,
         ranking=tables["ranking"],
         proposals=tables["next_trials"],
-        missing=tables["missing_torque"],
         predictions=predictions,
-        **comparison,
         images=images,
         draft=diagnosis.draft.source,
     )
@@ -117,7 +118,9 @@ def test_verdict_json_says_what_was_found_and_how_well(verdict):
     for errors in verdict["rmse_deg"].values():
         assert set(errors) == {"train", "heldout", "fitted", "noise"}
     for values in verdict["parameters"].values():
-        assert all(set(entry) == {"value", "se", "assumed", "true", "error_pct"} for entry in values.values())
+        assert all(
+            {"value", "se", "unit", "low", "high", "true", "error_pct"} < set(entry) for entry in values.values()
+        )
     found = verdict["parameters"]["base+joint_damping"]["joint_damping.c"]
     assert found["error_pct"] == pytest.approx(100 * (found["value"] / 0.6 - 1))
 
@@ -151,7 +154,7 @@ def test_the_command_trains_every_recipe_with_the_settings_of_the_run(verdict):
 
 
 def test_without_a_truth_no_error_is_claimed(diagnosis):
-    measured = add_truth(verdict_summary(diagnosis), None)
+    measured = add_truth(verdict_facts(diagnosis), None)
     assert measured["hidden"] is None and measured["hit"] is None
     assert all(e["error_pct"] is None for values in measured["parameters"].values() for e in values.values())
 
@@ -253,7 +256,6 @@ def test_the_page_tells_the_verdict_and_the_command_in_order(story, template):
             {"verdict": "partial", "structure_left": True, "rest": "muscle curves of another shape"},
             "which goes with muscle curves of another shape",
         ),
-        ({"verdict": "never heard of"}, "The verdict is never heard of."),
         ({"next_trial": {"question": "a or b", "trial": "fast", "separation": 40.0, "now": 2.0}}, "Record this next"),
     ],
 )
@@ -291,70 +293,61 @@ def test_noise_of_the_emg_is_named_in_words_and_there_is_no_model_to_add(story, 
     assert "base+joint_damping/rollout" in page and "noise of the recorded EMG" in page
 
 
-def test_the_sentence_names_noise_of_the_emg_with_its_size(diagnosis):
-    for kind, effects, told in (
-        ("effect", (), "Missing: noise of the recorded EMG of 0.02. With it"),
-        ("effect", ("joint_damping",), "Missing: joint_damping and noise of the recorded EMG of 0.02. With them"),
-        ("partial", ("joint_damping",), "Missing: joint_damping, and something that is not in the catalogue"),
-    ):
-        noise = 0.02 if kind == "effect" else 0.0
-        verdict = replace(diagnosis.verdict, kind=kind, effects=effects, alternatives=(), emg_noise=noise)
-        verdict = replace(verdict, emg_motion=np.radians(0.7))
-        sentence = verdict_summary(replace(diagnosis, verdict=verdict))["sentence"]
-        assert sentence.startswith(told)
-        assert ("that of the EMG moves the simulated arm by 0.7 deg" in sentence) == (kind == "effect")
+@pytest.mark.parametrize(
+    ("kind", "effects", "told"),
+    [
+        ("effect", ["emg_noise"], "Missing: noise of the recorded EMG of 0.02. With it"),
+        (
+            "effect",
+            ["joint_damping", "emg_noise"],
+            "Missing: joint_damping and noise of the recorded EMG of 0.02. With",
+        ),
+        ("partial", ["joint_damping"], "Missing: joint_damping, and something that is not in the catalogue"),
+    ],
+)
+def test_the_headline_names_noise_of_the_emg_with_its_size(kind, effects, told, facts):
+    noise = 0.02 if kind == "effect" else 0.0
+    headline = tell(facts(verdict=kind, effects=effects, emg_noise=noise, emg_motion_deg=0.7)).headline
+    assert headline.startswith(told)
+    assert ("that of the EMG moves the simulated arm by 0.7 deg" in headline) == (kind == "effect")
 
 
-def test_what_would_do_as_well_outside_the_catalogue_is_told(diagnosis, story, template):
-    others = {"joint_damping": ("a torque like q qdot",)}
-    verdict = replace(
-        diagnosis.verdict, kind="class", effects=("joint_damping",), alternatives=(), emg_noise=0.0, stand_ins=others
-    )
-    summary = verdict_summary(replace(diagnosis, verdict=verdict))
-    assert summary["sentence"].startswith("Missing: joint_damping or something like it; these data cannot tell which.")
-    assert "Outside the catalogue, a torque like q qdot would do as well as joint_damping." in summary["sentence"]
-    page = write_page(replace(story, verdict={**story.verdict, **summary}), template)
+def test_what_would_do_as_well_outside_the_catalogue_is_told(facts, story, template):
+    changes = {"verdict": "class", "stand_ins": {"joint_damping": ["a torque like q qdot"]}}
+    headline = tell(facts(**changes)).headline
+    assert headline.startswith("Missing: joint_damping or something like it; these data cannot tell which.")
+    assert "Outside the catalogue, a torque like q qdot would do as well as joint_damping." in headline
+    page = write_page(replace(story, verdict={**story.verdict, **changes}), template)
     assert "a torque like q qdot would do as well" in page
 
 
-def test_values_on_the_page_are_those_of_the_model_that_was_found(story, template):
-    richer = {"base+joint_damping": {"joint_damping.c": {"value": 1.4321, "se": 0.0123, "error_pct": None}}}
-    verdict = {**story.verdict, "parameters": {**story.verdict["parameters"], **richer}}
-    assert "c = 1.432 ± 0.012" in write_page(replace(story, verdict=verdict), template)
+def test_values_in_the_text_are_those_of_the_model_that_was_found(facts):
+    verdict = facts()
+    verdict["parameters"]["base+joint_damping"]["joint_damping.c"] |= {"value": 1.4321, "se": 0.0123}
+    assert "c = 1.432 ± 0.012 N m s/rad" in " ".join(tell(verdict).strength)
 
 
-def test_an_effect_has_the_evidence_beside_the_rest_of_the_model_that_was_found(story, template, diagnosis):
-    """Damping alone may not pass where it does beside other curves."""
-    own = story.verdict["beside"]["joint_damping"]
+def test_an_effect_has_the_evidence_given_the_rest_of_the_model_that_was_found(verdict, diagnosis, facts):
+    """Damping alone may not pass where it does given other curves."""
+    own = verdict["evidence"]["joint_damping"]
     assert own["delta_bic"] > 10 and own["folds"] == len(diagnosis.record.train.names)
-    pair = {"base": story.verdict["rmse_deg"]["base"], "base+joint_damping+fatigue": {}}
-    errors = story.verdict["rmse_deg"]["base"]
-    verdict = {
-        **story.verdict,
-        "effects": ["joint_damping", "fatigue"],
-        "model": "base+joint_damping+fatigue",
-        "rmse_deg": dict.fromkeys([*pair, "base+joint_damping"], errors),
-        "parameters": {**story.verdict["parameters"], "base+joint_damping+fatigue": {}},
-        "beside": {"joint_damping": {"delta_bic": 321.4, "folds_won": 3, "folds": 3}},
+    assert own["without"] == "base" and own["alone"]
+    model = "base+joint_damping+fatigue"
+    weighed = {"folds": 3, "folds_won": 3}
+    evidence = {
+        "joint_damping": {"without": "base+fatigue", "delta_bic": 321.4, "alone": False, **weighed},
+        "fatigue": {"without": "base+joint_damping", "delta_bic": 44.0, "alone": True, **weighed},
     }
-    first = story.ranking[story.ranking["model"] == "base"]
-    alone = first["effect"] == "joint_damping"
-    first = first.assign(folds_won=first["folds_won"].where(~alone, 1), status=first["status"].where(~alone, "refused"))
-    second = story.ranking[story.ranking["model"] == "base+joint_damping"]
-    second = pd.concat([second.assign(effect="fatigue", delta_bic=44.0, status="supported").head(1), second])
-    last = second.assign(model="base+joint_damping+fatigue")
-    ladder = pd.concat([story.ladder, story.ladder.iloc[-1:].assign(source="physics", model=verdict["model"])])
-    pages = replace(story, verdict=verdict, ranking=pd.concat([first, second, last]), ladder=ladder)
-    tables = {"horizons": "predictor", "torque": "model", "predictions": "model"}
-    for name, column in tables.items():
-        table = getattr(story, name)
-        like = table[table[column] == "base+joint_damping"].assign(**{column: verdict["model"]})
-        pages = replace(pages, **{name: pd.concat([table, like])})
-    page = re.sub("<[^>]+>", "", write_page(pages, template))
-    assert "beside the rest of the model that was found, delta BIC 321" in page
-    assert "3 of 3 training trials, each left out in turn, are predicted better with it" in page
-    assert "when it was added to base+joint_damping, delta BIC 44" in page, "said where nothing better is known"
-    assert "By itself, joint_damping added to base would not pass" in page
+    base = facts()
+    like = {key: base[key] | {model: base[key]["base"]} for key in ("rmse_deg", "parameters", "missing_torque")}
+    compared = {"torque": "r2", "horizons": "rmse_deg"}
+    like |= {n: base[n] | {key: base[n][key] | {model: base[n][key]["base"]}} for n, key in compared.items()}
+    like["horizons"]["whole_deg"] = {}
+    told = tell({**base, **like, "effects": ["joint_damping", "fatigue"], "model": model, "evidence": evidence})
+    text = " ".join(told.strength)
+    assert "given base+fatigue, delta BIC 321" in text and "given base+joint_damping, delta BIC 44" in text
+    assert "3 of 3 training trials, each left out in turn, are predicted better with it" in text
+    assert "By itself, joint_damping would not pass" in told.which
 
 
 def test_the_model_to_start_from_is_told_at_the_top(story, template):
@@ -363,7 +356,7 @@ def test_the_model_to_start_from_is_told_at_the_top(story, template):
 
 
 def test_text_from_data_is_escaped(story, template):
-    changed = replace(story, verdict={**story.verdict, "where": "<script>alert(1)</script>"})
+    changed = replace(story, verdict={**story.verdict, "failed": {"base+x": "<script>alert(1)</script>"}})
     page = write_page(changed, template)
     assert "<script>alert" not in page and "&lt;script&gt;alert" in page
     trials = story.predictions.assign(trial="</script><script>alert(2)</script>")
@@ -389,7 +382,9 @@ def quiet(story: Story, **errors: float) -> Story:
     """The story of a base model that is adequate, with other errors [deg] than it had."""
     before = {"train": 0.00012, "heldout": 0.00013, "fitted": 0.00012, "noise": 0.06, **errors}
     verdict = {**story.verdict, "verdict": "adequate", "effects": [], "alternatives": [], "model": "base"}
-    verdict |= {"rmse_deg": {"base": before}, "where": "The misfit grows with time, from 0.00011 to 0.00013 deg."}
+    parts = [{"part": "", "low": t, "high": t + 1, "rmse_deg": 0.07 + 0.1 * t, "mean_deg": 0.0} for t in (0, 1)]
+    where = [{"kind": "trend", "of": ["time [s]"], "parts": parts}]
+    verdict |= {"rmse_deg": {"base": before}, "where": where, "worst_part_deg": 0.17}
     return replace(story, verdict=verdict)
 
 
@@ -402,21 +397,19 @@ def test_below_the_noise_the_page_finds_nothing_and_says_so_once(story, template
     assert "grows with" in above and "RMSE by trial, direction" in above
 
 
-def test_below_the_headline_the_page_says_how_much_is_claimed_and_not_the_same_again(story, template):
-    for kind, sentence, told, cut in (
-        ("unknown", "Something is missing. As a formula: missing torque = +1 q N m.", "no effect is named", "+1 q N m"),
-        ("partial", "Missing: joint_damping, and something else.", "explains 99% of what is missing", "100%"),
-        (
-            "class",
-            "Missing: joint_damping or fatigue.",
-            "Whichever it is, nothing but noise is left",
-            "leaves a choice",
-        ),
-    ):
-        verdict = {**story.verdict, "verdict": kind, "sentence": sentence, "explained": 0.9999}
-        page = write_page(replace(story, verdict=verdict), template)
-        top = re.sub("<[^>]+>", "", page[page.index("<header>") : page.index("</header>")])
-        assert told in top and cut not in top
+@pytest.mark.parametrize(
+    ("kind", "told", "cut"),
+    [
+        ("unknown", "no effect is named", "+1 q N m"),
+        ("partial", "explains 99% of what is missing", "100%"),
+        ("class", "Whichever it is, nothing but noise is left", "leaves a choice"),
+    ],
+)
+def test_below_the_headline_the_page_says_how_much_is_claimed_and_not_the_same_again(kind, told, cut, story, template):
+    verdict = {**story.verdict, "verdict": kind, "formula": "+1 q", "explained": 0.9999}
+    page = write_page(replace(story, verdict=verdict), template)
+    top = re.sub("<[^>]+>", "", page[page.index("<header>") : page.index("</header>")])
+    assert told in top and cut not in top
 
 
 def test_errors_of_half_a_second_are_said_to_be_beside_those_of_whole_trials(story, template):
@@ -428,7 +421,7 @@ def test_errors_of_half_a_second_are_said_to_be_beside_those_of_whole_trials(sto
 
 def test_parameters_that_no_trial_left_out_has_tried_are_said_to_be(story, template):
     """As with one training trial, of which the fit to torque makes all."""
-    verdict = {**story.verdict, "follows": False, "stands_on": "torque"}
+    verdict = {**story.verdict, "follows": False, "stands_on": "torque", "horizon_s": 0.5}
     alone, tried = (
         write_page(replace(story, verdict=verdict | {"torque_left_out": left_out}), template)
         for left_out in ({}, {"1": 0.4, "2": 0.6})
@@ -456,10 +449,9 @@ def test_a_failed_seed_is_said_in_words(tables, network, story, template, tmp_pa
     evaluation = pd.concat([network, network.assign(seed=[2, 3], test_mse=[np.nan, 0.5], test_r2=[np.nan, -0.3])])
     join_ladder(tables["ladder"], [evaluation]).to_csv(tmp_path / "watch.csv", index=False)
     page = write_page(replace(story, ladder=pd.read_csv(tmp_path / "watch.csv")), template)
-    assert "seeds 2 and 3 of 4 failed" in re.sub("<[^>]+>", "", page)
-    assert "failed:" not in write_page(story, template)
-    one = join_ladder(tables["ladder"], [network.assign(test_r2=[0.9, np.nan])])
-    assert "seed 1 of 2 failed" in tell_failed_seeds(one)[0]
+    assert "seeds 2 and 3 of 4 failed" in re.sub("<[^>]+>", "", page) and "A seed failed where" in page
+    assert "failed" not in write_page(story, template)
+    assert join_ladder(tables["ladder"], [network.assign(test_r2=[0.9, np.nan])])["failed_seeds"].iloc[-1] == "seed 1"
 
 
 def test_every_cell_knows_its_column_on_a_phone(story, template):

@@ -26,15 +26,6 @@ from myowave.tracking.store import EXPERIMENT, publish, serve, start_page
 SEEDS = 3
 EPOCHS = {1: 150, 0: 250}
 RECIPES = {"rollout": {"hidden": 50, "beta": 1e-3}}
-VERDICT = {
-    "dataset": "case1",
-    "verdict": "effect",
-    "effects": ["tilt"],
-    "model": "base+tilt",
-    "sentence": "Missing: tilt.",
-    "where": "The misfit grows.",
-    "missing_deg": 1.5,
-}
 
 
 def write_network(results: Path, scales: int, val_r2: float) -> Path:
@@ -54,15 +45,15 @@ def write_network(results: Path, scales: int, val_r2: float) -> Path:
 
 
 @pytest.fixture
-def results(tmp_path):
+def results(tmp_path, facts):
     """Two networks and a verdict of one dataset."""
     folder = tmp_path / "results"
     write_network(folder, 1, val_r2=0.8)
     write_network(folder, 2, val_r2=0.9)
     (folder / "diagnosis/case1").mkdir(parents=True)
-    (folder / "diagnosis/case1/verdict.json").write_text(json.dumps(VERDICT))
+    (folder / "diagnosis/case1/verdict.json").write_text(json.dumps(facts(dataset="case1", missing_deg=1.5)))
     (folder / "diagnosis/case1/verdict.html").write_text("the story")
-    ladder = pd.DataFrame({"model": ["base", "base+tilt"], "heldout_rmse_deg": [4.0, 0.6]})
+    ladder = pd.DataFrame({"model": ["base", "base+joint_damping"], "heldout_rmse_deg": [4.0, 0.6]})
     ladder.to_csv(folder / "diagnosis/case1/ladder.csv", index=False)
     (folder / "figures/case1").mkdir(parents=True)
     (folder / "figures/case1/trials.png").write_bytes(b"a picture")
@@ -108,13 +99,13 @@ def test_each_seed_has_a_run_and_the_dataset_its_verdict_and_the_medians_of_its_
             assert run.data.metrics[name] == pytest.approx(table[name][seed])
         assert run.data.params.items() >= {"hidden": "50", "recipe": "rollout", "scales": "2"}.items()
         assert run.info.end_time - run.info.start_time == 12_000
-    assert parent.info.run_name == "case1: effect tilt"
+    assert parent.info.run_name == "case1: effect joint_damping"
     assert parent.data.metrics["test_r2"] == pytest.approx(table["test_r2"].median()), "best on validation trials"
-    shown = {"scales": "2", "recipe": "rollout", "verdict": "effect", "missing": "tilt"}
+    shown = {"scales": "2", "recipe": "rollout", "verdict": "effect", "missing": "joint_damping"}
     assert parent.data.params.items() >= shown.items()
     errors = {"heldout_rmse_deg": 0.6, "base_heldout_rmse_deg": 4.0, "missing_deg": 1.5}
     assert parent.data.metrics.items() >= errors.items() and "f0_Bi_error_pct" not in parent.data.metrics
-    assert "Missing: tilt." in parent.data.tags["mlflow.note.content"]
+    assert "Missing: joint_damping." in parent.data.tags["mlflow.note.content"]
 
 
 def test_curves_run_through_the_scales_from_the_coarsest(results, uri):
@@ -131,7 +122,7 @@ def test_curves_run_through_the_scales_from_the_coarsest(results, uri):
 def test_a_dataset_without_networks_and_one_without_a_verdict_are_shown(results, uri):
     shutil.rmtree(results / "learning")
     published(results, uri)
-    assert stored(uri)[1].info.run_name == "case1: effect tilt"
+    assert stored(uri)[1].info.run_name == "case1: effect joint_damping"
     shutil.rmtree(results / "diagnosis")
     write_network(results, 1, val_r2=np.nan)
     published(results, uri)

@@ -49,7 +49,7 @@ BESIDE = {
     "workflow": (),
     "plotting.py": (),
     "scores.py": (),
-    "tracking": ("data", "learning"),
+    "tracking": ("data", "learning", "diagnosis"),
     "cli.py": ("physics", "learning"),
     "__init__.py": (),
 }

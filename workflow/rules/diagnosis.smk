@@ -73,6 +73,8 @@ rule compare_models:
 rule score_verdict:
     input:
         summary=f"{DIAGNOSIS}/summary.json",
+        torque=f"{DIAGNOSIS}/torque.csv",
+        horizons=f"{DIAGNOSIS}/horizons.csv",
         truth=lambda wildcards: truth_of(wildcards.dataset),
     output:
         verdict=f"{DIAGNOSIS}/verdict.json",
@@ -91,7 +93,6 @@ rule score_verdict:
 rule watch_ladder:
     input:
         rungs=f"{DIAGNOSIS}/ladder.csv",
-        parameters=f"{DIAGNOSIS}/parameters.csv",
         verdict=f"{DIAGNOSIS}/verdict.json",
         evaluations=lambda wildcards: networks_of(wildcards.dataset),
     output:
@@ -108,7 +109,7 @@ rule watch_ladder:
 
 rule draw_diagnosis:
     input:
-        summary=f"{DIAGNOSIS}/summary.json",
+        verdict=f"{DIAGNOSIS}/verdict.json",
         tables=DIAGNOSIS_TABLES,
         comparison=COMPARISON_TABLES,
         predictions=f"{DIAGNOSIS}/predictions.parquet",
@@ -140,10 +141,7 @@ rule tell_verdict:
         parameters=f"{DIAGNOSIS}/watch_parameters.csv",
         ranking=f"{DIAGNOSIS}/ranking.csv",
         proposals=f"{DIAGNOSIS}/next_trials.csv",
-        missing=f"{DIAGNOSIS}/missing_torque.csv",
         predictions=f"{DIAGNOSIS}/predictions.parquet",
-        torque=f"{DIAGNOSIS}/torque.csv",
-        horizons=f"{DIAGNOSIS}/horizons.csv",
         draft=f"{DIAGNOSIS}/draft_effect.py",
         figures=rules.draw_diagnosis.output.figures,
         template=page_file("verdict.html.j2"),
@@ -184,9 +182,6 @@ def links_of_all(wildcards):
 rule list_datasets:
     input:
         verdicts=expand(f"{DIAGNOSIS}/verdict.json", dataset=SETTINGS.targets.diagnosed),
-        parameters=expand(f"{DIAGNOSIS}/parameters.csv", dataset=SETTINGS.targets.diagnosed),
-        torque=expand(f"{DIAGNOSIS}/torque.csv", dataset=SETTINGS.targets.diagnosed),
-        horizons=expand(f"{DIAGNOSIS}/horizons.csv", dataset=SETTINGS.targets.diagnosed),
         template=page_file("index.html.j2"),
         assets=[page_file(name) for name in ("style.css", "beside.js")],
     output:

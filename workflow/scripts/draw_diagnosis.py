@@ -13,7 +13,7 @@ from myowave.workflow.job import job_log
 with job_log(f"draw diagnosis of {snakemake.wildcards.dataset}", snakemake.log[0]):
     tables = {Path(path).stem: pd.read_csv(path) for path in [*snakemake.input.tables, *snakemake.input.comparison]}
     watched = {"ladder": pd.read_csv(snakemake.input.ladder), "parameters": pd.read_csv(snakemake.input.parameters)}
-    summary = json.loads(Path(snakemake.input.summary).read_text(encoding="utf-8"))
-    figures = draw_diagnosis(tables | watched, read_table(snakemake.input.predictions)[0], summary)
+    verdict = json.loads(Path(snakemake.input.verdict).read_text(encoding="utf-8"))
+    figures = draw_diagnosis(tables | watched, read_table(snakemake.input.predictions)[0], verdict)
     for path in snakemake.output.figures:
         save(figures[Path(path).stem], path)

@@ -1,15 +1,22 @@
-"""Write a verdict, with the parameters' errors where the truth is known, and the command that adds what it found."""
+"""Write a verdict: what was found and compared, errors where the truth is known, and the command that adds it."""
 
 import json
 from pathlib import Path
 
+import pandas as pd
+
 from myowave.data.store import write_json
+from myowave.diagnosis.comparison.summary import summarize
 from myowave.diagnosis.report.command import adding_command
+from myowave.diagnosis.report.tell import tell
 from myowave.diagnosis.scoring import add_truth
 from myowave.workflow.job import job_log
 
-with job_log(f"verdict of {snakemake.wildcards.dataset}", snakemake.log[0]):
+with job_log(f"verdict of {snakemake.wildcards.dataset}", snakemake.log[0]) as log:
     summary = json.loads(Path(snakemake.input.summary).read_text(encoding="utf-8"))
     truth = json.loads(Path(snakemake.input.truth).read_text(encoding="utf-8")) if snakemake.input.truth else None
+    compared = summarize(pd.read_csv(snakemake.input.torque), pd.read_csv(snakemake.input.horizons))
     command = adding_command(summary["dataset"], summary["model"], **snakemake.params.run)
-    write_json({**add_truth(summary, truth), "command": command}, snakemake.output.verdict)
+    verdict = {**add_truth(summary, truth), **compared, "command": command}
+    write_json(verdict, snakemake.output.verdict)
+    log.say(tell(verdict).headline)

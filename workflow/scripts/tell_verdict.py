@@ -18,10 +18,7 @@ with job_log(f"tell verdict of {snakemake.wildcards.dataset}", snakemake.log[0])
         parameters=pd.read_csv(inputs.parameters),
         ranking=with_texts(pd.read_csv(inputs.ranking)),
         proposals=pd.read_csv(inputs.proposals),
-        missing=pd.read_csv(inputs.missing),
         predictions=read_table(inputs.predictions)[0],
-        torque=pd.read_csv(inputs.torque),
-        horizons=pd.read_csv(inputs.horizons),
         images={Path(path).stem: Path(path) for path in inputs.figures},
         draft=Path(inputs.draft).read_text(encoding="utf-8"),
     )

@@ -41,7 +41,7 @@ def add_truth(summary: Mapping[str, Any], truth: Mapping[str, Any] | None) -> di
     effects that were hidden in the data, and whether the verdict is right; null where the truth is not known.
 
     Args:
-        summary: from `report.tables.verdict_summary`.
+        summary: from `report.facts.verdict_facts`.
         truth: of a simulated dataset; None for a measured one.
     """
     parameters = {

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from myowave.diagnosis.report.tell import tell
 from myowave.learning.tables import join_histories
 from myowave.scores import median_over_seeds
 
@@ -121,7 +122,8 @@ def _overview(results: Path, dataset: str, networks: list[Path]) -> RunContent:
         metrics |= ladder.loc[verdict["model"]].to_dict()
         metrics |= {"base_heldout_rmse_deg": ladder["heldout_rmse_deg"].iloc[0]}
         metrics |= {key: verdict[key] for key in ("missing_deg", "missing_Nm") if key in verdict}
-        told += [verdict["sentence"], verdict["where"], "The whole story is in verdict.html, attached."]
+        story = tell(verdict)
+        told += [story.headline, story.where, story.which, "The whole story is in verdict.html, attached."]
         files |= {file.name: file for file in (diagnosis / "verdict.html", path, *sorted(diagnosis.glob("*.csv")))}
     if networks:
         rows = pd.concat([pd.read_csv(folder / "evaluation.csv") for folder in networks])

@@ -1,34 +1,50 @@
-"""The sentences about the comparisons."""
+"""What is named of the comparisons: numbers in verdict.json, and sentences made of them."""
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from myowave.diagnosis.comparison.names import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
-from myowave.diagnosis.comparison.telling import RECORD_INSTEAD, tell_horizons, tell_torque
+from myowave.diagnosis.comparison.summary import summarize
 from myowave.diagnosis.report.figures.comparisons import draw_horizons, draw_torque
+from myowave.diagnosis.report.tell import RECORD_INSTEAD, tell
+
+SHORT = pd.DataFrame([("base", np.inf, True, 5.0)], columns=["predictor", "horizon_s", "held_out", "rmse_deg"])
+NO_NETWORKS = pd.DataFrame(columns=["source", "heldout_rmse_deg"])
 
 
 def torque_of(posture: float, base: float, found: float) -> pd.DataFrame:
     """The same R2 on two held-out trials, and another one on a training trial that must not count."""
-    r2 = {"base": base, "base+tilt": found, POSTURE: posture, EMG_ONLY: 0.1}
+    r2 = {"base": base, "base+joint_damping": found, POSTURE: posture, EMG_ONLY: 0.1}
     rows = [(m, t, held, 1.0, v if held else 0.5) for m, v in r2.items() for t, held in (("1", False), ("2", True))]
     return pd.DataFrame(rows, columns=["model", "trial", "held_out", "rmse_Nm", "r2"])
 
 
-def test_the_sentence_names_what_posture_and_the_muscles_explain():
-    text = tell_torque(torque_of(0.61, 0.72, 0.93), "base+tilt")
+@pytest.fixture
+def tell_torque(facts):
+    return lambda torque, model="base+joint_damping": tell(facts(model=model, **summarize(torque, SHORT))).torque
+
+
+@pytest.fixture
+def tell_horizons(facts):
+    return lambda horizons, model="base+joint_damping": (
+        tell(facts(model=model, **summarize(torque_of(0.6, 0.7, 0.7), horizons))).horizons
+    )
+
+
+def test_the_sentence_names_what_posture_and_the_muscles_explain(tell_torque):
+    text = tell_torque(torque_of(0.61, 0.72, 0.93))
     assert "posture and speed alone 0.61" in text and "muscles of base, driven by EMG, explain R2 0.72" in text
-    assert "base+tilt: 0.93" in text and RECORD_INSTEAD not in text
+    assert "base+joint_damping: 0.93" in text and RECORD_INSTEAD not in text
 
 
 @pytest.mark.parametrize(("found", "told"), [(0.30, "less than"), (0.615, "no more than"), (-np.inf, "less than")])
-def test_where_muscles_explain_no_more_than_posture_it_says_so_and_what_to_record(found, told):
-    text = tell_torque(torque_of(0.61, 0.2, found), "base+tilt")
+def test_where_muscles_explain_no_more_than_posture_it_says_so_and_what_to_record(found, told, tell_torque):
+    text = tell_torque(torque_of(0.61, 0.2, found))
     assert f"explain {told} posture and speed do" in text and RECORD_INSTEAD in text
 
 
-def test_trials_that_differ_in_no_load_by_the_settings_are_said_to_where_posture_explains_all():
+def test_trials_that_differ_in_no_load_by_the_settings_are_said_to_where_posture_explains_all(tell_torque):
     """Loads are 0 in a new study until they are filled in; then posture alone explains the torque of their motion."""
     torque = torque_of(0.99, 0.2, 0.2)
     assert "training trials the same load" in tell_torque(torque, "base")
@@ -37,51 +53,50 @@ def test_trials_that_differ_in_no_load_by_the_settings_are_said_to_where_posture
     assert "training trials the same load" not in tell_torque(torque_of(0.61, 0.9, 0.9), "base")
 
 
-def test_muscles_that_explain_less_than_posture_and_load_are_told_to_and_what_to_record():
+def test_muscles_that_explain_less_than_posture_and_load_are_told_to_and_what_to_record(tell_torque):
     torque = torque_of(0.61, 0.79, 0.79)
-    told = torque[torque["model"] == POSTURE].assign(model=POSTURE_LOAD, r2=0.95)
-    assert "told the load" not in tell_torque(torque, "base")
-    text = tell_torque(pd.concat([torque, told]), "base")
-    assert "0.61 and, told the load too, 0.95" in text and text.endswith(RECORD_INSTEAD)
-    assert RECORD_INSTEAD not in tell_torque(pd.concat([torque, told.assign(r2=0.7)]), "base")
+    known = torque[torque["model"] == POSTURE].assign(model=POSTURE_LOAD, r2=0.95)
+    assert "given the load" not in tell_torque(torque, "base")
+    text = tell_torque(pd.concat([torque, known]), "base")
+    assert "0.61 and, given the load too, 0.95" in text and text.endswith(RECORD_INSTEAD)
+    assert RECORD_INSTEAD not in tell_torque(pd.concat([torque, known.assign(r2=0.7)]), "base")
 
 
-def test_noise_that_hides_much_of_the_torque_is_told():
+def test_noise_that_hides_much_of_the_torque_is_told(tell_torque):
     torque = torque_of(0.61, 0.72, 0.83)
     noise = torque[torque["model"] == "base"].assign(model=NOISE, r2=[0.9, 0.84])
-    assert "leaves about 0.84" in tell_torque(pd.concat([torque, noise]), "base+tilt")
-    assert "noise" not in tell_torque(pd.concat([torque, noise.assign(r2=0.999)]), "base+tilt")
+    assert "leaves about 0.84" in tell_torque(pd.concat([torque, noise]))
+    assert "noise" not in tell_torque(pd.concat([torque, noise.assign(r2=0.999)]))
 
 
-def test_a_first_model_that_loses_to_posture_asks_for_no_other_trials_if_what_was_found_wins():
-    assert RECORD_INSTEAD not in tell_torque(torque_of(0.61, 0.2, 0.9), "base+tilt")
+def test_a_first_model_that_loses_to_posture_asks_for_no_other_trials_if_what_was_found_wins(tell_torque):
+    assert RECORD_INSTEAD not in tell_torque(torque_of(0.61, 0.2, 0.9))
 
 
-def test_the_second_sentence_names_the_best_rival_and_the_whole_trials():
-    errors = {"base": 3.0, "base+tilt": 0.4, HOLD: 9.0, SAME_SPEED: 8.0, POSTURE: 5.0, EMG_ONLY: 6.0}
+def test_the_second_sentence_names_the_best_rival_and_the_whole_trials(tell_horizons):
+    errors = {"base": 3.0, "base+joint_damping": 0.4, HOLD: 9.0, SAME_SPEED: 8.0, POSTURE: 5.0, EMG_ONLY: 6.0}
     rows = [(p, h, held, e + h) for p, e in errors.items() for h in (0.2, 0.5) for held in (False, True)]
-    rows += [("base", np.inf, True, 12.0), ("base+tilt", np.inf, True, 0.7)]
-    text = tell_horizons(pd.DataFrame(rows, columns=["predictor", "horizon_s", "held_out", "rmse_deg"]), "base+tilt")
-    assert "0.5 s after" in text and "base misses by 3.5 deg" in text and "base+tilt misses by 0.9 deg" in text
-    assert "(posture and speed) by 5.5" in text and "base by 12 deg and base+tilt by 0.7 deg" in text
+    rows += [("base", np.inf, True, 12.0), ("base+joint_damping", np.inf, True, 0.7)]
+    text = tell_horizons(pd.DataFrame(rows, columns=SHORT.columns))
+    assert "0.5 s after" in text and "base misses by 3.5 deg" in text and "base+joint_damping misses by 0.9 deg" in text
+    assert "(posture and speed) by 5.5" in text and "base by 12 deg and base+joint_damping by 0.7 deg" in text
 
 
-def test_what_overflows_is_said_in_text_and_picture():
+def test_what_overflows_is_said_in_text_and_picture(tell_torque, tell_horizons):
     torque = torque_of(0.61, -np.inf, -np.inf)
     assert "muscles of base, driven by EMG, explain R2 -inf" in tell_torque(torque, "base")
-    texts = [text.get_text() for axis in draw_torque(torque, "base").axes for text in axis.texts]
+    texts = [text.get_text() for axis in draw_torque(torque).axes for text in axis.texts]
     assert texts and set(texts) == {"torque overflows"}
     rows = [(p, h, True, 1.0) for p in (HOLD, SAME_SPEED, POSTURE, EMG_ONLY) for h in (0.2, 0.5)]
     rows = [("base", 0.2, True, 5.0), ("base", 0.5, True, np.inf), *rows]
-    horizons = pd.DataFrame(rows, columns=["predictor", "horizon_s", "held_out", "rmse_deg"])
+    horizons = pd.DataFrame(rows, columns=SHORT.columns)
     assert "base misses by inf deg" in tell_horizons(horizons, "base")
-    figure = draw_horizons(horizons, 0.5, "0.5 deg", pd.DataFrame(columns=["source", "heldout_rmse_deg"]), "base")
+    figure = draw_horizons(horizons, {"noise": 0.5}, NO_NETWORKS, "base")
     assert any("base (overflows" in text.get_text() for text in figure.legends[0].get_texts())
 
 
-def test_trials_too_short_for_a_window_or_a_horizon_are_said_to_be():
+def test_trials_too_short_for_a_window_or_a_horizon_are_said_to_be(tell_torque, tell_horizons):
     torque = torque_of(np.nan, np.nan, np.nan)
-    assert "too short" in tell_torque(torque, "base") and draw_torque(torque, "base").axes
-    horizons = pd.DataFrame([("base", np.inf, True, 5.0)], columns=["predictor", "horizon_s", "held_out", "rmse_deg"])
-    assert "too short" in tell_horizons(horizons, "base")
-    assert draw_horizons(horizons, 0.5, "0.5 deg", pd.DataFrame(columns=["source", "heldout_rmse_deg"]), "base").axes
+    assert "too short" in tell_torque(torque, "base") and draw_torque(torque).axes
+    assert "too short" in tell_horizons(SHORT, "base")
+    assert draw_horizons(SHORT, {"noise": 0.5}, NO_NETWORKS, "base").axes

@@ -5,6 +5,7 @@ Shapes: T trials, N samples.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,7 +15,6 @@ from scipy.stats import spearmanr
 from scipy.stats import t as student
 
 from myowave.identification.output_error import Fit
-from myowave.identification.record import is_bound
 from myowave.physics.dynamics import moment_of_inertia
 from myowave.physics.valued import give_values
 
@@ -24,7 +24,7 @@ BINS = 4  # of as many samples each
 WINDOW_S = 0.25  # half the width of a test function
 MOST_MAP_BINS, WINDOWS_A_CELL = 8, 5  # the map is as fine as so many windows in a cell, on average, allow
 FEWEST = 3  # windows in a cell of the map
-CONTRAST = 1.15  # worst bin over best: less is not worth a sentence
+CONTRAST = 1.15  # worst bin over best: less is no finding
 TREND = 0.8  # rank correlation of four bins with at most two neighbours exchanged
 SHIFT = 0.2  # mean error over RMSE from which the arm is said to run ahead or behind
 BATCHES = 10  # stretches of a residual whose scatter gives an interval
@@ -99,27 +99,27 @@ def _activations(fit: Fit) -> dict[str, Array]:
     return {f"activation {m.name} [-]": activation[..., i] for i, m in enumerate(fit.model.muscles)}
 
 
-def describe(misfit: pd.DataFrame, noise_deg: float) -> str:
-    """The table in a few sentences, the strongest first.
+def locate(misfit: pd.DataFrame) -> list[dict[str, Any]]:
+    """What the error goes with, as plain data, the strongest first; nothing where it is the same everywhere.
 
     Args:
         misfit: as `misfit_by` gives it.
-        noise_deg: standard deviation of the noise of the angle.
+
+    Returns:
+        Findings with their `kind` and two `parts`, each {"part", "low", "high", "rmse_deg", "mean_deg"}: `trend`, from
+        the lowest to the highest part `of` some factors, and `extremes`, the worst and the best of these; `shift`, the
+        arm ahead of the model in flexion and extension alike (mean_deg > 0 while the angle grows), or behind it;
+        `direction` and `trial`, the worst and the best.
     """
-    size = f"{'at most ' * is_bound(noise_deg)}{noise_deg:.2g} deg"
-    if (misfit["rmse_deg"] <= noise_deg).all():
-        return f"In every part of the trials the misfit is below the noise, {size}: nothing to locate."
-    noise = f"The noise is {size}."
-    said = [text for text in (_by_range(misfit), _by_direction(misfit), _by_trial(misfit)) if text]
-    if not said:
-        return f"The misfit is the same everywhere. {noise}"
-    if said[0].startswith("It is"):
-        said[0] = said[0].replace("It is", "The misfit is", 1)
-    return " ".join([*said, noise])
+    halves, trials = (misfit[misfit["factor"] == factor] for factor in ("direction", "trial"))
+    ahead = halves["mean_deg"].to_numpy() * [1, -1]  # measured less simulated: positive while the angle grows is ahead
+    if (np.abs(ahead) > SHIFT * halves["rmse_deg"]).all() and ahead.prod() > 0:
+        return [*_by_range(misfit), _finding("shift", halves), *_contrast("trial", trials)]
+    return [*_by_range(misfit), *_contrast("direction", halves), *_contrast("trial", trials)]
 
 
-def _by_range(misfit: pd.DataFrame) -> str:
-    """With what the error grows or falls; where there is no such trend, at what it is largest and smallest."""
+def _by_range(misfit: pd.DataFrame) -> list[dict[str, Any]]:
+    """With what the error grows or falls; where there is no such trend, where it is largest and smallest."""
     trends, extremes = [], []
     ranges = misfit[misfit["low"].notna()]
     for factors in sharing(ranges, "factor", ("low", "high", "rmse_deg")):
@@ -130,40 +130,29 @@ def _by_range(misfit: pd.DataFrame) -> str:
             continue
         order = spearmanr(np.arange(len(errors)), errors).statistic
         across = np.log(errors[-1] / max(errors[0], 1e-12))
-        name, unit = _name_and_unit(factors)
         if abs(order) >= TREND - 1e-9 and abs(across) > np.log(contrast) / 2:
-            ends = " to ".join(f"{_error(parts.iloc[i])} ({_range(parts.iloc[i])}{unit})" for i in (0, -1))
-            trends.append((contrast, f"{'grows' if across > 0 else 'falls'} with {name}, from {ends}"))
+            trends.append((contrast, _finding("trend", parts.iloc[[0, -1]], factors)))
         elif abs(errors.argmax() - errors.argmin()) > 1:  # between neighbours a difference is no finding
-            worst, best = (f"{_range(row)}{unit} ({_error(row)})" for row in _extremes(parts))
-            extremes.append((contrast, f"is largest at {name} {worst} and smallest at {best}"))
-    chosen = sorted(trends, reverse=True)[:2] or sorted(extremes, reverse=True)[:1]
-    return f"The misfit {'; it '.join(text for _, text in chosen)}." if chosen else ""
+            extremes.append((contrast, _finding("extremes", _extremes(parts), factors)))
+    ordered = [sorted(found, key=lambda pair: -pair[0]) for found in (trends, extremes)]
+    return [finding for _, finding in ordered[0][:2] or ordered[1][:1]]
 
 
-def _by_trial(misfit: pd.DataFrame) -> str:
-    """The trials with the largest and the smallest error, where these differ."""
-    worst, best = _extremes(misfit[misfit["factor"] == "trial"])
-    if worst["rmse_deg"] <= CONTRAST * best["rmse_deg"]:
-        return ""
-    worst, best = (f"trial {row['part'].removeprefix('trial')} ({_error(row)})" for row in (worst, best))
-    return f"It is largest in {worst}, smallest in {best}."
+def _contrast(kind: str, parts: pd.DataFrame) -> list[dict[str, Any]]:
+    """The worst and the best part, where they differ."""
+    ends = _extremes(parts)
+    return [_finding(kind, ends)] if ends["rmse_deg"].iloc[0] > CONTRAST * ends["rmse_deg"].iloc[1] else []
 
 
-def _by_direction(misfit: pd.DataFrame) -> str:
-    """Whether the arm runs ahead of the model or behind it, or moves one way worse than the other."""
-    parts = misfit[misfit["factor"] == "direction"].set_index("part")
-    flexion, extension = parts.loc["flexion"], parts.loc["extension"]
-    # Measured less simulated: positive while the angle grows, and negative while it falls, is ahead.
-    ahead = np.array([flexion["mean_deg"], -extension["mean_deg"]])
-    if (np.abs(ahead) > SHIFT * np.array([flexion["rmse_deg"], extension["rmse_deg"]])).all() and ahead.prod() > 0:
-        where = "ahead of" if ahead[0] > 0 else "behind"
-        by_flexion, by_extension = np.abs(ahead)
-        return f"The arm is {where} the model, by {by_flexion:.2g} deg in flexion and {by_extension:.2g} in extension."
-    worst, best = _extremes(parts.reset_index())
-    if worst["rmse_deg"] <= CONTRAST * best["rmse_deg"]:
-        return ""
-    return f"It is larger in {worst['part']} ({_error(worst)}) than in {best['part']} ({_error(best)})."
+def _extremes(parts: pd.DataFrame) -> pd.DataFrame:
+    """The parts with the largest and with the smallest error."""
+    return parts.loc[[parts["rmse_deg"].idxmax(), parts["rmse_deg"].idxmin()]]
+
+
+def _finding(kind: str, parts: pd.DataFrame, of: Sequence[str] = ()) -> dict[str, Any]:
+    columns = ["part", "low", "high", "rmse_deg", "mean_deg"]
+    known = parts[columns].astype(object)
+    return {"kind": kind, "of": list(of), "parts": known.where(known.notna(), None).to_dict("records")}
 
 
 def missing_torque(fit: Fit) -> MissingTorque:
@@ -230,28 +219,6 @@ def interval_of_rmse(residual: Array) -> tuple[float, float]:
     half = student.ppf(0.975, BATCHES - 1) * means.std(ddof=1) / np.sqrt(BATCHES)
     rmse, factor = float(np.sqrt((residual**2).mean())), float(np.exp(half / means.mean() / 2))
     return rmse / factor, rmse * factor
-
-
-def _extremes(parts: pd.DataFrame) -> tuple[pd.Series, pd.Series]:
-    """The parts with the largest and with the smallest error."""
-    return parts.loc[parts["rmse_deg"].idxmax()], parts.loc[parts["rmse_deg"].idxmin()]
-
-
-def _error(row: pd.Series) -> str:
-    return f"{row['rmse_deg']:.2g} deg"
-
-
-def _range(row: pd.Series) -> str:
-    low, high = (f"{v:.0f}" if abs(v) >= 10 else f"{v:.2g}" for v in (row["low"], row["high"]))
-    return f"{low} to {high}"
-
-
-def _name_and_unit(factors: Sequence[str]) -> tuple[str, str]:
-    """`speed [deg/s]` as "speed" and " deg/s"; a number without a unit has none. Of several the names together."""
-    names, units = zip(*(factor.removesuffix("]").rsplit(" [", 1) for factor in factors), strict=True)
-    others = " and ".join(name.removeprefix("activation ") for name in names[1:])
-    name = names[0].replace("activation", "activation of") + (f" and {others}" if others else "")
-    return name, "" if units[0] == "-" else f" {units[0]}"
 
 
 def sharing(table: pd.DataFrame, name: str, shown: Sequence[str]) -> list[list[str]]:

@@ -1,149 +1,91 @@
-"""Tables of a diagnosis as text for its page."""
+"""Tables of a diagnosis as text for its page: columns as they are headed, and a row of cells for each row."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 import numpy as np
 import pandas as pd
-from markupsafe import Markup, escape
 
 from myowave.diagnosis.report.ladder import PHYSICS
-from myowave.diagnosis.report.words import LEAST_DEG, titled
-
-RANKING_COLUMNS = {
-    "effect": "effect",
-    "status": "status",
-    "delta_bic": "delta BIC",
-    "rmse_deg": "RMSE [deg]",
-    "folds": "folds won",
-    "estimate": "estimate",
-    "smallest_detectable": "smallest detectable",
-    "confused_with": "like",
-    "reason": "why not",
-}
-LADDER_COLUMNS = [
-    "model",
-    "what",
-    "training RMSE [deg]",
-    "held-out RMSE [deg]",
-    "held-out R2",
-    "missing torque [N m]",
-]
-Z95 = 1.96  # half a 95 % interval in standard errors
-ANYWHERE = (-np.inf, np.inf)
-NOTHING = 1e-9  # a smaller share of a value is no scatter but rounding
-Rows = list[tuple[str, ...]]
-
-
-def number(value: float) -> str:
-    """Three digits; empty where there is none."""
-    if value is None or pd.isna(value):
-        return ""
-    return f"{value:.3g}" if np.isfinite(value) else "runs away"
-
-
-def named(model: str) -> Markup:
-    """A model's name that may break after each +."""
-    return Markup("+<wbr>").join(escape(part) for part in model.split("+"))
-
-
-def ranking_table(rows: pd.DataFrame, titles: Mapping[str, str]) -> tuple[list[str], Rows]:
-    """The catalogue at one model: columns, those of `RANKING_COLUMNS` in which something stands, and rows."""
-    shown = rows.assign(
-        folds=[f"{won} of {folds}" for won, folds in zip(rows["folds_won"], rows["folds"], strict=True)],
-        confused_with=[
-            f"absorbed by {by.replace(' ', ', ') or 'parameters together'}"
-            if status == "absorbed"
-            else like.replace(" ", ", ")
-            for status, by, like in zip(rows["status"], rows["absorbed_by"], rows["confused_with"], strict=True)
-        ],
-    )[list(RANKING_COLUMNS)]
-    texts = [
-        [v.replace("+-", "±") if isinstance(v, str) else number(v) for v in row]
-        for row in shown.itertuples(index=False)
-    ]
-    filled = [i for i in range(len(RANKING_COLUMNS)) if any(row[i] for row in texts)]
-    columns = [list(RANKING_COLUMNS.values())[i] for i in filled]
-    return columns, [tuple(titled(row[i], titles) if i == 0 else row[i] for i in filled) for row in texts]
-
-
-def ladder_rows(ladder: pd.DataFrame) -> Rows:
-    """Every model, the physics and the networks, in the order of `LADDER_COLUMNS`."""
-    return [
-        (
-            named(r.model),
-            _what(r.source),
-            _error(r.train_rmse_deg),
-            _error(r.heldout_rmse_deg),
-            "" if pd.isna(r.heldout_r2) else f"{r.heldout_r2:.5f}",
-            number(r.missing_torque_Nm),
-        )
-        for r in ladder.itertuples()
-    ]
-
-
-def parameter_columns(parameters: pd.DataFrame) -> list[str]:
-    """The scatter over the seeds of networks and the true error have a column where they are known."""
-    columns = ["parameter", "model", "what", "value ± SE", "unit"]
-    columns += ["scatter of seeds"] if parameters["scatter"].notna().any() else []
-    return [*columns, "true error [%]"] if parameters["error_pct"].notna().any() else columns
-
-
-def parameter_rows(parameters: pd.DataFrame) -> Rows:
-    """Every estimated parameter of every model, in the order of `parameter_columns`."""
-    columns = parameter_columns(parameters)
-    cells = [
-        {
-            "parameter": r.parameter,
-            "model": named(r.model),
-            "what": _what(r.source) + ", were it right" * bool(r.if_right),
-            "value ± SE": estimate(r.value, r.se, (r.low, r.high)),
-            "unit": "" if pd.isna(r.unit) else r.unit,
-            "scatter of seeds": "0" if r.scatter <= NOTHING * abs(r.value) else number(r.scatter),
-            "true error [%]": number(r.error_pct),
-        }
-        for r in parameters.itertuples()
-    ]
-    return [tuple(row[column] for column in columns) for row in cells]
-
-
-def proposal_rows(proposals: pd.DataFrame) -> Rows:
-    """Trials to record next."""
-    return [
-        (p.trial, f"{p.separation:.3g}", f"{p.now:.3g}", "yes" if p.separates else "no") for p in proposals.itertuples()
-    ]
-
-
-def interval_of(value: float, se: float, bounds: tuple[float, float]) -> tuple[float, float]:
-    """95 % interval of a value with a standard error, within its bounds; all of these where it is not known."""
-    low, high = bounds
-    return max(value - Z95 * se, low), min(value + Z95 * se, high)
-
-
-def estimate(value: float, se: float | None, bounds: tuple[float, float] = ANYWHERE) -> str:
-    """A value with its standard error, if there is one, to the digits that this leaves; one that may be anywhere within
-    its bounds is not known."""
-    if se is None or pd.isna(se) or not np.isfinite(se) or se <= 0:
-        return f"{value:.4g}"
-    if interval_of(value, se, bounds) == bounds:
-        return f"{value:.4g}, not known"
-    if se < NOTHING * abs(value):
-        return f"{value:.6g}"
-    digits = max(0, 1 - int(np.floor(np.log10(se))))
-    return f"{value:.{digits}f} ± {se:.{digits}f}" if digits <= 6 else f"{value:.6g} ± {se:.1g}"
-
-
-def _error(value: float) -> str:
-    """An error [deg]; no power of ten for one that nobody could measure."""
-    return f"under {LEAST_DEG}" if value < LEAST_DEG else number(value)
-
-
-def _what(source: str) -> str:
-    return "physical model" if source == PHYSICS else source
-
+from myowave.diagnosis.report.numbers import LEAST_DEG, NOTHING, estimate, number
 
 RANKING_TEXTS = ("absorbed_by", "confused_with", "reason", "estimate")
+
+
+def ranking_cells(rows: pd.DataFrame) -> pd.DataFrame:
+    """The catalogue weighed at one model; without columns in which nothing stands."""
+    absorbed = "absorbed by " + rows["absorbed_by"].str.replace(" ", ", ").replace("", "parameters together")
+    cells = pd.DataFrame(
+        {
+            "effect": rows["effect"],
+            "status": rows["status"],
+            "delta BIC": rows["delta_bic"].map(number),
+            "RMSE [deg]": rows["rmse_deg"].map(number),
+            "folds won": rows["folds_won"].astype(str) + " of " + rows["folds"].astype(str),
+            "estimate": rows["estimate"].str.replace("+-", "±"),
+            "smallest detectable": rows["smallest_detectable"].map(number),
+            "like": rows["confused_with"].str.replace(" ", ", ").where(rows["status"] != "absorbed", absorbed),
+            "why not": rows["reason"],
+        }
+    )
+    return cells.loc[:, (cells != "").any()]
+
+
+def ladder_cells(ladder: pd.DataFrame) -> pd.DataFrame:
+    """Every model, the physics and the networks."""
+    failed = ladder["failed_seeds"].fillna("").astype(str)
+    return pd.DataFrame(
+        {
+            "model": ladder["model"],
+            "what": [
+                _what(source) + f"; {seeds} of {count:.0f} failed" * bool(seeds)
+                for source, seeds, count in zip(ladder["source"], failed, ladder["seeds"], strict=True)
+            ],
+            "training RMSE [deg]": [number(error, LEAST_DEG) for error in ladder["train_rmse_deg"]],
+            "held-out RMSE [deg]": [number(error, LEAST_DEG) for error in ladder["heldout_rmse_deg"]],
+            "held-out R2": ["" if pd.isna(r2) else f"{r2:.5f}" for r2 in ladder["heldout_r2"]],
+            "missing torque [N m]": ladder["missing_torque_Nm"].map(number),
+        }
+    )
+
+
+def parameter_cells(parameters: pd.DataFrame) -> pd.DataFrame:
+    """Every estimated parameter of every model; scatter over the seeds of networks and true error where known."""
+    scatter = parameters["scatter"].mask(parameters["scatter"] <= NOTHING * parameters["value"].abs(), 0.0)
+    cells = pd.DataFrame(
+        {
+            "parameter": parameters["parameter"],
+            "model": parameters["model"],
+            "what": [
+                _what(source) + ", were it right" * bool(if_right)
+                for source, if_right in zip(parameters["source"], parameters["if_right"], strict=True)
+            ],
+            "value ± SE": [estimate(r.value, r.se, (r.low, r.high)) for r in parameters.itertuples()],
+            "unit": parameters["unit"].fillna(""),
+            "scatter of seeds": scatter.map(number),
+            "true error [%]": parameters["error_pct"].map(number),
+        }
+    )
+    shown = cells.columns.difference(["scatter of seeds", "true error [%]"], sort=False)
+    known = [c for c in ("scatter of seeds", "true error [%]") if (cells[c] != "").any()]
+    return cells[[*shown, *known]]
+
+
+def proposal_cells(proposals: pd.DataFrame) -> pd.DataFrame:
+    """Trials to record next."""
+    return pd.DataFrame(
+        {
+            "trial": proposals["trial"],
+            "separation [chi-square]": proposals["separation"].map("{:.3g}".format),
+            "now": proposals["now"].map("{:.3g}".format),
+            "enough": np.where(proposals["separates"].astype(bool), "yes", "no"),
+        }
+    )
 
 
 def with_texts(table: pd.DataFrame, columns: Iterable[str] = RANKING_TEXTS) -> pd.DataFrame:
     """A table that was read from its file, where a column without any text holds numbers that are not there."""
     return table.assign(**{name: table[name].astype(object).fillna("") for name in columns if name in table})
+
+
+def _what(source: str) -> str:
+    return "physical model" if source == PHYSICS else source

@@ -23,7 +23,8 @@ COLUMNS = [
     "failed_seeds",
 ]
 PARAMETER_COLUMNS = [
-    *("source", "model", "parameter", "value", "se", "scatter", "true", "error_pct", "assumed", "if_right"),
+    *("source", "model", "parameter", "unit", "low", "high", "value", "se", "scatter", "true", "error_pct"),
+    *("assumed", "if_right"),
 ]
 PHYSICS = "physics"
 FAILED_R2 = 0.0  # a network that predicts the held-out trials no better than their mean angle has failed
@@ -59,15 +60,6 @@ def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.
     return joined.reindex(columns=COLUMNS).sort_values("effects", kind="stable", ignore_index=True)
 
 
-def tell_failed_seeds(ladder: pd.DataFrame) -> list[str]:
-    """A sentence for each network of which seeds failed; ladder as `join_ladder` gives it, also read from its file."""
-    return [
-        f"{row.source} with {row.model}: {row.failed_seeds} of {row.seeds:.0f} failed: no better on held-out trials "
-        "than a constant angle, or its motion runs away. The numbers are medians over all seeds."
-        for row in ladder[ladder["failed_seeds"].fillna("") != ""].itertuples()
-    ]
-
-
 def _seeds(seeds: Sequence[int]) -> str:
     """Seeds in words; empty where there are none."""
     *others, last = map(str, seeds) if len(seeds) else ("",)
@@ -84,43 +76,37 @@ def steps(ranking: pd.DataFrame) -> dict[str, str]:
     return {model: richer.removeprefix(model).strip("+") for model, richer in pairwise(models)}
 
 
-def join_parameters(
-    verdict: Mapping[str, Any], evaluations: Sequence[pd.DataFrame], fitted: pd.DataFrame
-) -> pd.DataFrame:
+def join_parameters(verdict: Mapping[str, Any], evaluations: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """Every estimated parameter of every model: unit, bounds, value, standard error, true value and error where known;
     whether it is free only because nobody measured it, and whether its interval holds only `if_right` were the model.
 
     Args:
-        verdict: verdict.json, its errors filled in where they are known.
+        verdict: verdict.json, with what scoring knows.
         evaluations: as in `join_ladder`; values and standard errors are medians over the seeds, `scatter` is that of
             the values (1 SD).
-        fitted: columns parameter, unit, low, high of every parameter.
     """
     rows = [
-        (
-            *(PHYSICS, model, name, entry["value"], entry["se"], np.nan, entry["true"], entry["error_pct"]),
-            *(entry["assumed"], model in verdict["models_that_leave_more"]),
-        )
+        {"source": PHYSICS, "model": model, "parameter": name, **entry}
         for model, values in verdict["parameters"].items()
         for name, entry in values.items()
     ]
-    known = {name: entry["true"] for values in verdict["parameters"].values() for name, entry in values.items()}
+    known = {row["parameter"]: {name: row[name] for name in ("unit", "low", "high", "true")} for row in rows}
     for table in evaluations:
+        source, model = source_of(table), table["model"].iloc[0]
         for name in [c.removesuffix("_error_pct") for c in table.columns if c.endswith("_error_pct")]:
-            error = table[f"{name}_error_pct"].median()
-            spread = table[name].std(ddof=0)
-            value, true = table[name].median(), known.get(name)
-            model = table["model"].iloc[0]
-            # All seeds see the same trials: more of them make no estimate surer.
-            se = table[f"{name}_se"].median() if f"{name}_se" in table else np.nan
-            if_right = model in verdict["models_that_leave_more"]
-            rows.append((source_of(table), model, name, value, se, spread, true, error, False, if_right))
+            own = {
+                "value": table[name].median(),
+                # All seeds see the same trials: more of them make no estimate surer.
+                "se": table[f"{name}_se"].median() if f"{name}_se" in table else np.nan,
+                "scatter": table[name].std(ddof=0),
+                "error_pct": table[f"{name}_error_pct"].median(),
+                "assumed": False,
+            }
+            rows.append({"source": source, "model": model, "parameter": name, **known.get(name, {}), **own})
     joined = pd.DataFrame(rows, columns=PARAMETER_COLUMNS)
-    for place, column in enumerate(("unit", "low", "high"), 3):
-        joined.insert(
-            place, column, joined["parameter"].map(fitted.drop_duplicates("parameter").set_index("parameter")[column])
-        )
-    joined[["true", "error_pct"]] = joined[["true", "error_pct"]].astype(float)
+    joined["if_right"] = joined["model"].isin(verdict["models_that_leave_more"])
+    numbers = ["low", "high", "value", "se", "scatter", "true", "error_pct"]
+    joined[numbers] = joined[numbers].astype(float)
     order = joined["model"].str.count(r"\+")
     return joined.iloc[np.argsort(order, kind="stable")].reset_index(drop=True)
 

@@ -1,155 +1,19 @@
-"""A diagnosis as tables and as verdict.json: plain data, from which pictures and pages are drawn."""
+"""A diagnosis as tables: plain data, from which pictures and pages are drawn."""
 
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from myowave.diagnosis.causes import EMG_NOISE, EMG_NOISE_TITLE, OWN_CURVES
-from myowave.diagnosis.misfit.size import size_of_misfit
 from myowave.diagnosis.misfit.where import interval_of_rmse
-from myowave.diagnosis.report.words import degrees, tell_masked
+from myowave.diagnosis.report.facts import unit_of
 from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import EVIDENCE, Candidate
 from myowave.diagnosis.search.score import confusion
-from myowave.identification.record import Record, is_bound
+from myowave.identification.record import Record
 from myowave.identification.uncertainty import correlations
-from myowave.physics.constants import constant_unit
-from myowave.physics.model import Model
 
 CONFUSED = 0.8  # one effect imitates at least this much of another
-
-
-def verdict_summary(diagnosis: Diagnosis) -> dict[str, Any]:
-    """What verdict.json holds, but for the errors of the parameters, which only scoring can know, and the command."""
-    verdict = diagnosis.verdict
-    best = best_proposal(diagnosis)
-    return {
-        "dataset": diagnosis.dataset,
-        "horizon_s": diagnosis.record.horizon_s,
-        "verdict": verdict.kind,
-        "effects": list(verdict.causes),
-        # What comes nearest to something unknown is no model that was found.
-        "model": (diagnosis.rungs[0] if verdict.kind == "unknown" else diagnosis.rungs[-1]).name,
-        "alternatives": [list(c) for c in verdict.alternatives],
-        "stand_ins": {name: list(others) for name, others in verdict.stand_ins.items()},
-        "sentence": sentence(diagnosis),
-        "where": diagnosis.where,
-        "rmse_deg": {
-            rung.name: {
-                "train": float(np.degrees(rung.rmse)),
-                "heldout": float(np.degrees(rung.heldout.rmse)),
-                # What the fit leaves, each piece with a start of its own: to be set beside the noise.
-                "fitted": float(np.degrees(rung.fit.rmse())),
-                "noise": diagnosis.noise_deg,
-            }
-            for rung in diagnosis.tried
-        },
-        "parameters": {
-            rung.name: {
-                p.name: {"value": float(value), "se": errors[p.name], "assumed": p.assumed}
-                for p, value in zip(rung.fit.free, rung.fit.values, strict=True)
-            }
-            for rung in diagnosis.tried
-            for errors in [rung.fit.standard_errors()]
-        },
-        "next_trial": best,
-        "absorbed": {name: list(by) for name, by in verdict.absorbed.items()},
-        "outside_usual_range": {name: list(by) for name, by in verdict.masked.items()},
-        "explained": verdict.explained,
-        "structure_left": verdict.structure_left,
-        "rest": OWN_CURVES if verdict.of_curves else "",
-        "models_that_leave_more": _leave_more(diagnosis),
-        "follows": verdict.follows,
-        "stands_on": stands_on(diagnosis),
-        "torque_left_out": dict(torque.left_out) if (torque := diagnosis.selection.ladder[0].torque) else {},
-        "missing_deg": float(np.degrees(verdict.missing)),
-        "missing_Nm": diagnosis.rungs[-1].missing.rms if verdict.structure_left else 0.0,
-        "shares": dict(verdict.shares),
-        "emg_noise": verdict.emg_noise,
-        "emg_motion_deg": float(np.degrees(verdict.emg_motion)),
-        "beside": {
-            name: {"delta_bic": float(c.delta_bic), "folds_won": c.folds_won, "folds": c.folds}
-            for name, c in diagnosis.found.beside.items()
-            if name in verdict.effects
-        },
-        "nearest": list(verdict.nearest),
-        "formula": diagnosis.draft.formula,
-        "failed": dict(diagnosis.failed),
-        "noise_is_bound": is_bound(diagnosis.noise_deg),
-        "titles": {c.name: c.effect.title for c in diagnosis.selection.rankings[0]} | {EMG_NOISE: EMG_NOISE_TITLE},
-    }
-
-
-def _leave_more(diagnosis: Diagnosis) -> list[str]:
-    """Models whose residual is not noise: their intervals hold only if the model were right."""
-    found, last = diagnosis.verdict, diagnosis.rungs[-1].name
-    left = [rung.name for rung in diagnosis.named if size_of_misfit(rung.fit).significant]
-    before = [rung.name for rung in diagnosis.rungs[:-1]] if found.kind != "adequate" else []
-    return sorted({*left, *before, *([last] if found.structure_left else [])})
-
-
-def sentence(diagnosis: Diagnosis) -> str:
-    """The verdict for people."""
-    verdict, last = diagnosis.verdict, diagnosis.rungs[-1]
-    classes = {c[0]: c for c in verdict.alternatives}
-    named = [" or ".join(classes.get(name, (name,))) for name in verdict.effects or verdict.nearest]
-    other = "".join(
-        f" Outside the catalogue, {' or '.join(others)} would do as well as {name}."
-        for name, others in verdict.stand_ins.items()
-    )
-    known = "at most " if is_bound(diagnosis.noise_deg) else ""
-    rmse = f"{degrees(float(np.degrees(last.fit.rmse())))}; the noise is {known}{diagnosis.noise_deg:.2g} deg"
-    them = "it" if len(named) == 1 else "them"
-    left = f"{np.degrees(verdict.missing):.2g} deg of motion"
-    left += f", {last.missing.rms:.2g} N m of torque" if last.missing.rms > 0 else ""
-    rest = OWN_CURVES if verdict.of_curves else "something that is not in the catalogue"
-    formula = diagnosis.draft.formula
-    described = f" As a formula: missing torque = {formula} N m." if formula != "0" else ""
-    if verdict.emg_noise:
-        noise = f"{EMG_NOISE_TITLE} of {verdict.emg_noise:.2g}"
-        named, them = [*named, noise], "it" if not named else "them"
-        rmse = rmse.replace("the noise is", "the noise of the angle is")
-        rmse += f", and that of the EMG moves the simulated arm by {degrees(float(np.degrees(verdict.emg_motion)))}"
-    texts = {
-        "adequate": f"The model is adequate: it leaves {rmse}, and no effect in the catalogue would explain more.",
-        "effect": f"Missing: {' and '.join(named)}. With {them} the model leaves {rmse}.",
-        "class": f"Missing: {' and '.join(named)}{' or something like it' if not classes else ''}; these data cannot "
-        f"tell which. The model then leaves {rmse}.{other}",
-        "partial": f"Missing: {' and '.join(named)}, and {rest} ({left}).{other}",
-        "unknown": f"Something is missing that no effect in the catalogue explains ({left})"
-        + (f"; {' and '.join(named)} would explain {verdict.explained:.0%} of it" if named else "")
-        + (f"; {OWN_CURVES} would explain it" if verdict.of_curves and not named else "")
-        + f".{described}",
-        "undecidable": f"Not decidable: {tell_masked(verdict.masked)}.",
-    }
-    text = texts[verdict.kind]
-    if not verdict.follows:
-        return (
-            f"The model does not follow these trials: over the {diagnosis.record.horizon_s:g} s after a measured state "
-            "it misses more than the mean angle of that time does. No effect was weighed."
-        )
-    if verdict.absorbed and verdict.kind != "undecidable":
-        hidden = "; ".join(f"{name} ({', '.join(by)})" for name, by in verdict.absorbed.items())
-        text += f" Not decidable with these data, because parameters absorb them: {hidden}."
-    return text
-
-
-def stands_on(diagnosis: Diagnosis) -> str:
-    """The stage of the base model's fit that its parameters come from."""
-    horizon = diagnosis.record.horizon_s
-    if diagnosis.selection.ladder[0].torque is not None:
-        return "torque"
-    return "whole trials" if horizon is None else f"{horizon:g} s"
-
-
-def best_proposal(diagnosis: Diagnosis) -> dict[str, Any] | None:
-    """The trial to record next, if one would tell candidates apart."""
-    for question, proposals in diagnosis.proposals.items():
-        if proposals and proposals[0].separates:
-            best = proposals[0]
-            return {"question": question, "trial": best.trial, "separation": best.separation, "now": best.now}
-    return None
 
 
 def proposals_table(diagnosis: Diagnosis) -> pd.DataFrame:
@@ -219,7 +83,7 @@ def parameters_table(diagnosis: Diagnosis) -> pd.DataFrame:
     for rung in diagnosis.tried:
         errors = rung.fit.standard_errors()
         for p, value in zip(rung.fit.free, rung.fit.values, strict=True):
-            unit = _unit(rung.fit.model, p.name)
+            unit = unit_of(rung.fit.model, p.name)
             known = p.known if p.assumed else (np.nan, np.nan)
             rows.append((rung.name, p.name, float(value), errors[p.name], p.low, p.high, unit, p.assumed, *known))
     columns = ["model", "parameter", "value", "se", "low", "high", "unit", "assumed", "expected", "deviation"]
@@ -289,12 +153,6 @@ def _parts(diagnosis: Diagnosis, rung: Any) -> list[tuple[str, Record, np.ndarra
         ("train", rung.fit.record, rung.residual),
         ("test", diagnosis.test, rung.heldout.residual),
     ]
-
-
-def _unit(model: Model, name: str) -> str:
-    if name in model.effect_parameters:
-        return model.effect_parameters[name].unit
-    return constant_unit(name)
 
 
 def _r2(residual: np.ndarray, record: Record) -> float:

@@ -1,8 +1,7 @@
 """Words of the pages: what each kind of verdict means, effects by their titles, terms explained on hover."""
 
-import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,7 +23,6 @@ class Kind:
     unexplained: bool = False
 
 
-# The one list of kinds; `kind_of` copes with further ones.
 KINDS = {
     "adequate": Kind("adequate", "The model is adequate."),
     "effect": Kind("missing", "Nothing but noise is left."),
@@ -60,7 +58,6 @@ GLOSSARY = {
     "outside the catalogue": "Simple torques and excitations that no effect of the catalogue makes are tried, too, and "
     "muscle curves of any smooth shape near the published ones.",
 }
-LEAST_DEG = 0.0001  # no error smaller than this is told
 _WRITTEN = {
     "base": r"base(?![+\w])",
     "held-out": r"held[- ]out",
@@ -72,53 +69,11 @@ _WRITTEN = {
 
 
 def kind_of(verdict: Mapping[str, Any]) -> Kind:
-    """How the kind of a verdict is told; one that is not in `KINDS` by its own name."""
-    if not verdict.get("follows", True):
-        return LOST
-    kind = str(verdict["verdict"])
-    return KINDS.get(kind, Kind(kind, f"The verdict is {kind}.", unexplained=bool(verdict.get("structure_left"))))
+    """How the kind of a verdict is told."""
+    return KINDS[verdict["verdict"]] if verdict["follows"] else LOST
 
 
-def tell_masked(masked: Mapping[str, Sequence[str]]) -> str:
-    """Parameters with unusual values, and the effects that would explain these; those of the same effects together.
-
-    Args:
-        masked: {parameter: effects}.
-    """
-    groups: dict[tuple[str, ...], list[str]] = {}
-    for parameter, effects in masked.items():
-        groups.setdefault(tuple(effects), []).append(parameter)
-    return "; ".join(
-        f"{' and '.join(names)} {'is outside its' if len(names) == 1 else 'are outside their'} usual range, or "
-        f"{' or '.join(effects)} is there"
-        for effects, names in groups.items()
-    )
-
-
-def degrees(value: float) -> str:
-    """An error in text, the same for one fact wherever it stands; no power of ten for one that nobody could measure."""
-    return f"under {LEAST_DEG} deg" if value < LEAST_DEG else f"{two_digits(value)} deg"
-
-
-def two_digits(value: float) -> str:
-    """A number in text, with two significant digits and no power of ten for large ones; tables have one digit more."""
-    return f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}"
-
-
-def noise(verdict: Mapping[str, Any]) -> str:
-    """The noise of the measured angle in text, said to be a bound where it is one."""
-    value = next(iter(verdict["rmse_deg"].values()))["noise"]
-    return f"{'at most ' * bool(verdict.get('noise_is_bound'))}{degrees(value)}"
-
-
-def noise_with_emg(verdict: Mapping[str, Any]) -> float | None:
-    """What noise of the angle and of the recorded EMG make of the error together [deg]; none where the EMG has none."""
-    if not verdict["emg_noise"]:
-        return None
-    return math.hypot(next(iter(verdict["rmse_deg"].values()))["noise"], verdict["emg_motion_deg"])
-
-
-def tell(text: str, titles: Mapping[str, str]) -> Markup:
+def explained(text: str, titles: Mapping[str, str]) -> Markup:
     """A text as HTML: effects with their titles, terms with their meaning on hover, each where it first stands.
 
     Args:
@@ -151,3 +106,8 @@ def titled(effect: str, titles: Mapping[str, str]) -> Markup:
 def plain(effect: str, titles: Mapping[str, str]) -> str:
     """As `titled`, for pictures."""
     return f"{titles[effect]} ({effect})" if titles.get(effect) else effect
+
+
+def named(model: str) -> Markup:
+    """A model's name that may break after each +."""
+    return Markup("+<wbr>").join(escape(part) for part in model.split("+"))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.misfit.filtered import noise_left
-from myowave.diagnosis.misfit.where import MissingTorque, describe, misfit_by, missing_torque
+from myowave.diagnosis.misfit.where import MissingTorque, misfit_by, missing_torque
 from myowave.diagnosis.search.conclude import Findings, search, weighed
 from myowave.diagnosis.search.draft import MOST_TERMS, Draft, draft_effect
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
@@ -67,7 +67,6 @@ class Diagnosis:
         record, test: all trials, and those that no fit has seen; in pieces where whole trials diverge.
         rungs: the base model, then what the search added, one effect more each.
         named: further models that somebody asked for; they decide nothing.
-        where: the base model's misfit in a sentence.
         proposals: trials to record next, for each pair of candidates or absorbed effect that wants one:
             {"joint_damping or muscle_damping": [...]}.
         draft: a formula for what is missing; of the base model where the verdict is unknown, else of the last one.
@@ -81,7 +80,6 @@ class Diagnosis:
     rungs: tuple[Rung, ...]
     named: tuple[Rung, ...]
     verdict: Verdict
-    where: str
     proposals: Mapping[str, list[Proposal]]
     draft: Draft
     failed: Mapping[str, str]
@@ -159,13 +157,12 @@ def diagnose(
         train, heldout = np.degrees(rung.rmse), np.degrees(rung.heldout.rmse)
         report(f"{rung.name}: training {train:.3g} deg, held-out {heldout:.3g} deg")
     verdict = judge(found, follows=followed)
-    where = describe(rungs[0].misfit, noise_of(found, record, follows=followed))
     report(f"verdict: {verdict.kind}, {', '.join(verdict.causes) or 'no effect'}")
     missing = rungs[0].fit if verdict.kind == "unknown" else selection.fit
     nameless = followed and not verdict.of_curves  # a torque of the moment is no way to say what curves do
     draft = draft_effect(missing, trials.dataset, most=MOST_TERMS if nameless else 0)
     proposals = _proposals(selection, verdict, effects)
-    told = rungs, tuple(named), verdict, where, proposals, draft
+    told = rungs, tuple(named), verdict, proposals, draft
     return Diagnosis(trials.dataset, record, test, found, *told, failed)
 
 

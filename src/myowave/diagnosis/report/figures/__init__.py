@@ -16,12 +16,12 @@ from myowave.diagnosis.report.figures.watch import draw_ladder, draw_parameters
 from myowave.diagnosis.report.figures.where import draw_misfit, draw_missing_torque
 from myowave.diagnosis.report.figures.which import draw_ranking
 from myowave.diagnosis.report.ladder import PHYSICS
-from myowave.diagnosis.report.words import noise as tell_noise
-from myowave.diagnosis.report.words import noise_with_emg
+from myowave.diagnosis.report.tell import base_of, tell
+from myowave.plotting import title
 
 
 def draw_diagnosis(
-    tables: Mapping[str, pd.DataFrame], predictions: pd.DataFrame, summary: Mapping[str, Any]
+    tables: Mapping[str, pd.DataFrame], predictions: pd.DataFrame, verdict: Mapping[str, Any]
 ) -> dict[str, Figure]:
     """All pictures of a dataset, by name.
 
@@ -29,29 +29,31 @@ def draw_diagnosis(
         tables: those of `tables.TABLES`, with `ladder` and `parameters` as `ladder` joins them, and those of
             `comparison.compare`.
         predictions: measured and simulated angle, from `tables.predictions_table`.
-        summary: from `tables.verdict_summary`.
+        verdict: verdict.json.
     """
-    errors, found = tables["errors"], summary["model"]
-    ranking = with_texts(tables["ranking"])
-    said = tell_noise(summary)
-    noise, ladder = errors["noise_deg"].iloc[0], tables["ladder"]
-    with_emg = noise_with_emg(summary)
-    ends = (next(iter(summary["rmse_deg"])), found)
-
-    heldout = {model: errors["heldout"] for model, errors in summary["rmse_deg"].items()}
+    told, found = tell(verdict), verdict["model"]
+    model, errors = base_of(verdict)
+    levels = {f"noise of the angle, {told.noise}": errors["noise"]}
+    if told.noise_with_emg is not None:
+        levels["noise of the angle and of the EMG"] = told.noise_with_emg
+    angle = dict(list(levels.items())[:1])
+    networks = tables["ladder"][tables["ladder"]["source"] != PHYSICS]
 
     def of_ends(table: pd.DataFrame) -> pd.DataFrame:
-        return table[table["model"].isin(ends)]
+        return table[table["model"].isin((model, found))]
 
-    return {
-        "overlay": draw_overlay(of_ends(predictions), of_ends(errors), said),
-        "errors": draw_errors(errors, heldout, found, said, with_emg),
-        "torque": draw_torque(tables["torque"], found),
-        "horizons": draw_horizons(tables["horizons"], noise, said, ladder[ladder["source"] != PHYSICS], found),
+    figures = {
+        "overlay": draw_overlay(of_ends(predictions)),
+        "errors": draw_errors(tables["errors"], found, levels),
+        "torque": draw_torque(tables["torque"]),
+        "horizons": draw_horizons(tables["horizons"], angle, networks, found),
         "correlations": draw_correlations(of_ends(tables["correlations"])),
-        "misfit": draw_misfit(of_ends(tables["misfit"]), noise, summary["where"]),
+        "misfit": draw_misfit(of_ends(tables["misfit"]), angle),
         "missing_torque": draw_missing_torque(of_ends(tables["missing_torque"])),
-        "ranking": draw_ranking(ranking, summary["titles"], summary["follows"]),
-        "ladder": draw_ladder(ladder, found, said, with_emg, summary["horizon_s"]),
-        "parameters": draw_parameters(tables["parameters"], found),
+        "ranking": draw_ranking(with_texts(tables["ranking"]), verdict["titles"]),
+        "ladder": draw_ladder(tables["ladder"], levels, verdict["horizon_s"]),
+        "parameters": draw_parameters(tables["parameters"]),
     }
+    for name, figure in figures.items():
+        title(figure, told.titles[name])
+    return figures

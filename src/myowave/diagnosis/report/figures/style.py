@@ -1,7 +1,7 @@
-"""What the pictures of a diagnosis share: how a model is drawn and called, and the legend."""
+"""What the pictures of a diagnosis share: how a model is drawn and called, axes, levels of noise and the legend."""
 
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from myowave.diagnosis.misfit.where import sharing
-from myowave.diagnosis.report.words import degrees
 from myowave.plotting import BLUE, GREY, MEASURED, MODEL, ORANGE, PINK, SKY
 
 PANEL_LETTERS = 30  # that a panel's title has room for in a line
@@ -41,16 +40,18 @@ def short(model: str) -> str:
     return model.replace("+", " + ")
 
 
-def label_lowest(axes: Iterable[Axes], shown: int, columns: int, text: str = "") -> None:
-    """Ticks with their labels below the lowest panel of each column, also where the last row is not full.
+def scale_errors(axis: Axes, errors: Any, levels: Iterable[float] = (), wide: float = WIDE) -> None:
+    """An axis of errors [deg]: from 0, or logarithmic where they differ by more than so many times.
 
     Args:
-        axes: row by row; only the first of them are `shown`.
-        text: below the ticks.
+        levels: that have to be seen too.
     """
-    for axis in list(axes)[:shown][-columns:]:
-        axis.tick_params(labelbottom=True)
-        axis.set_xlabel(text)
+    lowest, highest = np.nanmin(errors), np.nanmax(errors)
+    if highest > wide * lowest:
+        axis.set_yscale("log")
+        axis.yaxis.set_major_formatter("{x:g}")
+    else:
+        axis.set_ylim(0, max(axis.get_ylim()[1], 1.08 * max(highest, *levels)))  # room for a whole marker
 
 
 def together(table: pd.DataFrame, name: str, shown: Sequence[str]) -> dict[str, str]:
@@ -71,36 +72,26 @@ def _listed(names: list[str]) -> str:
     return textwrap.fill(", ".join([names[0].removesuffix(" [-]"), *ends]), PANEL_LETTERS, break_long_words=False)
 
 
-def whiskers(
-    axis: Axes, x: Any, values: Any, intervals: Sequence[tuple[float, float]], *, color: str, order: int, name: str
-) -> None:
-    """A point for each value with a line over its interval: open diamonds for the first model, else dots.
+def whiskers(axis: Axes, x: Any, rows: pd.DataFrame, *, color: str, order: int, name: str) -> None:
+    """A point for each error with a line over its interval: open diamonds for the first model, else dots.
 
     Args:
-        intervals: (low, high), NaN where there is none.
+        rows: columns rmse_deg, rmse_low_deg, rmse_high_deg; empty where there is no interval.
         order: place of the model; 0 is the one without effects.
     """
-    low, high = np.array(intervals, dtype=float).reshape(-1, 2).T
-    middle = np.asarray(values, dtype=float)
-    span = np.nan_to_num(np.clip([middle - low, high - middle], 0.0, None))
+    middle = rows["rmse_deg"].to_numpy()
+    span = np.nan_to_num([middle - rows["rmse_low_deg"], rows["rmse_high_deg"] - middle]).clip(0.0)
     look: dict[str, Any] = {"marker": "D", "markerfacecolor": "white"} if order == 0 else {"marker": "o"}
     axis.errorbar(x, middle, span, color=color, linestyle="none", markersize=6, capsize=3, label=short(name), **look)
 
 
-def draw_noise(axis: Axes, level: float, noise: str, with_emg: float | None = None) -> None:
-    """The error that a model cannot go below: noise of the angle, and with what noise of the EMG makes of the motion.
-
-    Args:
-        level: noise of the angle [deg]; `noise` says it in words.
-        with_emg: both together [deg]; none where the EMG has none.
-    """
-    axis.axhline(level, color=MEASURED, linestyle=":", linewidth=2, label=f"noise of the angle, {noise}")
-    if with_emg is not None:
-        told = f"noise of the angle and of the EMG, {degrees(with_emg)}"
-        axis.axhline(with_emg, color=GREY, linestyle=":", linewidth=2, label=told)
+def draw_levels(axis: Axes, levels: Mapping[str, float]) -> None:
+    """Errors [deg] that a model cannot go below, by what they are of: noise of the angle, and with that of the EMG."""
+    for (label, level), color in zip(levels.items(), (MEASURED, GREY), strict=False):
+        axis.axhline(level, color=color, linestyle=":", linewidth=2, label=label)
 
 
-def legend(figure: Figure, axis: Axes, *, columns: int) -> None:
-    """One legend for all panels, below them."""
-    handles, labels = axis.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False)
+def legend(figure: Figure, axes: Iterable[Axes], *, columns: int, place: str = "outside lower center") -> None:
+    """One legend for all panels, below them or elsewhere."""
+    handles = {label: handle for axis in axes for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
+    figure.legend(handles.values(), handles.keys(), loc=place, ncols=columns, frameon=False)

@@ -1,31 +1,27 @@
 """Watch: errors and parameters from model to model, of the physics and of the networks trained with it."""
 
+from collections.abc import Mapping
 from itertools import chain, cycle
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from myowave.diagnosis.report.cells import Z95
-from myowave.diagnosis.report.figures.style import WIDE, draw_noise, label_lowest, legend, unique
+from myowave.diagnosis.report.figures.style import WIDE, draw_levels, legend, scale_errors, unique
 from myowave.diagnosis.report.ladder import PHYSICS
-from myowave.diagnosis.report.words import degrees
-from myowave.plotting import BLUE, GREEN, MEASURED, MODEL, ORANGE, PINK, canvas, title
+from myowave.diagnosis.report.numbers import Z95
+from myowave.plotting import BLUE, GREEN, MEASURED, MODEL, ORANGE, PINK, canvas
 
 LONG = 16  # letters of a panel's title; more go in two lines
 NETWORKS = ((GREEN, "^"), (ORANGE, "v"), (PINK, "D"), (MODEL, "P"))  # colour and marker of each kind of network
 
 
-def draw_ladder(
-    ladder: pd.DataFrame, found: str, noise: str, with_emg: float | None = None, horizon_s: float | None = None
-) -> Figure:
+def draw_ladder(ladder: pd.DataFrame, levels: Mapping[str, float], horizon_s: float | None = None) -> Figure:
     """Error and missing torque against the effects added.
 
     Args:
         ladder: columns source, model, named, train_rmse_deg, heldout_rmse_deg, noise_deg, missing_torque_Nm.
-        found: the model that was found.
-        noise: of the angle, in words.
-        with_emg: what this and noise of the recorded EMG make together [deg]; none where the EMG has none.
+        levels: errors of noise [deg], see `draw_levels`.
         horizon_s: that the physical model is judged over [s]; none where that is whole trials, as for networks.
     """
     over = "" if horizon_s is None else f" over {horizon_s:g} s"
@@ -51,14 +47,8 @@ def draw_ladder(
         error.plot(
             x, rows["heldout_rmse_deg"], color=color, marker=marker, linestyle="-.", label=f"{source}, held out{whole}"
         )
-    level = ladder["noise_deg"].iloc[0]
-    draw_noise(error, level, noise, with_emg)
-    values = ladder[["train_rmse_deg", "heldout_rmse_deg"]].stack()
-    if values.max() > WIDE / 2 * values.min():
-        error.set_yscale("log")
-        error.yaxis.set_major_formatter("{x:g}")
-    else:
-        error.set_ylim(0, 1.08 * max(values.max(), level))  # room for a whole marker
+    draw_levels(error, levels)
+    scale_errors(error, ladder[["train_rmse_deg", "heldout_rmse_deg"]], levels.values(), WIDE / 2)
     error.set_ylabel("RMSE [deg]")
     for torque in axes[0, 1:]:
         torque.plot(physics["model"].map(models.index), missing, color=BLUE, marker="o", linestyle="none", markersize=8)
@@ -68,28 +58,17 @@ def draw_ladder(
         axis.set_xticks(range(len(models)), [m.replace("+", "\n+") for m in models], fontsize=9)
         axis.set_xlim(-0.5, len(models) - 0.5)
         axis.grid(axis="x", visible=False)
-    legend(figure, error, columns=2)
-    first, last = physics.iloc[0], physics[physics["model"] == found].iloc[0]
-    if found == first["model"]:
-        finding = f"Nothing added: {degrees(first['heldout_rmse_deg'])} on held-out trials, noise is {noise}"
-    else:
-        finding = (
-            f"With what was found the held-out error falls from {degrees(first['heldout_rmse_deg'])} to "
-            f"{degrees(last['heldout_rmse_deg'])}, missing torque from {first['missing_torque_Nm']:.2g} to "
-            f"{last['missing_torque_Nm']:.2g} N m"
-        )
-    title(figure, finding)
+    legend(figure, [error], columns=2)
     return figure
 
 
-def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
+def draw_parameters(parameters: pd.DataFrame) -> Figure:
     """Each parameter that a dataset wants identified, or that an effect has, along the ladder with 95 % intervals
     within its bounds, and its true value where that is known. Intervals that hold only if the model were right are open
     and dotted.
 
     Args:
         parameters: as `ladder.join_parameters` gives them.
-        found: the model that was found.
     """
     parameters = parameters[~parameters["assumed"].astype(bool)]
     models, names = (unique(parameters[c]) for c in ("model", "parameter"))
@@ -132,29 +111,12 @@ def draw_parameters(parameters: pd.DataFrame, found: str) -> Figure:
         axis.ticklabel_format(axis="y", useOffset=False)
     for axis in list(axes.flat)[len(names) :]:
         axis.set_visible(False)
-    label_lowest(axes.flat, len(names), columns)
+    for axis in list(axes.flat)[: len(names)][-columns:]:  # also where the last row is not full
+        axis.tick_params(labelbottom=True)
     for axis in axes.flat:
         axis.set_xlim(-0.4, len(models) - 0.4)
         axis.set_xticks(range(len(models)), [str(i) if i else models[0] for i in range(len(models))])
     names_of_models = "    ".join(f"{i}: {m}" for i, m in enumerate(models) if i)
     figure.supxlabel(names_of_models, x=0.01, ha="left", fontsize=10)
-    handles = {
-        label: handle for axis in axes.flat for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)
-    }
-    figure.legend(handles.values(), handles.keys(), loc="outside right upper", frameon=False)
-    physics = parameters[parameters["source"] == PHYSICS]
-    ends = [physics[physics["model"] == m] for m in (models[0], found)]
-    if physics["error_pct"].notna().any():
-        errors = [rows["error_pct"].abs().max() for rows in ends]
-        finding = f"Worst parameter error {errors[0]:.2g} %" + (
-            f" without, {errors[1]:.2g} % with what was found" if found != models[0] else "; 95 % intervals"
-        )
-    elif found == models[0]:
-        finding = "Parameters with 95 % intervals"
-    else:
-        shared = ends[0].merge(ends[1], on="parameter", suffixes=("_0", "_1"))
-        moved = 100 * (shared["value_1"] / shared["value_0"] - 1)
-        worst = ((shared["value_1"] - shared["value_0"]) / shared["se_0"]).abs().fillna(0.0).idxmax()
-        finding = f"Adding what was missing moves {shared['parameter'][worst]} by {moved[worst]:+.0f} %"
-    title(figure, finding)
+    legend(figure, axes.flat, columns=1, place="outside right upper")
     return figure

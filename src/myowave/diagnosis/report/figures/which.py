@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from myowave.diagnosis.report.figures.style import short, unique
 from myowave.diagnosis.report.ladder import steps
 from myowave.diagnosis.report.words import plain
-from myowave.plotting import BLUE, GREY, MEASURED, ORANGE, PINK, SKY, canvas, title
+from myowave.plotting import BLUE, GREY, MEASURED, ORANGE, PINK, SKY, canvas
 
 THRESHOLD = 10.0  # delta BIC that counts as very strong evidence
 SHOWN = 10  # candidates a panel
@@ -28,12 +28,11 @@ MEANING = {
 }
 
 
-def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str], follows: bool) -> Figure:
+def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
     """The catalogue weighed at each model, the most evident effects of each, a panel a model.
 
     Args:
         titles: what each effect is, in words.
-        follows: whether the model follows the trials; else no effect was weighed.
     """
     models, adds = unique(ranking["model"]), steps(ranking)
     figure, axes = canvas(len(models), 1, width=12.0, height=3.3 * len(models) + 1.1)
@@ -59,20 +58,6 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str], follows: bool
     seen = [s for s in STATUS if (ranking["status"] == s).any()]
     handles = [Line2D([], [], color=STATUS[s], marker="o", linestyle="none", markersize=7) for s in seen]
     figure.legend(handles, [MEANING[s] for s in seen], loc="outside lower left", ncols=3, frameon=False, fontsize=9)
-    added = []
-    for model, effect in adds.items():
-        rows = ranking[(ranking["model"] == model) & (ranking["effect"] == effect)]
-        added.append(
-            f"{titles.get(effect) or effect} ($\\Delta$BIC {rows['delta_bic'].iloc[0]:.0f})" if len(rows) else effect
-        )
-    if not follows:
-        title(
-            figure, f"No effect was weighed, as {short(models[0])} does not follow the trials; these are first guesses"
-        )
-    elif added:
-        title(figure, f"The evidence asks for {', then '.join(added)}, then for no other effect")
-    else:
-        title(figure, f"The evidence asks for no effect beside {short(models[0])}")
     return figure
 
 

@@ -1,0 +1,150 @@
+"""A diagnosis as verdict.json: numbers, names, kinds and units. `tell` makes all sentences of these."""
+
+from typing import Any
+
+import numpy as np
+
+from myowave.diagnosis.causes import EMG_NOISE, EMG_NOISE_TITLE, OWN_CURVES
+from myowave.diagnosis.misfit.pattern import find_pattern
+from myowave.diagnosis.misfit.size import size_of_misfit
+from myowave.diagnosis.misfit.where import locate
+from myowave.diagnosis.search.diagnose import Diagnosis, Rung
+from myowave.diagnosis.search.rank import Candidate
+from myowave.identification.output_error import Fit
+from myowave.identification.record import is_bound
+from myowave.identification.uncertainty import correlations
+from myowave.physics.constants import constant_unit
+from myowave.physics.model import Model
+
+
+def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
+    """What a diagnosis has to say: verdict.json but for what comparison, scoring and the run's settings add to it."""
+    verdict, last = diagnosis.verdict, diagnosis.rungs[-1]
+    # What comes nearest to something unknown is no model that was found.
+    found = diagnosis.rungs[0] if verdict.kind == "unknown" else last
+    ends = {rung.name: rung for rung in (diagnosis.rungs[0], found)}.values()
+    torque = diagnosis.selection.ladder[0].torque
+    return {
+        "dataset": diagnosis.dataset,
+        "horizon_s": diagnosis.record.horizon_s,
+        "verdict": verdict.kind,
+        "effects": list(verdict.causes),
+        "model": found.name,
+        "alternatives": [list(c) for c in verdict.alternatives],
+        "stand_ins": {name: list(others) for name, others in verdict.stand_ins.items()},
+        "where": locate(diagnosis.rungs[0].misfit),
+        "worst_part_deg": float(diagnosis.rungs[0].misfit["rmse_deg"].max()),
+        "rmse_deg": {
+            rung.name: {
+                "train": float(np.degrees(rung.rmse)),
+                "heldout": float(np.degrees(rung.heldout.rmse)),
+                # What the fit leaves, each piece with a start of its own: to be set beside the noise.
+                "fitted": float(np.degrees(rung.fit.rmse())),
+                "noise": diagnosis.noise_deg,
+            }
+            for rung in diagnosis.tried
+        },
+        "fitted_deg": float(np.degrees(last.fit.rmse())),
+        "parameters": {rung.name: _parameters(rung.fit) for rung in diagnosis.tried},
+        "most_alike": {rung.name: _most_alike(rung.fit) for rung in ends},
+        "missing_torque": {rung.name: _missing_torque(rung) for rung in ends},
+        "next_trial": _best_proposal(diagnosis),
+        "absorbed": {name: list(by) for name, by in verdict.absorbed.items()},
+        "outside_usual_range": {name: list(by) for name, by in verdict.masked.items()},
+        "explained": verdict.explained,
+        "structure_left": verdict.structure_left,
+        "rest": OWN_CURVES if verdict.of_curves else "",
+        "models_that_leave_more": _leave_more(diagnosis),
+        "follows": verdict.follows,
+        "stands_on": "torque" if torque else "motion",
+        "torque_left_out": dict(torque.left_out) if torque else {},
+        "missing_deg": float(np.degrees(verdict.missing)),
+        "missing_Nm": last.missing.rms if verdict.structure_left else 0.0,
+        "shares": dict(verdict.shares),
+        "emg_noise": verdict.emg_noise,
+        "emg_motion_deg": float(np.degrees(verdict.emg_motion)),
+        "evidence": _evidence(diagnosis),
+        "scored": len(diagnosis.selection.rankings[0]),
+        "nearest": list(verdict.nearest),
+        "formula": diagnosis.draft.formula,
+        "failed": dict(diagnosis.failed),
+        "noise_is_bound": is_bound(diagnosis.noise_deg),
+        "titles": {c.name: c.effect.title for c in diagnosis.selection.rankings[0]} | {EMG_NOISE: EMG_NOISE_TITLE},
+    }
+
+
+def unit_of(model: Model, name: str) -> str:
+    """The unit of a model's parameter."""
+    return model.effect_parameters[name].unit if name in model.effect_parameters else constant_unit(name)
+
+
+def _parameters(fit: Fit) -> dict[str, dict[str, Any]]:
+    errors = fit.standard_errors()
+    return {
+        p.name: {
+            "value": float(value),
+            "se": errors[p.name],
+            "assumed": p.assumed,
+            "unit": unit_of(fit.model, p.name),
+            "low": p.low,
+            "high": p.high,
+        }
+        for p, value in zip(fit.free, fit.values, strict=True)
+    }
+
+
+def _most_alike(fit: Fit) -> dict[str, Any] | None:
+    """The two parameters whose estimates are correlated most; none where there are not two."""
+    if len(fit.free) < 2:
+        return None
+    correlation = np.triu(correlations(fit.covariance()), 1)
+    i, j = np.unravel_index(np.abs(correlation).argmax(), correlation.shape)
+    return {"parameters": [fit.free[i].name, fit.free[j].name], "correlation": float(correlation[i, j])}
+
+
+def _missing_torque(rung: Rung) -> dict[str, Any]:
+    return {"rms_Nm": rung.missing.rms, "pattern": find_pattern(rung.missing.map())}
+
+
+def _evidence(diagnosis: Diagnosis) -> dict[str, dict[str, Any]]:
+    """For each effect that is named the evidence at the fit `without` it, which has all others if that is known, else
+    those that it was added to; `alone`, whether it was acceptable when it was added."""
+    ladder, rankings, effects = diagnosis.selection.ladder, diagnosis.selection.rankings, diagnosis.verdict.effects
+    added: dict[str, tuple[str, Candidate]] = {}
+    for before, after, ranking in zip(ladder, ladder[1:], rankings, strict=False):
+        new = {effect.name for effect in after.model.effects[len(before.model.effects) :]}
+        if len(new) == 1:
+            added.update({c.name: (before.model.name, c) for c in ranking if c.name in new})
+    weighed = dict(added)
+    if len(effects) > 1:
+        for name, candidate in diagnosis.found.beside.items():
+            others = [effect.name for effect in ladder[-1].model.effects if effect.name != name]
+            weighed[name] = "+".join(["base", *others]), candidate
+    return {
+        name: {
+            "without": without,
+            "delta_bic": float(candidate.delta_bic),
+            "folds_won": candidate.folds_won,
+            "folds": candidate.folds,
+            "alone": name not in added or added[name][1].acceptable,
+        }
+        for name, (without, candidate) in weighed.items()
+        if name in effects
+    }
+
+
+def _leave_more(diagnosis: Diagnosis) -> list[str]:
+    """Models whose residual is not noise: their intervals hold only if the model were right."""
+    found, last = diagnosis.verdict, diagnosis.rungs[-1].name
+    left = [rung.name for rung in diagnosis.named if size_of_misfit(rung.fit).significant]
+    before = [rung.name for rung in diagnosis.rungs[:-1]] if found.kind != "adequate" else []
+    return sorted({*left, *before, *([last] if found.structure_left else [])})
+
+
+def _best_proposal(diagnosis: Diagnosis) -> dict[str, Any] | None:
+    """The trial to record next, if one would tell candidates apart."""
+    for question, proposals in diagnosis.proposals.items():
+        if proposals and proposals[0].separates:
+            best = proposals[0]
+            return {"question": question, "trial": best.trial, "separation": best.separation, "now": best.now}
+    return None

@@ -1,0 +1,68 @@
+"""Numbers as text: as many digits as their error leaves, and the same for one fact wherever it stands."""
+
+import numpy as np
+import pandas as pd
+
+LEAST_DEG = 0.0001  # no error smaller than this is told
+Z95 = 1.96  # half a 95 % interval in standard errors
+ANYWHERE = (-np.inf, np.inf)
+NOTHING = 1e-9  # a smaller share of a value is no scatter but rounding
+
+
+def degrees(value: float) -> str:
+    """An error in text; no power of ten for one that nobody could measure."""
+    return f"under {LEAST_DEG} deg" if value < LEAST_DEG else f"{two_digits(value)} deg"
+
+
+def two_digits(value: float) -> str:
+    """A number in text, with two significant digits and no power of ten for large ones; tables have one digit more."""
+    return f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}"
+
+
+def number(value: float | None, least: float = -np.inf) -> str:
+    """Three digits; empty where there is none.
+
+    Args:
+        least: what is smaller is under this.
+    """
+    if value is None or pd.isna(value):
+        return ""
+    if value < least:
+        return f"under {least}"
+    return f"{value:.3g}" if np.isfinite(value) else "runs away"
+
+
+def r2_text(value: float) -> str:
+    return f"{value:.2f}" if value < 0.995 else f"{value:.4f}"
+
+
+def interval_of(value: float, se: float, bounds: tuple[float, float]) -> tuple[float, float]:
+    """95 % interval of a value with a standard error, within its bounds; all of these where it is not known."""
+    low, high = bounds
+    return max(value - Z95 * se, low), min(value + Z95 * se, high)
+
+
+def estimate(value: float, se: float | None, bounds: tuple[float, float] = ANYWHERE) -> str:
+    """A value with its standard error, if there is one, to the digits that this leaves; one that may be anywhere within
+    its bounds is not known."""
+    if se is None or not np.isfinite(se) or se <= 0:
+        return f"{value:.4g}"
+    if interval_of(value, se, bounds) == bounds:
+        return f"{value:.4g}, not known"
+    if se < NOTHING * abs(value):
+        return f"{value:.6g}"
+    digits = max(0, 1 - int(np.floor(np.log10(se))))
+    return f"{value:.{digits}f} ± {se:.{digits}f}" if digits <= 6 else f"{value:.6g} ± {se:.1g}"
+
+
+def interval(value: float, se: float | None, unit: str, bounds: tuple[float, float] = ANYWHERE) -> str:
+    """A parameter with its 95 % interval, within its bounds; the value alone where it has no standard error."""
+    of = "" if unit in ("-", "") else f" {unit}"
+    if se is None or not np.isfinite(se) or se <= 0:
+        return f"{value:.4g}{of}"
+    digits = int(np.clip(1 - np.floor(np.log10(Z95 * se)), 0, 7))
+    ends = interval_of(value, se, bounds)
+    if ends == bounds:
+        return f"{value:.4g}{of} (not known: anywhere from {bounds[0]:.4g} to {bounds[1]:.4g})"
+    middle, low, high = (f"{round(end, digits) + 0.0:.{digits}f}" for end in (np.clip(value, *bounds), *ends))
+    return f"{middle}{of} ({low} to {high})" if low != high else f"{value:.4g}{of}"
