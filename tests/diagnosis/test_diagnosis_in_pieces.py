@@ -107,11 +107,11 @@ def test_training_trials_are_predicted_from_measured_states_as_held_out_ones_are
 
 def test_what_is_known_beforehand_is_not_what_a_fit_to_torque_left(diagnosis):
     rung = diagnosis.rungs[0]
-    asked = [replace(p, deviation=np.inf, held=False, beforehand=None) for p in rung.fit.free]
+    asked = [replace(p, deviation=np.inf, fixed=False, beforehand=None) for p in rung.fit.free]
     first, *others = free = (replace(asked[0], deviation=5.0), *asked[1:])
-    held = TorqueFit(free, rung.fit.values + 1.0, np.eye(len(free))).held
-    assert all(p.held and p.deviation == 1.0 for p in held)
-    again = replace(diagnosis, rungs=(replace(rung, fit=replace(rung.fit, free=held)),), named=())
+    fixed = TorqueFit(free, rung.fit.values + 1.0, np.eye(len(free))).fixed
+    assert all(p.fixed and p.deviation == 1.0 for p in fixed)
+    again = replace(diagnosis, rungs=(replace(rung, fit=replace(rung.fit, free=fixed)),), named=())
     table = TABLES["parameters"](again).set_index("parameter")
     assert list(table["assumed"]) == [True] + [False] * len(others)
     assert tuple(table.loc[first.name, ["expected", "deviation"]]) == (first.start, 5.0)

@@ -1,6 +1,7 @@
 """The fit to torque along the measured motion, and torque that a dynamometer measured."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +11,8 @@ from myowave.data.trials import TORQUE
 from myowave.identification.free_parameters import free_parameters
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
-from myowave.identification.torque import COARSE_S, Balance, fit_torque, leave_out, shares_given
-from myowave.identification.windows import Windows
+from myowave.identification.torque import COARSE_S, TorqueBalance, fit_torque, leave_out, shares_given, windows_of
+from myowave.identification.windows import between
 from myowave.physics.dynamics import torques
 from myowave.physics.motion import simulate
 from myowave.settings import Identify, Scatter
@@ -58,7 +59,7 @@ def test_torque_is_that_of_an_upper_arm_that_leans_over_time(exact, base, free):
     fit = fit_torque(base, leaning, free)
     assert dict(zip((p.name for p in free), fit.values, strict=True))["f0_Bi"] == pytest.approx(240, rel=0.03)
     true = np.array([TRUE.get(p.name, p.start) for p in free])
-    told, untold = (shares_given(Balance.of(base, r), free, true) for r in (leaning, replace(leaning, sway=None)))
+    told, untold = (shares_given(TorqueBalance.of(base, r), free, true) for r in (leaning, replace(leaning, sway=None)))
     assert min(told.values()) > 0.99 > 0.9 > max(untold.values())
     last = leaning.take([1])
     assert torch.equal(last.sway[0], leaning.sway[1, : last.angle.shape[1]])
@@ -76,7 +77,7 @@ def test_a_mass_that_nobody_measured_does_not_run_away_with_the_forces(exact_mot
 
 def test_the_share_of_a_trial_does_not_depend_on_the_unit_of_torque(exact_motion, base, free):
     """Twice the mass, the load and the forces is twice the torque: residuals are the same."""
-    balance = Balance.of(base, exact_motion)
+    balance = TorqueBalance.of(base, exact_motion)
     names = [p.name for p in free]
     usual = np.array([base.defaults[n] for n in names])
     double = usual * [2.0 if n.startswith("f0") or n == "mass" else 1.0 for n in names]
@@ -89,8 +90,8 @@ def test_a_trial_that_is_left_out_is_not_fitted(exact_motion, base, free):
     emg[1] *= 0.7
     record = replace(exact_motion, emg=emg)
     fit, rest = fit_torque(base, record, free), fit_torque(base, record.take([0, 2]), free)
-    expected = shares_given(Balance.of(base, record.take([1])), free, rest.values)
-    own = shares_given(Balance.of(base, record.take([1])), free, fit.values)
+    expected = shares_given(TorqueBalance.of(base, record.take([1])), free, rest.values)
+    own = shares_given(TorqueBalance.of(base, record.take([1])), free, fit.values)
     assert leave_out(base, record, free)[record.names[1]] == pytest.approx(expected[record.names[1]], abs=0.01)
     assert own != pytest.approx(expected, abs=0.02)
 
@@ -144,10 +145,10 @@ def test_a_record_takes_the_torque_that_trials_hold(clean, base):
     assert make_record(clean, base).torque is None
 
 
-def test_held_parameters_stay_and_keep_the_errors_of_their_stage(exact, base, effects):
+def test_fixed_parameters_stay_and_keep_the_errors_of_their_stage(exact, base, effects):
     identify = {name: Identify() for name in ("f0_Bi", "f0_Tri")}
     free = list(free_parameters(base, identify, ()))
-    free[0] = replace(free[0], start=310.0, deviation=7.0, held=True)
+    free[0] = replace(free[0], start=310.0, deviation=7.0, fixed=True)
     fit = fit_model(base, exact, free)
     assert fit.parameters["f0_Bi"] == 310.0 and fit.standard_errors()["f0_Bi"] == pytest.approx(7.0)
     assert fit.parameters["f0_Tri"] != 300.0 and fit.converged
@@ -159,9 +160,9 @@ def test_what_moves_and_what_pulls_are_weighed_over_the_same_windows(rate_hz):
     dt, samples = 1 / rate_hz, int(3 * rate_hz)
     time = np.arange(samples) * dt
     coarse = max(1, round(COARSE_S / dt))
-    windows = Windows.over([samples], dt, coarse)
-    moved = windows.accelerated(time[None] ** 3, [samples])[0]
-    middle = (torch.arange((samples - 1) // coarse, dtype=torch.float64) + 0.5) * coarse * dt
-    pulled = windows.merged(coarse).integrate(6 * middle[:, None])
+    windows = windows_of(SimpleNamespace(lengths=[samples], dt=dt))
+    moved = windows.integrate(between(time[None] ** 3, [samples], windows.positions(samples)), derivative=2)[0]
+    merged = windows.merged(coarse)
+    pulled = merged.integrate(6 * dt * merged.positions(samples, coarse))
     assert len(pulled) <= len(moved) and len(moved) == windows.inside.shape[1]
     torch.testing.assert_close(moved[: len(pulled)], pulled, rtol=1e-2, atol=1e-4)

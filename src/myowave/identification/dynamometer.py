@@ -12,11 +12,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from myowave.identification.free_parameters import Free, scales
+from myowave.identification.descent import linearise
+from myowave.identification.free_parameters import Free, bind_values
 from myowave.identification.least_squares import Normal
 from myowave.identification.record import Record
-from myowave.identification.torque import NUDGE, Balance
-from myowave.identification.weak_form import effects_unseen_by_angle
+from myowave.identification.torque import LARGEST, TorqueBalance, effects_unseen_by_angle
 from myowave.physics.model import Model
 
 Array = NDArray[np.float64]
@@ -34,16 +34,19 @@ def with_torque(normal: Normal, model: Model, record: Record, free: Sequence[Fre
     """
     if record.torque is None or record.pieces is not None or effects_unseen_by_angle(model):
         return normal
-    balance = Balance.of(model, record)
+    balance = TorqueBalance.of(model, record)
     seen = balance.seen
     if balance.measured is None or not seen.any():
         return normal
     measured = balance.measured[seen]
     weight = record.noise / (ACCURACY * np.sqrt((measured**2).mean()))
-    bumps = np.concatenate([np.zeros((1, len(free))), NUDGE * np.diag(scales(free))])
-    _, given = balance.torques(free, values[..., None, :] + bumps)
-    left = np.nan_to_num((measured - given[..., seen]) * weight, nan=1e6).clip(-1e6, 1e6)
-    residual, slope = left[..., 0, :], np.swapaxes(left[..., :1, :] - left[..., 1:, :], -1, -2) / NUDGE
+
+    def left(values: Array) -> Array:
+        given = balance.torques(bind_values(free, values)).given
+        return np.nan_to_num((measured - given[..., seen]) * weight, nan=LARGEST).clip(-LARGEST, LARGEST)
+
+    residual, change = linearise(left, free, values)
+    slope = -change
     return replace(
         normal,
         matrix=normal.matrix + np.swapaxes(slope, -1, -2) @ slope,

@@ -31,7 +31,7 @@ class Free:
     Args:
         spread: further starts are up to this fraction away.
         deviation: standard deviation of what is known of it beforehand, about `start`; infinite where nothing is.
-        held: whether it stays at `start`, where an earlier stage of a fit left it; its deviation is that stage's.
+        fixed: whether it stays at `start`, where an earlier stage of a fit left it; its deviation is that stage's.
         beforehand: value and standard deviation that were known before that stage; None where there was none.
     """
 
@@ -42,7 +42,7 @@ class Free:
     scale: float
     spread: float = 0.0
     deviation: float = np.inf
-    held: bool = False
+    fixed: bool = False
     beforehand: tuple[float, float] | None = None
 
     @property
@@ -178,8 +178,8 @@ def expected(free: Sequence[Free]) -> tuple[Array, Array]:
 
 
 def moving(free: Sequence[Free]) -> Array:
-    """1 for parameters that a fit moves and 0 for those that are held, (P,)."""
-    return np.array([0.0 if p.held else 1.0 for p in free])
+    """1 for parameters that a fit moves and 0 for those that are fixed, (P,)."""
+    return np.array([0.0 if p.fixed else 1.0 for p in free])
 
 
 def bounds(free: Sequence[Free]) -> tuple[Array, Array]:

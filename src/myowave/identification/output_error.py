@@ -164,7 +164,7 @@ class Search:
     @classmethod
     def begin(cls, model: Model, record: Record, free: Sequence[Free], values: Array) -> "Search":
         """From the measured motion, smoothed, for every row of values (B, P)."""
-        free, measured = tuple(free), record.first_guess().expand(len(values), -1, -1, -1)
+        free, measured = tuple(free), record.motion.expand(len(values), -1, -1, -1)
         simulation = record.simulation(model, bind_values(free, values))
         guess = resting_states(simulation, measured[..., 0], measured[..., 1])
         return cls(simulation, record, free, values, record.starts_of(guess), guess, np.full(len(values), np.inf))
@@ -244,7 +244,7 @@ def _survivors(model: Model, record: Record, free: Sequence[Free], values: Array
 
 def fit_simulated(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit | None:
     """Fit a model from the motion that values (P,) simulate from the measured starts; None where they have none."""
-    free, begin = tuple(free), record.starts_of(record.first_guess())
+    free, begin = tuple(free), record.starts_of(record.motion)
     simulation = record.simulation(model, bind_values(free, values))
     guess = simulate(simulation, *torch.from_numpy(begin).unbind(-1)).state
     begun = _attempt(simulation, record, free, values, begin, guess)
@@ -277,10 +277,10 @@ def _solve(
     iterations: int = 25,
     near: Tensor | None = None,
 ) -> Sensitive:
-    """The motion near a guess, with derivatives that are 0 for parameters that are held."""
+    """The motion near a guess, with derivatives that are 0 for parameters that are fixed."""
     q0, qdot0 = (torch.from_numpy(begin[..., i].copy()) for i in range(2))
     newton = Newton(iterations, TOLERANCE, rescue=False)
-    wrt = {p.name: p.scale for p in free if not p.held}
+    wrt = {p.name: p.scale for p in free if not p.fixed}
     result = solve(simulation, q0, qdot0, guess=guess, wrt=wrt, newton=newton, near=near)
     if len(wrt) == len(free):
         return result

@@ -10,11 +10,11 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from myowave.identification.along import Along
 from myowave.identification.free_parameters import bind_values
 from myowave.identification.least_squares import LARGEST
 from myowave.identification.output_error import Fit, Search
 from myowave.identification.record import Record
-from myowave.physics.motion import resting_states
 from myowave.physics.trajectory import solve
 
 Array = NDArray[np.float64]
@@ -38,17 +38,16 @@ def predict(fit: Fit, record: Record) -> Prediction:
     """Simulate trials with the parameters of a fit to others.
 
     Only angle and velocity at their start are estimated, from the first second (`BEGINNING_S`). A piece of a trial
-    starts at the measured state, smoothed; nothing is estimated.
+    starts at the measured state, see `Along`; nothing is estimated.
     """
-    record = replace(record, known={**record.known, **bind_values(fit.free, fit.values)})
-    simulation = record.simulation(fit.model, {})
+    params = bind_values(fit.free, fit.values)
     if record.pieces is None:
         start, guess = _beginning(fit, record)
+        simulation = record.simulation(fit.model, params)
+        angle = solve(simulation, start[:, 0], start[:, 1], guess=guess).motion.angle.numpy()
     else:
-        measured = record.first_guess()
-        guess = resting_states(simulation, measured[..., 0], measured[..., 1])
-        start = torch.from_numpy(record.starts_of(guess))
-    angle = solve(simulation, start[:, 0], start[:, 1], guess=guess).motion.angle.numpy()
+        along = Along(fit.model, record.pieces.whole, params)
+        angle = along.predict(record.pieces.row, record.pieces.begin, record.angle.shape[1] - 1)
     angle = np.nan_to_num(angle, nan=LARGEST).clip(-LARGEST, LARGEST)  # where the motion diverges
     residual = np.where(record.valid, record.angle - angle, 0.0)
     squares = (residual**2).sum(-1)
@@ -64,7 +63,9 @@ def _beginning(fit: Fit, record: Record) -> tuple[Tensor, Tensor]:
     """Angle and velocity (T, 2) that come nearest to the first second of each trial, and a guess of the state."""
     early = record.valid & (np.arange(record.angle.shape[1]) * record.dt <= BEGINNING_S)
     nothing = np.zeros((1, 0))  # no parameter is free: a step moves the starts only
-    search = replace(Search.begin(fit.model, record, (), nothing), record=replace(record, valid=early))
+    known = {**record.known, **bind_values(fit.free, fit.values)}
+    search = Search.begin(fit.model, replace(record, known=known), (), nothing)
+    search = replace(search, record=replace(search.record, valid=early))
     for _ in range(LIFTED_STEPS):
         search = search.lifted()
     (start,) = torch.from_numpy(search.starts)

@@ -5,15 +5,16 @@ Shapes: T trials, N samples of the longest, M muscles.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
 from torch import Tensor
 
 from myowave.data.trials import TORQUE, Trials
 from myowave.data.wavelets import estimate_noise
+from myowave.identification.smoothing import choose_window, smooth
 from myowave.identification.whitening import Filter
 from myowave.physics.drive import channels_of
 from myowave.physics.model import Model, Params
@@ -23,32 +24,27 @@ from myowave.physics.simulation import Simulation
 SMALLEST_NOISE_DEG = 0.05
 BOUND = 1.1  # times that: an estimate no larger is of noise less than half as strong, to which the smallest was added
 LEAD_S = 0.3  # of EMG before a piece: more than muscles are ever late
-SMOOTHING_S = 0.35
-"""Window of the local cubics that give a first guess of the motion; the fit corrects what they get wrong."""
 
 
 @dataclass(frozen=True)
-class Pieces:
+class Cut:
     """Where the pieces come from that trials were cut into.
 
     Args:
-        trials: name of the trial that each is a piece of, (T,); the pieces of a trial are in the order of time.
-        begin_s: when each begins in its trial [s], (T,).
+        whole: the trials.
+        row: the trial of each piece, (T,); the pieces of a trial are in the order of time.
+        begin: its first sample there, (T,).
         horizon_s: how long a piece is at least, but for trials that are shorter [s].
-        lead: samples of EMG before each piece.
-        state: (q, qdot) of the measured motion of the whole trials, smoothed, (T, N, 2).
     """
 
-    trials: tuple[str, ...]
-    begin_s: NDArray[np.float64]
+    whole: "Record"
+    row: NDArray[np.int64]
+    begin: NDArray[np.int64]
     horizon_s: float
-    lead: int
-    state: Tensor
 
-    def take(self, index: Sequence[int], longest: int) -> "Pieces":
-        """Some of the pieces, their padding cut."""
-        trials, begin_s = tuple(self.trials[i] for i in index), self.begin_s[index]
-        return replace(self, trials=trials, begin_s=begin_s, state=self.state[index, :longest])
+    def take(self, index: Sequence[int]) -> "Cut":
+        """Some of the pieces."""
+        return replace(self, row=self.row[index], begin=self.begin[index])
 
 
 @dataclass(frozen=True)
@@ -65,6 +61,7 @@ class Record:
         sway: how far the upper arm's lean is from the known `tilt` over time [rad], (T, N); None where nobody measured.
         noise: standard deviation of the noise of the angle [rad]; what is known of constants beforehand weighs as much
             as samples with it.
+        window: samples of the local cubics that smooth the motion, see `smoothing`.
         torque: of the muscles as a dynamometer measured it [N m], NaN where none did, (T, N); None where none ever did.
         filter: of residuals, which noise of the EMG or a filter of the angle has coloured; None where neither has.
         at_rest: whether every trial is known to start at rest.
@@ -79,8 +76,9 @@ class Record:
     training: NDArray[np.bool_]
     known: dict[str, Tensor]
     noise: float
+    window: int
     at_rest: bool = False
-    pieces: Pieces | None = None
+    pieces: Cut | None = None
     filter: Filter | None = None
     torque: NDArray[np.float64] | None = None
     sway: Tensor | None = None
@@ -92,12 +90,12 @@ class Record:
     @property
     def trials(self) -> tuple[str, ...]:
         """The trial that each row is, or is a piece of, (T,)."""
-        return self.names if self.pieces is None else self.pieces.trials
+        return self.names if self.pieces is None else tuple(self.pieces.whole.names[i] for i in self.pieces.row)
 
     @property
     def begin_s(self) -> NDArray[np.float64]:
         """When each row begins in its trial [s], (T,)."""
-        return np.zeros(len(self.names)) if self.pieces is None else self.pieces.begin_s
+        return np.zeros(len(self.names)) if self.pieces is None else self.pieces.begin * self.dt
 
     @property
     def horizon_s(self) -> float | None:
@@ -107,7 +105,7 @@ class Record:
     @property
     def lead(self) -> int:
         """Samples of EMG before the first of the motion."""
-        return 0 if self.pieces is None else self.pieces.lead
+        return 0 if self.pieces is None else round(LEAD_S / self.dt)
 
     @property
     def rows_by_trial(self) -> dict[str, NDArray[np.intp]]:
@@ -137,7 +135,7 @@ class Record:
             valid=self.valid[index, :longest],
             training=self.training[index],
             known={name: values[index] for name, values in self.known.items()},
-            pieces=None if self.pieces is None else self.pieces.take(index, longest),
+            pieces=None if self.pieces is None else self.pieces.take(index),
             filter=None if self.filter is None else self.filter.take(index, longest),
             torque=None if self.torque is None else self.torque[index, :longest],
             sway=None if self.sway is None else self.sway[index, :longest],
@@ -150,7 +148,7 @@ class Record:
         """
         # ASSUME: states of effects (fatigue, activation that lags) are at rest where a piece begins, as in a trial.
         assert self.pieces is None, "the record is in pieces already"
-        lead, state = round(LEAD_S / self.dt), self.first_guess()
+        lead = round(LEAD_S / self.dt)
         counts = np.maximum(1, (self.lengths * self.dt / horizon_s + 1e-9).astype(int))
         cuts = [np.linspace(0, n, k + 1).round().astype(int) for n, k in zip(self.lengths, counts, strict=True)]
         row = np.repeat(np.arange(len(cuts)), counts)
@@ -160,17 +158,16 @@ class Record:
         at = row[:, None], np.minimum(begin[:, None] + span, end[:, None] - 1)
         # As in whole trials, EMG before the first sample of a trial holds the first value.
         past = (begin[:, None] + np.arange(-lead, len(span))).clip(0, end[:, None] - 1)
-        seconds, trials = begin * self.dt, tuple(self.names[i] for i in row)
         return replace(
             self,
-            names=tuple(f"{name} from {second:.4g} s" for name, second in zip(trials, seconds, strict=True)),
+            names=tuple(f"{self.names[i]} from {n * self.dt:.4g} s" for i, n in zip(row, begin, strict=True)),
             emg=self.emg[row[:, None], past],
             angle=self.angle[at],
             valid=valid,
             training=self.training[row],
             known={name: values[row] for name, values in self.known.items()},
             at_rest=False,
-            pieces=Pieces(trials, seconds, horizon_s, lead, state[at]),
+            pieces=Cut(self, row, begin, horizon_s),
             sway=None if self.sway is None else self.sway[at],
             torque=None,  # said once, of whole trials, by the fit to torque
         )
@@ -200,18 +197,14 @@ class Record:
         """What simulates these trials with a model: their EMG, what is known of them, and other parameters."""
         return Simulation(model, {**self.known, **params}, self.emg, self.dt, lead=self.lead, sway=self.sway)
 
-    def first_guess(self) -> Tensor:
+    @cached_property
+    def motion(self) -> Tensor:
         """State (q, qdot) of the measured motion, smoothed, (T, N, 2)."""
         if self.pieces is not None:
-            return self.pieces.state
-        window = 2 * max(2, round(SMOOTHING_S / self.dt / 2)) + 1
-        q, qdot = np.empty_like(self.angle), np.empty_like(self.angle)
-        for i, valid in enumerate(self.valid):
-            length = int(valid.sum())
-            for order, target in ((0, q), (1, qdot)):
-                smooth = savgol_filter(self.angle[i, :length], window, 3, deriv=order, delta=self.dt, mode="interp")
-                target[i] = np.pad(smooth, (0, len(valid) - length), mode="edge")
-        return torch.from_numpy(np.stack([q, qdot], -1))
+            last = self.pieces.begin[:, None] + self.lengths[:, None] - 1
+            samples = np.minimum(self.pieces.begin[:, None] + np.arange(self.angle.shape[1]), last)
+            return self.pieces.whole.motion[self.pieces.row[:, None], samples]
+        return torch.from_numpy(np.stack(smooth(self.angle, self.lengths, self.dt, self.window), -1))
 
 
 def is_bound(noise_deg: float) -> bool:
@@ -229,6 +222,7 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at
     """
     recorded = [trials.angle[i, : trials.lengths[i]] for i in trials.index(trials.train)]
     noise = estimate_noise(*recorded) if noise_deg is None else np.radians(noise_deg)
+    noise = max(float(noise), np.radians(SMALLEST_NOISE_DEG))
     tilt = trials.change_over_time("tilt")
     return Record(
         names=trials.names,
@@ -238,7 +232,8 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at
         valid=trials.valid,
         training=np.array([name not in trials.test for name in trials.names]),
         known={name: torch.from_numpy(values) for name, values in trials.known(model.defaults).items()},
-        noise=max(float(noise), np.radians(SMALLEST_NOISE_DEG)),
+        noise=noise,
+        window=choose_window(recorded, trials.dt, noise),
         at_rest=at_rest,
         torque=trials.signals.get(TORQUE),
         sway=None if tilt is None else torch.from_numpy(tilt),

@@ -17,14 +17,12 @@ from myowave.identification.output_error import Fit, fit_from, fit_model, fit_si
 from myowave.identification.prediction import predict
 from myowave.identification.record import Record
 from myowave.identification.torque import TorqueFit, fit_torque, leave_out
-from myowave.identification.weak_form import DAMPING, WeakForm, effects_unseen_by_angle
 from myowave.physics.model import Model
 
 Array = NDArray[np.float64]
 
 HORIZONS_S = (0.5, 1.0, 2.0)
 ENOUGH = 0.5  # share of the motion to be explained over longer pieces; what misses more is far from linear
-WEAK_STEPS = 20
 BEYOND_NOISE = 10.0  # times the noise of the angle
 
 
@@ -63,14 +61,14 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
     # torque does, and they stay where it leaves them.
     standing = None if torque is None else _on_torque(model, pieces, torque)
     if torque is not None and standing is not None:
-        some = [held if p.assumed else p for p, held in zip(torque.free, torque.held, strict=True)]
+        some = [fixed if p.assumed else p for p, fixed in zip(torque.free, torque.fixed, strict=True)]
         shortest = _next(model, pieces, some, torque.values)
         if shortest is None or not follows(shortest):
             return _scored(model, record, standing)
         standing = shortest
     else:
         some = [p for p in free if not p.assumed]
-        standing = _shortest(model, pieces, some, weak_values(model, record, some), starts)
+        standing = _shortest(model, pieces, some, starts)
     for horizon_s in (*HORIZONS_S[1:], None):
         longer = record if horizon_s is None else record.cut(horizon_s)
         fit = _next(model, longer, some, standing.values)
@@ -81,7 +79,7 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
             break  # ASSUME: what does not follow so long from measured states follows no longer
     if standing.record.pieces is not None:
         return standing
-    # Over whole trials it does follow now, so what was held is estimated like the rest.
+    # Over whole trials it does follow now, so what was fixed is estimated like the rest.
     freed = attempt_fit(lambda: refit(standing, model, free))
     return standing if freed is None or explained(freed) < explained(standing) else freed
 
@@ -119,7 +117,7 @@ def attempt_torque(model: Model, record: Record, free: Sequence[Free]) -> Torque
 
 def _on_torque(model: Model, pieces: Record, torque: TorqueFit) -> Fit | None:
     """The motion over pieces with the values of a fit to torque; only where a piece starts is estimated."""
-    fit = attempt_fit(lambda: fit_simulated(model, pieces, torque.held, torque.values))
+    fit = attempt_fit(lambda: fit_simulated(model, pieces, torque.fixed, torque.values))
     return None if fit is None else replace(fit, torque=torque)
 
 
@@ -136,28 +134,10 @@ def share_explained(record: Record, residual: Array) -> float:
     return 1.0 - float((residual**2).sum()) / max(float((((angle - mean) * valid) ** 2).sum()), 1e-300)
 
 
-def weak_values(model: Model, record: Record, free: Sequence[Free]) -> Array:
-    """Values (P,) that obey the equation of motion best along the measured angle; the usual ones where that says
-    nothing of the model's effects."""
-    usual = np.array([p.start for p in free])
-    if effects_unseen_by_angle(model) or not len(free):
-        return usual
-    try:
-        weak, values, damping = WeakForm.of(model, record), usual[None], np.full(1, DAMPING)
-        for _ in range(WEAK_STEPS):
-            values, damping = weak.step(free, values, damping)
-        return values[0] if np.isfinite(values).all() else usual
-    except (ValueError, np.linalg.LinAlgError):  # a trial too short for its test functions, or sums that overflow
-        return usual
-
-
-def _shortest(model: Model, pieces: Record, free: Sequence[Free], values: Array, starts: int) -> Fit:
-    """The fit over the shortest horizon, from the weak form's values, else from the usual ones."""
-    usual = np.array([p.start for p in free])
-    for begin in (values, usual):
-        if (fit := _next(model, pieces, free, begin)) is not None:
-            return fit
-    return fit_model(model, pieces, free, starts=starts)
+def _shortest(model: Model, pieces: Record, free: Sequence[Free], starts: int) -> Fit:
+    """The fit over the shortest horizon, from the usual values."""
+    fit = _next(model, pieces, free, np.array([p.start for p in free]))
+    return fit_model(model, pieces, free, starts=starts) if fit is None else fit
 
 
 def _next(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit | None:

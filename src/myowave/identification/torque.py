@@ -1,53 +1,78 @@
-"""Fit a model to the torque that the measured motion needs: the first stage of a fit, where nothing can diverge.
+"""Torque along the measured motion: what it needs, what a model gives, and the fit of a model to it.
 
-With the test functions w of the weak form, inertia I and gravity of the model, the motion needs
+With test functions w (see `windows`), inertia I and gravity of the model, the motion needs
 
     needed = [int w'' q dt - int w gravity / I dt] / int w / I dt
     given  = int w (muscles + effects) / I dt / int w / I dt                                                     [N m]
 
-on every window. Both are homogeneous: a forearm without mass needs no torque, and muscles without force give none, so
-what is left in N m falls to nothing along with both. Residuals are therefore weighed against the torque that they
-explain, and masses stay where they are expected, as all constants do that nobody measured.
+on every window. Nothing is simulated, so nothing diverges: a fit converges from any start. But it takes the measured
+motion for the true one and cannot follow states that no angle shows; `output_error` does, from near by.
 
-Shapes: ... copies of the parameters, T trials, N samples, D points in a sample step, K windows, P free parameters.
+There are two balances. That `along` a smoothed motion, in windows of 0.3 s, is for recorded trials and says how much
+of the torque a model gives. Both sides are homogeneous: a forearm without mass needs no torque, and muscles without
+force give none, so what is left in N m falls to nothing along with both. Residuals are therefore weighed against the
+torque that they explain, and masses stay where they are expected, as all constants do that nobody measured.
+
+That `between_kinks` takes the measured angle as it is, as one curve, in windows of 1 s, with steps cut where the
+delayed EMG has its kinks. Its residual int w'' q - w (torque / I) dt of an exact motion is small enough to identify
+parameters to 0.02 %.
+
+Shapes: ... copies of the parameters, T trials, N samples, n steps, D points in a step, K windows, P free parameters.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import islice
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from myowave.identification.free_parameters import Free, bind_values, expected, moved, scales
-from myowave.identification.least_squares import bounded_step, pseudo_inverse
+from myowave.identification.along import Along
+from myowave.identification.descent import descend, linearise
+from myowave.identification.free_parameters import Free, bind_values, expected, scales
+from myowave.identification.least_squares import pseudo_inverse
 from myowave.identification.record import Record
 from myowave.identification.uncertainty import samples_for_one
-from myowave.identification.weak_form import effects_unseen_by_angle
-from myowave.identification.windows import HALF_WIDTH_S, Windows
-from myowave.physics.dynamics import torques
-from myowave.physics.model import Model
+from myowave.identification.windows import Windows, between, between_kinks
+from myowave.physics.drive import between_samples, breakpoints
+from myowave.physics.dynamics import Torques, torques
+from myowave.physics.effect import call
+from myowave.physics.model import Model, Params
+from myowave.physics.motion import unpack
 
 Array = NDArray[np.float64]
 
-COARSE_S = 0.02  # steps in which the torque of muscles is taken
-NUDGE = 1e-5  # in units of the scales, for differences
+HALF_WIDTH_S, OVERLAP = 0.15, 2  # of a window, as an elbow's motion is slower; they stand half of that apart
+FEWEST = 3  # steps in a half width
+WIDE_S, WIDE_OVERLAP, WIDE_FEWEST = 0.5, 4, 8  # the same between kinks
+COARSE_S = 0.02  # steps in which the torque of muscles is taken, at three points each
 ROUNDS, STEPS = 2, 30  # the variance is estimated anew in each round
-DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-9, 1e9
 GAIN = 0.05  # stop after a step that lowers the objective, a chi-square, by less
 LARGEST = 1e6  # of residuals: where a torque overflows, its sums are large and not infinite
 
 
 @dataclass(frozen=True)
-class Balance:
-    """Torques of a model along the measured motion of trials.
+class WindowTorques:
+    """Torques in every window [N m], and the moment of inertia [kg m^2], (..., T, K) each."""
+
+    needed: Array
+    given: Array
+    inertia: Array
+
+
+@dataclass(frozen=True)
+class TorqueBalance:
+    """The measured motion of trials, and torques of a model along it.
 
     Args:
-        q, qdot: the motion, smoothed, in the middle of coarse steps [rad, rad/s], (T, steps, 1).
-        position: of these in samples, (steps, 1, 1).
+        q, qdot: the motion of the joint [rad, rad/s], (T, n, D).
+        states: of effects, by name, (T, n, D, M).
+        position: of these in samples, (n, D, 1).
         moved: int w'' q dt of the angle as measured [rad/s], (T, K).
-        windows: in coarse steps.
+        windows: test functions in these steps.
         inside: which of them count, (T, K).
         measured: torque of the muscles over each window as a dynamometer measured it [N m], NaN where none did, (T, K);
             None where none ever did.
@@ -57,6 +82,7 @@ class Balance:
     record: Record
     q: Tensor
     qdot: Tensor
+    states: Mapping[str, Tensor]
     position: Tensor
     moved: Tensor
     windows: Windows
@@ -64,68 +90,121 @@ class Balance:
     measured: Array | None = None
 
     @classmethod
-    def of(cls, model: Model, record: Record) -> "Balance":
-        """Along the motion of whole trials.
+    def along(cls, along: Along) -> "TorqueBalance":
+        """Along the smoothed motion of whole trials; states of effects are those of the parameters there."""
+        record = along.record
+        coarse, windows = _coarse(record), windows_of(record)
+        samples, merged = record.angle.shape[1], windows.merged(coarse)
+        position = merged.positions(samples, coarse)
+        angle, *motion = along.motion
+        moved = windows.integrate(between(angle, record.lengths, windows.positions(samples)), 2)
+        q, qdot = (between(x, record.lengths, position) for x in motion)
+        count = merged.integrate(q).shape[-1]
+        *_, states = unpack(along.model, between_samples(along.state, position[..., None]))
+        measured = None
+        if record.torque is not None:
+            told = between_samples(torch.from_numpy(record.torque)[..., None], position[..., None])[..., 0]
+            measured = (merged.integrate(told) / merged.integrate(torch.ones_like(told))).numpy()
+        moved, inside = moved[:, :count], windows.inside[:, :count]
+        return cls(along.model, record, q, qdot, states, position[..., None], moved, merged, inside, measured)
+
+    @classmethod
+    def of(cls, model: Model, record: Record) -> "TorqueBalance":
+        """The same for any parameters.
 
         Raises:
             ValueError: if no trial is as long as a window, or the model has effects that no angle shows.
         """
         if unseen := effects_unseen_by_angle(model):
             raise ValueError(f"the measured angle says nothing of the states of {', '.join(unseen)}")
-        assert record.pieces is None
-        coarse = max(1, round(COARSE_S / record.dt))
-        windows = Windows.over(record.lengths, record.dt, coarse)
-        if not windows.inside.any():
+        balance = cls.along(Along(model, record, {}))
+        if not balance.inside.any():
             raise ValueError(f"no trial is as long as the {2 * HALF_WIDTH_S:g} s that a torque is taken over")
-        steps = (record.angle.shape[1] - 1) // coarse
-        position = (torch.arange(steps, dtype=torch.float64) + 0.5) * coarse
-        left = position.floor().long()
-        share = (position - left)[:, None]
-        state = record.first_guess()
-        q, qdot = (state[:, left] * (1 - share) + state[:, (left + 1).clamp(max=state.shape[1] - 1)] * share).unbind(-1)
-        moved = windows.accelerated(record.angle, record.lengths)
-        merged = windows.merged(coarse)
-        count = merged.integrate(q[..., None]).shape[-1]
-        inside = windows.inside[:, :count]
-        state = q[..., None], qdot[..., None], position[:, None, None]
-        measured = None
-        if record.torque is not None:
-            told = torch.from_numpy(record.torque)[..., None]
-            between = told[:, left] * (1 - share) + told[:, left + 1] * share
-            measured = (merged.integrate(between) / merged.integrate(torch.ones_like(between))).numpy()
-        return cls(model, record, *state, moved[:, :count], merged, inside, measured)
+        return balance
+
+    @classmethod
+    def between_kinks(cls, model: Model, record: Record) -> "TorqueBalance":
+        """Along the measured angle as it is; the model must have no `effects_unseen_by_angle`."""
+        assert not effects_unseen_by_angle(model), model.name
+        dt, lengths = record.dt, record.lengths
+        points, weights = between_kinks(breakpoints(record.simulation(model, {}).valued, dt, 1))
+        half = int(np.clip(round(WIDE_S / dt), WIDE_FEWEST, (lengths.min() - 1) // 2))
+        windows = Windows.over(lengths, dt, half, max(1, half // WIDE_OVERLAP), points, weights)
+        position = windows.positions(record.angle.shape[1])
+        q, qdot = (between(record.angle, lengths, position, n) / dt**n for n in range(2))
+        moved = windows.integrate(q, 2)
+        return cls(model, record, q, qdot, {}, position[..., None], moved, windows, windows.inside)
+
+    def _along(self, params: Params) -> Torques:
+        """Torques of the model at every point, (..., T, n, D)."""
+        simulation = self.record.simulation(self.model, params)
+        excitation, activation = simulation.activate(self.position)
+        valued = simulation.valued.along(2).leaning(simulation.sway_at(self.position))
+        for effect in self.model.late_activation:
+            quantities = {"excitation": excitation, "activation": activation, "side": valued.muscle["side"]}
+            if effect.stateful:
+                quantities["state"] = self.states[effect.name]
+            activation = call(effect.function, quantities, valued.values(effect))
+        return torques(valued, self.q, self.qdot, activation, self.states)
+
+    def torques(self, params: Params) -> WindowTorques:
+        """Torques over every window; what overflows is not finite."""
+        found = self._along(params)
+        inverse = (1 / found.inertia).expand_as(found.total)
+        area = self.windows.integrate(inverse)
+        needed = (self.moved - self.windows.integrate(found.gravity * inverse)) / area
+        given = self.windows.integrate((found.muscles + found.effects) * inverse) / area
+        inertia = self.windows.integrate(torch.ones_like(inverse)) / area
+        return WindowTorques(needed.numpy(), given.numpy(), inertia.numpy())
+
+    def unmoved(self, free: Sequence[Free], values: Array) -> Array:
+        """int w'' q - w (torque / I) dt of free parameters (..., P), 0 outside trials [rad/s], (..., T K)."""
+        found = self._along(bind_values(free, values))
+        residual = self.moved - self.windows.integrate(found.total / found.inertia)
+        return (residual * torch.from_numpy(self.inside)).flatten(-2).numpy()
 
     @property
     def seen(self) -> NDArray[np.bool_]:
         """Windows over which a dynamometer measured, (T, K)."""
         return np.zeros_like(self.inside) if self.measured is None else self.inside & np.isfinite(self.measured)
 
-    def torques(self, free: Sequence[Free], values: Array) -> tuple[Array, Array]:
-        """Needed and given torque [N m], (..., T, K) each, for free parameters (..., P)."""
-        simulation = self.record.simulation(self.model, bind_values(free, values))
-        _, activation = simulation.activate(self.position)
-        valued = simulation.valued.along(2).leaning(simulation.sway_at(self.position))
-        found = torques(valued, self.q, self.qdot, activation, {})
-        inverse = (1 / found.inertia).expand_as(found.total)
-        area = self.windows.integrate(inverse)
-        needed = (self.moved - self.windows.integrate(found.gravity * inverse)) / area
-        given = self.windows.integrate((found.muscles + found.effects) * inverse) / area
-        return needed.numpy(), given.numpy()
-
     def residual(self, free: Sequence[Free], values: Array) -> Array:
         """What is not given of the needed torque and, where a dynamometer measured, of that torque, in units of the
         needed one (root mean square), 0 outside trials, (..., T, K) or (..., T, 2 K)."""
-        needed, given = self.torques(free, values)
-        size = np.sqrt(np.where(self.inside, needed**2, 0.0).sum((-1, -2), keepdims=True) / self.inside.sum())
-        left = [np.where(self.inside, needed - given, 0.0)]
+        found = self.torques(bind_values(free, values))
+        needed = np.where(self.inside, found.needed, 0.0)
+        size = np.sqrt((needed**2).sum((-1, -2), keepdims=True) / self.inside.sum())
+        left = [np.where(self.inside, needed - found.given, 0.0)]
         if self.measured is not None:
-            left.append(np.where(self.seen, self.measured - given, 0.0))
+            left.append(np.where(self.seen, self.measured - found.given, 0.0))
         return np.nan_to_num(np.concatenate(left, -1) / size, nan=LARGEST).clip(-LARGEST, LARGEST)
 
     @property
     def count(self) -> int:
         """Residuals that count."""
         return int(self.inside.sum() + self.seen.sum())
+
+    def mean(self, values: Tensor) -> Array:
+        """Means of values (T, n, D, F) over the windows, (T, K, F)."""
+        area = self.windows.integrate(torch.ones_like(values[..., 0]))[..., None]
+        return (torch.stack([self.windows.integrate(each) for each in values.unbind(-1)], -1) / area).numpy()
+
+
+def _coarse(record: Record) -> int:
+    """Samples in a step in which the torque of muscles is taken."""
+    return max(1, round(COARSE_S / record.dt))
+
+
+def windows_of(record: Record) -> Windows:
+    """The windows over which torques are compared, in steps of a sample."""
+    coarse = _coarse(record)
+    half = max(FEWEST, round(HALF_WIDTH_S / record.dt / coarse))
+    return Windows.over(record.lengths, record.dt, coarse * half, coarse * max(1, half // OVERLAP))
+
+
+def effects_unseen_by_angle(model: Model) -> list[str]:
+    """Effects that a measured angle does not determine, so that no residual along it holds them."""
+    return [effect.name for effect in model.effects if effect.stateful or effect.acts_on == "observation"]
 
 
 @dataclass(frozen=True)
@@ -145,22 +224,23 @@ class TorqueFit:
     left_out: Mapping[str, float] = field(default_factory=dict)
 
     @property
-    def held(self) -> tuple[Free, ...]:
-        """The parameters, to be held at these values."""
+    def fixed(self) -> tuple[Free, ...]:
+        """The parameters, fixed at these values."""
         errors = np.sqrt(np.diag(self.covariance))
         pairs = zip(self.free, self.values, errors, strict=True)
         return tuple(
-            replace(p, start=float(v), deviation=float(e) or np.inf, held=True, beforehand=p.known) for p, v, e in pairs
+            replace(p, start=float(v), deviation=float(e) or np.inf, fixed=True, beforehand=p.known)
+            for p, v, e in pairs
         )
 
 
-def shares_given(balance: Balance, free: Sequence[Free], values: Array) -> dict[str, float]:
+def shares_given(balance: TorqueBalance, free: Sequence[Free], values: Array) -> dict[str, float]:
     """Share of the needed torque about its mean that a model gives [-], by trial; not of trials without a window."""
-    needed, given = balance.torques(free, values)
+    result = balance.torques(bind_values(free, values))
     found = {}
     for trial, inside in enumerate(balance.inside):
-        if inside.any() and (variance := needed[trial, inside].var()) > 0:
-            left = (needed - given)[trial, inside]
+        if inside.any() and (variance := result.needed[trial, inside].var()) > 0:
+            left = (result.needed - result.given)[trial, inside]
             found[balance.record.names[trial]] = float(1 - (left**2).mean() / variance)
     return found
 
@@ -176,19 +256,22 @@ def fit_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit:
         ValueError: if no trial is long enough, or the model has effects that no angle shows.
     """
     free = tuple(free)
-    balance = Balance.of(model, record)
+    balance = TorqueBalance.of(model, record)
     values = torque_values(balance, free, np.array([p.start for p in free]))
-    residual, slope = _linearise(balance, free, values)
-    matrix = slope.T @ slope / _variance(residual, balance.count) + np.diag(expected(free)[1])
+    _, slope = linearise(partial(_scaled, balance, free, _variance(balance, free, values)), free, values)
     unit = np.outer(scales(free), scales(free))
-    return TorqueFit(free, values, pseudo_inverse(matrix) * unit)
+    return TorqueFit(free, values, pseudo_inverse(slope.T @ slope + np.diag(expected(free)[1])) * unit)
 
 
-def torque_values(balance: Balance, free: Sequence[Free], start: Array) -> Array:
+def torque_values(balance: TorqueBalance, free: Sequence[Free], start: Array) -> Array:
     """The values (P,) that give the needed torque best, from some to start from (P,)."""
     values = start
     for _ in range(ROUNDS):
-        values = _descend(balance, free, values, _variance(balance.residual(free, values), balance.count))
+        residual = partial(_scaled, balance, free, _variance(balance, free, values))
+        for found, gained in islice(descend(residual, free, values[None]), STEPS):
+            values = found[0]
+            if 0 < gained[0] < GAIN:
+                break
     return values
 
 
@@ -198,49 +281,20 @@ def leave_out(model: Model, record: Record, free: Sequence[Free]) -> dict[str, f
     for trial in range(len(record.names) if len(record.names) > 1 else 0):
         rest, alone = record.take(np.delete(np.arange(len(record.names)), trial)), record.take([trial])
         try:
-            fitted = torque_values(Balance.of(model, rest), free, np.array([p.start for p in free]))
-            found |= shares_given(Balance.of(model, alone), free, fitted)
+            fitted = torque_values(TorqueBalance.of(model, rest), free, np.array([p.start for p in free]))
+            found |= shares_given(TorqueBalance.of(model, alone), free, fitted)
         except ValueError:  # a trial, or all others, too short for a window
             continue
     return found
 
 
-def _variance(residual: Array, count: int) -> float:
-    """Of what is independent in a residual (T, K) of which so many count."""
-    return float((residual**2).sum() / count * samples_for_one(residual, count))
+def _variance(balance: TorqueBalance, free: Sequence[Free], values: Array) -> float:
+    """Of what is independent in the residual of values (P,)."""
+    residual = balance.residual(free, values)
+    return float((residual**2).sum() / balance.count * samples_for_one(residual, balance.count))
 
 
-def _objective(residual: Array, free: Sequence[Free], values: Array, variance: float) -> float:
-    usual, weight = expected(free)
-    return float((residual**2).sum() / variance + (weight * ((usual - values) / scales(free)) ** 2).sum())
-
-
-def _linearise(balance: Balance, free: Sequence[Free], values: Array) -> tuple[Array, Array]:
-    """Residual (T, K) and its derivatives (T K, P) by the parameters in units of their scales."""
-    bumps = np.concatenate([np.zeros((1, len(free))), NUDGE * np.diag(scales(free))])
-    residual = balance.residual(free, values + bumps)
-    slope = (residual[1:] - residual[0]) / NUDGE
-    return residual[0], slope.reshape(len(free), -1).T
-
-
-def _descend(balance: Balance, free: Sequence[Free], values: Array, variance: float) -> Array:
-    """Levenberg-Marquardt from some values (P,) at a given variance."""
-    damping = DAMPING
-    usual, weight = expected(free)
-    residual, slope = _linearise(balance, free, values)
-    for _ in range(STEPS):
-        now = _objective(residual, free, values, variance)
-        matrix = slope.T @ slope / variance + np.diag(weight)
-        vector = -slope.T @ residual.ravel() / variance + weight * (usual - values) / scales(free)
-        proposed = moved(free, values, bounded_step(matrix, vector, free, values, damping))
-        gained = now - _objective(balance.residual(free, proposed), free, proposed, variance)
-        if gained > 0:
-            values, damping = proposed, max(damping / 10, LEAST_DAMPING)
-            if gained < GAIN:
-                break
-            residual, slope = _linearise(balance, free, values)
-        elif damping >= MOST_DAMPING:
-            break
-        else:
-            damping *= 10
-    return values
+def _scaled(balance: TorqueBalance, free: Sequence[Free], variance: float, values: Array) -> Array:
+    """The residual of values (..., P) in units of what is independent in it, (..., R)."""
+    residual = balance.residual(free, values) / np.sqrt(variance)
+    return residual.reshape(*values.shape[:-1], -1)

@@ -1,12 +1,13 @@
-"""Windows over a motion in which torques are compared: test functions w = (1 - s^2)^3 over a half width of 0.15 s.
+"""Test functions w = (1 - s^2)^3 over windows of a motion, s from -1 to 1 in each, and curves between samples.
 
-They vanish with two derivatives at both ends, so that int w qddot dt = int w'' q dt holds no derivative of the angle.
+Test functions vanish with two derivatives at both ends, so that int w qddot dt = int w'' q dt holds no derivative of
+the angle: second differences, which amplify every error, do not appear.
 
 Shapes: ... batch, T trials, N samples, D points in a step, K windows.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -15,14 +16,21 @@ from scipy.interpolate import make_interp_spline
 from torch import Tensor
 
 Array = NDArray[np.float64]
+Lengths = Sequence[int] | NDArray[np.int64]
 
-HALF_WIDTH_S = 0.15  # an elbow's motion is slower
-FEWEST = 3  # steps in a half width
-OVERLAP = 2  # windows stand half of their half width apart
-SPLINE = 5  # order of the curve through the measured angles, which w'' weighs
+SPLINE = 5  # order of the curve through the measured angles
+GAUSS_POINTS = 2  # in each piece between kinks
 NODES, SHARES = np.polynomial.legendre.leggauss(3)
-POINTS, WEIGHTS = (NODES + 1) / 2, SHARES / 2  # in a step
-MIDDLE = np.array([0.5])
+POINTS, WEIGHTS = torch.from_numpy((NODES + 1) / 2), torch.from_numpy(SHARES / 2)  # in a step without kinks
+
+
+def window(s: Tensor, derivative: int = 0) -> Tensor:
+    """The test function, or its first or second derivative by s, at places from -1 to 1."""
+    if derivative == 0:
+        return (1 - s**2) ** 3
+    if derivative == 1:
+        return -6 * s * (1 - s**2) ** 2
+    return -6 * (1 - s**2) ** 2 + 24 * s**2 * (1 - s**2)
 
 
 @dataclass(frozen=True)
@@ -34,46 +42,69 @@ class Windows:
         stride: steps from one window to the next.
         dt: length of a step [s].
         inside: which lie within the recorded part, (T, K).
-        points: where in a step values are known, fractions of it, (D,), and their `weights`.
+        points: where in a step values are known, fractions of it, (D,), and their `weights`, which add up to 1.
     """
 
     half: int
     stride: int
     dt: float
     inside: NDArray[np.bool_]
-    points: Array
-    weights: Array
+    points: Tensor
+    weights: Tensor
 
     @classmethod
-    def over(cls, lengths: Sequence[int] | NDArray[np.int64], dt: float, coarse: int = 1) -> "Windows":
-        """Windows over trials of so many samples, whose half width is a multiple of `coarse` steps."""
-        half = coarse * max(FEWEST, round(HALF_WIDTH_S / dt / coarse))
-        stride = coarse * max(1, half // coarse // OVERLAP)
+    def over(
+        cls, lengths: Lengths, dt: float, half: int, stride: int, points: Tensor = POINTS, weights: Tensor = WEIGHTS
+    ) -> "Windows":
+        """Windows over trials of so many samples, in steps of one sample."""
         starts = np.arange(0, max(lengths) - 2 * half, stride)
-        return cls(half, stride, dt, starts + 2 * half < np.asarray(lengths)[:, None], POINTS, WEIGHTS)
+        return cls(half, stride, dt, starts + 2 * half < np.asarray(lengths)[:, None], points, weights)
 
     def merged(self, coarse: int) -> "Windows":
-        """The same windows in steps of so many samples, with one point in the middle of each step."""
-        # ASSUME: what muscles and gravity do is smooth within such a step; w is, too, so middles integrate it well.
-        return Windows(self.half // coarse, self.stride // coarse, self.dt * coarse, self.inside, MIDDLE, np.ones(1))
+        """The same windows in steps of so many samples."""
+        return replace(self, half=self.half // coarse, stride=self.stride // coarse, dt=self.dt * coarse)
 
-    def integrate(self, values: Tensor, *, second: bool = False) -> Tensor:
-        """int w values dt, or int w'' values dt, over every window: (..., steps, D) to (..., K)."""
-        s = (np.arange(-self.half, self.half)[:, None] + self.points) / self.half
-        curved = (30 * s**2 - 6) * (1 - s**2) / (self.half * self.dt) ** 2
-        test = curved if second else (1 - s**2) ** 3
-        kernel = torch.from_numpy((test * self.weights * self.dt).ravel())
+    def positions(self, samples: int, coarse: int = 1) -> Tensor:
+        """Where values are known in trials of so many samples, in samples, (steps, D), in steps of so many of them."""
+        return (torch.arange((samples - 1) // coarse, dtype=torch.float64)[:, None] + self.points) * coarse
+
+    def integrate(self, values: Tensor, derivative: int = 0) -> Tensor:
+        """int w values dt, or that of a derivative of w by time, over every window: (..., steps, D) to (..., K)."""
+        s = (torch.arange(-self.half, self.half)[:, None] + self.points) / self.half
+        test = window(s, derivative) / (self.half * self.dt) ** derivative
+        kernel = (test * (self.weights * self.dt)).flatten()
         flat = values.flatten(-2)
         if flat.shape[-1] < len(kernel):
             return values.new_zeros(*flat.shape[:-1], 0)
         return flat.unfold(-1, len(kernel), self.stride * len(self.points)) @ kernel
 
-    def accelerated(self, angle: Array, lengths: Sequence[int] | NDArray[np.int64]) -> Tensor:
-        """int w'' q dt of a measured angle (T, N) [rad/s], (T, K)."""
-        fine = np.zeros((len(angle), angle.shape[1] - 1, len(self.points)))
-        for trial, length in enumerate(lengths):
-            if length > SPLINE:
-                spline = make_interp_spline(np.arange(length), angle[trial, :length], k=SPLINE)
-                at = (np.arange(length - 1)[:, None] + self.points).ravel()
-                fine[trial, : length - 1] = spline(at).reshape(length - 1, -1)
-        return self.integrate(torch.from_numpy(fine), second=True)
+    def noise(self) -> float:
+        """Standard deviation of int w'' q dt for white noise of standard deviation 1 in the samples of q."""
+        samples = 6 * self.half + 1
+        fine = between(np.eye(samples), [samples] * samples, self.positions(samples))
+        weights = self.integrate(fine, derivative=2).numpy()
+        return float(np.sqrt((weights[:, weights.shape[1] // 2] ** 2).sum()))
+
+
+def between(values: Array, lengths: Lengths, position: Tensor, derivative: int = 0) -> Tensor:
+    """The curve through values (T, N), or its derivative by samples, at positions (n, D) in samples, (T, n, D).
+
+    Constant beyond a trial's end; a trial too short for a curve holds 0.
+    """
+    fine = np.zeros((len(values), *position.shape))
+    for trial, length in enumerate(lengths):
+        if length > SPLINE:
+            curve = make_interp_spline(np.arange(length, dtype=np.float64), values[trial, :length], k=SPLINE)
+            fine[trial] = curve(position.numpy().clip(max=length - 1), derivative)
+    return torch.from_numpy(fine)
+
+
+def between_kinks(split: Tensor) -> tuple[Tensor, Tensor]:
+    """Gauss-Legendre points (D,) between the kinks of the EMG, fractions of a step, and their weights."""
+    split = split.reshape(-1, split.shape[-1])
+    # ASSUME: kinks are cut out only where all trials have them at the same place; else finer pieces do.
+    edges = split[0].numpy() if bool((split == split[0]).all()) else np.linspace(0, 1, 5)
+    nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    width = np.diff(edges)[:, None]
+    points = edges[:-1, None] + width * (nodes + 1) / 2
+    return torch.from_numpy(points.ravel()), torch.from_numpy((width * weights / 2).ravel())

@@ -12,17 +12,20 @@ Shapes: S seeds, P parameters.
 """
 
 from collections.abc import Iterator, Sequence
+from functools import partial
+from itertools import islice
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
+from myowave.identification.descent import descend as weak_descent
 from myowave.identification.free_parameters import Free, bind_values
 from myowave.identification.output_error import LIFTED_STEPS, Fit, Search, descend
-from myowave.identification.record import SMALLEST_NOISE_DEG, make_record
+from myowave.identification.record import make_record
+from myowave.identification.torque import TorqueBalance, effects_unseen_by_angle
 from myowave.identification.uncertainty import correlations
-from myowave.identification.weak_form import DAMPING, WeakForm, effects_unseen_by_angle
 from myowave.physics.model import Model
 
 WEAK_STEPS = 8
@@ -40,7 +43,7 @@ class Identification:
 
     def __init__(self, model: Model, trials: Trials, free: Sequence[Free], values: Tensor, *, finest: bool) -> None:
         self._model, self._free = model, tuple(free)
-        self._record = make_record(trials, model, noise_deg=SMALLEST_NOISE_DEG)  # nothing here asks for the noise
+        self._record = make_record(trials, model)
         self._values = values.numpy().copy()
         self._fits: list[Fit | None] | None = None
         self._steps = self._search(finest)
@@ -69,9 +72,9 @@ class Identification:
     def _search(self, finest: bool) -> Iterator[None]:
         start, unseen = self._values.copy(), bool(effects_unseen_by_angle(self._model))
         if not unseen:
-            form, damping = WeakForm.of(self._model, self._record), np.full(len(start), DAMPING)
-            for _ in range(WEAK_STEPS):
-                self._values, damping = form.step(self._free, self._values, damping)
+            residual = partial(TorqueBalance.between_kinks(self._model, self._record).unmoved, self._free)
+            for values, _ in islice(weak_descent(residual, self._free, start), WEAK_STEPS):
+                self._values = values
                 yield
             if not finest:
                 return

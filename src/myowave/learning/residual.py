@@ -16,7 +16,8 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.identification.weak_form import between_kinks, effects_unseen_by_angle
+from myowave.identification.torque import effects_unseen_by_angle
+from myowave.identification.windows import between_kinks
 from myowave.physics.drive import activate, breakpoints, channels_of
 from myowave.physics.dynamics import Torques, torques
 from myowave.physics.model import Model
@@ -88,7 +89,7 @@ class Residual:
         known = {name: torch.from_numpy(value).to(device) for name, value in trials.known(model.defaults).items()}
         points, weights = torch.zeros(1), torch.ones(1)
         if averaged:
-            points, weights = between_kinks(breakpoints(give_values(model, known, emg), trials.dt, 1), 1.0)
+            points, weights = between_kinks(breakpoints(give_values(model, known, emg), trials.dt, 1))
         return cls(
             model,
             emg,

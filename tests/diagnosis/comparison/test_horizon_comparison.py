@@ -9,9 +9,10 @@ import torch
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.comparison.horizons import HORIZONS_S, Restarts, baselines, compare_horizons, emg_features
-from myowave.diagnosis.comparison.measured import Along, Fitted, Measured
 from myowave.diagnosis.comparison.names import EMG_ONLY, HOLD, POSTURE, SAME_SPEED
 from myowave.diagnosis.comparison.torque import compare_torque
+from myowave.identification.along import Along
+from myowave.identification.record import make_record
 from myowave.physics.motion import simulate
 
 NO_ERRORS = pd.DataFrame(columns=["model", "trial", "role", "rmse_deg", "horizon_s"])
@@ -28,18 +29,18 @@ def exact(make_trials, base, true_model):
     """A true model along its own motion, measured without error: (hidden effects) -> Along."""
 
     def make(hidden: dict, leaning: bool = False) -> Along:
-        fitted = true_model(hidden)
+        model, values = true_model(hidden)
         trials = make_trials(noise_deg=0.0)
         if leaning:
             tilt = 0.1 + 0.4 * np.sin(0.05 * np.arange(trials.angle.shape[1]) + np.arange(len(trials.names))[:, None])
             trials = replace(
                 trials, signals={"tilt_rad": tilt}, over_time={"tilt": "tilt_rad"}, constants={"tilt": 0.1}
             )
-        one = Along(Measured.of(trials, base, 0.05), fitted)
+        one = Along(model, make_record(trials, base, 0.05), values)
         start = torch.from_numpy(trials.angle[:, 0])
         motion = simulate(one.simulation, start)
         q, qdot = motion.q.numpy(), motion.qdot.numpy()
-        made = Along(replace(one.measured, angle=motion.angle.numpy(), q=q, qdot=qdot), fitted)
+        made = Along(model, replace(one.record, angle=motion.angle.numpy()), values)
         vars(made)["motion"] = (q, q, qdot)  # a cached property keeps its value there
         return made
 
@@ -58,7 +59,7 @@ def test_an_upper_arm_that_leans_over_time_is_known_at_every_restart_and_in_torq
     one = exact({}, leaning=True)
     assert (compare_horizons([one], NO_ERRORS).query("predictor == 'base'")["rmse_deg"] < 1e-7).all()
     assert (compare_torque([one]).query("model == 'base'")["r2"] > 0.999).all()
-    still = Along(replace(one.measured, sway=None), one.fitted)
+    still = Along(one.model, replace(one.record, sway=None), one.params)
     vars(still)["motion"] = one.motion
     assert compare_horizons([still], NO_ERRORS).query("predictor == 'base'")["rmse_deg"].max() > 1
     assert (compare_torque([still]).query("model == 'base'")["r2"] < 0.99).all()
@@ -76,12 +77,12 @@ def test_the_true_model_from_measured_states_misses_by_next_to_nothing(make_tria
 def test_the_muscles_know_the_emg_before_the_restart_and_none_after_the_delay(exact):
     one = exact({})
     trial, start = np.array([0]), np.array([50])
-    delay = int(np.ceil(0.08 / one.measured.dt))
+    delay = int(np.ceil(0.08 / one.record.dt))
 
     def with_emg_changed(at: int) -> np.ndarray:
-        emg = one.measured.emg.clone()
+        emg = one.record.emg.clone()
         emg[0, at] += 0.3
-        changed = Along(replace(one.measured, emg=emg), one.fitted)
+        changed = Along(one.model, replace(one.record, emg=emg), one.params)
         vars(changed)["motion"] = one.motion
         return changed.predict(trial, start, 20)[0] - one.predict(trial, start, 20)[0]
 
@@ -112,8 +113,8 @@ def moved_steadily(speed: float, lengths: tuple[int, ...] = (150, 120, 150)) -> 
 
 
 def test_motion_at_one_speed_is_what_the_baseline_of_that_name_predicts(base):
-    measured = Measured.of(moved_steadily(0.2), base, 0.05)
-    table = compare_horizons([Along(measured, Fitted(base, {}))], NO_ERRORS)
+    record = make_record(moved_steadily(0.2), base, 0.05)
+    table = compare_horizons([Along(base, record, {})], NO_ERRORS)
     errors = table.pivot(index=["held_out", "horizon_s"], columns="predictor", values="rmse_deg")
     assert errors[SAME_SPEED].max() < 1e-9
     for held_out in (False, True):
@@ -123,16 +124,16 @@ def test_motion_at_one_speed_is_what_the_baseline_of_that_name_predicts(base):
 
 def test_nothing_is_scored_beyond_the_end_of_a_shorter_trial(base):
     trials = moved_steadily(0.2)
-    measured = Measured.of(trials, base, 0.05)
-    restarts = Restarts.every(measured, 0.25)
+    record = make_record(trials, base, 0.05)
+    restarts = Restarts.every(record, 0.25)
     assert (restarts.start < np.array(trials.lengths)[restarts.trial]).all()
-    last = restarts.start[restarts.reach(measured, 100) & (restarts.trial == 1)]
+    last = restarts.start[restarts.reach(record, 100) & (restarts.trial == 1)]
     assert last.max() + 100 < 120, "the second trial has 120 samples"
 
 
 def test_a_motion_that_overflows_gives_an_infinite_row_and_stops_nothing(make_trials, base):
-    measured = Measured.of(make_trials(noise_deg=0.0), base, 0.05)
-    models = [Along(measured, Fitted(base, values)) for values in ({"l0_Bi": 1e-3}, {"f0_Bi": 1e200})]
+    record = make_record(make_trials(noise_deg=0.0), base, 0.05)
+    models = [Along(base, record, values) for values in ({"l0_Bi": 1e-3}, {"f0_Bi": 1e200})]
     table = compare_horizons(models, NO_ERRORS)
     assert np.isinf(table[table["predictor"] == "base"]["rmse_deg"]).any()
     assert np.isfinite(table[table["predictor"] != "base"]["rmse_deg"]).all()
@@ -145,9 +146,9 @@ def test_a_change_of_the_held_out_trial_changes_no_baseline(make_trials, base):
     changed = replace(trials, angle=angle, emg=emg)
     found = []
     for one in (trials, changed):
-        measured = Measured.of(one, base, 0.5)
-        restarts = Restarts.every(measured, 0.25)
-        found.append((baselines(measured, restarts), restarts.trial == 3))
+        record = make_record(one, base, 0.5)
+        restarts = Restarts.every(record, 0.25)
+        found.append((baselines(record, restarts), restarts.trial == 3))
     (before, held_out), (after, _) = found
     for name in (POSTURE, EMG_ONLY):
         for horizon in HORIZONS_S:
@@ -156,16 +157,16 @@ def test_a_change_of_the_held_out_trial_changes_no_baseline(make_trials, base):
 
 
 def test_emg_features_are_the_means_of_four_windows_up_to_the_horizon(base):
-    measured = Measured.of(moved_steadily(0.2), base, 0.05)
+    record = make_record(moved_steadily(0.2), base, 0.05)
     restarts = Restarts(np.array([0]), np.array([60]))
-    found = emg_features(measured, restarts, 30)[0, -8:].reshape(4, 2)
-    emg = measured.emg[0].numpy()
+    found = emg_features(record, restarts, 30)[0, -8:].reshape(4, 2)
+    emg = record.emg[0].numpy()
     expected = [emg[51 + 10 * i : 61 + 10 * i].mean(0) for i in range(4)]  # from 0.2 s before sample 60 to sample 90
     np.testing.assert_allclose(found, expected)
 
 
 def test_the_last_horizon_is_the_error_of_whole_trials_by_their_samples(base):
-    measured = Measured.of(moved_steadily(0.2), base, 0.05)
+    record = make_record(moved_steadily(0.2), base, 0.05)
     errors = pd.DataFrame(
         {
             "model": "base",
@@ -175,6 +176,6 @@ def test_the_last_horizon_is_the_error_of_whole_trials_by_their_samples(base):
             "horizon_s": np.nan,
         }
     )
-    table = compare_horizons([Along(measured, Fitted(base, {}))], errors)
+    table = compare_horizons([Along(base, record, {})], errors)
     whole = table[np.isinf(table["horizon_s"])].set_index("held_out")["rmse_deg"]
     assert whole[False] == pytest.approx(np.sqrt((150 * 1 + 120 * 4) / 270)) and whole[True] == pytest.approx(7.0)

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.comparison.measured import Along, Fitted, Measured, choose_window
 from myowave.diagnosis.comparison.names import EMG_ONLY, NOISE, POSTURE
 from myowave.diagnosis.comparison.regression import fit_linear, polynomial
-from myowave.diagnosis.comparison.torque import Windows, balance, compare_torque, score
+from myowave.diagnosis.comparison.torque import compare_torque, score
+from myowave.identification.along import Along
+from myowave.identification.record import make_record
+from myowave.identification.torque import TorqueBalance, windows_of
 from myowave.physics.joint import STANDARD_GRAVITY
 
 DAMPING = {"joint_damping": {"c": 0.6}}
@@ -38,14 +40,14 @@ def test_the_true_model_gives_the_torque_that_the_motion_needs(make_trials, alon
 def test_what_the_base_model_lacks_is_the_torque_of_the_hidden_damper(make_trials, along):
     trials = make_trials(DAMPING, noise_deg=0.0)
     one = along(trials)
-    windows = Windows.of(one.measured)
-    found = balance(one, windows)
-    missing = (found.needed - found.given)[windows.inside]
+    balance, windows = TorqueBalance.along(one), windows_of(one.record)
+    found = balance.torques({})
+    missing = (found.needed - found.given)[balance.inside]
     # -c times the mean velocity of a window, by parts: int w qdot = -int w' q, on a fine straight-line path.
     expected = []
     half, dt = windows.half, trials.dt
-    for angle, inside in zip(trials.angle, windows.inside, strict=True):
-        for start in np.arange(len(inside))[inside] * max(1, half // 2):
+    for angle, inside in zip(trials.angle, balance.inside, strict=True):
+        for start in np.arange(len(inside))[inside] * windows.stride:
             s = np.linspace(-1, 1, 4001)
             q = np.interp(start + half * (1 + s), np.arange(len(angle)), angle)
             by_parts = np.trapezoid(6 * s * (1 - s**2) ** 2 * q, s) / (half * dt)
@@ -69,10 +71,10 @@ def test_a_known_motion_needs_inertia_times_acceleration_and_its_weight(base):
         lengths=(300,),
         constants={"mass": 2.0, "length": 0.3, "load": 0.5},
     )
-    one = Along(Measured.of(trials, base, 0.05), Fitted(base, {}))
-    windows = Windows.of(one.measured)
-    needed = balance(one, windows).needed[0]
-    middle = (np.arange(len(needed)) * max(1, windows.half // 2) + windows.half) * dt
+    one = Along(base, make_record(trials, base, 0.05), {})
+    windows = windows_of(one.record)
+    needed = TorqueBalance.along(one).torques({}).needed[0]
+    middle = (np.arange(len(needed)) * windows.stride + windows.half) * dt
     s = np.linspace(-1, 1, 2001)
     at = middle[:, None] + windows.half * dt * s
     weight = 2.5 * STANDARD_GRAVITY * 0.3 * np.sin(0.8 + size * np.sin(omega * at))
@@ -82,14 +84,14 @@ def test_a_known_motion_needs_inertia_times_acceleration_and_its_weight(base):
 
 
 def test_r2_and_rmse_are_those_computed_by_hand(make_trials, along):
-    one = along(make_trials(noise_deg=0.0)).measured
+    one = along(make_trials(noise_deg=0.0))
     inside = np.zeros((4, 4), bool)
     inside[:, :3] = True
     inside[1] = False
     needed = np.tile([1.0, 2.0, 6.0, 50.0], (4, 1))
     given = needed + [1.0, -1.0, 2.0, 99.0]
     given[2, 0] = np.nan
-    rows = score("m", needed, given, one, Windows(5, one.dt, inside))
+    rows = score("m", needed, given, replace(TorqueBalance.along(one), inside=inside))
     # Squares left: 1 + 1 + 4 over 3; about the mean 3: 4 + 1 + 9 over 3. The fourth window is not inside.
     assert rows[0]["rmse_Nm"] == pytest.approx(np.sqrt(2)) and rows[0]["r2"] == pytest.approx(1 - 6 / 14)
     assert np.isnan(rows[1]["rmse_Nm"]) and np.isnan(rows[1]["r2"]), "a trial without a window"
@@ -100,8 +102,8 @@ def test_r2_and_rmse_are_those_computed_by_hand(make_trials, along):
 @pytest.mark.parametrize("value", [1e15, 1e308, np.inf, np.nan])
 def test_a_model_whose_torque_overflows_has_an_infinite_row(make_trials, base, value):
     trials = make_trials(noise_deg=0.0)
-    measured = Measured.of(trials, base, 0.05)
-    table = compare_torque([Along(measured, Fitted(base, {})), Along(measured, Fitted(base, {"f0_Bi": value}))])
+    record = make_record(trials, base, 0.05)
+    table = compare_torque([Along(base, record, {}), Along(base, record, {"f0_Bi": value})])
     per_trial = table.groupby(np.arange(len(table)) // 4)["rmse_Nm"].max()
     assert np.isfinite(per_trial[0]) and per_trial[1] == np.inf and np.isfinite(per_trial[2:]).all()
 
@@ -111,20 +113,20 @@ def test_a_change_of_the_held_out_trial_changes_no_baseline(make_trials, base):
     angle, emg = trials.angle.copy(), trials.emg.copy()
     angle[3], emg[3] = angle[3][::-1] + 0.1, 0.5 * emg[3][::-1]
     changed = replace(trials, angle=angle, emg=emg)
-    before, after = (compare_torque([Along(Measured.of(t, base, 0.5), Fitted(base, {}))]) for t in (trials, changed))
+    before, after = (compare_torque([Along(base, make_record(t, base, 0.5), {})]) for t in (trials, changed))
     for name in (POSTURE, EMG_ONLY):
         one, other = (table[table["model"] == name].set_index("trial") for table in (before, after))
         assert (one["r2"][:3] == other["r2"][:3]).all() and one["r2"]["4"] != other["r2"]["4"]
 
 
 def test_noise_of_the_angle_alone_leaves_what_its_row_says(make_trials, base):
-    quiet = Along(Measured.of(make_trials(noise_deg=0.0), base, 0.05), Fitted(base, {}))
-    windows = Windows.of(quiet.measured)
-    without = balance(quiet, windows).needed
+    quiet = Along(base, make_record(make_trials(noise_deg=0.0), base, 0.05), {})
+    balance = TorqueBalance.along(quiet)
+    without = balance.torques({}).needed
     left = []
     for seed in range(12):
-        noisy = Along(Measured.of(make_trials(noise_deg=0.5, seed=seed), base, 0.5), Fitted(base, {}))
-        left.append((balance(noisy, windows).needed - without)[windows.inside])
+        noisy = Along(base, make_record(make_trials(noise_deg=0.5, seed=seed), base, 0.5), {})
+        left.append((TorqueBalance.along(noisy).torques({}).needed - without)[balance.inside])
     told = compare_torque([noisy]).set_index("model").loc[NOISE, "rmse_Nm"]
     np.testing.assert_allclose(told, np.sqrt(np.mean(np.square(left))), rtol=0.1)
 
@@ -138,11 +140,3 @@ def test_least_squares_finds_a_polynomial_from_the_training_rows_only():
     found = fit_linear(features, np.where(training, target, 1e6), training)
     np.testing.assert_allclose(features @ found, target, atol=1e-9)
     assert not fit_linear(features, target, np.zeros(60, bool)).any()
-
-
-@pytest.mark.parametrize("noise_deg", [0.05, 0.5, 2.0])
-def test_more_noise_asks_for_a_wider_window(make_trials, noise_deg):
-    trials = make_trials(noise_deg=noise_deg)
-    chosen, less = (choose_window(trials.angle, trials.dt, np.radians(n)) for n in (noise_deg, noise_deg / 4))
-    assert less <= chosen and chosen % 2 == 1
-    assert chosen * trials.dt <= 0.35

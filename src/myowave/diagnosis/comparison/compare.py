@@ -11,8 +11,9 @@ import pandas as pd
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.comparison.horizons import compare_horizons
-from myowave.diagnosis.comparison.measured import Along, Fitted, Measured
 from myowave.diagnosis.comparison.torque import compare_torque
+from myowave.identification.along import Along
+from myowave.identification.record import make_record
 from myowave.physics.model import Model
 
 
@@ -28,9 +29,9 @@ def compare_models(
         errors: columns model, trial, role, rmse_deg, noise_deg, horizon_s: free running over whole trials where
             horizon_s is empty. It says which models there are; the first is the one without effects.
     """
-    models = [Fitted(build(name), _values(parameters, name)) for name in errors["model"].unique()]
-    measured = Measured.of(trials, models[0].model, float(errors["noise_deg"].iloc[0]))
-    along = [Along(measured, fitted) for fitted in models]
+    models = {name: build(name) for name in errors["model"].unique()}
+    record = make_record(trials, next(iter(models.values())), float(errors["noise_deg"].iloc[0]))
+    along = [Along(model, record, _values(parameters, name)) for name, model in models.items()]
     return {"torque": compare_torque(along), "horizons": compare_horizons(along, errors)}
 
 

@@ -14,9 +14,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from myowave.diagnosis.comparison.measured import Along, Measured
 from myowave.diagnosis.comparison.names import EMG_ONLY, HOLD, POSTURE, SAME_SPEED
 from myowave.diagnosis.comparison.regression import fit_linear, polynomial
+from myowave.identification.along import Along
+from myowave.identification.record import Record
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -38,20 +39,20 @@ class Restarts:
     start: Index
 
     @classmethod
-    def every(cls, measured: Measured, seconds: float) -> "Restarts":
+    def every(cls, record: Record, seconds: float) -> "Restarts":
         """Restarts so far apart, but for the first sample of a trial, where nothing is known of the past."""
-        stride = max(1, round(seconds / measured.dt))
-        starts = [np.arange(stride, length - 1, stride) for length in measured.lengths]
+        stride = max(1, round(seconds / record.dt))
+        starts = [np.arange(stride, length - 1, stride) for length in record.lengths]
         trial = np.repeat(np.arange(len(starts)), [len(s) for s in starts])
         return cls(trial, np.concatenate(starts))
 
-    def reach(self, measured: Measured, steps: int) -> NDArray[np.bool_]:
+    def reach(self, record: Record, steps: int) -> NDArray[np.bool_]:
         """Which are followed by so many recorded samples, (R,)."""
-        return self.start + steps < np.array(measured.lengths)[self.trial]
+        return self.start + steps < record.lengths[self.trial]
 
-    def target(self, measured: Measured, steps: int) -> Array:
+    def target(self, record: Record, steps: int) -> Array:
         """The measured angle after so many samples [rad], (R,); that of the last sample beyond the end."""
-        return measured.angle[self.trial, np.minimum(self.start + steps, measured.angle.shape[1] - 1)]
+        return record.angle[self.trial, np.minimum(self.start + steps, record.angle.shape[1] - 1)]
 
 
 def compare_horizons(models: list[Along], errors: pd.DataFrame) -> pd.DataFrame:
@@ -71,74 +72,75 @@ def compare_horizons(models: list[Along], errors: pd.DataFrame) -> pd.DataFrame:
     Returns:
         rmse_deg is inf where a prediction overflows (beyond 1e6 rad); a row is missing where no trial is long enough.
     """
-    measured = models[0].measured
-    restarts = Restarts.every(measured, RESTART_S)
-    steps = {h: max(1, round(h / measured.dt)) for h in HORIZONS_S}
+    record = models[0].record
+    restarts = Restarts.every(record, RESTART_S)
+    steps = {h: max(1, round(h / record.dt)) for h in HORIZONS_S}
     rows: list[tuple[str, float, bool, float]] = []
     for along in models:
         motion = along.predict(restarts.trial, restarts.start, max(steps.values()))
         predicted = {h: motion[:, n] for h, n in steps.items()}
-        rows += _score(along.fitted.name, predicted, measured, restarts)
-        rows += _whole_trials(along.fitted.name, errors, measured)
-    for name, predicted in baselines(measured, restarts).items():
-        rows += _score(name, predicted, measured, restarts)
+        rows += _score(along.model.name, predicted, record, restarts)
+        rows += _whole_trials(along.model.name, errors, record)
+    for name, predicted in baselines(record, restarts).items():
+        rows += _score(name, predicted, record, restarts)
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def baselines(measured: Measured, restarts: Restarts) -> dict[str, dict[float, Array]]:
+def baselines(record: Record, restarts: Restarts) -> dict[str, dict[float, Array]]:
     """What a model should beat: {predictor: {horizon: angle (R,)}} [rad]."""
-    every = Restarts.every(measured, measured.dt)
-    q, qdot = _state(measured, restarts)
+    every = Restarts.every(record, record.dt)
+    q, qdot = _state(record, restarts)
     found: dict[str, dict[float, Array]] = {HOLD: {}, SAME_SPEED: {}, POSTURE: {}, EMG_ONLY: {}}
     for horizon in HORIZONS_S:
-        steps = max(1, round(horizon / measured.dt))
+        steps = max(1, round(horizon / record.dt))
         found[HOLD][horizon] = q
-        found[SAME_SPEED][horizon] = q + steps * measured.dt * qdot
-        training = measured.training[every.trial] & every.reach(measured, steps)
-        change = every.target(measured, steps) - _state(measured, every)[0]
+        found[SAME_SPEED][horizon] = q + steps * record.dt * qdot
+        training = record.training[every.trial] & every.reach(record, steps)
+        change = every.target(record, steps) - _state(record, every)[0]
         for name, features in ((POSTURE, posture_features), (EMG_ONLY, emg_features)):
-            coefficients = fit_linear(features(measured, every, steps), change, training)
-            found[name][horizon] = q + features(measured, restarts, steps) @ coefficients
+            coefficients = fit_linear(features(record, every, steps), change, training)
+            found[name][horizon] = q + features(record, restarts, steps) @ coefficients
     return found
 
 
-def posture_features(measured: Measured, restarts: Restarts, steps: int) -> Array:
+def posture_features(record: Record, restarts: Restarts, steps: int) -> Array:
     """Polynomial of degree 3 in angle and velocity at the restart, (R, 10): no EMG."""
-    return polynomial(*_state(measured, restarts))
+    return polynomial(*_state(record, restarts))
 
 
-def emg_features(measured: Measured, restarts: Restarts, steps: int) -> Array:
+def emg_features(record: Record, restarts: Restarts, steps: int) -> Array:
     """The same, and the mean EMG of every muscle in equal windows up to the horizon, (R, 10 + 4 M)."""
-    emg = measured.emg.numpy().clip(min=0.0)
+    emg = record.emg.numpy().clip(min=0.0)
     summed = np.concatenate([np.zeros_like(emg[:, :1]), np.cumsum(emg, axis=1)], axis=1)
-    edges = np.linspace(-round(EMG_PAST_S / measured.dt), steps, EMG_WINDOWS + 1).round().astype(int)
+    edges = np.linspace(-round(EMG_PAST_S / record.dt), steps, EMG_WINDOWS + 1).round().astype(int)
     at = (restarts.start[:, None] + edges + 1).clip(0, emg.shape[1])
     sums = np.diff(summed[restarts.trial[:, None], at], axis=1)
     means = sums / np.diff(at, axis=1).clip(min=1)[..., None]
-    return np.concatenate([posture_features(measured, restarts, steps), means.reshape(len(at), -1)], -1)
+    return np.concatenate([posture_features(record, restarts, steps), means.reshape(len(at), -1)], -1)
 
 
-def _state(measured: Measured, restarts: Restarts) -> tuple[Array, Array]:
-    return measured.q[restarts.trial, restarts.start], measured.qdot[restarts.trial, restarts.start]
+def _state(record: Record, restarts: Restarts) -> tuple[Array, Array]:
+    q, qdot = record.motion[restarts.trial, restarts.start].unbind(-1)
+    return q.numpy(), qdot.numpy()
 
 
 def _score(
-    name: str, predicted: dict[float, Array], measured: Measured, restarts: Restarts
+    name: str, predicted: dict[float, Array], record: Record, restarts: Restarts
 ) -> Iterator[tuple[str, float, bool, float]]:
     """A row for each horizon and for training and held-out trials."""
-    held_out = ~measured.training[restarts.trial]
+    held_out = ~record.training[restarts.trial]
     for horizon, angle in predicted.items():
-        steps = max(1, round(horizon / measured.dt))
+        steps = max(1, round(horizon / record.dt))
         for part in (False, True):
-            rows = restarts.reach(measured, steps) & (held_out == part)
+            rows = restarts.reach(record, steps) & (held_out == part)
             if rows.any():
-                yield name, horizon, part, _rmse(angle[rows] - restarts.target(measured, steps)[rows])
+                yield name, horizon, part, _rmse(angle[rows] - restarts.target(record, steps)[rows])
 
 
-def _whole_trials(name: str, errors: pd.DataFrame, measured: Measured) -> Iterator[tuple[str, float, bool, float]]:
+def _whole_trials(name: str, errors: pd.DataFrame, record: Record) -> Iterator[tuple[str, float, bool, float]]:
     """Rows of free running over whole trials, every sample counted once; none where the fits are to pieces."""
     errors = errors[errors["horizon_s"].isna()]
-    samples = dict(zip(measured.names, measured.lengths, strict=True))
+    samples = dict(zip(record.names, record.lengths, strict=True))
     for role, rows in errors[errors["model"] == name].groupby("role", sort=False):
         weights = rows["trial"].astype(str).map(samples)
         yield name, WHOLE_TRIAL_S, role == "test", float(np.sqrt(np.average(rows["rmse_deg"] ** 2, weights=weights)))
