@@ -1,6 +1,6 @@
 # Everything from a fresh clone: `make run`, `make test`. The environment is made where it is not there.
 .DEFAULT_GOAL := run
-.PHONY: run bench mutants faults test test-postgres test-browser test-slurm lint ui dashboard publish clean
+.PHONY: run bench mutants faults test test-postgres test-browser test-slurm lint docs readme ui dashboard publish clean
 
 PYTHON ?= python3
 CORES ?= 2
@@ -47,6 +47,14 @@ lint: $(VENV)/.ready ## style, layout and types of the Python code, layout of th
 	$(BIN)/mypy
 	$(BIN)/snakefmt --check Snakefile workflow/rules studies
 
+docs: $(VENV)/.docs ## a site of all pages, effects, settings and commands, in docs/_build; it fails where a link leads nowhere
+	$(BIN)/python docs/reference.py
+	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build
+	@echo "docs/_build/index.html"
+
+readme: $(VENV)/.ready ## numbers and pictures of README and docs/ from results/, after `make run`
+	$(BIN)/python docs/measured.py results
+
 publish: $(VENV)/.ready ## rebuild the MLflow store from results/
 	$(BIN)/snakemake --cores 1 publish
 
@@ -60,6 +68,10 @@ dashboard: $(VENV)/.ready ## browse the last sweep at http://127.0.0.1:8080; ano
 
 clean: ## remove the environment; results/ stays
 	rm -rf $(VENV)
+
+$(VENV)/.docs: $(VENV)/.ready docs/requirements.txt
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check --root-user-action=ignore --require-hashes --no-deps -r docs/requirements.txt
+	@touch $@
 
 # The environment is finished only when .ready is there, so an interrupted installation starts again, from the beginning
 # where pip is not there yet.
