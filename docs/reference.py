@@ -11,9 +11,8 @@ from pathlib import Path
 
 from myowave.physics.effect import STAGES, Effect
 from myowave.physics.effects import catalogue
-from myowave.settings import KEYS
-from myowave.settings.keys import Key
-from myowave.settings.listing import describe, find_keys, list_groups
+from myowave.settings import Settings
+from myowave.settings.keys import Key, describe, find_keys, list_groups, list_keys
 
 DOCS = Path(__file__).parent
 STAGE_MEANS = {
@@ -56,7 +55,8 @@ def _effect(effect: Effect) -> str:
 
 def settings_page() -> str:
     """Every key with unit, default, meaning and allowed values, by group."""
-    keys, groups = find_keys(KEYS, []), list_groups(KEYS)
+    listed = list_keys(Settings)
+    keys, groups = find_keys(listed, []), list_groups(listed)
     parts = [
         "# Settings",
         f"All {sum(count for count, _ in groups.values())} keys of `config.yaml`, as `myowave settings --all` prints "

@@ -1,8 +1,8 @@
 """The rows of faults.yaml: where each fault has its place in the code, and the code with the fault in it.
 
 A row names `module:qualified.name` of a function, class or constant and what is changed there, compared as syntax
-trees: layout, comments and docstrings do not count, and a move to another module is followed. In the workflow's rules,
-which are not Python as a whole, the module is the file's path: `workflow/rules/data.smk:function`.
+trees: layout, comments and docstrings do not count, and a move to another module is followed. Outside of the package,
+in studies and in the workflow's rules, the module is the file's path: `workflow/rules/data.smk:function`.
 """
 
 import ast
@@ -60,14 +60,12 @@ def read_faults() -> list[Fault]:
 
 def path_of(module: str) -> Path:
     """The file of a module, relative to the project."""
-    return (
-        Path(module) if module.endswith((".smk", "Snakefile")) else Path("src", *module.split(".")).with_suffix(".py")
-    )
+    return Path(module) if "/" in module else Path("src", *module.split(".")).with_suffix(".py")
 
 
 def module_of(path: Path) -> str:
     """The other way round."""
-    return str(path) if path.suffix != ".py" else ".".join(path.with_suffix("").parts[1:])
+    return ".".join(path.with_suffix("").parts[1:]) if path.parts[0] == "src" else str(path)
 
 
 def with_fault(fault: Fault, root: Path) -> str:
@@ -153,11 +151,10 @@ def _fits(fault: Fault) -> bool:
 
 
 def _sources() -> Iterator[Path]:
-    for folder in ("src", "workflow", "studies"):
-        for suffix in (".py", ".smk"):
-            for path in sorted((ROOT / folder).rglob(f"*{suffix}")):
-                if suffix == ".smk" or folder == "src":
-                    yield path.relative_to(ROOT)
+    for pattern in ("src/**/*.py", "workflow/**/*.smk", "studies/**/*.py", "studies/**/Snakefile"):
+        for path in sorted(ROOT.glob(pattern)):
+            if "tests" not in path.parts:
+                yield path.relative_to(ROOT)
 
 
 def _blocks(path: Path) -> list[tuple[str, ast.Module]]:

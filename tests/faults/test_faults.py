@@ -103,6 +103,9 @@ def test_a_row_follows_its_code(project, text, module, place):
 
 def test_rules_are_read_by_the_functions_in_them(project):
     root = project(SOUND)
-    (root / "data.smk").write_text('def size(x):\n    return 2 * x\n\n\nrule make:\n    output:\n        "a",\n')
-    spoilt = faults.with_fault(replace(FAULT, place="data.smk:size", change="2 * x", to="x"), root)
+    (root / "workflow").mkdir()
+    (root / "workflow/data.smk").write_text(
+        'def size(x):\n    return 2 * x\n\n\nrule make:\n    output:\n        "a",\n'
+    )
+    spoilt = faults.with_fault(replace(FAULT, place="workflow/data.smk:size", change="2 * x", to="x"), root)
     assert "return x\n" in spoilt and "rule make:\n    output:\n" in spoilt
