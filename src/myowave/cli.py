@@ -13,9 +13,8 @@ from typing import Annotated, ParamSpec, TextIO
 
 import typer
 
-from myowave.settings import Settings
+from myowave.settings import Settings, read_settings
 from myowave.settings.keys import describe, find_keys, list_groups, list_keys
-from myowave.settings.parsing import read_settings
 
 app = typer.Typer(
     no_args_is_help=True, pretty_exceptions_enable=False, help="Elbow motion from EMG and what its physics misses."

@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from myowave.settings import RecordedDataset, Settings
-from myowave.settings.configuration import unless_known
+from myowave.settings.keys import unless_known
 from myowave.settings.section import Name, Once, TrialName, setting
 from studies.section import StudySection
 

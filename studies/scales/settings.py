@@ -6,8 +6,7 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationError, field_validator
 
 from myowave.settings import Recipe, Settings
-from myowave.settings.configuration import unless_known
-from myowave.settings.keys import explain
+from myowave.settings.keys import explain, unless_known
 from myowave.settings.section import Name, Once, Real, Section, Whole, setting, without_null
 from studies.section import StudySection
 

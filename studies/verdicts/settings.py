@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from myowave.settings import Settings, shipped_effects
-from myowave.settings.configuration import unless_known
+from myowave.settings.keys import unless_known
 from myowave.settings.section import Name, Once, Real, Whole, setting
 from studies.section import StudySection
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from myowave.settings import read_settings
 from myowave.settings.files import check_command_line
-from myowave.settings.parsing import read_settings
 
 CONFIG = Path(__file__).parents[2] / "config.yaml"
 

@@ -16,7 +16,6 @@ from myowave.settings import (
     Recipe,
     Settings,
     SimulatedDataset,
-    check_effects,
     dump,
     parse_settings,
     public,
@@ -315,14 +314,14 @@ def test_every_key_says_what_it_means_and_numbers_have_a_unit():
 )
 def test_an_effect_that_does_not_ship_is_refused_wherever_it_is_named(path, value):
     with pytest.raises(ValueError, match=rf"{path}: there is no 'fatigu'; did you mean 'fatigue'\?") as caught:
-        check_effects(parse_settings(changed(path, value)))
+        parse_settings(changed(path, value))
     assert len(str(caught.value).splitlines()) == 1
 
 
 def test_users_own_effects_are_left_to_the_jobs():
     config = changed("targets.models.case1", ["base+my_effect"])
     config["physics"]["effect_files"] = ["my_effect.py"]
-    check_effects(parse_settings(config))
+    parse_settings(config)
 
 
 def test_the_shipped_file_spells_out_every_key_of_its_recipes():

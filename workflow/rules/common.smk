@@ -3,13 +3,11 @@ import os
 import sys
 from pathlib import Path
 
-from myowave.settings import check_effects, dump, parse_settings, public
-from myowave.settings.subjects import add_subjects
+from myowave.settings import dump, parse_settings, public
 from myowave.workflow.digest import digest_files, digest_script
 
 try:
-    SETTINGS = parse_settings(add_subjects(config))
-    check_effects(SETTINGS)
+    SETTINGS = parse_settings(config)
 except ValueError as error:
     sys.exit(
         f"The configuration has problems; nothing was run.\n{error}\n`myowave settings WORD` finds keys, `myowave settings --all` lists all."

@@ -18,7 +18,7 @@ def for_targets(pattern, datasets=SETTINGS.targets.datasets):
             dataset=dataset,
             model=models_of(dataset),
             recipe=recipe,
-            scales=SETTINGS.targets.scales_of(recipe),
+            scales=SETTINGS.targets.scales,
         )
     ]
 
@@ -28,7 +28,7 @@ def of_scales(pattern):
     return lambda wildcards: list(
         dict.fromkeys(
             pattern.format(**wildcards, scales=scales, level=level)
-            for scales in SETTINGS.targets.scales_of(wildcards.recipe)
+            for scales in SETTINGS.targets.scales
             for level in range(scales)
         )
     )
@@ -73,7 +73,7 @@ def networks_with(dataset, followed):
     if followed is not None:
         for recipe in targets.recipes_of(dataset):
             paths += expand(
-                pattern, dataset=dataset, model=followed, recipe=recipe, scales=min(targets.scales_of(recipe))
+                pattern, dataset=dataset, model=followed, recipe=recipe, scales=min(targets.scales)
             )
     return list(dict.fromkeys(paths))
 

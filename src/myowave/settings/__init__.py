@@ -5,7 +5,7 @@ frozen objects or says, one line per problem, which key is wrong, what was found
 settings` lists the keys. Nothing heavy is imported here: the Snakefile reads this package at every start.
 """
 
-from myowave.settings.configuration import Settings
+from myowave.settings.configuration import Settings, parse_settings, read_settings, shipped_effects
 from myowave.settings.data import (
     Data,
     Dataset,
@@ -18,7 +18,6 @@ from myowave.settings.data import (
 )
 from myowave.settings.diagnosis import Diagnosis, Scatter
 from myowave.settings.learning import SEARCHABLE, Dimension, Learning, Recipe, Sweep
-from myowave.settings.parsing import check_effects, parse_settings, shipped_effects
 from myowave.settings.physics import Arm, Arms, CurveSettings, JointSettings, MuscleSettings, PathTable, Physics
 from myowave.settings.recording import EmgChannel, Processing, RawSignal, TextLayout
 from myowave.settings.section import Section, dump
@@ -55,9 +54,9 @@ __all__ = [
     "TextLayout",
     "Tracking",
     "Wavelet",
-    "check_effects",
     "dump",
     "parse_settings",
     "public",
+    "read_settings",
     "shipped_effects",
 ]

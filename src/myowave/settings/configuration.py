@@ -1,24 +1,21 @@
-"""All of config.yaml in one object, and what its sections ask of one another."""
+"""All of config.yaml in one object: from parsed YAML to settings, or to a message with a line for each problem."""
 
-import operator
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError, model_validator
 
-from myowave.physics.constants import (
-    CURVE,
-    GROUP_CONSTANTS,
-    JOINT_CONSTANTS,
-    MUSCLE_CONSTANTS,
-    constant_of,
-    constant_unit,
-)
-from myowave.settings.data import Data, Dataset, RecordedDataset, force_and_length
+from myowave.physics.constants import CURVE, GROUP_CONSTANTS, JOINT_CONSTANTS, MUSCLE_CONSTANTS
+from myowave.settings.data import Data, force_and_length
+from myowave.settings.dataset_check import check_dataset
 from myowave.settings.diagnosis import Diagnosis
-from myowave.settings.keys import did_you_mean, explain, in_words
+from myowave.settings.files import read_layers
+from myowave.settings.keys import did_you_mean, explain, unless_known
 from myowave.settings.learning import SEARCHABLE, Learning, Recipe
 from myowave.settings.physics import Arms, Physics
 from myowave.settings.section import Section, dump, setting
+from myowave.settings.subjects import add_subjects
 from myowave.settings.targets import Targets
 from myowave.settings.tracking import Tracking
 
@@ -39,18 +36,17 @@ class Settings(Section):
         datasets = dict(self.data.datasets)
         for name, dataset in datasets.items():
             if "identify" not in dataset.model_fields_set and dataset.arm in self.physics.arms:
-                identify = force_and_length(self.physics.of_arm(dataset.arm))
+                identify = force_and_length(self.physics.arms[dataset.arm])
                 datasets[name] = dataset.model_copy(update={"identify": identify})
         return self.model_copy(update={"data": self.data.model_copy(update={"datasets": datasets})})
 
     @model_validator(mode="after")
     def _agree(self) -> "Settings":
-        problems = [
-            *self._problems_of_targets(),
-            *self._problems_of_sweep(),
-            *self._problems_of_scatter(),
-            *self._problems_of_arms(),
-        ]
+        problems = [problem for path, name, known in self._named() for problem in unless_known(path, name, known)]
+        for name, dataset in self.data.datasets.items():
+            if dataset.arm in self.physics.arms:
+                problems += check_dataset(f"data.datasets.{name}", dataset, self.physics_of(name))
+        problems += [*self._problems_of_scales(), *self._problems_of_sweep(), *self._problems_of_scatter()]
         if problems:
             raise ValueError("\n".join(problems))
         return self
@@ -59,41 +55,45 @@ class Settings(Section):
         """The physics of one dataset: its own arm, and no other."""
         return self.physics.of_arm(self.data.datasets[dataset].arm)
 
-    def _problems_of_targets(self) -> list[str]:
-        targets, datasets = self.targets, self.data.datasets
-        problems = []
-        for i, name in enumerate(targets.datasets):
-            problems += unless_known(f"targets.datasets[{i}]", name, datasets)
-        for i, name in enumerate(targets.without_networks):
-            problems += unless_known(f"targets.without_networks[{i}]", name, datasets)
-        for i, name in enumerate(targets.follow_verdict):
-            problems += unless_known(f"targets.follow_verdict[{i}]", name, datasets)
-        for name in targets.models:
-            problems += unless_known(f"targets.models.{name}", name, datasets)
-        for i, name in enumerate(targets.recipes):
-            problems += unless_known(f"targets.recipes[{i}]", name, self.learning.recipes)
+    def _named(self) -> Iterator[tuple[str, str, Collection[str]]]:
+        """What is called by a name: where, the name, and the names that there are."""
+        targets, sweep, datasets, recipes = self.targets, self.learning.sweep, self.data.datasets, self.learning.recipes
+        for key in ("datasets", "without_networks", "follow_verdict"):
+            yield from _items(f"targets.{key}", getattr(targets, key), datasets)
+        for key in ("models", "own_recipes"):
+            yield from ((f"targets.{key}.{name}", name, datasets) for name in getattr(targets, key))
+        yield from _items("targets.recipes", targets.recipes, recipes)
         for dataset, names in targets.own_recipes.items():
-            problems += unless_known(f"targets.own_recipes.{dataset}", dataset, datasets)
-            for i, name in enumerate(names):
-                problems += unless_known(f"targets.own_recipes.{dataset}[{i}]", name, self.learning.recipes)
-        for name in targets.own_scales:
-            problems += unless_known(f"targets.own_scales.{name}", name, self.learning.recipes)
-        further = [number for scales in targets.own_scales.values() for number in scales]
-        scales = max(*targets.scales, *further, self.learning.sweep.scales)
-        if scales > self.data.wavelet.levels + 1:
-            problems.append(
-                f"targets.scales, targets.own_scales, learning.sweep.scales: {scales} scales need "
-                f"data.wavelet.levels of {scales - 1}, which is {self.data.wavelet.levels}."
-            )
-        return problems
+            yield from _items(f"targets.own_recipes.{dataset}", names, recipes)
+        yield "learning.sweep.dataset", sweep.dataset, datasets
+        yield "learning.sweep.recipe", sweep.recipe, recipes
+        yield from ((f"data.datasets.{name}.arm", of.arm, self.physics.arms) for name, of in datasets.items())
+        if not self.physics.effect_files:  # their effects are known once they are loaded: a job finds out
+            yield from self._effects_named()
+
+    def _effects_named(self) -> Iterator[tuple[str, str, Collection[str]]]:
+        shipped = shipped_effects()
+        for dataset, models in self.targets.models.items():
+            for effect in (effect for model in models for effect in model.split("+")[1:]):
+                yield f"targets.models.{dataset}", effect, shipped
+        for name, of in self.data.datasets.items():
+            for effect in getattr(of, "hidden_effect", ()):
+                yield f"data.datasets.{name}.hidden_effect", effect, shipped
+
+    def _problems_of_scales(self) -> list[str]:
+        scales, levels = max(*self.targets.scales, self.learning.sweep.scales), self.data.wavelet.levels
+        if scales <= levels + 1:
+            return []
+        return [
+            f"targets.scales, learning.sweep.scales: {scales} scales need data.wavelet.levels of {scales - 1}, which "
+            f"is {levels}."
+        ]
 
     def _problems_of_sweep(self) -> list[str]:
         sweep = self.learning.sweep
-        problems = unless_known("learning.sweep.dataset", sweep.dataset, self.data.datasets)
-        problems += unless_known("learning.sweep.recipe", sweep.recipe, self.learning.recipes)
-        if problems:
-            return problems
-        recipe = dump(self.learning.recipes[sweep.recipe])
+        if sweep.recipe not in self.learning.recipes:
+            return []
+        recipe, problems = dump(self.learning.recipes[sweep.recipe]), []
         for name, dimension in sweep.dimensions.items():
             where = f"learning.sweep.dimensions.{name}"
             if unknown := unless_known(where, name, SEARCHABLE):
@@ -110,137 +110,44 @@ class Settings(Section):
     def _problems_of_scatter(self) -> list[str]:
         """A constant may be named as such, or as that of one muscle or group of any arm."""
         constants = sorted({*MUSCLE_CONSTANTS, *GROUP_CONSTANTS, *JOINT_CONSTANTS})
-        arms = self.physics.arms.values()
+        arms = list(self.physics.arms.values())
         full = sorted({parameter for arm in arms for parameter in arm.parameters})
-        muscle = next(iter(next(iter(arms)).muscles))
+        muscle = next(iter(arms[0].muscles))
         return [
             f"diagnosis.scatter.{name}: there is no {name!r}{did_you_mean(name, [*constants, *full]) or '.'} "
-            f"Known: {', '.join(constants)}, each also for one muscle or group, as "
-            f"slack_{muscle}; "
+            f"Known: {', '.join(constants)}, each also for one muscle or group, as slack_{muscle}; "
             f"{', '.join(p for p in full if p.endswith('_' + CURVE))}."
             for name in self.diagnosis.scatter
             if name not in constants and name not in full
         ]
 
-    def _problems_of_arms(self) -> list[str]:
-        problems = []
-        for name, dataset in self.data.datasets.items():
-            where = f"data.datasets.{name}"
-            if unknown := unless_known(f"{where}.arm", dataset.arm, self.physics.arms):
-                problems += unknown
-            else:
-                problems += self._problems_of_constants(name)
-        return problems
 
-    def _problems_of_constants(self, name: str) -> list[str]:
-        where, dataset, arm = f"data.datasets.{name}", self.data.datasets[name], self.physics_of(name)
-        whose = f" in arm {dataset.arm}"
-        nominal = arm.nominal
-        problems = []
-        for path, parameter in _names(where, dataset):
-            problems += unless_known(path, parameter, nominal, whose, _EFFECTS if "." in parameter else "")
-        for path, parameter, value in _values(where, dataset):
-            problems += out_of_bounds(path, parameter, value) if parameter in nominal else []
-        known = {"constants": dataset.constants, "conditions": {p for c in dataset.conditions.values() for p in c}}
-        for key, parameters in known.items():
-            for parameter in sorted(set(dataset.identify) & set(parameters)):
-                problems.append(f"{where}: {parameter} is both known ({key}) and to identify; keep one of them.")
-        for parameter in dataset.identify:
-            if nominal.get(parameter) == 0:
-                problems.append(
-                    f"{where}.identify.{parameter}: {parameter} is 0{whose}, so a search has nothing to start from. "
-                    "Give the arm the value that you expect, or leave it out."
-                )
-        for trial, conditions in {"": {}, **dataset.conditions}.items():
-            at = f"{where}.conditions.{trial}" if trial else f"{where}.constants"
-            problems += _problems_of_body(at, nominal | dataset.constants | conditions) if arm.joint.com_m else []
-        return problems + self._problems_of_signals(where, whose, dataset, arm)
-
-    @staticmethod
-    def _problems_of_signals(where: str, whose: str, dataset: Dataset, arm: Physics) -> list[str]:
-        """Of a recorded dataset: channels that the arm needs, and conditions that no angle can be."""
-        if not isinstance(dataset, RecordedDataset):
-            return []
-        problems = []
-        for channel in dict.fromkeys(muscle.emg for muscle in arm.muscles.values() if muscle.emg not in dataset.emg):
-            driven = [name for name, muscle in arm.muscles.items() if muscle.emg == channel]
-            several = len(driven) > 1
-            problems.append(
-                f"{where}.emg: {'muscles' if several else 'muscle'} {', '.join(driven)}{whose} "
-                f"{'are' if several else 'is'} driven by {channel}, which is not here; it has "
-                f"{', '.join(dataset.emg)}. Add the channel, or name another one as the emg of "
-                f"{'these muscles' if several else 'the muscle'}."
-            )
-        for signal, angle in dataset.signals.items():
-            if angle.condition in arm.parameters and (unit := constant_unit(angle.condition)) != "rad":
-                problems.append(
-                    f"{where}.signals.{signal}.condition: {angle.condition} is in {unit}, and the signal is an angle; "
-                    "expected a constant in rad, such as tilt."
-                )
-        return problems
+def _items(path: str, names: Iterable[str], known: Collection[str]) -> Iterator[tuple[str, str, Collection[str]]]:
+    yield from ((f"{path}[{i}]", name, known) for i, name in enumerate(names))
 
 
-_EFFECTS = (
-    " A parameter of an effect is not set here: it is estimated wherever the model has the effect, within the bounds "
-    "in the effect's file."
-)
+def shipped_effects() -> list[str]:
+    """Names of the effects that ship, told from file names: loading the physics takes a second."""
+    folder = Path(__file__).parents[1] / "physics" / "effects"
+    return sorted(path.stem for path in folder.glob("[!_]*.py"))
 
 
-def _names(where: str, dataset: Dataset) -> Iterator[tuple[str, str]]:
-    """Where a dataset names a physical constant, and which."""
-    yield from ((f"{where}.identify.{p}", p) for p in dataset.identify)
-    yield from ((f"{where}.constants.{p}", p) for p in dataset.constants)
-    yield from ((f"{where}.hidden_constants.{p}", p) for p in getattr(dataset, "hidden_constants", ()))
-    yield from ((f"{where}.conditions.{t}.{p}", p) for t, c in dataset.conditions.items() for p in c)
-    for name, signal in getattr(dataset, "signals", {}).items():
-        if signal.condition:
-            yield f"{where}.signals.{name}.condition", signal.condition
+def parse_settings(config: Mapping[str, Any]) -> Settings:
+    """Check a parsed config.yaml, the datasets of its table of subjects among the others.
+
+    Raises:
+        ValueError: one line per problem, each with the key, what was found and what is allowed.
+    """
+    try:
+        return Settings.model_validate(add_subjects(config))
+    except ValidationError as error:
+        raise ValueError("\n".join(explain(error, Settings))) from None
 
 
-def _values(where: str, dataset: Dataset) -> Iterator[tuple[str, str, float]]:
-    """Where a dataset gives a value to a physical constant, which constant and what value."""
-    hidden = getattr(dataset, "hidden_constants", {})
-    for key, constants in (("constants", dataset.constants), ("hidden_constants", hidden)):
-        yield from ((f"{where}.{key}.{p}", p, value) for p, value in constants.items())
-    for trial, conditions in dataset.conditions.items():
-        yield from ((f"{where}.conditions.{trial}.{p}", p, value) for p, value in conditions.items())
-    for parameter, choice in dataset.identify.items():
-        given = {"low": [choice.low], "high": [choice.high], "literature": choice.literature}
-        for key, values in given.items():
-            yield from ((f"{where}.identify.{parameter}.{key}", parameter, v) for v in values if v is not None)
+def read_settings(paths: Iterable[Path]) -> Settings:
+    """The settings in YAML files, each laid over those before.
 
-
-def out_of_bounds(path: str, name: str, value: float) -> list[str]:
-    """No problem, or one: the value at `path` is none that the physical constant of this name may have."""
-    constant = constant_of(name)
-    if all(_WITHIN[bound](value, limit) for bound, limit in constant.bounds.items()):
-        return []
-    return [
-        f"{path} = {value:g}: expected a number, {', '.join(in_words(constant.bounds))} [{constant.unit}] "
-        f"({constant.meaning})."
-    ]
-
-
-_WITHIN = {"gt": operator.gt, "ge": operator.ge, "lt": operator.lt, "le": operator.le}
-
-
-def _problems_of_body(at: str, constants: Mapping[str, float]) -> list[str]:
-    """Whether a rigid forearm can have such an inertia."""
-    least = constants["mass"] * constants["com"] ** 2
-    if constants["inertia"] >= least:
-        return []
-    return [
-        f"{at}: the forearm's inertia is {constants['inertia']:g}, but about the elbow it is at least mass com^2 = "
-        f"{least:g} kg m^2; give mass, com and inertia together."
-    ]
-
-
-def unless_known(path: str, name: str, known: Collection[str], whose: str = "", more: str = "") -> list[str]:
-    """No problem, or one: what is at `path` is not among the known names, of which `whose` says more."""
-    if name in known:
-        return []
-    names = sorted(known)
-    return [
-        f"{path}: there is no {name!r}{whose}{did_you_mean(name, names) or '.'} Known: {', '.join(names) or 'none'}."
-        + more
-    ]
+    Raises:
+        ValueError: for a file that is not there, is not YAML, or has wrong keys.
+    """
+    return parse_settings(read_layers(paths))

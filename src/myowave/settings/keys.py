@@ -7,7 +7,7 @@ import difflib
 import json
 import textwrap
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -135,6 +135,17 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """`; did you mean 'x'?` where a known word is close, else nothing."""
     close = difflib.get_close_matches(str(word), list(known), n=1)
     return f"; did you mean {close[0]!r}?" if close else ""
+
+
+def unless_known(path: str, name: str, known: Collection[str], whose: str = "", more: str = "") -> list[str]:
+    """No problem, or one: what is at `path` is not among the known names, of which `whose` says more."""
+    if name in known:
+        return []
+    names = sorted(known)
+    return [
+        f"{path}: there is no {name!r}{whose}{did_you_mean(name, names) or '.'} Known: {', '.join(names) or 'none'}."
+        + more
+    ]
 
 
 def _explain_one(problem: Mapping[str, Any], root: Schema) -> str:

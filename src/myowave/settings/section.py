@@ -85,6 +85,7 @@ def without_null(value: Any) -> Any:
     return {k: v for k, v in value.items() if v is not None} if isinstance(value, Mapping) else value
 
 
+WithoutNull = BeforeValidator(without_null)  # of a mapping: a file laid over another can only replace keys
 BOUNDS = {"ge": "minimum", "gt": "exclusiveMinimum", "le": "maximum", "lt": "exclusiveMaximum"}  # as JSON schemas say
 
 

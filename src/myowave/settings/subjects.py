@@ -43,7 +43,7 @@ def add_subjects(config: Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(models := targets.get("models"), Mapping) and (for_all := models.get(WORD)):
         others = {name: value for name, value in models.items() if name != WORD}
         targets["models"] = others | dict.fromkeys(subjects, for_all)
-    return {**config, "targets": targets, "data": {**data, "datasets": {**datasets, **subjects}}}
+    return {**config, "targets": targets, "data": {**data, "subjects": None, "datasets": {**datasets, **subjects}}}
 
 
 def read_subjects(path: Path) -> dict[str, dict[str, Any]]:

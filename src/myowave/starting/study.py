@@ -8,10 +8,9 @@ from typing import Any
 import yaml
 from pydantic import ValidationError
 
+from myowave.settings import parse_settings
 from myowave.settings.files import lay_over, read_layers
-from myowave.settings.parsing import parse_settings
 from myowave.settings.physics import Arm
-from myowave.settings.subjects import add_subjects
 from myowave.starting.arm import PRESET, Choice
 from myowave.starting.draft import Draft, shown
 from myowave.starting.files import recordings_in
@@ -136,7 +135,7 @@ def _text(name: str, folder: Path, draft: Draft) -> str:
 def _problems(config: dict[str, object]) -> list[str]:
     """What the settings still lack, a line each."""
     try:
-        parse_settings(add_subjects(config))
+        parse_settings(config)
     except ValueError as error:
         return str(error).splitlines()
     return []
