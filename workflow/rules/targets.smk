@@ -72,9 +72,7 @@ def networks_with(dataset, followed):
     paths = for_targets(pattern, [dataset])
     if followed is not None:
         for recipe in targets.recipes_of(dataset):
-            paths += expand(
-                pattern, dataset=dataset, model=followed, recipe=recipe, scales=min(targets.scales)
-            )
+            paths += expand(pattern, dataset=dataset, model=followed, recipe=recipe, scales=min(targets.scales))
     return list(dict.fromkeys(paths))
 
 
