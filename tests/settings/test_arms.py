@@ -121,7 +121,7 @@ def test_a_faulty_arm_is_explained_where_it_is():
 def test_a_dataset_that_names_nothing_to_identify_gets_what_is_usual_for_its_arm():
     config = config_with({})
     for name, arm in (("bench_elbow", "paper"), ("human_curls", "arm26")):
-        del config["data"]["datasets"][name]["identify"]
+        config["data"]["datasets"][name].pop("identify", None)
         config["data"]["datasets"][name]["arm"] = arm
     datasets = parse_settings(config).data.datasets
     assert set(datasets["bench_elbow"].identify) == {"f0_Bi", "l0_Bi", "f0_Tri", "l0_Tri"}

@@ -32,7 +32,7 @@ def changed(path: str, value: object, *, remove: bool = False) -> dict:
     *parents, last = path.split(".")
     section = config
     for part in parents:
-        section = section[part]
+        section = section.setdefault(part, {})
     if remove:
         del section[last]
     else:
@@ -222,7 +222,7 @@ def test_a_missing_key_is_named_with_its_meaning():
 def test_every_problem_is_reported_at_once():
     config = changed("learning.seeds", 0)
     config["physics"]["arms"]["paper"]["joint"]["mass_kg"] = -1
-    config["data"]["wavelet"]["nam"] = "db2"
+    config["data"]["wavelet"] = {"nam": "db2"}
     assert len(problems(config)) == 3
 
 
