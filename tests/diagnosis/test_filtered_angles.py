@@ -15,7 +15,7 @@ from myowave.diagnosis.search.verdict import judge
 from myowave.identification.disturbance import estimate_disturbance
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
-from myowave.identification.whitening import Band
+from myowave.identification.whitening import MotionBand
 
 NOISE_DEG = 0.5
 DAMPING = {"joint_damping": {"c": 1.0}}
@@ -84,7 +84,7 @@ def test_what_a_filter_takes_from_the_noise_beside_the_motion_is_added_again(mak
         if cutoff_hz is not None:
             noise = filtfilt(*butter(2, cutoff_hz, fs=1 / record.dt), noise, axis=-1)
         plain.append(size_of(noise, record.angle, record).noise)
-        found.append(size_of(noise, record.angle, replace(record, filter=Band.of(record.valid, 0.1))).noise)
+        found.append(size_of(noise, record.angle, replace(record, filter=MotionBand.of(record.valid, 0.1))).noise)
     assert np.degrees(np.median(found)) == pytest.approx(NOISE_DEG, rel=0.1)
     assert (np.array(found) >= np.array(plain) * (1 - 1e-6)).all()
 
@@ -93,7 +93,7 @@ def test_damping_is_found_behind_a_filter_and_nothing_else_is_said(make_strange_
     fit = make_strange_fit(lambda trials: low_passed(trials, 4.0), DAMPING)
     found = search(fit, [effects["joint_damping"], effects["gravity_tilt"]])
     assert found.selection.effects == ("joint_damping",) and found.settled and found.disturbance is None
-    assert isinstance(found.selection.fit.record.filter, Band)
+    assert isinstance(found.selection.fit.record.filter, MotionBand)
 
 
 @pytest.mark.parametrize("hidden", [{}, {"joint_damping": {"c": 2.0}}])
@@ -103,7 +103,7 @@ def test_noise_of_the_emg_is_named_behind_a_filter_alone_and_beside_an_effect(ma
     verdict = judge(found)
     assert verdict.causes == (*hidden, "emg_noise") and not verdict.structure_left
     assert verdict.emg_noise == pytest.approx(0.03, rel=0.35)
-    assert isinstance(found.selection.fit.record.filter, Band)
+    assert isinstance(found.selection.fit.record.filter, MotionBand)
 
 
 def test_an_angle_without_any_noise_is_not_explained_by_a_force(make_strange_fit, effects, monkeypatch):
@@ -116,7 +116,7 @@ def test_an_angle_without_any_noise_is_not_explained_by_a_force(make_strange_fit
 
     monkeypatch.setattr(conclude, "estimate_disturbance", estimate)
     found = search(make_strange_fit(lambda trials: trials, DAMPING, noise_deg=0.0), [effects["gravity_tilt"]])
-    assert isinstance(found.selection.fit.record.filter, Band) and filters == [None]
+    assert isinstance(found.selection.fit.record.filter, MotionBand) and filters == [None]
     assert found.disturbance is None and judge(found).kind == "unknown"
 
 

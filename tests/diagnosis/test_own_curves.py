@@ -21,7 +21,7 @@ from myowave.diagnosis.search.stand_ins import StandIns, evidence_beside_curves,
 from myowave.diagnosis.search.verdict import judge
 from myowave.identification.output_error import fit_model, refit
 from myowave.identification.record import make_record
-from myowave.identification.whitening import Band
+from myowave.identification.whitening import MotionBand
 from myowave.physics.curves import Curves
 from myowave.physics.effect import Effect, Parameter
 
@@ -182,7 +182,7 @@ def test_curves_are_free_behind_a_filter_too(make_strange):
     angle = strange.record.angle + filtfilt(*butter(2, 5.0, fs=1 / strange.record.dt), noise)
     record = replace(strange.record, angle=angle)
     found = search(refit(replace(strange, record=record), strange.model, strange.free), [])
-    assert isinstance(found.selection.fit.record.filter, Band) and not found.settled and found.of_curves
+    assert isinstance(found.selection.fit.record.filter, MotionBand) and not found.settled and found.of_curves
 
 
 def test_nothing_is_put_before_curves_that_explain_it_all(damped, effects, monkeypatch):

@@ -9,7 +9,7 @@ from myowave.diagnosis.misfit.size import LEAST_RATIO, Size, size_of, size_of_mi
 from myowave.diagnosis.search.conclude import search, within_band
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
-from myowave.identification.whitening import Band
+from myowave.identification.whitening import MotionBand
 
 NOISE_DEG = 0.5
 
@@ -107,6 +107,6 @@ def test_an_angle_that_has_passed_a_filter_is_judged_by_what_is_slow(make_trials
     size = size_of_misfit(fit)
     assert fit.record.noise < 0.8 * size.noise, "its finest scales are nearly empty"
     band = within_band(fit, size).record
-    assert isinstance(band.filter, Band) and band.noise == size.noise
+    assert isinstance(band.filter, MotionBand) and band.noise == size.noise
     found = search(fit, [effects["joint_damping"], effects["gravity_tilt"]])
     assert found.selection.effects == ("joint_damping",) and found.settled and found.disturbance is None

@@ -11,7 +11,7 @@ from myowave.data.simulate import simulate_trials
 from myowave.identification.disturbance import estimate_disturbance, excitation_forcing
 from myowave.identification.output_error import Fit, fit_model, refit
 from myowave.identification.record import make_record
-from myowave.identification.whitening import Band
+from myowave.identification.whitening import MotionBand
 from myowave.physics.motion import simulate
 from myowave.settings import SimulatedDataset
 
@@ -61,7 +61,7 @@ def test_none_is_found_where_the_emg_is_what_drove_the_arm(fit, seed):
 
 def within(fit: Fit, edge_hz: float = 1.5) -> Fit:
     """The same fit by what is slow."""
-    record = replace(fit.record, filter=Band.of(fit.record.valid, edge_hz * fit.record.dt))
+    record = replace(fit.record, filter=MotionBand.of(fit.record.valid, edge_hz * fit.record.dt))
     return refit(replace(fit, record=record), fit.model, fit.free)
 
 
@@ -71,7 +71,7 @@ def test_noise_of_the_emg_is_found_behind_a_filter(fit, seed, cutoff_hz):
     found = estimate_disturbance(within(fit(0.02, seed, cutoff_hz)))
     assert found.emg == pytest.approx(0.02, rel=0.35)
     assert np.degrees(found.angle) == pytest.approx(NOISE_DEG, rel=0.35)
-    assert found.gain > 5 and isinstance(found.whitener, Band)
+    assert found.gain > 5 and isinstance(found.whitener, MotionBand)
 
 
 @pytest.mark.parametrize("window", [5, 9])

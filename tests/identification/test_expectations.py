@@ -14,8 +14,8 @@ from myowave.identification.free_parameters import (
     scales,
 )
 from myowave.identification.least_squares import normal_equations
+from myowave.identification.noise import correlation_time
 from myowave.identification.output_error import fit_model, refit
-from myowave.identification.uncertainty import correlation_time, residual_variance
 from myowave.settings import Scatter
 
 SCATTER = {
@@ -120,7 +120,7 @@ def test_a_step_is_that_of_least_squares_with_the_expectations_as_samples(make_n
 
 def test_standard_errors_are_those_of_least_squares_with_the_expectations_as_samples(fit, wide):
     samples, _, rows, _ = least_squares(fit)
-    variance = residual_variance(fit.normal, fit.record) * correlation_time(fit.normal.residual, fit.record)
+    variance = fit.variance * correlation_time(fit.normal.residual, fit.record.samples)
     information = samples.T @ samples / variance + rows.T @ rows
     covariance = np.linalg.inv(information)[: len(wide), : len(wide)] * np.outer(scales(wide), scales(wide))
     np.testing.assert_allclose(fit.covariance(), covariance, rtol=1e-4, atol=1e-12)

@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from myowave.identification.free_parameters import free_parameters, start_values
-from myowave.identification.output_error import Search, descend, fit_model, polish, refit
+from myowave.identification.output_error import LiftedSearch, descend, fit_model, polish, refit
 from myowave.physics.motion import simulate
 from myowave.settings import Identify
 
@@ -37,7 +37,7 @@ def test_the_factors_of_a_group_are_found_as_the_constants_that_they_stand_for(e
 
 
 def test_lifted_steps_bring_starts_that_are_wide_apart_together(exact, base, free):
-    search = Search.begin(base, exact, free, start_values(free, range(4)))
+    search = LiftedSearch.begin(base, exact, free, start_values(free, range(4)))
     before = np.ptp(search.values, axis=0)
     for _ in range(4):
         search = search.lifted()
@@ -55,7 +55,7 @@ def moving(exact, base):
 
 def test_a_search_begins_near_where_the_trials_do_and_about_as_fast(moving, base, free):
     record, angle, speed = moving
-    starts = Search.begin(base, record, free, start_values(free, (0, 1))).starts
+    starts = LiftedSearch.begin(base, record, free, start_values(free, (0, 1))).starts
     np.testing.assert_allclose(starts[..., 0], [angle] * 2, rtol=0, atol=0.05)
     np.testing.assert_allclose(starts[..., 1], [speed] * 2, rtol=0.3)
 
@@ -68,7 +68,7 @@ def test_a_fit_ends_where_the_trials_begin_and_as_fast(moving, base, free):
 
 
 def test_no_step_of_a_descent_raises_the_error(make_noisy, base, free):
-    far = replace(Search.begin(base, make_noisy(1.0).train, free, start_values(free, [1])))
+    far = replace(LiftedSearch.begin(base, make_noisy(1.0).train, free, start_values(free, [1])))
     (first,) = far.fits()
     errors = [fit.rss for fit in descend(first)]
     assert len(errors) > 2 and errors == sorted(errors, reverse=True) and errors[-1] < 0.9 * errors[0]

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from myowave.identification.disturbance import excitation_forcing
+from myowave.identification.noise import SMALLEST_NOISE_DEG
 from myowave.identification.output_error import fit_model
-from myowave.identification.record import SMALLEST_NOISE_DEG
 from myowave.identification.spectrum import Guess, Spectra, answers, covariance
-from myowave.identification.whitening import Band
+from myowave.identification.whitening import MotionBand
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def steps(fit):
 
 def test_amplitudes_answer_to_pushes_as_the_motion_does(fit, steps):
     jacobian, forcing = steps
-    waves = Band.of(fit.record.valid, 0.05).waves
+    waves = MotionBand.of(fit.record.valid, 0.05).waves
     pushes = np.random.default_rng(0).standard_normal((*forcing.shape[:2], 2))
     state, angle = np.zeros((len(forcing), jacobian.shape[-1])), [np.zeros(len(forcing))]
     for n in range(forcing.shape[1]):
@@ -38,7 +38,7 @@ def test_amplitudes_answer_to_pushes_as_the_motion_does(fit, steps):
 
 def test_the_covariance_is_that_of_answers_to_many_forces(fit, steps):
     jacobian, forcing = steps
-    waves = Band.of(fit.record.valid, 0.02).waves
+    waves = MotionBand.of(fit.record.valid, 0.02).waves
     pushes = np.random.default_rng(1).standard_normal((4000, *forcing.shape[:2], 2))
     drawn = 0.0
     for answer, n in zip(answers(jacobian, forcing, waves), reversed(range(forcing.shape[1])), strict=True):

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from myowave.identification.noise import correlation_time
 from myowave.identification.output_error import fit_model
-from myowave.identification.uncertainty import correlation_time, correlations, residual_variance
+from myowave.identification.uncertainty import correlations
 
 
 def estimates_in_noise(fit, colour, count, seed):
@@ -55,15 +56,15 @@ def test_no_parameter_is_known_better_than_two_solvers_agree(fitted):
 def test_the_variance_of_white_noise_is_found_without_bias(fitted):
     """Though a fit takes a part of the noise with it: 10 of 600 degrees of freedom, of which 4 are parameters."""
     draws = estimates_in_noise(fitted, 0.0, 1000, seed=6)
-    found = np.mean([residual_variance(noisy.normal, noisy.record) for _, noisy in draws])
+    found = np.mean([noisy.variance for _, noisy in draws])
     assert found == pytest.approx(np.radians(0.5) ** 2, rel=0.005)
 
 
 def test_slow_residuals_are_worth_fewer_samples(make_noisy, base, free):
     fit = fit_model(base, make_noisy(0.5).train, free)
-    assert correlation_time(fit.normal.residual, fit.record) < 1.3
+    assert correlation_time(fit.normal.residual, fit.record.samples) < 1.3
     slow = np.sin(np.arange(200) / 8.0) * np.ones((3, 1))
-    assert correlation_time(slow, fit.record) > 5.0
+    assert correlation_time(slow, fit.record.samples) > 5.0
 
 
 def test_correlations_are_1_on_the_diagonal_and_at_most_1_beside_it(make_noisy, base, free):

@@ -6,7 +6,7 @@ from scipy.linalg import block_diag
 from scipy.signal import butter, sosfiltfilt
 from scipy.stats import multivariate_normal
 
-from myowave.identification.whitening import START_DEG, START_DEG_S, Band, Whitener, let_through
+from myowave.identification.whitening import START_DEG, START_DEG_S, MotionBand, Whitener, let_through
 
 NOISE = 0.01
 TRIALS, SAMPLES, STATES = 3, 12, 3
@@ -71,7 +71,7 @@ def test_the_filter_of_some_trials_is_that_of_these(whitener):
 @pytest.fixture(scope="module")
 def band():
     """Up to a tenth of the sampling rate, in a trial and a shorter one."""
-    return Band.of(LENGTHS[:, None] > np.arange(240), 0.1)
+    return MotionBand.of(LENGTHS[:, None] > np.arange(240), 0.1)
 
 
 LENGTHS = np.array([240, 150])
@@ -100,7 +100,7 @@ def force(band):
 
 
 def test_a_band_beside_a_force_makes_white_what_both_do(band, force):
-    whitener = band.beside(force, NOISE)
+    whitener = band.given_force(force, NOISE)
     for trial, waves in enumerate(band.waves):
         covariance = waves @ (force[trial] + NOISE**2 * np.eye(waves.shape[1])) @ waves.T
         root = np.linalg.cholesky(covariance + 1e-15 * np.eye(240))

@@ -19,7 +19,7 @@ from scipy.optimize import minimize
 from myowave.identification.least_squares import scaled_slope, without_starts
 from myowave.identification.output_error import Fit
 from myowave.identification.spectrum import ABOVE, Spectra, covariance
-from myowave.identification.whitening import Band, Filter, Whitener
+from myowave.identification.whitening import Filter, MotionBand, Whitener
 from myowave.physics.effect import Effect
 from myowave.physics.effects.emg_offset import EFFECT as EMG_OFFSET
 from myowave.physics.trajectory import forcing_of
@@ -61,7 +61,7 @@ def estimate_disturbance(fit: Fit) -> Disturbance:
     """Noise of the EMG that a fit's residual calls for; of a fit to the band of the motion, in that band."""
     # ASSUME: noise is white from sample to sample, as strong in all channels, and small enough for a linear answer.
     forcing, jacobian = excitation_forcing(fit), fit.linear.jacobian.numpy()
-    estimate = _of_filtered if isinstance(fit.record.filter, Band) else _of_unfiltered
+    estimate = _of_filtered if isinstance(fit.record.filter, MotionBand) else _of_unfiltered
     angle, emg, gain, whitener = estimate(fit, jacobian, forcing)
     response = wandering(jacobian, forcing @ np.swapaxes(forcing, -1, -2), fit.record.valid)
     return Disturbance(emg, angle, gain, whitener, response)
@@ -85,10 +85,10 @@ def _of_unfiltered(fit: Fit, jacobian: Array, forcing: Array) -> tuple[float, fl
 
     found = minimize(unlikely, np.log([fit.record.noise, USUAL]), method="Nelder-Mead", options=EFFORT)
     angle, emg = np.exp(found.x)
-    # The fit may have been made beside another force, which leaves its trials to start wherever they like.
+    # The fit may have been made given another force, which leaves its trials to start wherever they like.
     by_start = scaled_slope(fit.sensitive.by_start, 1.0, valid)[..., : 1 if fit.record.at_rest else 2]
-    settled = without_starts(by_start, residual[..., None])
-    without = samples * (np.log((settled**2).sum() / samples) + 1)
+    left = without_starts(by_start, residual[..., None])
+    without = samples * (np.log((left**2).sum() / samples) + 1)
     gain = without - float(found.fun) - np.log(samples)
     return float(angle), float(emg), float(gain), whitener(found.x)
 
@@ -101,12 +101,12 @@ def _of_filtered(fit: Fit, jacobian: Array, forcing: Array) -> tuple[float, floa
         jacobian, forcing: as above; the fit's own filter is the band.
     """
     band = fit.record.filter
-    assert isinstance(band, Band)
+    assert isinstance(band, MotionBand)
     spectra = Spectra.of(fit, forcing, band.edge / ABOVE[0], REACH_OF_NOISE)
     without, found = (spectra.most_likely(forced=forced, filtered=True) for forced in (False, True))
     gain = without.unlikely - found.unlikely - np.log(spectra.residual.size)
     force = found.emg**2 * covariance(jacobian, forcing, band.waves)
-    return found.noise, found.emg, gain, band.beside(force, found.noise)
+    return found.noise, found.emg, gain, band.given_force(force, found.noise)
 
 
 def wandering(jacobian: Array, added: Array, valid: NDArray[np.bool_]) -> float:

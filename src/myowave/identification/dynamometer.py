@@ -51,6 +51,6 @@ def with_torque(normal: Normal, model: Model, record: Record, free: Sequence[Fre
         normal,
         matrix=normal.matrix + np.swapaxes(slope, -1, -2) @ slope,
         vector=normal.vector + (np.swapaxes(slope, -1, -2) @ residual[..., None])[..., 0],
-        beside=residual,
-        beside_slope=slope,
+        torque=residual,
+        torque_slope=slope,
     )

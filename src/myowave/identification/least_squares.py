@@ -15,6 +15,7 @@ from scipy.optimize import lsq_linear
 from torch import Tensor
 
 from myowave.identification.free_parameters import Free, bounds, expected, scales
+from myowave.identification.noise import residual_variance
 from myowave.identification.record import Record
 from myowave.physics.trajectory import Sensitive
 
@@ -35,7 +36,7 @@ class Normal:
         slope: d angle / d parameter, (..., T, N, P), and `by_start` (..., T, N, S).
         matrix, vector: the normal equations without the starts, with what is known beforehand, (..., P, P), (..., P).
         rss: sum of squares of the residual (...) [rad^2].
-        beside, beside_slope: further residuals that no start of a trial changes, and their derivatives, as a
+        torque, torque_slope: further residuals that no start of a trial changes, and their derivatives, as a
             dynamometer gives them, (..., R) and (..., R, P) [rad].
         weight: of what is known of each parameter beforehand, (P,) [rad^2], and how far each is `off` from there,
             expected - value, (..., P).
@@ -49,14 +50,14 @@ class Normal:
     rss: Array
     weight: Array
     off: Array
-    beside: Array = field(default_factory=lambda: np.zeros(0))
-    beside_slope: Array | None = None
+    torque: Array = field(default_factory=lambda: np.zeros(0))
+    torque_slope: Array | None = None
 
     @property
     def objective(self) -> Array:
         """What a fit lowers, (...) [rad^2]: the sum of squares, and how far parameters are from where they are
         expected, weighed as if the expectations were further samples."""
-        return self.rss + (self.beside**2).sum(-1) + (self.weight * self.off**2).sum(-1)
+        return self.rss + (self.torque**2).sum(-1) + (self.weight * self.off**2).sum(-1)
 
     @property
     def data(self) -> Array:
@@ -70,17 +71,22 @@ class Normal:
         trials, _, numbers = self.by_start.shape[-3:]
         return trials * numbers + float(np.trace(pseudo_inverse(self.matrix) @ self.data))
 
+    def variance(self, samples: int) -> float:
+        """Variance of the noise that the residual of so many samples shows [rad^2]."""
+        trials, _, numbers = self.by_start.shape[-3:]
+        return residual_variance(float(self.rss), samples, self.slope.shape[-1] + trials * numbers)
+
     def without_starts(self, columns: Array) -> Array:
         """The part of columns (..., T, N, C) that no change of the trials' starts can imitate."""
         return without_starts(self.by_start, columns)
 
     def starts_after(self, step: Array) -> Array:
-        """The best change of the trials' starts (..., T, S) beside a step of the parameters (..., P)."""
+        """The best change of the trials' starts (..., T, S) given a step of the parameters (..., P)."""
         left = self.residual[..., None] - self.slope @ step[..., None, :, None]
         return onto_starts(self.by_start, left)[..., 0]
 
     def beyond(self, columns: Array) -> tuple[Array, Array]:
-        """What only further parameters can do, beside those fitted and the starts of the trials.
+        """What only further parameters can do, given those fitted and the starts of the trials.
 
         Args:
             columns: derivatives of the angle by them, (T, N, E).

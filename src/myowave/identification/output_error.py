@@ -24,9 +24,10 @@ from torch import Tensor
 from myowave.identification.dynamometer import with_torque
 from myowave.identification.free_parameters import Free, bind_values, moved, moving, scales, start_values, within
 from myowave.identification.least_squares import Normal, bounded_step, normal_equations
+from myowave.identification.noise import correlation_time
 from myowave.identification.record import Record
 from myowave.identification.torque import TorqueFit
-from myowave.identification.uncertainty import correlation_time, covariance, residual_variance
+from myowave.identification.uncertainty import covariance
 from myowave.physics.model import Model, Params
 from myowave.physics.motion import resting_states, simulate
 from myowave.physics.simulation import Simulation
@@ -105,12 +106,12 @@ class Fit:
     @property
     def variance(self) -> float:
         """Variance of the residual, or of its innovations [rad^2]."""
-        return residual_variance(self.normal, self.record)
+        return self.normal.variance(self.record.samples)
 
     @property
     def independent_variance(self) -> float:
         """Variance of what is independent in the residual, or in its innovations [rad^2]."""
-        return self.variance * correlation_time(self.normal.residual, self.record)
+        return self.variance * correlation_time(self.normal.residual, self.record.samples)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -142,7 +143,7 @@ class Fit:
 
 
 @dataclass(frozen=True)
-class Search:
+class LiftedSearch:
     """Where searches stand before their motion is simulated, B of them as one batch.
 
     Args:
@@ -162,14 +163,14 @@ class Search:
     error: Array
 
     @classmethod
-    def begin(cls, model: Model, record: Record, free: Sequence[Free], values: Array) -> "Search":
+    def begin(cls, model: Model, record: Record, free: Sequence[Free], values: Array) -> "LiftedSearch":
         """From the measured motion, smoothed, for every row of values (B, P)."""
         free, measured = tuple(free), record.motion.expand(len(values), -1, -1, -1)
         simulation = record.simulation(model, bind_values(free, values))
         guess = resting_states(simulation, measured[..., 0], measured[..., 1])
         return cls(simulation, record, free, values, record.starts_of(guess), guess, np.full(len(values), np.inf))
 
-    def lifted(self) -> "Search":
+    def lifted(self) -> "LiftedSearch":
         """A Gauss-Newton step of the parameters that closes the gaps of the guess at the same time."""
         simulation = self.simulation.with_params(bind_values(self.free, self.values))
         result = _solve(simulation, self.free, self.starts, self.guess, iterations=1)
@@ -180,7 +181,7 @@ class Search:
         values, starts, guess = _move(self.free, self.values, self.starts, result, step, shift)
         return replace(self, simulation=simulation, values=values, starts=starts, guess=guess, error=normal.objective)
 
-    def better_half(self) -> "Search":
+    def better_half(self) -> "LiftedSearch":
         """The half, but at least two, whose last step started from the smallest error."""
         keep = np.argsort(self.error, kind="stable")[: max(2, -(-len(self.values) // 2))]  # diverged ones come last
         guess = self.guess[torch.from_numpy(keep)]
@@ -230,7 +231,7 @@ def begin_from(model: Model, record: Record, free: Sequence[Free], values: Array
 def _survivors(model: Model, record: Record, free: Sequence[Free], values: Array) -> list[Fit]:
     """The fits that searches from given values (B, P) end at, at most two, before any descent. Which of them leads to
     the lower valley is not seen from there."""
-    search = Search.begin(model, record, free, values)
+    search = LiftedSearch.begin(model, record, free, values)
     for _ in range(LIFTED_STEPS):
         search = search.lifted().better_half()
     fits = [fit for fit in search.fits() if fit is not None]
@@ -383,7 +384,7 @@ def _standstill(fit: Fit) -> float:
 
 
 def _step(fit: Fit, damping: float) -> tuple[Array, Array]:
-    """A step of the parameters (P,), in units of their scales, and the shift of the starts beside it, both damped."""
+    """A step of the parameters (P,), in units of their scales, and the shift of the starts with it, both damped."""
     step = bounded_step(fit.normal.matrix, fit.normal.vector, fit.free, fit.values, damping)
     return step, fit.normal.starts_after(step) / (1 + damping)
 
@@ -416,6 +417,6 @@ def gain(fit: Fit, step: Array, shift: Array) -> float:
     normal = fit.normal
     left = normal.residual - normal.slope @ step - (normal.by_start @ shift[..., None])[..., 0]
     nearer = normal.weight @ (normal.off**2 - (normal.off - step) ** 2)
-    if normal.beside_slope is not None:
-        nearer += (normal.beside**2).sum() - ((normal.beside - normal.beside_slope @ step) ** 2).sum()
+    if normal.torque_slope is not None:
+        nearer += (normal.torque**2).sum() - ((normal.torque - normal.torque_slope @ step) ** 2).sum()
     return float(normal.rss - (left**2).sum() + nearer)

@@ -13,7 +13,7 @@ from torch import Tensor
 from myowave.identification.along import Along
 from myowave.identification.free_parameters import bind_values
 from myowave.identification.least_squares import LARGEST
-from myowave.identification.output_error import Fit, Search
+from myowave.identification.output_error import Fit, LiftedSearch
 from myowave.identification.record import Record
 from myowave.physics.trajectory import solve
 
@@ -64,7 +64,7 @@ def _beginning(fit: Fit, record: Record) -> tuple[Tensor, Tensor]:
     early = record.valid & (np.arange(record.angle.shape[1]) * record.dt <= BEGINNING_S)
     nothing = np.zeros((1, 0))  # no parameter is free: a step moves the starts only
     known = {**record.known, **bind_values(fit.free, fit.values)}
-    search = Search.begin(fit.model, replace(record, known=known), (), nothing)
+    search = LiftedSearch.begin(fit.model, replace(record, known=known), (), nothing)
     search = replace(search, record=replace(search.record, valid=early))
     for _ in range(LIFTED_STEPS):
         search = search.lifted()

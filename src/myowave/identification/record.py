@@ -13,16 +13,13 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from myowave.data.trials import TORQUE, Trials
-from myowave.data.wavelets import estimate_noise
+from myowave.identification.noise import noise_of
 from myowave.identification.smoothing import choose_window, smooth
 from myowave.identification.whitening import Filter
 from myowave.physics.drive import channels_of
 from myowave.physics.model import Model, Params
 from myowave.physics.simulation import Simulation
 
-# ASSUME: no goniometer is better than this, and no model need be: structure below it is not chased.
-SMALLEST_NOISE_DEG = 0.05
-BOUND = 1.1  # times that: an estimate no larger is of noise less than half as strong, to which the smallest was added
 LEAD_S = 0.3  # of EMG before a piece: more than muscles are ever late
 
 
@@ -207,11 +204,6 @@ class Record:
         return torch.from_numpy(np.stack(smooth(self.angle, self.lengths, self.dt, self.window), -1))
 
 
-def is_bound(noise_deg: float) -> bool:
-    """Whether a standard deviation of the noise of the angle only says what it is at most."""
-    return noise_deg <= BOUND * SMALLEST_NOISE_DEG
-
-
 def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at_rest: bool = False) -> Record:
     """Tensors of all trials of a dataset.
 
@@ -221,8 +213,7 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at
         at_rest: whether every trial is known to start at rest.
     """
     recorded = [trials.angle[i, : trials.lengths[i]] for i in trials.index(trials.train)]
-    noise = estimate_noise(*recorded) if noise_deg is None else np.radians(noise_deg)
-    noise = max(float(noise), np.radians(SMALLEST_NOISE_DEG))
+    noise = noise_of(recorded, noise_deg)
     tilt = trials.change_over_time("tilt")
     return Record(
         names=trials.names,

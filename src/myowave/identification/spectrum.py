@@ -1,4 +1,4 @@
-"""Spectra of what a fit leaves, beside those of a filter, of white noise and of a random force.
+"""Spectra of what a fit leaves, next to those of a filter, of white noise and of a random force.
 
 Noise of a sensor is as dense at all frequencies, until a filter takes it away; what a random force does falls off as an
 arm is slow. So their spectra tell them apart, where in time one may imitate the other: a force explains any smooth
@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from myowave.identification.noise import SMALLEST_NOISE_DEG
 from myowave.identification.output_error import Fit
-from myowave.identification.record import SMALLEST_NOISE_DEG
-from myowave.identification.whitening import Band, let_through
+from myowave.identification.whitening import MotionBand, let_through
 
 Array = NDArray[np.float64]
 
@@ -58,7 +58,7 @@ class Spectra:
         force: variance of what a noise of 1 of every channel of the EMG does to the angle [rad^2].
     """
 
-    waves: Band
+    waves: MotionBand
     edge: float
     residual: Array
     force: Array
@@ -72,14 +72,14 @@ class Spectra:
             edge: where the band of the motion ends [1/sample].
             reach: how far to look, in units of the edge.
         """
-        waves = Band.of(fit.record.valid, min(reach * edge, 0.5))
+        waves = MotionBand.of(fit.record.valid, min(reach * edge, 0.5))
         force = sum((each**2).sum(1) for each in answers(fit.linear.jacobian.numpy(), forcing, waves.waves))
         return cls(waves, edge, waves.amplitudes(fit.residual[..., None])[..., 0], np.asarray(force))
 
     def unlikely(self, guess: Guess) -> float:
         """See `Guess`."""
         # ASSUME: waves are independent. Noise of the EMG drives the simulated arm, so no filter of the measured angle
-        # takes what it does; and what programs leave of an angle beside is as dense everywhere.
+        # takes what it does; and what programs leave of an angle is as dense everywhere.
         passed = (let_through(self.waves.frequency, guess.corner) * guess.noise) ** 2
         made = passed + guess.emg**2 * self.force + np.radians(SMALLEST_NOISE_DEG) ** 2
         counts = (self.waves.frequency > 0) & (self.waves.frequency <= self.waves.edge)

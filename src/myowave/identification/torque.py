@@ -34,8 +34,8 @@ from myowave.identification.along import Along
 from myowave.identification.descent import descend, linearise
 from myowave.identification.free_parameters import Free, bind_values, expected, scales
 from myowave.identification.least_squares import pseudo_inverse
+from myowave.identification.noise import correlation_time
 from myowave.identification.record import Record
-from myowave.identification.uncertainty import samples_for_one
 from myowave.identification.windows import Windows, between, between_kinks
 from myowave.physics.drive import between_samples, breakpoints
 from myowave.physics.dynamics import Torques, torques
@@ -291,7 +291,7 @@ def leave_out(model: Model, record: Record, free: Sequence[Free]) -> dict[str, f
 def _variance(balance: TorqueBalance, free: Sequence[Free], values: Array) -> float:
     """Of what is independent in the residual of values (P,)."""
     residual = balance.residual(free, values)
-    return float((residual**2).sum() / balance.count * samples_for_one(residual, balance.count))
+    return float((residual**2).sum() / balance.count * correlation_time(residual, balance.count))
 
 
 def _scaled(balance: TorqueBalance, free: Sequence[Free], variance: float, values: Array) -> Array:

@@ -29,7 +29,7 @@ class Filter(Protocol):
 
 
 @dataclass(frozen=True)
-class Band:
+class MotionBand:
     """Only what is slow counts: an angle that has passed a filter is changed above.
 
     Args:
@@ -46,7 +46,7 @@ class Band:
     weight: Array | None = None
 
     @classmethod
-    def of(cls, valid: NDArray[np.bool_], edge: float) -> "Band":
+    def of(cls, valid: NDArray[np.bool_], edge: float) -> "MotionBand":
         """The band up to an edge [1/sample] in trials (T, N)."""
         lengths = valid.sum(1)
         samples = np.arange(valid.shape[1])[:, None]
@@ -69,7 +69,7 @@ class Band:
         """The number of waves."""
         return int((self.waves != 0).any(1).sum())
 
-    def beside(self, force: Array, noise: float) -> "Band":
+    def given_force(self, force: Array, noise: float) -> "MotionBand":
         """The same band with a force in it.
 
         Args:
@@ -80,7 +80,7 @@ class Band:
         share = noise / np.sqrt(values.clip(0.0) + noise**2)
         return replace(self, weight=(vectors * share[:, None]) @ np.swapaxes(vectors, -1, -2))
 
-    def take(self, index: Sequence[int] | NDArray[np.intp], longest: int) -> "Band":
+    def take(self, index: Sequence[int] | NDArray[np.intp], longest: int) -> "MotionBand":
         """That of some of the trials."""
         chosen = list(index)
         weight = None if self.weight is None else self.weight[chosen]

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from myowave.identification.uncertainty import samples_for_one
+from myowave.identification.noise import correlation_time
 from myowave.learning.band import Band
 
 Array = NDArray[np.float64]
@@ -45,6 +45,6 @@ def calibrate(errors: Sequence[Array], spreads: Sequence[Array]) -> Band:
     padded = np.zeros((len(errors), max(map(len, errors))))
     for row, score in zip(padded, np.split(scores, np.cumsum([len(e) for e in errors])[:-1]), strict=True):
         row[: len(score)] = score
-    count = len(scores) / max(samples_for_one(padded, len(scores)), 1.0)
+    count = len(scores) / max(correlation_time(padded, len(scores)), 1.0)
     level = min(np.ceil((count + 1) * LEVEL) / count, 1.0)
     return Band(float(np.quantile(np.abs(scores), level, method="higher")), floor)

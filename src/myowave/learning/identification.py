@@ -22,7 +22,7 @@ from torch import Tensor
 from myowave.data.trials import Trials
 from myowave.identification.descent import descend as weak_descent
 from myowave.identification.free_parameters import Free, bind_values
-from myowave.identification.output_error import LIFTED_STEPS, Fit, Search, descend
+from myowave.identification.output_error import LIFTED_STEPS, Fit, LiftedSearch, descend
 from myowave.identification.record import make_record
 from myowave.identification.torque import TorqueBalance, effects_unseen_by_angle
 from myowave.identification.uncertainty import correlations
@@ -100,8 +100,8 @@ class Identification:
                     self._fits[seed], self._values[seed] = fit, fit.values
             yield
 
-    def _begin(self) -> Search:
-        return Search.begin(self._model, self._record, self._free, self._values)
+    def _begin(self) -> LiftedSearch:
+        return LiftedSearch.begin(self._model, self._record, self._free, self._values)
 
     def _fitted(self) -> list[Fit | None]:
         """The fit of each seed where its search stands; None where its motion diverges."""

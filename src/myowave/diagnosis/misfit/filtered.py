@@ -12,7 +12,7 @@ from myowave.diagnosis.misfit.size import Size
 from myowave.identification.disturbance import Disturbance, excitation_forcing
 from myowave.identification.output_error import Fit
 from myowave.identification.spectrum import Spectra
-from myowave.identification.whitening import Band
+from myowave.identification.whitening import MotionBand
 
 WHITE = 0.8  # of the noise in the band of the motion: less in the finest scales may be a filter's doing
 REACH = 14.0  # times the edge of the motion: so far filters of motion capture are looked for
@@ -60,7 +60,7 @@ def noise_left(fit: Fit, white: float) -> float:
         white: standard deviation before the filter [rad].
     """
     band, record = fit.record.filter, fit.record
-    assert isinstance(band, Band)
+    assert isinstance(band, MotionBand)
     within = white**2 * record.values / record.samples
     rest = fit.residual - (band.waves @ band.amplitudes(fit.residual[..., None]))[..., 0]
     above = float((rest**2)[record.valid].mean())

@@ -22,8 +22,7 @@ from myowave.diagnosis.misfit.terms import OF_SENSOR, excitation_effect, torque_
 from myowave.identification.disturbance import excitation_forcing, forcing_by
 from myowave.identification.least_squares import Normal, pseudo_inverse
 from myowave.identification.output_error import Fit
-from myowave.identification.uncertainty import residual_variance
-from myowave.identification.whitening import Band
+from myowave.identification.whitening import MotionBand
 from myowave.physics.effect import Effect
 from myowave.physics.effects.constant_torque import EFFECT as CONSTANT_TORQUE
 from myowave.physics.effects.forearm_inertia import EFFECT as FOREARM_INERTIA
@@ -82,7 +81,7 @@ def repeated_misfit(fit: Fit, size: Size, normal: Normal | None = None) -> Repea
     columns = columns / np.sqrt((columns**2).mean((0, 1))).clip(1e-300)
     # What the fitted parameters can do has been done: the rest of each part of the correction is what it can add.
     (signal, _), left = normal.beyond(columns), normal.left
-    variance = size.noise**2 if isinstance(fit.record.filter, Band) else residual_variance(normal, fit.record)
+    variance = size.noise**2 if isinstance(fit.record.filter, MotionBand) else normal.variance(fit.record.samples)
     # ASSUME: no part of the correction makes more than the whole misfit does.
     ridge = variance / max(float((left**2).mean()), 1e-300) * np.eye(signal.shape[1])
     product, matrix = signal.T @ left, signal.T @ signal

@@ -15,10 +15,11 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import periodogram
 from scipy.stats import f as f_distribution
 
+from myowave.identification.noise import SMALLEST_NOISE_DEG
 from myowave.identification.output_error import Fit
-from myowave.identification.record import SMALLEST_NOISE_DEG, Record
+from myowave.identification.record import Record
 from myowave.identification.spectrum import ABOVE, CORNERS
-from myowave.identification.whitening import Band, let_through
+from myowave.identification.whitening import MotionBand, let_through
 
 Array = NDArray[np.float64]
 
@@ -81,7 +82,7 @@ def size_of(residual: Array, motion: Array, record: Record, fitted: float = 0.0,
     within = power[(frequency > 0) & (frequency <= edge)]
     above = (frequency > ABOVE[0] * edge) & (frequency <= ABOVE[1] * edge)
     beside = power[above]
-    if isinstance(record.filter, Band) and len(beside):
+    if isinstance(record.filter, MotionBand) and len(beside):
         beside = beside / _passed(frequency[above] / edge, beside)
     floor = np.radians(SMALLEST_NOISE_DEG) ** 2
     free = max(2.0, 2.0 * len(within) - fitted)

@@ -10,8 +10,8 @@ from myowave.diagnosis.misfit.size import size_of_misfit
 from myowave.diagnosis.misfit.where import locate
 from myowave.diagnosis.search.diagnose import Diagnosis, Rung
 from myowave.diagnosis.search.rank import Candidate
+from myowave.identification.noise import is_bound
 from myowave.identification.output_error import Fit
-from myowave.identification.record import is_bound
 from myowave.identification.uncertainty import correlations
 from myowave.physics.constants import constant_unit
 from myowave.physics.model import Model

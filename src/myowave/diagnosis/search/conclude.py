@@ -21,13 +21,12 @@ from myowave.diagnosis.search.score import FAILURES
 from myowave.diagnosis.search.selection import Selection, select_effects, without_effect, without_some
 from myowave.diagnosis.search.stand_ins import StandIns, find_stand_ins, find_stand_ins_for_all
 from myowave.identification.disturbance import Disturbance, estimate_disturbance
+from myowave.identification.expected_emg import expected_excitation
+from myowave.identification.noise import SMALLEST_NOISE_DEG, correlation_time
 from myowave.identification.output_error import Fit, fit_from, refit
-from myowave.identification.quiet import expected_excitation
-from myowave.identification.record import SMALLEST_NOISE_DEG
 from myowave.identification.spectrum import ABOVE
 from myowave.identification.stages import attempt_fit
-from myowave.identification.uncertainty import correlation_time
-from myowave.identification.whitening import Band
+from myowave.identification.whitening import MotionBand
 from myowave.physics.effect import Effect
 
 MOST_OF_IT = 0.9  # share that effects must explain to be named where something else is left
@@ -208,7 +207,7 @@ def within_band(fit: Fit, size: Size) -> Fit:
     """The fit of the same model to what is slow: the angle has passed a filter, which lets the motion through and
     changes what is above."""
     record = replace(
-        fit.record, filter=Band.of(fit.record.valid, ABOVE[0] * size.edge_hz * fit.record.dt), noise=size.noise
+        fit.record, filter=MotionBand.of(fit.record.valid, ABOVE[0] * size.edge_hz * fit.record.dt), noise=size.noise
     )
     return refit(replace(fit, record=record), fit.model, fit.free)
 
@@ -240,7 +239,7 @@ def weighed(selection: Selection, disturbance: Disturbance | None = None) -> Fin
 
 def _size_beside(fit: Fit, disturbance: Disturbance) -> Size:
     """How large what a fit leaves beside a random force is; in a band, beside the noise that was seen above it."""
-    known = disturbance.angle if isinstance(fit.record.filter, Band) else None
+    known = disturbance.angle if isinstance(fit.record.filter, MotionBand) else None
     return size_of(fit.normal.residual, fit.angle, fit.record, fit.normal.fitted, known)
 
 
@@ -253,6 +252,6 @@ def _goes_with_curves(fit: Fit, size: Size) -> bool:
     # Behind a filter normal equations hold only what is slow, and the noise is seen above.
     residual = fit.residual + curves.normal.residual - fit.normal.residual
     left = size_of(residual, fit.angle, fit.record, curves.normal.fitted)
-    samples = fit.record.samples / correlation_time(curves.normal.residual, fit.record)
+    samples = fit.record.samples / correlation_time(curves.normal.residual, fit.record.samples)
     worth = delta_bic(fit, fit.objective - curves.drop, 0, samples) - curves.occam
     return worth > EVIDENCE and not left.significant and not repeated_misfit(fit, left, curves.normal).significant

@@ -18,11 +18,12 @@ from myowave.diagnosis.search.score import FAILURES
 from myowave.diagnosis.search.selection import Selection
 from myowave.diagnosis.search.verdict import Verdict, judge
 from myowave.identification.free_parameters import free_parameters
+from myowave.identification.noise import is_bound
 from myowave.identification.output_error import Fit, refit
 from myowave.identification.prediction import Prediction, predict
-from myowave.identification.record import Record, is_bound, make_record
+from myowave.identification.record import Record, make_record
 from myowave.identification.stages import fit_in_stages, follows
-from myowave.identification.whitening import Band
+from myowave.identification.whitening import MotionBand
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import Diagnosis as DiagnosisSettings
@@ -177,7 +178,7 @@ def noise_of(found: Findings, record: Record, *, follows: bool) -> float:
         return float(np.degrees(record.noise))
     white = found.size.noise if found.disturbance is None else found.disturbance.angle
     fit = found.selection.fit
-    if isinstance(fit.record.filter, Band) and not is_bound(float(np.degrees(white))):
+    if isinstance(fit.record.filter, MotionBand) and not is_bound(float(np.degrees(white))):
         return float(np.degrees(noise_left(fit, white)))
     return float(np.degrees(white))
 

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from myowave.diagnosis.search.score import FAILURES, Score, best_within, score_effects
 from myowave.identification.free_parameters import Free, bounds, scales
 from myowave.identification.least_squares import pseudo_inverse
+from myowave.identification.noise import SMALLEST_NOISE_DEG, correlation_time
 from myowave.identification.output_error import Fit, begin_from, descend, promised
-from myowave.identification.record import SMALLEST_NOISE_DEG
 from myowave.identification.stages import attempt_fit
-from myowave.identification.uncertainty import correlation_time
 from myowave.physics.effect import Effect
 
 EVIDENCE = 10.0  # difference of BIC that counts as very strong (Kass & Raftery 1995)
@@ -227,7 +226,7 @@ def _replaces(free: Free) -> bool:
 
 def independent_samples(fit: Fit) -> float:
     """Number of independent samples of a fit's residual."""
-    return fit.record.samples / correlation_time(fit.normal.residual, fit.record)
+    return fit.record.samples / correlation_time(fit.normal.residual, fit.record.samples)
 
 
 def delta_bic(fit: Fit, objective: float, parameters: int, samples: float) -> float:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from myowave.identification.quiet import expected_excitation
+from myowave.identification.expected_emg import expected_excitation
 
 SAMPLES, NOISE = 600, 0.05
 

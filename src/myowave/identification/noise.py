@@ -1,0 +1,57 @@
+"""Noise: the least there is, what a residual shows of it, and how many samples are worth an independent one.
+
+Shapes: T trials, N samples.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from myowave.data.wavelets import estimate_noise
+
+Array = NDArray[np.float64]
+
+# ASSUME: no goniometer is better than this, and no model need be: structure below it is not chased.
+SMALLEST_NOISE_DEG = 0.05
+BOUND = 1.1  # times that: an estimate no larger is of noise less than half as strong, to which the smallest was added
+# ASSUME: two programs that integrate and interpolate the same equations differ by about this much (0.001 to 0.003 deg
+# on trials of another simulator), so no parameter is known better than a noise of this size allows.
+SOLVERS_DEG = 0.005
+
+
+def noise_of(angles: Sequence[Array], known_deg: float | None) -> float:
+    """Standard deviation of the noise of measured angles, (N_i,) each [rad]: known, else from their finest scales."""
+    noise = estimate_noise(*angles) if known_deg is None else np.radians(known_deg)
+    return max(float(noise), float(np.radians(SMALLEST_NOISE_DEG)))
+
+
+def is_bound(noise_deg: float) -> bool:
+    """Whether a standard deviation of the noise of the angle only says what it is at most."""
+    return noise_deg <= BOUND * SMALLEST_NOISE_DEG
+
+
+def residual_variance(rss: float, samples: int, fitted: int) -> float:
+    """Variance of the noise that a residual shows [rad^2].
+
+    Args:
+        rss: sum of squares of so many samples [rad^2].
+        fitted: parameters and numbers of starts that were fitted to it, which are counted off.
+    """
+    return rss / (samples - fitted)
+
+
+def correlation_time(residual: Array, samples: int) -> float:
+    """How many samples of a residual (T, N), 0 where padded, are worth one independent sample; 1 for white noise.
+
+    1 + 2 (sum of the autocorrelation up to its first value within the scatter of white noise).
+
+    Args:
+        samples: of it that count.
+    """
+    spectrum = np.fft.rfft(residual, 2 * residual.shape[-1], axis=-1)
+    lags = np.fft.irfft(np.abs(spectrum) ** 2, axis=-1)[..., : residual.shape[-1]].sum(0)
+    correlation = lags / max(lags[0], 1e-300)
+    inside = np.flatnonzero(correlation < 2 / np.sqrt(samples))
+    last = inside[0] if len(inside) else len(correlation)
+    return float(1 + 2 * correlation[1:last].sum())
