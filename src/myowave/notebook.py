@@ -1,0 +1,115 @@
+"""A diagnosis from Python: what the rules of the workflow do with files, with the same functions."""
+
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from myowave.data.trials import Trials
+from myowave.diagnosis.comparison.compare import compare_models
+from myowave.diagnosis.report.figures import draw_diagnosis
+from myowave.diagnosis.report.ladder import join_ladder, join_parameters
+from myowave.diagnosis.report.page import Story, write_page
+from myowave.diagnosis.report.tables import TABLES, predictions_table, verdict_summary
+from myowave.diagnosis.scoring import add_truth
+from myowave.diagnosis.search import diagnose as search
+from myowave.models import build_model
+from myowave.physics.effects import catalogue
+from myowave.plotting import save
+from myowave.settings import Physics
+from myowave.settings.data import force_and_length
+from myowave.settings.files import read_settings
+from myowave.settings.layers import read_yaml
+
+TEMPLATE = Path(__file__).parents[2] / "workflow/report/verdict.html.j2"
+
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """Trials with what a diagnosis found in them."""
+
+    trials: Trials
+    physics: Physics
+    diagnosis: search.Diagnosis
+
+    @cached_property
+    def verdict(self) -> dict[str, Any]:
+        """What verdict.json holds; nothing is known of the truth."""
+        return {**add_truth(verdict_summary(self.diagnosis), None), "command": ""}
+
+    @cached_property
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """The tables of results/diagnosis/DATASET by name, such as `ranking`, `parameters`, `torque`."""
+        tables = {name: table(self.diagnosis) for name, table in TABLES.items()}
+        build = partial(build_model, physics=self.physics)
+        return tables | compare_models(self.trials, build, tables["parameters"], tables["errors"])
+
+    def page(self, path: str | Path) -> Path:
+        """Write the page that tells the verdict, which needs nothing else; returns where it is."""
+        tables, predictions = self.tables, predictions_table(self.diagnosis)
+        ladder = join_ladder(tables["ladder"], [])
+        parameters = join_parameters(self.verdict, [], tables["parameters"])
+        figures = draw_diagnosis(tables | {"ladder": ladder, "parameters": parameters}, predictions, self.verdict)
+        with tempfile.TemporaryDirectory() as folder:
+            images = {name: Path(folder, f"{name}.png") for name in figures}
+            for name, figure in figures.items():
+                save(figure, images[name])
+            story = Story(
+                verdict=self.verdict,
+                ladder=ladder,
+                parameters=parameters,
+                ranking=tables["ranking"],
+                proposals=tables["next_trials"],
+                missing=tables["missing_torque"],
+                predictions=predictions,
+                torque=tables["torque"],
+                horizons=tables["horizons"],
+                images=images,
+                draft=self.diagnosis.draft.source,
+            )
+            text = write_page(story, TEMPLATE)
+        path = Path(path)
+        path.write_text(text, encoding="utf-8")
+        return path
+
+
+def diagnose(
+    trials: Trials,
+    arm: str | Path | Mapping[str, Any] = "paper",
+    *,
+    config: Sequence[str | Path] = ("config.yaml",),
+    say: Callable[[str], None] = lambda line: None,
+) -> Diagnosed:
+    """Find out which physical effects explain what a model of the arm misses; takes about a minute.
+
+    Args:
+        trials: those kept for testing are predicted, and take no part in the verdict.
+        arm: one of `physics.arms` in the settings, a YAML file of one, or a mapping of `muscles`, `joint` and the rest.
+        config: the files of the settings, each laid over those before; those of the diagnosis are taken from them.
+        say: is told a line for each step.
+
+    Raises:
+        ValueError: for an arm that is not there, or settings and trials that do not go together.
+    """
+    settings = read_settings([Path(path) for path in config])
+    if isinstance(arm, Mapping):
+        physics = Physics.model_validate(arm)
+    elif str(arm) in settings.physics.arms:
+        physics = settings.physics.of_arm(str(arm))
+    elif Path(arm).is_file():
+        physics = Physics.model_validate(read_yaml(Path(arm), "muscles and joint"))
+    else:
+        raise ValueError(f"There is no arm or file {str(arm)!r}; the arms are {', '.join(settings.physics.arms)}.")
+    found = search.diagnose(
+        trials,
+        build_model("base", physics),
+        catalogue(physics.effect_files).values(),
+        force_and_length(physics),
+        settings.diagnosis,
+        say,
+    )
+    return Diagnosed(trials, physics, found)
