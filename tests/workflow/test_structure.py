@@ -51,7 +51,8 @@ BESIDE = {
     "scores.py": (),
     "tracking": ("data", "learning", "diagnosis"),
     "cli.py": ("physics", "learning"),
-    "__init__.py": (),
+    "notebook.py": ("physics", "data", "diagnosis"),
+    "__init__.py": ("data",),  # loaded when it is asked for
 }
 MODULES = sorted(SOURCE.rglob("*.py"))
 
