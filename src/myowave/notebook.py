@@ -11,10 +11,12 @@ import pandas as pd
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.comparison.compare import compare_models
+from myowave.diagnosis.comparison.summary import summarize
+from myowave.diagnosis.report.facts import verdict_facts
 from myowave.diagnosis.report.figures import draw_diagnosis
 from myowave.diagnosis.report.ladder import join_ladder, join_parameters
 from myowave.diagnosis.report.page import Story, write_page
-from myowave.diagnosis.report.tables import TABLES, predictions_table, verdict_summary
+from myowave.diagnosis.report.tables import TABLES, predictions_table
 from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search import diagnose as search
 from myowave.models import build_model
@@ -39,7 +41,8 @@ class Diagnosed:
     @cached_property
     def verdict(self) -> dict[str, Any]:
         """What verdict.json holds; nothing is known of the truth."""
-        return {**add_truth(verdict_summary(self.diagnosis), None), "command": ""}
+        compared = summarize(self.tables["torque"], self.tables["horizons"])
+        return {**add_truth(verdict_facts(self.diagnosis), None), **compared, "command": ""}
 
     @cached_property
     def tables(self) -> dict[str, pd.DataFrame]:
@@ -52,7 +55,7 @@ class Diagnosed:
         """Write the page that tells the verdict, which needs nothing else; returns where it is."""
         tables, predictions = self.tables, predictions_table(self.diagnosis)
         ladder = join_ladder(tables["ladder"], [])
-        parameters = join_parameters(self.verdict, [], tables["parameters"])
+        parameters = join_parameters(self.verdict, [])
         figures = draw_diagnosis(tables | {"ladder": ladder, "parameters": parameters}, predictions, self.verdict)
         with tempfile.TemporaryDirectory() as folder:
             images = {name: Path(folder, f"{name}.png") for name in figures}
@@ -64,10 +67,7 @@ class Diagnosed:
                 parameters=parameters,
                 ranking=tables["ranking"],
                 proposals=tables["next_trials"],
-                missing=tables["missing_torque"],
                 predictions=predictions,
-                torque=tables["torque"],
-                horizons=tables["horizons"],
                 images=images,
                 draft=self.diagnosis.draft.source,
             )
