@@ -23,9 +23,9 @@ from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.plotting import save
 from myowave.settings import Physics
+from myowave.settings.configuration import read_settings
 from myowave.settings.data import force_and_length
 from myowave.settings.files import read_yaml
-from myowave.settings.parsing import read_settings
 
 TEMPLATE = Path(__file__).parents[2] / "workflow/report/verdict.html.j2"
 
