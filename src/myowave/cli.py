@@ -184,18 +184,20 @@ def sample_geometry(
 
 @app.command("new")
 @explain_mistakes
-def begin_study(
-    name: Annotated[str, typer.Argument(help="of the study, such as my_study")],
+def begin_dataset(
+    name: Annotated[str, typer.Argument(help="of the dataset, such as my_arm")],
     folder: Annotated[Path, typer.Option("--from", help="folder with its recordings")],
     config: ConfigFiles,
     mass: Annotated[float | None, MASS] = None,
     height: Annotated[float | None, HEIGHT] = None,
     sex: Annotated[str | None, SEX] = None,
-    arm: Annotated[str, typer.Option(help="an arm of the settings, or default")] = "arm26",
+    arm: Annotated[
+        str | None, typer.Option(help="an arm of the settings; else arm26, with the person's forearm")
+    ] = None,
     force: Annotated[bool, typer.Option(help="write over a file that is there")] = False,
 ) -> None:
     """Write settings for a folder of recordings into NAME.yaml, and say what was guessed and what to fill in."""
-    from myowave.starting.study import begin
+    from myowave.starting.new import begin
 
     typer.echo(begin(name, folder, config, (mass, height, sex), arm, force))
 

@@ -70,7 +70,12 @@ class TextLayout(Section):
 
     separator: Literal["comma", "semicolon", "tab", "space"] | None = setting("between columns", default=None)
     decimal: Literal["point", "comma"] | None = setting("decimal sign", default=None)
-    header_row: Whole = setting("row that names the columns, counted from 1", "-", 1, ge=1)
+    header_row: Whole | None = setting(
+        "row that names the columns, counted from 1; null: that above the numbers, or above a row of units there",
+        "-",
+        None,
+        ge=1,
+    )
     units_row: Whole | None = setting("row that holds the units of the columns", "-", None, ge=1)
     time_column: str | None = setting(
         "column of times in s; null takes one called time, time_s, time_ms or t", default=None

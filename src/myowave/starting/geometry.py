@@ -11,8 +11,8 @@ import torch
 
 from myowave.physics.path import read_path
 from myowave.settings.physics import read_preset
-from myowave.starting.arm import PRESET
-from myowave.starting.draft import shown
+from myowave.starting.block import shown
+from myowave.starting.new import PRESET
 from myowave.starting.opensim_model import SampledModel, SampledMuscle, sample_model
 from myowave.starting.subject import check_name
 from myowave.starting.writing import scalar

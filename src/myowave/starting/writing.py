@@ -1,8 +1,8 @@
-"""Words of YAML: scalars, lists and small mappings, quoted only where they must be."""
+"""Words of YAML: scalars and lists, quoted only where they must be."""
 
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 _PLAIN = re.compile(r"[A-Za-z][A-Za-z0-9_.\-]*")
 _TAKEN = {"yes", "no", "on", "off", "true", "false", "null", "y", "n"}
@@ -18,8 +18,3 @@ def scalar(value: str | float) -> str:
 def inline_list(values: Iterable[str]) -> str:
     """A list on one line."""
     return f"[{', '.join(map(scalar, values))}]"
-
-
-def inline(values: Mapping[str, str | float]) -> str:
-    """A mapping on one line."""
-    return "{" + ", ".join(f"{key}: {scalar(value)}" for key, value in values.items()) + "}"

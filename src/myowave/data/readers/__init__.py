@@ -22,7 +22,7 @@ from myowave.data.readers.signals import RawRecording, Signal
 from myowave.data.readers.vicon import read_vicon
 from myowave.settings import TextLayout
 
-__all__ = ["ENDINGS", "READERS", "RawRecording", "Reader", "Signal", "read_raw"]
+__all__ = ["ENDINGS", "READERS", "RawRecording", "Reader", "Signal", "ending_of", "read_raw"]
 
 Reader = Callable[[Path], RawRecording]
 
@@ -54,6 +54,11 @@ ENDINGS = {
 """Format that an ending stands for where the settings name none; .gz may follow that of a text."""
 
 
+def ending_of(path: Path) -> str:
+    """The ending in small letters, that before .gz where the file is packed."""
+    return ("".join(path.suffixes[-2:-1]) if path.suffix.lower() == ".gz" else path.suffix).lower()
+
+
 def read_raw(path: Path, form: str | None = None, layout: TextLayout | None = None) -> RawRecording:
     """Read one file.
 
@@ -65,8 +70,7 @@ def read_raw(path: Path, form: str | None = None, layout: TextLayout | None = No
     Raises:
         ValueError: if the ending says nothing, or the file cannot be read as that format.
     """
-    ending = "".join(path.suffixes[-2:-1]) if path.suffix.lower() == ".gz" else path.suffix
-    form = form or ENDINGS.get(ending.lower())
+    form = form or ENDINGS.get(ending_of(path))
     if form is None:
         raise ValueError(
             f"{path}: the ending {path.suffix!r} says nothing of the format; expected {', '.join(ENDINGS)}. Name the "

@@ -1,7 +1,10 @@
 """Tables of text as spreadsheets write them: a row of names, then one row per sample."""
 
+import re
+from collections.abc import Sequence
 from pathlib import Path
 
+from myowave.data.processing.units import ARBITRARY, TO_MICROVOLTS, TO_NEWTON_METRES, TO_RADIANS, plain_unit
 from myowave.data.readers.signals import RawRecording
 from myowave.data.readers.text import (
     read_cells,
@@ -14,6 +17,8 @@ from myowave.data.readers.text import (
 )
 from myowave.settings import TextLayout
 
+_HEAD = 60  # rows in which names and the first numbers are looked for
+_UNITS = {*TO_MICROVOLTS, *TO_RADIANS, *TO_NEWTON_METRES, ARBITRARY, "s", "ms", "g", "G", ""}
 _SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 
 
@@ -29,17 +34,46 @@ def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording
         ValueError: if it cannot be read that way.
     """
     layout = layout or TextLayout()
-    head = max(layout.header_row, layout.units_row or 0)
-    lines = read_head(path, head + 1)
-    if len(lines) <= head or not lines[layout.header_row - 1].strip():
-        raise ValueError(
-            f"{path}: {len(lines)} rows; expected names of columns in row {layout.header_row} and samples below."
-        )
-    header = lines[layout.header_row - 1]
-    separator = _SEPARATORS[layout.separator] if layout.separator else separator_of(header)
-    names, units = zip(*map(split_unit, split_row(header, separator)), strict=True)
-    if layout.units_row:
-        units = [unit.strip("[]()") for unit in split_row(lines[layout.units_row - 1], separator)]
+    lines = read_head(path, max(layout.header_row or 0, layout.units_row or 0, _HEAD) + 1)
+    separator = _SEPARATORS[layout.separator] if layout.separator else _told_separator(lines, layout.header_row)
+    rows = [split_row(line, separator) for line in lines]
+    header_row, units_row = layout.header_row, layout.units_row
+    if header_row is None:
+        header_row, told = _told_header(path, rows)
+        units_row = units_row or told
+    head = max(header_row, units_row or 0)
+    if len(lines) <= head or not lines[header_row - 1].strip():
+        raise ValueError(f"{path}: {len(lines)} rows; expected names of columns in row {header_row} and samples below.")
+    names, units = zip(*map(split_unit, rows[header_row - 1]), strict=True)
+    if units_row:
+        units = [unit.strip("[]()") for unit in rows[units_row - 1]]
     comma = None if layout.decimal is None else layout.decimal == "comma"
     signals = to_signals(path, read_cells(path, separator, head, comma=comma), names, units)
     return RawRecording(path, with_time(path, signals, layout.time_column), first_row=head + 1)
+
+
+def _told_separator(lines: Sequence[str], header_row: int | None) -> str:
+    """That of the row of names where it is known, else of a row of samples."""
+    if header_row is not None:
+        return separator_of(lines[header_row - 1]) if len(lines) >= header_row else " "
+    return separator_of(next((line for line in reversed(lines) if line.strip()), ""))
+
+
+def _told_header(path: Path, rows: Sequence[Sequence[str]]) -> tuple[int, int | None]:
+    """The row of names, and that of units below it if there is one, counted from 1.
+
+    It is the last one without a number above the first row of numbers; without such a row, the first.
+    """
+    first = next((n for n, cells in enumerate(rows) if any(cells) and all(map(_is_number, filter(None, cells)))), 1)
+    if first == 0:
+        raise ValueError(
+            f"{path}: numbers already in row 1; expected a row with names of columns. Export it with names."
+        )
+    words = [n for n in range(min(first, len(rows))) if any(rows[n]) and not any(map(_is_number, rows[n]))]
+    last = words[-1] if words else 0
+    is_units = last > 0 and all(plain_unit(cell) in _UNITS for cell in rows[last]) and last - 1 in words
+    return (last, last + 1) if is_units and len(rows[last]) == len(rows[last - 1]) else (last + 1, None)
+
+
+def _is_number(cell: str) -> bool:
+    return re.fullmatch(r"[-+]?(\d+[.,]?\d*|[.,]\d+)(e[-+]?\d+)?|nan", cell.lower()) is not None

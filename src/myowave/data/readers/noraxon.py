@@ -18,6 +18,11 @@ _FIELDS = ["type", "name", "time_units", "begin_time", "frequency", "count", "un
 _HEAD = 4  # rows before the first sample
 
 
+def is_header(line: str) -> bool:
+    """Whether the first row is that of such a file."""
+    return line.startswith(",".join(_FIELDS[:3]))
+
+
 def read_noraxon(path: Path) -> RawRecording:
     """Read one file, plain or as .csv.gz.
 

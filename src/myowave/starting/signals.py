@@ -1,0 +1,172 @@
+"""The signals of a folder's recordings: what each trial's files hold, and which of it is EMG or the elbow's angle.
+
+What a unit or a word says is a guess, and whoever uses it says so; what they do not say is left to the person.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+
+from myowave.data.processing.units import TO_MICROVOLTS, TO_RADIANS, plain_unit
+from myowave.data.readers import RawRecording, Signal, read_raw
+from myowave.settings.recording import TRIAL
+from myowave.starting.files import Naming, format_of, name_trials
+
+MUSCLES = ("biceps", "triceps", "brachioradialis", "brachialis", "anconeus")
+_SHORT = {"brachiorad": "brachioradialis"}
+_TRIED = 6  # ways to name trials whose files are read
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """One signal of a trial's files.
+
+    Args:
+        pattern: of its file, with {trial}.
+        form: format of the file.
+        signal: as the first trial has it.
+        alone: whether it is the only one in its file, which then needs no name of a column.
+    """
+
+    pattern: str
+    form: str
+    signal: Signal
+    alone: bool
+
+    @property
+    def unit(self) -> str:
+        """The unit that the file or the end of the signal's name says (`biceps_uV`); empty for none."""
+        ends = {unit.lower(): unit for unit in (*TO_MICROVOLTS, *TO_RADIANS)}
+        last = self.signal.name.replace("_", " ").split()[-1:]
+        said = ends.get(plain_unit(last[0]).lower(), "") if last and last[0] != self.signal.name else ""
+        return self.said_by_file or said
+
+    @property
+    def said_by_file(self) -> str:
+        """The unit that the file itself says, in the spelling used here."""
+        return plain_unit(self.signal.unit) or ("" if self.says("emg", *MUSCLES) else self.signal.angle_unit)
+
+    @property
+    def rate(self) -> float | None:
+        """Samples a second [Hz], stated or by its times; None where the file has neither."""
+        return self.signal.rate or self.signal.rate_by_time
+
+    @property
+    def muscle(self) -> str | None:
+        """The muscle that its name speaks of, or that of its file where it is alone there."""
+        text = f"{self.signal.name} {self.pattern if self.alone else ''}".lower()
+        found = next((word for word in (*MUSCLES, *_SHORT) if word in text), None)
+        return found and _SHORT.get(found, found)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Smallest and largest value."""
+        values = self.signal.values[np.isfinite(self.signal.values)]
+        return (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
+
+    @property
+    def facts(self) -> str:
+        """Unit, rate and range, in words."""
+        rate = "unknown rate" if self.rate is None else f"{self.rate:g} Hz"
+        return f"{self.unit or 'unknown unit'}, {rate}, {self.span[0]:.3g} to {self.span[1]:.3g}"
+
+    def says(self, *words: str) -> bool:
+        """Whether its name or that of its file has one of these words."""
+        text = f"{self.signal.name} {self.pattern}".lower()
+        return any(word in text for word in words)
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """What a folder holds: its trials, their signals, and why files were not read."""
+
+    naming: Naming
+    signals: tuple[Found, ...]
+    skipped: tuple[str, ...]
+
+    @property
+    def emg(self) -> list[Found]:
+        """Signals in volts, or that speak of EMG or a muscle; those only that name a muscle where any does."""
+        likely = [
+            one
+            for one in self.signals
+            if one.unit in TO_MICROVOLTS or (not one.unit and (one.muscle or one.says("emg")))
+        ]
+        return [one for one in likely if one.muscle] or likely
+
+    @property
+    def angles(self) -> list[Found]:
+        """What may be the elbow's angle: of those in rad or deg, or that speak of one, those that name the elbow."""
+        likely = [
+            one
+            for one in self.signals
+            if one not in self.emg and (one.unit in TO_RADIANS or (not one.unit and one.says("angle", "elbow")))
+        ]
+        named = [one for one in likely if "elbow" in one.signal.name.lower()]
+        return named or [one for one in likely if one.says("elbow")] or likely
+
+
+def read_folder(folder: Path, files: Sequence[PurePosixPath]) -> Recorded:
+    """The trials of a folder and the signals of the first one.
+
+    Names make trials in several ways; right is the first by which files hold the same signals in all trials, as
+    `curl1_emg.csv` and `curl1_angle.csv` look like two trials until they are read; or else in most trials.
+
+    Raises:
+        ValueError: if no way makes two trials.
+    """
+    reading, namings = _Reading(folder), name_trials(files)[:_TRIED]
+    for naming in namings:
+        if len({reading.signature(naming, trial) for trial in (*naming.trials[:2], naming.trials[-1])}) == 1:
+            return reading.recorded(naming)
+    for naming in namings:
+        signatures = {trial: reading.signature(naming, trial) for trial in naming.trials}
+        usual, count = Counter(signatures.values()).most_common(1)[0]
+        if count >= 2 and 2 * count > len(signatures):
+            trials = tuple(trial for trial, signature in signatures.items() if signature == usual)
+            others = [p.replace(TRIAL, trial) for trial in signatures if trial not in trials for p in naming.patterns]
+            return reading.recorded(replace(naming, trials=trials, left_out=(*naming.left_out, *others)))
+    listed = ", ".join(map(str, files[:3])) + (", ..." if len(files) > 3 else "")
+    raise ValueError(
+        f"{len(files)} recordings ({listed}), but not two trials: expected the same files for each trial, with the "
+        "same signals, such as trial1.csv and trial2.csv, or trial1/emg.csv and trial2/emg.csv. Rename them, or put "
+        "each trial into a folder of its own. One long recording is cut into trials by cut_s, see docs/real_arm.md."
+        + "".join(f"\n{reason}" for reason in reading.skipped[:3])
+    )
+
+
+class _Reading:
+    """Files read so far, and why others were not."""
+
+    def __init__(self, folder: Path):
+        self._folder = folder
+        self._files: dict[str, tuple[str, RawRecording] | None] = {}
+        self.skipped: list[str] = []
+
+    def read(self, file: str) -> tuple[str, RawRecording] | None:
+        """Format and content of a file; None where it cannot be read."""
+        if file not in self._files:
+            try:
+                form = format_of(self._folder / file)
+                self._files[file] = form, read_raw(self._folder / file, form)
+            except ValueError as error:
+                self._files[file] = None
+                self.skipped.append(str(error))
+        return self._files[file]
+
+    def signature(self, naming: Naming, trial: str) -> tuple[object, ...]:
+        """What files of a trial hold: formats, names and units of signals."""
+        reads = [self.read(pattern.replace(TRIAL, trial)) for pattern in naming.patterns]
+        return tuple(read and (read[0], *((one.name, one.unit) for one in read[1].signals)) for read in reads)
+
+    def recorded(self, naming: Naming) -> Recorded:
+        """What the first trial holds."""
+        found = []
+        for pattern in naming.patterns:
+            if read := self.read(pattern.replace(TRIAL, naming.trials[0])):
+                form, raw = read
+                found += [Found(pattern, form, signal, len(raw.signals) == 1) for signal in raw.signals]
+        return Recorded(naming, tuple(found), tuple(self.skipped))
