@@ -11,29 +11,28 @@ from myowave.data.store import read_trials
 from myowave.data.thinning import thin
 from myowave.data.trials import Trials
 from myowave.learning.checkpoint import Checkpoint
-from myowave.learning.evaluation import r_squared
-from myowave.learning.paper.windowed import first_predicted, predict_teacher_forced
+from myowave.learning.evaluation import evaluate
+from myowave.learning.paper.windowed import predict_teacher_forced
 from myowave.learning.prediction import to_tensors
 from studies.paper.bias import accelerations_seen
 
 
-def score_one_step(checkpoint: Checkpoint, trials: Trials) -> tuple[list[float], list[float]]:
-    """Test R2 of each seed, and the share of the accelerations that it predicts, means over test trials, without the
-    samples that are given.
-    """
+def score_one_step(checkpoint: Checkpoint, trials: Trials) -> pd.DataFrame:
+    """One row per seed: test_r2_one_step, and acceleration_share, the share of the measured accelerations that the
+    predictions have; means over test trials, without the samples that are given."""
     network = checkpoint.network
     trials = thin(trials, checkpoint.recipe["rate_hz"])
-    inputs, angle = to_tensors(trials.select(trials.test), network.device, network.architecture.known)
+    inputs, angle = to_tensors(trials, network.device, network.architecture.known)
     with torch.no_grad():
-        predicted = predict_teacher_forced(network, network.encode_inputs(inputs, trials.dt), angle)
-    lengths = [trials.lengths[t] for t in trials.index(trials.test)]
-    given = first_predicted(network)
-    scores = [r_squared(angle[t, given:n], predicted[:, t, given:n]) for t, n in enumerate(lengths)]
+        predicted = predict_teacher_forced(network, network.encode_inputs(inputs, trials.dt), angle).cpu()
+    rows = evaluate(checkpoint, trials, predicted, recipe="")
     shares = [
-        accelerations_seen(predicted[:, t, given:n].cpu().numpy(), angle[t, given:n].cpu().numpy())
-        for t, n in enumerate(lengths)
+        accelerations_seen(predicted[:, t, network.history : n].numpy(), trials.angle[t, network.history : n])
+        for t, n in ((t, trials.lengths[t]) for t in trials.index(trials.test))
     ]
-    return torch.stack(scores).mean(0).tolist(), np.mean(shares, axis=0).tolist()
+    return pd.DataFrame(
+        {"seed": rows["seed"], "test_r2_one_step": rows["test_r2"], "acceleration_share": np.mean(shares, axis=0)}
+    )
 
 
 def tabulate_one_step(checkpoints: Iterable[str], trials: Iterable[str]) -> pd.DataFrame:
@@ -49,7 +48,5 @@ def tabulate_one_step(checkpoints: Iterable[str], trials: Iterable[str]) -> pd.D
     for path in checkpoints:
         checkpoint, recipe = Checkpoint.load(path), Path(path).parts[-3]
         run = {"dataset": checkpoint.dataset, "recipe": recipe, "scales": checkpoint.scales}
-        scores, shares = score_one_step(checkpoint, by_dataset[checkpoint.dataset])
-        columns = {"seed": list(checkpoint.seeds), "test_r2_one_step": scores, "acceleration_share": shares}
-        frames.append(pd.DataFrame(run | columns))
+        frames.append(score_one_step(checkpoint, by_dataset[checkpoint.dataset]).assign(**run))
     return pd.concat(frames, ignore_index=True)

@@ -43,7 +43,7 @@ def draw_trials(
         effects = catalogue(physics.effect_files)
         trials = simulate_trials(name, settings, base, effects)[0]
         if settings.angle_noise_deg:
-            # The unseen trials are scored against the motion itself: noise would hide what arms differ in.
+            # The unseen trials are scored against the motion itself: noise would hide what ways differ in.
             quiet = settings.model_copy(update={"angle_noise_deg": 0.0})
             tests, clean = trials.index(trials.test), simulate_trials(name, quiet, base, effects)[0]
             angle = trials.angle.copy()

@@ -5,14 +5,14 @@ from typing import Any
 
 import pandas as pd
 
-from studies.scales.arms import ARMS
+from studies.scales.ways import WAYS
 
 ASKED = "coarse_to_fine"
 
 
 def answer(judged: pd.DataFrame) -> str:
     """Where training from coarse to fine beats as many steps and restarts at one scale, in a sentence."""
-    rows = judged[judged["arm"] == ASKED]
+    rows = judged[judged["way"] == ASKED]
     several = rows["condition"].nunique() > 1
     found: dict[str, list[str]] = {"helps": [], "harms": [], "no clear difference": []}
     for row in rows.itertuples():
@@ -41,23 +41,23 @@ def write_page(judged: pd.DataFrame, scores: pd.DataFrame, study: Mapping[str, A
         if name in steps
     ]
     header = (
-        "| condition | dataset | arm | against | RMSE [deg] | against [deg] | change [%] | interval [%] | finding |"
+        "| condition | dataset | way | against | RMSE [deg] | against [deg] | change [%] | interval [%] | finding |"
     )
     rows = [
-        f"| {r.condition} | {r.dataset} | {ARMS[str(r.arm)].title} | {ARMS[str(r.beside)].title} | {r.rmse_deg:.2f} | "
-        f"{r.beside_rmse_deg:.2f} | {r.change_pct:+.0f} | {r.low_pct:+.0f} to {r.high_pct:+.0f} | {r.finding} |"
+        f"| {r.condition} | {r.dataset} | {WAYS[str(r.way)].title} | {WAYS[str(r.against)].title} | {r.rmse_deg:.2f} | "
+        f"{r.against_rmse_deg:.2f} | {r.change_pct:+.0f} | {r.low_pct:+.0f} to {r.high_pct:+.0f} | {r.finding} |"
         for r in judged.itertuples()
     ]
     parts = [
         "# Where do more scales help?",
         answer(judged),
-        f"![change of the error by each arm]({picture})",
+        f"![change of the error by each way]({picture})",
         f"Written by `snakemake -s studies/scales/Snakefile`: {study['scales']} scales, {number} draws of each "
-        f"dataset, {seeds} seeds. The error is that of a free run over trials that no training saw. Each arm is "
-        "compared, draw by draw, with one that differs in a single thing; arms have as many steps of the optimiser, "
+        f"dataset, {seeds} seeds. The error is that of a free run over trials that no training saw. Each way is "
+        "compared, draw by draw, with one that differs in a single thing; ways have as many steps of the optimiser, "
         "and those with several stages as many restarts, but for the last two, which have as many times the steps as "
         "there are scales. "
-        "Intervals are over draws, and hold for all arms of a dataset together in 95 % of such studies.",
+        "Intervals are over draws, and hold for all ways of a dataset together in 95 % of such studies.",
         "\n".join(conditions),
         "\n".join([header, "| --- " * 9 + "|", *rows]),
     ]

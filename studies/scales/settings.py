@@ -12,14 +12,14 @@ from studies.section import StudySection
 
 
 class Condition(Section):
-    """One way to run the comparison: a recipe, and what is changed in it."""
+    """What all ways are compared under: a recipe, and what is changed in it."""
 
     recipe: Name = setting("recipe that all ways train with; it identifies nothing here")
     changes: dict[Name, Any] = setting(
         "settings of the recipe that are others, {name: value}", "-", dict, each="setting"
     )
     datasets: Annotated[tuple[str, ...], Once] = setting("datasets; all of the comparison where empty", default=())
-    arms: Annotated[tuple[str, ...], Once] = setting("arms; all where empty", default=())
+    ways: Annotated[tuple[str, ...], Once] = setting("ways to train; all where empty", default=())
     full: bool = setting("whether only the target scales_full runs it", default=False)
 
 
@@ -33,8 +33,8 @@ class Scales(StudySection):
     """Where training from coarse to fine helps."""
 
     datasets: dict[Name, Compared] = setting("datasets to compare on; null: not this one", each="dataset")
-    conditions: dict[Name, Condition] = setting("ways to run it; null: not this one", each="condition")
-    scales: Annotated[int, Field(ge=2, le=5)] = setting("number of scales of arms with several", "-")
+    conditions: dict[Name, Condition] = setting("recipes to compare under; null: not this one", each="condition")
+    scales: Annotated[int, Field(ge=2, le=5)] = setting("number of scales of ways with several", "-")
     draws: Whole = setting("draws of each dataset: other motions, or other held-out trials", "-", ge=2, le=1000)
     seeds: Whole = setting("seeds of each draw", "-", ge=1, le=1000)
 

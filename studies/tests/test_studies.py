@@ -46,4 +46,4 @@ def test_wrong_settings_of_a_study_are_refused(name, settings, says, project):
 
 def test_verdicts_have_a_job_for_each_part_of_each_world(project):
     planned = project.planned("-s", "studies/verdicts/Snakefile", *project.lay_over({"verdicts": SMALLER}))
-    assert planned["study_world"] == 6 * 3
+    assert planned["diagnose_world"] == 6 * 3

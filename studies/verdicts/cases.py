@@ -33,7 +33,7 @@ from myowave.physics.simulation import Simulation
 from myowave.settings import Diagnosis as DiagnosisSettings
 from myowave.settings import SimulatedDataset
 from studies.verdicts.settings import Verdicts
-from studies.verdicts.worlds import ALLOWED, CURVES, HELD, World, draw_world, held, record
+from studies.verdicts.worlds import ALLOWED, CURVES, FINER, World, draw_world, record, zero_order_hold
 
 POWER = 1.2816  # standard deviations above the threshold that 9 of 10 recordings reach
 OUTSIDE, ASSUMED = "outside", "as_assumed"
@@ -41,7 +41,7 @@ OUTSIDE, ASSUMED = "outside", "as_assumed"
 
 @dataclass(frozen=True)
 class Case:
-    """A dataset of the study.
+    """A dataset of the benchmark.
 
     Args:
         world: one of `worlds.ALLOWED`.
@@ -105,7 +105,7 @@ def hidden_values(model: Model, effect: Effect, strength: float, turn: int) -> d
     return values
 
 
-def study_world(
+def diagnose_world(
     cases: Sequence[Case],
     dataset: SimulatedDataset,
     settings: DiagnosisSettings,
@@ -142,22 +142,22 @@ def make_trials(case: Case, world: World, dataset: SimulatedDataset, catalogue: 
         trials, _ = simulate_trials(f"{case.world}{case.number}", settings, world.model, catalogue)
     except ValueError:
         return None
-    if world.held:
-        trials = replace(trials, angle=_with_held_emg(case, trials, settings, world, catalogue))
+    if world.zero_order_hold:
+        trials = replace(trials, angle=_with_zero_order_hold(case, trials, settings, world, catalogue))
     random = case.random.spawn(1)[0]
     noisy = trials.angle + np.radians(case.noise_deg) * random.standard_normal(trials.angle.shape)
     return record(replace(trials, angle=noisy), world, random)
 
 
-def _with_held_emg(
+def _with_zero_order_hold(
     case: Case, trials: Trials, settings: SimulatedDataset, world: World, catalogue: Mapping[str, Effect]
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """The angle of the same EMG held between samples, (T, N)."""
+    """The angle of the same EMG that keeps its value between samples, (T, N)."""
     model = world.model.with_effects(catalogue[name] for name in case.hidden)
     values = {f"{effect}.{p}": v for effect, ps in case.hidden.items() for p, v in ps.items()}
-    emg = held(channels_of(model, trials.channels, torch.from_numpy(trials.emg)))
-    motion = simulate(Simulation(model, values, emg, trials.dt / HELD), settings.start_rad)
-    return motion.angle.numpy()[..., ::HELD]
+    emg = zero_order_hold(channels_of(model, trials.channels, torch.from_numpy(trials.emg)))
+    motion = simulate(Simulation(model, values, emg, trials.dt / FINER), settings.start_rad)
+    return motion.angle.numpy()[..., ::FINER]
 
 
 def diagnose_case(
@@ -169,7 +169,7 @@ def diagnose_case(
     base: Model,
     catalogue: Mapping[str, Effect],
 ) -> dict[str, Any]:
-    """One row of the study: what was hidden, what was found, and how well."""
+    """One row of the benchmark: what was hidden, what was found, and how well."""
     known = {name: effect for name, effect in catalogue.items() if name not in case.taken_out}
     began = time.process_time()
     whole = make_record(trials, base)

@@ -11,7 +11,7 @@ from studies.verdicts.summary import NAMES
 RIGHT, WRONG = "#0072b2", "#d55e00"
 
 
-def draw_study(summary: pd.DataFrame) -> Figure:
+def draw_rates(summary: pd.DataFrame) -> Figure:
     """Rates of right answers and of wrong names in each world, with their 95 % intervals.
 
     Args:

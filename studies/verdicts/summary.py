@@ -1,4 +1,4 @@
-"""The study counted: rates of right answers and of wrong names with their intervals, world by world."""
+"""The cases counted: rates of right answers and of wrong names with their intervals, world by world."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ NAMES = {
     "other_curves": "other muscle curves",
     "other_constants": "other constants",
     "other_data": "other sensors and filters",
-    "other_solver": "EMG held by the solver",
+    "other_solver": "zero-order hold of EMG in the solver",
     "outside": "effect not in the catalogue",
 }
 
@@ -76,8 +76,8 @@ def write_page(summary: pd.DataFrame) -> str:
         world = NAMES[row["world"]] + (", nothing missing" if row["hidden"] == "nothing" else "")
         noise = f"{row['noise_deg']:g}" if np.isfinite(row["noise_deg"]) else ""
         rates = " | ".join(_said(row, rate) for rate in ("right", "wrong_name"))
-        held = f"{row['coverage_pct']:.1f} of {row['intervals']:.0f}" if row["intervals"] else ""
-        lines.append(f"| {world} | {noise} | {row['sets']} | {row['seen']} | {rates} | {held} |")
+        covered = f"{row['coverage_pct']:.1f} of {row['intervals']:.0f}" if row["intervals"] else ""
+        lines.append(f"| {world} | {noise} | {row['sets']} | {row['seen']} | {rates} | {covered} |")
     return "\n".join(lines) + "\n"
 
 

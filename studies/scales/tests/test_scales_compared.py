@@ -1,4 +1,4 @@
-"""The comparison of arms: each differs in one thing and has the same steps; pairs of draws are judged."""
+"""The comparison of ways: each differs in one thing and has the same steps; pairs of draws are judged."""
 
 from dataclasses import replace
 
@@ -9,14 +9,14 @@ import pytest
 from myowave.data.store import write_trials
 from myowave.data.wavelets import project
 from myowave.settings import Physics, Recipe, SimulatedDataset
-from studies.scales.arms import ARMS
 from studies.scales.compete import compete
 from studies.scales.draws import average_down, decimate, draw_trials, hold_out_others
 from studies.scales.figures import draw_comparison
 from studies.scales.judge import judge
 from studies.scales.page import answer, write_page
+from studies.scales.ways import WAYS
 
-SEVERAL = [name for name, arm in ARMS.items() if name not in ("one", "one_long")]
+SEVERAL = [name for name, way in WAYS.items() if name not in ("one", "one_long")]
 
 
 def simulated(**changes) -> SimulatedDataset:
@@ -28,9 +28,9 @@ def physics(settings) -> Physics:
     return settings.physics_of("case1")
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", WAYS)
 def test_the_last_stage_trains_on_the_trials_as_recorded_but_from_fine_to_coarse(name, trials):
-    stages = ARMS[name].stages(trials, 3)
+    stages = WAYS[name].stages(trials, 3)
     assert sorted(stages) == list(range(3 if name in SEVERAL else 1))
     as_recorded = stages[2 if name == "fine_to_coarse" else 0]
     np.testing.assert_array_equal(as_recorded.angle, trials.angle)
@@ -40,7 +40,7 @@ def test_the_last_stage_trains_on_the_trials_as_recorded_but_from_fine_to_coarse
 
 def test_stages_are_what_their_titles_say(trials):
     emg, angle = trials.emg[0, :, 0], trials.angle[0]
-    coarse = {name: ARMS[name].stages(trials, 3)[2] for name in ARMS if name in SEVERAL}
+    coarse = {name: WAYS[name].stages(trials, 3)[2] for name in WAYS if name in SEVERAL}
     np.testing.assert_allclose(coarse["coarse_to_fine"].emg[0, :, 0], project(emg, 2), atol=1e-12)
     np.testing.assert_allclose(coarse["coarse_to_fine"].angle[0], project(angle, 2), atol=1e-12)
     np.testing.assert_array_equal(coarse["emg_only"].angle, trials.angle)
@@ -49,18 +49,18 @@ def test_stages_are_what_their_titles_say(trials):
     assert coarse["decimated"].dt == pytest.approx(4 * trials.dt)
     # Both leave about as much of white noise; the Gaussian does it without wavelets.
     noise = replace(trials, emg=np.random.default_rng(0).standard_normal(trials.emg.shape))
-    left = [ARMS[name].stages(noise, 3)[2].emg.std() for name in ("coarse_to_fine", "gaussian")]
+    left = [WAYS[name].stages(noise, 3)[2].emg.std() for name in ("coarse_to_fine", "gaussian")]
     assert left[0] == pytest.approx(left[1], rel=0.35) and left[1] < 0.7
-    assert np.abs(ARMS["gaussian"].stages(noise, 3)[2].emg - coarse["coarse_to_fine"].emg).max() > 0.1
+    assert np.abs(WAYS["gaussian"].stages(noise, 3)[2].emg - coarse["coarse_to_fine"].emg).max() > 0.1
 
 
 def test_arms_have_the_same_steps_and_the_long_ones_as_many_times_more(trials, model, wanted):
     recipe = Recipe(hidden=4, epochs=12, rollout_s=0.3, simulated_trials=0, identification="none", patience=1)
     recipe = recipe.model_copy(update={"learning_rate": 1e-12})  # so that validation never improves
     scores = pd.concat(compete(trials, model, recipe, wanted, scales=3, seeds=(0, 1)))
-    steps = scores.groupby("arm")["steps"].first().to_dict()
-    assert steps == {name: 36 if arm.times else 12 for name, arm in ARMS.items()}
-    assert scores.groupby("arm").size().eq(2).all()
+    steps = scores.groupby("way")["steps"].first().to_dict()
+    assert steps == {name: 36 if way.times else 12 for name, way in WAYS.items()}
+    assert scores.groupby("way").size().eq(2).all()
     of_scores = np.degrees(np.sqrt((1 - scores["test_r2"]) * np.var(trials.angle[2, 4:])))
     np.testing.assert_allclose(scores["test_rmse_deg"], of_scores)
 
@@ -126,16 +126,16 @@ def test_averages_and_every_second_sample(trials):
 
 
 def scores_with(change: float, scatter: float = 0.02, draws: int = 8, dataset: str = "smooth") -> pd.DataFrame:
-    """Scores of two arms whose error differs by a factor, give or take `scatter`, beside a scatter of draws common to
+    """Scores of two ways whose error differs by a factor, give or take `scatter`, beside a scatter of draws common to
     both that is much larger."""
     random = np.random.default_rng(0)
     rows = []
     for draw in range(draws):
         error = 5.0 * np.exp(random.normal(0.0, 1.0))
-        for arm, factor in (("restarted", 1.0), ("coarse_to_fine", 1 + change)):
+        for way, factor in (("restarted", 1.0), ("coarse_to_fine", 1 + change)):
             for seed in range(3):
                 rmse = error * factor * np.exp(random.normal(0.0, scatter))
-                run = {"condition": "rollout", "dataset": dataset, "draw": draw, "arm": arm, "seed": seed}
+                run = {"condition": "rollout", "dataset": dataset, "draw": draw, "way": way, "seed": seed}
                 rows.append(run | {"test_r2": 0.9, "test_rmse_deg": rmse, "steps": 10, "seconds": 1.0})
     return pd.DataFrame(rows)
 
@@ -152,7 +152,7 @@ def scores_with(change: float, scatter: float = 0.02, draws: int = 8, dataset: s
 def test_arms_are_judged_in_pairs_of_draws(change, scatter, finding):
     judged = judge(scores_with(change, scatter))
     (row,) = judged.itertuples()
-    assert (row.arm, row.beside, row.finding, row.draws) == ("coarse_to_fine", "restarted", finding, 8)
+    assert (row.way, row.against, row.finding, row.draws) == ("coarse_to_fine", "restarted", finding, 8)
     assert row.low_pct <= row.change_pct <= row.high_pct
     if scatter < 0.1:
         assert row.change_pct == pytest.approx(100 * change, abs=3)
@@ -160,8 +160,8 @@ def test_arms_are_judged_in_pairs_of_draws(change, scatter, finding):
 
 def test_intervals_are_wider_the_more_arms_are_compared():
     two = scores_with(-0.2, 0.1)
-    third = two[two["arm"] == "coarse_to_fine"].assign(arm="gaussian")
-    alone, among = (judge(each).set_index("arm").loc["coarse_to_fine"] for each in (two, pd.concat([two, third])))
+    third = two[two["way"] == "coarse_to_fine"].assign(way="gaussian")
+    alone, among = (judge(each).set_index("way").loc["coarse_to_fine"] for each in (two, pd.concat([two, third])))
     assert among["change_pct"] == pytest.approx(alone["change_pct"])
     assert among["high_pct"] - among["low_pct"] > 1.1 * (alone["high_pct"] - alone["low_pct"])
 

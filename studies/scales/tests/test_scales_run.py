@@ -11,7 +11,7 @@ CONDITIONS = yaml.safe_load((ROOT / "studies/scales/settings.yaml").read_text())
 
 def small(changes: dict) -> dict:
     """The comparison on one dataset under one condition, of seconds."""
-    only = {"datasets": ["smooth"], "arms": ["one", "restarted", "coarse_to_fine"], "changes": changes}
+    only = {"datasets": ["smooth"], "ways": ["one", "restarted", "coarse_to_fine"], "changes": changes}
     others = {name: None for name in CONDITIONS if name != "rollout"}
     datasets = dict.fromkeys(["human_curls", "wide_band", "wide_band_1khz", "noisy_angle"])
     compared = {"draws": 2, "seeds": 2, "datasets": datasets, "conditions": others | {"rollout": only}}
@@ -31,7 +31,7 @@ def test_conditions_are_checked_before_anything_runs(project: Project, changes, 
 
 
 def test_it_runs_by_default_on_what_a_laptop_can_and_in_full_on_more(project: Project):
-    default, full = (project.planned(*STUDY, name)["compare_arms"] for name in ("scales", "scales_full"))
+    default, full = (project.planned(*STUDY, name)["compare_ways"] for name in ("scales", "scales_full"))
     assert default == 8 * (4 + 1 + 1) and full > 5 * default
 
 
@@ -42,7 +42,7 @@ def test_it_leaves_its_answer_in_docs(project: Project):
     page = (project.folder / "docs/multiresolution.md").read_text()
     assert "Coarse to fine against as many restarts at one scale" in page and "2 draws" in page
     table = pd.read_csv(project.folder / "docs/multiresolution.csv")
-    assert list(table["arm"]) == ["restarted", "coarse_to_fine"] and set(table["dataset"]) == {"smooth"}
+    assert list(table["way"]) == ["restarted", "coarse_to_fine"] and set(table["dataset"]) == {"smooth"}
     assert (project.folder / "docs/multiresolution.png").stat().st_size > 1000
     with_more = project.lay_over(
         small({"epochs": 3, "hidden": 4}) | {"learning": {"recipes": {"recorded": {"epochs": 9}}}}
@@ -50,6 +50,6 @@ def test_it_leaves_its_answer_in_docs(project: Project):
     assert project.planned(*STUDY, *with_more) == {}, "nothing of it uses that recipe"
     code = project.folder / "studies/scales/judge.py"
     code.write_text(code.read_text().replace("LEVEL = 0.95", "LEVEL = 0.9"))
-    assert set(project.planned(*STUDY, *arguments)) == {"judge_arms", "scales"}, (
+    assert set(project.planned(*STUDY, *arguments)) == {"judge_ways", "scales"}, (
         "an edit of the study's code reruns what uses it"
     )

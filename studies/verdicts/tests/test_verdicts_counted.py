@@ -1,4 +1,4 @@
-"""The study makes the worlds that it names, hides what it says, and counts right and wrong as promised."""
+"""The benchmark makes the worlds that it names, hides what it says, and counts right and wrong as promised."""
 
 from pathlib import Path
 
@@ -12,10 +12,10 @@ from scipy.stats import binomtest
 from myowave.diagnosis.search.verdict import Verdict
 from myowave.settings import Scatter
 from studies.verdicts.cases import Case, hidden_values, list_cases, make_trials, score
-from studies.verdicts.figures import draw_study
+from studies.verdicts.figures import draw_rates
 from studies.verdicts.settings import Verdicts
 from studies.verdicts.summary import summarize, write_page
-from studies.verdicts.worlds import ALLOWED, HELD, World, draw_curves, draw_world, held, record
+from studies.verdicts.worlds import ALLOWED, FINER, World, draw_curves, draw_world, record, zero_order_hold
 
 SCATTER = {"slack": Scatter(relative=0.03), "delay": Scatter(absolute=0.007)}
 PLAN = Verdicts.model_validate(
@@ -106,11 +106,11 @@ def test_other_curves_are_muscle_curves_and_differ_from_arm_to_arm():
     assert len({round(curves.active_length(torch.tensor([0.8]).double()).item(), 6) for curves in drawn}) == 6
 
 
-def test_held_emg_stays_as_it_is_until_the_next_sample():
+def test_emg_of_a_zero_order_hold_stays_as_it_is_until_the_next_sample():
     emg = torch.rand(2, 5, 3)
-    fine = held(emg)
-    assert fine.shape == (2, 4 * HELD + 1, 3)
-    assert torch.equal(fine[:, HELD : 2 * HELD], emg[:, 1:2].expand(-1, HELD, -1))
+    fine = zero_order_hold(emg)
+    assert fine.shape == (2, 4 * FINER + 1, 3)
+    assert torch.equal(fine[:, FINER : 2 * FINER], emg[:, 1:2].expand(-1, FINER, -1))
 
 
 @pytest.mark.parametrize(
@@ -164,7 +164,7 @@ def test_the_picture_has_a_row_for_each_world():
         *[(world, "a", "", 1.0, 2.0, True, False, "effect", 20) for world in ALLOWED],
         *[(world, "none", "", 1.0, 0.0, True, False, "adequate", 20) for world in ALLOWED if world != "outside"],
     )
-    left, right = draw_study(summarize(rows)).axes
+    left, right = draw_rates(summarize(rows)).axes
     assert len(left.get_yticks()) == len(ALLOWED) and len(right.get_yticks()) == len(ALLOWED) - 1
 
 

@@ -1,4 +1,4 @@
-"""Judge the arms over all draws, and say where more scales help."""
+"""Judge the ways over all draws, and say where more scales help."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from studies.scales.figures import draw_comparison
 from studies.scales.judge import judge
 from studies.scales.page import write_page
 
-with job_log("judge arms", snakemake.log[0]) as log:
+with job_log("judge ways", snakemake.log[0]) as log:
     scores = pd.concat([pd.read_csv(path) for path in snakemake.input.scores], ignore_index=True)
     judged = judge(scores)
     judged.to_csv(snakemake.output.table, index=False, float_format="%.4g")

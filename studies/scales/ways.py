@@ -1,7 +1,7 @@
-"""The arms of the comparison: what is trained on at each stage, with what budget, and which arm each is compared with.
+"""The ways of the comparison: what is trained on at each stage, with what budget, and which way each is compared with.
 
-A stage is what `Task` calls a level: stages K - 1, ..., 0 in turn, each with a fresh Adam, so arms with as many stages
-have as many restarts. The last stage of every arm but the one from fine to coarse trains on the trials as recorded.
+A stage is what `Task` calls a level: stages K - 1, ..., 0 in turn, each with a fresh Adam, so ways with as many stages
+have as many restarts. The last stage of every way but the one from fine to coarse trains on the trials as recorded.
 """
 
 import math
@@ -20,19 +20,19 @@ Stages = Callable[[Trials, int], dict[int, Trials]]
 
 
 @dataclass(frozen=True)
-class Arm:
+class Way:
     """One way to train.
 
     Args:
         title: in a few words.
         stages: what it trains on.
-        beside: the arm that it is compared with, which differs from it in one thing; None for the first.
+        against: the way that it is compared with, which differs from it in one thing; None for the first.
         times: whether its budget is K times that of the others.
     """
 
     title: str
     stages: Stages
-    beside: str | None
+    against: str | None
     times: bool = False
 
 
@@ -78,15 +78,15 @@ def smoothed(trials: Trials, scales: int) -> dict[int, Trials]:
     return {level: smooth(level) if level else trials for level in range(scales)}
 
 
-ARMS: Mapping[str, Arm] = {
-    "one": Arm("1 scale", one, None),
-    "restarted": Arm("1 scale, as many restarts", restarted, "one"),
-    "coarse_to_fine": Arm("coarse to fine", projected, "restarted"),
-    "fine_to_coarse": Arm("fine to coarse", from_fine, "restarted"),
-    "emg_only": Arm("coarse to fine, EMG only", of_emg, "restarted"),
-    "angle_only": Arm("coarse to fine, angle only", of_angle, "restarted"),
-    "decimated": Arm("coarse to fine, decimated", decimated, "restarted"),
-    "gaussian": Arm("coarse to fine, Gaussian", smoothed, "restarted"),
-    "one_long": Arm("1 scale, K times the budget", one, "one", times=True),
-    "coarse_to_fine_long": Arm("coarse to fine, the budget at each scale", projected, "one_long", times=True),
+WAYS: Mapping[str, Way] = {
+    "one": Way("1 scale", one, None),
+    "restarted": Way("1 scale, as many restarts", restarted, "one"),
+    "coarse_to_fine": Way("coarse to fine", projected, "restarted"),
+    "fine_to_coarse": Way("fine to coarse", from_fine, "restarted"),
+    "emg_only": Way("coarse to fine, EMG only", of_emg, "restarted"),
+    "angle_only": Way("coarse to fine, angle only", of_angle, "restarted"),
+    "decimated": Way("coarse to fine, decimated", decimated, "restarted"),
+    "gaussian": Way("coarse to fine, Gaussian", smoothed, "restarted"),
+    "one_long": Way("1 scale, K times the budget", one, "one", times=True),
+    "coarse_to_fine_long": Way("coarse to fine, the budget at each scale", projected, "one_long", times=True),
 }
