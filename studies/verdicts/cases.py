@@ -15,9 +15,9 @@ import torch
 
 from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
+from myowave.diagnosis.evidence import EVIDENCE, independent_samples
 from myowave.diagnosis.scoring import answer, holds, names_wrongly
 from myowave.diagnosis.search.conclude import Findings, search
-from myowave.diagnosis.search.rank import EVIDENCE, independent_samples
 from myowave.diagnosis.search.score import FAILURES, score_effects
 from myowave.diagnosis.search.verdict import Verdict, judge
 from myowave.identification.free_parameters import Free, free_parameters

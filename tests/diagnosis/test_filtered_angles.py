@@ -92,7 +92,7 @@ def test_what_a_filter_takes_from_the_noise_beside_the_motion_is_added_again(mak
 def test_damping_is_found_behind_a_filter_and_nothing_else_is_said(make_strange_fit, effects):
     fit = make_strange_fit(lambda trials: low_passed(trials, 4.0), DAMPING)
     found = search(fit, [effects["joint_damping"], effects["gravity_tilt"]])
-    assert found.selection.effects == ("joint_damping",) and found.settled and found.disturbance is None
+    assert found.selection.effects == ("joint_damping",) and found.left.only_noise and found.disturbance is None
     assert isinstance(found.selection.fit.record.filter, MotionBand)
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from myowave.diagnosis.misfit.left import Left
 from myowave.diagnosis.misfit.repeated import Repeated
 from myowave.diagnosis.misfit.size import Size
 from myowave.diagnosis.search.conclude import Findings
@@ -35,13 +36,14 @@ def usual(fit):
     return replace(fit, values=np.array([p.start for p in fit.free]))
 
 
-def found(selection, *, settled=True, slow=0.0, repeated=0.0, emg=0.0):
+def found(selection, *, only_noise=True, slow=0.0, repeated=0.0, emg=0.0):
     """What a search found: what is certainly left is slow, or repeated in all trials, in variances of independent
     samples."""
-    size = Size(NOISE, 0.0 if settled else MISSING, 1.0, 1.4, 1.0, 100.0)
+    size = Size(NOISE, 0.0 if only_noise else MISSING, 1.0, 1.4, 1.0, 100.0)
     nothing = Whitener(np.zeros((1, 0, 2, 2)), np.zeros((1, 1, 2)), np.ones((1, 1)), NOISE)
     force = Disturbance(emg, NOISE, 50.0, nothing) if emg else None
-    return Findings(selection, size, slow, Repeated(10.0 + 20.0**0.5 + repeated, 10.0, NOISE**2), force, settled)
+    left = Left(size, slow, Repeated(10.0 + 20.0**0.5 + repeated, 10.0, NOISE**2), only_noise)
+    return Findings(selection, left, force)
 
 
 @pytest.fixture
@@ -58,18 +60,18 @@ def named(fit, weighed, effects):
 
 @pytest.mark.parametrize("kind_of_rest", ["slow", "repeated"])
 @pytest.mark.parametrize(
-    ("share", "settled", "kind"),
+    ("share", "only_noise", "kind"),
     [(0.3, False, "unknown"), (0.85, False, "unknown"), (0.97, False, "partial"), (0.3, True, "effect")],
 )
-def test_effects_are_named_where_they_explain_nearly_all_or_leave_only_noise(share, settled, kind, kind_of_rest, named):
+def test_effects_are_named_where_they_explain_nearly_all_or_leave_noise(share, only_noise, kind, kind_of_rest, named):
     """Whether what is left is slow or repeated in all trials: the larger one counts."""
     selection = named()
-    gained = (selection.ladder[0].objective - selection.fit.objective) / found(selection).variance
-    verdict = judge(found(selection, settled=settled, **{kind_of_rest: gained * (1 / share - 1)}))
+    gained = (selection.ladder[0].objective - selection.fit.objective) / selection.fit.independent_variance
+    verdict = judge(found(selection, only_noise=only_noise, **{kind_of_rest: gained * (1 / share - 1)}))
     assert verdict.kind == kind
     assert verdict.explained == pytest.approx(share)
-    assert verdict.structure_left != settled
-    assert verdict.missing >= MISSING if not settled else verdict.missing == 0.0
+    assert verdict.structure_left != only_noise
+    assert verdict.missing >= MISSING if not only_noise else verdict.missing == 0.0
     nothing = kind == "unknown"
     assert verdict.effects == verdict.causes == (() if nothing else ("joint_damping",))
     assert verdict.nearest == (("joint_damping",) if nothing else ())
@@ -80,14 +82,14 @@ def test_effects_that_cannot_be_told_apart_are_a_class(named):
     members = ("joint_damping", "muscle_damping")
     verdict = judge(found(named(members)))
     assert verdict.kind == "class" and verdict.alternatives == (members,)
-    unknown = judge(found(named(members), settled=False, slow=1e9))
+    unknown = judge(found(named(members), only_noise=False, slow=1e9))
     assert unknown.kind == "unknown" and unknown.alternatives == ()
 
 
 def test_without_an_effect_what_is_left_is_unknown_and_nothing_is_adequate(fit, weighed, usual):
     nothing = Selection((usual,), (weighed,))
     assert judge(found(nothing)).kind == "adequate"
-    unknown = judge(found(nothing, settled=False, slow=50.0))
+    unknown = judge(found(nothing, only_noise=False, slow=50.0))
     assert unknown.kind == "unknown" and unknown.explained == 0.0 and unknown.missing >= MISSING
 
 
@@ -103,7 +105,7 @@ def test_noise_of_the_emg_is_a_cause_beside_effects_or_alone_where_nothing_else_
     assert alone.kind == both.kind == "effect" and alone.emg_noise == both.emg_noise == 0.02
     assert alone.effects == () and alone.causes == (EMG_NOISE,)
     assert both.effects == ("joint_damping",) and both.causes == ("joint_damping", EMG_NOISE)
-    unsettled = judge(found(nothing, settled=False, slow=50.0, emg=0.02))
+    unsettled = judge(found(nothing, only_noise=False, slow=50.0, emg=0.02))
     assert unsettled.kind == "unknown" and unsettled.causes == () and unsettled.emg_noise == 0.0
 
 

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 import torch
 
+from myowave.diagnosis.evidence import EVIDENCE
+from myowave.diagnosis.misfit import left
 from myowave.diagnosis.search import conclude
 from myowave.diagnosis.search.conclude import Findings, search
-from myowave.diagnosis.search.rank import EVIDENCE
 from myowave.diagnosis.search.verdict import judge
 from myowave.identification.disturbance import estimate_disturbance, excitation_forcing, wandering
 from myowave.identification.output_error import fit_model
@@ -51,12 +52,12 @@ def test_an_effect_beside_noise_of_the_emg_is_found_and_sized(searched):
 
 def test_a_little_that_is_slow_beside_a_force_is_no_rest_and_much_is(searched, monkeypatch):
     found = searched({}, 0.05)
-    beside = conclude._size_beside(found.selection.fit, found.disturbance)
+    beside = left.size_given_force(found.selection.fit, found.disturbance)
     for ratio, rest in ((2.5, False), (4.0, True)):
         slow = replace(beside, ratio=ratio, critical=1.5)
-        monkeypatch.setattr(conclude, "_size_beside", lambda *args, slow=slow: slow)
-        again = conclude.weighed(found.selection, found.disturbance)
-        assert again.settled is not rest and (again.slow > 0) is rest
+        monkeypatch.setattr(left, "size_given_force", lambda *args, slow=slow: slow)
+        again = conclude.conclude(found.selection, found.disturbance)
+        assert again.left.only_noise is not rest and (again.left.slow > 0) is rest
 
 
 @pytest.mark.parametrize("damping", [0.6, 1.0, 1.5])
@@ -72,7 +73,7 @@ def test_less_than_any_sensor_shows_is_not_missing(make_fit, effects):
     fit = make_fit({"joint_damping": {"c": 1e-3}}, noise_deg=0.0)
     found = search(fit, [effects[name] for name in CANDIDATES])
     assert np.radians(1e-6) < fit.rmse() < np.radians(1e-3)
-    assert found.repeated.significant and judge(found).kind == "adequate"
+    assert found.left.repeated.significant and judge(found).kind == "adequate"
 
 
 def test_effects_that_leave_little_to_a_force_are_weighed_without_it(searched, monkeypatch):

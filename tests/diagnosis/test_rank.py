@@ -7,16 +7,9 @@ import pytest
 import torch
 from scipy.signal import lfilter
 
+from myowave.diagnosis.evidence import EVIDENCE, delta_bic, independent_samples
 from myowave.diagnosis.search import rank
-from myowave.diagnosis.search.rank import (
-    EVIDENCE,
-    delta_bic,
-    folds_won,
-    independent_samples,
-    left_out_residuals,
-    rank_effects,
-    similar,
-)
+from myowave.diagnosis.search.rank import folds_won, left_out_residuals, rank_effects, similar
 from myowave.identification.output_error import fit_model, refit
 from myowave.identification.record import make_record
 

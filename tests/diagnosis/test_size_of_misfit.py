@@ -109,4 +109,4 @@ def test_an_angle_that_has_passed_a_filter_is_judged_by_what_is_slow(make_trials
     band = within_band(fit, size).record
     assert isinstance(band.filter, MotionBand) and band.noise == size.noise
     found = search(fit, [effects["joint_damping"], effects["gravity_tilt"]])
-    assert found.selection.effects == ("joint_damping",) and found.settled and found.disturbance is None
+    assert found.selection.effects == ("joint_damping",) and found.left.only_noise and found.disturbance is None

@@ -76,7 +76,7 @@ def test_one_cause_outside_the_catalogue_that_does_better_than_two_effects_refut
     assert alone.better and alone.names[0] == "a torque like qddot"
     told = StandIns(("a torque like q",)).or_instead_of_all(alone)
     assert told.better and told.names == ("a torque like q", "a torque like qddot instead of all effects named")
-    found = conclude._each_without(conclude.weighed(Selection((heavy, both), (ranking, []))), tuple(pair), ())
+    found = conclude._weigh_each(conclude.conclude(Selection((heavy, both), (ranking, []))), tuple(pair), ())
     assert set(found.stand_ins) == {effect.name for effect in pair}
     assert all(o.better and o.names[-1].endswith("instead of all effects named") for o in found.stand_ins.values())
 

@@ -45,8 +45,8 @@ MORE_FORCE = Effect(
 
 
 @dataclass(frozen=True)
-class Freed:
-    """What bumps on the curves, expected at 0, take from a fit.
+class CurvesOut:
+    """A fit with bumps on the curves, expected at 0, integrated out.
 
     Args:
         drop: how much the objective falls by them [rad^2].
@@ -85,8 +85,8 @@ def own_curves(fit: Fit) -> Array:
     return moved_by(fit, pushes.reshape(*pushes.shape[:3], -1))
 
 
-def freed(fit: Fit, variance: float) -> Freed:
-    """A fit where the muscles' curves are free besides, to first order.
+def integrate_out_curves(fit: Fit, variance: float) -> CurvesOut:
+    """A fit with the shapes of the muscles' curves as nuisance parameters, integrated out to first order.
 
     Args:
         variance: of an independent sample of the residual [rad^2].
@@ -99,4 +99,4 @@ def freed(fit: Fit, variance: float) -> Freed:
     slope = np.concatenate([normal.slope, columns], -1)
     weight, off = np.r_[normal.weight, np.full(len(size), variance)], np.r_[normal.off + imitation @ size, -size]
     occam = float(np.linalg.slogdet(expected + information / variance)[1])
-    return Freed(float(product @ size), occam, gather(residual, slope, normal.by_start, weight, off))
+    return CurvesOut(float(product @ size), occam, gather(residual, slope, normal.by_start, weight, off))

@@ -117,7 +117,7 @@ def _evidence(diagnosis: Diagnosis) -> dict[str, dict[str, Any]]:
             added.update({c.name: (before.model.name, c) for c in ranking if c.name in new})
     weighed = dict(added)
     if len(effects) > 1:
-        for name, candidate in diagnosis.found.beside.items():
+        for name, candidate in diagnosis.found.given_others.items():
             others = [effect.name for effect in ladder[-1].model.effects if effect.name != name]
             weighed[name] = "+".join(["base", *others]), candidate
     return {

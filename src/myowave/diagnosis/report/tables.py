@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from myowave.diagnosis.evidence import EVIDENCE
 from myowave.diagnosis.misfit.where import interval_of_rmse
 from myowave.diagnosis.report.facts import unit_of
 from myowave.diagnosis.search.diagnose import Diagnosis
-from myowave.diagnosis.search.rank import EVIDENCE, Candidate
+from myowave.diagnosis.search.rank import Candidate
 from myowave.diagnosis.search.score import confusion
 from myowave.identification.record import Record
 from myowave.identification.uncertainty import correlations

@@ -8,9 +8,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.misfit.filtered import noise_left
+from myowave.diagnosis.misfit.left import angle_noise_deg
 from myowave.diagnosis.misfit.where import MissingTorque, misfit_by, missing_torque
-from myowave.diagnosis.search.conclude import Findings, search, weighed
+from myowave.diagnosis.search.conclude import Findings, conclude, search
 from myowave.diagnosis.search.draft import MOST_TERMS, Draft, draft_effect
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
 from myowave.diagnosis.search.rank import rank_effects
@@ -18,12 +18,10 @@ from myowave.diagnosis.search.score import FAILURES
 from myowave.diagnosis.search.selection import Selection
 from myowave.diagnosis.search.verdict import Verdict, judge
 from myowave.identification.free_parameters import free_parameters
-from myowave.identification.noise import is_bound
 from myowave.identification.output_error import Fit, refit
 from myowave.identification.prediction import Prediction, predict
 from myowave.identification.record import Record, make_record
 from myowave.identification.stages import fit_in_stages, follows
-from myowave.identification.whitening import MotionBand
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import Diagnosis as DiagnosisSettings
@@ -96,8 +94,10 @@ class Diagnosis:
 
     @property
     def noise_deg(self) -> float:
-        """Noise of the angle, see `noise_of`."""
-        return noise_of(self.found, self.record, follows=self.verdict.follows)
+        """Noise of the angle, see `misfit.left`."""
+        found = self.found
+        follows = self.verdict.follows
+        return angle_noise_deg(found.selection.fit, found.left, found.disturbance, self.record, follows=follows)
 
 
 def diagnose(
@@ -142,7 +142,7 @@ def diagnose(
     else:
         report("stages: from measured states it misses more than the mean angle does; no effect is weighed")
         ranking = rank_effects(fit, effects.values(), record.known, refits=False)
-        found = weighed(Selection((fit,), (ranking,)))
+        found = conclude(Selection((fit,), (ranking,)))
     selection = found.selection
     rungs = tuple(make_rung(fit, test) for fit in selection.ladder)
     visited = {rung.name for rung in rungs}
@@ -165,22 +165,6 @@ def diagnose(
     proposals = _proposals(selection, verdict, effects)
     told = rungs, tuple(named), verdict, proposals, draft
     return Diagnosis(trials.dataset, record, test, found, *told, failed)
-
-
-def noise_of(found: Findings, record: Record, *, follows: bool) -> float:
-    """Noise of the angle [deg], without what noise of the EMG does; of a filtered angle what the filter has left of it.
-
-    Args:
-        record: all trials.
-        follows: whether the base model follows them; what one leaves that is so far off is not noise.
-    """
-    if not follows:
-        return float(np.degrees(record.noise))
-    white = found.size.noise if found.disturbance is None else found.disturbance.angle
-    fit = found.selection.fit
-    if isinstance(fit.record.filter, MotionBand) and not is_bound(float(np.degrees(white))):
-        return float(np.degrees(noise_left(fit, white)))
-    return float(np.degrees(white))
 
 
 def fit_beside(

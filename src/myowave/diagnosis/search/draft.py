@@ -10,8 +10,8 @@ from functools import partial
 import torch
 from torch import Tensor
 
+from myowave.diagnosis.evidence import EVIDENCE, delta_bic, independent_samples
 from myowave.diagnosis.misfit.terms import LARGEST, OF_ACTIVATION, OF_MOTION, OfJoint, torque_effect
-from myowave.diagnosis.search.rank import EVIDENCE, delta_bic, independent_samples
 from myowave.diagnosis.search.score import score_effects
 from myowave.identification.output_error import Fit, polish
 from myowave.identification.stages import attempt_fit

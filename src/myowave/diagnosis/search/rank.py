@@ -1,9 +1,4 @@
-"""Rank the effects that a fitted model may lack: score all, refit the best, weigh the evidence, test it on folds.
-
-Evidence is a difference of BIC: n ln(RSS without / RSS with) - k ln n, with n the number of *independent* samples of
-the residual that the best candidate leaves. While a model misses something, its residual is slow, a few seconds
-of it are worth few samples, and nothing is decided by thousands of them.
-"""
+"""Rank the effects that a fitted model may lack: score all, refit the best, weigh the evidence, test it on folds."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,16 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from myowave.diagnosis.evidence import EVIDENCE, MARGIN, delta_bic, independent_samples
 from myowave.diagnosis.search.score import FAILURES, Score, best_within, score_effects
 from myowave.identification.free_parameters import Free, bounds, scales
 from myowave.identification.least_squares import pseudo_inverse
-from myowave.identification.noise import SMALLEST_NOISE_DEG, correlation_time
 from myowave.identification.output_error import Fit, begin_from, descend, promised
 from myowave.identification.stages import attempt_fit
 from myowave.physics.effect import Effect
 
-EVIDENCE = 10.0  # difference of BIC that counts as very strong (Kass & Raftery 1995)
-MARGIN = 6.0  # between two effects, below which they are not told apart (strong: odds of 20 to 1)
 FOLDS = 0.8  # share of folds, rounded down, in which the model with the effect must predict better
 PAIRS = 2  # pairs of effects that are fitted where scores promise more than one effect gives
 WORTH_FOLLOWING = 10.0  # of the objective without an effect: what a fresh start with it may begin at
@@ -222,17 +215,6 @@ def _fresh_starts(fit: Fit, scores: Mapping[str, Score]) -> dict[str, Fit]:
 def _replaces(free: Free) -> bool:
     """Whether a parameter's usual strength is a bound: all of what the model has is then replaced."""
     return abs(free.scale) in (abs(free.low), abs(free.high))
-
-
-def independent_samples(fit: Fit) -> float:
-    """Number of independent samples of a fit's residual."""
-    return fit.record.samples / correlation_time(fit.normal.residual, fit.record.samples)
-
-
-def delta_bic(fit: Fit, objective: float, parameters: int, samples: float) -> float:
-    """Difference of BIC in favour of `parameters` more that lower a fit's objective to this [rad^2]."""
-    floor = fit.record.samples * np.radians(SMALLEST_NOISE_DEG) ** 2
-    return float(samples * np.log((fit.objective + floor) / (objective + floor)) - parameters * np.log(samples))
 
 
 def surprise(fit: Fit) -> float:

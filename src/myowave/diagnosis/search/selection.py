@@ -4,15 +4,8 @@ import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from myowave.diagnosis.search.rank import (
-    EVIDENCE,
-    Candidate,
-    delta_bic,
-    independent_samples,
-    promising_pairs,
-    rank_effects,
-    similar,
-)
+from myowave.diagnosis.evidence import EVIDENCE, delta_bic, independent_samples
+from myowave.diagnosis.search.rank import Candidate, promising_pairs, rank_effects, similar
 from myowave.diagnosis.search.score import FAILURES, score_effect
 from myowave.identification.output_error import Fit, polish, refit
 from myowave.physics.effect import Effect

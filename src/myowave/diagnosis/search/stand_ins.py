@@ -4,7 +4,7 @@ Parts of a general correction (a torque that goes with the angle, the velocity, 
 late, or of another muscle; a sensor that is off) are weighed against the effect, first all to first order from the fit
 without it. What promises about as much as the effect did is then fitted as the effect was: where much is missing a
 promise is a small part of what a fit gains. A part that the catalogue holds, under whatever name, has been weighed as
-an effect and does not count. And an effect must be evident where the muscles' curves may have a shape of their own.
+an effect and does not count. And an effect must be evident with the shapes of the muscles' curves integrated out.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from myowave.diagnosis.causes import OWN_CURVES
-from myowave.diagnosis.misfit.own_curves import freed
+from myowave.diagnosis.evidence import EVIDENCE, MARGIN, delta_bic, independent_samples
+from myowave.diagnosis.misfit.own_curves import integrate_out_curves
 from myowave.diagnosis.misfit.repeated import correcting_effects, corrections
-from myowave.diagnosis.search.rank import EVIDENCE, MARGIN, Candidate, delta_bic, independent_samples, race
+from myowave.diagnosis.search.rank import Candidate, race
 from myowave.diagnosis.search.score import ABSORBED, score_effects
 from myowave.identification.output_error import Fit
 from myowave.physics.effect import Effect
@@ -62,7 +63,7 @@ def find_stand_ins(without: Fit, effect: Candidate, ranking: Sequence[Candidate]
         ranking: of all effects there.
     """
     found = _weigh_parts(without, effect.refitted, effect.score.drop, ranking)
-    if evidence_beside_curves(without, effect) < EVIDENCE:
+    if evidence_for_any_curves(without, effect) < EVIDENCE:
         return replace(found, names=(*found.names, OWN_CURVES))
     return found
 
@@ -95,7 +96,7 @@ def _weigh_parts(without: Fit, with_it: Fit, promised: float, ranking: Sequence[
     seen = size > ABSORBED * np.maximum(whole, 1e-300)
     unit = signals / np.where(seen, size, 1.0)
     spans = _spans(ranking)
-    counts = seen & ~_held(unit, [name in effects and effects[name].acts_on == SENSOR for name in names], spans)
+    counts = seen & ~_in_catalogue(unit, [name in effects and effects[name].acts_on == SENSOR for name in names], spans)
     drops = np.where(counts, (unit.T @ left) ** 2, 0.0)
     best = {names[i]: float(drops[i]) for i in np.argsort(-drops)[:MOST] if drops[i] > 0}
     best = _fitted(without, with_it, best, effects, promised, spans)
@@ -131,14 +132,14 @@ def _fitted(
     effects = {name: effects[name] for name in drops if name in effects}
     scored = score_effects(without, effects.values())
     scores = {name: scored[effect.name] for name, effect in effects.items() if not scored[effect.name].failure}
-    held = {}
+    known = {}
     for name, score in scores.items():
         unit = score.signal / np.sqrt((score.signal**2).sum(0)).clip(1e-300)
-        held[name] = bool(_held(unit, [effects[name].acts_on == SENSOR], spans).all())
-    starts = {n: score.start for n, score in scores.items() if not held[n] and drops[n] > HOPEFUL * promised}
+        known[name] = bool(_in_catalogue(unit, [effects[name].acts_on == SENSOR], spans).all())
+    starts = {n: score.start for n, score in scores.items() if not known[n] and drops[n] > HOPEFUL * promised}
     fits, _ = race(starts, [with_it])
     falls = {name: without.objective - fit.objective for name, fit in fits.items()}
-    return {name: max(drop, falls.get(name, drop)) for name, drop in drops.items() if not held.get(name, False)}
+    return {name: max(drop, falls.get(name, drop)) for name, drop in drops.items() if not known.get(name, False)}
 
 
 def _spans(ranking: Sequence[Candidate]) -> list[Span]:
@@ -152,7 +153,7 @@ def _spans(ranking: Sequence[Candidate]) -> list[Span]:
     return spans
 
 
-def _held(unit: Array, of_sensor: Sequence[bool], spans: Sequence[Span]) -> NDArray[np.bool_]:
+def _in_catalogue(unit: Array, of_sensor: Sequence[bool], spans: Sequence[Span]) -> NDArray[np.bool_]:
     """Which parts an effect of the catalogue does, of the sensor for those of a sensor: a muscle that lags is no sensor
     that does, though nothing tells the two apart.
 
@@ -161,21 +162,21 @@ def _held(unit: Array, of_sensor: Sequence[bool], spans: Sequence[Span]) -> NDAr
         of_sensor: whether it is one of the sensor.
         spans: of the catalogue.
     """
-    held = np.zeros(unit.shape[1], bool)
+    known = np.zeros(unit.shape[1], bool)
     for by_sensor, directions in spans:
         alike = np.array(of_sensor) == by_sensor
-        held |= alike & (np.sqrt(((directions.T @ unit) ** 2).sum(0)) > SAME)
-    return held
+        known |= alike & (np.sqrt(((directions.T @ unit) ** 2).sum(0)) > SAME)
+    return known
 
 
-def evidence_beside_curves(without: Fit, effect: Candidate) -> float:
-    """Difference of BIC in favour of an effect where the muscles' curves have a shape of their own with and without it.
+def evidence_for_any_curves(without: Fit, effect: Candidate) -> float:
+    """Difference of BIC in favour of an effect, the shapes of the muscles' curves integrated out with and without it.
 
     Args:
         without: the fit without the effect.
         effect: as weighed there.
     """
     with_it, samples = effect.refitted, independent_samples(effect.refitted)
-    before, after = (freed(fit, with_it.independent_variance) for fit in (without, with_it))
+    before, after = (integrate_out_curves(fit, with_it.independent_variance) for fit in (without, with_it))
     gained = delta_bic(without, with_it.objective - after.drop, len(effect.score.free), samples)
     return gained - delta_bic(without, without.objective - before.drop, 0, samples) + before.occam - after.occam

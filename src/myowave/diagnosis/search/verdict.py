@@ -69,14 +69,14 @@ def judge(found: Findings, *, follows: bool = True) -> Verdict:
     selection, fit = found.selection, found.selection.fit
     absorbed = {c.name: c.score.absorbed_by for c in selection.rankings[-1] if c.score.absorbed}
     alternatives = tuple(c for c in selection.classes.values() if len(c) > 1)
-    left = not found.settled or not follows or (bool(selection.effects) and not found.carries)
+    left = not found.left.only_noise or not follows or (bool(selection.effects) and not found.reportable)
     masked = _masked(fit, absorbed)
     emg = found.disturbance.emg if found.disturbance is not None and not left else 0.0
     named = selection.effects
     stand_ins = {effect: others.names for effect, others in found.stand_ins.items() if others.names}
     kind: Kind
     if left:
-        kind = "partial" if named and follows and found.carries else "unknown"
+        kind = "partial" if named and follows and found.reportable else "unknown"
     elif named or emg:
         kind = "class" if alternatives or stand_ins else "effect"
     else:
@@ -84,7 +84,7 @@ def judge(found: Findings, *, follows: bool = True) -> Verdict:
     unnamed = kind == "unknown"
     # Where something outside the catalogue does better than an effect, that is missing, and no rest beside the effect.
     refuted = any(others.better for others in found.stand_ins.values())
-    missing = max(found.size.missing, found.repeated.size(fit))
+    missing = found.left.missing(fit)
     missing = max(missing, size_of_misfit(selection.ladder[0]).missing) if refuted else missing
     return Verdict(
         kind=kind,
@@ -101,7 +101,7 @@ def judge(found: Findings, *, follows: bool = True) -> Verdict:
         masked=masked,
         follows=follows,
         emg_motion=found.disturbance.motion if found.disturbance is not None and emg else 0.0,
-        of_curves=left and found.of_curves,
+        of_curves=left and found.left.of_curves,
     )
 
 
