@@ -17,7 +17,7 @@ from pathlib import Path
 from queue import SimpleQueue
 
 sys.path.insert(0, str(Path(__file__).parent))
-from faults import FAULTS, ROOT, Fault, LostError, files_of, path_of, read_faults, update, with_fault
+from faults import ROOT, Fault, LostError, files_of, path_of, read_faults, update, with_fault
 
 KEPT_OUT = shutil.ignore_patterns(".venv", ".git", "results", ".snakemake", "__pycache__", "*.egg-info", "elbow_curls")
 
@@ -74,10 +74,12 @@ def main(arguments: list[str]) -> int:
         lost = update()
         for fault in lost:
             print(f"LOST  {fault}")
-        print(
-            f"{FAULTS.name}: {len(lost)} of {len(read_faults())} rows have no place in the code; mend or delete them."
-        )
-        return len(lost) > 0
+        faults = read_faults()
+        untested = [f for f in faults if not all(files_of(test, ROOT) for test in f.killed_by)]
+        for fault in untested:
+            print(f"NO TEST {' '.join(fault.killed_by)}  {fault}")
+        print(f"{len(lost)} of {len(faults)} rows have no place in the code, {len(untested)} no test: mend or delete.")
+        return bool(lost or untested)
     faults = [f for f in read_faults() if not arguments or any(part in f.place for part in arguments)]
     return replay(faults) > 0
 
