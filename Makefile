@@ -1,6 +1,6 @@
 # Everything from a fresh clone: `make run`, `make test`. The environment is made where it is not there.
 .DEFAULT_GOAL := run
-.PHONY: run bench mutants faults test test-postgres test-browser test-slurm lint docs readme ui dashboard publish clean
+.PHONY: run bench mutants faults test test-browser test-slurm lint docs readme ui dashboard publish clean
 
 PYTHON ?= python3
 CORES ?= 2
@@ -15,10 +15,6 @@ test: $(VENV)/.ready ## all tests that need nothing but Python
 	$(BIN)/pytest -q -n $(CORES)
 
 # Further tests with programs of Debian, installed where they are missing and one may; else they are skipped with a reason.
-test-postgres: $(VENV)/.ready ## a sweep on a PostgreSQL server
-	$(call install,/usr/lib/postgresql,postgresql)
-	$(BIN)/pytest -q -rs -m postgres
-
 test-browser: $(VENV)/.ready ## what `make ui` and the report show, in a browser without a screen
 	$(call install,/usr/bin/chromedriver,chromium chromium-driver)
 	$(BIN)/pytest -q -rs -m browser

@@ -5,11 +5,14 @@ import json
 import re
 import subprocess
 from pathlib import Path
+from textwrap import dedent
 
 import pytest
+import yaml
 
 from myowave.physics.effects import SHIPPED
-from myowave.settings import Settings
+from myowave.settings import Settings, parse_settings
+from myowave.settings.files import lay_over
 from myowave.settings.keys import list_keys
 
 ROOT = Path(__file__).parents[2]
@@ -111,3 +114,14 @@ def test_the_packages_for_the_site_do_not_change_the_environment():
 def test_no_page_that_is_made_is_in_git():
     listed = subprocess.run(["git", "ls-files", "docs"], cwd=ROOT, capture_output=True, text=True).stdout.split()
     assert not [path for path in listed if path.startswith(("docs/_build", "docs/reference/"))]
+
+
+def test_the_settings_in_readme_are_settings():
+    """Laid over config.yaml, as its reader will."""
+    blocks = re.findall(
+        r"^    targets:.*\n(?:^    .*\n)+", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    (mine,) = (yaml.safe_load(dedent(block)) for block in blocks)
+    base = yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8"))
+    settings = parse_settings(lay_over(base, mine))
+    assert list(settings.targets.without_networks) == ["me"] and "me" in settings.data.datasets
