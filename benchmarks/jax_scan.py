@@ -107,8 +107,8 @@ def build_loss(network: Network) -> Callable:
 
 
 def compare_with_definition(scan: JaxScan, network: Network) -> float:
-    """Largest difference of the loss of a seed from that of `rollouts.rollout`, which defines it."""
-    from myowave.learning.rollouts.rollout import roll_out
+    """Largest difference of the loss of a seed from that of `methods.rollout.rollout`, which defines it."""
+    from myowave.learning.methods.rollout.rollout import roll_out
 
     x, z, v = scan._draw()
     history = [values[..., : network.history].expand(network.seeds, -1, -1) for values in (z, v)]

@@ -29,13 +29,13 @@ from torch import Tensor, nn
 
 from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
+from myowave.learning.adam import Adam
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import predict_trials, r_squared
-from myowave.learning.loss import Noise
+from myowave.learning.methods.rollout.loss import RolloutLoss
+from myowave.learning.methods.rollout.training import BETAS, DATA_SEED, OPTIMISERS, clip_gradients
 from myowave.learning.network import Architecture, Network, Scaling, initialise
-from myowave.learning.optimisers import OPTIMISERS, Optimiser
-from myowave.learning.rollouts.loss import RolloutLoss
-from myowave.learning.rollouts.training import DATA_SEED, RolloutTraining, clip_gradients
+from myowave.learning.soap import Soap
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
@@ -44,7 +44,7 @@ from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
 from myowave.plotting import CYCLE, GREY, canvas, save, title
-from myowave.settings import Recipe, Settings, parse_settings
+from myowave.settings import RolloutRecipe, Settings, parse_settings
 
 OUT = Path("results/benchmarks")
 ROUNDS = 6
@@ -88,15 +88,15 @@ class Ours:
 
     loss: RolloutLoss
     weights: list[Tensor]
-    optimiser: Optimiser
+    optimiser: Adam | Soap
 
     @classmethod
-    def of(cls, trials: Trials, recipe: Recipe, seeds: int) -> "Ours":
+    def of(cls, trials: Trials, recipe: RolloutRecipe, seeds: int) -> "Ours":
         network, corpus = prepare(trials, recipe, seeds)
         random = torch.Generator().manual_seed(DATA_SEED)
-        loss = RolloutLoss(network, corpus, round(recipe.rollout_s / trials.dt), Noise(0.0, range(seeds), 0), random)
+        loss = RolloutLoss(network, corpus, round(recipe.rollout_s / trials.dt), random)
         weights = list(network.weights.values())
-        return cls(loss, weights, OPTIMISERS[recipe.optimiser](weights, RolloutTraining.betas))
+        return cls(loss, weights, OPTIMISERS[recipe.optimiser](weights, BETAS))
 
     def epoch(self) -> None:
         self.optimiser.forget_gradients()
@@ -133,7 +133,7 @@ class PlainNetwork(nn.Module):
 class Plain:
     """Epochs of the plain program, one seed after the other."""
 
-    def __init__(self, trials: Trials, recipe: Recipe, seeds: int) -> None:
+    def __init__(self, trials: Trials, recipe: RolloutRecipe, seeds: int) -> None:
         self.network, self.corpus = prepare(trials, recipe, 1)
         self.steps = round(recipe.rollout_s / trials.dt)
         self.rate, self.random = ADAM_RATE, torch.Generator().manual_seed(DATA_SEED)
@@ -166,12 +166,12 @@ class Plain:
         return float(min(scores))
 
 
-def prepare(trials: Trials, recipe: Recipe, seeds: int) -> tuple[Network, Corpus]:
+def prepare(trials: Trials, recipe: RolloutRecipe, seeds: int) -> tuple[Network, Corpus]:
     """Fresh weights, and the training part of the trials."""
     train = trials.select(trials.train)
-    architecture = Architecture(recipe.cell, recipe.hidden, len(trials.channels), True, recipe.time_input)
+    architecture = Architecture(recipe.method, recipe.hidden, len(trials.channels), recipe.history_steps)
     weights = initialise(architecture, range(seeds))
-    network = Network(architecture, Scaling.of(train), weights, "carried", recipe.history_steps).trainable()
+    network = Network(architecture, Scaling.of(train), weights).trainable()
     usable = torch.tensor(count_training_samples(train, recipe.validation_fraction, recipe.history_steps))
     return network, corpus_of(network, train, usable)
 
@@ -197,7 +197,7 @@ def race(runners: Mapping[str, Callable[[], None]], rounds: int = ROUNDS) -> dic
 # ------------------------------------------------------------------------------------------ measurements
 
 
-def compare_training(trials: Trials, recipe: Recipe) -> dict:
+def compare_training(trials: Trials, recipe: RolloutRecipe) -> dict:
     """Epochs of both programs and the machine's matrix products, in turn."""
     matrix = torch.randn(512, 512)
     runners = {f"ours {s}": Ours.of(trials, recipe, s).epoch for s in SEEDS}
@@ -224,7 +224,7 @@ def compare_training(trials: Trials, recipe: Recipe) -> dict:
     return {"seeds": rows, "machine_gflop_per_s": machine}
 
 
-def begin_jax(trials: Trials, recipe: Recipe, seeds: int) -> jax_scan.JaxScan:
+def begin_jax(trials: Trials, recipe: RolloutRecipe, seeds: int) -> jax_scan.JaxScan:
     """The same network in JAX, whose loss on a first draw of windows is that of our definition."""
     network, corpus = prepare(trials, recipe, seeds)
     steps, random = round(recipe.rollout_s / trials.dt), torch.Generator().manual_seed(DATA_SEED)
@@ -240,7 +240,7 @@ def begin_jax(trials: Trials, recipe: Recipe, seeds: int) -> jax_scan.JaxScan:
     return scan
 
 
-def count_operations(trials: Trials, recipe: Recipe, seeds: int) -> float:
+def count_operations(trials: Trials, recipe: RolloutRecipe, seeds: int) -> float:
     """Floating-point operations of the matrix products of an epoch: forward, and twice as many back."""
     steps = round(recipe.rollout_s / trials.dt)
     usable = count_training_samples(trials.select(trials.train), recipe.validation_fraction, recipe.history_steps)
@@ -250,7 +250,7 @@ def count_operations(trials: Trials, recipe: Recipe, seeds: int) -> float:
     return 3.0 * seeds * forward
 
 
-def measure_growth(recipe: Recipe) -> dict:
+def measure_growth(recipe: RolloutRecipe) -> dict:
     """Seconds of an epoch as one thing grows and the others stay, all points in turn; and the exponent of growth."""
     defaults = {name: values[1] for name, values in GROWTH.items()}
     runners = {}
@@ -285,7 +285,7 @@ def make_up(trials: int, samples: int) -> Trials:
 
 
 def compare_time_to_accuracy(
-    trials: Trials, model: Model, recipe: Recipe, settings: Settings
+    trials: Trials, model: Model, recipe: RolloutRecipe, settings: Settings
 ) -> tuple[dict, Checkpoint]:
     """Processor time until all seeds predict the test trial with R2 of `ENOUGH`, in turn with the same epochs.
 

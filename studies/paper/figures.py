@@ -120,7 +120,7 @@ def draw_derivatives(
     for i, (recipe, settings) in enumerate(recipes.items()):
         for axis, name in zip(axes[0], PARAMETERS, strict=True):
             steps = errors[recipe].index.to_numpy() * settings["batches"]
-            line = "--" if settings["derivative"] == "time" else ":" if i >= len(CYCLE) else "-"
+            line = "--" if settings["residual"] == "time" else ":" if i >= len(CYCLE) else "-"
             axis.plot(steps, errors[recipe][name], color=CYCLE[i % len(CYCLE)], label=recipe, linestyle=line)
     for axis, name in zip(axes[0], PARAMETERS, strict=True):
         axis.set(title=name, xlabel="steps of Adam", yscale="log")

@@ -12,8 +12,8 @@ from myowave.data.thinning import thin
 from myowave.data.trials import Trials
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import evaluate
-from myowave.learning.paper.windowed import predict_teacher_forced
-from myowave.learning.prediction import to_tensors
+from myowave.learning.inputs import to_tensors
+from myowave.learning.methods.paper.windowed import predict_teacher_forced
 from studies.paper.bias import accelerations_seen
 
 

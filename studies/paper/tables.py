@@ -34,9 +34,7 @@ RECORDED_WITH = {"f0_Bi": 300.0, "l0_Bi": 0.6, "f0_Tri": 300.0, "l0_Tri": 0.4}  
 CHOICES = (  # settings of a recipe that decide what comes out
     "history_steps",
     "emg_input",
-    "derivative",
-    "residual_angle",
-    "residual_torque",
+    "residual",
     "beta",
     "history_noise",
     "epochs",

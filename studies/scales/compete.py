@@ -1,7 +1,7 @@
 """All ways on the trials of one draw: networks trained with the same budget, and their errors on the unseen trials."""
 
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import pandas as pd
 
@@ -12,7 +12,7 @@ from myowave.learning.prediction import predict_motion
 from myowave.learning.task import Task
 from myowave.learning.training import train_scales
 from myowave.physics.model import Model
-from myowave.settings import Identify, Recipe
+from myowave.settings import Recipe
 from studies.scales.ways import WAYS, Way
 
 
@@ -20,7 +20,6 @@ def compete(
     trials: Trials,
     model: Model,
     recipe: Recipe,
-    identify: Mapping[str, Identify],
     *,
     scales: int,
     seeds: Sequence[int],
@@ -39,9 +38,9 @@ def compete(
     """
     for name in names:
         started = time.process_time()
-        checkpoint = train_way(WAYS[name], trials, model, recipe, identify, scales, seeds)
+        checkpoint = train_way(WAYS[name], trials, model, recipe, scales, seeds)
         rows = evaluate(checkpoint, trials, predict_motion(checkpoint.network, trials), recipe=name)
-        steps = checkpoint.epochs * recipe.batches
+        steps = checkpoint.epochs * recipe.model_dump().get("batches", 1)
         yield rows[["seed", "test_r2", "test_rmse_deg"]].assign(
             way=name, steps=steps, seconds=time.process_time() - started
         )
@@ -52,15 +51,13 @@ def train_way(
     trials: Trials,
     model: Model,
     recipe: Recipe,
-    identify: Mapping[str, Identify],
     scales: int,
     seeds: Sequence[int],
 ) -> Checkpoint:
     """What a way ends with, after its last stage."""
     stages = way.stages(trials, scales)
     epochs = recipe.epochs * (scales if way.times else 1)
-    # What validates stops no stage: every way takes all of its steps.
-    settings = recipe.model_copy(update={"epochs": epochs, "epochs_are": "shared", "patience": epochs})
-    task = Task(stages, model, settings, identify, total=len(stages), seeds=seeds)
+    settings = recipe.model_copy(update={"epochs": epochs, "patience": None})  # every way takes all of its steps
+    task = Task(stages, model, settings, {}, total=len(stages), seeds=seeds, band=False)
     *_, checkpoint = train_scales(task)
     return checkpoint

@@ -45,16 +45,12 @@ class Scales(StudySection):
         return without_null(value)
 
     def recipe_of(self, condition: str, recipes: Mapping[str, Recipe]) -> Recipe:
-        """The recipe of a condition, which identifies nothing."""
+        """The recipe of a condition, in which physics teaches nothing, and nothing that validates stops a network."""
         named = self.conditions[condition]
-        nothing = {
-            "identification": "none",
-            "simulated_trials": 0,
-            "beta": 0.0,
-            "derivative": "sequence",
-            "band": "none",
-        }
-        return recipes[named.recipe].changed(nothing | named.changes)
+        recipe = recipes[named.recipe]
+        untaught = {"simulated_trials": 0, "beta": 0.0, "patience": None}
+        untaught = {name: value for name, value in untaught.items() if name in type(recipe).model_fields}
+        return recipe.changed(untaught | named.changes)
 
     def problems(self, settings: Settings) -> list[str]:
         """Names that are not there, and changes that a recipe cannot take."""
@@ -64,12 +60,13 @@ class Scales(StudySection):
             for i, dataset in enumerate(condition.datasets):
                 problems += unless_known(f"{at}.datasets[{i}]", dataset, self.datasets)
             unknown = unless_known(f"{at}.recipe", condition.recipe, settings.learning.recipes)
-            for key in condition.changes:
-                unknown += unless_known(f"{at}.changes.{key}", key, Recipe.model_fields)
             problems += unknown
             if not unknown:
                 try:
                     self.recipe_of(name, settings.learning.recipes)
                 except ValidationError as error:
-                    problems += [f"{at}.changes: {line}" for line in explain(error, Recipe)]
+                    problems += [
+                        f"{at}.changes: {line}"
+                        for line in explain(error, type(settings.learning.recipes[condition.recipe]))
+                    ]
         return problems

@@ -14,7 +14,7 @@ from myowave.models import build_model
 from myowave.physics.effect import Effect
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
-from myowave.settings import Identify, Recipe, Settings, SimulatedDataset, parse_settings
+from myowave.settings import Identify, PaperRecipe, RolloutRecipe, Settings, SimulatedDataset, parse_settings
 
 
 @pytest.fixture(scope="session")
@@ -51,25 +51,13 @@ def wanted() -> dict[str, Identify]:
 
 @pytest.fixture
 def rollout(scales, model, wanted) -> Task:
-    recipe = Recipe(hidden=8, epochs=6, rollout_s=0.3, simulated_trials=4, patience=100)
+    recipe = RolloutRecipe(hidden=8, epochs=6, rollout_s=0.3, simulated_trials=4, patience=100)
     return Task(scales, model, recipe, wanted, total=1, seeds=(0, 1), device=torch.device("cpu"))
 
 
 @pytest.fixture
 def teacher_forced(rollout) -> Task:
-    recipe = Recipe(
-        hidden=8,
-        epochs=4,
-        rollout_s=0.0,
-        simulated_trials=0,
-        hidden_state="windowed",
-        output="absolute",
-        time_input=True,
-        history_steps=2,
-        history_noise=0.01,
-        beta=1e-3,
-        identification="joint",
-        schedule="constant",
-        learning_rate=1e-3,
+    recipe = PaperRecipe(
+        hidden=8, epochs=4, history_steps=2, history_noise=0.01, beta=1e-3, learning_rate=1e-3, residual="sequence"
     )
     return replace(rollout, recipe=recipe)

@@ -46,13 +46,3 @@ def test_it_moves_as_torchs_own_class_and_leaves_what_has_no_gradient():
         own.step()
     assert torch.equal(moved(Adam([idle, ours], BETAS), ours, RATES), theirs)
     assert torch.equal(idle, torch.ones(3))
-
-
-def test_it_resumes_where_another_stopped():
-    whole, parts = (torch.tensor([0.5, -1.0], requires_grad=True) for _ in range(2))
-    first, second = Adam([parts], BETAS), Adam([parts], BETAS)
-    moved(first, parts, RATES[:2])
-    second.resume(first.state)
-    expected = moved(Adam([whole], BETAS), whole, RATES)
-    assert torch.equal(moved(second, parts, RATES[2:]), expected)
-    assert first.state["steps"][0] == 2

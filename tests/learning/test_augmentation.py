@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from myowave.data.wavelets import estimate_noise
-from myowave.learning.augmentation import imagine_emg
+from myowave.learning.methods.rollout.augmentation import imagine_emg
 
 
 @pytest.fixture(scope="module")

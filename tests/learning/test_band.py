@@ -10,8 +10,7 @@ import torch
 from typer.testing import CliRunner
 
 from myowave.cli import app
-from myowave.learning.band import Band, band_about
-from myowave.learning.calibration import calibrate
+from myowave.learning.band import Band, band_about, calibrate
 from myowave.learning.evaluation import evaluate, predict_trials, tabulate_predictions
 from myowave.learning.figures import draw_predictions
 from myowave.learning.seen import Seen, gather
@@ -64,9 +63,9 @@ def test_the_band_is_about_the_mean_of_the_seeds_and_begins_after_the_given_samp
 def scored(scales, model, wanted):
     """A network with its predictions."""
     from myowave.learning.task import Task
-    from myowave.settings import Recipe
+    from myowave.settings import RolloutRecipe
 
-    recipe = Recipe(hidden=8, epochs=5, rollout_s=0.3, simulated_trials=0)
+    recipe = RolloutRecipe(hidden=8, epochs=5, rollout_s=0.3, simulated_trials=0)
     task = Task(scales, model, recipe, wanted, total=1, seeds=(0, 1), device=torch.device("cpu"))
     *_, last = train_scale(task, level=0)
     return last.checkpoint, predict_trials(last.checkpoint, scales[0])
@@ -74,11 +73,11 @@ def scored(scales, model, wanted):
 
 def test_a_test_trial_moves_neither_the_band_nor_what_was_seen(scored, scales, model, wanted):
     from myowave.learning.task import Task
-    from myowave.settings import Recipe
+    from myowave.settings import RolloutRecipe
 
     checkpoint, _ = scored
     other = {level: replace(t, angle=t.angle + np.array([0, 0, 1.0])[:, None]) for level, t in scales.items()}
-    recipe = Recipe(hidden=8, epochs=5, rollout_s=0.3, simulated_trials=0)
+    recipe = RolloutRecipe(hidden=8, epochs=5, rollout_s=0.3, simulated_trials=0)
     task = Task(other, model, recipe, wanted, total=1, seeds=(0, 1), device=torch.device("cpu"))
     *_, last = train_scale(task, level=0)
     assert last.checkpoint.band == checkpoint.band and last.checkpoint.seen == checkpoint.seen
@@ -95,14 +94,14 @@ def test_the_band_is_that_of_the_ends_that_no_weight_was_trained_on(scored, scal
 
 
 def test_the_band_of_trials_is_that_of_networks_that_lack_each_training_trial_in_turn(rollout, scales):
-    recipe = rollout.recipe.model_copy(update={"validation_fraction": 0.0, "band": "trials", "epochs": 4})
+    recipe = rollout.recipe.model_copy(update={"validation_fraction": 0.0, "epochs": 4})
     task = replace(rollout, recipe=recipe, total=2)
     *_, checkpoint = train_scales(task)
     errors, spreads = [], []
     for name, other in (("1", "2"), ("2", "1")):
         alone = {level: t.select([other, name]) for level, t in scales.items()}
         alone = {level: replace(t, test=(name,)) for level, t in alone.items()}
-        *_, without = train_scales(replace(task, scales=alone, recipe=recipe.model_copy(update={"band": "none"})))
+        *_, without = train_scales(replace(task, scales=alone, recipe=recipe, band=False))
         predicted = predict_trials(without, alone[0])[:, 1, 4:].numpy()
         errors.append(alone[0].angle[1, 4:] - predicted.mean(0))
         spreads.append(predicted.std(0))
@@ -114,14 +113,14 @@ def test_the_band_of_trials_is_that_of_networks_that_lack_each_training_trial_in
 def test_the_only_trial_with_another_load_is_predicted_by_networks_that_know_of_none(rollout, scales):
     """Without it all loads are the same, and no network is told of them."""
     heavy = {level: replace(trials, conditions={trials.train[0]: {"load": 0.5}}) for level, trials in scales.items()}
-    recipe = rollout.recipe.changed({"band": "trials", "epochs": 2, "validation_fraction": 0.0})
+    recipe = rollout.recipe.changed({"epochs": 2, "validation_fraction": 0.0})
     *_, checkpoint = train_scales(replace(rollout, scales=heavy, recipe=recipe))
     assert checkpoint.architecture.known == {"load": 0.0}
     assert checkpoint.band is not None and np.isfinite(checkpoint.band.factor)
 
 
 def test_a_test_trial_moves_no_band_of_trials(rollout, scales):
-    recipe = rollout.recipe.model_copy(update={"band": "trials", "epochs": 3})
+    recipe = rollout.recipe.model_copy(update={"validation_fraction": 0.0, "epochs": 3})
     other = {level: replace(t, angle=t.angle + np.array([0, 0, 1.0])[:, None]) for level, t in scales.items()}
     bands = []
     for seen in (scales, other):
@@ -131,7 +130,7 @@ def test_a_test_trial_moves_no_band_of_trials(rollout, scales):
 
 
 def test_a_single_training_trial_has_no_band_of_trials(rollout, scales):
-    recipe = rollout.recipe.model_copy(update={"band": "trials", "epochs": 2})
+    recipe = rollout.recipe.model_copy(update={"validation_fraction": 0.0, "epochs": 2})
     alone = {level: replace(t, test=("2", "3")) for level, t in scales.items()}
     *_, last = train_scale(replace(rollout, scales=alone, recipe=recipe), level=0)
     assert last.checkpoint.band is None
@@ -166,8 +165,8 @@ def test_the_predictions_carry_the_band_and_the_picture_draws_it(scored, scales)
 
 
 def test_a_network_that_all_samples_trained_has_no_band_and_is_scored(rollout, scales):
-    recipe = rollout.recipe.model_copy(update={"validation_fraction": 0.0, "band": "none"})
-    *_, last = train_scale(replace(rollout, recipe=recipe), level=0)
+    recipe = rollout.recipe.model_copy(update={"validation_fraction": 0.0})
+    *_, last = train_scale(replace(rollout, recipe=recipe, band=False), level=0)
     assert last.checkpoint.band is None
     predicted = predict_trials(last.checkpoint, scales[0])
     rows = evaluate(last.checkpoint, scales[0], predicted, recipe="mine")

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from myowave.learning.loss import Noise
-from myowave.learning.rollouts.loss import RolloutLoss
+from myowave.learning.methods.rollout.loss import RolloutLoss
 from myowave.learning.task import begin_stage
 from myowave.learning.training import train_scale
 
@@ -24,7 +24,7 @@ def stage(rollout):
 
 def windows(stage, gains):
     """Windows of the first epoch as the network sees them."""
-    loss = RolloutLoss(stage.network, stage.corpus, 10, Noise(0.0, SEEDS, 0), torch.Generator().manual_seed(0), gains)
+    loss = RolloutLoss(stage.network, stage.corpus, 10, torch.Generator().manual_seed(0), gains)
     return loss._disturb(loss._cut(stage.corpus, loss._draw(stage.corpus, 64)))
 
 
@@ -52,9 +52,7 @@ def told(stage, **disturbed):
         scaling=replace(network.scaling, input_mean=(0.3, 0.2, 1.0), input_std=(0.2, 0.1, 0.5)),
     )
     x = torch.cat((stage.corpus.x, torch.full_like(stage.corpus.x[..., :1], 0.7)), dim=-1)
-    loss = RolloutLoss(
-        known, replace(stage.corpus, x=x), 10, Noise(0.0, SEEDS, 0), torch.Generator().manual_seed(0), **disturbed
-    )
+    loss = RolloutLoss(known, replace(stage.corpus, x=x), 10, torch.Generator().manual_seed(0), **disturbed)
     return loss._disturb(loss._cut(loss._corpus, loss._draw(loss._corpus, 64))).x
 
 
@@ -87,7 +85,7 @@ def test_simulated_windows_stand_beside_recorded_ones_of_other_gains(rollout):
 
 def test_nothing_is_kept_for_validation_where_the_share_is_0(rollout):
     task = replace(
-        rollout, recipe=rollout.recipe.model_copy(update={"validation_fraction": 0.0, "band": "none", "patience": 2})
+        rollout, band=False, recipe=rollout.recipe.model_copy(update={"validation_fraction": 0.0, "patience": 2})
     )
     stage = begin_stage(task, level=0)
     assert stage.corpus.usable.tolist() == list(stage.trials.lengths)

@@ -5,48 +5,13 @@ from dataclasses import replace
 import pytest
 import torch
 
+from myowave.learning.inputs import to_tensors
 from myowave.learning.loss import Noise
-from myowave.learning.network import Architecture, Network, Scaling, initialise
-from myowave.learning.paper.loss import PaperLoss
-from myowave.learning.paper.windowed import first_predicted, predict_teacher_forced
-from myowave.learning.prediction import to_tensors
-from myowave.learning.rollouts.loss import RolloutLoss
+from myowave.learning.methods.paper.loss import PaperLoss
+from myowave.learning.methods.paper.windowed import predict_teacher_forced
 from myowave.learning.task import begin_stage
-from myowave.learning.windows import Corpus
 
 CPU = torch.device("cpu")
-
-
-@pytest.fixture
-def rolled(trials):
-    """The rollout loss (S,) of networks whose output weights are 0."""
-    seeds, steps, history = range(20), 4, 3
-    emg, angle = to_tensors(trials, CPU)
-
-    def make(std, increments):
-        architecture = Architecture("gru", 6, 2, increments=increments, time_input=False)
-        weights = {n: torch.zeros_like(w) if "output" in n else w for n, w in initialise(architecture, seeds).items()}
-        network = Network(architecture, Scaling.of(trials), weights, "carried", history).trainable()
-        corpus = Corpus.of(network, emg, angle[None], trials.dt, torch.tensor(trials.lengths))
-        same_windows = torch.Generator().manual_seed(1)
-        return RolloutLoss(network, corpus, steps, Noise(std, seeds, 0), same_windows).backward().data
-
-    return make
-
-
-def test_noise_on_the_history_of_a_rollout_moves_its_last_angle_and_its_last_step(rolled):
-    """Without output an increment network goes straight on: errors n, n' of the last two angles become n + k (n - n')
-    after k steps, with variance s^2 ((1 + k)^2 + k^2)."""
-    std = 0.2
-    expected = std**2 * sum((1 + k) ** 2 + k**2 for k in (1, 2, 3, 4)) / 4
-    gained = rolled(std, increments=True) - rolled(0.0, increments=True)
-    assert gained.mean().item() == pytest.approx(expected, rel=0.1)
-    assert gained.std() > 0, "each seed has noise of its own"
-
-
-def test_noise_on_the_history_is_not_on_the_target_of_a_rollout(rolled):
-    """Without output an absolute network predicts the mean angle whatever its history was."""
-    torch.testing.assert_close(rolled(0.2, increments=False), rolled(0.0, increments=False))
 
 
 def test_noise_on_the_history_of_one_step_is_not_on_the_target(teacher_forced):
@@ -59,14 +24,14 @@ def test_noise_on_the_history_of_one_step_is_not_on_the_target(teacher_forced):
     usable = int(stage.corpus.usable[0])
     assert (stage.corpus.usable == usable).all()
     expected, without = (
-        (predict_teacher_forced(network, stage.corpus.x, seen) - angle)[..., first_predicted(network) : usable]
+        (predict_teacher_forced(network, stage.corpus.x, seen) - angle)[..., network.history : usable]
         .square()
         .mean((1, 2))
         .detach()
         for seen in (noisy, angle)
     )
     params = {name: stage.values[:, i, None] for i, name in enumerate(stage.names)}
-    found = PaperLoss(stage).backward(params)
+    found = PaperLoss(stage, recipe).backward(params)
     torch.testing.assert_close(found.data, expected)
     assert (found.data / without - 1).abs().min() > 1e-3
 

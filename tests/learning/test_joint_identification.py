@@ -4,7 +4,7 @@ import pytest
 import torch
 
 from myowave.identification.free_parameters import free_parameters, start_values
-from myowave.learning.paper.joint_identification import JointIdentification
+from myowave.learning.methods.paper.joint_identification import JointIdentification
 from myowave.settings import Identify
 
 CPU = torch.device("cpu")

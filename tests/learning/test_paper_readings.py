@@ -8,15 +8,15 @@ import torch
 
 from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
-from myowave.data.wavelets import decompose
+from myowave.learning.inputs import to_tensors
+from myowave.learning.methods.paper.loss import PaperLoss
 from myowave.learning.network import delayed
-from myowave.learning.paper.loss import DIFFERENCES, PaperLoss
-from myowave.learning.prediction import predict_free_running, to_tensors
+from myowave.learning.prediction import predict_free_running
 from myowave.learning.residual import Pieces, Residual
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.task import Task, begin_stage
-from myowave.learning.training import learning_rate, train_scale
-from myowave.settings import Recipe, SimulatedDataset
+from myowave.learning.training import train_scale
+from myowave.settings import SimulatedDataset
 
 CPU = torch.device("cpu")
 NAMES = ("f0_Bi", "l0_Bi", "f0_Tri", "l0_Tri")
@@ -108,30 +108,20 @@ def test_parameters_of_the_drive_get_their_gradient_through_the_activation(model
     assert (delay.grad[0] < 0) and (delay.grad[1] > 0), "the true delay of 0.08 s lies between"
 
 
-def test_a_tied_vmax_goes_with_its_l0(model, exact):
-    params = {"l0_Bi": torch.tensor([[1.1 * model.defaults["l0_Bi"]]])}
-    tied = along(Residual.of(model, exact, ["l0_Bi"], CPU, tied=True), exact, params)
-    by_hand = params | {"vmax_Bi": torch.tensor([[1.1 * model.defaults["vmax_Bi"]]])}
-    free = Residual.of(model, exact, ["l0_Bi"], CPU)
-    torch.testing.assert_close(tied, along(free, exact, by_hand))
-    assert not torch.allclose(tied, along(free, exact, params))
-
-
 def changed(task: Task, **changes) -> Task:
-    recipe = Recipe.model_validate({**task.recipe.model_dump(), "history_noise": 0.0, **changes})
-    return replace(task, recipe=recipe)
+    return replace(task, recipe=task.recipe.changed({"history_noise": 0.0, **changes}))
 
 
 def losses_of(task: Task, level: int = 0):
     """Losses at the start, and the gradients that the residual alone gives to weights and parameters."""
     stage = begin_stage(task, level)
     values = stage.values.clone().requires_grad_()
-    found = PaperLoss(stage).backward({name: values[:, i, None] for i, name in enumerate(stage.names)})
+    found = PaperLoss(stage, task.recipe).backward({name: values[:, i, None] for i, name in enumerate(stage.names)})
     return found, sum(w.grad.abs().sum() for w in stage.network.weights.values()), values.grad
 
 
-def test_each_derivative_is_a_reading_of_its_own(teacher_forced):
-    found = {d: losses_of(changed(teacher_forced, derivative=d)) for d in ("sequence", "history", "measured", "time")}
+def test_each_residual_is_a_reading_of_its_own(teacher_forced):
+    found = {r: losses_of(changed(teacher_forced, residual=r)) for r in ("time", "sequence", "averaged", "measured")}
     residuals = torch.stack([losses.residual for losses, *_ in found.values()])
     assert len({round(r, 6) for r in residuals[:, 0].tolist()}) == 4
     for losses, *_ in found.values():
@@ -139,9 +129,8 @@ def test_each_derivative_is_a_reading_of_its_own(teacher_forced):
 
 
 def test_along_the_measured_motion_the_residual_teaches_parameters_only(teacher_forced):
-    measured = dict(derivative="measured", residual_angle="measured")
     (_, light, by_light), (_, heavy, by_heavy) = (
-        losses_of(changed(teacher_forced, beta=beta, **measured)) for beta in (1e-3, 2e-3)
+        losses_of(changed(teacher_forced, beta=beta, residual="measured")) for beta in (1e-3, 2e-3)
     )
     torch.testing.assert_close(heavy, light)
     torch.testing.assert_close(by_heavy, 2 * by_light)
@@ -151,35 +140,18 @@ def test_along_the_measured_motion_the_residual_teaches_parameters_only(teacher_
 
 
 def test_split_teaches_the_weights_along_predictions_and_the_parameters_along_measured_motion(teacher_forced):
-    found = {angle: losses_of(changed(teacher_forced, residual_angle=angle)) for angle in ("predicted", "split")}
-    measured = losses_of(changed(teacher_forced, residual_angle="measured", derivative="measured"))
-    torch.testing.assert_close(found["split"][1], found["predicted"][1])  # gradients of the weights
-    torch.testing.assert_close(found["split"][2], measured[2])  # and of the parameters
-    assert not torch.allclose(found["predicted"][2], measured[2])
-
-
-def test_the_derivative_after_a_measured_history_has_one_predicted_angle(teacher_forced):
-    """A network off by a constant has no error in second differences of its sequence, and its whole error after a
-    measured history."""
-    q, measured = torch.ones(1, 1, 5), torch.zeros(1, 1, 5)
-    for name, bend in (("sequence", 0.0), ("history", 1.0), ("measured", 0.0)):
-        after, now, before = DIFFERENCES[name](q, measured)
-        assert (after[..., 2:] - 2 * now[..., 1:-1] + before[..., :-2]).unique().tolist() == [bend]
-
-
-def test_the_residual_of_a_coarse_scale_takes_the_emg_it_is_told_to(teacher_forced, trials):
-    task = replace(teacher_forced, scales=decompose(trials, 1), total=2)
-    reading = dict(derivative="measured", residual_angle="measured")
-    projected, recorded = (losses_of(changed(task, residual_emg=e, **reading), 1)[0] for e in ("projected", "recorded"))
-    assert not torch.allclose(projected.residual, recorded.residual)
-    same = [losses_of(changed(task, residual_emg=e, **reading, epochs=4), 1)[0].data for e in ("projected", "recorded")]
-    torch.testing.assert_close(*same)
+    averaged, measured, split = (
+        losses_of(changed(teacher_forced, residual=reading)) for reading in ("averaged", "measured", "split")
+    )
+    torch.testing.assert_close(split[1], averaged[1])  # gradients of the weights
+    torch.testing.assert_close(split[2], measured[2])  # and of the parameters
+    assert not torch.allclose(averaged[2], measured[2])
 
 
 def test_mini_batches_are_many_steps_that_never_see_what_validates(teacher_forced):
     task = changed(teacher_forced, batches=4, validation_fraction=0.25)
     stage = begin_stage(task, 0)
-    loss, seen = PaperLoss(stage), set()
+    loss, seen = PaperLoss(stage, task.recipe), set()
     for _ in range(60):
         pieces, used = loss._pieces()
         assert used.all()
@@ -190,28 +162,6 @@ def test_mini_batches_are_many_steps_that_never_see_what_validates(teacher_force
     assert len(seen) > 0.98 * 2 * 150
     one, many = (list(train_scale(changed(task, batches=b, epochs=5), 0))[-1] for b in (1, 4))
     assert (many.losses.data < one.losses.data).all()
-
-
-def test_epochs_are_shared_or_each_scale_has_them_all(teacher_forced):
-    each, shared = (replace(changed(teacher_forced, epochs=90, epochs_are=e), total=3) for e in ("each", "shared"))
-    assert [each.epochs(level) for level in (2, 1, 0)] == [90, 90, 90]
-    assert [shared.epochs(level) for level in (2, 1, 0)] == [30, 30, 30]
-    each = changed(each, schedule="cosine")
-    assert learning_rate(each, 2, 90) > learning_rate(each, 1, 60) > learning_rate(each, 0, 60) > 0
-
-
-def test_adam_goes_on_with_its_moments_where_they_are_kept(teacher_forced, trials):
-    steps = {}
-    for moments in ("reset", "kept"):
-        task = replace(changed(teacher_forced, moments=moments, epochs=40), scales=decompose(trials, 1), total=2)
-        *_, coarse = train_scale(task, 1)
-        first = next(train_scale(task, 0, coarse.checkpoint))
-        values = torch.stack([*first.values.values()], -1)
-        steps[moments] = (values / coarse.checkpoint.values - 1).abs()
-        assert bool(coarse.checkpoint.optimiser) == (moments == "kept")
-    # The first step of a fresh Adam is its learning rate, whatever the gradient.
-    assert steps["reset"].min() > 5e-4
-    assert not torch.allclose(steps["kept"], steps["reset"], rtol=0.01)
 
 
 def test_a_delayed_input_is_the_excitation_of_eq_1(teacher_forced, trials):

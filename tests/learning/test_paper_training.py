@@ -7,9 +7,9 @@ import pytest
 import torch
 
 from myowave.data.wavelets import decompose
-from myowave.learning.paper.derivatives import predict_with_time_derivatives
-from myowave.learning.paper.loss import PaperLoss
-from myowave.learning.paper.windowed import predict_teacher_forced, run_windowed
+from myowave.learning.methods.paper.derivatives import predict_with_time_derivatives
+from myowave.learning.methods.paper.loss import PaperLoss
+from myowave.learning.methods.paper.windowed import predict_teacher_forced, run_windowed
 from myowave.learning.residual import Pieces, Residual
 from myowave.learning.task import Stage, begin_stage
 from myowave.learning.training import train_scale
@@ -47,13 +47,9 @@ def forced(stage: Stage):
     return stage.network, stage.corpus.x, torch.from_numpy(stage.trials.angle)
 
 
-@pytest.mark.parametrize("cell", ["gru", "rnn"])
-@pytest.mark.parametrize("output", ["absolute", "increment"])
-def test_a_prediction_between_measured_angles_is_a_free_run_of_one_step(cell, output, teacher_forced):
-    task = with_settings(teacher_forced, cell=cell, output=output)
-    network, x, angle = forced(begin_stage(task, level=0))
-    if cell == "gru":
-        network = replace(network, weights={**network.weights, "state_bias": network.weights["state_bias"] + 0.3})
+def test_a_prediction_between_measured_angles_is_a_free_run_of_one_step(teacher_forced):
+    network, x, angle = forced(begin_stage(teacher_forced, level=0))
+    network = replace(network, weights={**network.weights, "state_bias": network.weights["state_bias"] + 0.3})
     predicted = predict_teacher_forced(network, x, angle)
     z, v = (values.expand(2, -1, -1) for values in network.encode_angle(angle))
     for n in (50, 199):
@@ -62,9 +58,8 @@ def test_a_prediction_between_measured_angles_is_a_free_run_of_one_step(cell, ou
         torch.testing.assert_close(predicted[..., n], network.to_rad(one[..., 0]), rtol=0, atol=1e-6)
 
 
-@pytest.mark.parametrize("cell", ["gru", "rnn"])
-def test_time_derivatives_equal_finite_differences_over_the_input_time(cell, teacher_forced):
-    stage = begin_stage(with_settings(teacher_forced, cell=cell, hidden=6), level=0)
+def test_time_derivatives_equal_finite_differences_over_the_input_time(teacher_forced):
+    stage = begin_stage(with_settings(teacher_forced, hidden=6), level=0)
     (network, x, angle), step_s = forced(stage), 0.3
     value, first, second = predict_with_time_derivatives(network, x, angle)
     torch.testing.assert_close(value, predict_teacher_forced(network, x, angle))
@@ -111,22 +106,22 @@ def test_the_residual_is_eq_38_of_the_predicted_motion(stage):
     torque = torques(simulation.along_time, q, qdot, activation, {})
     inside = slice(stage.network.history, 150 - 2)  # of the samples that have two neighbours
     residual = (torque.inertia * torch.from_numpy(qddot) - torque.total)[..., inside].detach()
-    losses = PaperLoss(stage).backward(params)
+    losses = PaperLoss(stage, stage.task.recipe).backward(params)
     torch.testing.assert_close(losses.residual, residual.square().mean((1, 2)), rtol=1e-4, atol=0)
     slower = torques(simulation.along_time, q, 0.5 * qdot, activation, {}).total - torque.total
     assert slower.square().mean() / residual.square().mean() > 1e-3, "speed does not matter"
 
 
-@pytest.mark.parametrize("derivative", ["sequence", "time"])
-def test_what_validates_is_in_no_loss(derivative, stage):
+@pytest.mark.parametrize("residual", ["sequence", "time"])
+def test_what_validates_is_in_no_loss(residual, stage):
     trials = replace(stage.trials, angle=stage.trials.angle.copy(), emg=stage.trials.emg.copy())
     trials.angle[:, 150:] += 0.5
     trials.emg[:, 150:] = 0.9
     emg, angle = torch.from_numpy(trials.emg), torch.from_numpy(trials.angle)[None]
     corpus = Corpus.of(stage.network, emg, angle, trials.dt, stage.corpus.usable)
-    as_it_is = with_recipe(stage, derivative=derivative)
+    as_it_is = with_recipe(stage, residual=residual)
     losses = [
-        PaperLoss(each).backward(params_of(each)[0])
+        PaperLoss(each, each.task.recipe).backward(params_of(each)[0])
         for each in (as_it_is, replace(as_it_is, trials=trials, corpus=corpus))
     ]
     torch.testing.assert_close(losses[0].data, losses[1].data)
@@ -137,18 +132,10 @@ def test_parameters_get_a_gradient_only_through_the_residual(stage):
     gradients = []
     for beta in (1e-3, 2e-3):
         params, values = params_of(stage)
-        losses = PaperLoss(with_recipe(stage, beta=beta)).backward(params)
+        losses = PaperLoss(stage, stage.task.recipe.changed({"beta": beta})).backward(params)
         torch.testing.assert_close(losses.total, losses.data + beta * losses.residual)
         gradients.append(values.grad)
     torch.testing.assert_close(gradients[1], 2 * gradients[0])
-
-
-def test_without_a_residual_parameters_are_found_by_a_search(teacher_forced):
-    searched = with_settings(teacher_forced, beta=0.0, identification="gauss_newton", epochs=15)
-    *_, last = train_scale(searched, level=0)
-    truth = torch.tensor([searched.model.defaults[name] for name in last.checkpoint.names], dtype=torch.float64)
-    torch.testing.assert_close(last.checkpoint.values, truth.expand(2, -1), rtol=1e-3, atol=0)
-    assert (last.losses.residual == 0).all() and last.checkpoint.errors.isfinite().all()
 
 
 def test_an_effect_with_a_state_is_refused_by_the_residual(settings, teacher_forced):

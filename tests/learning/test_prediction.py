@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from myowave.learning.prediction import predict_free_running, to_tensors
+from myowave.learning.inputs import to_tensors
+from myowave.learning.prediction import predict_free_running
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.training import train_scale
 
@@ -50,7 +51,9 @@ def test_a_carried_state_comes_from_measured_and_predicted_angles_alike(rollout,
     network = last.checkpoint.network
     emg, angle = to_tensors(trials, torch.device("cpu"))
     whole = predict_free_running(network, emg, angle, trials.dt)
-    later = predict_free_running(replace(network, history=60), emg, whole[0], trials.dt)
+    later = predict_free_running(
+        replace(network, architecture=replace(network.architecture, history=60)), emg, whole[0], trials.dt
+    )
     torch.testing.assert_close(later, whole, rtol=0, atol=1e-4)
 
 

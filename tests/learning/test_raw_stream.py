@@ -14,11 +14,12 @@ from myowave.data.importing import prepare
 from myowave.data.processing.real_time import RealTime
 from myowave.data.processing.sampled import Sampled
 from myowave.data.recording import RawTrial, Session
-from myowave.learning.prediction import predict_free_running, to_tensors
+from myowave.learning.inputs import to_tensors
+from myowave.learning.prediction import predict_free_running
 from myowave.learning.streaming.raw import read_raw_samples
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
-from myowave.settings import Recipe, RecordedDataset
+from myowave.settings import RecordedDataset, RolloutRecipe
 
 RATE, ANGLE_RATE, SECONDS = 500.0, 60.0, 4.0
 MUSCLES = ("emg_biceps", "emg_triceps")
@@ -136,7 +137,7 @@ def network_of(model, wanted):
     """Trains on a prepared session."""
 
     def train(trials):
-        recipe = Recipe(hidden=4, epochs=1, rollout_s=0.2, simulated_trials=0)
+        recipe = RolloutRecipe(hidden=4, epochs=1, rollout_s=0.2, simulated_trials=0)
         task = Task({0: trials}, model, recipe, wanted, total=1, seeds=(0, 1), device=torch.device("cpu"))
         *_, last = train_scale(task, level=0)
         return last.checkpoint

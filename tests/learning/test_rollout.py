@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 import torch
 
+from myowave.learning.methods.rollout.fast import Workspace, roll_out_gru
+from myowave.learning.methods.rollout.rollout import roll_out
 from myowave.learning.network import Architecture, Network, Scaling, initialise
-from myowave.learning.rollouts.fast import Workspace, roll_out_gru
-from myowave.learning.rollouts.rollout import roll_out
 
 SCALING = Scaling((0.0, 0.0), (1.0, 1.0), 0.0, angle_std=1.0, step_std=0.2, bend_std=0.06, duration=1.0)
 SEEDS, WINDOWS, HISTORY, STEPS, HIDDEN = 2, 3, 3, 6, 5
@@ -20,10 +20,10 @@ def problem():
     def normal(*shape):
         return torch.randn(*shape, generator=random, dtype=torch.float64)
 
-    architecture = Architecture("gru", HIDDEN, 2, increments=True, time_input=False)
+    architecture = Architecture("rollout", HIDDEN, 2, HISTORY)
     weights = initialise(architecture, range(SEEDS))
     weights = {name: w.double() + 0.1 * normal(*w.shape) for name, w in weights.items()}  # biases are not 0 either
-    network = Network(architecture, SCALING, weights, "carried", HISTORY).trainable()
+    network = Network(architecture, SCALING, weights).trainable()
     x, z, v = normal(WINDOWS, HISTORY + STEPS, 2), normal(SEEDS, WINDOWS, HISTORY), normal(SEEDS, WINDOWS, HISTORY)
     return network, (x, z, v)
 

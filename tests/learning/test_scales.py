@@ -8,10 +8,11 @@ import pytest
 import torch
 
 from myowave.data.wavelets import decompose, project
-from myowave.learning.paper.windowed import predict_teacher_forced
+from myowave.learning.adam import Adam
+from myowave.learning.methods.paper.windowed import predict_teacher_forced
 from myowave.learning.prediction import predict_free_running
 from myowave.learning.task import begin_stage
-from myowave.learning.training import train_scale
+from myowave.learning.training import train_scale, train_scales
 
 
 @pytest.fixture
@@ -108,9 +109,9 @@ def test_the_finer_scale_begins_with_the_parameters_of_the_coarser(printed):
 
 
 @pytest.mark.parametrize("level", [0, 1])
-def test_steps_fall_along_one_cosine_over_all_scales(level, printed):
-    """A first step of Adam is as long as the learning rate; each scale begins with a twentieth of it."""
-    task = changed(printed, epochs=40, learning_rate=0.01, schedule="cosine")
+def test_steps_of_the_papers_method_are_as_long_at_every_scale(level, printed):
+    """A first step of Adam is as long as the learning rate, whatever the gradient."""
+    task = changed(printed, epochs=40, learning_rate=0.01)
     start, coarse = begin_stage(task, level=1).values, None
     before = start
     if level == 0:
@@ -119,6 +120,14 @@ def test_steps_fall_along_one_cosine_over_all_scales(level, printed):
         before = coarse.values
     first = next(train_scale(task, level, coarse))
     step = (values_of(task, first) - before).abs() / start
-    done = 20 * (1 - level)
-    expected = 0.01 / 20 * 0.5 * (1 + math.cos(math.pi * done / 40))
-    torch.testing.assert_close(step, torch.full_like(step, expected), rtol=1e-3, atol=0)
+    torch.testing.assert_close(step, torch.full_like(step, 0.01), rtol=1e-3, atol=0)
+
+
+def test_steps_of_rollouts_fall_along_one_cosine_over_all_scales(rollout, scales, monkeypatch):
+    """And each scale begins with a twentieth of it."""
+    rates = []
+    monkeypatch.setattr(Adam, "step", lambda self, rate: rates.append(rate))
+    task = changed(replace(rollout, scales=scales, total=2), epochs=80, learning_rate=0.01, simulated_trials=0)
+    list(train_scales(replace(task, band=False)))
+    cosine = [0.005 * (1 + math.cos(math.pi * n / 80)) * min(1.0, (n % 40 + 1) / 20) for n in range(80)]
+    assert rates == pytest.approx(cosine)

@@ -13,7 +13,8 @@ import torch
 from typer.testing import CliRunner
 
 from myowave.cli import app
-from myowave.learning.prediction import predict_free_running, to_tensors
+from myowave.learning.inputs import to_tensors
+from myowave.learning.prediction import predict_free_running
 from myowave.learning.streaming.command import predict_lines, start_angles
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.task import Task
@@ -268,7 +269,7 @@ CHECKPOINTS = {
     "a byte of the head": (lambda path, _: flip(path, 0.02), "damaged|not a checkpoint"),
     "another object": (lambda path, _: torch.save([1, 2], path), "checkpoint format is None"),
     "code in it": (lambda path, _: torch.save(print, path), "not a checkpoint"),
-    "another version": (other_content(lambda c: c.update(format=99)), "checkpoint format is 99, expected 1"),
+    "another version": (other_content(lambda c: c.update(format=99)), "checkpoint format is 99, expected 2"),
     "a field missing": (other_content(lambda c: c.pop("dt")), "another version of myowave"),
     "a field more": (other_content(lambda c: c.update(mood="good")), "another version of myowave"),
     "a recipe that is none": (other_content(lambda c: c.update(recipe="{")), "another version of myowave"),

@@ -22,7 +22,7 @@ def test_each_training_trial_judges_networks_that_were_trained_without_it(traini
     errors = []
     for name, other in (("1", "2"), ("2", "1")):
         alone = {level: trials.select([other]) for level, trials in training.scales.items()}
-        recipe = training.recipe.model_copy(update={"hidden": 6, "epochs": 4, "band": "none"})
+        recipe = training.recipe.model_copy(update={"hidden": 6, "epochs": 4})
         *_, checkpoint = train_scales(replace(training, scales=alone, recipe=recipe))
         errors.append(free_running_error_deg(checkpoint, training.scales[0].select([name])))
     assert scores[0].errors == pytest.approx(errors[0])

@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from myowave.learning.sweep.outcome import edge_of, override_text, search_name, summary_text
-from myowave.settings import Dimension, Recipe, Sweep
+from myowave.settings import Dimension, RolloutRecipe, Sweep
 
 SWEEP = Sweep(dataset="case1", recipe="rollout", scales=2, dimensions={"hidden": {"low": 4, "high": 64}})
 TABLE = pd.DataFrame(
@@ -21,13 +21,13 @@ TABLE = pd.DataFrame(
 
 
 def test_the_file_with_the_best_settings_adds_a_recipe_and_changes_none():
-    text = override_text(SWEEP, Recipe(), {"hidden": 20}, TABLE, "best.yaml")
+    text = override_text(SWEEP, RolloutRecipe(), {"hidden": 20}, TABLE, "best.yaml")
     laid_over = yaml.safe_load(text)
     both = ["rollout", "rollout_best"]
     assert laid_over["targets"] == {"recipes": both, "own_recipes": {SWEEP.dataset: both}}
     assert list(laid_over["learning"]["recipes"]) == ["rollout_best"]
-    best = Recipe.model_validate(laid_over["learning"]["recipes"]["rollout_best"])
-    assert best == Recipe(hidden=20)
+    best = RolloutRecipe.model_validate(laid_over["learning"]["recipes"]["rollout_best"])
+    assert best == RolloutRecipe(hidden=20)
     assert "1.5 deg, of the default 2 deg (25.0 % less" in text
 
 

@@ -9,12 +9,13 @@ import pytest
 import torch
 
 from myowave.data.wavelets import decompose
-from myowave.learning import rollouts
-from myowave.learning.augmentation import imagine_emg
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import tabulate_parameters
-from myowave.learning.prediction import run_free, to_tensors
-from myowave.learning.rollouts.training import CLIP, clip_gradients, weigh_physics
+from myowave.learning.inputs import to_tensors
+from myowave.learning.methods import rollout as rollouts
+from myowave.learning.methods.rollout.augmentation import imagine_emg
+from myowave.learning.methods.rollout.training import CLIP, clip_gradients, weigh_physics
+from myowave.learning.prediction import run_free
 from myowave.learning.task import Task
 from myowave.learning.training import VALIDATE_EVERY, EpochReport, train_scale
 from myowave.learning.windows import Corpus, Validation, count_training_samples
@@ -160,24 +161,19 @@ def test_training_lowers_the_error_of_free_running(rollout):
     assert (reports[-1].val_mse < 0.5 * reports[0].val_mse).all()
 
 
-@pytest.mark.parametrize("changes", [{"cell": "rnn"}, {"output": "absolute"}, {"history_noise": 1e-4}])
-def test_other_networks_train_by_rollouts_too(changes, rollout):
-    task = changed(replace(rollout, seeds=(0,)), epochs=60, learning_rate=0.01, simulated_trials=0, **changes)
+@pytest.mark.parametrize("optimiser", ["adam", "soap"])
+def test_either_optimiser_lowers_the_loss_of_rollouts(optimiser, rollout):
+    task = changed(rollout, epochs=60, learning_rate=0.01, simulated_trials=0, optimiser=optimiser)
     reports, _ = train(task)
-    first, last = (sum(r.losses.data.item() for r in part) for part in (reports[:5], reports[-5:]))
+    first, last = (sum(r.losses.data.mean().item() for r in part) for part in (reports[:3], reports[-3:]))
     assert last < 0.7 * first
 
 
-@pytest.mark.parametrize(("optimiser", "remembers"), [("adam", "squares"), ("soap", "layers")])
-def test_the_recipe_names_what_moves_the_weights(optimiser, remembers, rollout, trials, tmp_path):
-    task = changed(rollout, optimiser=optimiser, moments="kept", epochs=40)
-    task = replace(task, scales=decompose(trials, 1), total=2)
-    coarse = [*train_scale(task, 1)][-1].checkpoint
-    coarse.save(tmp_path / "coarse.pt")
-    kept = Checkpoint.load(tmp_path / "coarse.pt")
-    assert remembers in kept.optimiser
-    first, *_, last = train_scale(task, 0, kept)
-    assert last.losses.data.median() < first.losses.data.median()
+@pytest.mark.parametrize("kind", ["rollout", "teacher_forced"])
+def test_networks_learn_where_nothing_is_to_identify(kind, request):
+    task = replace(request.getfixturevalue(kind), wanted={})
+    _, last = train(changed(task, epochs=20))
+    assert last.values.shape == (2, 0) and last.val_mse.isfinite().all()
 
 
 def test_teacher_forced_training_lowers_the_loss(teacher_forced):

@@ -3,8 +3,8 @@
 import pytest
 import torch
 
+from myowave.learning.inputs import to_tensors
 from myowave.learning.network import Architecture, Network, Scaling, initialise
-from myowave.learning.prediction import to_tensors
 from myowave.learning.windows import Corpus, Validation
 
 CPU = torch.device("cpu")
@@ -13,8 +13,8 @@ USABLE, LENGTHS = torch.tensor([150, 180, 60]), (170, 200, 75)
 
 @pytest.fixture
 def network(trials):
-    architecture = Architecture("gru", 6, 2, increments=True, time_input=False)
-    return Network(architecture, Scaling.of(trials), initialise(architecture, (0,)), "carried", history=4)
+    architecture = Architecture("rollout", 6, 2, history=4)
+    return Network(architecture, Scaling.of(trials), initialise(architecture, (0,)))
 
 
 @pytest.fixture

@@ -13,7 +13,6 @@ import yaml
 
 from myowave.settings import (
     CurveSettings,
-    Recipe,
     Settings,
     SimulatedDataset,
     dump,
@@ -21,6 +20,7 @@ from myowave.settings import (
     public,
 )
 from myowave.settings.keys import list_keys
+from myowave.settings.learning import RECIPES
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = yaml.safe_load((ROOT / "config.yaml").read_text())
@@ -100,10 +100,6 @@ def test_the_shipped_configuration_is_accepted_and_survives_a_round_trip():
         ("targets.own_recipes", {"case7": ["rollout"]}, ("targets.own_recipes.case7", "no 'case7'")),
         ("targets.own_recipes", {"case1": ["rollot"]}, ("own_recipes.case1[0]", "did you mean 'rollout'?")),
         ("targets.own_recipes", {"case1": []}, ("own_recipes.case1 = []", "list of texts")),
-        ("learning.recipes.recorded.known_inputs", ["lod"], ("'lod'", "did you mean 'load'?", "tilt_rad")),
-        ("learning.recipes.recorded.known_inputs", ["load"] * 2, ("load is there more than once",)),
-        ("learning.recipes.paper_split.emg_gain", 0.1, ("emg_gain", "hidden_state: carried")),
-        ("learning.recipes.paper_split.optimiser", "soap", ("identification: joint", "optimiser: adam")),
         ("learning.recipes.rollout.optimiser", "kept", ("'kept'", "adam or soap")),
         ("targets.scales", [1, 1, 2], ("targets.scales", "1 is there more than once")),
         ("targets.models", {"case1": ["base", "base"]}, ("targets.models", "base is there more than once")),
@@ -265,34 +261,13 @@ def test_a_section_given_to_a_job_is_the_section_of_the_settings(path):
     assert type(section).model_validate(json.loads(json.dumps(dump(section)))) == section
 
 
-def test_simulated_trials_are_refused_where_nothing_would_learn_from_them():
+def test_each_method_has_settings_of_its_own():
     (problem,) = problems(changed("learning.recipes.paper_split.simulated_trials", 4))
-    assert "simulated_trials above 0 needs hidden_state: carried" in problem
-
-
-@pytest.mark.parametrize(
-    ("change", "needed"),
-    [
-        ({"identification": "none", "simulated_trials": 0}, "identification: gauss_newton"),
-        ({"derivative": "measured"}, "derivative: sequence"),
-        ({"residual_angle": "measured"}, "residual_angle: predicted"),
-    ],
-)
-def test_a_residual_that_rollouts_cannot_have_is_refused(change, needed):
-    config = changed("learning.recipes.rollout.beta", 1e-5)
-    config["learning"]["recipes"]["rollout"] |= change
-    (problem,) = problems(config)
-    assert f"beta above 0 with hidden_state: carried needs {needed}" in problem
-
-
-def test_a_band_of_ends_is_refused_where_none_are_kept():
-    (problem,) = problems(changed("learning.recipes.rollout.validation_fraction", 0.0))
-    assert "band: ends needs validation_fraction above 0" in problem
-
-
-def test_rollouts_do_not_identify_jointly():
-    (problem,) = problems(changed("learning.recipes.rollout.identification", "joint"))
-    assert "identification: joint needs hidden_state: windowed" in problem
+    assert problem.startswith("learning.recipes.paper_split.simulated_trials: unknown key") and "batches" in problem
+    (problem,) = problems(changed("learning.recipes.rollout.method", "papers"))
+    assert problem == "learning.recipes.rollout.method = 'papers': expected paper or rollout."
+    (problem,) = problems(changed("learning.recipes.rollout.method", None, remove=True))
+    assert problem.startswith("learning.recipes.rollout.method = None: expected paper or rollout")
 
 
 def test_settings_cannot_be_changed():
@@ -326,7 +301,9 @@ def test_users_own_effects_are_left_to_the_jobs():
 
 def test_the_shipped_file_spells_out_every_key_of_its_recipes():
     for name, recipe in SHIPPED["learning"]["recipes"].items():
-        assert set(recipe) == set(Recipe.model_fields), f"recipe {name} leaves choices to hidden defaults"
+        assert set(recipe) == set(RECIPES[recipe["method"]].model_fields), (
+            f"recipe {name} leaves choices to hidden defaults"
+        )
 
 
 def test_the_curves_of_the_settings_are_those_of_the_physics():

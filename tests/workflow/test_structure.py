@@ -20,9 +20,8 @@ LAYERS = {
 # What the sub-packages of a layer may import of one another; all may use the modules directly in the layer, "".
 PARTS = {
     "learning": {
-        "": ("rollouts", "paper"),
-        "rollouts": (),
-        "paper": (),
+        "": ("methods",),
+        "methods": (),
         "streaming": (),
         "sweep": (),
     },

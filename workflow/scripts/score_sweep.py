@@ -13,7 +13,7 @@ from myowave.learning.sweep.outcome import BEST
 from myowave.learning.task import Task
 from myowave.learning.training import train_scales
 from myowave.models import build_model
-from myowave.settings import Identify, Physics, Recipe, Sweep, Wavelet
+from myowave.settings import Identify, Physics, Sweep, Wavelet, parse_recipe
 from myowave.workflow.job import job_log
 
 inputs, params, judged = snakemake.input, snakemake.params, snakemake.params.judged
@@ -22,7 +22,7 @@ name = sweep.recipe + BEST
 label = f"score {sweep.dataset} {sweep.model} {name} {sweep.scales}-scale"
 with job_log(label, snakemake.log[0]) as log:
     best = yaml.safe_load(Path(inputs.best).read_text())["learning"]["recipes"][name]
-    recipe, wavelet = Recipe.model_validate(best), Wavelet.model_validate(params.wavelet)
+    recipe, wavelet = parse_recipe(best), Wavelet.model_validate(params.wavelet)
     scales = read_scales(inputs.scales)
     task = Task(
         thin_scales(scales, recipe.rate_hz, sweep.scales - 1, wavelet.name, wavelet.decompose),

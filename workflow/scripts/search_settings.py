@@ -8,7 +8,7 @@ from myowave.learning.sweep.objective import judge
 from myowave.learning.sweep.search import count, describe, open_search, work
 from myowave.learning.task import Task
 from myowave.models import build_model
-from myowave.settings import Identify, Physics, Recipe, Sweep
+from myowave.settings import Identify, Physics, Sweep, parse_recipe
 from myowave.workflow.job import job_log
 
 params, judged, worker = snakemake.params, snakemake.params.judged, int(snakemake.wildcards.worker)
@@ -19,7 +19,7 @@ with job_log(label, snakemake.log[0]) as log:
     task = Task(
         read_scales(snakemake.input.scales),
         build_model(sweep.model, Physics.model_validate(judged["physics"])),
-        Recipe.model_validate(judged["recipe"]),
+        parse_recipe(judged["recipe"]),
         {name: Identify.model_validate(values) for name, values in judged["identify"].items()},
         total=sweep.scales,
         seeds=range(sweep.seeds),

@@ -6,7 +6,7 @@ from myowave.learning.sweep.figures import draw_search
 from myowave.learning.sweep.outcome import override_text, summary_text
 from myowave.learning.sweep.search import best_settings, open_search, tabulate
 from myowave.plotting import save
-from myowave.settings import Recipe, Sweep
+from myowave.settings import Sweep, parse_recipe
 from myowave.workflow.job import job_log
 
 params, output = snakemake.params, snakemake.output
@@ -14,7 +14,7 @@ sweep = Sweep.model_validate(params.sweep)
 what = f"{sweep.dataset}, {sweep.model}, recipe {sweep.recipe}, {sweep.scales}-scale"
 with job_log(f"summarize sweep of {what}", snakemake.log[0]) as log:
     search = open_search(Path(snakemake.input.search).read_text(), params.journal)
-    recipe = Recipe.model_validate(params.recipe)
+    recipe = parse_recipe(params.recipe)
     table, best = tabulate(search, sweep, params.recipe), best_settings(search)
     table.to_csv(output.trials, index=False)
     Path(output.best).write_text(override_text(sweep, recipe, best, table, output.best), encoding="utf-8")

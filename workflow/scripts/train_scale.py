@@ -8,14 +8,14 @@ from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
 from myowave.models import build_model
-from myowave.settings import Identify, Physics, Recipe, Wavelet
+from myowave.settings import Identify, Physics, Wavelet, parse_recipe
 from myowave.workflow.job import follow, job_log
 
 where, params = snakemake.wildcards, snakemake.params
 level, total = int(where.level), int(where.scales)
 label = f"train {where.dataset} {where.model} {where.recipe} {total}-scale, scale {-level}"
 with job_log(label, snakemake.log[0]) as log:
-    recipe, wavelet = Recipe.model_validate(params.recipe), Wavelet.model_validate(params.wavelet)
+    recipe, wavelet = parse_recipe(params.recipe), Wavelet.model_validate(params.wavelet)
     scales = read_scales(snakemake.input.scales)
     task = Task(
         thin_scales(scales, recipe.rate_hz, total - 1, wavelet.name, wavelet.decompose),

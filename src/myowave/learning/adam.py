@@ -1,7 +1,6 @@
 """Adam by the function of torch that its class calls: the class imports torch's compiler first, 2 s in every job."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import torch
 from torch import Tensor
@@ -22,15 +21,6 @@ class Adam:
         self._moved, self._betas = list(moved), betas
         self._steps = [torch.tensor(0.0) for _ in moved]
         self._means, self._squares = ([torch.zeros_like(tensor) for tensor in moved] for _ in range(2))
-
-    @property
-    def state(self) -> dict[str, Any]:
-        """What another run over tensors of the same shapes can go on with."""
-        return {"steps": self._steps, "means": self._means, "squares": self._squares}
-
-    def resume(self, state: Mapping[str, Any]) -> None:
-        """Go on with the `state` of another."""
-        self._steps, self._means, self._squares = ([t.clone() for t in state[key]] for key in self.state)
 
     def forget_gradients(self) -> None:
         """Begin a step: gradients add up from here."""

@@ -1,4 +1,4 @@
-"""The cells of the network, Eqs. 8-13 and 51-53, for all seeds at once.
+"""The cells of the network, GRUs, Eqs. 11-13 and 51-53, for all seeds at once.
 
 A *history cell* sees EMG x_i and angle q_i of a past sample; the *current cell* sees only x_n, and its state gives the
 output. Both have the same weights:
@@ -13,38 +13,24 @@ Shapes: S seeds, B windows, K samples of a window of which m are history, X inpu
 import torch
 from torch import Tensor
 
-from myowave.learning.network import Network, Weights
-
-
-def rnn(weights: Weights, recurrent: Tensor, driven: Tensor, hidden: Tensor) -> Tensor:
-    """h_i = tanh(W_h h_(i-1) + W_x x_i + b), Eqs. 8-9; a tensor (S, B, H)."""
-    return torch.tanh(recurrent + driven)
-
-
-def gru(weights: Weights, recurrent: Tensor, driven: Tensor, hidden: Tensor) -> Tensor:
-    """A state between the old one and a candidate, as the update gate says, Eqs. 11-12 and 51-53; (S, B, H)."""
-    h = hidden.shape[-1]
-    # Split, not sliced: the gradient of a split is one copy, that of each slice fills an array of its own.
-    (gates, held), (gates_driven, candidate_driven) = (x.split((2 * h, h), dim=-1) for x in (recurrent, driven))
-    reset, update = torch.sigmoid(gates + gates_driven).split(h, dim=-1)
-    candidate = torch.tanh(torch.addcmul(candidate_driven, reset, held))
-    # Eq. 11 adds b_h to the new state itself, outside of the gates.
-    return torch.lerp(candidate, hidden, update) + weights["state_bias"]
-
-
-CELLS = {"rnn": rnn, "gru": gru}
+from myowave.learning.network import Network
 
 
 def apply_cell(network: Network, hidden: Tensor, driven: Tensor, recurrent: Tensor | None = None) -> Tensor:
-    """The next hidden state (S, B, H).
+    """The next hidden state (S, B, H): between the old one and a candidate, as the update gate says.
 
     Args:
         hidden: h_(i-1), (S, B, H).
         driven: (S, B, G).
         recurrent: (S, B, G) where it is already known.
     """
-    recurrent = recur(network, hidden) if recurrent is None else recurrent
-    return CELLS[network.architecture.cell](network.weights, recurrent, driven, hidden)
+    h, recurrent = hidden.shape[-1], recur(network, hidden) if recurrent is None else recurrent
+    # Split, not sliced: the gradient of a split is one copy, that of each slice fills an array of its own.
+    (gates, held), (gates_driven, candidate_driven) = (x.split((2 * h, h), dim=-1) for x in (recurrent, driven))
+    reset, update = torch.sigmoid(gates + gates_driven).split(h, dim=-1)
+    candidate = torch.tanh(torch.addcmul(candidate_driven, reset, held))
+    # Eq. 11 adds b_h to the new state itself, outside of the gates.
+    return torch.lerp(candidate, hidden, update) + network.weights["state_bias"]
 
 
 def recur(network: Network, hidden: Tensor) -> Tensor:
@@ -80,5 +66,5 @@ def warm_up(network: Network, driven: Tensor, z: Tensor, v: Tensor) -> Tensor:
 
 
 def read_out(network: Network, hidden: Tensor) -> Tensor:
-    """The network's output (S, B) from the state of a current cell (S, B, H), Eqs. 10 and 13."""
+    """The network's output (S, B) from the state of a current cell (S, B, H), Eq. 13."""
     return (torch.bmm(hidden, network.weights["output"]) + network.weights["output_bias"]).squeeze(-1)

@@ -8,7 +8,7 @@ import hashlib
 import json
 import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ from myowave.learning.band import Band
 from myowave.learning.network import Architecture, Network, Scaling
 from myowave.learning.seen import Seen
 
-FORMAT = 1
+FORMAT = 2
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,6 @@ class Checkpoint:
         band: about the mean of the seeds, see `band`; None but at scale [0], and where the recipe wants none.
         seen: what the training trials covered.
         real_time: how raw EMG became that of the trials, as `RealTime.plain` gives it; empty where it came processed.
-        optimiser: its state, where the recipe keeps that for the next scale.
     """
 
     dataset: str
@@ -76,13 +75,11 @@ class Checkpoint:
     band: Band | None
     seen: Seen
     real_time: Mapping[str, Any]
-    optimiser: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def network(self) -> Network:
         """The trained network."""
-        hidden_state, history = self.recipe["hidden_state"], self.recipe["history_steps"]
-        return Network(self.architecture, self.scaling, self.weights, hidden_state, history)
+        return Network(self.architecture, self.scaling, self.weights)
 
     def save(self, path: str | Path) -> None:
         """Write the checkpoint, atomically."""

@@ -70,6 +70,8 @@ class Identification:
         self.done = next(self._steps, "end") == "end"
 
     def _search(self, finest: bool) -> Iterator[None]:
+        if not self._free:
+            return
         start, unseen = self._values.copy(), bool(effects_unseen_by_angle(self._model))
         if not unseen:
             residual = partial(TorqueBalance.between_kinks(self._model, self._record).unmoved, self._free)

@@ -7,11 +7,13 @@ over time, such as `tilt_rad`, in place of the constant that it gives.
 Shapes: T trials, N samples, C EMG channels, K known inputs.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from myowave.data.trials import TORQUE, Trials
 from myowave.physics.constants import Constant, constant_of, is_constant
@@ -21,13 +23,12 @@ Known = Mapping[str, float]
 NOTHING: Known = MappingProxyType({})
 
 
-def known_inputs(trials: Trials, defaults: Mapping[str, float], wanted: Sequence[str] | None = None) -> Known:
-    """What a network may be told beside EMG.
+def known_inputs(trials: Trials, defaults: Mapping[str, float]) -> Known:
+    """What a network is told beside EMG.
 
     Args:
         trials: the training trials.
         defaults: values of the physical model for trials whose conditions do not name a constant.
-        wanted: names of constants and signals, of which those count that the trials have; None takes all.
     """
     differ = {
         name: defaults[name]
@@ -35,8 +36,7 @@ def known_inputs(trials: Trials, defaults: Mapping[str, float], wanted: Sequence
         if name not in trials.over_time and np.ptp(values) > 0
     }
     # A torque that a dynamometer measured is a result of the motion to be predicted, and none is there later.
-    known = differ | dict.fromkeys((name for name in trials.signals if name != TORQUE), 0.0)
-    return {name: value for name, value in known.items() if wanted is None or name in wanted}
+    return differ | dict.fromkeys((name for name in trials.signals if name != TORQUE), 0.0)
 
 
 def given_inputs(trials: Trials, known: Known) -> NDArray[np.float64]:
@@ -48,6 +48,15 @@ def given_inputs(trials: Trials, known: Known) -> NDArray[np.float64]:
     samples = trials.emg.shape[1]
     columns = [_over_time(trials, name, value, samples) for name, value in known.items()]
     return np.concatenate([trials.emg, *(column[..., None] for column in columns)], axis=-1)
+
+
+def to_tensors(trials: Trials, device: torch.device, known: Known = NOTHING) -> tuple[Tensor, Tensor]:
+    """Inputs (T, N, C + K) and angle (T, N) [rad] of trials, float64; copies, so that trials stay as they are.
+
+    Args:
+        known: what the network is told beside EMG, `network.architecture.known`.
+    """
+    return torch.tensor(given_inputs(trials, known), device=device), torch.tensor(trials.angle, device=device)
 
 
 def told_of(trials: Trials, donors: NDArray[np.int64], known: Known, samples: int) -> NDArray[np.float64]:

@@ -2,12 +2,12 @@
 
 Every weight has a leading axis for seeds, so that one matrix product serves all of them.
 
-Inputs and outputs are standardised with numbers of the training trials (`Scaling`). The output is the angle itself
-(`absolute`, Eq. 13) or an increment on linear extrapolation, q_n = 2 q_(n-1) - q_(n-2) + net: then the network has to
-learn a small, smooth acceleration only, and the history cell also sees the last step q_i - q_(i-1).
+Inputs and outputs are standardised with numbers of the training trials (`Scaling`). The output of the paper's network
+is the angle itself (Eq. 13), and it sees the time t_n. That of a rollout is an increment on linear extrapolation,
+q_n = 2 q_(n-1) - q_(n-2) + net: then the network has to learn a small, smooth acceleration only, and the history cell
+also sees the last step q_i - q_(i-1).
 
-Shapes: S seeds, B windows, N samples, C channels, K known inputs, X inputs, Q angle features, H hidden units, G = 3 H
-(GRU) or H (RNN).
+Shapes: S seeds, B windows, N samples, C channels, K known inputs, X inputs, Q angle features, H hidden units, G = 3 H.
 """
 
 import math
@@ -28,23 +28,34 @@ Array = TypeVar("Array", Tensor, np.ndarray)
 
 @dataclass(frozen=True)
 class Architecture:
-    """What the network looks like; see `settings.Recipe` for the meaning of each choice, and `inputs` for `known`.
+    """What the network looks like.
 
-    `delays` [s] of the channels after which it sees them; () where it sees them at once.
+    Args:
+        method: that trains it, see `methods`.
+        hidden: units H.
+        channels: number of EMG channels C.
+        history: samples with a known angle before the first prediction.
+        known: inputs beside EMG, see `inputs`.
+        delays: [s] after which it sees the channels; () where it sees them at once.
     """
 
-    cell: str
+    method: str
     hidden: int
     channels: int
-    increments: bool
-    time_input: bool
+    history: int
     known: Known = field(default_factory=dict)
     delays: tuple[float, ...] = ()
 
     @property
+    def increments(self) -> bool:
+        """Whether it gives increments and hands its state on from sample to sample; else, as the paper prints it, it
+        gives angles, sees the time, and its state starts at 0 for every prediction."""
+        return self.method != "paper"
+
+    @property
     def inputs(self) -> int:
         """Number of inputs X: EMG channels, what is known beside them, and time where it is one."""
-        return self.channels + len(self.known) + self.time_input
+        return self.channels + len(self.known) + (not self.increments)
 
     @property
     def features(self) -> int:
@@ -54,7 +65,7 @@ class Architecture:
     @property
     def gates(self) -> int:
         """Width G of all gates together."""
-        return self.hidden * (3 if self.cell == "gru" else 1)
+        return 3 * self.hidden
 
 
 @dataclass(frozen=True)
@@ -111,18 +122,16 @@ class Scaling:
 
 @dataclass(frozen=True)
 class Network:
-    """A network and how it is used.
-
-    Args:
-        hidden_state: `carried` from sample to sample, or `windowed`: it starts at 0 for every prediction.
-        history: samples with a known angle before the first prediction.
-    """
+    """A network: what it looks like, its scaling and its weights."""
 
     architecture: Architecture
     scaling: Scaling
     weights: Weights
-    hidden_state: str
-    history: int
+
+    @property
+    def history(self) -> int:
+        """Samples with a known angle before the first prediction."""
+        return self.architecture.history
 
     @property
     def seeds(self) -> int:
@@ -153,7 +162,7 @@ class Network:
             for v in (scaling.input_mean, scaling.input_std)
         )
         x = (inputs - mean) / std
-        if self.architecture.time_input:
+        if not self.architecture.increments:
             time = torch.arange(inputs.shape[-2], dtype=inputs.dtype, device=inputs.device) * dt
             fraction = (time / scaling.duration).unsqueeze(-1).expand(*inputs.shape[:-1], 1)
             x = torch.cat([x, fraction], dim=-1)
@@ -203,12 +212,12 @@ def _initialise_one(architecture: Architecture, seed: int) -> dict[str, Tensor]:
     def uniform(rows: int, columns: int) -> Tensor:
         return (2 * torch.rand(rows, columns, generator=random) - 1) / math.sqrt(h)
 
-    weights = {
+    return {
         "hidden": uniform(h, g),
         "input": uniform(architecture.inputs, g),
         "angle": uniform(architecture.features, g),
         "bias": torch.zeros(1, g),
         "output": uniform(h, 1),
         "output_bias": torch.zeros(1, 1),
+        "state_bias": torch.zeros(1, h),
     }
-    return weights if architecture.cell == "rnn" else {**weights, "state_bias": torch.zeros(1, h)}

@@ -10,12 +10,9 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.learning.inputs import NOTHING, Known, given_inputs
+from myowave.learning.inputs import to_tensors
+from myowave.learning.methods import METHODS
 from myowave.learning.network import Network
-from myowave.learning.paper.windowed import run_windowed
-from myowave.learning.rollouts.rollout import roll_out
-
-RUNS = {"carried": roll_out, "windowed": run_windowed}  # how a network runs free, by its hidden_state
 
 
 def predict_motion(network: Network, trials: Trials) -> Tensor:
@@ -46,13 +43,4 @@ def predict_free_running(network: Network, inputs: Tensor, angle: Tensor, dt: fl
 
 def run_free(network: Network, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
     """Free run of windows: inputs (B, K, X), standardised history (S, B, m); standardised predictions (S, B, K - m)."""
-    return RUNS[network.hidden_state](network, x, z, v)
-
-
-def to_tensors(trials: Trials, device: torch.device, known: Known = NOTHING) -> tuple[Tensor, Tensor]:
-    """Inputs (T, N, C + K) and angle (T, N) [rad] of trials, float64; copies, so that trials stay as they are.
-
-    Args:
-        known: what the network is told beside EMG, `network.architecture.known`.
-    """
-    return torch.tensor(given_inputs(trials, known), device=device), torch.tensor(trials.angle, device=device)
+    return METHODS[network.architecture.method].run(network, x, z, v)

@@ -50,7 +50,6 @@ class Residual:
         dt: sampling interval [s].
         points: where between two samples the torque is taken, fractions of dt (D,), and their `weights`, whose sum is
             1; (0,) and (1,) for the samples only.
-        tied: v_max by the l0 that it goes with, and their ratio [1/s]: {name of l0: (name of v_max, ratio)}.
         fixed: whether no parameter to identify changes the activation.
     """
 
@@ -60,7 +59,6 @@ class Residual:
     dt: float
     points: Tensor
     weights: Tensor
-    tied: Mapping[str, tuple[str, float]]
     fixed: bool
 
     @classmethod
@@ -72,7 +70,6 @@ class Residual:
         device: torch.device,
         *,
         averaged: bool = False,
-        tied: bool = False,
     ) -> "Residual":
         """For these trials and parameters to identify.
 
@@ -82,8 +79,7 @@ class Residual:
         if unseen := effects_unseen_by_angle(model):
             raise ValueError(
                 f"model {model.name}: the residual of Eq. 38 cannot hold {', '.join(unseen)}, which has a state of its "
-                "own or acts on the measured angle. Train with identification: gauss_newton and beta: 0, or leave the "
-                "effect out."
+                "own or acts on the measured angle. Train by rollouts with beta: 0, or leave the effect out."
             )
         emg = channels_of(model, trials.channels, torch.from_numpy(trials.emg).to(device))
         known = {name: torch.from_numpy(value).to(device) for name, value in trials.known(model.defaults).items()}
@@ -97,7 +93,6 @@ class Residual:
             trials.dt,
             points.to(emg),
             weights.to(emg),
-            ratios(model, names) if tied else {},
             not any(model.drives(name) for name in names),
         )
 
@@ -146,11 +141,10 @@ class Residual:
 
     def _valued(self, params: Mapping[str, Tensor], pieces: Pieces) -> Valued:
         known = {name: value[pieces.trial] for name, value in self.known.items()}
-        return give_values(self.model, known | self._with_ties(params), self.emg)
+        return give_values(self.model, known | self._on_device(params), self.emg)
 
-    def _with_ties(self, params: Mapping[str, Tensor]) -> dict[str, Tensor]:
-        params = {name: value.to(self.emg.device) for name, value in params.items()}
-        return params | {vmax: ratio * params[l0] for l0, (vmax, ratio) in self.tied.items() if l0 in params}
+    def _on_device(self, params: Mapping[str, Tensor]) -> dict[str, Tensor]:
+        return {name: value.to(self.emg.device) for name, value in params.items()}
 
     def _activation(self, params: Mapping[str, Tensor], pieces: Pieces) -> Tensor:
         """Activation (B, K, D, M) or (S, B, K, D, M) at the points after each sample."""
@@ -162,14 +156,8 @@ class Residual:
 
     def _activate(self, params: Mapping[str, Tensor]) -> Tensor:
         sample = torch.arange(self.emg.shape[-2], dtype=self.emg.dtype, device=self.emg.device)
-        valued = give_values(self.model, {**self.known, **self._with_ties(params)}, self.emg)
+        valued = give_values(self.model, {**self.known, **self._on_device(params)}, self.emg)
         return activate(valued, self.emg, sample[:, None, None] + self.points[:, None], self.dt)[1]
-
-
-def ratios(model: Model, names: Sequence[str]) -> dict[str, tuple[str, float]]:
-    """{name of an identified l0: (name of its v_max, v_max / l0 [1/s])}, the ratio that of the model's constants."""
-    pairs = ((f"l0_{m.name}", f"vmax_{m.name}") for m in model.muscles)
-    return {l0: (v, model.defaults[v] / model.defaults[l0]) for l0, v in pairs if l0 in names and v not in names}
 
 
 def _interpolation(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

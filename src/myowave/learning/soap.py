@@ -4,10 +4,8 @@ Adam, which scales each weight by itself, needs several times as many steps.
 Shapes: S seeds, I inputs and O outputs of a layer.
 """
 
-from collections.abc import Mapping, Sequence
-from copy import deepcopy
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import torch
 from torch import Tensor
@@ -31,15 +29,6 @@ class Soap:
     def __init__(self, moved: Sequence[Tensor], betas: tuple[float, float]) -> None:
         self._moved, self._betas = list(moved), betas
         self._layers: dict[int, _Layer] = {}  # by the number of outputs
-
-    @property
-    def state(self) -> dict[str, Any]:
-        """What another run over tensors of the same shapes can go on with."""
-        return {"layers": {width: vars(layer) for width, layer in self._layers.items()}}
-
-    def resume(self, state: Mapping[str, Any]) -> None:
-        """Go on with the `state` of another."""
-        self._layers = {width: _Layer(**deepcopy(layer)) for width, layer in state["layers"].items()}
 
     def forget_gradients(self) -> None:
         """Begin a step: gradients add up from here."""

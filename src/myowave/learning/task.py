@@ -11,9 +11,8 @@ from torch import Tensor
 from myowave.data.trials import Trials
 from myowave.identification.free_parameters import Free, free_parameters, start_values
 from myowave.learning.checkpoint import Checkpoint, digest_model, digest_trials
-from myowave.learning.inputs import known_inputs
+from myowave.learning.inputs import known_inputs, to_tensors
 from myowave.learning.network import Architecture, Network, Scaling, initialise
-from myowave.learning.prediction import to_tensors
 from myowave.learning.windows import Corpus, count_training_samples
 from myowave.physics.drive import channel_delays
 from myowave.physics.model import Model
@@ -34,6 +33,7 @@ class Task:
         wanted: physical constants to identify.
         total: number of scales: 3 trains at levels 2, 1 and 0 in turn.
         seeds: numbers of the seeds.
+        band: whether the band about predictions is made, which may take longer than all else.
     """
 
     scales: Mapping[int, Trials]
@@ -42,12 +42,11 @@ class Task:
     wanted: Mapping[str, Identify]
     total: int
     seeds: Sequence[int]
+    band: bool = True
     device: torch.device = field(default_factory=choose_device)
 
     def epochs(self, level: int) -> int:
-        """Epochs at scale [-level]: an equal share, the remainder at scale [0]; or as many at each."""
-        if self.recipe.epochs_are == "each":
-            return self.recipe.epochs
+        """Epochs at scale [-level]: an equal share, the remainder at scale [0]."""
         share = self.recipe.epochs // self.total
         return self.recipe.epochs - share * (self.total - 1) if level == 0 else share
 
@@ -134,11 +133,7 @@ def begin_stage(task: Task, level: int, before: Checkpoint | None = None) -> Sta
 def fresh_network(task: Task) -> Network:
     """The network of a task before any training."""
     recipe, finest = task.recipe, task.training_trials(0)
-    known = known_inputs(finest, task.model.defaults, recipe.known_inputs)
-    architecture = Architecture(
-        recipe.cell, recipe.hidden, len(finest.channels), recipe.output == "increment", recipe.time_input, known
-    )
-    if recipe.emg_input == "delayed":
-        architecture = replace(architecture, delays=channel_delays(task.model, finest.channels))
-    weights = initialise(architecture, task.seeds)
-    return Network(architecture, Scaling.of(finest, known), weights, recipe.hidden_state, recipe.history_steps)
+    known = known_inputs(finest, task.model.defaults)
+    delays = channel_delays(task.model, finest.channels) if recipe.emg_input == "delayed" else ()
+    architecture = Architecture(recipe.method, recipe.hidden, len(finest.channels), recipe.history_steps, known, delays)
+    return Network(architecture, Scaling.of(finest, known), initialise(architecture, task.seeds))

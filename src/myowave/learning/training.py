@@ -1,31 +1,29 @@
 """Training at one scale, for all seeds at once, as a generator of epoch reports (Algorithm 1).
 
 The caller logs, shows, prunes and saves; nothing here knows of it. What an epoch does, and how parameters are
-identified, is up to the kind of recipe: see `methods`.
+identified, is up to the method: see `methods`.
 """
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
 
-from myowave.learning.band import Band
-from myowave.learning.calibration import calibrate
+from myowave.learning.band import Band, calibrate
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.loss import Losses
-from myowave.learning.methods import METHODS, Search
+from myowave.learning.methods import METHODS, Parameters
 from myowave.learning.network import Network
-from myowave.learning.optimisers import OPTIMISERS
 from myowave.learning.prediction import predict_motion, run_free
 from myowave.learning.seen import Seen
 from myowave.learning.task import Stage, Task, begin_stage
 from myowave.learning.windows import Validation
 
 VALIDATE_EVERY = 5  # epochs
-RISE = 20  # epochs at the beginning of a scale in which the step of the cosine schedule grows to its full length
+FOLD_SEEDS = 2  # that are trained without each trial for the band: as many as tell their spread
 
 
 @dataclass(frozen=True)
@@ -89,45 +87,26 @@ def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Ite
     Raises:
         ValueError: if the checkpoint does not fit, the trials are too short, or the method cannot hold the model.
     """
-    started = time.perf_counter()
+    started, recipe = time.perf_counter(), task.recipe
     stage = begin_stage(task, level, before)
-    method = METHODS[task.recipe.hidden_state](stage)
-    optimiser = OPTIMISERS[task.recipe.optimiser](method.trained, method.betas)
-    if task.recipe.moments == "kept" and before is not None:
-        optimiser.resume(before.optimiser)
-    validation, best = begin_validation(stage), _Best(stage.network, judged=task.recipe.validation_fraction > 0)
+    training = METHODS[recipe.method].begin(stage)
+    validation, best = begin_validation(stage), _Best(stage.network, judged=recipe.validation_fraction > 0)
     val_mse, val_r2 = validate(stage.network, validation)
-    epochs = task.epochs(level)
+    epochs, done = task.epochs(level), sum(task.epochs(coarser) for coarser in range(level + 1, task.total))
     for epoch in range(1, epochs + 1):
-        rate = learning_rate(task, level, epoch)
-        for _ in range(task.recipe.batches):
-            optimiser.forget_gradients()
-            losses = method.differentiate(val_mse)
-            optimiser.step(rate)
+        losses = training.learn(epoch, (done + epoch - 1) / recipe.epochs, val_mse)
         last = epoch == epochs
         if last or epoch % VALIDATE_EVERY == 0:
             val_mse, val_r2 = validate(stage.network, validation)
             best.update(epoch, val_mse, val_r2)
-            last = last or best.exhausted(epoch, task.recipe.patience)
-        values = dict(zip(stage.names, method.search.values.unbind(-1), strict=True))
+            last = last or (recipe.patience is not None and best.exhausted(epoch, recipe.patience))
+        values = dict(zip(stage.names, training.parameters.values.unbind(-1), strict=True))
         report = EpochReport(epoch, tuple(task.seeds), losses, val_mse, values)
         if last:
-            checkpoint = _checkpoint(stage, method.search, best, epoch, time.perf_counter() - started)
-            if task.recipe.moments == "kept":
-                checkpoint = replace(checkpoint, optimiser=optimiser.state)
+            checkpoint = _checkpoint(stage, training.parameters, best, epoch, time.perf_counter() - started)
             yield replace(report, checkpoint=checkpoint)
             return
         yield report
-
-
-def learning_rate(task: Task, level: int, epoch: int) -> float:
-    """The optimiser's step in an epoch at scale [-level], from 1; the cosine runs over all scales together."""
-    recipe = task.recipe
-    if recipe.schedule == "constant":
-        return recipe.learning_rate
-    done = sum(task.epochs(coarser) for coarser in range(level + 1, task.total))
-    progress = (done + epoch - 1) / sum(task.epochs(each) for each in range(task.total))
-    return recipe.learning_rate * (0.5 * (1 + math.cos(math.pi * progress)) * min(1.0, epoch / RISE))
 
 
 def begin_validation(stage: Stage) -> Validation | None:
@@ -174,14 +153,16 @@ class _Best:
         return bool((epoch - self._epoch >= patience).all())
 
 
-def _checkpoint(stage: Stage, search: Search, best: _Best, epochs: int, seconds: float) -> Checkpoint:
-    before, values = stage.before, search.values
+def _checkpoint(stage: Stage, parameters: Parameters, best: _Best, epochs: int, seconds: float) -> Checkpoint:
+    before, values = stage.before, parameters.values
     errors, correlations = torch.full_like(values, math.nan), torch.full((*values.shape, values.shape[1]), math.nan)
     physics_mse, band = values.new_full(values.shape[:1], math.nan), None
     if stage.level == 0:
-        band = BANDS[stage.task.recipe.band](replace(stage.network, weights=best.weights), stage)
-        errors, correlations = search.uncertainty()
-        physics_mse = search.mse
+        if stage.task.band:
+            by = band_by_ends if stage.task.recipe.validation_fraction else band_by_trials
+            band = by(replace(stage.network, weights=best.weights), stage)
+        errors, correlations = parameters.uncertainty()
+        physics_mse = parameters.mse
     return Checkpoint(
         **stage.task.labels,
         level=stage.level,
@@ -214,15 +195,11 @@ def band_by_ends(network: Network, stage: Stage) -> Band:
     return calibrate(errors, [spread[t, end] for t, end in enumerate(ends)])
 
 
-FOLD_SEEDS = 2  # that are trained without each trial: as many as tell their spread, for the time that they take
-
-
 def band_by_trials(network: Network, stage: Stage) -> Band | None:
     """The band by whole training trials, each predicted by networks that were trained without it; None where there is
     only one trial."""
     # ASSUME: a trial is missed by a few networks that lack one trial as a new trial is by all that have every one.
-    recipe = stage.task.recipe.model_copy(update={"band": "none"})
-    task = replace(stage.task, recipe=recipe, seeds=stage.task.seeds[:FOLD_SEEDS])
+    task = replace(stage.task, band=False, seeds=stage.task.seeds[:FOLD_SEEDS])
     if len(stage.trials.names) < 2:
         return None
     errors, spreads = [], []
@@ -233,10 +210,3 @@ def band_by_trials(network: Network, stage: Stage) -> Band | None:
         errors.append(trial.angle[0, network.history :] - predicted.mean(0))
         spreads.append(predicted.std(0))
     return calibrate(errors, spreads)
-
-
-BANDS: Mapping[str, Callable[[Network, Stage], Band | None]] = {  # by the recipe's `band`
-    "ends": band_by_ends,
-    "trials": band_by_trials,
-    "none": lambda network, stage: None,
-}

@@ -17,7 +17,16 @@ from myowave.settings.data import (
     public,
 )
 from myowave.settings.diagnosis import Diagnosis, Scatter
-from myowave.settings.learning import SEARCHABLE, Dimension, Learning, Recipe, Sweep
+from myowave.settings.learning import (
+    SEARCHABLE,
+    Dimension,
+    Learning,
+    PaperRecipe,
+    Recipe,
+    RolloutRecipe,
+    Sweep,
+    parse_recipe,
+)
 from myowave.settings.physics import Arm, Arms, CurveSettings, JointSettings, MuscleSettings, PathTable, Physics
 from myowave.settings.recording import EmgChannel, Processing, RawSignal, TextLayout
 from myowave.settings.section import Section, dump
@@ -40,11 +49,13 @@ __all__ = [
     "MeasuredDataset",
     "MuscleSettings",
     "PathTable",
+    "PaperRecipe",
     "Physics",
     "Processing",
     "RawSignal",
     "Recipe",
     "RecordedDataset",
+    "RolloutRecipe",
     "Scatter",
     "Section",
     "Settings",
@@ -55,6 +66,7 @@ __all__ = [
     "Tracking",
     "Wavelet",
     "dump",
+    "parse_recipe",
     "parse_settings",
     "public",
     "read_settings",

@@ -12,9 +12,9 @@ from myowave.settings.dataset_check import check_dataset
 from myowave.settings.diagnosis import Diagnosis
 from myowave.settings.files import read_layers
 from myowave.settings.keys import did_you_mean, explain, unless_known
-from myowave.settings.learning import SEARCHABLE, Learning, Recipe
+from myowave.settings.learning import Learning
 from myowave.settings.physics import Arms, Physics
-from myowave.settings.section import Section, dump, setting
+from myowave.settings.section import Section, setting
 from myowave.settings.subjects import add_subjects
 from myowave.settings.targets import Targets
 from myowave.settings.tracking import Tracking
@@ -93,17 +93,17 @@ class Settings(Section):
         sweep = self.learning.sweep
         if sweep.recipe not in self.learning.recipes:
             return []
-        recipe, problems = dump(self.learning.recipes[sweep.recipe]), []
+        recipe, problems = self.learning.recipes[sweep.recipe], []
         for name, dimension in sweep.dimensions.items():
             where = f"learning.sweep.dimensions.{name}"
-            if unknown := unless_known(where, name, SEARCHABLE):
+            if unknown := unless_known(where, name, recipe.searchable()):
                 problems += unknown
                 continue
             for end, value in (("low", dimension.low), ("high", dimension.high)):
                 try:
-                    Recipe.model_validate(recipe | {name: int(value) if value.is_integer() else value})
+                    recipe.changed({name: int(value) if value.is_integer() else value})
                 except ValidationError as error:
-                    lines = explain(error, Recipe)
+                    lines = explain(error, type(recipe))
                     problems += [f"{where}.{end} does not fit recipe {sweep.recipe}: {line}" for line in lines]
         return problems
 

@@ -8,11 +8,11 @@ import yaml
 
 from myowave.data.store import write_trials
 from myowave.learning.evaluation import r_squared
-from myowave.learning.paper.windowed import predict_teacher_forced
+from myowave.learning.methods.paper.windowed import predict_teacher_forced
 from myowave.learning.prediction import to_tensors
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
-from myowave.settings import Recipe
+from myowave.settings import PaperRecipe
 from studies.paper.bias import accelerations_seen
 from studies.paper.one_step import score_one_step, tabulate_one_step
 
@@ -20,7 +20,7 @@ from studies.paper.one_step import score_one_step, tabulate_one_step
 @pytest.fixture(scope="module")
 def checkpoint(trials, model, wanted, pytestconfig):
     recipes = yaml.safe_load((pytestconfig.rootpath / "studies/paper/settings.yaml").read_text())["learning"]["recipes"]
-    recipe = Recipe.model_validate(recipes["paper"] | {"hidden": 8, "epochs": 4})
+    recipe = PaperRecipe.model_validate(recipes["paper"] | {"hidden": 8, "epochs": 4})
     task = Task({0: trials}, model, recipe, wanted, total=1, seeds=(0, 1), device=torch.device("cpu"))
     *_, last = train_scale(task, level=0)
     return last.checkpoint

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from myowave.identification.free_parameters import free_parameters
-from myowave.learning.paper.joint_identification import Form
+from myowave.learning.methods.paper.joint_identification import Form
 from myowave.learning.scales import judge_scales
 from myowave.settings import Identify
 from studies.paper import tables
@@ -104,7 +104,7 @@ def test_choices_stand_in_the_order_of_the_recipes_with_what_their_residual_weig
     )
     history = pd.DataFrame({"epoch": [1, 1, 2, 2], "data_loss": [9, 9, 1, 3], "residual_loss": [9, 9, 10, 30]})
     recipes = {
-        name: dict.fromkeys(tables.CHOICES, 1) | {"derivative": "time", "beta": beta}
+        name: dict.fromkeys(tables.CHOICES, 1) | {"residual": "time", "beta": beta}
         for name, beta in (("printed", 0.1), ("light", 0.01))
     }
     choices = tables.compare_choices(rows, one_step, {"light": history, "printed": history}, recipes)

@@ -8,7 +8,7 @@ import pytest
 
 from myowave.data.store import write_trials
 from myowave.data.wavelets import project
-from myowave.settings import Physics, Recipe, SimulatedDataset
+from myowave.settings import Physics, RolloutRecipe, SimulatedDataset
 from studies.scales.compete import compete
 from studies.scales.draws import average_down, decimate, draw_trials, hold_out_others
 from studies.scales.figures import draw_comparison
@@ -54,10 +54,10 @@ def test_stages_are_what_their_titles_say(trials):
     assert np.abs(WAYS["gaussian"].stages(noise, 3)[2].emg - coarse["coarse_to_fine"].emg).max() > 0.1
 
 
-def test_arms_have_the_same_steps_and_the_long_ones_as_many_times_more(trials, model, wanted):
-    recipe = Recipe(hidden=4, epochs=12, rollout_s=0.3, simulated_trials=0, identification="none", patience=1)
+def test_arms_have_the_same_steps_and_the_long_ones_as_many_times_more(trials, model):
+    recipe = RolloutRecipe(hidden=4, epochs=12, rollout_s=0.3, simulated_trials=0, patience=1)
     recipe = recipe.model_copy(update={"learning_rate": 1e-12})  # so that validation never improves
-    scores = pd.concat(compete(trials, model, recipe, wanted, scales=3, seeds=(0, 1)))
+    scores = pd.concat(compete(trials, model, recipe, scales=3, seeds=(0, 1)))
     steps = scores.groupby("way")["steps"].first().to_dict()
     assert steps == {name: 36 if way.times else 12 for name, way in WAYS.items()}
     assert scores.groupby("way").size().eq(2).all()
@@ -65,14 +65,12 @@ def test_arms_have_the_same_steps_and_the_long_ones_as_many_times_more(trials, m
     np.testing.assert_allclose(scores["test_rmse_deg"], of_scores)
 
 
-def test_arms_are_told_the_load_where_it_differs_between_trials(trials, model, wanted):
+def test_arms_are_told_the_load_where_it_differs_between_trials(trials, model):
     loads = {"1": {"load": 0.5}, "2": {"load": 0.0}, "3": {"load": 0.2}}
-    recipe = Recipe(hidden=4, epochs=2, rollout_s=0.3, simulated_trials=0, identification="none", patience=1)
+    recipe = RolloutRecipe(hidden=4, epochs=2, rollout_s=0.3, simulated_trials=0)
 
     def errors(conditions):
-        scores = compete(
-            replace(trials, conditions=conditions), model, recipe, wanted, scales=2, seeds=(0,), names=["one"]
-        )
+        scores = compete(replace(trials, conditions=conditions), model, recipe, scales=2, seeds=(0,), names=["one"])
         return next(scores)["test_rmse_deg"].to_list()
 
     assert errors(loads) != errors({**loads, "3": {"load": 0.4}})  # of the test trial

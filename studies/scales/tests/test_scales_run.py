@@ -21,7 +21,7 @@ def small(changes: dict) -> dict:
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        ({"hiden": 3}, "scales.conditions.rollout.changes.hiden: there is no 'hiden'; did you mean 'hidden'?"),
+        ({"hiden": 3}, "scales.conditions.rollout.changes: hiden: unknown key; did you mean 'hidden'?"),
         ({"hidden": -3}, "at least 1"),
     ],
 )

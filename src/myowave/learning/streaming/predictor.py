@@ -112,7 +112,7 @@ class Predictor:
     def _encode(self, inputs: Sequence[float]) -> np.ndarray:
         """As `Network.encode_inputs`, of one sample: (1, X)."""
         x = (self._delayed(np.asarray(inputs, dtype=np.float64)) - self._mean) / self._std
-        if self._network.architecture.time_input:
+        if not self._network.architecture.increments:
             x = np.append(x, self._count * self._dt / self._network.scaling.duration)
         return x.astype(np.float32).astype(np.float64)[None]
 
@@ -133,8 +133,8 @@ class Predictor:
         return now + (place - before) * (later - now)
 
     def _remember(self) -> np.ndarray:
-        """h_(n-1), (S, 1, H); where the state is not carried, after going through the history again."""
-        if self._network.hidden_state == "windowed":
+        """h_(n-1), (S, 1, H); where the state is not handed on, after going through the history again."""
+        if not self._network.architecture.increments:
             self._hidden = self._start
             for seen in self._past:
                 self._hidden = self._cell(seen, self._hidden @ self._weights["hidden"])
@@ -142,8 +142,6 @@ class Predictor:
 
     def _cell(self, driven: np.ndarray, recurrent: np.ndarray) -> np.ndarray:
         """As `cells.apply_cell`."""
-        if self._network.architecture.cell == "rnn":
-            return np.tanh(recurrent + driven)
         h = self._network.architecture.hidden
         gates = 0.5 + 0.5 * np.tanh(0.5 * (recurrent[..., : 2 * h] + driven[..., : 2 * h]))
         candidate = np.tanh(driven[..., 2 * h :] + gates[..., :h] * recurrent[..., 2 * h :])

@@ -26,7 +26,7 @@ def judge(settings: Settings, task: Task, epochs: int | None) -> Iterator[Score]
         epochs: of all scales together, where they are not searched; None for those of the recipe.
     """
     shorter = {} if epochs is None else {"epochs": epochs}
-    task, errors = replace(task, recipe=task.recipe.changed({"band": "none"} | shorter | dict(settings))), []
+    task, errors = replace(task, recipe=task.recipe.changed(shorter | dict(settings)), band=False), []
     names = task.scales[0].names
     for name in names:
         *_, checkpoint = train_scales(task.holding_out([name]))

@@ -123,12 +123,11 @@ _sigmoid_backward = torch.ops.aten.sigmoid_backward.grad_input
 
 
 def roll_out_gru(network: Network, x: Tensor, z: Tensor, v: Tensor, workspace: Workspace) -> Tensor:
-    """`rollout.roll_out` of a GRU that gives increments.
+    """`rollout.roll_out`, with the derivatives of weights only.
 
     Args:
         workspace: of its own for every shape that rollouts alternate between.
     """
-    assert network.architecture.cell == "gru" and network.architecture.increments
     weights, (gates, readout) = network.weights, pack(network)
     given = gates, weights["angle"], weights["state_bias"], readout, x, z, v, workspace
     predicted: Tensor = _GRURollout.apply(*given)  # type: ignore[no-untyped-call]

@@ -65,7 +65,7 @@ class Form:
 
 
 class JointIdentification:
-    """Parameters that move with the weights; with the interface of `learning.identification.Identification`.
+    """Parameters that move with the weights; see `methods.Parameters`.
 
     Args:
         wanted: constants to identify, by name.
@@ -76,8 +76,6 @@ class JointIdentification:
     `moved` (S, R) is what Adam moves, on the device: raw numbers over the pace, as its steps are of one size whatever
     the gradient.
     """
-
-    done = True  # an epoch's step is Adam's
 
     def __init__(
         self,
@@ -91,7 +89,7 @@ class JointIdentification:
         inside = INSIDE if torch.equal(start, values) else ROUNDING
         self._names = tuple(p.name for p in free)
         forms = [Form.of(p, wanted.get(p.name), start[:, i]) for i, p in enumerate(free)]
-        raw = torch.cat([form.raw(values[:, i], inside) for i, form in enumerate(forms)], dim=-1)
+        raw = torch.cat([values[:, :0], *(form.raw(values[:, i], inside) for i, form in enumerate(forms))], dim=-1)
         self._forms = tuple(replace(form, scale=form.scale.to(device)) for form in forms)
         self._pace = pace
         self.moved = (raw / pace).to(device).requires_grad_()
@@ -103,7 +101,8 @@ class JointIdentification:
     @property
     def values(self) -> Tensor:
         """The parameters as they are now, (S, P), SI units."""
-        return torch.stack([value.detach() for value in self._from_raw()], dim=-1).cpu()
+        values = [value.detach().unsqueeze(-1) for value in self._from_raw()]
+        return torch.cat([self.moved.detach()[:, :0], *values], dim=-1).cpu()
 
     @property
     def params(self) -> dict[str, Tensor]:

@@ -11,10 +11,9 @@ import torch
 from torch import Tensor
 
 from myowave.learning.loss import Losses, Noise
+from myowave.learning.methods.rollout.fast import Workspace, roll_out_gru
 from myowave.learning.network import Network
 from myowave.learning.residual import Pieces, Residual
-from myowave.learning.rollouts.fast import Workspace, roll_out_gru
-from myowave.learning.rollouts.rollout import roll_out
 from myowave.learning.windows import Corpus, count_windows
 
 
@@ -69,7 +68,6 @@ class RolloutLoss:
         network: its weights take the gradients.
         corpus: the training trials.
         steps: samples to predict in each window, fewer where no trial is that long.
-        noise: on the history.
         random: of where windows begin, which all seeds share.
         gains: on the logarithm of the EMG of measured windows, one for each channel.
         shifts: on what is known beside the EMG of measured windows, in units of its scaling.
@@ -80,13 +78,12 @@ class RolloutLoss:
         network: Network,
         corpus: Corpus,
         steps: int,
-        noise: Noise,
         random: torch.Generator,
         gains: Noise | None = None,
         shifts: Noise | None = None,
     ) -> None:
         steps = min(steps, int(corpus.usable.max()) - network.history)
-        self._network, self._corpus, self._noise, self._random = network, corpus, noise, random
+        self._network, self._corpus, self._random = network, corpus, random
         self._gains, self._shifts = gains, shifts
         self._length, self._count = network.history + steps, count_windows(corpus.usable, steps)
         self._workspace = Workspace()
@@ -111,8 +108,8 @@ class RolloutLoss:
         m = self._network.history
         target, weight = windows.z[..., m:], windows.weight
         weight = (weight / (weight.sum(-1, keepdim=True) * target.shape[-1])).unsqueeze(-1)
-        z, v = self._add_noise(windows.z[..., :m], windows.v[..., :m])
-        predicted = self._predict(windows.x, z.contiguous(), v.contiguous())
+        history = windows.z[..., :m].contiguous(), windows.v[..., :m].contiguous()
+        predicted = roll_out_gru(self._network, windows.x, *history, self._workspace)
         loss = (weight * (predicted - target).square()).sum((1, 2))
         square = self._network.scaling.angle_std**2
         data, residual = loss.detach() * square, torch.zeros_like(loss)
@@ -160,16 +157,3 @@ class RolloutLoss:
         if self._shifts is not None:
             x[..., known] += self._shifts.draw(x.shape[1], 1, known.stop - known.start, like=x)
         return replace(windows, x=x)
-
-    def _add_noise(self, z: Tensor, v: Tensor) -> tuple[Tensor, Tensor]:
-        if self._noise.std == 0:
-            return z, v
-        scaling = self._network.scaling
-        noise = self._noise.draw(z.shape[1], z.shape[2] + 1, like=z)
-        return z + noise[..., 1:] / scaling.angle_std, v + torch.diff(noise, dim=-1) / scaling.step_std
-
-    def _predict(self, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
-        architecture = self._network.architecture
-        if architecture.cell == "gru" and architecture.increments:
-            return roll_out_gru(self._network, x, z, v, self._workspace)
-        return roll_out(self._network, x, z, v)

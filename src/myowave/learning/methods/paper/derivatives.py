@@ -9,8 +9,8 @@ import torch
 from torch import Tensor
 
 from myowave.learning.cells import recur
+from myowave.learning.methods.paper.windowed import states_before
 from myowave.learning.network import Network
-from myowave.learning.paper.windowed import first_predicted, states_before
 
 
 def predict_with_time_derivatives(network: Network, x: Tensor, angle: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -22,7 +22,6 @@ def predict_with_time_derivatives(network: Network, x: Tensor, angle: Tensor) ->
         x: network inputs, (T, N, X).
         angle: [rad], (T, N) or (S, T, N), float64.
     """
-    assert network.architecture.time_input and not network.architecture.increments
     angle = angle.expand(network.seeds, *angle.shape[-2:])
     hidden, driven = states_before(network, x, angle)
     slope = network.weights["input"][:, -1:]  # of `driven` by t_n, the last input
@@ -32,7 +31,7 @@ def predict_with_time_derivatives(network: Network, x: Tensor, angle: Tensor) ->
     )
     value = network.to_rad(value + network.weights["output_bias"])
     std, duration = network.scaling.angle_std, network.scaling.duration
-    given = angle[..., : first_predicted(network)]
+    given = angle[..., : network.history]
     still = torch.zeros_like(given)
     return (
         torch.cat((given, value), dim=-1),
@@ -52,8 +51,6 @@ def differentiate_cell(
         slope: (S, 1, G).
     """
     recurrent = recur(network, hidden)
-    if network.architecture.cell == "rnn":
-        return _differentiate_tanh(recurrent + driven, slope, torch.zeros_like(slope))
     h = hidden.shape[-1]
     (gates, held), (gates_driven, candidate_driven), (gates_slope, candidate_slope) = (
         x.split((2 * h, h), dim=-1) for x in (recurrent, driven, slope)

@@ -4,7 +4,7 @@
 (Fig. 4b): the network is fed by its own predictions, one after the other.
 
 Shapes: S seeds, T trials, N samples, B windows, K samples of a window of which m are history, X inputs, G gates, H
-hidden units; `first` is the first sample that can be predicted.
+hidden units.
 """
 
 import torch
@@ -43,23 +43,12 @@ def predict_teacher_forced(network: Network, x: Tensor, angle: Tensor) -> Tensor
         angle: [rad], (T, N) or (S, T, N), float64.
 
     Returns:
-        (S, T, N) [rad], float64; the samples before `first_predicted` are those given.
+        (S, T, N) [rad], float64; the first `network.history` samples are those given.
     """
     angle = angle.expand(network.seeds, *angle.shape[-2:])
     hidden, driven = states_before(network, x, angle)
     output = read_out(network, apply_cell(network, hidden, driven)).unflatten(1, (x.shape[0], -1)).double()
-    first = first_predicted(network)
-    if network.architecture.increments:
-        line = 2 * angle[..., first - 1 : -1] - angle[..., first - 2 : -2]
-        predicted = line + network.scaling.bend_std * output
-    else:
-        predicted = network.to_rad(output)
-    return torch.cat([angle[..., :first], predicted], dim=-1)
-
-
-def first_predicted(network: Network) -> int:
-    """The first sample that can be predicted: `history`, and at least 2 where increments go on from a line."""
-    return max(network.history, network.architecture.features)
+    return torch.cat([angle[..., : network.history], network.to_rad(output)], dim=-1)
 
 
 def states_before(network: Network, x: Tensor, angle: Tensor) -> tuple[Tensor, Tensor]:
@@ -70,20 +59,18 @@ def states_before(network: Network, x: Tensor, angle: Tensor) -> tuple[Tensor, T
         angle: [rad], (S, T, N).
 
     Returns:
-        Hidden states (S, T (N - first), H) and what drives the current cells (S, T (N - first), G).
+        Hidden states (S, T (N - m), H) and what drives the current cells (S, T (N - m), G).
     """
-    driven, first = drive(network, x), first_predicted(network)
-    seen, count = see(network, driven, *network.encode_angle(angle)), x.shape[1] - first
-    steps = [seen[:, :, i : i + count].flatten(1, 2) for i in range(first - network.history, first)]
+    driven, m = drive(network, x), network.history
+    seen, count = see(network, driven, *network.encode_angle(angle)), x.shape[1] - m
+    steps = [seen[:, :, i : i + count].flatten(1, 2) for i in range(m)]
     hidden = _start(network, steps[0])
     for step in steps[1:]:
         hidden = apply_cell(network, hidden, step)
-    return hidden, driven[:, :, first:].flatten(1, 2)
+    return hidden, driven[:, :, m:].flatten(1, 2)
 
 
 def _start(network: Network, driven: Tensor) -> Tensor:
     """The cell after a hidden state of 0, which needs no matrix product and no reset gate."""
-    if network.architecture.cell == "rnn":
-        return torch.tanh(driven)
     _, update, candidate = driven.chunk(3, dim=-1)
     return torch.sigmoid(-update) * torch.tanh(candidate) + network.weights["state_bias"]

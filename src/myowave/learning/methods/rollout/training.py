@@ -6,48 +6,49 @@ predictions of the measured windows are to obey the equation of motion as well, 
 misses the measured trials by more than their spread has nothing to teach: neither is done with it.
 """
 
+import math
 import operator
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import reduce
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from myowave.learning.augmentation import imagine_emg, simulate_imagined
+from myowave.learning.adam import Adam
 from myowave.learning.identification import Identification
 from myowave.learning.inputs import told_of
 from myowave.learning.loss import Losses, Noise
+from myowave.learning.methods.rollout.augmentation import imagine_emg, simulate_imagined
+from myowave.learning.methods.rollout.loss import RolloutLoss, Simulated, Taught
 from myowave.learning.residual import Residual
-from myowave.learning.rollouts.loss import RolloutLoss, Simulated, Taught
+from myowave.learning.soap import Soap
 from myowave.learning.task import Stage
-from myowave.learning.unidentified import Unidentified
 from myowave.learning.windows import Corpus
+from myowave.settings import RolloutRecipe
 
+RISE = 20  # epochs at the beginning of a scale in which the step grows to its full length
 LEAST_TRUST = 0.5  # of physics beside the network, in mean squares; what explains less leads the network astray
 CLIP = 1.0  # largest norm of a seed's gradient through a rollout
 DATA_SEED = 20230  # of windows and made-up EMG, which all seeds share
+BETAS = 0.9, 0.99  # of the optimiser: how slowly the two moments of a gradient forget
+OPTIMISERS: Mapping[str, type[Adam | Soap]] = {"adam": Adam, "soap": Soap}  # by the recipe's `optimiser`
 
 
 class RolloutTraining:
-    """An epoch is one step of the optimiser on windows of all training trials; see `methods.Method`."""
-
-    betas = (0.9, 0.99)
+    """An epoch is one step of the optimiser on windows of all training trials; see `methods.Training`."""
 
     def __init__(self, stage: Stage) -> None:
         recipe, finest = stage.task.recipe, stage.level == 0
-        self.trained = list(stage.network.weights.values())
-        self._stage = stage
-        self.search: Identification | Unidentified
-        if recipe.identification == "none":
-            self.search = Unidentified(stage.values)
-        else:
-            self.search = Identification(stage.task.model, stage.trials, stage.free, stage.values, finest=finest)
+        assert isinstance(recipe, RolloutRecipe)
+        self._stage, self._recipe = stage, recipe
+        self._weights = list(stage.network.weights.values())
+        self._optimiser = OPTIMISERS[recipe.optimiser](self._weights, BETAS)
+        self.parameters = Identification(stage.task.model, stage.trials, stage.free, stage.values, finest=finest)
         self._loss = RolloutLoss(
             stage.network,
             stage.corpus,
             max(1, round(recipe.rollout_s / stage.trials.dt)),
-            Noise(recipe.history_noise, stage.task.seeds, stage.level),
             torch.Generator().manual_seed(DATA_SEED + stage.level),
             Noise(recipe.emg_gain, stage.task.seeds, stage.level, stream=1) if recipe.emg_gain else None,
             Noise(recipe.known_noise, stage.task.seeds, stage.level, stream=2) if recipe.known_noise else None,
@@ -57,16 +58,23 @@ class RolloutTraining:
         self._simulated: Simulated | None = None
         self._residual: Residual | None = None
         if recipe.beta:
-            trials = stage.task.training_trials(0) if recipe.residual_emg == "recorded" else stage.trials
-            averaged, device = recipe.residual_torque == "averaged", stage.task.device
-            self._residual = Residual.of(stage.task.model, trials, stage.names, device, averaged=averaged)
+            self._residual = Residual.of(stage.task.model, stage.trials, stage.names, stage.task.device, averaged=True)
         self._physics_mse: Tensor | None = None  # of the parameters that the search ended with, (S,)
 
-    def differentiate(self, val_mse: Tensor) -> Losses:
-        if isinstance(self.search, Identification) and not self.search.done:
-            self.search.step()
+    def learn(self, epoch: int, done: float, val_mse: Tensor) -> Losses:
+        """The next epoch; the step falls with a cosine over all scales together."""
+        self._optimiser.forget_gradients()
+        losses = self._differentiate(val_mse)
+        self._optimiser.step(
+            self._recipe.learning_rate * (0.5 * (1 + math.cos(math.pi * done)) * min(1.0, epoch / RISE))
+        )
+        return losses
+
+    def _differentiate(self, val_mse: Tensor) -> Losses:
+        if not self.parameters.done:
+            self.parameters.step()
         elif self._physics_mse is None and (self._simulates or self._residual is not None):
-            self._physics_mse = self.search.mse.to(val_mse.device)
+            self._physics_mse = self.parameters.mse.to(val_mse.device)
             self._simulated = self._simulate(self._physics_mse) if self._simulates else None
         trust = taught = None
         if self._physics_mse is not None:
@@ -75,7 +83,7 @@ class RolloutTraining:
             taught = self._taught(trust * self._follows(self._physics_mse))
         losses = self._loss.backward(self._simulated, trust, taught)
         self._data = losses.data.to(val_mse)
-        clip_gradients(self.trained)
+        clip_gradients(self._weights)
         return losses
 
     def _follows(self, physics_mse: Tensor) -> Tensor:
@@ -86,7 +94,7 @@ class RolloutTraining:
         """What predictions are to obey; None where physics has nothing to teach."""
         if self._residual is None or not trust.any():
             return None
-        return Taught(self._residual, self.search.params, self._stage.task.recipe.beta * trust)
+        return Taught(self._residual, self.parameters.params, self._recipe.beta * trust)
 
     def _simulate(self, physics_mse: Tensor) -> Simulated | None:
         """Trials that physics makes with the identified parameters, of seeds whose physics follows the measured ones;
@@ -95,8 +103,11 @@ class RolloutTraining:
         follows = self._follows(physics_mse)
         if not follows.any():
             return None
-        emg = imagine_emg(stage.trials, stage.task.recipe.simulated_trials, DATA_SEED)
-        angle, inside, donors = simulate_imagined(stage.task.model, self.search.params, stage.trials, emg, DATA_SEED)
+        emg = imagine_emg(stage.trials, self._recipe.simulated_trials, DATA_SEED)
+        angle, inside, donors = simulate_imagined(
+            stage.task.model, self.parameters.params, stage.trials, emg, DATA_SEED
+        )
+        angle = angle.expand(stage.network.seeds, *angle.shape[-2:])  # one for all where nothing is identified
         told = told_of(stage.trials, donors, stage.network.architecture.known, emg.shape[1])
         inputs = torch.from_numpy(np.concatenate([emg, told], axis=-1)).to(device)
         usable = torch.full((len(emg),), emg.shape[1])

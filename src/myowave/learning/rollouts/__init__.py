@@ -1,5 +1,0 @@
-"""The method of recipe `rollout`: networks fed by their own predictions.
-
-`rollout` is the definition in plain torch, `fast` the same map several times as fast, `loss` what an epoch measures,
-`training` what it does.
-"""
