@@ -10,6 +10,7 @@ from myowave.identification.free_parameters import Free
 from myowave.identification.least_squares import (
     Normal,
     bounded_step,
+    gain_of,
     minimise_within,
     normal_equations,
     onto_starts,
@@ -122,3 +123,19 @@ def test_what_was_fitted_is_the_trace_of_the_hat_matrix(known):
     design = np.concatenate([samples, np.eye(10)[6:] * np.sqrt(weight)[:, None]])
     hat = design @ np.linalg.pinv(design)
     assert normal.fitted == pytest.approx(np.trace(hat[:60, :60]), rel=1e-6)
+
+
+def test_a_gain_is_the_fall_of_the_objective_and_noise_makes_it_by_as_much_as_its_freedom():
+    random = np.random.default_rng(0)
+    signal, prior = random.standard_normal((200, 6)) * [1, 1, 1, 0.1, 0.1, 0.1], 4.0
+    information = signal.T @ signal
+    falls = []
+    for _ in range(300):
+        noise = random.standard_normal(200)
+        gain = gain_of(information, signal.T @ noise, prior)
+        left = noise - signal @ gain.estimate
+        assert gain.fall == pytest.approx((noise**2).sum() - (left**2).sum() - prior * (gain.estimate**2).sum())
+        falls.append(gain.fall)
+    assert np.mean(falls) == pytest.approx(gain.freedom, rel=0.1) and gain.freedom < 6
+    bounded = gain_of(information, signal.T @ (3 * signal[:, 0]), high=1.0)
+    assert bounded.estimate[0] == pytest.approx(1.0) and bounded.fall < gain_of(information, signal.T @ noise * 99).fall

@@ -27,6 +27,39 @@ NEGLIGIBLE = 1e-14  # eigenvalues below this share of the largest are rounding
 
 
 @dataclass(frozen=True)
+class Gain:
+    """What further parameters promise, to first order.
+
+    Args:
+        estimate: their best values, (E,).
+        fall: of the objective that they promise, at least 0.
+        freedom: what it would fall by for noise of variance 1, on average; the number of parameters where nothing is
+            known of them and all are seen.
+    """
+
+    estimate: Array
+    fall: float
+    freedom: float
+
+
+def gain_of(
+    information: Array, product: Array, prior: float = 0.0, low: Array | float = -np.inf, high: Array | float = np.inf
+) -> Gain:
+    """What parameters gain that act on a residual by a signal, (R, E).
+
+    Args:
+        information, product: signal^T signal (E, E) and signal^T residual (E,).
+        prior: variance of the residual over that of each parameter, which is expected at 0; 0 where nothing is known.
+        low, high: bounds of the parameters, () or (E,).
+    """
+    least = 1e-9 * np.trace(information) + 1e-300  # where columns are alike none of them is to be large
+    matrix = information + (prior or least) * np.eye(len(product))
+    estimate = minimise_within(matrix, product, np.asarray(low), np.asarray(high))
+    fall = 2 * estimate @ product - estimate @ information @ estimate - prior * (estimate**2).sum()
+    return Gain(estimate, max(float(fall), 0.0), float(np.trace(pseudo_inverse(matrix) @ information)))
+
+
+@dataclass(frozen=True)
 class Normal:
     """Residuals and their derivatives, the starts of the trials eliminated; parameters in units of their scale.
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from myowave.data.simulate import MANOEUVRES, Manoeuvre, synthetic_emg
 from myowave.diagnosis.search.score import score_effect
 from myowave.identification.free_parameters import Free, bind_values, effect_parameters, expected
-from myowave.identification.least_squares import normal_equations, pseudo_inverse, without_starts
+from myowave.identification.least_squares import gain_of, normal_equations, without_starts
 from myowave.identification.output_error import Fit, polish
 from myowave.identification.record import Record
 from myowave.physics.effect import Effect
@@ -147,5 +147,4 @@ def _separation(parts: Sequence[tuple[Array, Array, Array]], strength: Array, we
         matrix += np.einsum("tnp,tnq->pq", columns, columns)
         vector += np.einsum("tnp,tn->p", columns, left)
         total += float((left**2).sum())
-    imitated = vector @ pseudo_inverse(matrix, 1e-10) @ vector
-    return max(total - float(imitated), 0.0) / noise**2
+    return max(total - gain_of(matrix, vector).fall, 0.0) / noise**2

@@ -20,7 +20,7 @@ import torch
 from numpy.typing import NDArray
 
 from myowave.identification.free_parameters import Free, bind_values, bounds, effect_parameters, scales
-from myowave.identification.least_squares import minimise_within, pseudo_inverse, scaled_slope
+from myowave.identification.least_squares import gain_of, scaled_slope
 from myowave.identification.output_error import TOLERANCE, Fit
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
@@ -133,8 +133,7 @@ def confusion(scores: Mapping[str, Score], one: str, other: str) -> float:
     a, b = scores[one], scores[other]
     towards = _strongest(a)
     signal = a.signal @ towards
-    product = b.signal.T @ signal
-    imitated = product @ pseudo_inverse(b.information, 1e-10) @ product
+    imitated = gain_of(b.information, b.signal.T @ signal).fall
     return float(np.sqrt(np.clip(imitated / max((signal**2).sum(), 1e-300), 0.0, 1.0)))
 
 
@@ -192,10 +191,9 @@ def best_within(information: Array, product: Array, free: tuple[Free, ...]) -> t
     Returns:
         The values in units of the scales, (E,), and the fall, at least 0.
     """
-    low, high = bounds(free)
-    ridge = information + (1e-9 * np.trace(information) + 1e-300) * np.eye(len(free))
-    estimate = minimise_within(ridge, product, low / scales(free), high / scales(free))
-    return estimate, max(float(2 * estimate @ product - estimate @ information @ estimate), 0.0)
+    low, high = (bound / scales(free) for bound in bounds(free))
+    gain = gain_of(information, product, low=low, high=high)
+    return gain.estimate, gain.fall
 
 
 def _visible(left: Array, whole: Array) -> tuple[float, Array]:
