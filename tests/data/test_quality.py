@@ -33,13 +33,13 @@ def drop(values, start, length, fill):
 
 
 CHECKS = {
-    "dead channel": lambda s: emg.dead_channel("1", "emg_biceps", s, 20.0),
-    "clipping": lambda s: emg.clipping("1", "emg_biceps", s),
-    "mains hum": lambda s: emg.mains_hum("1", "emg_biceps", s, None),
-    "power below 20 Hz": lambda s: emg.slow_power("1", "emg_biceps", s),
-    "not raw EMG": lambda s: emg.not_raw("1", "emg_biceps", s),
-    "gap": lambda s: emg.held_values("1", "emg_biceps", s),
-    "repeated block": lambda s: emg.repeated_block("1", "emg_biceps", s),
+    "dead channel": lambda s: emg.dead_channel(s, 20.0),
+    "clipping": lambda s: emg.clipping(s),
+    "mains hum": lambda s: emg.mains_hum(s, None),
+    "power below 20 Hz": lambda s: emg.slow_power(s),
+    "not raw EMG": lambda s: emg.slow_power(s),
+    "gap": lambda s: emg.filled_gaps(s),
+    "repeated block": lambda s: emg.filled_gaps(s),
 }
 FAULTS = {
     "constant": (np.full(len(TIME), 3.0), "dead channel"),
@@ -73,39 +73,39 @@ def test_a_good_channel_raises_no_doubt(check, seed):
 
 
 def test_where_a_copy_or_gap_begins_is_told_in_seconds():
-    assert "at 5.00 s" in next(emg.repeated_block("1", "b", channel(FAULTS["a block again"][0]))).found
-    assert "at 5.00 s" in next(emg.held_values("1", "b", channel(FAULTS["zeros instead"][0]))).found
+    assert "at 5.00 s" in next(emg.filled_gaps(channel(FAULTS["a block again"][0]))).found
+    assert "at 5.00 s" in next(emg.filled_gaps(channel(FAULTS["zeros instead"][0]))).found
 
 
 def test_a_line_that_the_processing_takes_out_is_no_doubt():
     hum = channel(FAULTS["hum of 50 Hz"][0])
-    assert list(emg.mains_hum("1", "emg_biceps", hum, 50.0)) == []
-    assert len(list(emg.mains_hum("1", "emg_biceps", hum, 60.0))) == 1
+    assert list(emg.mains_hum(hum, 50.0)) == []
+    assert len(list(emg.mains_hum(hum, 60.0))) == 1
 
 
 def test_an_envelope_that_hardly_changes_shows_no_contraction():
     rest = 1 + 0.05 * np.sin(TIME)
-    assert [f.check for f in emg.silent_channel("1", "b", channel(rest))] == ["no contraction"]
-    assert list(emg.silent_channel("1", "b", channel(1 + 0.9 * np.sin(TIME)))) == []
+    assert [f.check for f in emg.silent_channel(channel(rest))] == ["no contraction"]
+    assert list(emg.silent_channel(channel(1 + 0.9 * np.sin(TIME)))) == []
 
 
 @pytest.mark.parametrize(("share", "found"), [(0.0, 0), (0.3, 0), (1.5, 1), (-1.5, 1)])
 def test_channels_that_share_a_signal_are_suspected(share, found):
     one = burst(1)
     two = burst(2) + share * np.roll(one, 3)  # 3 ms later
-    assert len(list(emg.crosstalk("1", {"emg_a": channel(one), "emg_b": channel(two)}))) == found
+    assert len(list(emg.crosstalk({"emg_a": channel(one), "emg_b": channel(two)}))) == found
 
 
 @pytest.mark.parametrize("rate", [30.0, 100.0, 200.0])
 def test_an_angle_that_leaps_is_found_and_one_that_moves_is_not(rate):
     smooth = np.radians(curl(rate=rate, period=1.5))  # brisk
     angle = Sampled(smooth, rate, 0.0, "rad")
-    assert list(motion.jumps("1", "angle", angle)) == []
+    assert list(motion.jumps(angle)) == []
     leap = smooth + np.radians(40.0) * (np.arange(len(smooth)) > len(smooth) // 2)
-    found = list(motion.jumps("1", "angle", angle.with_values(leap)))
+    found = list(motion.jumps(angle.with_values(leap)))
     assert len(found) == 1 and f"at {(len(smooth) // 2 + 1) / rate:.2f} s (1 such" in found[0].found
     spike = smooth + np.radians(40.0) * (np.arange(len(smooth)) == 50)
-    assert len(list(motion.jumps("1", "angle", angle.with_values(spike)))) == 1
+    assert len(list(motion.jumps(angle.with_values(spike)))) == 1
 
 
 @pytest.mark.parametrize(
@@ -119,7 +119,7 @@ def test_an_angle_that_leaps_is_found_and_one_that_moves_is_not(rate):
 )
 def test_an_elbow_that_goes_where_none_goes_is_found(change, check):
     angle = Sampled(np.radians(change(curl())), 100.0, 0.0, "rad")
-    assert [f.check for f in motion.range_of_motion("1", angle)] == ([check] if check else [])
+    assert [f.check for f in motion.range_of_motion(angle)] == ([check] if check else [])
 
 
 def trial_with(shift=0.1, stretch=1.0, seconds=24.0):
@@ -149,10 +149,9 @@ def test_clocks_that_differ_are_told(shift, stretch, checks):
 
 
 def test_durations_that_differ_are_told():
-    raw, _ = trial_with()
-    assert list(clocks.durations("1", raw)) == []
-    short = RawTrial({"emg_a": channel(TIME[:-100])}, Sampled(curl(), 100.0, 0.0, "rad"), {})
-    assert [f.check for f in clocks.durations("1", short)] == ["durations"]
+    angle = Sampled(curl(), 100.0, 0.0, "rad")
+    assert list(clocks.durations(channel(TIME), angle)) == []
+    assert [finding.check for finding in clocks.durations(channel(TIME[:-100]), angle)] == ["durations"]
 
 
 def test_a_session_reports_each_doubt_with_its_trial_and_channel(tmp_path):

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from myowave.data.checks.across import duplicate_problems, rate_problems
 from myowave.data.checks.ranges import angle_problems, emg_problems, torque_problems
-from myowave.data.checks.tables import beyond_tables, table_problems
+from myowave.data.checks.tables import beyond_tables
 from myowave.data.processing.excitation import describe, envelope, lag_of
 from myowave.data.processing.filters import has_hum
 from myowave.data.processing.grid import common_grid, sample_as_it_comes, sample_at
@@ -61,7 +61,7 @@ def import_trials(
     prepared = prepare(dataset, settings, read_session(dataset, settings, root, channels))
     findings = list(find_faults(prepared, settings.processing.notch_hz))
     beyond = beyond_tables(prepared.trials, tables or {})
-    _refuse(dataset, table_problems(beyond))
+    _refuse(dataset, [one.problem for one in beyond if one.problem])
     findings += [angle_beyond_tables(found) for found in beyond]
     return prepared, report(dataset, findings, prepared.gains)
 

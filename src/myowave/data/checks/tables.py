@@ -1,7 +1,7 @@
 """Whether measured angles stay where the tables of an arm's paths can be trusted."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,31 +17,13 @@ class Beyond:
 
     Args:
         trial: its name.
-        share: of its samples that are beyond any of the tables [-].
-        angle: its angle farthest beyond the table of `muscle` [deg].
-        distance: how far beyond [deg]; `margin` says how far may be [deg].
-        ends: of that table [deg], which is in `file`.
+        found: how much of it is beyond any of the tables, and how far, in words.
+        problem: the same, where it goes too far beyond one; else empty.
     """
 
     trial: str
-    share: float
-    angle: float
-    distance: float
-    margin: float
-    muscle: str
-    file: str
-    ends: tuple[float, float]
-
-    @property
-    def too_far(self) -> bool:
-        return self.distance > self.margin
-
-    def describe(self) -> str:
-        """In words, without the trial's name."""
-        return (
-            f"{100 * self.share:.2g} % of the samples are beyond the tables of path lengths, up to {self.distance:.3g} "
-            f"deg; moment arms there are those at the tables' ends"
-        )
+    found: str
+    problem: str
 
 
 def beyond_tables(trials: Trials, tables: Mapping[str, PathTable]) -> list[Beyond]:
@@ -63,30 +45,16 @@ def beyond_tables(trials: Trials, tables: Mapping[str, PathTable]) -> list[Beyon
             continue
         worst = max(excess, key=excess.__getitem__)
         n = int(outside[worst].argmax())
-        low, high = ranges[worst]
-        found.append(
-            Beyond(
-                trial=trial,
-                share=float(np.any([out > 0 for out in outside.values()], axis=0).mean()),
-                angle=math.degrees(angle[n]),
-                distance=math.degrees(outside[worst][n]),
-                margin=tables[worst].margin_deg,
-                muscle=worst,
-                file=tables[worst].file,
-                ends=(math.degrees(low), math.degrees(high)),
-            )
+        share, distance = np.any([out > 0 for out in outside.values()], axis=0).mean(), math.degrees(outside[worst][n])
+        words = (
+            f"{100 * share:.2g} % of the samples are beyond the tables of path lengths, up to {distance:.3g} deg; moment "
+            "arms there are those at the tables' ends"
         )
+        table, (low, high) = tables[worst], map(math.degrees, ranges[worst])
+        problem = (
+            f"trial {trial}: the angle is {math.degrees(angle[n]):.4g} deg, {distance:.3g} deg beyond the table of muscle "
+            f"{worst} ({table.file}, {low:.4g} to {high:.4g} deg); expected at most {table.margin_deg:g} deg beyond. Cut "
+            "the trial, extend the table, or raise the path's margin_deg if the moment arm may be taken as constant so far."
+        )
+        found.append(Beyond(trial, words, problem if distance > table.margin_deg else ""))
     return found
-
-
-def table_problems(found: Sequence[Beyond]) -> Iterator[str]:
-    """Trials that go farther beyond a table than its margin."""
-    for one in found:
-        if one.too_far:
-            low, high = one.ends
-            yield (
-                f"trial {one.trial}: the angle is {one.angle:.4g} deg, {one.distance:.3g} deg beyond the table of "
-                f"muscle {one.muscle} ({one.file}, {low:.4g} to {high:.4g} deg); expected at most {one.margin:g} deg "
-                "beyond. Cut the trial, extend the table, or raise the path's margin_deg if the moment arm may be "
-                "taken as constant so far."
-            )

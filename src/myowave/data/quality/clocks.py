@@ -23,19 +23,16 @@ _STEP_S = 0.02
 _LAGS_S = np.arange(-0.6, 0.6 + _STEP_S / 2, _STEP_S)
 
 
-def durations(trial: str, raw: RawTrial) -> Iterator[Finding]:
+def durations(emg: Sampled, angle: Sampled) -> Iterator[Finding]:
     """EMG and angle that do not begin and end together although they were started together."""
-    for channel, emg in raw.emg.items():
-        emg_s, angle_s = (len(s.values) / s.rate for s in (emg, raw.angle))
-        if abs(emg_s - angle_s) > max(ENDS_S, ENDS_SHARE * angle_s):
-            yield Finding(
-                "durations",
-                f"EMG lasts {emg_s:.3f} s, the angle {angle_s:.3f} s",
-                "Where both were started and stopped together, a rate is wrong or a clock drifts: compare rate_hz with "
-                "the recorder's. Otherwise say processing.emg_start_offset_s; only the common time is used.",
-                trial,
-                channel,
-            )
+    emg_s, angle_s = (len(s.values) / s.rate for s in (emg, angle))
+    if abs(emg_s - angle_s) > max(ENDS_S, ENDS_SHARE * angle_s):
+        yield Finding(
+            "durations",
+            f"EMG lasts {emg_s:.3f} s, the angle {angle_s:.3f} s",
+            "Where both were started and stopped together, a rate is wrong or a clock drifts: compare rate_hz with the "
+            "recorder's. Otherwise say processing.emg_start_offset_s; only the common time is used.",
+        )
 
 
 def offset_and_drift(raw: Mapping[str, RawTrial], envelopes: Mapping[str, Mapping[str, Sampled]]) -> Iterator[Finding]:

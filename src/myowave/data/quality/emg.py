@@ -1,4 +1,4 @@
-"""Doubts about raw EMG: each check is a generator of findings about one channel of one trial, or a pair of them."""
+"""Doubts about EMG that is not constant: each check is a generator of findings about one channel, or a pair of them."""
 
 from collections.abc import Iterator, Mapping
 from itertools import combinations, groupby
@@ -32,7 +32,7 @@ CROSSTALK_S = 0.005
 _BAND_HZ = (20.0, 450.0)
 
 
-def dead_channel(trial: str, channel: str, raw: Sampled, typical: float) -> Iterator[Finding]:
+def dead_channel(raw: Sampled, typical: float) -> Iterator[Finding]:
     """A channel that recorded nothing; `typical` is the median over the trials of its standard deviation."""
     scatter = float(raw.values.std())
     if scatter == 0 or scatter < DEAD * typical:
@@ -40,12 +40,10 @@ def dead_channel(trial: str, channel: str, raw: Sampled, typical: float) -> Iter
             "dead channel",
             f"scatters by {scatter:.2g} {raw.unit}, over the session typically by {typical:.2g} {raw.unit}",
             "The electrode was off or the column is another one: leave the trial or the channel out.",
-            trial,
-            channel,
         )
 
 
-def silent_channel(trial: str, channel: str, envelope: Sampled) -> Iterator[Finding]:
+def silent_channel(envelope: Sampled) -> Iterator[Finding]:
     """A channel in which no contraction is to be seen."""
     low, high = np.percentile(envelope.values, [5, 95])
     if high < SILENT * low:
@@ -53,27 +51,24 @@ def silent_channel(trial: str, channel: str, envelope: Sampled) -> Iterator[Find
             "no contraction",
             f"the envelope stays between {low:.3g} and {high:.3g} {envelope.unit}",
             "Noise only, or a muscle that rests: do not normalise by this trial, and check the electrode.",
-            trial,
-            channel,
         )
 
 
-def clipping(trial: str, channel: str, raw: Sampled) -> Iterator[Finding]:
+def clipping(raw: Sampled) -> Iterator[Finding]:
     """Values that stay at the end of the recorder's range."""
-    ends = [(end, _runs(raw.values == end)) for end in (raw.values.max(), raw.values.min())]
-    counts = [(end, sum(length >= CLIPPED_RUN for _, length in runs)) for end, runs in ends]
-    if raw.values.std() > 0 and (clipped := [(end, n) for end, n in counts if n >= CLIPPED_RUNS]):
-        end, count = max(clipped, key=lambda pair: pair[1])
+    counts = {
+        end: sum(n >= CLIPPED_RUN for _, n in _runs(raw.values == end)) for end in (raw.values.max(), raw.values.min())
+    }
+    end, count = max(counts.items(), key=lambda pair: pair[1])
+    if count >= CLIPPED_RUNS:
         yield Finding(
             "clipping",
             f"stays at {end:.4g} {raw.unit} {count} times",
             "The recorder's range was too small, so peaks are missing: record with less gain, or leave the trial out.",
-            trial,
-            channel,
         )
 
 
-def mains_hum(trial: str, channel: str, raw: Sampled, notch_hz: float | None) -> Iterator[Finding]:
+def mains_hum(raw: Sampled, notch_hz: float | None) -> Iterator[Finding]:
     """A line at the frequency of the mains, unless it is taken out."""
     for frequency in MAINS_HZ:
         if frequency < raw.rate / 2 and frequency != notch_hz:
@@ -84,71 +79,49 @@ def mains_hum(trial: str, channel: str, raw: Sampled, notch_hz: float | None) ->
                     "mains hum",
                     f"a line at {frequency:g} Hz, {height:.0f} times its neighbourhood, with {share:.1%} of the power",
                     f"Set processing.notch_hz to {frequency:g}; next time, check the reference electrode.",
-                    trial,
-                    channel,
                 )
 
 
-def slow_power(trial: str, channel: str, raw: Sampled) -> Iterator[Finding]:
-    """Much power where EMG has little: cables that swing and electrodes that shift."""
-    share = share_of_power(raw.values, raw.rate, 0, SLOW_HZ)
-    if SLOW_SHARE < share < 1 - FAST_SHARE:
-        yield Finding(
-            "power below 20 Hz",
-            f"{share:.0%} of the power is below {SLOW_HZ:g} Hz",
-            "Cables or electrodes moved. The band-pass takes out what is below its lower end; raise that end to 30 Hz "
-            "if the envelope follows the motion rather than the muscle.",
-            trial,
-            channel,
-        )
-
-
-def not_raw(trial: str, channel: str, raw: Sampled) -> Iterator[Finding]:
-    """A signal that is called raw and is not: rectified, or an envelope."""
-    fast = 1 - share_of_power(raw.values, raw.rate, 0, SLOW_HZ)
-    rectified = raw.values.min() >= 0 and raw.values.max() > 0
-    if raw.values.std() > 0 and (rectified or fast < FAST_SHARE):
-        found = "never below 0" if rectified else f"only {fast:.0%} of the power is above {SLOW_HZ:g} Hz"
+def slow_power(raw: Sampled) -> Iterator[Finding]:
+    """Much power where EMG has little: no raw EMG at all, or cables that swing and electrodes that shift."""
+    slow = share_of_power(raw.values, raw.rate, 0, SLOW_HZ)
+    rectified = raw.values.min() >= 0
+    if rectified or slow > 1 - FAST_SHARE:
         yield Finding(
             "not raw EMG",
-            found,
+            "never below 0" if rectified else f"only {1 - slow:.0%} of the power is above {SLOW_HZ:g} Hz",
             "This looks rectified or smoothed: export the raw signal, or say form: envelope for the channel.",
-            trial,
-            channel,
+        )
+    elif slow > SLOW_SHARE:
+        yield Finding(
+            "power below 20 Hz",
+            f"{slow:.0%} of the power is below {SLOW_HZ:g} Hz",
+            "Cables or electrodes moved. The band-pass takes out what is below its lower end; raise that end to 30 Hz "
+            "if the envelope follows the motion rather than the muscle.",
         )
 
 
-def held_values(trial: str, channel: str, raw: Sampled) -> Iterator[Finding]:
-    """Stretches in which nothing changes, as a lost radio link leaves them."""
+def filled_gaps(raw: Sampled) -> Iterator[Finding]:
+    """Stretches that a recorder filled where a radio link was lost: with one value, or with a copy."""
     shortest = max(4, round(HELD_S * raw.rate))
-    held = [(start, length + 1) for start, length in _runs(np.diff(raw.values) == 0) if length + 1 >= shortest]
-    if held and raw.values.std() > 0:
-        longest = max(length for _, length in held) / raw.rate
+    if still := [(start, n + 1) for start, n in _runs(np.diff(raw.values) == 0) if n + 1 >= shortest]:
+        longest = max(length for _, length in still) / raw.rate
         yield Finding(
             "gap",
-            f"does not change for {1000 * longest:.0f} ms, first {_times(raw, [start for start, _ in held])}",
+            f"does not change for {1000 * longest:.0f} ms, first {_times(raw, [start for start, _ in still])}",
             "The recorder filled a gap with one value: cut the trial there with cut_s, or record again.",
-            trial,
-            channel,
         )
-
-
-def repeated_block(trial: str, channel: str, raw: Sampled) -> Iterator[Finding]:
-    """Blocks of samples that are there twice, as some recorders fill gaps."""
     length = max(16, round(REPEATED_S * raw.rate))
-    starts = _repeats(raw.values, length)
-    if len(starts):
+    if starts := _repeats(raw.values, length):
         yield Finding(
             "repeated block",
             f"{len(starts)} blocks of {1000 * length / raw.rate:.0f} ms or more are copies of earlier ones, first "
             f"{_times(raw, starts)}",
             "The recorder filled gaps with copies: cut the trial there with cut_s, or record again.",
-            trial,
-            channel,
         )
 
 
-def crosstalk(trial: str, emg: Mapping[str, Sampled]) -> Iterator[Finding]:
+def crosstalk(emg: Mapping[str, Sampled]) -> Iterator[Finding]:
     """Two channels that hold the same signal, or its mirror image."""
     for (one, a), (two, b) in combinations(emg.items(), 2):
         shared = _shared(a, b)
@@ -158,7 +131,6 @@ def crosstalk(trial: str, emg: Mapping[str, Sampled]) -> Iterator[Finding]:
                 f"{one} and {two} have a correlation of {shared:.2f} within {1000 * CROSSTALK_S:g} ms",
                 "Electrodes may see one muscle, or share a poor reference: compare the two, and keep the one that is "
                 "nearer to its muscle; the effect emg_crosstalk tells the diagnosis of it.",
-                trial,
             )
 
 

@@ -16,7 +16,7 @@ LITTLE_DEG = 20.0
 """Range of motion below which a trial says little [deg]."""
 
 
-def jumps(trial: str, signal: str, angle: Sampled) -> Iterator[Finding]:
+def jumps(angle: Sampled) -> Iterator[Finding]:
     """Single steps that no arm makes."""
     steps = np.diff(np.degrees(angle.values))
     beyond = np.pad(np.abs(steps[1:-1] - (steps[:-2] + steps[2:]) / 2), 1)
@@ -31,12 +31,10 @@ def jumps(trial: str, signal: str, angle: Sampled) -> Iterator[Finding]:
             "jump of the angle",
             f"goes by {steps[first]:.1f} deg from one sample to the next at {when:.2f} s ({len(where)} such steps)",
             "A marker or sensor was lost, or an angle leapt by a turn: cut the trial there with cut_s, or repair it.",
-            trial,
-            signal,
         )
 
 
-def range_of_motion(trial: str, angle: Sampled) -> Iterator[Finding]:
+def range_of_motion(angle: Sampled) -> Iterator[Finding]:
     """An elbow that goes where none goes, or hardly moves."""
     low, high = np.degrees(angle.values.min()), np.degrees(angle.values.max())
     span = f"goes from {low:.0f} to {high:.0f} deg"
@@ -45,16 +43,12 @@ def range_of_motion(trial: str, angle: Sampled) -> Iterator[Finding]:
             "range of the angle",
             f"{span}; an elbow from {STRAIGHT_DEG:g} to {BENT_DEG:g} deg",
             "Correct sign or offset_deg of the angle, so that 0 is the straight arm.",
-            trial,
-            "angle",
         )
     elif high - low < LITTLE_DEG:
         yield Finding(
             "little motion",
             span,
             "What depends on posture cannot be identified from it: record larger motions.",
-            trial,
-            "angle",
         )
 
 
@@ -62,7 +56,7 @@ def angle_beyond_tables(beyond: Beyond) -> Finding:
     """An elbow that goes farther than the arm's tables of path lengths."""
     return Finding(
         "angle beyond the tables",
-        beyond.describe(),
+        beyond.found,
         "Doubt torques at these angles: extend the tables if the muscles' paths are known there.",
         beyond.trial,
         "angle",

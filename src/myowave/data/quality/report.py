@@ -1,11 +1,12 @@
 """The quality report of a session: what is doubtful in it, and what to do about each doubt."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from myowave.data.processing.sampled import Sampled
 from myowave.data.quality import clocks, emg, motion
 from myowave.data.quality.finding import Finding
 from myowave.data.recording import Prepared
@@ -18,30 +19,29 @@ def find_faults(prepared: Prepared, notch_hz: float | None) -> Iterator[Finding]
     typical = {c: float(np.median([trial.emg[c].values.std() for trial in raw.values()])) for c in forms}
     for name, trial in raw.items():
         for channel, signal in trial.emg.items():
-            dead = list(emg.dead_channel(name, channel, signal, typical[channel]))
-            yield from dead
-            if dead:
+            of = partial(_about, name, channel)
+            if dead := list(of(emg.dead_channel(signal, typical[channel]))):
+                yield from dead
                 continue
-            yield from emg.silent_channel(name, channel, envelopes[name][channel])
+            yield from of(emg.silent_channel(envelopes[name][channel]))
             if forms[channel] == "raw":
-                yield from _of_raw(name, channel, signal, notch_hz)
-        yield from emg.crosstalk(name, {c: s for c, s in trial.emg.items() if forms[c] == "raw"})
-        yield from motion.jumps(name, "angle", trial.angle)
-        yield from motion.range_of_motion(name, trial.angle)
+                yield from of(emg.clipping(signal))
+                yield from of(emg.mains_hum(signal, notch_hz))
+                yield from of(emg.slow_power(signal))
+                yield from of(emg.filled_gaps(signal))
+        yield from _about(name, "", emg.crosstalk({c: s for c, s in trial.emg.items() if forms[c] == "raw"}))
+        yield from _about(name, "angle", motion.jumps(trial.angle))
+        yield from _about(name, "angle", motion.range_of_motion(trial.angle))
         for key, signal in trial.signals.items():
-            yield from motion.jumps(name, key, signal)
-        yield from clocks.durations(name, trial)
+            yield from _about(name, key, motion.jumps(signal))
+        for channel, signal in trial.emg.items():
+            yield from _about(name, channel, clocks.durations(signal, trial.angle))
     yield from clocks.offset_and_drift(raw, envelopes)
     yield from _above_one(prepared.trials)
 
 
-def _of_raw(name: str, channel: str, signal: Sampled, notch_hz: float | None) -> Iterator[Finding]:
-    yield from emg.clipping(name, channel, signal)
-    yield from emg.mains_hum(name, channel, signal, notch_hz)
-    yield from emg.slow_power(name, channel, signal)
-    yield from emg.not_raw(name, channel, signal)
-    yield from emg.held_values(name, channel, signal)
-    yield from emg.repeated_block(name, channel, signal)
+def _about(trial: str, signal: str, findings: Iterator[Finding]) -> Iterator[Finding]:
+    return (replace(finding, trial=trial, signal=signal) for finding in findings)
 
 
 def _above_one(trials: Trials) -> Iterator[Finding]:
