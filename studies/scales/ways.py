@@ -6,7 +6,7 @@ have as many restarts. The last stage of every way but the one from fine to coar
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -54,11 +54,13 @@ def from_fine(trials: Trials, scales: int) -> dict[int, Trials]:
 
 
 def of_emg(trials: Trials, scales: int) -> dict[int, Trials]:
-    return decompose(trials, scales - 1, decompose="emg")
+    return {
+        j: replace(each, angle=trials.angle, signals=trials.signals) for j, each in projected(trials, scales).items()
+    }
 
 
 def of_angle(trials: Trials, scales: int) -> dict[int, Trials]:
-    return decompose(trials, scales - 1, decompose="angle")
+    return {j: replace(each, emg=trials.emg) for j, each in projected(trials, scales).items()}
 
 
 def decimated(trials: Trials, scales: int) -> dict[int, Trials]:

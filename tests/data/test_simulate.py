@@ -15,9 +15,8 @@ from myowave.data.simulate import (
     Manoeuvre,
     simulate_trials,
     synthetic_emg,
-    write_truth,
 )
-from myowave.data.store import write_trials
+from myowave.data.store import write_json, write_trials
 from myowave.physics.drive import channels_of
 from myowave.physics.effects import catalogue
 from myowave.physics.motion import simulate
@@ -122,7 +121,7 @@ def test_a_hidden_effect_moves_the_arm_and_is_nowhere_in_the_trials(base, plain,
 
 
 def test_the_truth_is_written_apart(case3, tmp_path):
-    write_truth(case3[1], tmp_path / "truth.json")
+    write_json(case3[1], tmp_path / "truth.json")
     truth = json.loads((tmp_path / "truth.json").read_text())
     assert truth["emg_noise"] == 0.2 and truth["parameters"]["f0_Bi"] == 300.0 and truth["effects"] == []
 

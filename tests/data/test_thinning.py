@@ -46,8 +46,8 @@ def test_trials_that_have_no_more_samples_than_asked_for_stay_as_they_are(trials
 
 def test_scales_of_thinned_trials_are_those_of_what_is_left(trials):
     scales = decompose(trials, 2)
-    assert thin_scales(scales, None, 2, "db2", "both") is scales
-    thinned, expected = thin_scales(scales, 25.0, 1, "db2", "both"), decompose(thin(trials, 25.0), 1)
+    assert thin_scales(scales, None, 2, "db2") is scales
+    thinned, expected = thin_scales(scales, 25.0, 1, "db2"), decompose(thin(trials, 25.0), 1)
     assert set(thinned) == {0, 1}
     for level in thinned:
         np.testing.assert_array_equal(thinned[level].angle, expected[level].angle)

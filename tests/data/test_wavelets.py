@@ -124,13 +124,6 @@ def test_padding_never_reaches_a_shorter_trial(trials):
         assert (together[level].emg[0, :80] == alone[level].emg[0]).all()
 
 
-@pytest.mark.parametrize("option", ["both", "emg", "angle"])
-def test_input_or_output_can_be_left_as_recorded(trials, option):
-    coarse = decompose(trials, 2, decompose=option)[2]
-    assert np.array_equal(coarse.emg, trials.emg) == (option == "angle")
-    assert np.array_equal(coarse.angle, trials.angle) == (option == "emg")
-
-
 def test_each_scale_is_the_projection_of_its_level(trials):
     for level, coarse in decompose(trials, 3).items():
         for i, length in enumerate(trials.lengths):
@@ -166,7 +159,6 @@ def test_the_shortest_signal_a_level_allows_is_projected():
     [
         ({"wavelet": "bior2.2"}, "wavelet is 'bior2.2'; expected"),
         ({"wavelet": "mexican hat"}, "wavelet is 'mexican hat'; expected"),
-        ({"decompose": "none"}, "decompose is 'none'; expected 'both', 'emg' or 'angle'"),
         ({"levels": -1}, "level -1"),
     ],
 )

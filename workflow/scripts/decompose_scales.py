@@ -8,4 +8,4 @@ from myowave.workflow.job import job_log
 with job_log(f"decompose {snakemake.wildcards.dataset}", snakemake.log[0]):
     wavelet = Wavelet.model_validate(snakemake.params.wavelet)
     trials = read_trials(snakemake.input.trials)
-    write_scales(decompose(trials, wavelet.levels, wavelet.name, wavelet.decompose), snakemake.output.scales)
+    write_scales(decompose(trials, wavelet.levels, wavelet.name), snakemake.output.scales)

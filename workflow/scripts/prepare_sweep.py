@@ -15,7 +15,7 @@ with job_log("prepare sweep", snakemake.log[0]) as log:
     sweep, wavelet = Sweep.model_validate(params.sweep), Wavelet.model_validate(params.wavelet)
     trials = read_trials(snakemake.input.trials)
     trials = thin(trials.select(trials.train), params.judged["recipe"]["rate_hz"])
-    write_scales(decompose(trials, sweep.scales - 1, wavelet.name, wavelet.decompose), output.scales)
+    write_scales(decompose(trials, sweep.scales - 1, wavelet.name), output.scales)
     name = search_name(sweep, params.judged, Path(output.scales))
     try_first(open_search(name, params.journal), params.judged["recipe"], sweep)
     Path(output.search).write_text(name)

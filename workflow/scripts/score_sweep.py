@@ -25,7 +25,7 @@ with job_log(label, snakemake.log[0]) as log:
     recipe, wavelet = parse_recipe(best), Wavelet.model_validate(params.wavelet)
     scales = read_scales(inputs.scales)
     task = Task(
-        thin_scales(scales, recipe.rate_hz, sweep.scales - 1, wavelet.name, wavelet.decompose),
+        thin_scales(scales, recipe.rate_hz, sweep.scales - 1, wavelet.name),
         build_model(sweep.model, Physics.model_validate(judged["physics"])),
         recipe,
         {key: Identify.model_validate(values) for key, values in judged["identify"].items()},

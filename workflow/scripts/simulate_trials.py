@@ -1,7 +1,7 @@
 """Simulate the trials of a dataset, and keep apart what they were made with."""
 
-from myowave.data.simulate import simulate_trials, write_truth
-from myowave.data.store import write_trials
+from myowave.data.simulate import simulate_trials
+from myowave.data.store import write_json, write_trials
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.settings import Physics, SimulatedDataset
@@ -14,4 +14,4 @@ with job_log(f"simulate trials of {name}", snakemake.log[0]):
     base = build_model("base", physics)
     trials, truth = simulate_trials(name, dataset, base, catalogue(physics.effect_files))
     write_trials(trials, snakemake.output.trials)
-    write_truth(truth, snakemake.output.truth)
+    write_json(truth, snakemake.output.truth)

@@ -18,7 +18,7 @@ with job_log(label, snakemake.log[0]) as log:
     recipe, wavelet = parse_recipe(params.recipe), Wavelet.model_validate(params.wavelet)
     scales = read_scales(snakemake.input.scales)
     task = Task(
-        thin_scales(scales, recipe.rate_hz, total - 1, wavelet.name, wavelet.decompose),
+        thin_scales(scales, recipe.rate_hz, total - 1, wavelet.name),
         build_model(where.model, Physics.model_validate(params.physics)),
         recipe,
         {name: Identify.model_validate(values) for name, values in params.identify.items()},

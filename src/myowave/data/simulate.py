@@ -11,14 +11,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from myowave.data.store import write_json
 from myowave.data.trials import Trials
 from myowave.physics.drive import channels_of
 from myowave.physics.effect import Effect
@@ -171,11 +169,6 @@ def simulate_trials(
         "angle_noise_deg": settings.angle_noise_deg,
     }
     return replace(blank, emg=emg, angle=observed, provenance=provenance), truth
-
-
-def write_truth(truth: Mapping[str, Any], path: str | Path) -> None:
-    """Write the truth of a simulated dataset as JSON, apart from the trials."""
-    write_json(truth, path)
 
 
 def _burst(

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from myowave.data.trials import Trials
-from myowave.data.wavelets import Decompose, decompose
+from myowave.data.wavelets import decompose
 
 
 def thin(trials: Trials, rate_hz: float | None) -> Trials:
@@ -28,15 +28,13 @@ def thin(trials: Trials, rate_hz: float | None) -> Trials:
     return trials.changed(lambda values: values[::every], dt=trials.dt * every, provenance=provenance)
 
 
-def thin_scales(
-    scales: Mapping[int, Trials], rate_hz: float | None, levels: int, wavelet: str, which: Decompose
-) -> Mapping[int, Trials]:
+def thin_scales(scales: Mapping[int, Trials], rate_hz: float | None, levels: int, wavelet: str) -> Mapping[int, Trials]:
     """Scales of thinned trials: as they are where nothing is thinned, else projected anew, as each is then coarser.
 
     Args:
         scales: {level: trials at scale [-level]}, level 0 among them.
         levels: coarsest level that is needed.
-        wavelet, which: as in `wavelets.decompose`.
+        wavelet: as in `wavelets.decompose`.
     """
     thinned = thin(scales[0], rate_hz)
-    return scales if thinned is scales[0] else decompose(thinned, levels, wavelet, which)
+    return scales if thinned is scales[0] else decompose(thinned, levels, wavelet)

@@ -6,7 +6,7 @@ Shapes: T trials, N samples of the longest trial, C EMG channels.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import Any
 
@@ -153,20 +153,16 @@ class Trials:
         if not names:
             raise ValueError(f"dataset {self.dataset!r}: no trial is selected; choose from {list(self.names)}.")
         lengths = tuple(self.lengths[i] for i in index)
-        return Trials(
-            dataset=self.dataset,
-            dt=self.dt,
+        samples = slice(max(lengths))
+        return replace(
+            self,
             names=names,
-            channels=self.channels,
-            emg=self.emg[index, : max(lengths)],
-            angle=self.angle[index, : max(lengths)],
+            emg=self.emg[index, samples],
+            angle=self.angle[index, samples],
             lengths=lengths,
             test=tuple(name for name in self.test if name in names),
             conditions={name: values for name, values in self.conditions.items() if name in names},
-            constants=self.constants,
-            provenance=self.provenance,
-            signals={name: values[index, : max(lengths)] for name, values in self.signals.items()},
-            over_time=self.over_time,
+            signals={name: values[index, samples] for name, values in self.signals.items()},
         )
 
     def changed(self, change: Change, emg: Change | None = None, **fields: Any) -> Trials:

@@ -21,8 +21,7 @@ ones: 0.62 against 0.50 of it at level 2.
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import Literal
+from functools import lru_cache, partial
 
 import numpy as np
 import pywt
@@ -32,13 +31,11 @@ from scipy.sparse import csc_array
 
 from myowave.data.trials import Trials
 
-Decompose = Literal["both", "emg", "angle"]
-
 MAD_TO_SIGMA = 0.6744897501960817
 """Median of |x| for a standard normal x: MAD / 0.6745 estimates its standard deviation."""
 
 
-def decompose(trials: Trials, levels: int, wavelet: str = "db2", decompose: Decompose = "both") -> dict[int, Trials]:
+def decompose(trials: Trials, levels: int, wavelet: str = "db2") -> dict[int, Trials]:
     """Project every trial onto scales 0, -1, ..., -levels.
 
     Each trial is projected over its own length, so padding never leaks into it.
@@ -47,17 +44,17 @@ def decompose(trials: Trials, levels: int, wavelet: str = "db2", decompose: Deco
         trials: the trials at scale [0].
         levels: number of coarsenings J; 0 returns only the trials.
         wavelet: name of an orthogonal wavelet; the paper uses order-2 Daubechies.
-        decompose: project EMG and angle, or only one of them (the paper's Sec. 6). Further signals go with the angle.
 
     Returns:
         {j: trials at scale [-j]} for j = 0 ... levels. Projected EMG may leave [0, 1] a little, as any linear
         filter's output may.
     """
-    if decompose not in ("both", "emg", "angle"):
-        raise ValueError(f"decompose is {decompose!r}; expected 'both', 'emg' or 'angle'.")
     for name, length in zip(trials.names, trials.lengths, strict=True):
         _check_level(length, levels, wavelet, where=f"dataset {trials.dataset!r}, trial {name!r}")
-    return {level: _project_trials(trials, level, wavelet, decompose) for level in range(levels + 1)}
+    provenance = {**trials.provenance, "wavelet": wavelet}
+    return {
+        j: trials.changed(partial(project, level=j, wavelet=wavelet), provenance=provenance) for j in range(levels + 1)
+    }
 
 
 def project(signal: ArrayLike, level: int, wavelet: str = "db2") -> NDArray[np.float64]:
@@ -118,16 +115,6 @@ def estimate_noise(*signals: ArrayLike, wavelet: str = "db6") -> float:
             )
         details.append(pywt.dwt(signal, wavelet, mode="symmetric")[1][length // 2 - 1 : len(signal) // 2])
     return float(np.median(np.abs(np.concatenate(details))) / MAD_TO_SIGMA)
-
-
-def _project_trials(trials: Trials, level: int, wavelet: str, decompose: Decompose) -> Trials:
-    emg_level = level if decompose in ("both", "emg") else 0
-    angle_level = level if decompose in ("both", "angle") else 0
-    return trials.changed(
-        lambda angle: project(angle, angle_level, wavelet),
-        lambda emg: project(emg, emg_level, wavelet),
-        provenance={**trials.provenance, "wavelet": wavelet, "decompose": decompose},
-    )
 
 
 @lru_cache(maxsize=128)

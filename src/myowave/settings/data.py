@@ -219,7 +219,6 @@ class Wavelet(Section):
     """The projection of the trials on coarser scales."""
 
     name: Annotated[str, Field(pattern=r"^(db|sym|coif|haar)\d*$")] = setting("orthogonal wavelet", "", "db2")
-    decompose: Literal["both", "emg", "angle"] = setting("which signals are coarsened (Sec. 6)", "", "both")
     levels: Whole = setting("how often the samples are coarsened: scales 0, -1, ..., -levels", "-", 4, ge=0, le=8)
 
 

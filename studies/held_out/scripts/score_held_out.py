@@ -17,7 +17,7 @@ with job_log(label, snakemake.log[0]) as log:
     recipe, wavelet = parse_recipe(params.recipe), Wavelet.model_validate(params.wavelet)
     trials = thin(hold_out(read_trials(snakemake.input.trials), params.test), recipe.rate_hz)
     task = Task(
-        decompose(trials, total - 1, wavelet.name, wavelet.decompose),
+        decompose(trials, total - 1, wavelet.name),
         build_model("base", Physics.model_validate(params.physics)),
         recipe,
         {name: Identify.model_validate(values) for name, values in params.identify.items()},

@@ -47,14 +47,15 @@ def beyond_tables(trials: Trials, tables: Mapping[str, PathTable]) -> list[Beyon
         n = int(outside[worst].argmax())
         share, distance = np.any([out > 0 for out in outside.values()], axis=0).mean(), math.degrees(outside[worst][n])
         words = (
-            f"{100 * share:.2g} % of the samples are beyond the tables of path lengths, up to {distance:.3g} deg; moment "
-            "arms there are those at the tables' ends"
+            f"{100 * share:.2g} % of the samples are beyond the tables of path lengths, up to {distance:.3g} deg; "
+            "moment arms there are those at the tables' ends"
         )
         table, (low, high) = tables[worst], map(math.degrees, ranges[worst])
         problem = (
-            f"trial {trial}: the angle is {math.degrees(angle[n]):.4g} deg, {distance:.3g} deg beyond the table of muscle "
-            f"{worst} ({table.file}, {low:.4g} to {high:.4g} deg); expected at most {table.margin_deg:g} deg beyond. Cut "
-            "the trial, extend the table, or raise the path's margin_deg if the moment arm may be taken as constant so far."
+            f"trial {trial}: the angle is {math.degrees(angle[n]):.4g} deg, {distance:.3g} deg beyond the table of "
+            f"muscle {worst} ({table.file}, {low:.4g} to {high:.4g} deg); expected at most {table.margin_deg:g} deg "
+            "beyond. Cut the trial, extend the table, or raise the path's margin_deg if the moment arm may be taken as "
+            "constant so far."
         )
         found.append(Beyond(trial, words, problem if distance > table.margin_deg else ""))
     return found
