@@ -3,12 +3,15 @@
 Effects as the catalogue has them, settings as `myowave settings --all` lists them, commands as `--help` tells them.
 """
 
+import inspect
 import re
 import subprocess
 import sys
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
+import myowave
 from myowave.physics.effect import STAGES, Effect
 from myowave.physics.effects import catalogue
 from myowave.settings import Settings
@@ -106,9 +109,36 @@ def commands_page() -> str:
     )
 
 
+def python_page() -> str:
+    """The six lines that a test runs, and what they call."""
+    first, _, lines = (myowave.__doc__ or "").partition("\n\n")
+    parts = ["# From Python", first.strip(), f"```python\n{lines.strip()}\n```"]
+    parts.append(
+        "Rules of the workflow call the same functions. Run it in the folder of myowave, or name its `config`."
+    )
+    for name, function in (("Trials.from_csv", myowave.Trials.from_csv), ("diagnose", myowave.diagnose)):
+        parts += [f"## myowave.{name}", f"```python\n{name}{_signature(function)}\n```"]
+        parts.append(f"```text\n{inspect.getdoc(function)}\n```")
+    parts += ["## What it returns", inspect.getdoc(myowave.Diagnosed) or ""]
+    for name in ("verdict", "tables", "page"):
+        parts.append(f"`{name}`\n: {_plain(inspect.getdoc(getattr(myowave.Diagnosed, name)) or '')}")
+    return "\n\n".join(parts) + "\n"
+
+
+def _signature(function: Any) -> str:
+    """Arguments of a function and their defaults, without types."""
+    shown = {"VAR_POSITIONAL": "*", "VAR_KEYWORD": "**"}
+    arguments = []
+    for p in inspect.signature(function).parameters.values():
+        default = "" if p.default is p.empty else "=..." if callable(p.default) else f"={p.default!r}"
+        arguments.append(f"{shown.get(p.kind.name, '')}{p.name}{default}")
+    return f"({', '.join(arguments)})"
+
+
 def main() -> None:
     (DOCS / "reference").mkdir(exist_ok=True)
-    for name, page in (("effects", effects_page), ("settings", settings_page), ("commands", commands_page)):
+    pages = {"effects": effects_page, "settings": settings_page, "commands": commands_page, "python": python_page}
+    for name, page in pages.items():
         (DOCS / "reference" / f"{name}.md").write_text(page(), encoding="utf-8")
 
 

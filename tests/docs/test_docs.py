@@ -105,6 +105,11 @@ def test_the_reference_has_every_command_and_target_of_make():
     assert "| `make docs` |" in page and "| `make run` |" in page
 
 
+def test_the_reference_shows_the_lines_that_a_test_runs():
+    page = reference.python_page()
+    assert "```python\nimport myowave\n\ntrials = " in page and "## myowave.diagnose" in page
+
+
 def test_the_packages_for_the_site_do_not_change_the_environment():
     pinned = re.findall(r"^([\w.-]+)==", (ROOT / "docs/requirements.txt").read_text(), re.MULTILINE)
     locked = re.findall(r"^([\w.-]+)==", (ROOT / "environment.lock").read_text(), re.MULTILINE)
