@@ -13,7 +13,7 @@ from myowave.data.simulate import simulate_trials
 from myowave.data.wavelets import decompose
 from myowave.learning.checkpoint import Checkpoint, digest_trials
 from myowave.learning.evaluation import predict_trials
-from myowave.learning.inputs import given_inputs, known_inputs, told_of
+from myowave.learning.inputs import given_inputs, known_inputs, known_of
 from myowave.learning.methods.rollout.augmentation import imagine_emg, simulate_imagined
 from myowave.learning.network import Scaling
 from myowave.learning.task import Task, fresh_network
@@ -82,7 +82,7 @@ def test_simulated_trials_are_told_the_constants_they_are_simulated_with(loaded,
     emg = imagine_emg(train, 6, 0)
     _, _, donors = simulate_imagined(model, {}, train, emg, 0)
     assert set(donors) == {0, 1}
-    inputs = told_of(train, donors, {"load": 0.0, "tilt_rad": 0.0}, emg.shape[1])
+    inputs = known_of(train, donors, {"load": 0.0, "tilt_rad": 0.0}, emg.shape[1])
     np.testing.assert_array_equal(inputs[..., 0], np.where(donors == 0, 0.5, 0.0)[:, None].repeat(200, 1))
     tilts = np.array([train.conditions[name]["tilt"] for name in train.names])
     np.testing.assert_array_equal(inputs[..., 1], tilts[donors][:, None].repeat(200, 1))

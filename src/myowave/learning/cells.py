@@ -26,9 +26,9 @@ def apply_cell(network: Network, hidden: Tensor, driven: Tensor, recurrent: Tens
     """
     h, recurrent = hidden.shape[-1], recur(network, hidden) if recurrent is None else recurrent
     # Split, not sliced: the gradient of a split is one copy, that of each slice fills an array of its own.
-    (gates, held), (gates_driven, candidate_driven) = (x.split((2 * h, h), dim=-1) for x in (recurrent, driven))
+    (gates, candidate), (gates_driven, candidate_driven) = (x.split((2 * h, h), dim=-1) for x in (recurrent, driven))
     reset, update = torch.sigmoid(gates + gates_driven).split(h, dim=-1)
-    candidate = torch.tanh(torch.addcmul(candidate_driven, reset, held))
+    candidate = torch.tanh(torch.addcmul(candidate_driven, reset, candidate))
     # Eq. 11 adds b_h to the new state itself, outside of the gates.
     return torch.lerp(candidate, hidden, update) + network.weights["state_bias"]
 

@@ -1,6 +1,6 @@
 """What training at one scale leaves behind, and what it may be used for.
 
-A checkpoint is plain data and tensors, read with `torch.load(weights_only=True)`: opening one runs no code. It carries
+A checkpoint is plain data and tensors, read with `torch.load(weights_only=True)`: opening one runs no code. It holds
 what it was trained on and how, and is refused, with the reason, where that does not fit.
 """
 

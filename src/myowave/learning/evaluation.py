@@ -93,15 +93,15 @@ def _band_and_range(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -
     given, known = checkpoint.network.history, checkpoint.architecture.known
     inputs, mean = given_inputs(trials, known), predicted.mean(0).numpy()
     low, high = _ends(checkpoint, predicted)
-    held, outside = [], []
+    inside, outside = [], []
     for t in trials.index(trials.test):
         end = trials.lengths[t]
         measured = trials.angle[t, given:end]
-        held.append(np.mean((low[t, given:end] <= measured) & (measured <= high[t, given:end])))
+        inside.append(np.mean((low[t, given:end] <= measured) & (measured <= high[t, given:end])))
         quantities = gather(inputs[t, :end], mean[t, :end], trials.dt)[given:]
         outside.append(np.mean(checkpoint.seen.outside(quantities).any(-1)))
     return {
-        "band_coverage": float(np.mean(held)) if checkpoint.band else math.nan,
+        "band_coverage": float(np.mean(inside)) if checkpoint.band else math.nan,
         "outside_training": float(np.mean(outside)),
     }
 
@@ -173,7 +173,7 @@ def _identifiability(checkpoint: Checkpoint, seed: int, parameter: int) -> str:
     other = int(correlation.abs().argmax())
     strength = float(correlation[other])
     if abs(strength) > CONFOUNDED:
-        return f"hardly told from {checkpoint.names[other]} (correlation {strength:.2f})"
+        return f"hardly distinguished from {checkpoint.names[other]} (correlation {strength:.2f})"
     if other == parameter:
         return "the only one identified"
-    return f"told apart (largest correlation {strength:.2f}, with {checkpoint.names[other]})"
+    return f"distinguished (largest correlation {strength:.2f}, with {checkpoint.names[other]})"

@@ -78,10 +78,10 @@ def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame
             axis.set_xlabel("time [s]" if row == len(trials) - 1 else "")
             axis.set_ylabel(f"trial {str(trial).removeprefix('trial')}\nangle [deg]" if column == 0 else "")
         shown = median_over_seeds(summary[summary["scales"] == scales])
-        held = shown["band_coverage"]
+        coverage = shown["band_coverage"]
         axes[0, column].set_title(
             f"{scales}-scale: R$^2$ {shown['test_r2']:.4f}, {shown['test_rmse_deg']:.3g} deg\n"
-            + ("no band" if np.isnan(held) else f"the band holds {held:.0%}")
+            + ("no band" if np.isnan(coverage) else f"the band holds {coverage:.0%}")
         )
     handles, names = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=2)

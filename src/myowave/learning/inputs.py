@@ -1,4 +1,4 @@
-"""What a network is told of a trial at every sample: its EMG, and what else is known beside it.
+"""What a network is given of a trial at every sample: its EMG, and what else is known.
 
 The EMG of 1 kg and of 2.5 kg do not mean the same motion. So a constant that is known and differs between the training
 trials, such as `load`, is an input beside the EMG, constant over its trial; and so is a further angle that was recorded
@@ -24,7 +24,7 @@ NOTHING: Known = MappingProxyType({})
 
 
 def known_inputs(trials: Trials, defaults: Mapping[str, float]) -> Known:
-    """What a network is told beside EMG.
+    """Inputs beside EMG.
 
     Args:
         trials: the training trials.
@@ -54,12 +54,12 @@ def to_tensors(trials: Trials, device: torch.device, known: Known = NOTHING) -> 
     """Inputs (T, N, C + K) and angle (T, N) [rad] of trials, float64; copies, so that trials stay as they are.
 
     Args:
-        known: what the network is told beside EMG, `network.architecture.known`.
+        known: inputs beside EMG, `network.architecture.known`.
     """
     return torch.tensor(given_inputs(trials, known), device=device), torch.tensor(trials.angle, device=device)
 
 
-def told_of(trials: Trials, donors: NDArray[np.int64], known: Known, samples: int) -> NDArray[np.float64]:
+def known_of(trials: Trials, donors: NDArray[np.int64], known: Known, samples: int) -> NDArray[np.float64]:
     """Known inputs of trials that are simulated with the constants of others, (len(donors), samples, K).
 
     Args:
@@ -67,10 +67,10 @@ def told_of(trials: Trials, donors: NDArray[np.int64], known: Known, samples: in
     """
     # ASSUME: a trial with EMG that nobody recorded holds an angle that is known over time at its median.
     constant = {signal: parameter for parameter, signal in trials.over_time.items()}
-    told = np.empty((len(donors), samples, len(known)))
+    values = np.empty((len(donors), samples, len(known)))
     for k, (name, value) in enumerate(known.items()):
-        told[..., k] = trials.condition(constant.get(name, name), value)[donors, None]
-    return told
+        values[..., k] = trials.condition(constant.get(name, name), value)[donors, None]
+    return values
 
 
 def unit_of(name: str) -> str:

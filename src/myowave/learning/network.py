@@ -187,8 +187,8 @@ class Network:
 
 
 def delayed(inputs: Tensor, samples: Sequence[float]) -> Tensor:
-    """Inputs (..., N, C) as they were some samples before, each by its own: linear between samples, held before the
-    first."""
+    """Inputs (..., N, C) as they were some samples before, each by its own: linear between samples, and as the first
+    before them."""
     last = inputs.shape[-2] - 1
     parts = []
     for channel, shift in zip(inputs.unbind(-1), samples, strict=True):

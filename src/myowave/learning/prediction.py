@@ -16,7 +16,7 @@ from myowave.learning.network import Network
 
 
 def predict_motion(network: Network, trials: Trials) -> Tensor:
-    """Free-running prediction of trials from their EMG and what this network is told beside it, (S, T, N) [rad], on the
+    """Free-running prediction of trials from their EMG and known inputs, (S, T, N) [rad], on the
     CPU."""
     inputs, angle = to_tensors(trials, network.device, network.architecture.known)
     return predict_free_running(network, inputs, angle, trials.dt).cpu()

@@ -5,7 +5,6 @@ Nobody has tested a network where it was never trained, and its band (`band`) sa
 Shapes: T trials, N samples, X inputs: EMG channels and what is known beside them.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,8 +50,3 @@ def gather(inputs: ArrayLike, angle: NDArray[np.float64], dt: float) -> NDArray[
     """Inputs (N, X), angle (N,) [rad] and its speed [rad/s] side by side, (N, X + 2); the first speed is 0."""
     speed = np.diff(angle, prepend=angle[:1]) / dt
     return np.column_stack([inputs, angle, speed])
-
-
-def quantity_names(channels: Sequence[str], known: Sequence[str]) -> list[str]:
-    """What the columns of `gather` are called."""
-    return [*channels, *known, "angle", "speed"]

@@ -55,8 +55,9 @@ class Recipe(Section):
     @classmethod
     def searchable(cls) -> dict[str, type]:
         """Settings that a sweep may search, with their types."""
-        fields = cls.model_fields.items()
-        return {name: kind for name, field in fields for kind in (int, float) if field.annotation is kind}
+        types: dict[Any, type] = {int: int, float: float}
+        annotations = {name: field.annotation for name, field in cls.model_fields.items()}
+        return {name: types[kind] for name, kind in annotations.items() if kind in types}
 
 
 class RolloutRecipe(Recipe):

@@ -72,7 +72,7 @@ class Predictor:
 
         Args:
             where: what messages call the sample; its number by default.
-            known: what the network is told beside EMG, in the order of its architecture's `known`, SI units.
+            known: inputs beside EMG, in the order of its architecture's `known`, SI units.
             measured: angle [rad] that takes the place of the given one; after the history it does not count.
 
         Raises:
@@ -122,15 +122,11 @@ class Predictor:
         if not delays:
             return inputs
         self._seen.append(inputs)
-        at_once = [0.0] * (len(inputs) - len(delays))
-        place = np.maximum(self._count - np.array([*delays, *at_once]) / self._dt, 0.0)
-        before = np.floor(place).astype(int)
-        oldest = self._count + 1 - len(self._seen)
-        now, later = (
-            np.array([self._seen[i - oldest][c] for c, i in enumerate(np.minimum(at, self._count))])
-            for at in (before, before + 1)
-        )
-        return now + (place - before) * (later - now)
+        seen, late = np.array(self._seen), inputs.copy()
+        sample = np.arange(self._count + 1 - len(seen), self._count + 1)
+        for c, delay in enumerate(delays):
+            late[c] = np.interp(max(self._count - delay / self._dt, 0.0), sample, seen[:, c])
+        return late
 
     def _remember(self) -> np.ndarray:
         """h_(n-1), (S, 1, H); where the state is not handed on, after going through the history again."""

@@ -11,12 +11,12 @@ import numpy as np
 from myowave.data.trials import Trials
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.prediction import predict_motion
-from myowave.learning.sweep.search import Score, Settings
+from myowave.learning.sweep.search import HeldOutError, Settings
 from myowave.learning.task import Task
 from myowave.learning.training import train_scales
 
 
-def judge(settings: Settings, task: Task, epochs: int | None) -> Iterator[Score]:
+def judge(settings: Settings, task: Task, epochs: int | None) -> Iterator[HeldOutError]:
     """Train with these settings and each trial held out in turn; yield the free-running error [deg] on those held out
     so far, the mean over them, after each.
 
@@ -31,7 +31,7 @@ def judge(settings: Settings, task: Task, epochs: int | None) -> Iterator[Score]
     for name in names:
         *_, checkpoint = train_scales(task.holding_out([name]))
         errors.append(free_running_error_deg(checkpoint, task.scales[0].select([name])))
-        yield Score(len(names) - len(errors), tuple(np.mean(errors, axis=0).tolist()))
+        yield HeldOutError(len(names) - len(errors), tuple(np.mean(errors, axis=0).tolist()))
 
 
 def free_running_error_deg(checkpoint: Checkpoint, trial: Trials) -> np.ndarray:

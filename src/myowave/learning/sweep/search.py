@@ -1,7 +1,7 @@
 """A search for better settings that several workers share, by Optuna.
 
 Workers are independent processes, on one machine or on many that share a file system, and meet in a journal file.
-Whatever is killed, the search stays whole: a trial carries the name of its worker, and a worker that starts again marks
+Whatever is killed, the search stays whole: a trial has the name of its worker, and a worker that starts again marks
 what it was killed in as failed and tries it anew. Nobody else can know that such a trial is dead.
 
 What is judged is a generator: it yields a score after each recording that was held out, and knows nothing of trials,
@@ -29,8 +29,8 @@ Settings = Mapping[str, float]
 
 
 @dataclass(frozen=True)
-class Score:
-    """How good a setting is, as far as it has been tried.
+class HeldOutError:
+    """How far a setting misses held-out trials, as far as it has been tried.
 
     Args:
         left: how often it will be judged after this; 0 is the last.
@@ -45,7 +45,7 @@ class Score:
         return sum(self.errors) / len(self.errors)
 
 
-Objective = Callable[[Settings], Iterator[Score]]
+Objective = Callable[[Settings], Iterator[HeldOutError]]
 
 
 def open_search(name: str, journal: str | Path, seed: int = 0) -> optuna.Study:
@@ -162,7 +162,7 @@ def best_settings(search: optuna.Study) -> dict[str, float]:
     return dict(search.best_params)
 
 
-def _judge(trial: Trial, scores: Iterator[Score]) -> float:
+def _judge(trial: Trial, scores: Iterator[HeldOutError]) -> float:
     """Follow a trial through its judgements to its error."""
     for step, score in enumerate(scores):
         if not math.isfinite(score.mean):

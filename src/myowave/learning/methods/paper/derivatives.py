@@ -1,6 +1,6 @@
 """Derivatives of a prediction by the input t_n, as the text below Eq. 18 takes them.
 
-Only the current cell sees t_n: EMG and history are held fixed, so this is not the derivative of the motion.
+Only the current cell sees t_n: EMG and history stay, so this is not the derivative of the motion.
 
 Shapes: S seeds, T trials, N samples, X inputs, B cells, H hidden units, G gates.
 """
@@ -52,7 +52,7 @@ def differentiate_cell(
     """
     recurrent = recur(network, hidden)
     h = hidden.shape[-1]
-    (gates, held), (gates_driven, candidate_driven), (gates_slope, candidate_slope) = (
+    (gates, candidate), (gates_driven, candidate_driven), (gates_slope, candidate_slope) = (
         x.split((2 * h, h), dim=-1) for x in (recurrent, driven, slope)
     )
     gates = torch.sigmoid(gates + gates_driven)
@@ -60,7 +60,7 @@ def differentiate_cell(
     second = first * (1 - 2 * gates) * gates_slope
     (r, u), (r1, u1), (r2, u2) = (g.split(h, dim=-1) for g in (gates, first, second))
     c, c1, c2 = _differentiate_tanh(
-        torch.addcmul(candidate_driven, r, held), torch.addcmul(candidate_slope, r1, held), r2 * held
+        torch.addcmul(candidate_driven, r, candidate), torch.addcmul(candidate_slope, r1, candidate), r2 * candidate
     )
     gap = hidden - c
     new = torch.addcmul(c, u, gap) + network.weights["state_bias"]

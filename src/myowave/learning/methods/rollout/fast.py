@@ -41,14 +41,14 @@ class Workspace:
             return torch.empty(shape, dtype=gates.dtype, device=gates.device)
 
         self.states = empty(k + 1, s, rows, b)  # rows [h_(n-1), x_n, 1] at place n
-        self.held = empty(k, s, h, b)  # W_h h_(n-1) of the candidate
+        self.recurrent = empty(k, s, h, b)  # W_h h_(n-1) of the candidate
         self.current = empty(k - m, s, h + 3, b)  # rows [state of the current cell, z_(n-1), v_(n-1), 1]
         self.features = empty(k, s, 2, b)  # rows [z_n, v_n]
         self.states[0, :, :h], self.states[:, :, -1], self.current[:, :, -1] = 0, 1, 1
         hidden, gates = self.states[:, :, :h], empty(k, s, 3 * h, b)
-        self.history_cells = _Cell.each(gates, gates, self.held, hidden[:-1], hidden[1:])
+        self.history_cells = _Cell.each(gates, gates, self.recurrent, hidden[:-1], hidden[1:])
         now = empty(k - m, s, 3 * h, b)
-        self.current_cells = _Cell.each(gates[m:], now, self.held[m:], hidden[m:-1], self.current[:, :, :h])
+        self.current_cells = _Cell.each(gates[m:], now, self.recurrent[m:], hidden[m:-1], self.current[:, :, :h])
         self.gradients = _Gradient.of(empty(s, 4 * h, b)), _Gradient.of(empty(s, 4 * h, b))
 
 
@@ -58,7 +58,7 @@ class _Cell:
 
     Args:
         driven: what reset, update and candidate see; their values may take its place.
-        held: W_h h_(n-1) of the candidate, which reset multiplies.
+        recurrent: W_h h_(n-1) of the candidate, which reset multiplies.
         hidden: h_(n-1).
         new: the state that comes out, without its bias.
     """
@@ -70,29 +70,29 @@ class _Cell:
     reset: Tensor
     update: Tensor
     candidate: Tensor
-    held: Tensor
+    recurrent: Tensor
     hidden: Tensor
     new: Tensor
 
     @classmethod
-    def each(cls, driven: Tensor, values: Tensor, held: Tensor, hidden: Tensor, new: Tensor) -> "list[_Cell]":
+    def each(cls, driven: Tensor, values: Tensor, recurrent: Tensor, hidden: Tensor, new: Tensor) -> "list[_Cell]":
         """The cells of all steps, from arrays (steps, S, rows, B)."""
         h = hidden.shape[2]
         seen, gates = driven.split((2 * h, h), dim=2), values[:, :, : 2 * h]
-        parts = (driven, *seen, gates, *values.split(h, dim=2), held, hidden, new)
+        parts = (driven, *seen, gates, *values.split(h, dim=2), recurrent, hidden, new)
         return [cls(*step) for step in zip(*(part.unbind(0) for part in parts), strict=True)]
 
     def run(self) -> None:
         torch.sigmoid(self.driven_gates, out=self.gates)
-        torch.addcmul(self.driven_candidate, self.reset, self.held, out=self.candidate).tanh_()
+        torch.addcmul(self.driven_candidate, self.reset, self.recurrent, out=self.candidate).tanh_()
         torch.lerp(self.candidate, self.hidden, self.update, out=self.new)
 
     def differentiate(self, dnew: Tensor, d: "_Gradient") -> None:
-        """The gradient by `driven` and `held`, from that by the new state."""
+        """The gradient by `driven` and `recurrent`, from that by the new state."""
         torch.addcmul(dnew, dnew, self.update, value=-1, out=d.candidate)
         _tanh_backward(d.candidate, self.candidate, grad_input=d.candidate)
-        torch.mul(d.candidate, self.reset, out=d.held)
-        torch.mul(d.candidate, self.held, out=d.reset)
+        torch.mul(d.candidate, self.reset, out=d.recurrent)
+        torch.mul(d.candidate, self.recurrent, out=d.reset)
         torch.sub(self.hidden, self.candidate, out=d.update).mul_(dnew)
         _sigmoid_backward(d.gates, self.gates, grad_input=d.gates)
 
@@ -109,7 +109,7 @@ class _Gradient:
     reset: Tensor
     update: Tensor
     candidate: Tensor
-    held: Tensor
+    recurrent: Tensor
 
     @classmethod
     def of(cls, whole: Tensor) -> "_Gradient":
@@ -179,13 +179,16 @@ class _GRURollout(torch.autograd.Function):
         h, m = state_bias.shape[-1], z.shape[-1]
         workspace.states[:-1].transpose(0, 1)[:, :, h:-1] = x.movedim(-3, -1)
         workspace.features[:m, :, 0], workspace.features[:m, :, 1] = z.movedim(-1, 0), v.movedim(-1, 0)
-        states, held, features = (part.unbind(0) for part in (workspace.states, workspace.held, workspace.features))
+        states, recurrent, features = (
+            part.unbind(0) for part in (workspace.states, workspace.recurrent, workspace.features)
+        )
         current, before = workspace.current.unbind(0), workspace.current[:, :, h:-1].unbind(0)
-        bias = state_bias.mT.expand_as(held[0]).contiguous()
-        to_driven, to_held, to_seen, to_features = gates[..., : 3 * h].mT, gates[..., 3 * h :].mT, angle.mT, readout.mT
+        bias = state_bias.mT.expand_as(recurrent[0]).contiguous()
+        to_driven, to_recurrent = gates[..., : 3 * h].mT, gates[..., 3 * h :].mT
+        to_seen, to_features = angle.mT, readout.mT
         for n, cell in enumerate(workspace.history_cells):
             torch.bmm(to_driven, states[n], out=cell.driven)
-            torch.bmm(to_held, states[n], out=held[n])
+            torch.bmm(to_recurrent, states[n], out=recurrent[n])
             if n >= m:
                 workspace.current_cells[n - m].run()
                 before[n - m].copy_(features[n - 1])
@@ -208,7 +211,7 @@ class _GRURollout(torch.autograd.Function):
         h, m = angle.shape[-1] // 3, len(features) - len(current)
         by_state, (seen, now) = gates[:, :h], workspace.gradients
         dgates, dangle, dreadout = (torch.zeros_like(w) for w in (gates, angle, readout))
-        dnew, dbias, carried = torch.zeros((3, *workspace.held[0].shape), dtype=gates.dtype, device=gates.device)
+        dnew, dbias, carried = torch.zeros((3, *workspace.recurrent[0].shape), dtype=gates.dtype, device=gates.device)
         all_dfeatures = torch.zeros_like(workspace.features[m:])
         all_dfeatures[:, :, 0] = dpredicted.movedim(-1, 0)
         dfeatures, dfeatures_t = all_dfeatures.unbind(0), all_dfeatures.mT.unbind(0)

@@ -46,7 +46,7 @@ class Taught:
 
 
 @dataclass(frozen=True)
-class _Windows:
+class _Batch:
     """Windows of an epoch: inputs (B, K, X) or (S, B, K, X), standardised angle and step (S, B, K), and how much each
     counts (S, B)."""
 
@@ -55,10 +55,10 @@ class _Windows:
     v: Tensor
     weight: Tensor
 
-    def beside(self, other: "_Windows") -> "_Windows":
+    def beside(self, other: "_Batch") -> "_Batch":
         pairs = ((getattr(self, name), getattr(other, name)) for name in ("z", "v", "weight"))
         x = torch.cat((self.x, other.x.expand(*self.x.shape[:-3], *other.x.shape)), dim=-3)
-        return _Windows(x, *(torch.cat(pair, dim=1) for pair in pairs))
+        return _Batch(x, *(torch.cat(pair, dim=1) for pair in pairs))
 
 
 class RolloutLoss:
@@ -136,14 +136,14 @@ class RolloutLoss:
         """Where windows of a corpus begin."""
         return Pieces(*corpus.draw(count, self._length, self._random), self._length)
 
-    def _cut(self, corpus: Corpus, pieces: Pieces, counts: Tensor | None = None) -> _Windows:
+    def _cut(self, corpus: Corpus, pieces: Pieces, counts: Tensor | None = None) -> _Batch:
         """Windows of a corpus; `counts` (S, T) says how much those of each trial count."""
         x, z, v = corpus.cut(pieces.trial, pieces.start, pieces.length)
         z, v = (values.expand(self._network.seeds, -1, -1) for values in (z, v))
         weight = z.new_ones(z.shape[:2]) if counts is None else counts[:, pieces.trial].to(z)
-        return _Windows(x, z, v, weight)
+        return _Batch(x, z, v, weight)
 
-    def _disturb(self, windows: _Windows) -> _Windows:
+    def _disturb(self, windows: _Batch) -> _Batch:
         """The same windows with other gains of the EMG, and other values of what is known beside it."""
         if self._gains is None and self._shifts is None:
             return windows

@@ -17,7 +17,7 @@ from torch import Tensor
 
 from myowave.learning.adam import Adam
 from myowave.learning.identification import Identification
-from myowave.learning.inputs import told_of
+from myowave.learning.inputs import known_of
 from myowave.learning.loss import Losses, Noise
 from myowave.learning.methods.rollout.augmentation import imagine_emg, simulate_imagined
 from myowave.learning.methods.rollout.loss import RolloutLoss, Simulated, Taught
@@ -108,8 +108,8 @@ class RolloutTraining:
             stage.task.model, self.parameters.params, stage.trials, emg, DATA_SEED
         )
         angle = angle.expand(stage.network.seeds, *angle.shape[-2:])  # one for all where nothing is identified
-        told = told_of(stage.trials, donors, stage.network.architecture.known, emg.shape[1])
-        inputs = torch.from_numpy(np.concatenate([emg, told], axis=-1)).to(device)
+        known = known_of(stage.trials, donors, stage.network.architecture.known, emg.shape[1])
+        inputs = torch.from_numpy(np.concatenate([emg, known], axis=-1)).to(device)
         usable = torch.full((len(emg),), emg.shape[1])
         corpus = Corpus.of(stage.network, inputs, angle.to(device), stage.trials.dt, usable)
         return Simulated(corpus, (inside & follows.unsqueeze(-1)).to(device))
