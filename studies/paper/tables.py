@@ -77,19 +77,18 @@ def printed_errors(dataset: str) -> Mapping[str, tuple[float, float]]:
     return PRINTED_ERROR_PCT.get(dataset.split("_")[0], {})
 
 
-def scores_by_scales(summary: pd.DataFrame, printed: Mapping[int, tuple[float, float]] = PRINTED_TEST) -> pd.DataFrame:
+def scores_by_scales(summary: pd.DataFrame) -> pd.DataFrame:
     """Table 4: test NMSE and R2, mean and SD over seeds, and the change against 1-scale training [%].
 
     Args:
         summary: rows of evaluation.csv.
-        printed: {scales: (NMSE, R2)}; {} where the paper prints none.
     """
     rows = []
     for (dataset, recipe), group in summary.groupby(["dataset", "recipe"]):
         by_scales = group.groupby("scales")
         mean, sd = by_scales[["test_nmse", "test_r2"]].mean(), by_scales[["test_nmse", "test_r2"]].std(ddof=0)
         for scales in mean.index:
-            nmse, r2 = printed.get(scales, (np.nan, np.nan))
+            nmse, r2 = PRINTED_TEST.get(scales, (np.nan, np.nan))
             rows.append(
                 {
                     "dataset": dataset,
