@@ -9,18 +9,20 @@ d.page("bench_elbow.html")
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from myowave.data.trials import Trials
-    from myowave.notebook import Diagnosed, diagnose
-
-__all__ = ["Diagnosed", "Trials", "diagnose"]
 _WHERE = {"Trials": "myowave.data.trials", "diagnose": "myowave.notebook", "Diagnosed": "myowave.notebook"}
 
 
 def __getattr__(name: str) -> Any:
-    """Load what is asked for: `import myowave` alone loads nothing, as the workflow needs only settings."""
+    """Load what is asked for, by name: what stands here in an import statement would be part of the code of all rules.
+
+    So `import myowave` alone loads nothing, as the workflow needs only settings.
+    """
     if name not in _WHERE:
-        raise AttributeError(f"module 'myowave' has no {name!r}; it has {', '.join(__all__)}.")
+        raise AttributeError(f"module 'myowave' has no {name!r}; it has {', '.join(_WHERE)}.")
     return getattr(import_module(_WHERE[name]), name)
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *_WHERE]

@@ -48,10 +48,6 @@ def edited(project: Project, path: str, old: str, new: str) -> Iterator[None]:
         file.write_text(original)
 
 
-def test_a_second_run_has_nothing_to_do(finished):
-    assert finished.planned(*CONFIG) == {}
-
-
 def test_a_recording_put_back_with_an_older_date_is_imported_again(finished):
     path = finished.folder / "data/bench_elbow/trial2.csv"
     original, date = path.read_bytes(), path.stat().st_mtime_ns
@@ -61,7 +57,6 @@ def test_a_recording_put_back_with_an_older_date_is_imported_again(finished):
     path.write_bytes(original)
     os.utime(path, ns=(date, date))
     assert planned["import_trials"] == 1 and "simulate_trials" not in planned
-    assert finished.planned(*CONFIG) == {}
 
 
 def test_changed_physics_reruns_all_that_stands_on_it(finished):
@@ -76,17 +71,21 @@ def test_changed_networks_rerun_training_and_what_follows_but_no_diagnosis(finis
         assert set(finished.planned(*CONFIG)) == LEARNING | WATCHING | {"draw_models"}
 
 
-def test_a_changed_sweep_or_stream_reruns_nothing_of_the_main_job(finished):
+def test_nothing_is_made_again_after_a_move_comments_and_changes_of_what_no_job_uses(finished, tmp_path):
+    moved = Project(tmp_path / "elsewhere")
+    shutil.copytree(finished.folder, moved.folder)
+    heavier = {**ARM, "joint": {**ARM["joint"], "mass_kg": 1.3}}
+    moved.lay_over({**SMALL, "physics": {"arms": {**SMALL["physics"]["arms"], "spare": heavier}}})
+    unused = "    unused: {method: rollout, hidden: 3}\n"
     with ExitStack() as edits:
-        for path in ("learning/sweep/objective.py", "learning/streaming/predictor.py"):
-            edits.enter_context(edited(finished, f"src/myowave/{path}", "\ndef ", "\nCHANGED = 1\n\n\ndef "))
-        assert finished.planned(*CONFIG) == {}
-
-
-def test_a_project_that_was_moved_has_nothing_to_do(finished, tmp_path):
-    moved = tmp_path / "elsewhere"
-    shutil.copytree(finished.folder, moved)
-    assert Project(moved).planned(*CONFIG) == {}
+        for path, old, new in (
+            ("src/myowave/learning/sweep/objective.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "),
+            ("src/myowave/learning/streaming/predictor.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "),
+            ("src/myowave/physics/joint.py", '"""', '# a comment\n"""Another docstring. '),
+            ("config.yaml", "  recipes:\n", f"  recipes:\n{unused}"),
+        ):
+            edits.enter_context(edited(moved, path, old, new))
+        assert moved.planned(*CONFIG) == {}
 
 
 def test_publishing_makes_nothing_but_the_store(finished):
@@ -97,11 +96,6 @@ def test_publishing_makes_nothing_but_the_store(finished):
 def test_a_changed_page_reruns_only_the_telling(finished):
     with edited(finished, "workflow/report/verdict.html.j2", "<h1>", "<h1 >"):
         assert set(finished.planned(*CONFIG)) == {"tell_verdict", "publish_runs"}
-
-
-def test_comments_and_docstrings_rerun_nothing(finished):
-    with edited(finished, "src/myowave/physics/joint.py", '"""', '# a comment\n"""Another docstring. '):
-        assert finished.planned(*CONFIG) == {}
 
 
 def test_changed_drawing_reruns_only_figures(finished):
@@ -116,29 +110,17 @@ def test_a_changed_setting_reruns_only_what_reads_it(finished):
     assert planned["simulate_trials"] == 1 and planned["train_scale"] == 3, "only case2 reads it"
     with edited(finished, "config.yaml", "uri: sqlite:///results/mlflow.db", "uri: sqlite:///results/other.db"):
         assert set(finished.planned(*CONFIG)) == {"publish_runs"}
-    with edited(finished, "config.yaml", "recipes:\n    rollout:", "recipes:\n    unused: {hidden: 3}\n    rollout:"):
-        assert finished.planned(*CONFIG) == {}
 
 
 def test_a_changed_arm_reruns_only_its_datasets(finished):
     mine = (finished.folder / "mine.yaml").read_text()
     heavier = {**ARM, "joint": {**ARM["joint"], "mass_kg": 1.3}}
-    for arm in ("bench", "spare"):
-        changed = {**SMALL, "physics": {"arms": {**SMALL["physics"]["arms"], arm: heavier}}}
-        planned = finished.planned(*finished.lay_over(changed))
-        if arm == "spare":
-            assert planned == {}
-        else:
-            assert planned["train_scale"] == 3 and planned["diagnose_dataset"] == 1, "case1 and case2 have another arm"
-            assert not {"simulate_trials", "import_trials"} & set(planned)
-            assert planned["compare_models"] == 1, "so does all that compares its physics"
+    changed = {**SMALL, "physics": {"arms": {**SMALL["physics"]["arms"], "bench": heavier}}}
+    planned = finished.planned(*finished.lay_over(changed))
     (finished.folder / "mine.yaml").write_text(mine)
+    assert planned["train_scale"] == 3 and planned["diagnose_dataset"] == 1, "case1 and case2 have another arm"
+    assert not {"simulate_trials", "import_trials"} & set(planned)
+    assert planned["compare_models"] == 1, "so does all that compares its physics"
     with edited(finished, "config.yaml", "joint: {mass_kg: 1.0", "joint: {mass_kg: 1.1"):
         planned = finished.planned(*CONFIG)
     assert planned["simulate_trials"] == planned["diagnose_dataset"] == 2 and planned["train_scale"] == 6
-
-
-def test_a_changed_recording_is_imported_again(finished):
-    with edited(finished, "data/bench_elbow/trial1.csv", "0.2381", "0.2382"):
-        planned = finished.planned(*CONFIG)
-    assert planned["import_trials"] == 1 and "simulate_trials" not in planned

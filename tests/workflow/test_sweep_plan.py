@@ -3,7 +3,6 @@
 import copy
 
 import pytest
-import test_browser
 import test_slurm
 from project_copy import Project, copy_project
 
@@ -43,11 +42,8 @@ def test_what_a_trial_is_judged_by_makes_a_new_search(swept):
     assert planned_after(swept, seeds=3)["prepare_sweep"] == 1
 
 
-@pytest.mark.parametrize(
-    ("small", "targets"), [(test_slurm.SMALL, test_slurm.TARGETS), (test_browser.SMALL, ["sweep"])]
-)
-def test_what_the_tests_with_programs_of_debian_ask_for_is_made_by_rules(small, targets, tmp_path):
+def test_what_the_tests_with_programs_of_debian_ask_for_is_made_by_rules(tmp_path):
     """They do not run every day."""
     project = copy_project(tmp_path)
-    jobs = project.planned(*project.lay_over(small), "--", *targets)
+    jobs = project.planned(*project.lay_over(test_slurm.SMALL), "--", *test_slurm.TARGETS)
     assert jobs["search_settings"] == 2 and "import_trials" not in jobs
