@@ -36,7 +36,7 @@ from myowave.identification.free_parameters import Free, bind_values, expected, 
 from myowave.identification.least_squares import pseudo_inverse
 from myowave.identification.noise import correlation_time
 from myowave.identification.record import Record
-from myowave.identification.windows import Windows, between, between_kinks
+from myowave.identification.windows import Windows, between, between_kinks, gauss
 from myowave.physics.drive import between_samples, breakpoints
 from myowave.physics.dynamics import Torques, torques
 from myowave.physics.effect import call
@@ -48,7 +48,7 @@ Array = NDArray[np.float64]
 HALF_WIDTH_S, OVERLAP = 0.15, 2  # of a window, as an elbow's motion is slower; they stand half of that apart
 FEWEST = 3  # steps in a half width
 WIDE_S, WIDE_OVERLAP, WIDE_FEWEST = 0.5, 4, 8  # the same between kinks
-COARSE_S = 0.02  # steps in which the torque of muscles is taken, at three points each
+COARSE_S = 0.03  # steps in which the torque of muscles is taken, at two points each
 ROUNDS, STEPS = 2, 30  # the variance is estimated anew in each round
 GAIN = 0.05  # stop after a step that lowers the objective, a chi-square, by less
 LARGEST = 1e6  # of residuals: where a torque overflows, its sums are large and not infinite
@@ -199,7 +199,7 @@ def windows_of(record: Record) -> Windows:
     """The windows over which torques are compared, in steps of a sample."""
     coarse = _coarse(record)
     half = max(FEWEST, round(HALF_WIDTH_S / record.dt / coarse))
-    return Windows.over(record.lengths, record.dt, coarse * half, coarse * max(1, half // OVERLAP))
+    return Windows.over(record.lengths, record.dt, coarse * half, coarse * max(1, half // OVERLAP), *gauss(3))
 
 
 def effects_unseen_by_angle(model: Model) -> list[str]:

@@ -7,7 +7,7 @@ Shapes: ... batch, T trials, N samples, D points in a step, K windows.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -18,10 +18,8 @@ from torch import Tensor
 Array = NDArray[np.float64]
 Lengths = Sequence[int] | NDArray[np.int64]
 
+UNIT = np.array([0.0, 1.0])
 SPLINE = 5  # order of the curve through the measured angles
-GAUSS_POINTS = 2  # in each piece between kinks
-NODES, SHARES = np.polynomial.legendre.leggauss(3)
-POINTS, WEIGHTS = torch.from_numpy((NODES + 1) / 2), torch.from_numpy(SHARES / 2)  # in a step without kinks
 
 
 def window(s: Tensor, derivative: int = 0) -> Tensor:
@@ -53,16 +51,15 @@ class Windows:
     weights: Tensor
 
     @classmethod
-    def over(
-        cls, lengths: Lengths, dt: float, half: int, stride: int, points: Tensor = POINTS, weights: Tensor = WEIGHTS
-    ) -> "Windows":
+    def over(cls, lengths: Lengths, dt: float, half: int, stride: int, points: Tensor, weights: Tensor) -> "Windows":
         """Windows over trials of so many samples, in steps of one sample."""
         starts = np.arange(0, max(lengths) - 2 * half, stride)
         return cls(half, stride, dt, starts + 2 * half < np.asarray(lengths)[:, None], points, weights)
 
     def merged(self, coarse: int) -> "Windows":
-        """The same windows in steps of so many samples."""
-        return replace(self, half=self.half // coarse, stride=self.stride // coarse, dt=self.dt * coarse)
+        """The same windows in steps of so many samples, with two points each."""
+        points, weights = gauss(2)
+        return Windows(self.half // coarse, self.stride // coarse, self.dt * coarse, self.inside, points, weights)
 
     def positions(self, samples: int, coarse: int = 1) -> Tensor:
         """Where values are known in trials of so many samples, in samples, (steps, D), in steps of so many of them."""
@@ -99,12 +96,17 @@ def between(values: Array, lengths: Lengths, position: Tensor, derivative: int =
     return torch.from_numpy(fine)
 
 
+def gauss(count: int, edges: Array = UNIT) -> tuple[Tensor, Tensor]:
+    """Points (D,) and weights of Gauss-Legendre integration, so many between each two edges of pieces of a step."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    width = np.diff(edges)[:, None]
+    points = edges[:-1, None] + width * (nodes + 1) / 2
+    return torch.from_numpy(points.ravel()), torch.from_numpy((width * weights / 2).ravel())
+
+
 def between_kinks(split: Tensor) -> tuple[Tensor, Tensor]:
     """Gauss-Legendre points (D,) between the kinks of the EMG, fractions of a step, and their weights."""
     split = split.reshape(-1, split.shape[-1])
     # ASSUME: kinks are cut out only where all trials have them at the same place; else finer pieces do.
     edges = split[0].numpy() if bool((split == split[0]).all()) else np.linspace(0, 1, 5)
-    nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
-    width = np.diff(edges)[:, None]
-    points = edges[:-1, None] + width * (nodes + 1) / 2
-    return torch.from_numpy(points.ravel()), torch.from_numpy((width * weights / 2).ravel())
+    return gauss(2, edges)
