@@ -83,7 +83,7 @@ def test_effect_files_are_those_of_every_arm():
     ("changes", "says"),
     [
         ({"arm": "thinn"}, "bench_elbow.arm: there is no 'thinn'; did you mean 'thin'"),
-        ({"arm": "thin"}, "bench_elbow.identify.f0_Bi: there is no 'f0_Bi' in arm thin"),
+        ({"arm": "thin", "identify": {"f0_Bi": {}}}, "bench_elbow.identify.f0_Bi: there is no 'f0_Bi' in arm thin"),
         ({"arm": "thin", **ITS_OWN, "constants": {"l1_Bi": 0.3}}, "bench_elbow.constants.l1_Bi: .* in arm thin"),
         ({"arm": "thin", **ITS_OWN, "conditions": {"trial1": {"lode": 1}}}, "lode: .*in arm thin; did you mean 'load'"),
         (ITS_OWN, "bench_elbow.identify.f0_Flex: there is no 'f0_Flex' in arm paper"),
