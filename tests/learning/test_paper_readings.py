@@ -33,8 +33,8 @@ def exact(model) -> Trials:
 
 
 @pytest.fixture(scope="module")
-def held(model) -> Trials:
-    return simulated(model, "held")
+def stepped(model) -> Trials:
+    return simulated(model, "sample_and_hold")
 
 
 def whole(trials: Trials) -> Pieces:
@@ -73,20 +73,20 @@ def test_torque_at_the_samples_of_an_exact_motion_makes_forces_weaker_and_its_me
     assert (sampled < -2.0).all() and (np.abs(averaged) < 0.1).all()
 
 
-def test_a_held_motion_leaves_nothing_of_the_equation_at_the_samples(model, held, exact):
+def test_a_sample_and_hold_motion_leaves_nothing_of_the_equation_at_the_samples(model, stepped, exact):
     params = {name: torch.tensor([[model.defaults[name]]], dtype=torch.float64) for name in NAMES}
     left = {
         (kind, averaged): along(Residual.of(model, trials, NAMES, CPU, averaged=averaged), trials, params).abs().max()
-        for kind, trials in (("held", held), ("exact", exact))
+        for kind, trials in (("stepped", stepped), ("exact", exact))
         for averaged in (False, True)
     }
-    assert left["held", False] < 1e-6
-    assert left["exact", True] < 0.5 * left["exact", False] and left["held", True] > 0.1
+    assert left["stepped", False] < 1e-6
+    assert left["exact", True] < 0.5 * left["exact", False] and left["stepped", True] > 0.1
 
 
-def test_a_held_motion_is_near_the_exact_one(held, exact):
-    np.testing.assert_array_equal(held.emg, exact.emg)
-    gap = np.abs(held.angle - exact.angle).max()
+def test_a_sample_and_hold_motion_is_near_the_exact_one(stepped, exact):
+    np.testing.assert_array_equal(stepped.emg, exact.emg)
+    gap = np.abs(stepped.angle - exact.angle).max()
     assert 1e-5 < gap < 0.02
 
 

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from myowave.data.trials import Trials
 from myowave.physics.drive import channels_of
 from myowave.physics.effect import Effect
-from myowave.physics.held import simulate_held
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
 from myowave.physics.muscle import FLEXOR
+from myowave.physics.sample_and_hold import simulate_sample_and_hold
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
 from myowave.settings import SimulatedDataset
@@ -224,10 +224,11 @@ def _draw_in_range(
         states[found] = motion.state.numpy()[first, found]
         if (taken >= 0).all():
             drive = channels_of(model, blank.channels, torch.from_numpy(emg))
-            if settings.solver == "held":
-                angle = simulate_held(Simulation(model, params, drive, settings.dt_s), settings.start_rad).numpy()
+            simulation = Simulation(model, params, drive, settings.dt_s, SUBSTEPS)
+            if settings.solver == "sample_and_hold":
+                angle = simulate_sample_and_hold(simulation, settings.start_rad).numpy()
             else:
-                angle = _refine(settings, Simulation(model, params, drive, settings.dt_s, SUBSTEPS), states)
+                angle = _refine(settings, simulation, states)
             return emg, angle, taken.tolist()
     lost = int(np.flatnonzero(taken < 0)[0])
     raise ValueError(

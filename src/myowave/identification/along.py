@@ -15,9 +15,8 @@ from myowave.identification.record import Record
 from myowave.identification.sensor import unobserve
 from myowave.identification.smoothing import smooth
 from myowave.physics.drive import Drive
-from myowave.physics.dynamics import observe
 from myowave.physics.model import Model, Params
-from myowave.physics.motion import initial_state, step
+from myowave.physics.motion import initial_state, observe, step
 from myowave.physics.simulation import Simulation
 
 Array = NDArray[np.float64]

@@ -39,7 +39,6 @@ from myowave.identification.record import Record
 from myowave.identification.windows import Windows, between, between_kinks, gauss
 from myowave.physics.drive import between_samples, breakpoints
 from myowave.physics.dynamics import Torques, torques
-from myowave.physics.effect import call
 from myowave.physics.model import Model, Params
 from myowave.physics.motion import unpack
 
@@ -140,11 +139,11 @@ class TorqueBalance:
         simulation = self.record.simulation(self.model, params)
         excitation, activation = simulation.activate(self.position)
         valued = simulation.valued.along(2).leaning(simulation.sway_at(self.position))
-        for effect in self.model.late_activation:
+        for acting in valued.acting["late_activation"]:
             quantities = {"excitation": excitation, "activation": activation, "side": valued.muscle["side"]}
-            if effect.stateful:
-                quantities["state"] = self.states[effect.name]
-            activation = call(effect.function, quantities, valued.values(effect))
+            if acting.effect.stateful:
+                quantities["state"] = self.states[acting.effect.name]
+            activation = acting(quantities)
         return torques(valued, self.q, self.qdot, activation, self.states)
 
     def torques(self, params: Params) -> WindowTorques:

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
-from myowave.physics.effect import call
 from myowave.physics.model import Model
 from myowave.physics.muscle import activation as activation_of
 from myowave.physics.valued import Valued
@@ -135,13 +134,11 @@ def activate(valued: Valued, emg: Tensor, position: Tensor, dt: float) -> tuple[
     excitation = excite(emg, valued.driving["delay"], position, dt)
     # As in `muscle_quantities`: time runs fastest in memory, then trials, points within a step, muscles.
     excitation = excitation.movedim((-1, -2), (0, 1)).contiguous().movedim((0, 1), (-1, -2))
-    for effect in valued.model.on("excitation"):
-        quantities = {"excitation": excitation, "side": side}
-        excitation = call(effect.function, quantities, raised.values(effect))
+    for effect in raised.acting["excitation"]:
+        excitation = effect({"excitation": excitation, "side": side})
     activation = activation_of(excitation, raised.driving["shape"])
-    for effect in valued.model.early_activation:
-        quantities = {"excitation": excitation, "activation": activation, "side": side}
-        activation = call(effect.function, quantities, raised.values(effect))
+    for effect in raised.acting["early_activation"]:
+        activation = effect({"excitation": excitation, "activation": activation, "side": side})
     return excitation, activation
 
 

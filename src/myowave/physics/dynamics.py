@@ -1,4 +1,4 @@
-"""The equation of motion that muscles, joint and effects add up to (Eqs. 5, 54), and what a sensor sees of it.
+"""The equation of motion that muscles, joint and effects add up to (Eqs. 5, 54).
 
     I(q) qddot = sum of muscle torques + gravity + torques of effects
 
@@ -14,7 +14,6 @@ import torch
 from torch import Tensor
 
 from myowave.physics import muscle as muscle_physics
-from myowave.physics.effect import call
 from myowave.physics.joint import gravity_torque
 from myowave.physics.valued import Valued
 
@@ -43,13 +42,12 @@ def muscle_quantities(valued: Valued, q: Tensor, qdot: Tensor, activation: Tenso
     Returns:
         The quantities of the stage `muscle` (see `effect`), plus `moment_arm` and `cosine` of the pennation angle.
     """
-    model, c, combined = valued.model, valued.muscle, valued.combined
+    c, combined = valued.muscle, valued.combined
     # One muscle after the other in memory: element-wise work then runs along time, several times faster than along M.
-    angle = q.expand(len(model.muscles), *q.shape).contiguous().movedim(0, -1)
+    angle = q.expand(len(valued.model.muscles), *q.shape).contiguous().movedim(0, -1)
     length, arm = combined.path.length_and_arm(angle)
-    for effect in model.on("path"):
-        quantities = {**c, "q": angle, "length_mt": length, "moment_arm": arm}
-        length, arm = call(effect.function, quantities, valued.values(effect))
+    for effect in valued.acting["path"]:
+        length, arm = effect({**c, "q": angle, "length_mt": length, "moment_arm": arm})
     velocity = -arm * qdot.unsqueeze(-1)
     fibre_length, fibre_velocity, cosine = muscle_physics.fibre_state(
         length, velocity, l0=c["l0"], vmax=c["vmax"], slack=c["slack"], height=combined.height
@@ -57,9 +55,9 @@ def muscle_quantities(valued: Valued, q: Tensor, qdot: Tensor, activation: Tenso
 
     def hill(a: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
         force = muscle_physics.hill_force(valued.curves, a, length, velocity)
-        for effect in model.fibre_effects:
+        for effect in valued.acting["fibre"]:
             fibre = {"activation": a, "fibre_length": length, "fibre_velocity": velocity, "force": force}
-            force = call(effect.function, {**c, **fibre, "curves": valued.curves}, valued.values(effect))
+            force = effect({**c, **fibre, "curves": valued.curves})
         return force
 
     return {
@@ -85,17 +83,15 @@ def torques(valued: Valued, q: Tensor, qdot: Tensor, activation: Tensor, states:
 
     Source: Taneja et al. 2023, Eqs. 54-59.
     """
-    model = valued.model
     muscles = muscle_quantities(valued, q, qdot, activation)
     force = muscles["force"]
-    for effect in model.tendon_effects:
-        quantities = {**muscles, "force": force, "state": states[effect.name]}
-        force = call(effect.function, quantities, valued.values(effect))
+    for tendon in valued.acting["tendon"]:
+        force = tendon({**muscles, "force": force, "state": states[tendon.effect.name]})
     pull = valued.muscle["f0"] * force * muscles["cosine"]
     muscle_torque = (pull * muscles["moment_arm"]).sum(-1)
     gravity = gravity_torque(q, valued.combined.weight, valued.combined.tilt)
     extra = torch.zeros_like(muscle_torque)
-    for effect in model.on("joint"):
+    for effect in valued.acting["joint"]:
         quantities = {
             **valued.muscle,
             **valued.forearm,
@@ -105,7 +101,7 @@ def torques(valued: Valued, q: Tensor, qdot: Tensor, activation: Tensor, states:
             "activation": activation,
             "torque": muscle_torque,
         }
-        extra = extra + call(effect.function, quantities, valued.values(effect))
+        extra = extra + effect(quantities)
     return Torques(muscle_torque, gravity, extra, moment_of_inertia(valued, q))
 
 
@@ -116,8 +112,8 @@ def moment_of_inertia(valued: Valued, q: Tensor) -> Tensor:
     Source: Taneja et al. 2023, Eq. 55.
     """
     inertia = valued.combined.inertia
-    for effect in valued.model.on("inertia"):
-        inertia = inertia + call(effect.function, {**valued.forearm, "q": q}, valued.values(effect))
+    for effect in valued.acting["inertia"]:
+        inertia = inertia + effect({**valued.forearm, "q": q})
     return inertia
 
 
@@ -125,11 +121,3 @@ def acceleration(valued: Valued, q: Tensor, qdot: Tensor, activation: Tensor, st
     """Angular acceleration [rad/s^2]; arguments as for `torques`. Source: Taneja et al. 2023, Eq. 54."""
     result = torques(valued, q, qdot, activation, states)
     return result.total / result.inertia
-
-
-def observe(valued: Valued, q: Tensor, qdot: Tensor, dt: float) -> Tensor:
-    """The angle that a sensor reports [rad] for a motion (..., T, N), through the effects on `observation`."""
-    assert valued.axes == 1
-    for effect in valued.model.on("observation"):
-        q = call(effect.function, {"q": q, "qdot": qdot, "dt": dt}, valued.values(effect))
-    return q

@@ -35,6 +35,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import torch
 from torch import Tensor
 
 from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS
@@ -179,6 +180,30 @@ def call(function: Callable[..., Any], quantities: Mapping[str, Any], parameters
     asked = _quantities_of(function)
     taken = _parameters_of(function)
     return function(**{n: quantities[n] for n in asked}, **{n: parameters[n] for n in taken})
+
+
+@dataclass(frozen=True)
+class Acting:
+    """An effect with the values of its parameters, as functions of the quantities alone."""
+
+    effect: Effect
+    values: Mapping[str, Tensor]
+
+    def __call__(self, quantities: Mapping[str, Any]) -> Any:
+        """What the effect's stage names."""
+        return call(self.effect.function, quantities, self.values)
+
+    def relaxation(self, quantities: Mapping[str, Any]) -> tuple[Tensor, Tensor, Tensor]:
+        """Target and time constants of its state."""
+        assert self.effect.relaxation is not None
+        target, rise, fall = call(self.effect.relaxation, quantities, self.values)
+        return target, rise, fall
+
+    def initial(self, quantities: Mapping[str, Any], like: Tensor) -> Tensor:
+        """Its state at the first sample, of the shape of `like`."""
+        if self.effect.initial is None:
+            return torch.zeros_like(like)
+        return torch.broadcast_tensors(call(self.effect.initial, quantities, self.values), like)[0]
 
 
 @functools.cache

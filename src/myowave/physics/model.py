@@ -72,7 +72,7 @@ class Model:
     @cached_property
     def stateful(self) -> tuple[Effect, ...]:
         """Effects with states of their own, those of activation first."""
-        return tuple(e for stage in ("activation", "muscle") for e in self.on(stage) if e.stateful)
+        return tuple(e for place in ("late_activation", "tendon") for e in self.on(place) if e.stateful)
 
     @cached_property
     def common_constants(self) -> tuple[str, ...]:
@@ -98,13 +98,27 @@ class Model:
         """Numbers in a state vector: q, qdot, and one for each stateful effect and muscle."""
         return 2 + len(self.stateful) * len(self.muscles)
 
-    def on(self, stage: str) -> tuple[Effect, ...]:
-        """The effects that act on a stage, in the order they were added."""
-        return self._by_stage[stage]
+    def on(self, place: str) -> tuple[Effect, ...]:
+        """The effects that act at one of the `places`, in the order they were added."""
+        return self.places[place]
 
     @cached_property
-    def _by_stage(self) -> dict[str, tuple[Effect, ...]]:
-        return {stage: tuple(e for e in self.effects if e.acts_on == stage) for stage in STAGES}
+    def places(self) -> Mapping[str, tuple[Effect, ...]]:
+        """The effects by where they act: at a stage, two of which have a part without states and one with them.
+
+        Effects on the activation before the first one with a state (`early_activation`) belong to the muscles' drive;
+        from that one on (`late_activation`) they act step by step. Those on the stage `muscle` without a state change
+        what a fibre does (`fibre`), the others what its tendon passes on (`tendon`).
+        """
+        on = {stage: tuple(e for e in self.effects if e.acts_on == stage) for stage in STAGES}
+        activation, muscle = on.pop("activation"), on.pop("muscle")
+        early = tuple(itertools.takewhile(lambda effect: not effect.stateful, activation))
+        return on | {
+            "early_activation": early,
+            "late_activation": activation[len(early) :],
+            "fibre": tuple(e for e in muscle if not e.stateful),
+            "tendon": tuple(e for e in muscle if e.stateful),
+        }
 
     def check_names(self, names: Iterable[str]) -> None:
         """Raises a ValueError for names that are no parameters of the model."""
@@ -119,26 +133,6 @@ class Model:
         if dot:
             return next(e for e in self.effects if e.name == effect).drives
         return constant_of(name).drives
-
-    @cached_property
-    def early_activation(self) -> tuple[Effect, ...]:
-        """Effects on the activation before the first one with a state: they belong to the muscles' drive."""
-        return tuple(itertools.takewhile(lambda effect: not effect.stateful, self.on("activation")))
-
-    @cached_property
-    def late_activation(self) -> tuple[Effect, ...]:
-        """Effects on the activation from the first one with a state on: they act step by step."""
-        return self.on("activation")[len(self.early_activation) :]
-
-    @cached_property
-    def fibre_effects(self) -> tuple[Effect, ...]:
-        """Effects on the stage `muscle` without a state: they change what a fibre does."""
-        return tuple(e for e in self.on("muscle") if not e.stateful)
-
-    @cached_property
-    def tendon_effects(self) -> tuple[Effect, ...]:
-        """Effects on the stage `muscle` with a state, such as a tendon's stretch."""
-        return tuple(e for e in self.on("muscle") if e.stateful)
 
     def with_effects(self, effects: Iterable[Effect]) -> "Model":
         """The same muscles and joint with these effects added."""

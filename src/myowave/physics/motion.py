@@ -11,8 +11,7 @@ import torch
 from torch import Tensor
 
 from myowave.physics.drive import Drive
-from myowave.physics.dynamics import acceleration, muscle_quantities, observe
-from myowave.physics.effect import Effect, call
+from myowave.physics.dynamics import acceleration, muscle_quantities
 from myowave.physics.model import Model
 from myowave.physics.simulation import Simulation
 from myowave.physics.valued import Valued
@@ -82,26 +81,20 @@ class Pull:
         return self.state + closed * gap0 + (1 - lag * closed) * (gap1 - gap0)
 
 
-def _relaxation_of(valued: Valued, effect: Effect) -> Relaxation:
-    relaxation = effect.relaxation
-    assert relaxation is not None
-    return lambda quantities: call(relaxation, quantities, valued.values(effect))
-
-
 def _advance_activation(
     valued: Valued, states: Mapping[str, Tensor], u: tuple[Tensor, ...], a: tuple[Tensor, ...], h: Tensor
 ) -> tuple[tuple[Tensor, ...], dict[str, Tensor]]:
     """Activation at the beginning, middle and end of a piece through effects with states, and their states there."""
     advanced, side = {}, valued.muscle["side"]
-    for effect in valued.model.late_activation:
+    for acting in valued.acting["late_activation"]:
         points = [{"excitation": ui, "activation": ai, "side": side} for ui, ai in zip(u, a, strict=True)]
-        if effect.stateful:
-            begin = states[effect.name]
-            pull = Pull.at(_relaxation_of(valued, effect), begin, points[0])
+        if acting.effect.stateful:
+            begin = states[acting.effect.name]
+            pull = Pull.at(acting.relaxation, begin, points[0])
             middle, end = pull.relax(h / 2, points[1]), pull.relax(h, points[2])
             points = [p | {"state": s} for p, s in zip(points, (begin, middle, end), strict=True)]
-            advanced[effect.name] = end
-        a = tuple(call(effect.function, p, valued.values(effect)) for p in points)
+            advanced[acting.effect.name] = end
+        a = tuple(acting(p) for p in points)
     return a, advanced
 
 
@@ -142,9 +135,9 @@ def advance(
     if states:
         a, advanced = _advance_activation(valued, states, u, a, h.unsqueeze(-1))
         states = {**states, **advanced}
-    tendons = valued.model.tendon_effects
+    tendons = valued.acting["tendon"]
     begin = muscle_quantities(valued, q, qdot, a[0]) if tendons else {}
-    pulls = {e.name: Pull.at(_relaxation_of(valued, e), states[e.name], begin) for e in tendons}
+    pulls = {t.effect.name: Pull.at(t.relaxation, states[t.effect.name], begin) for t in tendons}
 
     def later(elapsed: Tensor, *end: Tensor) -> Mapping[str, Tensor]:
         """States of effects on the stage `muscle` some seconds later, where q, qdot and activation are as given.
@@ -218,22 +211,15 @@ def resting_states(simulation: Simulation, q: Tensor, qdot: Tensor) -> Tensor:
 
 
 def _resting(valued: Valued, u: Tensor, a: Tensor, q: Tensor, qdot: Tensor) -> Tensor:
-    model = valued.model
     states = {}
-    for effect in model.late_activation:
+    for acting in valued.acting["late_activation"]:
         quantities = {"excitation": u, "activation": a, "side": valued.muscle["side"]}
-        if effect.stateful:
-            states[effect.name] = quantities["state"] = _initial(valued, effect, quantities, a)
-        a = call(effect.function, quantities, valued.values(effect))
-    for effect in model.tendon_effects:
-        states[effect.name] = _initial(valued, effect, muscle_quantities(valued, q, qdot, a), a)
-    return pack(model, q, qdot, states)
-
-
-def _initial(valued: Valued, effect: Effect, quantities: Mapping[str, Any], like: Tensor) -> Tensor:
-    if effect.initial is None:
-        return torch.zeros_like(like)
-    return torch.broadcast_tensors(call(effect.initial, quantities, valued.values(effect)), like)[0]
+        if acting.effect.stateful:
+            states[acting.effect.name] = quantities["state"] = acting.initial(quantities, a)
+        a = acting(quantities)
+    for tendon in valued.acting["tendon"]:
+        states[tendon.effect.name] = tendon.initial(muscle_quantities(valued, q, qdot, a), a)
+    return pack(valued.model, q, qdot, states)
 
 
 def simulate(simulation: Simulation, q0: Tensor | float, qdot0: Tensor | float = 0.0) -> Motion:
@@ -257,6 +243,14 @@ def simulate(simulation: Simulation, q0: Tensor | float, qdot0: Tensor | float =
 def observed(simulation: Simulation, state: Tensor) -> Motion:
     """The motion whose states (..., T, N, K) are known, as a sensor sees it."""
     return Motion(observe(simulation.along_time, state[..., 0], state[..., 1], simulation.dt), state)
+
+
+def observe(valued: Valued, q: Tensor, qdot: Tensor, dt: float) -> Tensor:
+    """The angle that a sensor reports [rad] for a motion (..., T, N), through the effects on `observation`."""
+    assert valued.axes == 1
+    for effect in valued.acting["observation"]:
+        q = effect({"q": q, "qdot": qdot, "dt": dt})
+    return q
 
 
 def batch_shape(simulation: Simulation, q0: Tensor, qdot0: Tensor) -> torch.Size:

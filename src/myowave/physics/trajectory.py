@@ -17,8 +17,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from myowave.physics.dynamics import observe
-from myowave.physics.motion import Motion, batch_shape, initial_state, observed, simulate, step
+from myowave.physics.motion import Motion, batch_shape, initial_state, observe, observed, simulate, step
 from myowave.physics.simulation import Simulation
 from myowave.physics.tangent import NUDGE, Linear, linearise
 

@@ -12,7 +12,7 @@ from torch import Tensor
 
 from myowave.physics.constants import CURVE, CURVE_CONSTANTS, GROUP_CONSTANTS, MUSCLE_CONSTANTS
 from myowave.physics.curves import Curves, Shape
-from myowave.physics.effect import Effect, call
+from myowave.physics.effect import Acting, Effect, call
 from myowave.physics.joint import Forearm, forearm
 from myowave.physics.model import Model, Params
 from myowave.physics.path import Path, SideBySide, StraightPath
@@ -59,12 +59,19 @@ class Valued:
             return self
         tilt = self.joint["tilt"] + change
         changed = replace(self, joint={**self.joint, "tilt": tilt})
-        vars(changed).update(combined=replace(self.combined, tilt=tilt), curves=self.curves)  # no need to make anew
+        made = {"combined": replace(self.combined, tilt=tilt), "curves": self.curves, "acting": self.acting}
+        vars(changed).update(made)  # no need to make anew
         return changed
 
     def values(self, effect: Effect) -> Mapping[str, Tensor]:
         """The values of an effect's parameters, by their short names."""
         return self.effect[effect.name]
+
+    @cached_property
+    def acting(self) -> Mapping[str, tuple[Acting, ...]]:
+        """The effects with their values, by `Model.places`."""
+        places = self.model.places.items()
+        return {place: tuple(Acting(e, self.effect[e.name]) for e in effects) for place, effects in places}
 
     @cached_property
     def driving(self) -> Mapping[str, Tensor]:

@@ -155,7 +155,7 @@ def _explain_one(problem: Mapping[str, Any], root: Schema) -> str:
     path, *nodes = _follow([str(part) for part in problem["loc"]], root)
     shown = ".".join(path)
     if kind == "extra_forbidden":
-        siblings = [name for node in nodes[-2:-1] for name in node["properties"]]
+        siblings = [name for section in _alternatives(nodes[-2], root) for name in section.get("properties", ())]
         return f"{shown}: unknown key{did_you_mean(path[-1], siblings) or '.'} Known here: {', '.join(siblings)}."
     if kind == "missing":
         return f"{shown}: is missing; give {_expected(nodes, root)}."

@@ -1,4 +1,4 @@
-"""Motion by fixed steps of one sample with the EMG held: the difference equation that a pointwise residual assumes.
+"""Motion by fixed steps of one sample, each with the EMG at its sample: what a pointwise residual assumes.
 
     I (q_(n+1) - 2 q_n + q_(n-1)) / dt^2 = torque at sample n, with the velocity (q_(n+1) - q_(n-1)) / (2 dt)
 
@@ -11,8 +11,8 @@ Shapes: ... batch, T trials, N samples.
 import torch
 from torch import Tensor
 
-from myowave.physics.dynamics import acceleration, observe
-from myowave.physics.motion import batch_shape
+from myowave.physics.dynamics import acceleration
+from myowave.physics.motion import batch_shape, observe
 from myowave.physics.simulation import Simulation
 
 NUDGE = 1e-6  # of the velocity [rad/s], for its slope
@@ -20,7 +20,7 @@ TOLERANCE = 1e-12  # rad/s
 MOST_STEPS = 50
 
 
-def simulate_held(simulation: Simulation, q0: Tensor | float) -> Tensor:
+def simulate_sample_and_hold(simulation: Simulation, q0: Tensor | float) -> Tensor:
     """Angle (..., T, N) [rad] from rest at `q0` [rad], broadcastable to (..., T), as a sensor sees it.
 
     Raises:
@@ -29,10 +29,10 @@ def simulate_held(simulation: Simulation, q0: Tensor | float) -> Tensor:
     model, emg, dt = simulation.model, simulation.emg, simulation.dt
     if model.stateful:
         raise ValueError(
-            f"solver: held cannot hold {', '.join(effect.name for effect in model.stateful)}, which has a state of "
-            "its own; use solver: exact."
+            f"solver: sample_and_hold cannot take {', '.join(effect.name for effect in model.stateful)}, which has a "
+            "state of its own; use solver: exact."
         )
-    assert simulation.sway is None, "only simulated arms are held, and they lean the same all the time"
+    assert simulation.sway is None, "only simulated arms move so, and they lean the same all the time"
     start = torch.as_tensor(q0, dtype=emg.dtype, device=emg.device)
     q = start.expand(batch_shape(simulation, start, start))
     sample = torch.arange(emg.shape[-2], dtype=emg.dtype, device=emg.device)
@@ -52,7 +52,7 @@ def simulate_held(simulation: Simulation, q0: Tensor | float) -> Tensor:
             if not bool((gap.abs() > TOLERANCE).any()):
                 break
         else:
-            raise ValueError(f"solver: held finds no velocity after a step of {dt:g} s; use a smaller dt_s.")
+            raise ValueError(f"solver: sample_and_hold finds no velocity after a step of {dt:g} s; use a smaller dt_s.")
         angles.append(before + 2 * dt * velocity)
     motion = torch.stack(angles, -1)
     return observe(simulation.along_time, motion, torch.gradient(motion, dim=-1)[0] / dt, dt)
