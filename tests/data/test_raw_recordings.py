@@ -225,9 +225,18 @@ def test_all_problems_of_all_files_are_told_at_once(folder):
     refuse(folder, "2 problems", "a/biceps.csv: no such file", "'mm'")
 
 
-def test_emg_far_above_the_training_trials_is_refused(folder, tmp_path):
-    write_session(tmp_path, change=lambda trial, key, values: 3 * values if trial == "c" else values)
-    refuse(tmp_path, r"trial c, .*: emg_biceps is \d\.\d+ of the largest of the training trials .* expected 0 to 1.5")
+def test_a_test_trial_of_more_effort_than_the_training_is_told_and_not_refused(tmp_path):
+    muscles = ("biceps", "triceps")
+    write_session(tmp_path, change=lambda trial, key, values: 3 * values if trial == "c" and key in muscles else values)
+    prepared, quality = prepare(tmp_path)
+    warned = {(f["trial"], f["check"]) for f in quality["findings"] if f["severity"] == "warning"}
+    assert warned == {("c", "EMG above 1")} and prepared.trials.emg[2].max() > 3
+
+
+def test_emg_far_above_a_maximum_contraction_is_refused(tmp_path):
+    write_session(tmp_path, trials=("a", "b", "c", "max"), change=lambda t, key, v: v / 3 if t == "max" else v)
+    says = r"trial a, .*: emg_biceps is \d\.\d+ of a maximum contraction .* expected 0 to 1.5. Look for an artefact"
+    refuse(tmp_path, says, mvc=["max"], processing={"normalise": "mvc"})
 
 
 def test_a_scale_of_nothing_is_refused(tmp_path):

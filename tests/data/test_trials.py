@@ -81,9 +81,9 @@ def test_changed_trials_keep_all_but_their_signals_and_hold_their_own_last_value
         emg=[np.ones((4, 1)), np.ones((6, 1))], angle=[np.arange(4.0), np.arange(6.0)], signals=lean,
         over_time={"tilt": "tilt_rad"},
     )  # fmt: skip
-    halved = trials.changed(lambda values: values[::2], lambda emg: 3.0 * emg[::2], dt=0.2)
+    halved = trials.changed(lambda values: 3.0 * values[::2], dt=0.2)
     assert halved.dt == 0.2 and halved.lengths == (2, 3) and halved.over_time == trials.over_time
     assert (halved.names, halved.test, halved.conditions) == (trials.names, trials.test, trials.conditions)
     for values in (halved.angle, halved.signals["tilt_rad"]):
-        np.testing.assert_array_equal(values, [[0.0, 2.0, 2.0], [0.0, 2.0, 4.0]])
+        np.testing.assert_array_equal(values, [[0.0, 6.0, 6.0], [0.0, 6.0, 12.0]])
     assert (halved.emg == 3.0).all()

@@ -1,8 +1,8 @@
 """From the recordings of a dataset to `Trials`: EMG to excitation, everything onto one grid of times.
 
 The EMG that counts as 1 comes from the training trials, or from recordings of maximum contractions, never from a test
-trial: what a test trial holds must not reach the training. EMG above 1 may therefore occur in a test trial, up to
-`EMG_LIMIT`. EMG that is a fraction already stays as it is.
+trial: what a test trial holds must not reach the training. EMG above 1 may therefore occur in a test trial. EMG that is
+a fraction already stays as it is.
 """
 
 from __future__ import annotations
@@ -77,10 +77,9 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     Raises:
         ValueError: one line for each problem that the recordings or the processed trials show.
     """
-    fractions = set(session.forms.values()) == {"fraction"}
-    if not fractions:  # else what counts as 1 would be told from some of them
+    processing, alone = settings.processing, isinstance(settings, MeasuredDataset)  # tidy files are, of each other
+    if not alone:  # what counts as 1 needs all of them
         _refuse(dataset, session.problems)
-    processing = settings.processing
     raw = {name: _on_one_clock(trial, processing.emg_start_offset_s) for name, trial in session.trials.items()}
     train = [name for name in raw if name not in settings.test]
     steps = _Steps(processing, session.forms, _known_before(processing, session.forms, [raw[name] for name in train]))
@@ -90,7 +89,7 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         for name, trial in raw.items()
     }
     problems = [*session.problems, *_grid_problems(grids, raw)]
-    if not fractions:
+    if not alone:
         _refuse(dataset, problems)
     gains = _gains(steps, session.mvc, {name: envelopes[name] for name in train}, grids)
     _refuse(dataset, _gain_problems(gains))
@@ -101,7 +100,7 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     }
     problems += [*rate_problems(recordings), *duplicate_problems(recordings)]
     for one in recordings.values():
-        problems += [*emg_problems(one, session.forms, steps.largest_of), *angle_problems(one), *torque_problems(one)]
+        problems += [*emg_problems(one, steps.known_scale), *angle_problems(one), *torque_problems(one)]
     _refuse(dataset, problems)
     signals = {key: [sample_at(raw[name].signals[key], grids[name]) for name in raw] for key in settings.signals}
     trials = Trials.from_sequences(
@@ -155,9 +154,13 @@ class _Steps:
     before: Mapping[str, tuple[float, bool]]
 
     @property
-    def largest_of(self) -> str:
-        """Of which recordings the largest envelope counts as 1."""
-        return "maximum contractions" if self.processing.normalise == "mvc" else "the training trials"
+    def known_scale(self) -> dict[str, str]:
+        """Channels of which a maximum contraction counts as 1, with their forms: their EMG cannot be far above.
+
+        Where the training trials count, a test trial may be of any effort.
+        """
+        mvc = self.processing.normalise == "mvc"
+        return {channel: form for channel, form in self.forms.items() if mvc or form == "fraction"}
 
     def envelopes(self, emg: Mapping[str, Sampled]) -> dict[str, Sampled]:
         """Envelopes of all channels, in the unit of their EMG."""
@@ -258,6 +261,7 @@ def _provenance(
     """Where the trials are from and what was done to them; `emg` is that of a trial as recorded."""
     processing = settings.processing
     which = list(session.mvc) or [name for name in session.trials if name not in settings.test]
+    whose = "maximum contractions" if processing.normalise == "mvc" else "the training trials"
     done = {"raw": lambda rate: describe(processing, rate), "envelope": lambda rate: "an envelope as recorded"}
     real_time = {} if set(steps.forms.values()) == {"fraction"} else steps.real_time(emg, gains).plain()
     return {
@@ -267,7 +271,7 @@ def _provenance(
             if steps.forms[channel] == "fraction"
             else {
                 "processing": done[steps.forms[channel]](sampled.rate),
-                "divided by": f"{gains[channel]:.6g} {sampled.unit}, the largest envelope of {steps.largest_of} "
+                "divided by": f"{gains[channel]:.6g} {sampled.unit}, the largest envelope of {whose} "
                 f"({', '.join(which)})",
                 "recorded at": f"{sampled.rate:g} Hz",
             }

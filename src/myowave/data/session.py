@@ -43,9 +43,7 @@ def read_session(
     if isinstance(settings, RecordedDataset):
         reading = Reading(where, root, RAW, settings.ignore_columns, settings.layout)
         trials = {name: _read_trial(reading, name, _raw_signals(settings, name)) for name in settings.trials}
-        mvc = {
-            name: {c: reading.emg(name, f"emg.{c}", one) for c, one in settings.emg.items()} for name in settings.mvc
-        }
+        mvc = {name: _read_emg(reading, name, _raw_signals(settings, name)) for name in settings.mvc}
         forms = {channel: one.form for channel, one in settings.emg.items()}
         return Session(trials, forms, mvc, reading.sha256, reading.problems)
     reading = Reading(where, Path(), TIDY, settings.ignore_columns, _TIDY_LAYOUT)

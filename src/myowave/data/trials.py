@@ -165,17 +165,17 @@ class Trials:
             signals={name: values[index, samples] for name, values in self.signals.items()},
         )
 
-    def changed(self, change: Change, emg: Change | None = None, **fields: Any) -> Trials:
+    def changed(self, change: Change, **fields: Any) -> Trials:
         """The same trials with every signal changed, trial by trial, without what pads it.
 
         Args:
-            change: of the angle and the further signals, samples (N_i,), and of the EMG, (N_i, C), where `emg` is None.
+            change: of angles and further signals, samples (N_i,), and of the EMG, (N_i, C).
             **fields: other fields that differ.
         """
         each = list(enumerate(self.lengths))
         same = {f: getattr(self, f) for f in ("dataset", "dt", "names", "channels", "test", "conditions", "constants")}
         return Trials.from_sequences(
-            emg=[(emg or change)(self.emg[i, :n]) for i, n in each],
+            emg=[change(self.emg[i, :n]) for i, n in each],
             angle=[change(self.angle[i, :n]) for i, n in each],
             signals={name: [change(values[i, :n]) for i, n in each] for name, values in self.signals.items()},
             **{**same, "provenance": self.provenance, "over_time": self.over_time, **fields},

@@ -16,28 +16,26 @@ TORQUE_LIMIT = 300.0
 """Largest torque about an elbow [N m]; more is in another unit."""
 
 
-def emg_problems(recording: Recording, forms: Mapping[str, str], largest_of: str) -> Iterator[str]:
-    """The value of each channel that is farthest outside 0 to `EMG_LIMIT`.
+def emg_problems(recording: Recording, forms: Mapping[str, str]) -> Iterator[str]:
+    """The value of each of some channels that is farthest outside 0 to `EMG_LIMIT`.
 
     Args:
         forms: {channel: raw, envelope or fraction}.
-        largest_of: of which recordings the largest envelope counts as 1.
     """
-    for name, emg in zip(recording.channels, recording.emg.T, strict=True):
+    for name, form in forms.items():
+        emg = recording.emg[:, recording.channels.index(name)]
         outside = np.maximum(-emg, emg - EMG_LIMIT)
         n = int(outside.argmax())
         if outside[n] > 0:
-            whose, remedy = f"the largest of {largest_of}", _ARTEFACT
-            if forms[name] == "fraction":
-                whose, remedy = "a maximum contraction", _NORMALISE
             yield (
-                f"{recording.at(n)}: {name} is {emg[n]:.3g} of {whose} ({(outside > 0).sum()} samples outside; it "
-                f"spans {emg.min():.3g} to {emg.max():.3g}); expected 0 to {EMG_LIMIT:g}. {remedy}"
+                f"{recording.at(n)}: {name} is {emg[n]:.3g} of a maximum contraction ({(outside > 0).sum()} samples "
+                f"outside; it spans {emg.min():.3g} to {emg.max():.3g}); expected 0 to {EMG_LIMIT:g}. "
+                f"{_NORMALISE if form == 'fraction' else _ARTEFACT}"
             )
 
 
 _NORMALISE = "Rectify and smooth the EMG, and divide it by its value at maximum contraction (percent by 100)."
-_ARTEFACT = "Look for an artefact there and cut it off with cut_s, or train on a trial of such effort."
+_ARTEFACT = "Look for an artefact there and cut it off with cut_s, or name a stronger contraction under mvc."
 
 
 def angle_problems(recording: Recording) -> Iterator[str]:

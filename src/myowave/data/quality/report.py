@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from myowave.data.checks.ranges import EMG_LIMIT
 from myowave.data.quality import clocks, emg, motion
 from myowave.data.quality.finding import Finding
 from myowave.data.recording import Prepared
@@ -53,11 +54,11 @@ def _above_one(trials: Trials) -> Iterator[Finding]:
                 yield Finding(
                     "EMG above 1",
                     f"reaches {largest:.2f} of what counts as 1",
-                    "Test trials and maximum contractions do not set each other's scale, so this may happen; more than "
-                    "a few percent says that the scale comes from weak trials.",
+                    "The scale comes from trials of less effort: train on one of such effort, or name maximum "
+                    "contractions under mvc. If it is a moment only, look for an artefact and cut it off with cut_s.",
                     name,
                     channel,
-                    "note",
+                    "warning" if largest > EMG_LIMIT else "note",
                 )
 
 
