@@ -32,6 +32,7 @@ from myowave.data.trials import Trials
 from myowave.learning.adam import Adam
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import predict_trials, r_squared
+from myowave.learning.loss import Noise
 from myowave.learning.methods.rollout.loss import RolloutLoss
 from myowave.learning.methods.rollout.training import BETAS, DATA_SEED, OPTIMISERS, clip_gradients
 from myowave.learning.network import Architecture, Network, Scaling, initialise
@@ -93,8 +94,8 @@ class Ours:
     @classmethod
     def of(cls, trials: Trials, recipe: RolloutRecipe, seeds: int) -> "Ours":
         network, corpus = prepare(trials, recipe, seeds)
-        random = torch.Generator().manual_seed(DATA_SEED)
-        loss = RolloutLoss(network, corpus, round(recipe.rollout_s / trials.dt), random)
+        random, still = torch.Generator().manual_seed(DATA_SEED), Noise(0.0, range(seeds), 0)
+        loss = RolloutLoss(network, corpus, round(recipe.rollout_s / trials.dt), random, still, still)
         weights = list(network.weights.values())
         return cls(loss, weights, OPTIMISERS[recipe.optimiser](weights, BETAS))
 

@@ -11,6 +11,7 @@ from myowave.learning.task import begin_stage
 from myowave.learning.training import train_scale
 
 SEEDS = (0, 1)
+STILL = Noise(0.0, SEEDS, 0)
 
 
 def gains(std: float) -> Noise:
@@ -24,7 +25,7 @@ def stage(rollout):
 
 def windows(stage, gains):
     """Windows of the first epoch as the network sees them."""
-    loss = RolloutLoss(stage.network, stage.corpus, 10, torch.Generator().manual_seed(0), gains)
+    loss = RolloutLoss(stage.network, stage.corpus, 10, torch.Generator().manual_seed(0), gains, STILL)
     return loss._disturb(loss._cut(stage.corpus, loss._draw(stage.corpus, 64)))
 
 
@@ -34,7 +35,7 @@ def as_emg(stage, x):
 
 
 def test_each_window_channel_and_seed_has_one_factor_over_its_whole_length(stage):
-    recorded, seen = (as_emg(stage, windows(stage, g).x) for g in (None, gains(0.2)))
+    recorded, seen = (as_emg(stage, windows(stage, g).x) for g in (STILL, gains(0.2)))
     factor = seen / recorded
     assert factor.shape == (2, 64, recorded.shape[1], 2)
     torch.testing.assert_close(factor, factor[:, :, :1].expand_as(factor), rtol=1e-3, atol=1e-3)
@@ -43,8 +44,8 @@ def test_each_window_channel_and_seed_has_one_factor_over_its_whole_length(stage
     assert len(logs.flatten().unique()) == logs.numel()
 
 
-def told(stage, **disturbed):
-    """Windows of a network that is told a load, which is 0.7 of its scaling everywhere."""
+def known_windows(stage, gains=None, shifts=None):
+    """Windows of a network that is given a load, which is 0.7 of its scaling everywhere."""
     network = stage.network
     known = replace(
         network,
@@ -52,17 +53,19 @@ def told(stage, **disturbed):
         scaling=replace(network.scaling, input_mean=(0.3, 0.2, 1.0), input_std=(0.2, 0.1, 0.5)),
     )
     x = torch.cat((stage.corpus.x, torch.full_like(stage.corpus.x[..., :1], 0.7)), dim=-1)
-    loss = RolloutLoss(known, replace(stage.corpus, x=x), 10, torch.Generator().manual_seed(0), **disturbed)
+    loss = RolloutLoss(
+        known, replace(stage.corpus, x=x), 10, torch.Generator().manual_seed(0), gains or STILL, shifts or STILL
+    )
     return loss._disturb(loss._cut(loss._corpus, loss._draw(loss._corpus, 64))).x
 
 
 def test_gains_leave_what_is_known_as_it_is(stage):
-    x = told(stage, gains=gains(0.5))
+    x = known_windows(stage, gains=gains(0.5))
     assert (x[..., 2] == 0.7).all() and x[..., :2].std() > 0
 
 
 def test_what_is_known_is_told_with_one_error_for_a_window(stage):
-    recorded, x = told(stage), told(stage, shifts=Noise(0.3, SEEDS, 0, stream=2))
+    recorded, x = known_windows(stage), known_windows(stage, shifts=Noise(0.3, SEEDS, 0, stream=2))
     error = x[..., 2] - 0.7
     assert torch.equal(x[..., :2], recorded[..., :2].expand(2, -1, -1, -1))
     torch.testing.assert_close(error, error[..., :1].expand_as(error))

@@ -9,7 +9,9 @@ import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from myowave.learning.band import Band, calibrate
@@ -90,77 +92,75 @@ def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Ite
     started, recipe = time.perf_counter(), task.recipe
     stage = begin_stage(task, level, before)
     training = METHODS[recipe.method].begin(stage)
-    validation, best = begin_validation(stage), _Best(stage.network, judged=recipe.validation_fraction > 0)
-    val_mse, val_r2 = validate(stage.network, validation)
+    stopping = _EarlyStopping(stage)
     epochs, done = task.epochs(level), sum(task.epochs(coarser) for coarser in range(level + 1, task.total))
     for epoch in range(1, epochs + 1):
-        losses = training.learn(epoch, (done + epoch - 1) / recipe.epochs, val_mse)
+        losses = training.learn(epoch, (done + epoch - 1) / recipe.epochs, stopping.mse)
         last = epoch == epochs
         if last or epoch % VALIDATE_EVERY == 0:
-            val_mse, val_r2 = validate(stage.network, validation)
-            best.update(epoch, val_mse, val_r2)
-            last = last or (recipe.patience is not None and best.exhausted(epoch, recipe.patience))
+            last = stopping.look(epoch) or last
         values = dict(zip(stage.names, training.parameters.values.unbind(-1), strict=True))
-        report = EpochReport(epoch, tuple(task.seeds), losses, val_mse, values)
+        report = EpochReport(epoch, tuple(task.seeds), losses, stopping.mse, values)
         if last:
-            checkpoint = _checkpoint(stage, training.parameters, best, epoch, time.perf_counter() - started)
+            checkpoint = _checkpoint(stage, training.parameters, stopping, epoch, time.perf_counter() - started)
             yield replace(report, checkpoint=checkpoint)
             return
         yield report
 
 
-def begin_validation(stage: Stage) -> Validation | None:
-    """The windows kept for validation; None where all samples train."""
-    if stage.task.recipe.validation_fraction == 0:
-        return None
-    return Validation.of(stage.corpus, stage.network, stage.trials.lengths)
-
-
-@torch.no_grad()
-def validate(network: Network, validation: Validation | None) -> tuple[Tensor, Tensor]:
-    """Mean square error [rad^2] and R2 of a free run of the validation windows, (S,) each; not a number without any."""
-    if validation is None:
-        unknown = torch.full((network.seeds,), math.nan, dtype=torch.float64, device=network.device)
-        return unknown, unknown.clone()
-    z, v = (given.expand(network.seeds, -1, -1) for given in (validation.z, validation.v))
-    return validation.score(network.to_rad(run_free(network, validation.x, z, v)))
-
-
-class _Best:
-    """The weights of a network with the lowest validation error of each seed, for early stopping; the last ones where
-    nothing is kept for validation.
+class _EarlyStopping:
+    """Validation, and the weights with the lowest error of each seed; the last ones where nothing is kept to validate.
 
     It stops only weights: parameters are the last ones, "final converged values" in the paper.
+
+    Args:
+        mse, r2: of a free run of the validation windows now, [rad^2] and [-], (S,); not a number without any.
+        best_mse, best_r2: with the best weights.
     """
 
-    def __init__(self, network: Network, judged: bool) -> None:
-        self._network, self._judged = network, judged
+    def __init__(self, stage: Stage) -> None:
+        network, recipe = stage.network, stage.task.recipe
+        self._network, self._patience = network, math.inf if recipe.patience is None else recipe.patience
+        kept = recipe.validation_fraction > 0
+        self._windows = Validation.of(stage.corpus, network, stage.trials.lengths) if kept else None
         self.weights = {name: value.detach().clone() for name, value in network.weights.items()}
-        self.mse = torch.full((network.seeds,), float("inf"), dtype=torch.float64, device=network.device)
-        self.r2 = torch.full_like(self.mse, float("-inf"))
-        self._epoch = torch.zeros(network.seeds, device=network.device)
+        self.mse, self.r2 = self._validate()
+        self.best_mse, self.best_r2 = torch.full_like(self.mse, math.inf), torch.full_like(self.mse, -math.inf)
+        self._epoch = torch.zeros_like(self.mse)
 
-    def update(self, epoch: int, mse: Tensor, r2: Tensor) -> None:
-        """Take the weights as they are now, of seeds whose error (S,) has fallen; of all where none is judged."""
-        better = mse < self.mse if self._judged else torch.ones_like(mse, dtype=torch.bool)
-        self.mse, self.r2 = torch.where(better, mse, self.mse), torch.where(better, r2, self.r2)
+    def look(self, epoch: int) -> bool:
+        """Validate, and take the weights of seeds whose error has fallen, of all where none is judged; whether no seed
+        has improved for as many epochs as the recipe has patience."""
+        self.mse, self.r2 = self._validate()
+        better = self.mse < self.best_mse if self._windows else torch.ones_like(self.mse, dtype=torch.bool)
+        self.best_mse, self.best_r2 = (
+            torch.where(better, now, best) for now, best in ((self.mse, self.best_mse), (self.r2, self.best_r2))
+        )
         self._epoch = torch.where(better, epoch, self._epoch)
         for name, value in self._network.weights.items():
             self.weights[name] = torch.where(better[:, None, None], value.detach(), self.weights[name])
+        return bool((epoch - self._epoch >= self._patience).all())
 
-    def exhausted(self, epoch: int, patience: int) -> bool:
-        """Whether no seed has improved for `patience` epochs."""
-        return bool((epoch - self._epoch >= patience).all())
+    @torch.no_grad()
+    def _validate(self) -> tuple[Tensor, Tensor]:
+        network, windows = self._network, self._windows
+        if windows is None:
+            unknown = torch.full((network.seeds,), math.nan, dtype=torch.float64, device=network.device)
+            return unknown, unknown
+        z, v = (given.expand(network.seeds, -1, -1) for given in (windows.z, windows.v))
+        return windows.score(network.to_rad(run_free(network, windows.x, z, v)))
 
 
-def _checkpoint(stage: Stage, parameters: Parameters, best: _Best, epochs: int, seconds: float) -> Checkpoint:
+def _checkpoint(
+    stage: Stage, parameters: Parameters, stopping: _EarlyStopping, epochs: int, seconds: float
+) -> Checkpoint:
     before, values = stage.before, parameters.values
     errors, correlations = torch.full_like(values, math.nan), torch.full((*values.shape, values.shape[1]), math.nan)
     physics_mse, band = values.new_full(values.shape[:1], math.nan), None
     if stage.level == 0:
         if stage.task.band:
             by = band_by_ends if stage.task.recipe.validation_fraction else band_by_trials
-            band = by(replace(stage.network, weights=best.weights), stage)
+            band = by(replace(stage.network, weights=stopping.weights), stage)
         errors, correlations = parameters.uncertainty()
         physics_mse = parameters.mse
     return Checkpoint(
@@ -172,14 +172,14 @@ def _checkpoint(stage: Stage, parameters: Parameters, best: _Best, epochs: int, 
         channels=stage.trials.channels,
         architecture=stage.network.architecture,
         scaling=stage.network.scaling,
-        weights=best.weights,
+        weights=stopping.weights,
         names=stage.names,
         values=values,
         errors=errors,
         correlations=correlations,
         physics_mse=physics_mse,
-        val_mse=best.mse.cpu(),
-        val_r2=best.r2.cpu(),
+        val_mse=stopping.best_mse.cpu(),
+        val_r2=stopping.best_r2.cpu(),
         band=band,
         seen=Seen.of(stage.trials, stage.network.architecture.known),
         real_time=stage.trials.provenance.get("real_time", {}),
@@ -199,14 +199,17 @@ def band_by_trials(network: Network, stage: Stage) -> Band | None:
     """The band by whole training trials, each predicted by networks that were trained without it; None where there is
     only one trial."""
     # ASSUME: a trial is missed by a few networks that lack one trial as a new trial is by all that have every one.
-    task = replace(stage.task, band=False, seeds=stage.task.seeds[:FOLD_SEEDS])
     if len(stage.trials.names) < 2:
         return None
-    errors, spreads = [], []
-    for name in stage.trials.names:
-        *_, checkpoint = train_scales(task.holding_out([name]))
-        trial = stage.trials.select([name])
-        predicted = predict_motion(checkpoint.network, trial)[:, 0, network.history :].numpy()
-        errors.append(trial.angle[0, network.history :] - predicted.mean(0))
-        spreads.append(predicted.std(0))
-    return calibrate(errors, spreads)
+    apart = list(hold_out_each(replace(stage.task, seeds=stage.task.seeds[:FOLD_SEEDS])))
+    return calibrate([angle - each.mean(0) for angle, each in apart], [each.std(0) for _, each in apart])
+
+
+def hold_out_each(task: Task) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Hold each training trial out in turn: its angle (K,) and predictions (S, K) [rad] of networks that are trained
+    without it, free running, of all samples but those that a prediction starts from."""
+    trials = task.training_trials(0)
+    for name in trials.names:
+        *_, checkpoint = train_scales(replace(task, band=False).holding_out([name]))
+        trial, given = trials.select([name]), checkpoint.network.history
+        yield trial.angle[0, given:], predict_motion(checkpoint.network, trial)[:, 0, given:].numpy()

@@ -79,8 +79,8 @@ class RolloutLoss:
         corpus: Corpus,
         steps: int,
         random: torch.Generator,
-        gains: Noise | None = None,
-        shifts: Noise | None = None,
+        gains: Noise,
+        shifts: Noise,
     ) -> None:
         steps = min(steps, int(corpus.usable.max()) - network.history)
         self._network, self._corpus, self._random = network, corpus, random
@@ -145,15 +145,15 @@ class RolloutLoss:
 
     def _disturb(self, windows: _Batch) -> _Batch:
         """The same windows with other gains of the EMG, and other values of what is known beside it."""
-        if self._gains is None and self._shifts is None:
+        if not (self._gains.std or self._shifts.std):
             return windows
         scaling, x, channels = self._network.scaling, windows.x, self._network.architecture.channels
         known = slice(channels, channels + len(self._network.architecture.known))
         x = x.expand(self._network.seeds, *x.shape[-3:]).clone()
-        if self._gains is not None:
+        if self._gains.std:
             gain = self._gains.draw(x.shape[1], 1, channels, like=x).exp()
             zero = x.new_tensor([m / s for m, s in zip(scaling.input_mean, scaling.input_std, strict=True)])[:channels]
             x[..., :channels] = gain * (x[..., :channels] + zero) - zero
-        if self._shifts is not None:
+        if self._shifts.std:
             x[..., known] += self._shifts.draw(x.shape[1], 1, known.stop - known.start, like=x)
         return replace(windows, x=x)

@@ -50,8 +50,8 @@ class RolloutTraining:
             stage.corpus,
             max(1, round(recipe.rollout_s / stage.trials.dt)),
             torch.Generator().manual_seed(DATA_SEED + stage.level),
-            Noise(recipe.emg_gain, stage.task.seeds, stage.level, stream=1) if recipe.emg_gain else None,
-            Noise(recipe.known_noise, stage.task.seeds, stage.level, stream=2) if recipe.known_noise else None,
+            Noise(recipe.emg_gain, stage.task.seeds, stage.level, stream=1),
+            Noise(recipe.known_noise, stage.task.seeds, stage.level, stream=2),
         )
         self._data: Tensor | None = None  # loss on windows of the epoch before
         self._simulates = finest and recipe.simulated_trials > 0
