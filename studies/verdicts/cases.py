@@ -30,8 +30,7 @@ from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
-from myowave.settings import Diagnosis as DiagnosisSettings
-from myowave.settings import SimulatedDataset
+from myowave.settings import DiagnosisSettings, SimulatedDataset
 from studies.verdicts.settings import Verdicts
 from studies.verdicts.worlds import ALLOWED, CURVES, FINER, World, draw_world, record, zero_order_hold
 

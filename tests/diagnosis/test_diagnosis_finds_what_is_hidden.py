@@ -14,8 +14,7 @@ from myowave.diagnosis.search import diagnose as search
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.diagnosis.search.selection import select_effects
 from myowave.diagnosis.search.verdict import judge
-from myowave.settings import Diagnosis as DiagnosisSettings
-from myowave.settings import SimulatedDataset
+from myowave.settings import DiagnosisSettings, SimulatedDataset
 
 SETTINGS = DiagnosisSettings(starts=2)
 KEYS = {"verdict", "effects", "alternatives", "rmse_deg", "parameters", "next_trial"}

@@ -21,7 +21,7 @@ from myowave.identification.prediction import predict
 from myowave.identification.record import make_record
 from myowave.identification.torque import TorqueFit
 from myowave.physics.effect import Effect, Parameter
-from myowave.settings import Diagnosis as DiagnosisSettings
+from myowave.settings import DiagnosisSettings
 
 
 def _refuse(q, qdot, activation, *, c):

@@ -25,7 +25,7 @@ from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.physics.model import parse_model
 from myowave.plotting import save
-from myowave.settings import Diagnosis as DiagnosisSettings
+from myowave.settings import DiagnosisSettings
 
 HIDDEN = {"joint_damping": {"c": 0.6}}
 MOST_BYTES = 1_500_000  # as a data URL, a third longer, Chromium shows no page over 2 MB: `snakemake --report` needs it

@@ -8,7 +8,7 @@ from myowave.diagnosis.report.tables import TABLES, predictions_table
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
-from myowave.settings import Diagnosis, Identify, Physics
+from myowave.settings import DiagnosisSettings, Identify, Physics
 from myowave.workflow.job import job_log
 
 name = snakemake.wildcards.dataset
@@ -19,7 +19,7 @@ with job_log(f"diagnose {name}", snakemake.log[0]) as log:
         build_model("base", physics),
         catalogue(physics.effect_files).values(),
         {n: Identify.model_validate(values) for n, values in snakemake.params.identify.items()},
-        Diagnosis.model_validate(snakemake.params.diagnosis),
+        DiagnosisSettings.model_validate(snakemake.params.diagnosis),
         log.say,
         [build_model(model, physics) for model in snakemake.params.models],
     )

@@ -16,7 +16,7 @@ from myowave.settings.data import (
     Wavelet,
     public,
 )
-from myowave.settings.diagnosis import Diagnosis, Scatter
+from myowave.settings.diagnosis import DiagnosisSettings, Scatter
 from myowave.settings.learning import (
     SEARCHABLE,
     Dimension,
@@ -40,7 +40,7 @@ __all__ = [
     "CurveSettings",
     "Data",
     "Dataset",
-    "Diagnosis",
+    "DiagnosisSettings",
     "Dimension",
     "EmgChannel",
     "Identify",

@@ -9,7 +9,7 @@ from pydantic import ValidationError, model_validator
 from myowave.physics.constants import CURVE, GROUP_CONSTANTS, JOINT_CONSTANTS, MUSCLE_CONSTANTS
 from myowave.settings.data import Data, force_and_length
 from myowave.settings.dataset_check import check_dataset
-from myowave.settings.diagnosis import Diagnosis
+from myowave.settings.diagnosis import DiagnosisSettings
 from myowave.settings.files import read_layers
 from myowave.settings.keys import did_you_mean, explain, unless_known
 from myowave.settings.learning import Learning
@@ -27,7 +27,7 @@ class Settings(Section):
     physics: Arms = setting("the musculoskeletal model")
     data: Data = setting("trials and scales")
     learning: Learning = setting("training")
-    diagnosis: Diagnosis = setting("diagnosis", default=Diagnosis)
+    diagnosis: DiagnosisSettings = setting("diagnosis", default=DiagnosisSettings)
     tracking: Tracking = setting("MLflow", default=Tracking)
 
     @model_validator(mode="after")

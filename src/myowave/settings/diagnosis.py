@@ -16,7 +16,7 @@ class Scatter(Section):
     absolute: Real = setting("the same in the constant's unit, added to it", "SI", 0.0, ge=0)
 
 
-class Diagnosis(Section):
+class DiagnosisSettings(Section):
     """Where the physics is wrong, and what is missing."""
 
     angle_noise_deg: Real | None = setting(

@@ -15,6 +15,7 @@ from scipy.stats import spearmanr
 from scipy.stats import t as student
 
 from myowave.identification.output_error import Fit
+from myowave.identification.windows import window
 from myowave.physics.dynamics import moment_of_inertia
 from myowave.physics.valued import give_values
 
@@ -165,10 +166,8 @@ def missing_torque(fit: Fit) -> MissingTorque:
     record, dt = fit.record, fit.record.dt
     # Test functions fit into the shortest piece, four of them.
     half = max(4, min(round(WINDOW_S / dt), int(record.lengths.min()) // 4))
-    s = np.arange(-half, half + 1) / (half + 1)
-    test = (1 - s**2) ** 3
-    first = -6 * s * (1 - s**2) ** 2 / ((half + 1) * dt)
-    second = (-6 * (1 - s**2) ** 2 + 24 * s**2 * (1 - s**2)) / ((half + 1) * dt) ** 2
+    s = torch.arange(-half, half + 1, dtype=torch.float64) / (half + 1)
+    test, first, second = (window(s, n).numpy() / ((half + 1) * dt) ** n for n in range(3))
     change = fit.linear.jacobian.numpy()[..., :2, :2] - np.eye(2)
     rate = (change - change @ change / 2 + change @ change @ change / 3) / dt  # logarithm of the step's Jacobian
     by_angle, by_velocity = rate[..., 1, 0], rate[..., 1, 1]
@@ -191,20 +190,10 @@ def missing_torque(fit: Fit) -> MissingTorque:
 
 
 def _row(factor: str, part: str, residual: Array, low: float = np.nan, high: float = np.nan) -> dict[str, object]:
-    rmse = float(np.sqrt((residual**2).mean())) if len(residual) else 0.0
-    mean = float(residual.mean()) if len(residual) else 0.0
+    rmse, mean = (np.sqrt((residual**2).mean()), residual.mean()) if len(residual) else (0.0, 0.0)
     least, most = interval_of_rmse(residual)
-    return {
-        "factor": factor,
-        "part": part,
-        "low": low,
-        "high": high,
-        "samples": len(residual),
-        "rmse_deg": rmse,
-        "mean_deg": mean,
-        "rmse_low_deg": least,
-        "rmse_high_deg": most,
-    }
+    about = {"factor": factor, "part": part, "low": low, "high": high, "samples": len(residual)}
+    return {**about, "rmse_deg": rmse, "mean_deg": mean, "rmse_low_deg": least, "rmse_high_deg": most}
 
 
 def interval_of_rmse(residual: Array) -> tuple[float, float]:

@@ -14,7 +14,6 @@ from myowave.identification.noise import is_bound
 from myowave.identification.output_error import Fit
 from myowave.identification.uncertainty import correlations
 from myowave.physics.constants import constant_unit
-from myowave.physics.model import Model
 
 
 def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -45,7 +44,7 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
             for rung in diagnosis.tried
         },
         "fitted_deg": float(np.degrees(last.fit.rmse())),
-        "parameters": {rung.name: _parameters(rung.fit) for rung in diagnosis.tried},
+        "parameters": {rung.name: parameters_of(rung.fit) for rung in diagnosis.tried},
         "most_alike": {rung.name: _most_alike(rung.fit) for rung in ends},
         "missing_torque": {rung.name: _missing_torque(rung) for rung in ends},
         "next_trial": _best_proposal(diagnosis),
@@ -73,19 +72,15 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def unit_of(model: Model, name: str) -> str:
-    """The unit of a model's parameter."""
-    return model.effect_parameters[name].unit if name in model.effect_parameters else constant_unit(name)
-
-
-def _parameters(fit: Fit) -> dict[str, dict[str, Any]]:
-    errors = fit.standard_errors()
+def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
+    """Value, standard error, bounds and unit of each free parameter; whether it is free only as nobody measured it."""
+    errors, of_effects = fit.standard_errors(), fit.model.effect_parameters
     return {
         p.name: {
             "value": float(value),
             "se": errors[p.name],
             "assumed": p.assumed,
-            "unit": unit_of(fit.model, p.name),
+            "unit": of_effects[p.name].unit if p.name in of_effects else constant_unit(p.name),
             "low": p.low,
             "high": p.high,
         }

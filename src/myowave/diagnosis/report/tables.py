@@ -7,7 +7,7 @@ import pandas as pd
 
 from myowave.diagnosis.evidence import EVIDENCE
 from myowave.diagnosis.misfit.where import interval_of_rmse
-from myowave.diagnosis.report.facts import unit_of
+from myowave.diagnosis.report.facts import parameters_of
 from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import Candidate
 from myowave.diagnosis.search.score import confusion
@@ -82,60 +82,56 @@ def parameters_table(diagnosis: Diagnosis) -> pd.DataFrame:
     is expected before any trial, and the standard deviation of that."""
     rows = []
     for rung in diagnosis.tried:
-        errors = rung.fit.standard_errors()
-        for p, value in zip(rung.fit.free, rung.fit.values, strict=True):
-            unit = unit_of(rung.fit.model, p.name)
-            known = p.known if p.assumed else (np.nan, np.nan)
-            rows.append((rung.name, p.name, float(value), errors[p.name], p.low, p.high, unit, p.assumed, *known))
-    columns = ["model", "parameter", "value", "se", "low", "high", "unit", "assumed", "expected", "deviation"]
-    return pd.DataFrame(rows, columns=columns)
+        known = {p.name: p.known for p in rung.fit.free if p.assumed}
+        for name, entry in parameters_of(rung.fit).items():
+            expected, deviation = known.get(name, (np.nan, np.nan))
+            rows.append({"model": rung.name, "parameter": name, **entry, "expected": expected, "deviation": deviation})
+    return pd.DataFrame(rows)
 
 
 def correlations_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Correlations of the estimates, model by model."""
-    rows = []
+    tables = []
     for rung in diagnosis.tried:
-        correlation = correlations(rung.fit.covariance())
-        for i, p in enumerate(rung.fit.free):
-            for j, other in enumerate(rung.fit.free):
-                rows.append((rung.name, p.name, other.name, correlation[i, j]))
-    return pd.DataFrame(rows, columns=["model", "parameter", "other", "correlation"])
+        names = [p.name for p in rung.fit.free]
+        square = pd.DataFrame(correlations(rung.fit.covariance()), index=names, columns=names)
+        tables.append(square.rename_axis("parameter").rename_axis(columns="other").stack().rename("correlation"))
+    return pd.concat(tables, keys=[rung.name for rung in diagnosis.tried], names=["model"]).reset_index()
 
 
 def errors_by_trial(diagnosis: Diagnosis) -> pd.DataFrame:
     """RMSE with its 95 % interval and R2 of every model on every trial; no `horizon_s` where these are whole trials."""
     rows = []
-    for rung in diagnosis.tried:
-        for role, record, residual in _parts(diagnosis, rung):
-            measured = record.joined(record.angle)
-            for name, left in record.joined(residual).items():
-                rmse = np.degrees(np.sqrt((left**2).mean()))
-                r2 = float(1 - (left**2).sum() / ((measured[name] - measured[name].mean()) ** 2).sum())
-                low, high = interval_of_rmse(np.degrees(left))
-                rows.append((rung.name, name, role, rmse, low, high, r2, diagnosis.noise_deg, record.horizon_s))
-    columns = ["model", "trial", "role", "rmse_deg", "rmse_low_deg", "rmse_high_deg", "r2", "noise_deg", "horizon_s"]
-    return pd.DataFrame(rows, columns=columns)
+    for (model, trial, role), motion in predictions_table(diagnosis).groupby(["model", "trial", "role"], sort=False):
+        measured, left = motion["angle_rad"], np.degrees(motion["angle_rad"] - motion["predicted_rad"]).to_numpy()
+        low, high = interval_of_rmse(left)
+        rows.append(
+            {
+                "model": model,
+                "trial": trial,
+                "role": role,
+                "rmse_deg": np.sqrt((left**2).mean()),
+                "rmse_low_deg": low,
+                "rmse_high_deg": high,
+                "r2": 1 - (left**2).mean() / np.degrees(measured.std(ddof=0)) ** 2,
+                "noise_deg": diagnosis.noise_deg,
+                "horizon_s": diagnosis.record.horizon_s,
+            }
+        )
+    return pd.DataFrame(rows)
 
 
 def predictions_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Measured and simulated angle of every trial and model."""
     tables = []
     for rung in diagnosis.tried:
-        for role, record, residual in _parts(diagnosis, rung):
-            lefts = record.joined(residual)
-            for name, measured in record.joined(record.angle).items():
-                tables.append(
-                    pd.DataFrame(
-                        {
-                            "model": rung.name,
-                            "trial": name,
-                            "role": role,
-                            "time_s": np.arange(len(measured)) * record.dt,
-                            "angle_rad": measured,
-                            "predicted_rad": measured - lefts[name],
-                        }
-                    )
-                )
+        parts = (("train", rung.fit.record, rung.residual), ("test", diagnosis.test, rung.heldout.residual))
+        for role, record, residual in parts:
+            left = record.joined(residual)
+            for trial, measured in record.joined(record.angle).items():
+                motion = {"time_s": np.arange(len(measured)) * record.dt, "angle_rad": measured}
+                motion["predicted_rad"] = measured - left[trial]
+                tables.append(pd.DataFrame({"model": rung.name, "trial": trial, "role": role, **motion}))
     return pd.concat(tables, ignore_index=True)
 
 
@@ -147,13 +143,6 @@ def misfit_table(diagnosis: Diagnosis) -> pd.DataFrame:
 def missing_torque_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Missing torque of every model in cells of angle and velocity."""
     return pd.concat([rung.missing.map().assign(model=rung.name) for rung in diagnosis.tried], ignore_index=True)
-
-
-def _parts(diagnosis: Diagnosis, rung: Any) -> list[tuple[str, Record, np.ndarray]]:
-    return [
-        ("train", rung.fit.record, rung.residual),
-        ("test", diagnosis.test, rung.heldout.residual),
-    ]
 
 
 def _r2(residual: np.ndarray, record: Record) -> float:

@@ -450,9 +450,6 @@ def _which(verdict: Verdict) -> str:
         weak = [name for name, known in verdict["evidence"].items() if not known["alone"]]
         if weak:
             texts.append(f"By itself, {' or '.join(weak)} would not pass: its worth shows given the others.")
-        if verdict["alternatives"]:
-            texts.append(f"Not told apart: {'; '.join(' or '.join(c) for c in verdict['alternatives'])}.")
-        texts += _stand_ins(verdict)
         texts += ["More is left.", _left(verdict)] if kind_of(verdict).unexplained else []
     return " ".join(texts)
 

@@ -24,8 +24,7 @@ from myowave.identification.record import Record, make_record
 from myowave.identification.stages import fit_in_stages, follows
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
-from myowave.settings import Diagnosis as DiagnosisSettings
-from myowave.settings import Identify, Scatter
+from myowave.settings import DiagnosisSettings, Identify, Scatter
 
 
 @dataclass(frozen=True)
@@ -163,8 +162,7 @@ def diagnose(
     nameless = followed and not verdict.of_curves  # a torque of the moment is no way to say what curves do
     draft = draft_effect(missing, trials.dataset, most=MOST_TERMS if nameless else 0)
     proposals = _proposals(selection, verdict, effects)
-    told = rungs, tuple(named), verdict, proposals, draft
-    return Diagnosis(trials.dataset, record, test, found, *told, failed)
+    return Diagnosis(trials.dataset, record, test, found, rungs, tuple(named), verdict, proposals, draft, failed)
 
 
 def fit_beside(

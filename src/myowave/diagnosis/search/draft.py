@@ -64,12 +64,10 @@ class Draft:
 
     Args:
         terms: library terms with their coefficients [N m] and standard errors.
-        fit: of the model with these terms.
         source: a complete effect file; put it into `physics.effect_files`.
     """
 
     terms: tuple[tuple[Term, float, float], ...]
-    fit: Fit
     source: str
 
     @property
@@ -103,7 +101,7 @@ def draft_effect(fit: Fit, dataset: str, name: str = "missing_torque", *, most: 
     values, errors = current.parameters, current.standard_errors()
     by_name = {t.name: t for t in LIBRARY}
     terms = tuple((by_name[n], values[f"draft_{n}.c"], errors[f"draft_{n}.c"]) for n in chosen)
-    return Draft(terms, current, _source(terms, dataset, name))
+    return Draft(terms, _source(terms, dataset, name))
 
 
 def _source(terms: tuple[tuple[Term, float, float], ...], dataset: str, name: str) -> str:

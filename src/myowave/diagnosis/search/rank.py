@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from myowave.diagnosis.evidence import EVIDENCE, MARGIN, delta_bic, independent_samples
-from myowave.diagnosis.search.score import FAILURES, Score, best_within, score_effects
+from myowave.diagnosis.search.score import FAILURES, ScoreTest, best_within, score_effects
 from myowave.identification.free_parameters import Free, bounds, scales
 from myowave.identification.least_squares import pseudo_inverse
 from myowave.identification.output_error import Fit, begin_from, descend, promised
@@ -41,7 +41,7 @@ class Candidate:
     """
 
     effect: Effect
-    score: Score
+    score: ScoreTest
     fit: Fit | None
     delta_bic: float
     gain: float
@@ -190,7 +190,7 @@ def race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> tuple[dict[str, Fi
     return fits, failures
 
 
-def _fresh_starts(fit: Fit, scores: Mapping[str, Score]) -> dict[str, Fit]:
+def _fresh_starts(fit: Fit, scores: Mapping[str, ScoreTest]) -> dict[str, Fit]:
     """Fits with an effect that replaces what the model has, as other curves do, from where constants are expected.
 
     The constants of a fit without the effect have gone where they imitate it, and no small step leads back from there.
@@ -308,7 +308,7 @@ def left_out_residuals(fit: Fit) -> NDArray[np.float64]:
     return normal.without_starts(left[..., None])[..., 0]
 
 
-def _worth_refitting(fit: Fit, scores: Mapping[str, Score]) -> list[str]:
+def _worth_refitting(fit: Fit, scores: Mapping[str, ScoreTest]) -> list[str]:
     """Names of the candidates whose score promises evidence, or nearly as much as the best."""
     possible = {name: s for name, s in scores.items() if not s.absorbed and not s.failure and s.drop > 0}
     if not possible:

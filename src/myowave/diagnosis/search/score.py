@@ -36,7 +36,7 @@ LARGE_PART = 0.1  # parameters that imitate at least this part of what the large
 
 
 @dataclass(frozen=True)
-class Score:
+class ScoreTest:
     """What one effect could do for a fit.
 
     Args:
@@ -65,14 +65,6 @@ class Score:
     absorbed_by: tuple[str, ...]
     failure: str = ""
 
-    @classmethod
-    def failed(cls, fit: Fit, effect: Effect, free: tuple[Free, ...], reason: str) -> "Score":
-        """Of an effect that cannot be scored: it promises nothing."""
-        count = len(free)
-        residual = fit.normal.left
-        signal, information = np.zeros((len(residual), count)), np.zeros((count, count))
-        return cls(effect.name, free, fit, signal, residual, information, np.zeros(count), 0.0, 0.0, (), reason)
-
     @property
     def absorbed(self) -> bool:
         return self.visible < ABSORBED and not self.failure
@@ -90,7 +82,7 @@ class Score:
         return self.free[0].scale * (np.sqrt(statistic) + 1.2816) * np.sqrt(variance / information)
 
 
-def score_effects(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> dict[str, Score]:
+def score_effects(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> dict[str, ScoreTest]:
     """Score every effect that the fitted model does not have; one that cannot be scored says why in its `failure`.
 
     Args:
@@ -100,14 +92,19 @@ def score_effects(fit: Fit, effects: Iterable[Effect], known: Collection[str] = 
     return {e.name: _score_or_reason(fit, e, known) for e in effects if e.name not in present}
 
 
-def _score_or_reason(fit: Fit, effect: Effect, known: Collection[str]) -> Score:
+def _score_or_reason(fit: Fit, effect: Effect, known: Collection[str]) -> ScoreTest:
+    """The score of an effect; of one that cannot be scored, which promises nothing, the reason."""
     try:
         return score_effect(fit, effect, known)
     except FAILURES as error:
-        return Score.failed(fit, effect, effect_parameters(fit.model.with_effects([effect]), effect, known), str(error))
+        free, left = effect_parameters(fit.model.with_effects([effect]), effect, known), fit.normal.left
+        count, nothing = len(free), np.zeros((len(left), len(free)))
+        none = np.zeros(count)
+        information = np.zeros((count, count))
+        return ScoreTest(effect.name, free, fit, nothing, left, information, none, 0.0, 0.0, (), str(error))
 
 
-def score_effect(fit: Fit, effect: Effect, known: Collection[str] = ()) -> Score:
+def score_effect(fit: Fit, effect: Effect, known: Collection[str] = ()) -> ScoreTest:
     """Score one effect; see the module.
 
     Raises:
@@ -125,10 +122,10 @@ def score_effect(fit: Fit, effect: Effect, known: Collection[str] = ()) -> Score
     size = np.abs(imitation @ direction) * np.sqrt(np.einsum("tnp,tnp->p", normal.slope, normal.slope))
     order = np.argsort(-size)
     absorbers = tuple(fit.free[i].name for i in order if size[i] > LARGE_PART * size[order[0]])
-    return Score(effect.name, free, start, signal, residual, information, estimate, drop, visible, absorbers)
+    return ScoreTest(effect.name, free, start, signal, residual, information, estimate, drop, visible, absorbers)
 
 
-def confusion(scores: Mapping[str, Score], one: str, other: str) -> float:
+def confusion(scores: Mapping[str, ScoreTest], one: str, other: str) -> float:
     """How much of what one effect does another can imitate: 1 for all of it [-]. Both as `score_effects` gave them."""
     a, b = scores[one], scores[other]
     towards = _strongest(a)
@@ -137,7 +134,7 @@ def confusion(scores: Mapping[str, Score], one: str, other: str) -> float:
     return float(np.sqrt(np.clip(imitated / max((signal**2).sum(), 1e-300), 0.0, 1.0)))
 
 
-def _strongest(score: Score) -> Array:
+def _strongest(score: ScoreTest) -> Array:
     """The values that the data call for, or the most visible combination where they call for none."""
     if np.any(score.estimate):
         return score.estimate

@@ -54,15 +54,15 @@ def select_effects(
         known: names of parameters that are known and so not to be estimated.
         hint: fit of a model with effects, to start from.
     """
-    search = _Search(fit, tuple(effects), frozenset(known))
-    top, classes = search.begin() if hint is None else search.settle(hint, {})
-    while top is not None and len(classes) < MOST_EFFECTS and (best := _best(search.rank(top))) is not None:
-        classes[best.name] = _names(best, search.rank(top))
+    selecting = _Selecting(fit, tuple(effects), frozenset(known))
+    top, classes = selecting.begin() if hint is None else selecting.exchange(hint, {})
+    while top is not None and len(classes) < MOST_EFFECTS and (best := _best(selecting.rank(top))) is not None:
+        classes[best.name] = _names(best, selecting.rank(top))
         name = top.model.name
-        top, classes = search.settle(polish(best.refitted), classes)
+        top, classes = selecting.exchange(polish(best.refitted), classes)
         if top.model.name == name:  # what was added went again
             break
-    return search.finish(fit if top is None else top, classes)
+    return selecting.finish(fit if top is None else top, classes)
 
 
 def without_some(
@@ -75,17 +75,17 @@ def without_some(
         effects, known: as of the search.
     """
     start = selection.ladder[0]
-    search = _Search(start, tuple(effects), frozenset(known), dict(selection.weighed), dict(selection.visited))
+    selecting = _Selecting(start, tuple(effects), frozenset(known), dict(selection.weighed), dict(selection.visited))
     top = selection.fit
-    for effect in search.added(top):
+    for effect in selecting.added(top):
         if effect.name in names:
-            top = search.without(top, effect)
-    return search.finish(top, {name: c for name, c in selection.classes.items() if name not in names})
+            top = selecting.without(top, effect)
+    return selecting.finish(top, {name: c for name, c in selection.classes.items() if name not in names})
 
 
 @dataclass
-class _Search:
-    """What one search works on, and the rankings it has made: they are the costly part."""
+class _Selecting:
+    """What one selection works on, and the rankings it has made: they are the costly part."""
 
     start: Fit
     effects: tuple[Effect, ...]
@@ -99,7 +99,7 @@ class _Search:
         best = _best(ranking)
         pair = self.better_pair(self.start if best is None else best.refitted, ranking)
         if pair is not None:
-            return self.settle(pair, {})
+            return self.exchange(pair, {})
         return (None, {}) if best is None else (polish(best.refitted), {best.name: _names(best, ranking)})
 
     def rank(self, fit: Fit, fitted: Mapping[str, Fit] | None = None) -> list[Candidate]:
@@ -152,8 +152,8 @@ class _Search:
                 return second
         return None
 
-    def settle(self, fit: Fit, classes: Mapping[str, tuple[str, ...]]) -> tuple[Fit, dict[str, tuple[str, ...]]]:
-        """Drop effects that are needless beside the others, and exchange those for which a better one is found."""
+    def exchange(self, fit: Fit, classes: Mapping[str, tuple[str, ...]]) -> tuple[Fit, dict[str, tuple[str, ...]]]:
+        """Drop effects that are needless given the others, and exchange those for which a better one is found."""
         classes = dict(classes)
         for _ in range(ROUNDS if len(self.added(fit)) > 1 or not classes else 0):
             changed = False
@@ -179,15 +179,11 @@ class _Search:
 
     def finish(self, top: Fit, classes: Mapping[str, tuple[str, ...]]) -> Selection:
         """The rungs from the start to a model, with what was weighed at each."""
-        ladder = self.climb_or_jump(top)
-        return Selection(tuple(ladder), tuple(self.rank(rung) for rung in ladder), classes, self.best, self.ranked)
-
-    def climb_or_jump(self, top: Fit) -> list[Fit]:
-        """The fits from the start to a richer model; only these two where one between cannot be fitted."""
         try:
-            return self.climb(top)
-        except FAILURES:
-            return [self.start, top]
+            ladder = self.climb(top)
+        except FAILURES:  # one between cannot be fitted
+            ladder = [self.start, top]
+        return Selection(tuple(ladder), tuple(self.rank(rung) for rung in ladder), classes, self.best, self.ranked)
 
     def climb(self, top: Fit) -> list[Fit]:
         """The fits from the start to a richer model, each time with the effect that lowers the error most."""
