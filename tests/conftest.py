@@ -89,7 +89,6 @@ def facts() -> Callable[..., dict[str, Any]]:
         "torque_left_out": {},
         "missing_deg": 0.0,
         "missing_Nm": 0.0,
-        "shares": {"joint_damping": 1.0},
         "emg_noise": 0.0,
         "emg_motion_deg": 0.0,
         "evidence": {

@@ -75,7 +75,6 @@ def test_effects_are_named_where_they_explain_nearly_all_or_leave_noise(share, o
     nothing = kind == "unknown"
     assert verdict.effects == verdict.causes == (() if nothing else ("joint_damping",))
     assert verdict.nearest == (("joint_damping",) if nothing else ())
-    assert verdict.shares == {"joint_damping": 1.0}
 
 
 def test_effects_that_cannot_be_told_apart_are_a_class(named):

@@ -59,7 +59,6 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
         "torque_left_out": dict(torque.left_out) if torque else {},
         "missing_deg": float(np.degrees(verdict.missing)),
         "missing_Nm": last.missing.rms if verdict.structure_left else 0.0,
-        "shares": dict(verdict.shares),
         "emg_noise": verdict.emg_noise,
         "emg_motion_deg": float(np.degrees(verdict.emg_motion)),
         "evidence": _evidence(diagnosis),

@@ -27,7 +27,6 @@ class Verdict:
         stand_ins: for each named effect, what the catalogue does not hold and that would do as well, in words.
         nearest: effects that come nearest where none is named.
         absorbed: effects that no such data can show: {effect: the parameters that take their place}.
-        shares: of what the effects explain, each one's [-].
         explained: what the effects explain of it and of what is left [-].
         structure_left: whether more is left than noise.
         of_curves: whether what is left goes with muscle curves of another shape than the settings or an effect allow.
@@ -44,7 +43,6 @@ class Verdict:
     stand_ins: Mapping[str, tuple[str, ...]]
     nearest: tuple[str, ...]
     absorbed: Mapping[str, tuple[str, ...]]
-    shares: Mapping[str, float]
     explained: float
     structure_left: bool
     missing: float
@@ -93,7 +91,6 @@ def judge(found: Findings, *, follows: bool = True) -> Verdict:
         stand_ins={} if unnamed else stand_ins,
         nearest=named if unnamed else (),
         absorbed=absorbed,
-        shares=_shares(selection.ladder),
         explained=found.explained,
         structure_left=left,
         missing=missing if left else 0.0,
@@ -103,17 +100,6 @@ def judge(found: Findings, *, follows: bool = True) -> Verdict:
         emg_motion=found.disturbance.motion if found.disturbance is not None and emg else 0.0,
         of_curves=left and found.left.of_curves,
     )
-
-
-def _shares(ladder: tuple[Fit, ...]) -> dict[str, float]:
-    """Share of each effect in the fall of the objective, in the order they were added."""
-    falls = {
-        effect.name: max(before.objective - after.objective, 0.0)
-        for before, after in zip(ladder, ladder[1:], strict=False)
-        for effect in after.model.effects[len(before.model.effects) :]
-    }
-    total = sum(falls.values())
-    return {name: fall / total for name, fall in falls.items()} if total > 0 else falls
 
 
 def _masked(fit: Fit, absorbed: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
