@@ -72,8 +72,11 @@ def excite(emg: Tensor, delay: Tensor, position: Tensor, dt: float) -> Tensor:
 
 
 def between_samples(values: Tensor, position: Tensor) -> Tensor:
-    """Values of samples (..., T, N, M), linear between them and held beyond, at positions (..., T, n, D, M) in units of
-    samples."""
+    """Values of samples (..., T, N, M), linear between them and constant beyond.
+
+    Args:
+        position: in units of samples, (..., T, n, D, M).
+    """
     samples = values.shape[-2]
     position = position.clamp(0.0, samples - 1.0)
     flat = position.flatten(-3, -2)

@@ -3,7 +3,6 @@
 A forearm holds tensors that broadcast.
 """
 
-from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
@@ -16,22 +15,8 @@ from myowave.physics.constants import JOINT_CONSTANTS, names_of
 STANDARD_GRAVITY = 9.80665  # m/s^2
 
 
-class Forearm(ABC):
-    """What a forearm of any kind does."""
-
-    kind: ClassVar[str]
-
-    @abstractmethod
-    def inertia_with(self, load: Tensor | float) -> Tensor:
-        """Moment of inertia about the elbow with a load in the hand [kg m^2]."""
-
-    @abstractmethod
-    def weight_with(self, load: Tensor | float) -> Tensor:
-        """Moment of the weight about the elbow with a load in the hand and the forearm level [N m]."""
-
-
 @dataclass(frozen=True)
-class PointMass(Forearm):
+class PointMass:
     """All mass at one distance from the elbow.
 
     Source: Taneja et al. 2023, Eqs. 55-56: I = (m + load) l^2, and (m + load) g l.
@@ -43,14 +28,16 @@ class PointMass(Forearm):
     kind: ClassVar[str] = "point"
 
     def inertia_with(self, load: Tensor | float) -> Tensor:
+        """Moment of inertia about the elbow with a load in the hand [kg m^2]."""
         return (self.mass + load) * self.length**2
 
     def weight_with(self, load: Tensor | float) -> Tensor:
+        """Moment of the weight about the elbow with a load in the hand and the forearm level [N m]."""
         return (self.mass + load) * (STANDARD_GRAVITY * self.length)
 
 
 @dataclass(frozen=True)
-class RigidBody(Forearm):
+class RigidBody:
     """Mass, distance of its centre `com`, moment of inertia about the elbow, distance of the hand's `grip` [SI].
 
     A point mass is com = grip = length, inertia = mass length^2.
@@ -64,13 +51,18 @@ class RigidBody(Forearm):
     kind: ClassVar[str] = "body"
 
     def inertia_with(self, load: Tensor | float) -> Tensor:
+        """As of a point mass."""
         return self.inertia + load * self.grip**2
 
     def weight_with(self, load: Tensor | float) -> Tensor:
+        """As of a point mass."""
         return STANDARD_GRAVITY * (self.mass * self.com + load * self.grip)
 
 
-def kind_of_forearm(constants: Collection[str]) -> type[PointMass] | type[RigidBody]:
+Forearm = PointMass | RigidBody
+
+
+def kind_of_forearm(constants: Collection[str]) -> type[Forearm]:
     """The kind of forearm that the names of a joint's constants describe.
 
     Raises:
@@ -99,7 +91,7 @@ def gravity_torque(q: Tensor, weight: Tensor, tilt: Tensor | None = None) -> Ten
 
     Args:
         q: elbow angle [rad], any shape; at 0 the arm is straight, positive in flexion.
-        weight: moment of the weight with the forearm level [N m], see `Forearm.weight_with`.
+        weight: moment of the weight with the forearm level [N m], see `PointMass.weight_with`.
         tilt: lean of the upper arm [rad], forward positive; None where it hangs vertically.
 
     Source: Taneja et al. 2023, Eq. 56, with the forearm's angle to the vertical q + tilt.

@@ -127,7 +127,7 @@ def _items(path: str, names: Iterable[str], known: Collection[str]) -> Iterator[
 
 
 def shipped_effects() -> list[str]:
-    """Names of the effects that ship, told from file names: loading the physics takes a second."""
+    """Names of the effects that ship, taken from file names: loading the physics takes a second."""
     folder = Path(__file__).parents[1] / "physics" / "effects"
     return sorted(path.stem for path in folder.glob("[!_]*.py"))
 

@@ -15,7 +15,7 @@ def lag(activation: Tensor, state: Tensor, *, rise: Tensor, decay: Tensor) -> tu
     return activation, rise, decay
 
 
-def settled(activation: Tensor) -> Tensor:
+def at_its_target(activation: Tensor) -> Tensor:
     """At the first sample the lag is over."""
     return activation
 
@@ -27,7 +27,7 @@ EFFECT = Effect(
     equation="dy/dt = (a - y) / (rise where a > y, else decay)",
     function=lagging_activation,
     relaxation=lag,
-    initial=settled,
+    initial=at_its_target,
     parameters={
         "rise": Parameter(unit="s", low=0.0, high=0.3, typical=0.03, meaning="time constant of rising activation"),
         "decay": Parameter(unit="s", low=0.0, high=0.5, typical=0.06, meaning="time constant of falling activation"),
