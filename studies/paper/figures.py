@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from myowave.learning.scales import judge_scales
 from myowave.plotting import CYCLE, GREY, MEASURED, canvas, shade, shade_between, title
-from studies.paper.tables import PARAMETERS, PRINTED_TEST, printed_errors
+from studies.paper.tables import PARAMETERS, PRINTED_TEST
 
 
 def draw_scales(cases: pd.DataFrame, subject: pd.DataFrame) -> Figure:
@@ -41,30 +41,28 @@ def draw_scales(cases: pd.DataFrame, subject: pd.DataFrame) -> Figure:
     return figure
 
 
-def draw_errors(summary: pd.DataFrame) -> Figure:
-    """Error of each identified parameter by dataset, mean and SD over seeds, beside Table 3; a row for each recipe."""
-    three = summary[summary["scales"] == 3]
-    recipes = list(dict.fromkeys(three["recipe"]))
+def draw_errors(errors: pd.DataFrame) -> Figure:
+    """Error of each identified parameter by dataset, mean and SD over seeds, beside Table 3; a row for each recipe.
+
+    Args:
+        errors: from `tables.parameter_errors`.
+    """
+    three = errors[errors["scales"] == 3].sort_values("dataset")
+    recipes = sorted(three["recipe"].unique())
     figure, axes = canvas(len(recipes), len(PARAMETERS), width=13, height=1.0 + 3.2 * len(recipes))
-    worst: dict[str, float] = {}
     for row, recipe in zip(axes, recipes, strict=True):
-        of_recipe = three[three["recipe"] == recipe]
-        cases = sorted(of_recipe["dataset"].unique())
-        place = np.arange(len(cases))
         for axis, name in zip(row, PARAMETERS, strict=True):
-            errors = of_recipe.groupby("dataset")[f"{name}_error_pct"]
-            worst[recipe] = max(worst.get(recipe, 0.0), errors.mean().abs().max())
-            printed = np.array([printed_errors(case)[name] for case in cases])
-            here, there = (
-                {"y": errors.mean()[cases], "yerr": errors.std(ddof=0)[cases], "fmt": "o", "color": CYCLE[0]},
-                {"y": printed[:, 0], "yerr": printed[:, 1], "fmt": "x", "color": GREY},
-            )
-            axis.errorbar(place - 0.1, **here, capsize=4, label="here")
-            axis.errorbar(place + 0.1, **there, capsize=4, label="paper, Table 3")
+            here = three[(three["recipe"] == recipe) & (three["parameter"] == name)]
+            place = np.arange(len(here))
+            look = {"fmt": "o", "color": CYCLE[0], "capsize": 4, "label": "here"}
+            axis.errorbar(place - 0.1, here["error_pct"], yerr=here["sd_pct"], **look)
+            look = {"fmt": "x", "color": GREY, "capsize": 4, "label": "paper, Table 3"}
+            axis.errorbar(place + 0.1, here["paper_error_pct"], yerr=here["paper_sd_pct"], **look)
             axis.axhline(0.0, color=MEASURED, linewidth=0.8)
-            axis.set_xticks(place, cases, rotation=30, ha="right")
+            axis.set_xticks(place, here["dataset"], rotation=30, ha="right")
             axis.set(title=name, ylabel=f"{recipe}\nerror [%]" if name == PARAMETERS[0] else "")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    worst = three["error_pct"].abs().groupby(three["recipe"]).max()
     found = "; ".join(f"{error:.2g} % with {recipe}" for recipe, error in worst.items())
     title(figure, f"Parameters are off by up to {found}; the paper prints up to 0.5 %")
     return figure

@@ -1,16 +1,15 @@
 """The paper's own recipe beside its printed values, as one page of Markdown."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 
 from myowave.learning.scales import judge_scales
-from studies.paper.tables import (
-    PARAMETERS,
-    PRINTED_ERROR_PCT,
-    PRINTED_TEST,
-)
+from studies.paper.tables import PARAMETERS, PRINTED_TEST
+
+Rows = Sequence[Mapping[str, str]]
+"""A table: its rows, {column: cell}, all with the same columns."""
 
 EXPLANATION = """\
 Teacher forcing teaches one step ahead; a free run, the test mode of Fig. 4b, feeds every error back, hence the
@@ -68,36 +67,36 @@ def write_page(
         "\n".join(f"- {finding}" for finding in _findings(errors, choices, values, scores, judged, cases, best)),
         f"## Table 3 with `{best}`: error of the identified parameters [%], 3-scale training",
         "Datasets other than case1 to case3 are further draws of theirs.",
-        _table(*_table3_in_rows(errors[errors["recipe"] == best])),
+        _table(_table3(errors[errors["recipe"] == best])),
         "## Table 3 as printed",
-        _table(*_table3(errors[errors["recipe"] != best])),
+        _table(_table3(errors[errors["recipe"] != best])),
         "![errors beside Table 3](paper_errors.png)",
         "## On perfect angles: what the residual itself finds, without any network [%]",
         "Parameters of the least J_res along the measured motion of the training trials. With "
         "`solver: sample_and_hold` the motion obeys the sampled equation; EMG is cut off at 0 and 1, where the noise "
         "goes beyond.",
-        _table(*_bias(bias)),
+        _table(_bias(bias)),
         "## Fig. 8: test error by the number of scales (the paper prints no numbers)",
-        _table(*_scores_of_cases(cases, one_step)),
+        _table(_scores_of_cases(cases, one_step)),
         "![R2 by scales](paper_scales.png)",
         f"![error by step of Adam with {best}](paper_convergence.png)",
         "## What each choice does: case 1, 1-scale",
-        _table(*_choices(choices)),
+        _table(_choices(choices)),
         EXPLANATION.strip(),
         "![parameters as training goes on, by choice](paper_derivatives.png)",
         "## Table 4: test errors with Sec. 5's protocol",
         "Three trials of `data/bench_elbow`, from another simulator; the paper's are of its own subject, so nothing is "
         "to be read from the distance to its numbers. At 100 Hz the last angle is nearly the next, so that teacher "
         "forcing can predict one step ahead almost without EMG.",
-        _table(*_table4(scores, one_step)),
+        _table(_table4(scores, one_step)),
         "## Table 5: identified parameters, most scales",
         "Eq. 41 as printed confines a parameter to (0, mean of the literature values), true bounds to an interval "
         "around them. The trials were recorded with parameters that are known, but with other muscle curves.",
-        _table(*_table5(values)),
+        _table(_table5(values)),
         "## Do more scales help?",
         "Test R2 with the most scales less that of 1-scale training, seed by seed; a difference of more than two "
         "standard errors counts.",
-        _table(*_judged(judged)),
+        _table(_judged(judged)),
     ]
     return "\n\n".join(parts) + "\n"
 
@@ -142,163 +141,118 @@ def _findings(
     ]
 
 
-def _table3_in_rows(errors: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
-    three = errors[errors["scales"] == 3].set_index(["dataset", "parameter"])
-    header = ["dataset", *(f"{name}{who}" for name in PARAMETERS for who in ("", ", paper")), "within twice"]
+def _table3(errors: pd.DataFrame) -> Rows:
+    three = errors[errors["scales"] == 3].set_index(["dataset", "parameter"]).sort_index()
     rows = []
-    for dataset in sorted(three.index.get_level_values("dataset").unique()):
+    for dataset in three.index.unique("dataset"):
         here = three.loc[dataset].loc[list(PARAMETERS)]
-        cells = [
-            cell
-            for r in here.itertuples()
-            for cell in (_pm(r.error_pct, r.sd_pct, 3), _pm(r.paper_error_pct, r.paper_sd_pct, 2))
-        ]
-        rows.append([dataset, *cells, f"{here['within_twice'].sum()} of {len(here)}"])
-    return header, rows
+        row = {"dataset": dataset}
+        for name, r in here.iterrows():
+            row |= {f"{name}": _pm(r["error_pct"], r["sd_pct"], 3)}
+            row |= {f"{name}, paper": _pm(r["paper_error_pct"], r["paper_sd_pct"], 2)}
+        rows.append(row | {"within twice": f"{here['within_twice'].sum()} of {len(here)}"})
+    return rows
 
 
-def _bias(bias: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
-    header = ["dataset", "torque", *PARAMETERS]
-    return header, [[r["dataset"], r["torque"], *(f"{r[n]:+.3f}" for n in PARAMETERS)] for _, r in bias.iterrows()]
+def _bias(bias: pd.DataFrame) -> Rows:
+    return [
+        {"dataset": r["dataset"], "torque": r["torque"], **{name: f"{r[name]:+.3f}" for name in PARAMETERS}}
+        for _, r in bias.iterrows()
+    ]
 
 
-def _table3(errors: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
-    three = errors[errors["scales"] == 3].set_index(["dataset", "parameter"])
-    cases = sorted(three.index.get_level_values("dataset").unique())
-    header = ["parameter", *(f"{case}{who}" for case in cases for who in ("", ", paper"))]
-    rows = []
-    for name in PARAMETERS:
-        row = [name]
-        for case in cases:
-            here, printed = three.loc[(case, name)], PRINTED_ERROR_PCT[case][name]
-            row += [_pm(here["error_pct"], here["sd_pct"], 2), _pm(*printed, 2)]
-        rows.append(row)
-    return header, rows
-
-
-def _scores_of_cases(cases: pd.DataFrame, one_step: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
-    header = ["recipe", "case", "scales", "R2 running free", "lowest seed", "R2 one step ahead", "MSE [rad²]"]
+def _scores_of_cases(cases: pd.DataFrame, one_step: pd.DataFrame) -> Rows:
     merged = cases.merge(one_step, on=["dataset", "recipe", "scales", "seed"])
-    rows = [
-        [
-            f"`{recipe}`",
-            dataset,
-            str(scales),
-            _over_seeds(group["test_r2"], 3),
-            f"{group['test_r2'].min():.3f}",
-            _over_seeds(group["test_r2_one_step"], 4),
-            _over_seeds(group["test_mse"], 4),
-        ]
+    return [
+        {
+            "recipe": f"`{recipe}`",
+            "case": dataset,
+            "scales": str(scales),
+            "R2 running free": _over_seeds(group["test_r2"], 3),
+            "lowest seed": f"{group['test_r2'].min():.3f}",
+            "R2 one step ahead": _over_seeds(group["test_r2_one_step"], 4),
+            "MSE [rad²]": _over_seeds(group["test_mse"], 4),
+        }
         for (recipe, dataset, scales), group in merged.groupby(["recipe", "dataset", "scales"])
     ]
-    return header, rows
 
 
-def _choices(choices: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
-    header = [
-        "recipe",
-        "history",
-        "EMG",
-        "residual",
-        "beta",
-        "noise [rad]",
-        "steps",
-        "R2 one step ahead",
-        "R2 running free",
-        "accelerations seen",
-        "worst parameter, rms [%]",
-    ]
-    rows = [
-        [
-            f"`{row.recipe}`",
-            str(row.history_steps),
-            row.emg_input,
-            row.residual,
-            f"{row.beta:.0e}",
-            f"{row.history_noise:g}",
-            str(row.epochs * row.batches),
-            _pm(row.one_step_r2, row.one_step_r2_sd, 4),
-            _pm(row.test_r2, row.test_r2_sd, 3),
-            f"{100 * row.acceleration_share:.0f} %",
-            f"{row.worst_error_pct:.2g}",
-        ]
+def _choices(choices: pd.DataFrame) -> Rows:
+    return [
+        {
+            "recipe": f"`{row.recipe}`",
+            "history": str(row.history_steps),
+            "EMG": row.emg_input,
+            "residual": row.residual,
+            "beta": f"{row.beta:.0e}",
+            "noise [rad]": f"{row.history_noise:g}",
+            "steps": str(row.epochs * row.batches),
+            "R2 one step ahead": _pm(row.one_step_r2, row.one_step_r2_sd, 4),
+            "R2 running free": _pm(row.test_r2, row.test_r2_sd, 3),
+            "accelerations seen": f"{100 * row.acceleration_share:.0f} %",
+            "worst parameter, rms [%]": f"{row.worst_error_pct:.2g}",
+        }
         for row in choices.itertuples()
     ]
-    return header, rows
 
 
-def _table4(scores: pd.DataFrame, one_step: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
-    datasets = sorted(scores["dataset"].unique(), reverse=True)
+def _table4(scores: pd.DataFrame, one_step: pd.DataFrame) -> Rows:
     forced = one_step.set_index(["dataset", "scales"]).sort_index()["test_r2_one_step"]
-    header = ["scales", "paper: NMSE", "paper: R2"]
-    for dataset in datasets:
-        header += [f"{dataset}: NMSE", "change", "R2", "R2 one step ahead"]
     rows = []
-    for scales, group in scores.groupby("scales"):
-        nmse, r2 = PRINTED_TEST.get(scales, (np.nan, np.nan))
-        row = [str(scales), _number(nmse, ".2e"), _number(r2, ".3f")]
-        for dataset in datasets:
-            of_dataset = group[group["dataset"] == dataset]
-            if of_dataset.empty:
-                row += [""] * 4
-                continue
-            here = of_dataset.iloc[0]
-            row += [
-                f"{here['test_nmse']:.2e} ± {here['test_nmse_sd']:.1e}",
-                f"{0 - here['nmse_decrease_pct']:+.0f} %",
-                _pm(here["test_r2"], here["test_r2_sd"], 3),
-                _over_seeds(forced.loc[(dataset, scales)], 3),
-            ]
+    for number, group in scores.groupby("scales"):
+        nmse, r2 = PRINTED_TEST.get(number, (np.nan, np.nan))
+        row = {"scales": str(number), "paper: NMSE": _number(nmse, ".2e"), "paper: R2": _number(r2, ".3f")}
+        by_dataset = group.set_index("dataset")
+        for dataset in sorted(scores["dataset"].unique(), reverse=True):
+            trained = dataset in by_dataset.index
+            here = by_dataset.loc[dataset] if trained else {}
+            row |= {
+                f"{dataset}: NMSE": f"{here['test_nmse']:.2e} ± {here['test_nmse_sd']:.1e}" if trained else "",
+                f"{dataset}: change": f"{0 - here['nmse_decrease_pct']:+.0f} %" if trained else "",
+                f"{dataset}: R2": _pm(here["test_r2"], here["test_r2_sd"], 3) if trained else "",
+                f"{dataset}: R2 one step ahead": _over_seeds(forced.loc[(dataset, number)], 3) if trained else "",
+            }
         rows.append(row)
-    return header, rows
+    return rows
 
 
-def _table5(values: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
+def _table5(values: pd.DataFrame) -> Rows:
     most = values[values["scales"] == values["scales"].max()]
-    datasets = sorted(most["dataset"].unique(), reverse=True)
-    header = ["parameter", "recorded with"]
-    for dataset in datasets:
-        header += [f"{dataset}: reach", "identified", "seeds at a limit"]
-    header += ["paper's subject", "literature, paper"]
     rows = []
     for name, group in most.groupby("parameter", sort=False):
         digits = 3 if name.startswith("l0") else 0
-        row = [f"{name} [{'m' if digits else 'N'}]", f"{group['recorded_with'].iloc[0]:g}"]
-        for dataset in datasets:
-            here = group[group["dataset"] == dataset].iloc[0]
-            row += [
-                f"{here['reach_low']:.{digits}f} - {here['reach_high']:.{digits}f}",
-                _pm(here["value"], here["sd"], digits),
-                str(here["at_limit"]),
-            ]
-        first = group.iloc[0]
-        row += [
-            f"{first['paper_value']:g} ± {first['paper_sd']:g}",
-            f"{first['paper_literature_low']:g} - {first['paper_literature_high']:g}",
-        ]
+        by_dataset, first = group.set_index("dataset").sort_index(ascending=False), group.iloc[0]
+        row = {"parameter": f"{name} [{'m' if digits else 'N'}]", "recorded with": f"{first['recorded_with']:g}"}
+        for dataset, here in by_dataset.iterrows():
+            row |= {
+                f"{dataset}: reach": f"{here['reach_low']:.{digits}f} - {here['reach_high']:.{digits}f}",
+                f"{dataset}: identified": _pm(here["value"], here["sd"], digits),
+                f"{dataset}: seeds at a limit": str(here["at_limit"]),
+            }
+        row["paper's subject"] = f"{first['paper_value']:g} ± {first['paper_sd']:g}"
+        row["literature, paper"] = f"{first['paper_literature_low']:g} - {first['paper_literature_high']:g}"
         rows.append(row)
-    return header, rows
+    return rows
 
 
-def _judged(judged: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
-    header = ["dataset", "recipe", "scales", "change of R2 ± standard error", "seeds that gain", "finding"]
-    rows = [
-        [
-            row.dataset,
-            f"`{row.recipe}`",
-            row.scales,
-            _pm(row.gain_r2, row.standard_error, 3),
-            row.seeds_that_gain,
-            row.finding,
-        ]
+def _judged(judged: pd.DataFrame) -> Rows:
+    return [
+        {
+            "dataset": row.dataset,
+            "recipe": f"`{row.recipe}`",
+            "scales": row.scales,
+            "change of R2 ± standard error": _pm(row.gain_r2, row.standard_error, 3),
+            "seeds that gain": row.seeds_that_gain,
+            "finding": row.finding,
+        }
         for row in judged.itertuples()
     ]
-    return header, rows
 
 
-def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    assert all(len(row) == len(header) for row in rows)
-    lines = [header, ["---"] * len(header), *rows]
+def _table(rows: Rows) -> str:
+    header = list(rows[0])
+    assert all(list(row) == header for row in rows)
+    lines = [header, ["---"] * len(header), *(row.values() for row in rows)]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 

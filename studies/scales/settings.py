@@ -59,14 +59,10 @@ class Scales(StudySection):
             at = f"conditions.{name}"
             for i, dataset in enumerate(condition.datasets):
                 problems += unless_known(f"{at}.datasets[{i}]", dataset, self.datasets)
-            unknown = unless_known(f"{at}.recipe", condition.recipe, settings.learning.recipes)
-            problems += unknown
-            if not unknown:
+            problems += unless_known(f"{at}.recipe", condition.recipe, settings.learning.recipes)
+            if recipe := settings.learning.recipes.get(condition.recipe):
                 try:
                     self.recipe_of(name, settings.learning.recipes)
                 except ValidationError as error:
-                    problems += [
-                        f"{at}.changes: {line}"
-                        for line in explain(error, type(settings.learning.recipes[condition.recipe]))
-                    ]
+                    problems += [f"{at}.changes: {line}" for line in explain(error, type(recipe))]
         return problems

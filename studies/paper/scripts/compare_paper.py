@@ -25,6 +25,6 @@ with job_log("compare with the paper", snakemake.log[0]):
     for table, path in ((errors, "table3"), (scores, "table4"), (values, "table5"), (choices, "choices")):
         table.to_csv(output[path], index=False)
     save(figures.draw_scales(cases, subject), output.scales)
-    save(figures.draw_errors(cases), output.errors)
+    save(figures.draw_errors(errors), output.errors)
     save(figures.draw_convergence(convergence, recipes[best]["batches"]), output.convergence)
     save(figures.draw_derivatives(histories, tables.true_values(chosen), recipes), output.derivatives)
