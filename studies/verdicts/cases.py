@@ -32,7 +32,7 @@ from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
 from myowave.settings import DiagnosisSettings, SimulatedDataset
 from studies.verdicts.settings import Verdicts
-from studies.verdicts.worlds import ALLOWED, CURVES, FINER, World, draw_world, record, zero_order_hold
+from studies.verdicts.worlds import ALLOWED, CURVES, FINER, World, draw_world, record, sample_and_hold
 
 POWER = 1.2816  # standard deviations above the threshold that 9 of 10 recordings reach
 OUTSIDE, ASSUMED = "outside", "as_assumed"
@@ -141,20 +141,20 @@ def make_trials(case: Case, world: World, dataset: SimulatedDataset, catalogue: 
         trials, _ = simulate_trials(f"{case.world}{case.number}", settings, world.model, catalogue)
     except ValueError:
         return None
-    if world.zero_order_hold:
-        trials = replace(trials, angle=_with_zero_order_hold(case, trials, settings, world, catalogue))
+    if world.sample_and_hold:
+        trials = replace(trials, angle=_with_sample_and_hold(case, trials, settings, world, catalogue))
     random = case.random.spawn(1)[0]
     noisy = trials.angle + np.radians(case.noise_deg) * random.standard_normal(trials.angle.shape)
     return record(replace(trials, angle=noisy), world, random)
 
 
-def _with_zero_order_hold(
+def _with_sample_and_hold(
     case: Case, trials: Trials, settings: SimulatedDataset, world: World, catalogue: Mapping[str, Effect]
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
     """The angle of the same EMG that keeps its value between samples, (T, N)."""
     model = world.model.with_effects(catalogue[name] for name in case.hidden)
     values = {f"{effect}.{p}": v for effect, ps in case.hidden.items() for p, v in ps.items()}
-    emg = zero_order_hold(channels_of(model, trials.channels, torch.from_numpy(trials.emg)))
+    emg = sample_and_hold(channels_of(model, trials.channels, torch.from_numpy(trials.emg)))
     motion = simulate(Simulation(model, values, emg, trials.dt / FINER), settings.start_rad)
     return motion.angle.numpy()[..., ::FINER]
 

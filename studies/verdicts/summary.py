@@ -13,7 +13,7 @@ NAMES = {
     "other_curves": "other muscle curves",
     "other_constants": "other constants",
     "other_data": "other sensors and filters",
-    "other_solver": "zero-order hold of EMG in the solver",
+    "other_solver": "sample-and-hold of EMG in the solver",
     "outside": "effect not in the catalogue",
 }
 

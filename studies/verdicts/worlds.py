@@ -3,7 +3,7 @@
 A world says how the trials of a case are made; the diagnosis gets them and the same model in every world. Nothing here
 is taken from the families that the diagnosis knows: other curves are splines through knots drawn within physiological
 bounds, other constants are drawn with the scatter of the settings, other data pass sensors and filters, and another
-solver has a zero-order hold of the EMG.
+solver has a sample-and-hold of the EMG.
 
 Shapes: T trials, N samples, C channels.
 """
@@ -29,7 +29,7 @@ from studies.verdicts.settings import WORLDS
 Array = NDArray[np.float64]
 
 TABLE = np.linspace(0.0, 2.5, 2001)  # fibre lengths, and velocities + 1, at which a drawn curve is tabulated
-FINER = 4  # steps in a sample of the solver with a zero-order hold
+FINER = 4  # steps in a sample of the solver with a sample-and-hold
 
 CURVES = frozenset({"millard_curves", "degroote_curves", "thelen_curves"})  # each says that the curves are others
 
@@ -48,14 +48,14 @@ class World:
     Args:
         model: with its own curves, and without effects.
         constants: that differ from the model's, by name.
-        zero_order_hold: whether the EMG keeps its value between samples.
+        sample_and_hold: whether the EMG keeps its value between samples.
         recording: what happens to a recording, by name: emg_noise [-], emg_hz and angle_hz (low-pass filters), step_deg
             (rounding), rate_hz.
     """
 
     model: Model
     constants: Mapping[str, float] = field(default_factory=dict)
-    zero_order_hold: bool = False
+    sample_and_hold: bool = False
     recording: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -82,7 +82,7 @@ def draw_world(name: str, base: Model, scatter: Mapping[str, Scatter], random: n
             {"emg_noise": random.uniform(0.01, 0.05), "angle_hz": random.uniform(4.0, 10.0)},
         ]
         return World(base, recording=kinds[random.integers(len(kinds))])
-    return World(base, zero_order_hold=name == "other_solver")
+    return World(base, sample_and_hold=name == "other_solver")
 
 
 def draw_curves(random: np.random.Generator) -> Curves:
@@ -117,7 +117,7 @@ def _tabulated(knots: list[tuple[float, float]], shift: float) -> Curve:
     return curve
 
 
-def zero_order_hold(emg: Tensor) -> Tensor:
+def sample_and_hold(emg: Tensor) -> Tensor:
     """EMG (T, N, C) that keeps its value between samples, on a grid `FINER` times as fine."""
     fine = emg.repeat_interleave(FINER, dim=-2)
     return fine[..., : (emg.shape[-2] - 1) * FINER + 1, :]

@@ -15,7 +15,7 @@ from studies.verdicts.cases import Case, hidden_values, list_cases, make_trials,
 from studies.verdicts.figures import draw_rates
 from studies.verdicts.settings import Verdicts
 from studies.verdicts.summary import summarize, write_page
-from studies.verdicts.worlds import ALLOWED, FINER, World, draw_curves, draw_world, record, zero_order_hold
+from studies.verdicts.worlds import ALLOWED, FINER, World, draw_curves, draw_world, record, sample_and_hold
 
 SCATTER = {"slack": Scatter(relative=0.03), "delay": Scatter(absolute=0.007)}
 PLAN = Verdicts.model_validate(
@@ -106,9 +106,9 @@ def test_other_curves_are_muscle_curves_and_differ_from_arm_to_arm():
     assert len({round(curves.active_length(torch.tensor([0.8]).double()).item(), 6) for curves in drawn}) == 6
 
 
-def test_emg_of_a_zero_order_hold_stays_as_it_is_until_the_next_sample():
+def test_emg_of_a_sample_and_hold_stays_as_it_is_until_the_next_sample():
     emg = torch.rand(2, 5, 3)
-    fine = zero_order_hold(emg)
+    fine = sample_and_hold(emg)
     assert fine.shape == (2, 4 * FINER + 1, 3)
     assert torch.equal(fine[:, FINER : 2 * FINER], emg[:, 1:2].expand(-1, FINER, -1))
 
