@@ -131,6 +131,9 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
               error on an unseen trial falls from {_small(before, "")} to {_small(after, "deg")}.
             - **A plain no** where a muscle model does not follow, and what to record instead. It explains R²
               {r2["base"]:.2f} of the torque of the person's unseen trials, and no effect is named.""",
+        "compare": f"""
+            **Compare.** The published muscle model, fitted to four trials with every constant free that nobody
+            measured, misses the fifth by {_small(before, "deg")}.""",
         "time": f"""
             Networks and diagnoses take {numbers["minutes"]:.0f} minutes of one core. After a change the same command
             makes anew only what depends on it.""",
