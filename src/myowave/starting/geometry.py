@@ -1,7 +1,6 @@
 """Muscle paths of a model of OpenSim: a table of lengths, and the settings of an arm that uses it."""
 
 import csv
-import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -62,7 +61,7 @@ def write_geometry(
     settings.write_text(arm_settings(sampled, table, name, f"{model.name}, coordinate {coordinate}"), encoding="utf-8")
     low, high = sampled.angle_deg[0], sampled.angle_deg[-1]
     lines = [f"{len(sampled.muscles)} muscles at {len(sampled.angle_deg)} angles from {low:.0f} to {high:.0f} deg:"]
-    lines += [f"  {m.name}: {_side(m)}, moment arm {_millimetres(m)}{_doubt(m, table)}" for m in sampled.muscles]
+    lines += [f"  {m.name}: {_side(m)}, moment arm {_moment_arm(m, table)}" for m in sampled.muscles]
     lines.append(f"Wrote {table} and {settings}. For you, in {settings}: which electrode drives each muscle (emg).")
     lines.append(f"Lay it over the settings: --configfile config.yaml {settings} mine.yaml, with arm: {name} there.")
     return "\n".join(lines)
@@ -89,11 +88,7 @@ def arm_settings(sampled: SampledModel, table: Path, name: str, source: str) -> 
             f"side: {side}",
             f"emg: {'emg_biceps' if side == 'flexor' else 'emg_triceps'} # FILL IN the electrode that drives it",
             f"group: {side}s",
-            f"f0_N: {muscle.f0:.6g}",
-            f"l0_m: {muscle.l0:.6g}",
-            f"vmax_m_s: {muscle.vmax * muscle.l0:.6g}",
-            f"slack_m: {muscle.slack:.6g}",
-            f"pennation_rad: {muscle.pennation:.6g}",
+            *(f"{constant}: {value:.6g}" for constant, value in muscle.constants.items()),
             f"path: {{file: {scalar(shown(table))}, muscle: {key}, margin_deg: 5}}",
             "delay_s: 0.08",
             "shape_A: 0.2",
@@ -122,17 +117,15 @@ def _side(muscle: SampledMuscle) -> str:
     return "flexor" if np.mean(muscle.arm) >= 0 else "extensor"
 
 
-def _millimetres(muscle: SampledMuscle) -> str:
-    return f"{1e3 * min(muscle.arm):.1f} to {1e3 * max(muscle.arm):.1f} mm"
-
-
-def _doubt(muscle: SampledMuscle, table: Path) -> str:
-    """What to say of a muscle on both sides of the joint, or of a table too coarse for its path."""
+def _moment_arm(muscle: SampledMuscle, table: Path) -> str:
+    """Its range, and whether the muscle is on both sides of the joint or the table too coarse for its path."""
+    said = f"{1e3 * min(muscle.arm):.1f} to {1e3 * max(muscle.arm):.1f} mm"
     path = read_path(str(table), setting_name(muscle.name))
     angles = torch.linspace(*path.range, len(muscle.arm), dtype=torch.float64)
     _, arm = path.length_and_arm(angles)
     apart = float(np.abs(arm.numpy() - np.array(muscle.arm)).max())
-    both = " (on both sides of the joint)" if min(muscle.arm) * max(muscle.arm) < 0 else ""
-    if apart <= _MOST_APART_M or math.isnan(apart):
-        return both
-    return f"{both}; the table's differs from the model's by up to {1e3 * apart:.1f} mm: sample it more finely (--step)"
+    if min(muscle.arm) * max(muscle.arm) < 0:
+        said += " (on both sides of the joint)"
+    if apart > _MOST_APART_M:
+        said += f"; the table's differs from the model's by up to {1e3 * apart:.1f} mm: sample it more finely (--step)"
+    return said

@@ -113,8 +113,7 @@ def _arm_lines(preset: str, channels: Sequence[str], body: Body | None) -> Itera
     if body is None and not missing:
         return
     yield f"      preset: {preset} # muscles with moment arms of an adult, and curves"
-    if body is not None:
-        yield from ("      joint:", *joint_lines(body))
+    yield from joint_lines(body) if body else ()
     if missing:
         spare = [channel for channel in channels if channel not in muscles.values()]
         yield "      muscles:"

@@ -1,7 +1,7 @@
 """A musculoskeletal model of OpenSim, sampled over one of its coordinates. The only door to the package opensim."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -22,21 +22,13 @@ class SampledMuscle:
 
     Args:
         name: as the model has it.
-        f0: maximum isometric force [N].
-        l0: optimal fibre length [m].
-        slack: tendon slack length [m].
-        pennation: at the optimal fibre length [rad].
-        vmax: maximum contraction velocity [l0/s].
+        constants: of the muscle, as settings have them, {f0_N: ...}.
         length: of the muscle-tendon unit [m], (N,).
         arm: moment arm [m], positive where it raises the angle, (N,).
     """
 
     name: str
-    f0: float
-    l0: float
-    slack: float
-    pennation: float
-    vmax: float
+    constants: Mapping[str, float]
     length: tuple[float, ...]
     arm: tuple[float, ...]
 
@@ -92,8 +84,11 @@ def sample_model(path: Path, coordinate: str, names: Sequence[str], step_deg: fl
     crossing = [m for m in range(len(chosen)) if names or np.abs(arm[m]).max() >= LEAST_ARM_M]
     if not crossing:
         raise ValueError(f"{path}: none of its {len(chosen)} muscles moves {coordinate}; name another coordinate.")
-    sampled = tuple(_sampled(chosen[m], length[m], arm[m]) for m in crossing)
-    return SampledModel(tuple(np.degrees(angles).tolist()), sampled)
+    sampled = [
+        SampledMuscle(chosen[m].getName(), _constants(chosen[m]), tuple(length[m].tolist()), tuple(arm[m].tolist()))
+        for m in crossing
+    ]
+    return SampledModel(tuple(np.degrees(angles).tolist()), tuple(sampled))
 
 
 def _opensim(path: Path) -> Any:
@@ -118,14 +113,11 @@ def _one(path: Path, kind: str, members: Any, name: str) -> Any:
     return members.get(known.index(name))
 
 
-def _sampled(muscle: Any, length: np.ndarray, arm: np.ndarray) -> SampledMuscle:
-    return SampledMuscle(
-        name=muscle.getName(),
-        f0=muscle.getMaxIsometricForce(),
-        l0=muscle.getOptimalFiberLength(),
-        slack=muscle.getTendonSlackLength(),
-        pennation=muscle.getPennationAngleAtOptimalFiberLength(),
-        vmax=muscle.getMaxContractionVelocity(),
-        length=tuple(length.tolist()),
-        arm=tuple(arm.tolist()),
-    )
+def _constants(muscle: Any) -> dict[str, float]:
+    return {
+        "f0_N": muscle.getMaxIsometricForce(),
+        "l0_m": muscle.getOptimalFiberLength(),
+        "vmax_m_s": muscle.getMaxContractionVelocity() * muscle.getOptimalFiberLength(),
+        "slack_m": muscle.getTendonSlackLength(),
+        "pennation_rad": muscle.getPennationAngleAtOptimalFiberLength(),
+    }

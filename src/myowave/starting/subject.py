@@ -26,20 +26,28 @@ def subject_settings(body: Body, name: str = "me") -> str:
         ValueError: for a mass, height or sex that there is no table for, or a name that settings do not take.
     """
     check_name(name, "the arm")
-    return "\n".join([*_comment(body), "physics:", "  arms:", f"    {name}:", *arm_lines(body)]) + "\n"
-
-
-def arm_lines(body: Body) -> list[str]:
-    """Lines of an arm's block: muscles of the preset `arm26`, and the person's forearm."""
-    return ["      preset: arm26 # muscles and curves", "      joint:", *joint_lines(body)]
+    who = f"a {SEXES.get(body.sex, 'person')} of {body.mass:g} kg and {body.height:g} m"
+    lines = [
+        f"# Forearm with hand of {who}, as one rigid body.",
+        f"# {_NOTE}",
+        "physics:",
+        "  arms:",
+        f"    {name}:",
+        "      preset: arm26 # muscles and curves",
+        *joint_lines(body),
+    ]
+    return "\n".join(lines) + "\n"
 
 
 def joint_lines(body: Body) -> list[str]:
-    """Lines of a `joint` block inside an arm's, a key each."""
+    """The `joint` block of an arm's, a key each."""
     estimates = forearm_with_hand(body.mass, body.height, body.sex)
     return [
-        f"        {JOINT_CONSTANTS[constant].key}: {e.value:#.4g} # sd {e.sd:.2g}; {e.source}"
-        for constant, e in estimates.items()
+        "      joint:",
+        *(
+            f"        {JOINT_CONSTANTS[constant].key}: {e.value:#.4g} # sd {e.sd:.2g}; {e.source}"
+            for constant, e in estimates.items()
+        ),
     ]
 
 
@@ -47,8 +55,3 @@ def check_name(name: str, whose: str) -> None:
     """Raise a ValueError where a name is none that settings take."""
     if not _NAME.fullmatch(name):
         raise ValueError(f"{name!r} cannot be the name of {whose}: expected letters, digits and _, a letter first.")
-
-
-def _comment(body: Body) -> list[str]:
-    who = f"a {SEXES[body.sex]}" if body.sex in SEXES else "a person"
-    return [f"# Forearm with hand of {who} of {body.mass:g} kg and {body.height:g} m, as one rigid body.", f"# {_NOTE}"]
