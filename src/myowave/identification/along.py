@@ -47,7 +47,8 @@ class Along:
         angle, if the model has effects on the sensor."""
         record = self.record
         if not self.model.on("observation"):
-            return record.angle, *(x.numpy() for x in record.motion.unbind(-1))
+            q, qdot = record.motion.numpy().transpose(2, 0, 1)
+            return record.angle, q, qdot
 
         def sensor(q: Array, qdot: Array) -> Array:
             angle, velocity = (torch.from_numpy(np.ascontiguousarray(x)) for x in (q, qdot))

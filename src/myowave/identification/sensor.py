@@ -3,7 +3,7 @@
 Shapes: T trials, N samples.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ Smoother = Callable[[Array], tuple[Array, Array]]
 CORRECTIONS = 3
 
 
-def unobserve(sensor: Sensor, smooth: Smoother, angle: Array, lengths: Sequence[int], dt: float) -> Array:
+def unobserve(sensor: Sensor, smooth: Smoother, angle: Array, lengths: NDArray[np.int64], dt: float) -> Array:
     """The motion that a sensor reports as the measured angle.
 
     To first order a sensor is an offset, a factor and a delay; what it does to an arm at rest and to a steady motion
@@ -47,7 +47,7 @@ def unobserve(sensor: Sensor, smooth: Smoother, angle: Array, lengths: Sequence[
     return joint if np.isfinite(joint).all() else angle
 
 
-def _later(values: Array, ahead: Array, smooth: Smoother, lengths: Sequence[int], dt: float) -> Array:
+def _later(values: Array, ahead: Array, smooth: Smoother, lengths: NDArray[np.int64], dt: float) -> Array:
     """values(t + ahead), cubic between samples, straight beyond the ends of a trial."""
     if not ahead.any():
         return values

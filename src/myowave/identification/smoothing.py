@@ -39,7 +39,7 @@ def choose_window(angles: Sequence[Array], dt: float, noise: float) -> int:
     return SHORTEST
 
 
-def smooth(angle: Array, lengths: Sequence[int] | NDArray[np.int64], dt: float, window: int) -> tuple[Array, Array]:
+def smooth(angle: Array, lengths: NDArray[np.int64], dt: float, window: int) -> tuple[Array, Array]:
     """Angle and velocity (T, N) of local cubics over `window` samples; constant after a trial's end.
 
     A trial shorter than the window gets a shorter one, and one of fewer than five samples stays as it is.

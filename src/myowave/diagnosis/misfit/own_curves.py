@@ -16,7 +16,7 @@ from torch import Tensor
 
 from myowave.diagnosis.misfit.repeated import along_steps, moved_by
 from myowave.identification.disturbance import forcing_by
-from myowave.identification.least_squares import Normal, gather
+from myowave.identification.least_squares import Normal, gain_of, gather
 from myowave.identification.output_error import Fit
 from myowave.physics.curves import Curves
 from myowave.physics.dynamics import muscle_quantities
@@ -93,10 +93,11 @@ def integrate_out_curves(fit: Fit, variance: float) -> CurvesOut:
     """
     normal, columns = fit.normal, own_curves(fit)
     (signal, imitation), left = normal.beyond(columns), normal.left
-    information, product, expected = signal.T @ signal, signal.T @ left, np.eye(columns.shape[-1])
-    size = np.linalg.solve(information + variance * expected, product)
+    information = signal.T @ signal
+    gain = gain_of(information, signal.T @ left, prior=variance)
+    size = gain.estimate
     residual = normal.residual - (signal @ size)[: normal.residual.size].reshape(normal.residual.shape)
     slope = np.concatenate([normal.slope, columns], -1)
     weight, off = np.r_[normal.weight, np.full(len(size), variance)], np.r_[normal.off + imitation @ size, -size]
-    occam = float(np.linalg.slogdet(expected + information / variance)[1])
-    return CurvesOut(float(product @ size), occam, gather(residual, slope, normal.by_start, weight, off))
+    occam = float(np.linalg.slogdet(np.eye(len(size)) + information / variance)[1])
+    return CurvesOut(gain.fall, occam, gather(residual, slope, normal.by_start, weight, off))

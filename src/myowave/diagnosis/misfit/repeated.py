@@ -20,7 +20,7 @@ from torch import Tensor
 from myowave.diagnosis.misfit.size import Size
 from myowave.diagnosis.misfit.terms import OF_SENSOR, excitation_effect, torque_effect, torque_terms
 from myowave.identification.disturbance import excitation_forcing, forcing_by
-from myowave.identification.least_squares import Normal, pseudo_inverse
+from myowave.identification.least_squares import Normal, gain_of
 from myowave.identification.output_error import Fit
 from myowave.identification.whitening import MotionBand
 from myowave.physics.effect import Effect
@@ -83,10 +83,8 @@ def repeated_misfit(fit: Fit, size: Size, normal: Normal | None = None) -> Repea
     (signal, _), left = normal.beyond(columns), normal.left
     variance = size.noise**2 if isinstance(fit.record.filter, MotionBand) else normal.variance(fit.record.samples)
     # ASSUME: no part of the correction makes more than the whole misfit does.
-    ridge = variance / max(float((left**2).mean()), 1e-300) * np.eye(signal.shape[1])
-    product, matrix = signal.T @ left, signal.T @ signal
-    inverse = pseudo_inverse(matrix + ridge)
-    return Repeated(float(product @ inverse @ product / variance), float(np.trace(inverse @ matrix)), variance)
+    gain = gain_of(signal.T @ signal, signal.T @ left, prior=variance / max(float((left**2).mean()), 1e-300))
+    return Repeated(gain.fall / variance, gain.freedom, variance)
 
 
 def corrections(fit: Fit) -> dict[str, Array]:
