@@ -5,7 +5,7 @@ A case is one dataset. What was hidden is known here and to `make_trials` only; 
 
 import time
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,7 +16,7 @@ import torch
 from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
 from myowave.diagnosis.evidence import EVIDENCE, independent_samples
-from myowave.diagnosis.scoring import answer, holds, names_wrongly
+from myowave.diagnosis.scoring import Answer, answer, holds
 from myowave.diagnosis.search.conclude import Findings, search
 from myowave.diagnosis.search.score import FAILURES, score_effects
 from myowave.diagnosis.search.verdict import Verdict, judge
@@ -274,3 +274,8 @@ def groups(rows: pd.DataFrame) -> Iterator[tuple[str, str, float, pd.DataFrame]]
             yield str(world), "effect", float(noise), part
     for world, part in rows[rows["hidden"] == "none"].groupby("world", sort=False):
         yield str(world), "nothing", np.nan, part
+
+
+def names_wrongly(named: Answer, hidden: Collection[str]) -> bool:
+    """Whether something was named, by itself or as a class, that is not in the data."""
+    return any(not set(members) & set(hidden) for members in named)

@@ -339,7 +339,7 @@ def test_an_effect_has_the_evidence_given_the_rest_of_the_model_that_was_found(v
         "fatigue": {"without": "base+joint_damping", "delta_bic": 44.0, "alone": True, **weighed},
     }
     base = facts()
-    like = {key: base[key] | {model: base[key]["base"]} for key in ("rmse_deg", "parameters", "missing_torque")}
+    like = {key: base[key] | {model: base[key]["base"]} for key in ("rmse_deg", "parameters", "missing_torque_Nm")}
     compared = {"torque": "r2", "horizons": "rmse_deg"}
     like |= {n: base[n] | {key: base[n][key] | {model: base[n][key]["base"]}} for n, key in compared.items()}
     like["horizons"]["whole_deg"] = {}
@@ -449,9 +449,9 @@ def test_a_failed_seed_is_said_in_words(tables, network, story, template, tmp_pa
     evaluation = pd.concat([network, network.assign(seed=[2, 3], test_mse=[np.nan, 0.5], test_r2=[np.nan, -0.3])])
     join_ladder(tables["ladder"], [evaluation]).to_csv(tmp_path / "watch.csv", index=False)
     page = write_page(replace(story, ladder=pd.read_csv(tmp_path / "watch.csv")), template)
-    assert "seeds 2 and 3 of 4 failed" in re.sub("<[^>]+>", "", page) and "A seed failed where" in page
+    assert "seeds 2, 3 of 4 failed" in re.sub("<[^>]+>", "", page) and "A seed failed where" in page
     assert "failed" not in write_page(story, template)
-    assert join_ladder(tables["ladder"], [network.assign(test_r2=[0.9, np.nan])])["failed_seeds"].iloc[-1] == "seed 1"
+    assert join_ladder(tables["ladder"], [network.assign(test_r2=[0.9, np.nan])])["failed_seeds"].iloc[-1] == "seeds 1"
 
 
 def test_every_cell_knows_its_column_on_a_phone(story, template):

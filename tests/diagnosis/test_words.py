@@ -1,13 +1,10 @@
-"""Words of the pages: effects by their titles, terms explained, kinds of verdicts, what a map of torque looks like."""
+"""Words of the pages: effects by their titles, terms explained, kinds of verdicts."""
 
 import re
 from typing import get_args
 
-import numpy as np
-import pandas as pd
 import pytest
 
-from myowave.diagnosis.misfit.pattern import find_pattern
 from myowave.diagnosis.report.numbers import degrees
 from myowave.diagnosis.report.tell import tell, tell_masked
 from myowave.diagnosis.report.words import GLOSSARY, KINDS, explained, kind_of
@@ -57,51 +54,6 @@ def test_parameters_that_hide_the_same_effect_are_told_together():
     assert tell_masked(one | {"l0_Bi": ["a", "b"]}).endswith("; l0_Bi is outside its usual range, or a or b is there")
 
 
-@pytest.fixture
-def told_of(facts):
-    """What is said of a map of missing torque."""
-
-    def told(cells: pd.DataFrame, rms: float) -> str:
-        return tell(
-            facts(missing_torque={"base": {"rms_Nm": rms, "pattern": find_pattern(cells)}}, model="base")
-        ).missing
-
-    return told
-
-
-def cells(torque) -> pd.DataFrame:
-    """A map of 7 by 7 cells with torque(q, v) and scatter of 0.02 N m."""
-    q, v = (x.ravel() for x in np.meshgrid(np.linspace(0.3, 1.8, 7), np.linspace(-2.0, 2.1, 7)))
-    values = torque(q, v) + 0.02 * np.random.default_rng(1).normal(size=q.size)
-    return pd.DataFrame({"angle_rad": q, "velocity_rad_s": v, "torque_Nm": values, "windows": 5})
-
-
-@pytest.mark.parametrize(
-    ("torque", "told"),
-    [
-        (lambda q, v: -0.9 * v, "opposes the velocity, by 0.9 N m for each rad/s: that is what damping does"),
-        (lambda q, v: 0.9 * v, "goes with the velocity, by 0.9 N m"),
-        (
-            lambda q, v: -0.5 * np.sign(v),
-            "opposes the motion, by about 0.5 N m at any speed: that is what dry friction",
-        ),
-        (lambda q, v: 0.5 * np.sign(v), "goes with the motion"),
-        (lambda q, v: 1.5 + 0 * q, "the same everywhere, +1.5 N m: that is what a constant torque"),
-        (lambda q, v: -2 * (q - 1), "pulls towards 57 deg, by 2 N m for each rad away from there"),
-        (lambda q, v: 2 * (q - 1), "pushes away from 57 deg"),
-        (lambda q, v: np.sin(6 * q) * np.cos(4 * v), "follows no simple pattern"),
-    ],
-)
-def test_a_map_of_missing_torque_is_told_by_its_pattern(torque, told, told_of):
-    assert told in told_of(cells(torque), 0.5)
-
-
-def test_between_damping_and_friction_the_map_may_leave_a_choice(told_of):
-    both = told_of(cells(lambda q, v: -0.3 * v - 0.35 * np.sign(v)), 0.5)
-    assert "does not tell damping" in both
-    assert "does not tell damping" not in told_of(cells(lambda q, v: -0.9 * v), 0.5)
-
-
-def test_a_map_of_noise_or_of_few_cells_is_not_told(told_of):
-    assert "no torque is missing" in told_of(cells(lambda q, v: -0.9 * v), 0.0)
-    assert "too few cells" in told_of(cells(lambda q, v: -0.9 * v).head(3), 0.5)
+def test_torque_that_is_missing_is_told_with_its_size(facts):
+    missing = tell(facts()).missing
+    assert "base lacks a torque of 0.5 N m RMS" in missing and "base+joint_damping lacks no torque" in missing

@@ -31,11 +31,6 @@ def holds(named: Answer, hidden: Collection[str]) -> bool:
     return all(any(effect in members and len(members) <= LARGEST_CLASS for members in named) for effect in hidden)
 
 
-def names_wrongly(named: Answer, hidden: Collection[str]) -> bool:
-    """Whether something was named, by itself or as a class, that is not in the data."""
-    return any(not set(members) & set(hidden) for members in named)
-
-
 def add_truth(summary: Mapping[str, Any], truth: Mapping[str, Any] | None) -> dict[str, Any]:
     """verdict.json: the summary with the true value of each parameter, the error of its estimate in percent, the
     effects that were hidden in the data, and whether the verdict is right; null where the truth is not known.

@@ -5,14 +5,12 @@ from typing import Any
 import numpy as np
 
 from myowave.diagnosis.causes import EMG_NOISE, EMG_NOISE_TITLE, OWN_CURVES
-from myowave.diagnosis.misfit.pattern import find_pattern
 from myowave.diagnosis.misfit.size import size_of_misfit
 from myowave.diagnosis.misfit.where import locate
-from myowave.diagnosis.search.diagnose import Diagnosis, Rung
+from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import Candidate
 from myowave.identification.noise import is_bound
 from myowave.identification.output_error import Fit
-from myowave.identification.uncertainty import correlations
 from myowave.physics.constants import constant_unit
 
 
@@ -21,7 +19,6 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
     verdict, last = diagnosis.verdict, diagnosis.rungs[-1]
     # What comes nearest to something unknown is no model that was found.
     found = diagnosis.rungs[0] if verdict.kind == "unknown" else last
-    ends = {rung.name: rung for rung in (diagnosis.rungs[0], found)}.values()
     torque = diagnosis.selection.ladder[0].torque
     return {
         "dataset": diagnosis.dataset,
@@ -45,8 +42,7 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
         },
         "fitted_deg": float(np.degrees(last.fit.rmse())),
         "parameters": {rung.name: parameters_of(rung.fit) for rung in diagnosis.tried},
-        "most_alike": {rung.name: _most_alike(rung.fit) for rung in ends},
-        "missing_torque": {rung.name: _missing_torque(rung) for rung in ends},
+        "missing_torque_Nm": {rung.name: rung.missing.rms for rung in (diagnosis.rungs[0], found)},
         "next_trial": _best_proposal(diagnosis),
         "absorbed": {name: list(by) for name, by in verdict.absorbed.items()},
         "outside_usual_range": {name: list(by) for name, by in verdict.masked.items()},
@@ -85,19 +81,6 @@ def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
         }
         for p, value in zip(fit.free, fit.values, strict=True)
     }
-
-
-def _most_alike(fit: Fit) -> dict[str, Any] | None:
-    """The two parameters whose estimates are correlated most; none where there are not two."""
-    if len(fit.free) < 2:
-        return None
-    correlation = np.triu(correlations(fit.covariance()), 1)
-    i, j = np.unravel_index(np.abs(correlation).argmax(), correlation.shape)
-    return {"parameters": [fit.free[i].name, fit.free[j].name], "correlation": float(correlation[i, j])}
-
-
-def _missing_torque(rung: Rung) -> dict[str, Any]:
-    return {"rms_Nm": rung.missing.rms, "pattern": find_pattern(rung.missing.map())}
 
 
 def _evidence(diagnosis: Diagnosis) -> dict[str, dict[str, Any]]:

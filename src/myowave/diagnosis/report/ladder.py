@@ -1,7 +1,6 @@
 """The ladder: all models of a dataset side by side, the fitted physics and the networks trained with it."""
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -39,7 +38,7 @@ def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.
             seeds, where one whose prediction is not finite counts as the worst.
 
     Returns:
-        Columns `COLUMNS`: `seeds` is the number of seeds of a network, `failed_seeds` says in words which failed.
+        Columns `COLUMNS`: `seeds` is the number of seeds of a network, `failed_seeds` names those that failed.
     """
     physics = rungs.assign(source=PHYSICS, failed_seeds="")
     networks = [
@@ -52,7 +51,7 @@ def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.
             "noise_deg": rungs["noise_deg"].iloc[0],
             "heldout_r2": median_over_seeds(table)["test_r2"],
             "seeds": len(table),
-            "failed_seeds": _seeds(table["seed"][~(table["test_r2"] > FAILED_R2)]),
+            "failed_seeds": _names(table["seed"][~(table["test_r2"] > FAILED_R2)]),
         }
         for table in evaluations
     ]
@@ -60,20 +59,9 @@ def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.
     return joined.reindex(columns=COLUMNS).sort_values("effects", kind="stable", ignore_index=True)
 
 
-def _seeds(seeds: Sequence[int]) -> str:
-    """Seeds in words; empty where there are none."""
-    *others, last = map(str, seeds) if len(seeds) else ("",)
-    return f"seeds {', '.join(others)} and {last}" if others else f"seed {last}" if last else ""
-
-
-def steps(ranking: pd.DataFrame) -> dict[str, str]:
-    """Each model of the ladder but the last, with the effect that the next one adds.
-
-    Args:
-        ranking: the table `ranking` of `tables`.
-    """
-    models = dict.fromkeys(ranking["model"])
-    return {model: richer.removeprefix(model).strip("+") for model, richer in pairwise(models)}
+def _names(seeds: pd.Series) -> str:
+    """Seeds in words, so that a table read from its file has a text; empty where there are none."""
+    return f"seeds {', '.join(map(str, seeds))}" if len(seeds) else ""
 
 
 def join_parameters(verdict: Mapping[str, Any], evaluations: Sequence[pd.DataFrame]) -> pd.DataFrame:

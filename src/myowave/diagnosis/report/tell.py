@@ -15,7 +15,6 @@ from myowave.diagnosis.report.words import BASE, kind_of
 Verdict = Mapping[str, Any]
 
 QUIET = 1.1  # an adequate model that leaves no more than so many times the noise has nothing to locate
-CLEAR = 0.6  # share of a map of missing torque that a pattern must explain to be named
 AS_GOOD = 0.02  # difference of R2 that is none
 WORTH_TELLING = 0.99  # below this R2 noise is worth a sentence
 IF_RIGHT = 'Where it says "were it right" the model leaves more than noise: its SE holds only if the model were right.'
@@ -390,48 +389,16 @@ def _name_and_unit(factors: Sequence[str]) -> tuple[str, str]:
 
 
 def _missing(verdict: Verdict) -> str:
-    """The map of missing torque of the model without effects, and of the one that was found."""
-    texts = [_pattern(model, **facts) for model, facts in verdict["missing_torque"].items()]
+    """The torque that the model without effects lacks, and that of the one that was found."""
+    texts = [
+        f"{model} lacks a torque of {rms:.2g} N m RMS."
+        if rms > 0
+        else f"{model} lacks no torque beyond what noise shows."
+        for model, rms in verdict["missing_torque_Nm"].items()
+    ]
     if verdict["emg_noise"]:
-        texts.append("Noise of the recorded EMG is such a torque without a pattern, too.")
+        texts.append("Noise of the recorded EMG is such a torque, too, without a pattern over angle and velocity.")
     return " ".join(texts)
-
-
-def _pattern(model: str, rms_Nm: float, pattern: Mapping[str, Any] | None) -> str:
-    """A map of missing torque, by `misfit.pattern.find_pattern`."""
-    if rms_Nm <= 0:
-        return f"With {model} no torque is missing beyond what noise shows."
-    if pattern is None:
-        return "The map has too few cells to see a pattern."
-    lacks, share = f"What {model} lacks, {rms_Nm:.2g} N m RMS,", max(pattern["share"], 0.0)
-    if share < CLEAR:
-        return (
-            f"{lacks} follows no simple pattern: neither a constant torque nor one that goes with the angle "
-            f"or the velocity explains more than {share:.0%} of the map."
-        )
-    *constant, slope = pattern["coefficients"]
-    size, brakes = abs(slope), slope < 0
-    match pattern["kind"], brakes:
-        case "same", _:
-            what = f"is the same everywhere, {slope:+.2g} N m: that is what a constant torque, a load or a tilt does."
-        case "velocity", True:
-            what = f"opposes the velocity, by {size:.2g} N m for each rad/s: that is what damping does."
-        case "velocity", False:
-            what = f"goes with the velocity, by {size:.2g} N m for each rad/s: the model brakes more than the arm does."
-        case "direction", True:
-            what = f"opposes the motion, by about {size:.2g} N m at any speed: that is what dry friction does."
-        case "direction", False:
-            what = f"goes with the motion, by about {size:.2g} N m at any speed: the model brakes more than the arm."
-        case _:
-            way, why = "pulls towards", "stiffness"
-            if not brakes:
-                way, why = "pushes away from", "a wrong weight, moment arm or length of a muscle"
-            rest = math.degrees(-constant[0] / slope)
-            what = f"{way} {rest:.0f} deg, by {size:.2g} N m for each rad away from there: that is what {why} does."
-    text = f"{lacks} {what} This explains {share:.0%} of the map."
-    if pattern["as_good"] and brakes:
-        text += " The map does not tell damping, which grows with the speed, from friction, which does not."
-    return text
 
 
 def _which(verdict: Verdict) -> str:
@@ -519,11 +486,6 @@ def _titles(verdict: Verdict, torque: str, where: str) -> dict[str, str]:
     models = dict.fromkeys((model, found))
     texts = [f"{_spaced(m)} misses by {degrees(errors[m]['heldout'])}" for m in models]
     heldout = f"On held-out trials {', '.join(texts)}; noise is {noise(verdict)}"
-    alike = [
-        f"{' and '.join(pair['parameters'])} ({pair['correlation']:+.2f}) in {_spaced(m)}"
-        for m, pair in verdict["most_alike"].items()
-        if pair
-    ]
     asked = [
         f"{verdict['titles'].get(name) or name}"
         + (f" ($\\Delta$BIC {verdict['evidence'][name]['delta_bic']:.0f})" if name in verdict["evidence"] else "")
@@ -537,7 +499,7 @@ def _titles(verdict: Verdict, torque: str, where: str) -> dict[str, str]:
         ranking = f"The evidence asks for no effect beside {model}"
     ladder = f"Nothing added: {degrees(first['heldout'])} on held-out trials, noise is {noise(verdict)}"
     if found != model:
-        (before, after) = (verdict["missing_torque"][m]["rms_Nm"] for m in models)
+        before, after = (verdict["missing_torque_Nm"][m] for m in models)
         ladder = (
             f"With what was found the held-out error falls from {degrees(first['heldout'])} to "
             f"{degrees(errors[found]['heldout'])}, missing torque from {before:.2g} to {after:.2g} N m"
@@ -547,24 +509,13 @@ def _titles(verdict: Verdict, torque: str, where: str) -> dict[str, str]:
         "errors": heldout,
         "torque": torque.rstrip("."),
         "horizons": _horizons(verdict)[0].rstrip("."),
-        "correlations": f"Estimates most alike: {'; '.join(alike)}",
+        "correlations": "How alike the estimates are: with a correlation near 1 or -1 two are only known together",
         "misfit": where.rstrip("."),
         "missing_torque": _missing(verdict).split(". ")[0].rstrip("."),
         "ranking": ranking,
         "ladder": ladder,
-        "parameters": _parameters_title(verdict),
+        "parameters": "Parameters with 95 % intervals",
     }
-
-
-def _parameters_title(verdict: Verdict) -> str:
-    """How far the parameters are from the truth, where that is known."""
-    worst = {}
-    for model in (base_of(verdict)[0], verdict["model"]):
-        wanted = [p for p in verdict["parameters"][model].values() if not p["assumed"]]
-        worst[model] = max((abs(p["error_pct"]) for p in wanted if p["error_pct"] is not None), default=None)
-    if None not in worst.values():
-        return f"Worst parameter error: {', '.join(f'{error:.2g} % in {_spaced(m)}' for m, error in worst.items())}"
-    return "Parameters with 95 % intervals"
 
 
 def _spaced(model: str) -> str:

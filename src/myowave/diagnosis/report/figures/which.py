@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from myowave.diagnosis.report.figures.style import short, unique
-from myowave.diagnosis.report.ladder import steps
 from myowave.diagnosis.report.words import plain
 from myowave.plotting import BLUE, GREY, MEASURED, ORANGE, PINK, SKY, canvas
 
@@ -34,7 +33,7 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
     Args:
         titles: what each effect is, in words.
     """
-    models, adds = unique(ranking["model"]), steps(ranking)
+    models = unique(ranking["model"])
     figure, axes = canvas(len(models), 1, width=12.0, height=3.3 * len(models) + 1.1)
     figure.set_layout_engine("constrained", rect=(0.01, 0, 0.98, 1))  # the texts beside the panels need the width
     for axis, model in zip(axes[:, 0], models, strict=True):
@@ -50,7 +49,7 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
         axis.set_xlim(min(-10.0, rows["delta_bic"].min() * 1.2), max(40.0, rows["delta_bic"].max() * 1.5))
         beside = axis.get_yaxis_transform()
         for place, row in zip(y, rows.itertuples(), strict=True):
-            remark = _remark(row, added=adds.get(model) == row.effect)
+            remark = _remark(row, added=f"{model}+{row.effect}" in models)
             axis.text(1.01, place, remark, va="center", fontsize=8.5, color="#333333", transform=beside)
         axis.set_title(f"what to add to {short(model)}? best {len(rows)} of {(ranking['model'] == model).sum()}")
         axis.grid(axis="y", linestyle=":")
