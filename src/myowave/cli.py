@@ -120,9 +120,9 @@ def predict(
     """Predict the angle from EMG, a line for each sample of the network, as soon as it is there."""
     from myowave.learning.checkpoint import Checkpoint
     from myowave.learning.streaming.command import predict_lines, start_angles
-    from myowave.learning.streaming.known import read_known
     from myowave.learning.streaming.predictor import Predictor
     from myowave.learning.streaming.raw import require_real_time
+    from myowave.learning.streaming.reading import read_known
 
     trained = Checkpoint.load(checkpoint)
     angles = start_angles(trained, read_angles("--start-deg", start_deg))

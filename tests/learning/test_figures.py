@@ -27,3 +27,10 @@ def test_seeds_that_agree_are_drawn_as_agreeing_and_not_with_their_rounding_acro
     assert 0.3 < low < 0.4 and 0.5 < high < 0.6, "what differs fills its axis"
     agreed = draw_parameters(summary, ["f0_Bi"]).get_suptitle()
     assert "within 0.001 %" in agreed
+
+
+def test_where_nothing_is_identified_the_picture_says_so():
+    summary = pd.DataFrame(
+        {"dataset": ["a"], "model": ["base"], "recipe": ["rollout"], "scales": [1], "test_r2": [0.9]}
+    )
+    assert "nothing is identified" in draw_parameters(summary, []).get_suptitle()

@@ -91,7 +91,10 @@ def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame
 
 def draw_parameters(summary: pd.DataFrame, names: list[str]) -> Figure:
     """Identified parameters, seed by seed: the error where the truth is known, else the value."""
-    figure, axes = canvas(1, len(names), width=max(7.0, 2.9 * len(names)), height=3.6)
+    figure, axes = canvas(1, max(1, len(names)), width=max(7.0, 2.9 * len(names)), height=3.6)
+    if not names:
+        title(figure, f"{_what(summary)}: nothing is identified")
+        return figure
     known = all(summary[f"{name}_error_pct"].notna().all() for name in names)
     for axis, name in zip(axes[0], names, strict=True):
         column = f"{name}_error_pct" if known else name

@@ -48,11 +48,11 @@ def predict_lines(
     Args:
         lines: CSV, see `reading.read_samples`.
         source: what the lines come from, for messages.
-        fixed: known inputs that hold for the whole run, see `known.read_known`; the others are columns.
+        fixed: known inputs that hold for the whole run, see `reading.read_known`; the others are columns.
         deg: angles in degrees.
         say: where nothing is said of the start: the first measured angles of the lines are taken, where they have any,
-            and it is told which start was taken, and why.
-        warn: told once for each quantity that leaves the range of the training trials.
+            and which start was taken is said, and why.
+        warn: called once for each quantity that leaves the range of the training trials.
         raw: how the lines, which then hold raw EMG at its own rate, become EMG; see `raw.require_real_time`.
 
     Yields:
@@ -63,8 +63,8 @@ def predict_lines(
         ValueError: naming the line, at the first that is no sample of EMG.
     """
     unit, scale = ("deg", math.degrees(1)) if deg else ("rad", 1.0)
-    told = checkpoint.architecture.known
-    columns = [name for name in told if name not in fixed]
+    inputs = checkpoint.architecture.known
+    columns = [name for name in inputs if name not in fixed]
     from_column, drift = False, Drift(checkpoint, warn)
     samples = (
         read_samples(lines, checkpoint.channels, checkpoint.dt, source, columns)
@@ -73,11 +73,11 @@ def predict_lines(
     )
     for i, sample in enumerate(samples):
         if i == 0 and say is not None:
-            from_column = _told_start(checkpoint, sample, say)
+            from_column = _start_is_measured(checkpoint, sample, say)
         measured = _known_angle(sample) if from_column and i < predictor.history else None
         known = {**fixed, **dict(zip(columns, sample.known, strict=True))}
-        angle = scale * predictor.step(sample.emg, sample.where, [known[name] for name in told], measured)
-        drift.watch([*sample.emg, *(known[name] for name in told)], float(angle.mean()) / scale, sample.where)
+        angle = scale * predictor.step(sample.emg, sample.where, [known[name] for name in inputs], measured)
+        drift.watch([*sample.emg, *(known[name] for name in inputs)], float(angle.mean()) / scale, sample.where)
         several, banded = len(angle) > 1, checkpoint.band is not None and len(angle) == len(checkpoint.seeds)
         if i == 0:
             names = ["angle", *(["spread"] if several else []), *(["low", "high"] if banded else [])]
@@ -89,7 +89,7 @@ def predict_lines(
         yield numbers
 
 
-def _told_start(checkpoint: Checkpoint, first: Sample, say: Callable[[str], None]) -> bool:
+def _start_is_measured(checkpoint: Checkpoint, first: Sample, say: Callable[[str], None]) -> bool:
     """Whether the start is measured, by the first sample; what was decided is said."""
     history = checkpoint.network.history
     try:

@@ -79,13 +79,12 @@ class Predictor:
             ValueError: for another number of channels or known inputs, or EMG that is not normalised; the sample then
                 does not count.
         """
-        if len(emg) != len(self._channels):
+        takes = len(self._channels), len(self._network.architecture.known)
+        if (len(emg), len(known)) != takes:
             raise ValueError(
-                f"a sample of EMG has {len(emg)} numbers; the network takes {len(self._channels)} channels."
+                f"a sample has {len(emg)} channels and {len(known)} known inputs; the network takes {takes[0]} and "
+                f"{takes[1]}: {', '.join((*self._channels, *self._network.architecture.known))}."
             )
-        if len(known) != len(names := tuple(self._network.architecture.known)):
-            takes = ", ".join(names) or "nothing"
-            raise ValueError(f"{len(known)} numbers are known beside EMG; the network takes {takes}.")
         n, weights, scaling = self._count, self._weights, self._network.scaling
         _check_emg(self._channels, emg, where or f"sample {n + 1}")
         given = n < self._network.history

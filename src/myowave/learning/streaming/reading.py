@@ -1,15 +1,16 @@
-"""Samples of EMG from lines of CSV, each read and checked as it comes."""
+"""Samples of EMG from lines of CSV, each read and checked as it comes; and values of known inputs for a whole run."""
 
 import csv
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from myowave.data.trials import ANGLES
-from myowave.learning.inputs import unit_of
-from myowave.learning.streaming.known import check_known
+from myowave.learning.inputs import constant_behind, unit_of
+from myowave.settings.keys import did_you_mean
 
 RATE_TOLERANCE = 0.01  # largest relative difference from the sampling interval of the training that counts as rounding
+WIDEST = 2 * math.pi  # rad, of an angle over time
 
 
 @dataclass(frozen=True)
@@ -81,8 +82,8 @@ def read_samples(
     if missing := [name for name in known if name not in header]:
         name = missing[0]
         raise ValueError(
-            f"{source}, line 1: no column {', '.join(missing)}; found {', '.join(header)}. The network was told "
-            f"{' and '.join(missing)} of its trials. Add a column [{unit_of(name)}], or give what holds for the whole "
+            f"{source}, line 1: no column {', '.join(missing)}; found {', '.join(header)}. The network takes "
+            f"{' and '.join(missing)} beside EMG. Add a column [{unit_of(name)}], or give what holds for the whole "
             f"run: --known {name}=VALUE."
         )
     if repeated := [name for name in ("time_s", *channels, *known) if header.count(name) > 1]:
@@ -95,10 +96,49 @@ def read_samples(
         numbers = _read_numbers(row, header, ["time_s", *channels, *known], where)
         time = numbers.pop("time_s", 0.0 if before is None else before + dt)
         _check_rate(before, time, dt, where, tolerance)
-        check_known({name: numbers[name] for name in known}, where)
+        _check_known({name: numbers[name] for name in known}, where)
         measured = (angle, row[header.index(angle)]) if angle else None
         yield Sample(time, [numbers[name] for name in channels], [numbers[name] for name in known], where, measured)
         before = time
+
+
+def read_known(option: str, texts: Sequence[str], names: Sequence[str]) -> dict[str, float]:
+    """Values of known inputs that hold for the whole run, by name.
+
+    Args:
+        option: what the user calls it, for messages.
+        texts: each `name=value`.
+        names: known inputs of the network.
+
+    Raises:
+        ValueError: for a name that is none of them, one given twice, or a value that cannot be.
+    """
+    values: dict[str, float] = {}
+    for text in texts:
+        name, _, number = text.partition("=")
+        name = name.strip()
+        if name not in names:
+            raise ValueError(
+                f"{option} {text!r}: the network takes no {name!r}{did_you_mean(name, names) or '.'} Beside EMG it "
+                f"takes {', '.join(names) or 'nothing'}."
+            )
+        if name in values:
+            raise ValueError(f"{option}: {name} is given more than once; keep one.")
+        try:
+            values[name] = float(number)
+        except ValueError:
+            values[name] = math.nan
+        _check_known({name: values[name]}, f"{option} {text!r}")
+    return values
+
+
+def _check_known(values: Mapping[str, float], where: str) -> None:
+    for name, value in values.items():
+        constant = constant_behind(name)
+        bounds = constant.bounds if constant else {"ge": -WIDEST, "le": WIDEST}
+        low, high = bounds.get("ge", bounds.get("gt", -math.inf)), bounds.get("le", bounds.get("lt", math.inf))
+        if not low <= value <= high:
+            raise ValueError(f"{where}: {name} is {value:g}, expected {low:.4g} to {high:.4g} {unit_of(name)}.")
 
 
 def _cells(where: str, line: str) -> list[str]:
