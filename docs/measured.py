@@ -180,7 +180,7 @@ def _results(numbers: dict[str, Any]) -> str:
         rows.append(
             [
                 text,
-                _titles(verdict, ", ") or ANSWERS[verdict["kind"]],
+                _titles(verdict, ", ") or ANSWERS.get(verdict["kind"], verdict["kind"]),
                 " → ".join(_small(error, "") for error in dict.fromkeys(verdict["errors_deg"])) + over,
                 " → ".join(_small(n["deg"], "") for n in trained),
                 " → ".join(_r2(n["r2"]) for n in trained),
