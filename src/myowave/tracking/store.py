@@ -41,11 +41,7 @@ _COLUMNS = (
     *("params.`recipe`", "params.`model`", "params.`scales`", "params.`verdict`"),
 )
 _NAME = "attributes.`Run Name`"
-_TABLE = {
-    "selectedColumns": _COLUMNS,
-    "columnOrder": [_NAME],
-    "columnWidths": {_NAME: 400},
-}  # what the page begins with
+_TABLE = {"selectedColumns": _COLUMNS, "columnOrder": [_NAME], "columnWidths": {_NAME: 400}}  # of the first page
 _BATCH, _ALL = 1000, 50_000  # MLflow's limits for metrics in one call, and for runs in one answer
 _PARAM_LENGTH = 500  # MLflow's limit for the text of a parameter is higher; longer ones cannot be read in a table
 _AGAIN = "delete it and publish again: `snakemake --cores 1 publish` makes it of the files in results/"
@@ -126,7 +122,7 @@ def _publish(datasets: Iterable[tuple[RunContent, ...]], uri: str) -> Counter[st
     experiment = _experiment(client, uri)
     there: dict[str, list[Run]] = {}
     for run in client.search_runs([experiment], max_results=_ALL):
-        if run.info.status == "RUNNING":  # who wrote it was killed, as only one writes at a time
+        if run.info.status == "RUNNING" and not is_server(uri):  # only one writes a file at a time: it was killed
             client.set_terminated(run.info.run_id, "KILLED")
         there.setdefault(run.data.tags.get("key", ""), []).append(run)
     done: Counter[str] = Counter()
