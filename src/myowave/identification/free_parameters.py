@@ -177,11 +177,6 @@ def expected(free: Sequence[Free]) -> tuple[Array, Array]:
     return np.array([p.start for p in free]), weight
 
 
-def moving(free: Sequence[Free]) -> Array:
-    """1 for parameters that a fit moves and 0 for those that are fixed, (P,)."""
-    return np.array([0.0 if p.fixed else 1.0 for p in free])
-
-
 def bounds(free: Sequence[Free]) -> tuple[Array, Array]:
     """Lowest and highest values, (P,) each."""
     return np.array([p.low for p in free]), np.array([p.high for p in free])

@@ -21,12 +21,11 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from myowave.identification.dynamometer import with_torque
-from myowave.identification.free_parameters import Free, bind_values, moved, moving, scales, start_values, within
+from myowave.identification.free_parameters import Free, bind_values, moved, scales, start_values, within
 from myowave.identification.least_squares import Normal, bounded_step, normal_equations
 from myowave.identification.noise import correlation_time
 from myowave.identification.record import Record
-from myowave.identification.torque import TorqueFit
+from myowave.identification.torque import TorqueFit, with_torque
 from myowave.identification.uncertainty import covariance
 from myowave.physics.model import Model, Params
 from myowave.physics.motion import resting_states, simulate
@@ -285,11 +284,11 @@ def _solve(
     result = solve(simulation, q0, qdot0, guess=guess, wrt=wrt, newton=newton, near=near)
     if len(wrt) == len(free):
         return result
-    place, both = np.flatnonzero(moving(free)), (*np.flatnonzero(moving(free)), len(free), len(free) + 1)
+    place = [i for i, p in enumerate(free) if not p.fixed]
     by_parameter = result.by_start.new_zeros(len(free), *result.by_start.shape[1:])
     by_parameter[place] = result.by_parameter
     tangent = result.tangent.new_zeros(*result.tangent.shape[:-1], len(free) + 2)
-    tangent[..., both] = result.tangent
+    tangent[..., [*place, len(free), len(free) + 1]] = result.tangent
     return replace(result, by_parameter=by_parameter, tangent=tangent)
 
 

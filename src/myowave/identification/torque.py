@@ -33,7 +33,7 @@ from torch import Tensor
 from myowave.identification.along import Along
 from myowave.identification.descent import descend, linearise
 from myowave.identification.free_parameters import Free, bind_values, expected, scales
-from myowave.identification.least_squares import pseudo_inverse
+from myowave.identification.least_squares import Normal, pseudo_inverse
 from myowave.identification.noise import correlation_time
 from myowave.identification.record import Record
 from myowave.identification.windows import Windows, between, between_kinks, gauss
@@ -50,6 +50,8 @@ WIDE_S, WIDE_OVERLAP, WIDE_FEWEST = 0.5, 4, 8  # the same between kinks
 COARSE_S = 0.03  # steps in which the torque of muscles is taken, at two points each
 ROUNDS, STEPS = 2, 30  # the variance is estimated anew in each round
 GAIN = 0.05  # stop after a step that lowers the objective, a chi-square, by less
+# ASSUME: dynamometer, lever and the muscles' model together are as good as this share of the torque they measure.
+ACCURACY = 0.05
 LARGEST = 1e6  # of residuals: where a torque overflows, its sums are large and not infinite
 
 
@@ -285,6 +287,40 @@ def leave_out(model: Model, record: Record, free: Sequence[Free]) -> dict[str, f
         except ValueError:  # a trial, or all others, too short for a window
             continue
     return found
+
+
+def with_torque(normal: Normal, model: Model, record: Record, free: Sequence[Free], values: Array) -> Normal:
+    """Normal equations with the measured torque as further residuals, in the units of the angle's noise; unchanged
+    where none was measured, or where torque hangs on states that no angle shows.
+
+    Measured torque depends on the parameters alone, not on where a simulated motion has got to, and tells forces from
+    masses: a motion stays the same if both grow by one factor, a torque does not.
+
+    Args:
+        values: of the parameters, (..., P).
+    """
+    if record.torque is None or record.pieces is not None or effects_unseen_by_angle(model):
+        return normal
+    balance = TorqueBalance.of(model, record)
+    seen = balance.seen
+    if balance.measured is None or not seen.any():
+        return normal
+    measured = balance.measured[seen]
+    weight = record.noise / (ACCURACY * np.sqrt((measured**2).mean()))
+
+    def left(values: Array) -> Array:
+        given = balance.torques(bind_values(free, values)).given
+        return np.nan_to_num((measured - given[..., seen]) * weight, nan=LARGEST).clip(-LARGEST, LARGEST)
+
+    residual, change = linearise(left, free, values)
+    slope = -change
+    return replace(
+        normal,
+        matrix=normal.matrix + np.swapaxes(slope, -1, -2) @ slope,
+        vector=normal.vector + (np.swapaxes(slope, -1, -2) @ residual[..., None])[..., 0],
+        torque=residual,
+        torque_slope=slope,
+    )
 
 
 def _variance(balance: TorqueBalance, free: Sequence[Free], values: Array) -> float:

@@ -5,7 +5,6 @@ Shapes: ... batch, T trials, N samples, K numbers of the state, C columns, W wav
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,19 +12,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 START_DEG, START_DEG_S = 5.0, 50.0  # how far the fitted start of a trial may be off
-
-
-class Filter(Protocol):
-    """What makes of residuals and derivatives that by which a model is judged."""
-
-    def innovations(self, columns: Array) -> Array:
-        """What counts of columns (..., T, N, C) in the units of the angle."""
-
-    def counted(self, samples: int) -> int:
-        """How many values it leaves of so many samples."""
-
-    def take(self, index: Sequence[int] | NDArray[np.intp], longest: int) -> "Filter":
-        """That of some of the trials."""
 
 
 @dataclass(frozen=True)
@@ -160,3 +146,7 @@ class Whitener:
         chosen = list(index)
         parts = self.jacobian[chosen, : longest - 1], self.gain[chosen, :longest], self.size[chosen, :longest]
         return replace(self, jacobian=parts[0], gain=parts[1], size=parts[2])
+
+
+Filter = MotionBand | Whitener
+"""What makes of residuals and derivatives that by which a model is judged."""
