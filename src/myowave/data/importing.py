@@ -262,7 +262,6 @@ def _provenance(
     processing = settings.processing
     which = list(session.mvc) or [name for name in session.trials if name not in settings.test]
     whose = "maximum contractions" if processing.normalise == "mvc" else "the training trials"
-    done = {"raw": lambda rate: describe(processing, rate), "envelope": lambda rate: "an envelope as recorded"}
     real_time = {} if set(steps.forms.values()) == {"fraction"} else steps.real_time(emg, gains).plain()
     return {
         "source": settings.kind,
@@ -270,7 +269,9 @@ def _provenance(
             channel: "a fraction of a maximum contraction as recorded"
             if steps.forms[channel] == "fraction"
             else {
-                "processing": done[steps.forms[channel]](sampled.rate),
+                "processing": describe(processing, sampled.rate)
+                if steps.forms[channel] == "raw"
+                else "an envelope as recorded",
                 "divided by": f"{gains[channel]:.6g} {sampled.unit}, the largest envelope of {whose} "
                 f"({', '.join(which)})",
                 "recorded at": f"{sampled.rate:g} Hz",

@@ -13,7 +13,7 @@ well, as `RElbowAngles X`, without the subject's name before the colon.
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -31,18 +31,6 @@ def is_header(line: str) -> bool:
     return _HEADER.match(line) is not None
 
 
-@dataclass(frozen=True)
-class _Block:
-    """A block: `header` is its row of names, counted from 0; rows of numbers end before `end`."""
-
-    lines: Sequence[str]
-    header: int
-    end: int
-
-    def cells(self, row: int) -> list[str]:
-        return split_row(self.lines[row], separator_of(self.lines[self.header]))
-
-
 def read_vicon(path: Path) -> RawRecording:
     """Read one file, all of its blocks.
 
@@ -57,22 +45,23 @@ def read_vicon(path: Path) -> RawRecording:
             f"{path}: no row begins with Frame, Sub Frame, as Vicon Nexus writes it above the samples. Export it as "
             "ASCII (CSV), or name its format, such as csv."
         )
-    ends = [next((n for n in range(h, len(lines)) if not lines[n].strip(_SEPARATORS)), len(lines)) for h in headers]
-    blocks = [_Block(lines, header, end) for header, end in zip(headers, ends, strict=True)]
-    signals = tuple(signal for block in blocks for signal in _signals(path, block))
+    signals = tuple(signal for header in headers for signal in _signals(path, lines, header))
     return RawRecording(path, signals, first_row=headers[0] + 3)
 
 
-def _signals(path: Path, block: _Block) -> Iterator[Signal]:
-    head = block.header
-    rate = block.lines[head - 2].strip(_SEPARATORS) if head > 2 else ""
-    if not re.fullmatch(r"\d+(\.\d+)?", rate) or block.end < head + 4:
+def _signals(path: Path, lines: Sequence[str], head: int) -> Iterator[Signal]:
+    """Signals of the block whose names are in row `head`, counted from 0; its samples end before an empty row."""
+    end = next((n for n in range(head, len(lines)) if not lines[n].strip(_SEPARATORS)), len(lines))
+    rate = lines[head - 2].strip(_SEPARATORS) if head > 2 else ""
+    if not re.fullmatch(r"\d+(\.\d+)?", rate) or end < head + 4:
         raise ValueError(
             f"{path}, row {head + 1}: expected above it a row with the kind of data, one with its rate, one with "
             "groups, and below it one with units and two of samples at least. Export it from Nexus again."
         )
-    names, units = _names(block), block.cells(head + 1)
-    cells = read_cells(path, separator_of(block.lines[head]), head + 2, block.end - head - 2)
+    separator = separator_of(lines[head])
+    groups, own, units = (split_row(lines[row], separator) for row in (head - 1, head, head + 1))
+    names = _names(groups, own, lines[head - 3].strip(_SEPARATORS).lower() == _DEVICES)
+    cells = read_cells(path, separator, head + 2, end - head - 2)
     cells = cells.reindex(columns=range(len(names)), fill_value="")  # rows may end in fewer or more separators
     frame, sub, *columns = to_signals(path, cells, names, units)
     # Frames are those of the cameras, sub-frames the samples of a device within one of them.
@@ -83,12 +72,10 @@ def _signals(path: Path, block: _Block) -> Iterator[Signal]:
             yield replace(column, time=time, rate=float(rate), first_row=head + 3)
 
 
-def _names(block: _Block) -> list[str]:
+def _names(groups: Sequence[str], own: Sequence[str], device: bool) -> list[str]:
     """Names of the columns; empty where nothing stands above them."""
-    own, above = block.cells(block.header), block.cells(block.header - 1)
-    groups = pd.Series(above).replace("", None).ffill().reindex(range(len(own)), method="ffill").fillna("")
-    device = block.lines[block.header - 3].strip(_SEPARATORS).lower() == _DEVICES
+    above = pd.Series(groups).replace("", None).ffill().reindex(range(len(own)), method="ffill").fillna("")
     return [
         name if not name or (device and own.count(name) == 1) else f"{group.rpartition(':')[2]} {name}".strip()
-        for name, group in zip(own, groups, strict=True)
+        for name, group in zip(own, above, strict=True)
     ]
