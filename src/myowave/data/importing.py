@@ -77,8 +77,8 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     Raises:
         ValueError: one line for each problem that the recordings or the processed trials show.
     """
-    processing, alone = settings.processing, isinstance(settings, MeasuredDataset)  # tidy files are, of each other
-    if not alone:  # what counts as 1 needs all of them
+    processing, tidy = settings.processing, isinstance(settings, MeasuredDataset)
+    if not tidy:  # what counts as 1 needs all of them, where tidy files are checked each by itself
         _refuse(dataset, session.problems)
     raw = {name: _on_one_clock(trial, processing.emg_start_offset_s) for name, trial in session.trials.items()}
     train = [name for name in raw if name not in settings.test]
@@ -89,7 +89,7 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         for name, trial in raw.items()
     }
     problems = [*session.problems, *_grid_problems(grids, raw)]
-    if not alone:
+    if not tidy:
         _refuse(dataset, problems)
     gains = _gains(steps, session.mvc, {name: envelopes[name] for name in train}, grids)
     _refuse(dataset, _gain_problems(gains))

@@ -227,8 +227,10 @@ def _draw_in_range(
             simulation = Simulation(model, params, drive, settings.dt_s, SUBSTEPS)
             if settings.solver == "sample_and_hold":
                 angle = simulate_sample_and_hold(simulation, settings.start_rad).numpy()
-            else:
-                angle = _refine(settings, simulation, states)
+            else:  # the exact motion, from the coarser one
+                start = torch.full((settings.trials,), settings.start_rad, dtype=torch.float64)
+                fine = solve(simulation, start, torch.zeros_like(start), guess=torch.from_numpy(states))
+                angle = fine.motion.angle.numpy()
             return emg, angle, taken.tolist()
     lost = int(np.flatnonzero(taken < 0)[0])
     raise ValueError(
@@ -237,13 +239,6 @@ def _draw_in_range(
         f"{q[-1, lost].max():.2f}). Use less emg_noise, a weaker hidden_effect, a smaller load, another start_rad, or "
         "another seed."
     )
-
-
-def _refine(settings: SimulatedDataset, simulation: Simulation, states: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The angle that a perfect sensor sees, (T, N), integrated with `SUBSTEPS` from a coarser solution (T, N, K)."""
-    start = torch.full((settings.trials,), settings.start_rad, dtype=torch.float64)
-    fine = solve(simulation, start, torch.zeros_like(start), guess=torch.from_numpy(states))
-    return fine.motion.angle.numpy()
 
 
 def _draw_emg(
