@@ -10,15 +10,13 @@ import pytest
 from myowave.diagnosis.report.contents import COMPARISON_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.index import Entry, read_entries, read_entry, write_index
 from myowave.diagnosis.report.numbers import interval
-from myowave.diagnosis.report.tell import tell
 
 
 @pytest.fixture(scope="module")
 def entry(facts):
     def make(name: str, kind: str = "effect", **changes) -> Entry:
         found = {} if kind == "effect" else {"effects": [], "model": "base"}
-        verdict = facts(dataset=name, verdict=kind, **found | changes)
-        return Entry(verdict, tell(verdict), {"kind": "measured", "test": ["trial3"]})
+        return Entry(facts(dataset=name, verdict=kind, **found | changes), {"kind": "measured", "test": ["trial3"]})
 
     return make
 

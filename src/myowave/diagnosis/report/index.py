@@ -25,19 +25,23 @@ class Entry:
     """A dataset of the index.
 
     Args:
-        verdict: verdict.json; `told`, what is said of it.
+        verdict: verdict.json.
         settings: of the dataset, without what is hidden in it; none where they are not known.
     """
 
     verdict: Mapping[str, Any]
-    told: Told
     settings: Mapping[str, Any]
 
     @property
-    def after(self) -> Mapping[str, float] | None:
-        """Errors [deg] of the model that was found; none where nothing was added."""
-        found = self.verdict["model"]
-        return None if found == base_of(self.verdict)[0] else self.verdict["rmse_deg"][found]
+    def told(self) -> Told:
+        """What is said of the verdict."""
+        return tell(self.verdict)
+
+    def errors(self, part: str) -> tuple[str, str]:
+        """Of the base model, and of the model that was found; empty where nothing was added."""
+        (base, first), found = base_of(self.verdict), self.verdict["model"]
+        after = "" if found == base else degrees(self.verdict["rmse_deg"][found][part])
+        return degrees(first[part]), after
 
 
 def read_entry(folder: Path, settings: Mapping[str, Any]) -> Entry:
@@ -48,7 +52,7 @@ def read_entry(folder: Path, settings: Mapping[str, Any]) -> Entry:
     """
     try:
         verdict = json.loads((folder / "verdict.json").read_text(encoding="utf-8"))
-        entry = Entry(verdict, tell(verdict), settings)
+        entry = Entry(verdict, settings)
         _row(entry), _facts(entry)
     except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
         raise ValueError(
@@ -94,13 +98,14 @@ def write_index(entries: Iterable[Entry], links: Sequence[tuple[str, str]], temp
 def _row(entry: Entry) -> dict[str, Any]:
     """What the table of all datasets shows of one."""
     verdict = entry.verdict
+    before, after = entry.errors("heldout")
     settings = {verdict["dataset"]: dict(entry.settings)}
     return {
         "name": verdict["dataset"],
         "kind": kind_of(verdict).label,
         "effects": _effects(verdict),
-        "before": degrees(base_of(verdict)[1]["heldout"]),
-        "after": degrees(entry.after["heldout"]) if entry.after else "",
+        "before": before,
+        "after": after,
         "over": entry.told.over,
         "noise": _noise(entry),
         "parameters": _parameters(verdict, assumed=False),
@@ -138,7 +143,7 @@ def _parameters(verdict: Mapping[str, Any], *, assumed: bool) -> dict[str, str]:
 
 def _facts(entry: Entry) -> dict[str, str | Markup]:
     """What can be set side by side, in the order in which it is read."""
-    verdict, found, before = entry.verdict, entry.verdict["model"], base_of(entry.verdict)[1]
+    verdict, found = entry.verdict, entry.verdict["model"]
     facts: dict[str, str | Markup] = {
         "verdict": kind_of(verdict).label,
         "what is missing": _effects(verdict),
@@ -147,8 +152,7 @@ def _facts(entry: Entry) -> dict[str, str | Markup]:
         "noise": _noise(entry),
     }
     for part, words in (("train", "training RMSE"), ("heldout", "held-out RMSE")):
-        facts[f"{words}, base model"] = degrees(before[part])
-        facts[f"{words}, with what was found"] = degrees(entry.after[part]) if entry.after else ""
+        facts[f"{words}, base model"], facts[f"{words}, with what was found"] = entry.errors(part)
     r2, horizons = verdict["torque"]["r2"], verdict["horizons"]
     for name, words in ((POSTURE, POSTURE), (EMG_ONLY, EMG_ONLY), (found, "the model that was found")):
         if r2.get(name) is not None:

@@ -2,7 +2,7 @@
 
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from myowave.diagnosis.misfit.where import sharing
 from myowave.plotting import BLUE, GREY, MEASURED, MODEL, ORANGE, PINK, SKY
 
+Place = Literal["outside lower center", "outside right upper"]
 PANEL_LETTERS = 30  # that a panel's title has room for in a line
 WIDE = 20.0  # ratio of errors from which an axis is logarithmic
 FIRST_STYLE = {"color": MODEL, "linestyle": "--"}
@@ -91,7 +92,7 @@ def draw_levels(axis: Axes, levels: Mapping[str, float]) -> None:
         axis.axhline(level, color=color, linestyle=":", linewidth=2, label=label)
 
 
-def legend(figure: Figure, axes: Iterable[Axes], *, columns: int, place: str = "outside lower center") -> None:
+def legend(figure: Figure, axes: Iterable[Axes], *, columns: int, place: Place = "outside lower center") -> None:
     """One legend for all panels, below them or elsewhere."""
     handles = {label: handle for axis in axes for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
     figure.legend(handles.values(), handles.keys(), loc=place, ncols=columns, frameon=False)
