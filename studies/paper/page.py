@@ -72,9 +72,8 @@ def write_page(
         _table(_table3(errors[errors["recipe"] != best])),
         "![errors beside Table 3](paper_errors.png)",
         "## On perfect angles: what the residual itself finds, without any network [%]",
-        "Parameters of the least J_res along the measured motion of the training trials. With "
-        "`solver: sample_and_hold` the motion obeys the sampled equation; EMG is cut off at 0 and 1, where the noise "
-        "goes beyond.",
+        "Parameters of the least J_res along the measured motion of the training trials. In "
+        "case1_sampled the motion obeys the sampled equation; EMG is cut off at 0 and 1, where the noise goes beyond.",
         _table(_bias(bias)),
         "## Fig. 8: test error by the number of scales (the paper prints no numbers)",
         _table(_scores_of_cases(cases, one_step)),

@@ -22,19 +22,10 @@ CPU = torch.device("cpu")
 NAMES = ("f0_Bi", "l0_Bi", "f0_Tri", "l0_Tri")
 
 
-def simulated(model, solver: str) -> Trials:
-    dataset = SimulatedDataset(kind="simulated", trials=3, samples=300, emg_noise=0.2, test=("3",), solver=solver)
-    return simulate_trials("small", dataset, model, {})[0]
-
-
 @pytest.fixture(scope="module")
 def exact(model) -> Trials:
-    return simulated(model, "exact")
-
-
-@pytest.fixture(scope="module")
-def stepped(model) -> Trials:
-    return simulated(model, "sample_and_hold")
+    dataset = SimulatedDataset(kind="simulated", trials=3, samples=300, emg_noise=0.2, test=("3",))
+    return simulate_trials("small", dataset, model, {})[0]
 
 
 def whole(trials: Trials) -> Pieces:
@@ -71,23 +62,6 @@ def test_torque_at_the_samples_of_an_exact_motion_makes_forces_weaker_and_its_me
 ):
     sampled, averaged = (least_squares(model, exact, averaged=a)[[0, 2]] for a in (False, True))
     assert (sampled < -2.0).all() and (np.abs(averaged) < 0.1).all()
-
-
-def test_a_sample_and_hold_motion_leaves_nothing_of_the_equation_at_the_samples(model, stepped, exact):
-    params = {name: torch.tensor([[model.defaults[name]]], dtype=torch.float64) for name in NAMES}
-    left = {
-        (kind, averaged): along(Residual.of(model, trials, NAMES, CPU, averaged=averaged), trials, params).abs().max()
-        for kind, trials in (("stepped", stepped), ("exact", exact))
-        for averaged in (False, True)
-    }
-    assert left["stepped", False] < 1e-6
-    assert left["exact", True] < 0.5 * left["exact", False] and left["stepped", True] > 0.1
-
-
-def test_a_sample_and_hold_motion_is_near_the_exact_one(stepped, exact):
-    np.testing.assert_array_equal(stepped.emg, exact.emg)
-    gap = np.abs(stepped.angle - exact.angle).max()
-    assert 1e-5 < gap < 0.02
 
 
 @pytest.mark.parametrize("averaged", [False, True])

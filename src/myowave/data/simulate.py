@@ -23,7 +23,6 @@ from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
 from myowave.physics.muscle import FLEXOR
-from myowave.physics.sample_and_hold import simulate_sample_and_hold
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
 from myowave.settings import SimulatedDataset
@@ -163,7 +162,6 @@ def simulate_trials(
         "model": model.name,
         "effects": list(settings.hidden_effect),
         "parameters": {**model.defaults, **settings.constants, **hidden},
-        "solver": settings.solver,
         "emg_noise": settings.emg_noise,
         "recorder_noise": settings.recorder_noise,
         "angle_noise_deg": settings.angle_noise_deg,
@@ -225,13 +223,10 @@ def _draw_in_range(
         if (taken >= 0).all():
             drive = channels_of(model, blank.channels, torch.from_numpy(emg))
             simulation = Simulation(model, params, drive, settings.dt_s, SUBSTEPS)
-            if settings.solver == "sample_and_hold":
-                angle = simulate_sample_and_hold(simulation, settings.start_rad).numpy()
-            else:  # the exact motion, from the coarser one
-                start = torch.full((settings.trials,), settings.start_rad, dtype=torch.float64)
-                fine = solve(simulation, start, torch.zeros_like(start), guess=torch.from_numpy(states))
-                angle = fine.motion.angle.numpy()
-            return emg, angle, taken.tolist()
+            # The exact motion, from the coarser one.
+            start = torch.full((settings.trials,), settings.start_rad, dtype=torch.float64)
+            fine = solve(simulation, start, torch.zeros_like(start), guess=torch.from_numpy(states))
+            return emg, fine.motion.angle.numpy(), taken.tolist()
     lost = int(np.flatnonzero(taken < 0)[0])
     raise ValueError(
         f"data.datasets.{blank.dataset}, trial {blank.names[lost]}: in {SHAPE_DRAWS * NOISE_DRAWS} draws the elbow "

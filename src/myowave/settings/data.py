@@ -95,12 +95,6 @@ class SimulatedDataset(_Dataset):
     start_rad: Real = setting("elbow angle at the start, at rest", "rad", math.pi / 6, ge=0.1, le=1.7)
     emg_noise: Real = setting("standard deviation of the noise on the driving EMG", "-", 0.1, ge=0, le=1)
     angle_noise_deg: Real = setting("standard deviation of the noise on the measured angle", "deg", 0.0, ge=0, le=30)
-    solver: Literal["exact", "sample_and_hold"] = setting(
-        "exact: the motion for EMG that is linear between samples; sample_and_hold: one step per sample with its EMG, "
-        "along which a residual at the samples is 0",
-        "",
-        "exact",
-    )
     seed: Whole = setting("seed of EMG and noise", "-", 1, ge=0)
     hidden_effect: dict[str, dict[str, Real]] = setting(
         "effects in the data that nothing but simulation and scoring may know, {effect: {parameter: value}}",

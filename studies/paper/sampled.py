@@ -3,16 +3,17 @@
     I (q_(n+1) - 2 q_n + q_(n-1)) / dt^2 = torque at sample n, with the velocity (q_(n+1) - q_(n-1)) / (2 dt)
 
 Along such a motion the residual of Taneja et al. 2023, Eq. 38, with central differences is 0, which it is not along the
-motion of `motion.simulate`, the exact one for EMG that is linear between samples.
-
-Shapes: ... batch, T trials, N samples.
+motion of `physics.motion.simulate`, the exact one for EMG that is linear between samples.
 """
 
-import torch
-from torch import Tensor
+from dataclasses import replace
 
+import torch
+
+from myowave.data.trials import Trials
+from myowave.physics.drive import channels_of
 from myowave.physics.dynamics import acceleration
-from myowave.physics.motion import batch_shape, observe
+from myowave.physics.model import Model
 from myowave.physics.simulation import Simulation
 
 NUDGE = 1e-6  # of the velocity [rad/s], for its slope
@@ -20,25 +21,21 @@ TOLERANCE = 1e-12  # rad/s
 MOST_STEPS = 50
 
 
-def simulate_sample_and_hold(simulation: Simulation, q0: Tensor | float) -> Tensor:
-    """Angle (..., T, N) [rad] from rest at `q0` [rad], broadcastable to (..., T), as a sensor sees it.
+def sampled(model: Model, trials: Trials) -> Trials:
+    """Trials with the same EMG and first angle, from rest, whose motion obeys the sampled equation of a model without
+    effects.
 
     Raises:
-        ValueError: for a model with an effect that has a state of its own, or where a step has no solution.
+        ValueError: where a step has no solution.
     """
-    model, emg, dt = simulation.model, simulation.emg, simulation.dt
-    if model.stateful:
-        raise ValueError(
-            f"solver: sample_and_hold cannot take {', '.join(effect.name for effect in model.stateful)}, which has a "
-            "state of its own; use solver: exact."
-        )
-    assert simulation.sway is None, "only simulated arms move so, and they lean the same all the time"
-    start = torch.as_tensor(q0, dtype=emg.dtype, device=emg.device)
-    q = start.expand(batch_shape(simulation, start, start))
-    sample = torch.arange(emg.shape[-2], dtype=emg.dtype, device=emg.device)
+    assert not model.effects
+    dt = trials.dt
+    emg = channels_of(model, trials.channels, torch.from_numpy(trials.emg))
+    simulation = Simulation(model, {}, emg, dt)
+    sample = torch.arange(emg.shape[-2], dtype=emg.dtype)
     _, activation = simulation.activate(sample[:, None, None])
     at = activation.squeeze(-2).unbind(-2)
-    valued = simulation.valued
+    valued, q = simulation.valued, torch.from_numpy(trials.angle)[..., 0]
     pull = acceleration(valued, q, torch.zeros_like(q), at[0], {})
     angles = [q, q + dt**2 / 2 * pull]
     for a in at[1:-1]:
@@ -52,7 +49,6 @@ def simulate_sample_and_hold(simulation: Simulation, q0: Tensor | float) -> Tens
             if not bool((gap.abs() > TOLERANCE).any()):
                 break
         else:
-            raise ValueError(f"solver: sample_and_hold finds no velocity after a step of {dt:g} s; use a smaller dt_s.")
+            raise ValueError(f"{trials.dataset}: no velocity solves a step of {dt:g} s; use a smaller dt_s.")
         angles.append(before + 2 * dt * velocity)
-    motion = torch.stack(angles, -1)
-    return observe(simulation.along_time, motion, torch.gradient(motion, dim=-1)[0] / dt, dt)
+    return replace(trials, dataset=f"{trials.dataset}_sampled", angle=torch.stack(angles, -1).numpy())
