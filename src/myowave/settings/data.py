@@ -1,7 +1,7 @@
 """The section `data`: datasets, simulated or measured, and their scales."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
@@ -85,6 +85,14 @@ class _Dataset(Section):
     )
 
 
+def _check_roles(trials: Sequence[str], test: Sequence[str], others: Iterable[str]) -> None:
+    """Raise a ValueError where a trial is named that there is not, or none is left to train on."""
+    if unknown := [name for name in (*test, *others) if name not in trials]:
+        raise ValueError(f"no trial named {', '.join(unknown)}; the trials are {', '.join(trials)}")
+    if not set(trials) - set(test):
+        raise ValueError("every trial is a test trial; leave some to train on")
+
+
 class SimulatedDataset(_Dataset):
     """Trials made by the physics with a random EMG; the truth is known."""
 
@@ -118,11 +126,7 @@ class SimulatedDataset(_Dataset):
 
     @model_validator(mode="after")
     def _test_exists(self) -> "SimulatedDataset":
-        names = [str(i + 1) for i in range(self.trials)]
-        if unknown := [name for name in (*self.test, *self.conditions) if name not in names]:
-            raise ValueError(f"no trial named {', '.join(unknown)}; the {self.trials} trials are {', '.join(names)}")
-        if not set(names) - set(self.test):
-            raise ValueError("every trial is a test trial; leave some to train on")
+        _check_roles([str(i + 1) for i in range(self.trials)], self.test, self.conditions)
         return self
 
 
@@ -189,13 +193,7 @@ class RecordedDataset(_Dataset):
 
     @model_validator(mode="after")
     def _roles_fit(self) -> "RecordedDataset":
-        names = ", ".join(self.trials)
-        if unknown := [
-            name for name in (*self.test, *self.conditions, *self.cut_s, *self.torque_trials) if name not in self.trials
-        ]:
-            raise ValueError(f"no trial named {', '.join(unknown)}; the trials are {names}")
-        if not set(self.trials) - set(self.test):
-            raise ValueError("every trial is a test trial; leave some to train on")
+        _check_roles(self.trials, self.test, (*self.conditions, *self.cut_s, *self.torque_trials))
         if wrong := [name for name, (start, end) in self.cut_s.items() if not 0 <= start < end]:
             raise ValueError(f"cut_s of {', '.join(wrong)}: expected [from, to] in seconds, from before to")
         if self.processing.normalise == "mvc" and not self.mvc:

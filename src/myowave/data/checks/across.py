@@ -5,10 +5,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
+from myowave.data.checks.signals import RATE_TOLERANCE
 from myowave.data.recording import Recording
-
-RATE_TOLERANCE = 0.005
-"""Largest relative difference of the sampling rates of two trials that counts as rounding."""
 
 
 def rate_problems(recordings: Mapping[str, Recording]) -> Iterator[str]:

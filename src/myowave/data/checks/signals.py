@@ -11,7 +11,7 @@ from myowave.data.readers import RawRecording, Signal
 STEP_TOLERANCE = 0.01
 """Jitter of the sampling allowed beyond the rounding of times, as a fraction of a step."""
 RATE_TOLERANCE = 0.005
-"""Largest relative difference of a stated rate and that of the times which counts as rounding."""
+"""Largest relative difference of two rates that counts as rounding."""
 
 
 @dataclass(frozen=True)
