@@ -138,7 +138,7 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
             Networks and diagnoses take {numbers["minutes"]:.0f} minutes of one core. After a change the same command
             makes anew only what depends on it.""",
         "trust": f"""
-            Of {sets} arms simulated by this software, {clean} of {of_clean} with nothing missing were told so,
+            Of {sets} arms simulated by this software, {clean} of {of_clean} with nothing missing were judged right,
             {seen} of {of_seen} effects large enough to be seen were found, and {wrong} got a wrong name. No verdict on
             a person has been checked against a truth. There the muscles explain less of the torque
             (R² {r2["base"]:.2f}) than posture, speed and the known load do ({r2["posture, speed and load"]:.2f}), so
