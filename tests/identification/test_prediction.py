@@ -1,13 +1,17 @@
 """A trial that no fit has seen tells its start with its first second, and nothing else of it has a part."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import torch
 
+from myowave.data.simulate import simulate_trials
+from myowave.identification.free_parameters import effect_parameters
 from myowave.identification.output_error import fit_model
 from myowave.identification.prediction import BEGINNING_S, predict
+from myowave.identification.record import make_record
 
 
 @pytest.fixture(scope="module")
@@ -52,3 +56,14 @@ def test_known_constants_of_the_new_trials_take_part(fitted, make_noisy):
     record = make_noisy(0.0).take([3])
     loaded = replace(record, known={"load": torch.tensor([0.3], dtype=torch.float64)})
     assert predict(fitted, loaded).rmse > 10 * predict(fitted, record).rmse
+
+
+def test_muscles_that_have_worked_are_tired_where_a_piece_begins(dataset, base, effects):
+    hiding = dataset.model_copy(update={"hidden_effect": {"fatigue": {"k": 0.8}}})
+    record = make_record(simulate_trials("tired", hiding, base, effects)[0], base)
+    model = base.with_effects([effects["fatigue"]])
+    free = effect_parameters(model, effects["fatigue"])
+    true, rested = (
+        predict(SimpleNamespace(model=model, free=free, values=np.array([k])), record.cut(0.5)).rmse for k in (0.8, 0.0)
+    )
+    assert true < np.radians(0.1) < rested / 3
