@@ -2,13 +2,13 @@
 
 import torch
 
-from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS, names_of
+from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS, values_of
 from myowave.physics.curves import ACTIVE_LENGTH, FORCE_VELOCITY, PASSIVE, THELEN, Curves
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model, parse_model
 from myowave.physics.muscle import EXTENSOR, FLEXOR, Muscle
 from myowave.physics.path import Path, StraightPath, read_path
-from myowave.settings import JointSettings, MuscleSettings, Physics
+from myowave.settings import MuscleSettings, Physics
 
 SIDES = {"flexor": FLEXOR, "extensor": EXTENSOR}
 
@@ -22,7 +22,7 @@ def build_model(name: str, physics: Physics) -> Model:
     """
     base = Model(
         muscles=tuple(_muscle(name, muscle) for name, muscle in physics.muscles.items()),
-        joint=_joint(physics.joint),
+        joint=values_of(JOINT_CONSTANTS, physics.joint, "", physics.joint.kind),
         curves=Curves(
             active_length=ACTIVE_LENGTH[physics.curves.active_length],
             passive=PASSIVE[physics.curves.passive],
@@ -33,13 +33,8 @@ def build_model(name: str, physics: Physics) -> Model:
     return parse_model(name, base, catalogue(physics.effect_files))
 
 
-def _joint(joint: JointSettings) -> dict[str, float]:
-    constants = {name: JOINT_CONSTANTS[name] for name in names_of(JOINT_CONSTANTS, "", joint.kind)}
-    return {name: float(getattr(joint, c.key) if c.key else c.default or 0.0) for name, c in constants.items()}
-
-
 def _muscle(name: str, muscle: MuscleSettings) -> Muscle:
-    constants = {c: getattr(muscle, MUSCLE_CONSTANTS[c].key) for c in names_of(MUSCLE_CONSTANTS, "")}
+    constants = values_of(MUSCLE_CONSTANTS, muscle, "")
     return Muscle(name, SIDES[muscle.side], muscle.emg, constants, _path(name, muscle), muscle.group or "")
 
 

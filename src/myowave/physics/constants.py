@@ -120,6 +120,12 @@ def names_of(constants: Mapping[str, Constant], *kinds: str) -> tuple[str, ...]:
     return tuple(name for name, constant in constants.items() if constant.kind in kinds)
 
 
+def values_of(constants: Mapping[str, Constant], given: object, *kinds: str) -> dict[str, float]:
+    """Values of the constants of some kinds: what `given` has under their keys, or the default of one without a key."""
+    named = {name: constants[name] for name in names_of(constants, *kinds)}
+    return {name: getattr(given, c.key) if c.key else c.default or 0.0 for name, c in named.items()}
+
+
 def constant_of(name: str) -> Constant:
     """A constant by its full name: of a muscle (`f0_Bi`), of a group (`strength_flexors`), of the muscle curves
     (`onset_curve`) or of the joint (`mass`)."""

@@ -16,7 +16,7 @@ from myowave.physics.constants import (
     JOINT_CONSTANTS,
     MUSCLE_CONSTANTS,
     Constant,
-    names_of,
+    values_of,
 )
 from myowave.settings.files import lay_over, read_yaml
 from myowave.settings.section import FilePath, Name, Once, Real, Section, setting
@@ -163,17 +163,11 @@ class Arm(Section):
     def nominal(self) -> dict[str, float]:
         """Value of each physical constant, by name [SI]."""
         values = {f"{shape}_{CURVE}": constant.default or 0.0 for shape, constant in CURVE_CONSTANTS.items()}
-        values |= _values(JOINT_CONSTANTS, self.joint, "", self.joint.kind)
+        values |= values_of(JOINT_CONSTANTS, self.joint, "", self.joint.kind)
         for name, muscle in self.muscles.items():
-            of_muscle = _values(MUSCLE_CONSTANTS, muscle, "", muscle.kind)
+            of_muscle = values_of(MUSCLE_CONSTANTS, muscle, "", muscle.kind)
             values |= {f"{constant}_{name}": value for constant, value in of_muscle.items()}
         return values | {f"{factor}_{group}": 1.0 for factor in GROUP_CONSTANTS for group in self.groups}
-
-
-def _values(constants: Mapping[str, Constant], given: Section, *kinds: str) -> dict[str, float]:
-    """Values of the constants of some kinds: those in a section, or the default where configurations have no key."""
-    named = {name: constants[name] for name in names_of(constants, *kinds)}
-    return {name: getattr(given, c.key) if c.key else c.default or 0.0 for name, c in named.items()}
 
 
 def read_preset(name: str) -> dict[str, Any]:
