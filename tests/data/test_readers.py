@@ -48,6 +48,8 @@ def test_every_ending_stands_for_a_format_that_there_is(tmp_path):
         ("\t", ",", "tsv"),
         ("\t", ".", "txt"),
         (" ", ".", "txt"),
+        (" ", ",", "txt"),
+        (", ", ".", "csv"),
     ],
 )
 def test_any_dialect_of_a_table_is_told_from_the_file(tmp_path, separator, decimal, ending):

@@ -56,7 +56,11 @@ def _told_separator(lines: Sequence[str], header_row: int | None) -> str:
     """That of the row of names where it is known, else of a row of samples."""
     if header_row is not None:
         return separator_of(lines[header_row - 1]) if len(lines) >= header_row else " "
-    return separator_of(next((line for line in reversed(lines) if line.strip()), ""))
+    line = next((line for line in reversed(lines) if line.strip()), "")
+    told = separator_of(line)
+    cells = line.split()  # 0,5 1,2 has commas in decimals; 1, 2 has not
+    decimal = len(cells) > 1 and all(re.fullmatch(r"[-+]?\d+(,\d+)?(e[-+]?\d+)?", cell) for cell in cells)
+    return " " if told == "," and decimal else told
 
 
 def _told_header(path: Path, rows: Sequence[Sequence[str]]) -> tuple[int, int | None]:
