@@ -9,6 +9,9 @@ import pandas as pd
 import pytest
 from project_copy import Project, copy_project
 
+import myowave
+from myowave.data.store import read_trials
+
 TINY = {
     "targets": {
         "datasets": ["case1", "bench_elbow"],
@@ -109,6 +112,17 @@ def test_the_index_leads_to_every_dataset_and_to_the_settings_of_the_run(run):
     assert {"diagnosis/case1/verdict.html", "diagnosis/bench_elbow/verdict.html", "../mine.yaml"} <= set(links)
     assert [link for link in links if not (run.folder / "results" / link).exists()] == []
     assert "hidden_effect" not in page, "nobody is told what is hidden in a dataset"
+
+
+def test_python_says_what_the_rules_say(run, monkeypatch):
+    monkeypatch.chdir(run.folder)
+    found = myowave.diagnose(read_trials("results/data/case1/trials.parquet"), config=CONFIG[1:]).verdict
+    ruled = json.loads((run.folder / "results/diagnosis/case1/verdict.json").read_text())
+    assert [found[key] for key in ("verdict", "effects", "model")] == [
+        ruled[key] for key in ("verdict", "effects", "model")
+    ]
+    values = [{name: one["value"] for name, one in v["parameters"]["base"].items()} for v in (found, ruled)]
+    assert values[0] == pytest.approx(values[1], rel=1e-9)
 
 
 def test_the_runs_are_in_mlflow(run):
