@@ -11,7 +11,7 @@ d.page("bench_elbow.html")
 from importlib import import_module
 from typing import Any
 
-_WHERE = {"Trials": "myowave.data.trials", "diagnose": "myowave.notebook", "Diagnosed": "myowave.notebook"}
+_NAMES = ("Trials", "diagnose", "Diagnosed")
 
 
 def __getattr__(name: str) -> Any:
@@ -19,10 +19,10 @@ def __getattr__(name: str) -> Any:
 
     So `import myowave` alone loads nothing, as the workflow needs only settings.
     """
-    if name not in _WHERE:
-        raise AttributeError(f"module 'myowave' has no {name!r}; it has {', '.join(_WHERE)}.")
-    return getattr(import_module(_WHERE[name]), name)
+    if name not in _NAMES:
+        raise AttributeError(f"module 'myowave' has no {name!r}; it has {', '.join(_NAMES)}.")
+    return getattr(import_module("myowave.notebook"), name)
 
 
 def __dir__() -> list[str]:
-    return [*globals(), *_WHERE]
+    return [*globals(), *_NAMES]

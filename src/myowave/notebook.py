@@ -9,7 +9,8 @@ from typing import Any
 
 import pandas as pd
 
-from myowave.data.trials import Trials
+from myowave.data import trials
+from myowave.data.importing import import_trials
 from myowave.diagnosis.comparison.compare import compare_models
 from myowave.diagnosis.comparison.summary import summarize
 from myowave.diagnosis.report.facts import verdict_facts
@@ -22,7 +23,7 @@ from myowave.diagnosis.search import diagnose as search
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.plotting import save
-from myowave.settings import Physics
+from myowave.settings import MeasuredDataset, Physics
 from myowave.settings.configuration import read_settings
 from myowave.settings.data import force_and_length
 from myowave.settings.files import read_yaml
@@ -30,11 +31,30 @@ from myowave.settings.files import read_yaml
 TEMPLATE = Path(__file__).parents[2] / "workflow/report/verdict.html.j2"
 
 
+class Trials(trials.Trials):
+    """Trials of one arm, as all of myowave takes them; here with a way from files to them."""
+
+    @classmethod
+    def from_csv(cls, *files: str, test: Sequence[str], dataset: str = "trials", **settings: Any) -> trials.Trials:
+        """Trials of CSV files with columns `time_s`, `emg_MUSCLE` and `angle_rad` or `angle_deg`, one file per trial.
+
+        Args:
+            *files: paths, or patterns such as data/me/*.csv; a trial is named after its file without the ending.
+            test: names of the trials kept for testing.
+            **settings: further settings of a measured dataset, such as `conditions` and `constants`.
+
+        Raises:
+            ValueError: one line for each problem found in any of the files.
+        """
+        block = MeasuredDataset.model_validate({"kind": "measured", "files": files, "test": test, **settings})
+        return import_trials(dataset, block)[0].trials
+
+
 @dataclass(frozen=True)
 class Diagnosed:
     """Trials with what a diagnosis found in them."""
 
-    trials: Trials
+    trials: trials.Trials
     physics: Physics
     diagnosis: search.Diagnosis
 
@@ -78,7 +98,7 @@ class Diagnosed:
 
 
 def diagnose(
-    trials: Trials,
+    trials: trials.Trials,
     arm: str | Path | Mapping[str, Any] = "paper",
     *,
     config: Sequence[str | Path] = ("config.yaml",),

@@ -2,6 +2,7 @@
 
 import ast
 import re
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -128,6 +129,17 @@ def test_an_outside_library_has_one_door(library):
         str(path.relative_to(SOURCE)) for path in MODULES for name in imported(path) if name.split(".")[0] == library
     }
     assert all(user.startswith(DOORS[library]) for user in users), users
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    """Not within functions either: who reads one of them would have to read all."""
+    modules = {".".join(path.relative_to(SOURCE.parent).with_suffix("").parts): path for path in MODULES}
+    modules = {name.removesuffix(".__init__"): path for name, path in modules.items()}
+    uses = {
+        module: {name if name in modules else name.rpartition(".")[0] for name in imported(path)} & modules.keys()
+        for module, path in modules.items()
+    }
+    TopologicalSorter({module: used - {module} for module, used in uses.items()}).prepare()
 
 
 def test_the_package_does_not_know_snakemake():

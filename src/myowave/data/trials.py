@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -102,25 +101,6 @@ class Trials:
             lengths=lengths,
             **fields,
         )
-
-    @classmethod
-    def from_csv(cls, *files: str, test: Sequence[str], dataset: str = "trials", **settings: Any) -> Trials:
-        """Trials of CSV files with columns `time_s`, `emg_MUSCLE` and `angle_rad` or `angle_deg`, one file per trial.
-
-        Args:
-            *files: paths, or patterns such as data/me/*.csv; a trial is named after its file without the ending.
-            test: names of the trials kept for testing.
-            **settings: further settings of a measured dataset, such as `conditions` and `constants`.
-
-        Raises:
-            ValueError: one line for each problem found in any of the files.
-        """
-        # By name, as an import would make the readers of files part of the code that all results stand on.
-        block = import_module("myowave.settings").MeasuredDataset.model_validate(
-            {"kind": "measured", "files": files, "test": test, **settings}
-        )
-        prepared, _ = import_module("myowave.data.importing").import_trials(dataset, block)
-        return prepared.trials
 
     @property
     def valid(self) -> NDArray[np.bool_]:

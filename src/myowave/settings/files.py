@@ -3,17 +3,26 @@
 import argparse
 import sys
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import yaml
-from yaml.nodes import MappingNode, ScalarNode
+from yaml.nodes import CollectionNode, MappingNode, Node, ScalarNode
 
 _SECTIONS = "physics and data"
+LARGEST = 200_000  # values in a file with its aliases written out; the configuration that ships has a thousand
 
 
 class _Loader(yaml.SafeLoader):  # type: ignore[misc]
-    """Refuses a key that is there twice, of which YAML would keep the last in silence."""
+    """Refuses a key that is there twice, of which YAML would keep the last in silence, and aliases that become huge."""
+
+    def get_single_node(self) -> Node | None:
+        node = super().get_single_node()
+        if node is not None and _size(node, {}) > LARGEST:
+            problem = "aliases within aliases make it huge; write out what you mean"
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark)
+        return node
 
     def compose_mapping_node(self, anchor: Any) -> MappingNode:
         node = super().compose_mapping_node(anchor)
@@ -32,7 +41,8 @@ def read_yaml(path: Path, such_as: str = _SECTIONS) -> dict[str, Any]:
         such_as: sections that are expected in it, for the message.
 
     Raises:
-        ValueError: for a file that cannot be read, is not YAML, holds no sections or a key twice.
+        ValueError: for a file that cannot be read, is not YAML, holds no sections or a key twice, or becomes huge where
+            its aliases are written out.
     """
     try:
         values = yaml.load(path.read_text(encoding="utf-8-sig"), _Loader)
@@ -98,6 +108,16 @@ def check_command_line(arguments: Sequence[str] | None = None) -> None:
 
 def _mappings(*values: object) -> bool:
     return all(isinstance(value, Mapping) for value in values)
+
+
+def _size(node: Node, known: dict[Node, float]) -> float:
+    """Values at and below a node, those of an alias counted wherever it stands; infinite where one holds itself."""
+    if node not in known:
+        known[node] = float("inf")
+        children = node.value if isinstance(node, CollectionNode) else ()
+        flat = chain.from_iterable(children) if isinstance(node, MappingNode) else children
+        known[node] = 1 + sum(_size(child, known) for child in flat)
+    return known[node]
 
 
 def _at(mark: Any) -> str:
