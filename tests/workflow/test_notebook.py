@@ -22,6 +22,7 @@ def test_the_six_lines_give_a_verdict_and_a_page(tmp_path, monkeypatch):
     assert found["d"].verdict["verdict"] == "effect" and "joint_damping" in found["d"].verdict["effects"]
     page = (tmp_path / "bench_elbow.html").read_text()
     assert "joint_damping" in page and "data:image/png" in page
+    assert "<pre></pre>" not in page and "Typed in the project" not in page, "no workflow made it: there is no command"
     assert found["d"].tables["parameters"]["model"].iloc[0] == "base"
 
 

@@ -451,6 +451,8 @@ def _add(verdict: Verdict) -> str:
         return f"Nothing yet. {record} {names} on the subject; then run again."
     if not added(verdict):
         return "There is nothing to add." + " No model makes up for noise of the EMG." * bool(verdict["effects"])
+    if not verdict["command"]:
+        return "The model that was found, named in the settings as below, is then trained and compared in every run."
     return (
         "Typed in the project's folder with its environment active (. .venv/bin/activate), this trains the network "
         "with the model that was found, and shows it below beside what is there. Nothing is overwritten: a model is a "
