@@ -1,6 +1,6 @@
 # Everything from a fresh clone: `make run`, `make test`. The environment is made where it is not there.
 .DEFAULT_GOAL := run
-.PHONY: run bench mutants faults test test-browser test-slurm lint docs readme ui dashboard publish clean
+.PHONY: run bench mutants faults test test-browser test-opensim test-slurm lint docs readme ui dashboard publish clean
 
 PYTHON ?= python3
 CORES ?= 2
@@ -18,6 +18,10 @@ test: $(VENV)/.ready ## all tests that need nothing but Python
 test-browser: $(VENV)/.ready ## what `make ui` and the report show, in a browser without a screen
 	$(call install,/usr/bin/chromedriver,chromium chromium-driver)
 	$(BIN)/pytest -q -rs -m browser
+
+test-opensim: $(VENV)/.ready ## muscle paths of an OpenSim model, with OpenSim itself
+	$(BIN)/python -m pip install -q --no-deps --target $(VENV)/opensim opensim==4.6
+	PYTHONPATH=$(VENV)/opensim $(BIN)/pytest -q -m opensim
 
 test-slurm: $(VENV)/.ready ## the workflow on a SLURM of this one machine
 	$(call install,/usr/sbin/slurmctld,slurm-wlm munge)

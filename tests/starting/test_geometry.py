@@ -96,7 +96,8 @@ def stand_in(path, monkeypatch):
 
 
 def real(path, monkeypatch):
-    opensim = pytest.importorskip("opensim")
+    import opensim
+
     model = opensim.Model()
     forearm = opensim.Body("forearm", 1.5, opensim.Vec3(0, -0.2, 0), opensim.Inertia(0.02, 0.001, 0.02))
     model.addBody(forearm)
@@ -120,7 +121,7 @@ def real(path, monkeypatch):
     model.printToXML(str(path))
 
 
-@pytest.fixture(params=[stand_in, real])
+@pytest.fixture(params=[stand_in, pytest.param(real, marks=pytest.mark.opensim)])
 def model(request, workplace, monkeypatch):
     request.param(workplace / "mine.osim", monkeypatch)
     return lambda *options: CliRunner().invoke(
