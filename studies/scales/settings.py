@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationError, field_validator
+from pydantic import Field, ValidationError
 
 from myowave.settings import Recipe, Settings
 from myowave.settings.keys import explain, unless_known
-from myowave.settings.section import Name, Once, Real, Section, Whole, setting, without_null
+from myowave.settings.section import Name, Once, Real, Section, Whole, WithoutNull, setting
 from studies.section import StudySection
 
 
@@ -32,17 +32,15 @@ class Compared(Section):
 class Scales(StudySection):
     """Where training from coarse to fine helps."""
 
-    datasets: dict[Name, Compared] = setting("datasets to compare on; null: not this one", each="dataset")
-    conditions: dict[Name, Condition] = setting("recipes to compare under; null: not this one", each="condition")
+    datasets: Annotated[dict[Name, Compared], WithoutNull] = setting(
+        "datasets to compare on; null: not this one", each="dataset"
+    )
+    conditions: Annotated[dict[Name, Condition], WithoutNull] = setting(
+        "recipes to compare under; null: not this one", each="condition"
+    )
     scales: Annotated[int, Field(ge=2, le=5)] = setting("number of scales of ways with several", "-")
     draws: Whole = setting("draws of each dataset: other motions, or other held-out trials", "-", ge=2, le=1000)
     seeds: Whole = setting("seeds of each draw", "-", ge=1, le=1000)
-
-    @field_validator("datasets", "conditions", mode="before")
-    @classmethod
-    def _without_null(cls, value: Any) -> Any:
-        """A file laid over another can only replace keys, so null takes one out."""
-        return without_null(value)
 
     def recipe_of(self, condition: str, recipes: Mapping[str, Recipe]) -> Recipe:
         """The recipe of a condition, in which physics teaches nothing, and nothing that validates stops a network."""

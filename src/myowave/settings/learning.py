@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from myowave.settings.section import (
     ModelName,
@@ -11,8 +11,8 @@ from myowave.settings.section import (
     Real,
     Section,
     Whole,
+    WithoutNull,
     setting,
-    without_null,
 )
 
 
@@ -142,7 +142,7 @@ class Sweep(Section):
     model: ModelName = setting("physical model", default="base")
     recipe: Name = setting("recipe to improve")
     scales: Annotated[int, Field(ge=1, le=5)] = setting("number of scales", "-", 1)
-    dimensions: dict[Name, Dimension] = setting(
+    dimensions: Annotated[dict[Name, Dimension], WithoutNull] = setting(
         "ranges to search, {numeric setting of the recipe: range}; null instead of a range: not searched",
         each="setting",
         min_length=1,
@@ -151,12 +151,6 @@ class Sweep(Section):
     workers: Whole = setting("jobs that search side by side", "-", 2, ge=1, le=1000)
     seeds: Whole = setting("independent starts of each setting; their mean error counts", "-", 2, ge=1, le=1000)
     epochs: Whole | None = setting("epochs of all scales of one start; null: as in the recipe", "-", None, ge=1)
-
-    @field_validator("dimensions", mode="before")
-    @classmethod
-    def _without_null(cls, value: Any) -> Any:
-        """A file laid over another can only replace keys, so null takes one out."""
-        return without_null(value)
 
 
 class Learning(Section):
