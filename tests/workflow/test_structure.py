@@ -29,9 +29,10 @@ PARTS = {
     "diagnosis": {
         "": (),
         "misfit": (),
-        "comparison": (),
-        "search": ("misfit",),
-        "report": ("misfit", "comparison", "search"),
+        "likelihood": ("misfit",),
+        "comparison": ("likelihood",),
+        "search": ("misfit", "likelihood"),
+        "report": ("misfit", "likelihood", "comparison", "search"),
     },
 }
 DOORS = {
