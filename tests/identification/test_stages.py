@@ -39,7 +39,7 @@ def test_every_sample_is_in_one_piece_and_pieces_keep_what_is_known_of_their_tri
 def test_a_piece_moves_as_the_trial_does_from_its_state_there(noisy, base):
     """EMG from before the piece drives it too, as muscles are late, and the upper arm leans as it does then."""
     sway = 0.3 * torch.sin(0.1 * torch.arange(noisy.angle.shape[1], dtype=torch.float64))
-    noisy = replace(noisy, sway=sway.expand(len(noisy.names), -1))
+    noisy = replace(noisy, course=sway.expand(len(noisy.names), -1)[..., None])
     whole = simulate(noisy.simulation(base, {}), 0.6).state
     pieces = noisy.cut(0.5)
     row = [noisy.names.index(name) for name in pieces.trials]

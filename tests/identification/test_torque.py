@@ -34,7 +34,7 @@ def moved(record, base, params, seconds=0.0):
     position = torch.arange(record.angle.shape[1], dtype=torch.float64)[:, None, None]
     _, activation = simulation.activate(position)
     state = motion.q[..., None], motion.qdot[..., None]
-    given = torques(simulation.valued.along(2), *state, activation, {}).muscles[..., 0]
+    given = torques(simulation.valued.along(2), *state, activation, {}).driving[..., 0]
     return replace(record, angle=motion.angle.numpy()), given.numpy()
 
 
@@ -54,15 +54,17 @@ def test_a_fit_to_torque_finds_the_parameters_of_the_motion(exact_motion, base, 
 
 def test_torque_is_that_of_an_upper_arm_that_leans_over_time(exact, base, free):
     time = torch.arange(exact.angle.shape[1], dtype=torch.float64) * exact.dt
-    leaning = replace(exact, sway=(0.5 * torch.sin(3 * time)).expand(len(exact.names), -1))
+    leaning = replace(exact, course=(0.5 * torch.sin(3 * time)).expand(len(exact.names), -1)[..., None])
     leaning, _ = moved(leaning, base, TRUE)
     fit = fit_torque(base, leaning, free)
     assert dict(zip((p.name for p in free), fit.values, strict=True))["f0_Bi"] == pytest.approx(240, rel=0.03)
     true = np.array([TRUE.get(p.name, p.start) for p in free])
-    told, untold = (shares_given(TorqueBalance.of(base, r), free, true) for r in (leaning, replace(leaning, sway=None)))
+    told, untold = (
+        shares_given(TorqueBalance.of(base, r), free, true) for r in (leaning, replace(leaning, course=None))
+    )
     assert min(told.values()) > 0.99 > 0.9 > max(untold.values())
     last = leaning.take([1])
-    assert torch.equal(last.sway[0], leaning.sway[1, : last.angle.shape[1]])
+    assert torch.equal(last.course[0], leaning.course[1, : last.angle.shape[1]])
 
 
 def test_a_mass_that_nobody_measured_does_not_run_away_with_the_forces(exact_motion, base, free):

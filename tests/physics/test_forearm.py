@@ -75,7 +75,7 @@ def test_every_effect_acts_on_a_rigid_body(elbow):
 
 
 def test_constants_of_no_kind_of_forearm_are_refused():
-    with pytest.raises(ValueError, match="found mass, com, load, tilt; expected mass, load, tilt and either length or"):
+    with pytest.raises(ValueError, match="found mass, com, load, tilt; expected mass and either length or"):
         forearm({"mass": 1.0, "com": 0.2, "load": 0.0, "tilt": 0.0})
 
 
@@ -96,7 +96,7 @@ def test_the_configuration_has_a_point_mass_or_a_rigid_body():
     for written, names in ((point, {"length"}), (body, {"com", "inertia", "grip"})):
         physics = section(written)
         model = build_model("base", physics)
-        assert set(model.joint) == names | {"mass", "load", "tilt"}
+        assert set(model.joint) == names | {"mass", "load", "tilt", "motor", "braking"}
         assert physics.parameters == set(model.defaults)
     assert model.defaults["inertia"] == 0.07 and model.defaults["load"] == 0.0
 

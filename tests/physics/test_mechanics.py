@@ -48,7 +48,7 @@ def test_passive_muscles_return_the_energy_stored_in_their_fibres(elbow):
 
     def torque(q):
         valued, _ = state(q)
-        return torques(valued, q, torch.zeros_like(q), torch.zeros(len(q), 2, dtype=q.dtype), {}).muscles
+        return torques(valued, q, torch.zeros_like(q), torch.zeros(len(q), 2, dtype=q.dtype), {}).driving
 
     ends = torch.tensor([0.3, 1.4], dtype=torch.float64)
     valued, quantities = state(ends)
@@ -123,7 +123,7 @@ def test_an_arm_without_muscles_swings_below_an_upper_arm_that_leans_over_time(e
     tilt = 0.2 + 0.5 * np.sin(2.0 * time)
     emg = torch.zeros(1, len(time), 2, dtype=torch.float64)
     limp = {"f0_Bi": 1e-9, "f0_Tri": 1e-9, "tilt": 0.2}
-    q = simulate(Simulation(elbow, limp, emg, dt, sway=torch.from_numpy(tilt - 0.2)[None]), 1.0).q[0]
+    q = simulate(Simulation(elbow, limp, emg, dt, course=torch.from_numpy(tilt - 0.2)[None, :, None]), 1.0).q[0]
 
     def swing(t, state):
         return [state[1], -STANDARD_GRAVITY * np.sin(state[0] + np.interp(t, time, tilt))]
@@ -135,8 +135,8 @@ def test_an_arm_without_muscles_swings_below_an_upper_arm_that_leans_over_time(e
 def test_a_lean_over_time_that_stays_the_same_is_the_constant(elbow, noisy_emg, dt):
     emg = noisy_emg[0.10][:2, :100]
     model = elbow.with_effects([catalogue()["gravity_tilt"]])
-    sway = torch.full((2, 100), 0.3, dtype=torch.float64)
-    over_time = simulate(Simulation(model, {"tilt": 0.1, "gravity_tilt.phi": 0.1}, emg, dt, sway=sway), 1.0)
+    sway = torch.full((2, 100, 1), 0.3, dtype=torch.float64)
+    over_time = simulate(Simulation(model, {"tilt": 0.1, "gravity_tilt.phi": 0.1}, emg, dt, course=sway), 1.0)
     constant = simulate(Simulation(model, {"tilt": 0.4, "gravity_tilt.phi": 0.1}, emg, dt), 1.0)
     torch.testing.assert_close(over_time.q, constant.q, rtol=0, atol=1e-12)
 
@@ -164,4 +164,4 @@ def test_pennate_fibres_lengthen_as_fast_as_their_length_changes(elbow):
     velocity = fibre["fibre_velocity"] * valued.muscle["vmax"]
     torch.testing.assert_close(velocity, of_length, rtol=0, atol=1e-7)
     of_fibres = -(valued.muscle["f0"] * fibre["force"] * velocity).sum(-1)
-    torch.testing.assert_close(torques(valued, ANGLES, REST + speed, active, {}).muscles * speed, of_fibres)
+    torch.testing.assert_close(torques(valued, ANGLES, REST + speed, active, {}).driving * speed, of_fibres)

@@ -55,7 +55,7 @@ def test_solution_is_the_integrated_motion_and_its_derivatives(case, elbow, nois
     params["f0_Bi"] = torch.tensor([[300.0], [320.0]], dtype=torch.float64)  # a batch of two
     params["delay_Tri"] = 0.07  # where delays are the same, steps are split in another way before and behind that
     sway = torch.linspace(-0.3, 0.4, 30, dtype=torch.float64).reshape(2, 15)
-    simulation = Simulation(model, params, noisy_emg[0.10][:2, :15], dt, sway=sway)
+    simulation = Simulation(model, params, noisy_emg[0.10][:2, :15], dt, course=sway[..., None])
     wrt = {name: size for name, size in sizes(model).items() if name in ("f0_Bi", "l0_Tri", *model.effect_parameters)}
     q0, qdot0 = START
 
@@ -150,7 +150,7 @@ def test_long_trials_are_differentiated_in_parts(stateless, monkeypatch):
 def test_derivatives_follow_an_upper_arm_that_leans_over_time(elbow, noisy_emg, dt):
     emg = noisy_emg[0.10][:2, 20:60]
     sway = 0.5 * torch.sin(torch.arange(40, dtype=torch.float64) * dt * 3).expand(2, -1)
-    leaning = Simulation(elbow, {}, emg, dt, sway=sway)
+    leaning = Simulation(elbow, {}, emg, dt, course=sway[..., None])
     wrt = {name: sizes(elbow)[name] for name in ("f0_Bi", "mass", "tilt")}
     found = in_usual_changes(solve(leaning, *START, wrt=wrt), wrt)
     torch.testing.assert_close(found, differences(leaning, wrt), rtol=2e-3, atol=2e-5)

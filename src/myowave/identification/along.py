@@ -95,8 +95,8 @@ class Along:
         states = [self.state[trial, start]]
         for n in range(steps):
             at = np.minimum(start + n, shape[1] - 1)
-            sway = None if drive.sway is None else drive.sway[trial, at]
-            now = Drive(excitation[trial, at], activation[trial, at], pieces, sway)
+            course = None if drive.course is None else drive.course[trial, at]
+            now = Drive(excitation[trial, at], activation[trial, at], pieces, course)
             states.append(step(restarted.valued, states[-1], now))
         q, qdot = torch.stack(states, -2)[..., :2].unbind(-1)
         return observe(restarted.along_time, q, qdot, record.dt).numpy()

@@ -16,6 +16,7 @@ from myowave.data.trials import TORQUE, Trials
 from myowave.identification.noise import noise_of
 from myowave.identification.smoothing import choose_window, smooth
 from myowave.identification.whitening import Filter
+from myowave.physics.constants import OVER_TIME
 from myowave.physics.drive import channels_of
 from myowave.physics.model import Model, Params
 from myowave.physics.simulation import Simulation
@@ -55,7 +56,8 @@ class Record:
         valid: False where a shorter trial is padded, (T, N).
         training: which trials may be fitted, (T,).
         known: constants that are known, each (T,): the conditions of the trials.
-        sway: how far the upper arm's lean is from the known `tilt` over time [rad], (T, N); None where nobody measured.
+        course: how far the constants `OVER_TIME` are from what is known of them for the trial, (T, N, V); None where
+            nobody measured any over time.
         noise: standard deviation of the noise of the angle [rad]; what is known of constants beforehand weighs as much
             as samples with it.
         window: samples of the local cubics that smooth the motion, see `smoothing`.
@@ -78,7 +80,7 @@ class Record:
     pieces: Cut | None = None
     filter: Filter | None = None
     torque: NDArray[np.float64] | None = None
-    sway: Tensor | None = None
+    course: Tensor | None = None
 
     def white(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
         """Residuals or derivatives of the angle, (..., T, N, C), through the filter."""
@@ -136,7 +138,7 @@ class Record:
             pieces=None if self.pieces is None else self.pieces.take(index),
             filter=None if self.filter is None else self.filter.take(index, longest),
             torque=None if self.torque is None else self.torque[index, :longest],
-            sway=None if self.sway is None else self.sway[index, :longest],
+            course=None if self.course is None else self.course[index, :longest],
         )
 
     def cut(self, horizon_s: float) -> "Record":
@@ -166,7 +168,7 @@ class Record:
             known={name: values[row] for name, values in self.known.items()},
             at_rest=False,
             pieces=Cut(self, row, begin, horizon_s),
-            sway=None if self.sway is None else self.sway[at],
+            course=None if self.course is None else self.course[at],
             torque=None,  # said once, of whole trials, by the fit to torque
         )
 
@@ -193,7 +195,7 @@ class Record:
 
     def simulation(self, model: Model, params: Params) -> Simulation:
         """What simulates these trials with a model: their EMG, what is known of them, and other parameters."""
-        return Simulation(model, {**self.known, **params}, self.emg, self.dt, lead=self.lead, sway=self.sway)
+        return Simulation(model, {**self.known, **params}, self.emg, self.dt, lead=self.lead, course=self.course)
 
     @cached_property
     def motion(self) -> Tensor:
@@ -215,7 +217,8 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at
     """
     recorded = [trials.angle[i, : trials.lengths[i]] for i in trials.index(trials.train)]
     noise = noise_of(recorded, noise_deg)
-    tilt = trials.change_over_time("tilt")
+    course = [trials.change_over_time(name) for name in OVER_TIME]
+    still = np.zeros_like(trials.angle)
     return Record(
         names=trials.names,
         dt=trials.dt,
@@ -228,5 +231,7 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at
         window=choose_window(recorded, trials.dt, noise),
         at_rest=at_rest,
         torque=trials.signals.get(TORQUE),
-        sway=None if tilt is None else torch.from_numpy(tilt),
+        course=torch.from_numpy(np.stack([still if x is None else x for x in course], -1))
+        if any(x is not None for x in course)
+        else None,
     )

@@ -140,7 +140,7 @@ class TorqueBalance:
         """Torques of the model at every point, (..., T, n, D)."""
         simulation = self.record.simulation(self.model, params)
         excitation, activation = simulation.activate(self.position)
-        valued = simulation.valued.along(2).leaning(simulation.sway_at(self.position))
+        valued = simulation.valued.along(2).timed(simulation.course_at(self.position))
         for acting in valued.acting["late_activation"]:
             quantities = {"excitation": excitation, "activation": activation, "side": valued.muscle["side"]}
             if acting.effect.stateful:
@@ -154,7 +154,7 @@ class TorqueBalance:
         inverse = (1 / found.inertia).expand_as(found.total)
         area = self.windows.integrate(inverse)
         needed = (self.moved - self.windows.integrate(found.gravity * inverse)) / area
-        given = self.windows.integrate((found.muscles + found.effects) * inverse) / area
+        given = self.windows.integrate((found.driving + found.effects) * inverse) / area
         inertia = self.windows.integrate(torch.ones_like(inverse)) / area
         return WindowTorques(needed.numpy(), given.numpy(), inertia.numpy())
 

@@ -112,7 +112,16 @@ JOINT_CONSTANTS = {
         bounds={"ge": -math.pi, "le": math.pi},
         default=0.0,
     ),
+    "motor": Constant("N m", "known torque of a motor with the joint at rest, flexing positive", default=0.0),
+    "braking": Constant(
+        "N m s/rad",
+        "what it falls by with speed: the back EMF, kt^2 / R",
+        bounds={"ge": 0, "le": 1e4},
+        default=0.0,
+    ),
 }
+OVER_TIME = ("tilt", "motor")
+"""Constants of the joint that may be known over time; what is known of them for a trial is then their median."""
 
 
 def names_of(constants: Mapping[str, Constant], *kinds: str) -> tuple[str, ...]:

@@ -24,33 +24,32 @@ class Drive:
     Args:
         excitation, activation: (..., T, N - 1, 2 S + 1, M); activation before effects that have states.
         pieces: length of each piece [s], (..., T, 1, S).
-        sway: how far the upper arm's lean is from the constant `tilt` [rad], (..., T, N - 1, 2 S + 1); None where it
-            stays there.
+        course: how far the constants `OVER_TIME` are from their values for the trial, (..., T, N - 1, 2 S + 1, V); None
+            where they stay there.
     """
 
     excitation: Tensor
     activation: Tensor
     pieces: Tensor
-    sway: Tensor | None = None
+    course: Tensor | None = None
 
     def at(self, n: int) -> "Drive":
         """The drive of step n only, without the axis of samples."""
         pieces = self.pieces.squeeze(-2)
-        sway = None if self.sway is None else self.sway[..., n, :]
-        return Drive(self.excitation[..., n, :, :], self.activation[..., n, :, :], pieces, sway)
+        course = None if self.course is None else self.course[..., n, :, :]
+        return Drive(self.excitation[..., n, :, :], self.activation[..., n, :, :], pieces, course)
 
     def part(self, steps: slice) -> "Drive":
         """The drive of some of the steps."""
-        sway = None if self.sway is None else self.sway[..., steps, :]
-        return replace(
-            self, excitation=self.excitation[..., steps, :, :], activation=self.activation[..., steps, :, :], sway=sway
-        )
+        course = None if self.course is None else self.course[..., steps, :, :]
+        excitation, activation = (x[..., steps, :, :] for x in (self.excitation, self.activation))
+        return replace(self, excitation=excitation, activation=activation, course=course)
 
-    def leaning(self, valued: Valued) -> list[Valued]:
-        """A model's values at each of the 2 S + 1 points, with the lean of the upper arm there."""
-        if self.sway is None:
+    def timed(self, valued: Valued) -> list[Valued]:
+        """A model's values at each of the 2 S + 1 points, with what is known over time there."""
+        if self.course is None:
             return [valued] * self.activation.shape[-2]
-        return [valued.leaning(change) for change in self.sway.unbind(-1)]
+        return [valued.timed(change) for change in self.course.unbind(-2)]
 
 
 def excite(emg: Tensor, delay: Tensor, position: Tensor, dt: float) -> Tensor:
@@ -103,9 +102,9 @@ def breakpoints(valued: Valued, dt: float, substeps: int) -> Tensor:
 
 
 def drive_muscles(
-    valued: Valued, emg: Tensor, dt: float, substeps: int = 1, lead: int = 0, sway: Tensor | None = None
+    valued: Valued, emg: Tensor, dt: float, substeps: int = 1, lead: int = 0, course: Tensor | None = None
 ) -> Drive:
-    """Excitation and activation of every muscle, and the upper arm's lean, at the points of every step.
+    """Excitation and activation of every muscle, and what is known over time, at the points of every step.
 
     Args:
         valued: with `axes` 0.
@@ -113,7 +112,7 @@ def drive_muscles(
         dt: sampling interval [s].
         substeps: Runge-Kutta steps for each piece between kinks.
         lead: samples of EMG before the first step.
-        sway: of the lean at every sample of the motion [rad], (..., T, N - lead).
+        course: of the constants `OVER_TIME` at every sample of the motion, (..., T, N - lead, V).
     """
     split = breakpoints(valued, dt, substeps)
     middle = (split[..., :-1] + split[..., 1:]) / 2
@@ -122,9 +121,8 @@ def drive_muscles(
     position = start[:, None, None] + points[..., None, :, None]
     pieces = (torch.diff(split, dim=-1) * dt).unsqueeze(-2)
     excitation, activation = activate(valued, emg, position, dt)
-    if sway is not None:
-        sway = between_samples(sway[..., None], position - lead)[..., 0]
-    return Drive(excitation, activation, pieces, sway)
+    course = None if course is None else between_samples(course, position - lead)
+    return Drive(excitation, activation, pieces, course)
 
 
 def activate(valued: Valued, emg: Tensor, position: Tensor, dt: float) -> tuple[Tensor, Tensor]:

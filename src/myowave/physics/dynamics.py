@@ -20,16 +20,19 @@ from myowave.physics.valued import Valued
 
 @dataclass(frozen=True)
 class Torques:
-    """What turns the joint [N m], all of the shape of q; `total` is their sum. `inertia` in kg m^2."""
+    """What turns the joint [N m], all of the shape of q; `total` is their sum. `inertia` in kg m^2.
 
-    muscles: Tensor
+    `driving` is the torque of muscles and of a known motor.
+    """
+
+    driving: Tensor
     gravity: Tensor
     effects: Tensor
     inertia: Tensor
 
     @property
     def total(self) -> Tensor:
-        return self.muscles + self.gravity + self.effects
+        return self.driving + self.gravity + self.effects
 
 
 def muscle_quantities(valued: Valued, q: Tensor, qdot: Tensor, activation: Tensor) -> dict[str, Any]:
@@ -88,9 +91,14 @@ def torques(valued: Valued, q: Tensor, qdot: Tensor, activation: Tensor, states:
     for tendon in valued.acting["tendon"]:
         force = tendon({**muscles, "force": force, "state": states[tendon.effect.name]})
     pull = valued.muscle["f0"] * force * muscles["cosine"]
-    muscle_torque = (pull * muscles["moment_arm"]).sum(-1)
+    driving = (pull * muscles["moment_arm"]).sum(-1)
+    if valued.combined.motor is not None:
+        driving = driving + valued.combined.motor
+    if valued.combined.braking is not None:
+        # ASSUME: a motor's current follows its voltage at once (no inductance), so its torque falls with speed.
+        driving = driving - valued.combined.braking * qdot
     gravity = gravity_torque(q, valued.combined.weight, valued.combined.tilt)
-    extra = torch.zeros_like(muscle_torque)
+    extra = torch.zeros_like(driving)
     for effect in valued.acting["joint"]:
         quantities = {
             **valued.muscle,
@@ -99,10 +107,11 @@ def torques(valued: Valued, q: Tensor, qdot: Tensor, activation: Tensor, states:
             "q": q,
             "qdot": qdot,
             "activation": activation,
-            "torque": muscle_torque,
+            "torque": driving,
+            "gravity": gravity,
         }
         extra = extra + effect(quantities)
-    return Torques(muscle_torque, gravity, extra, moment_of_inertia(valued, q))
+    return Torques(driving, gravity, extra, moment_of_inertia(valued, q))
 
 
 def moment_of_inertia(valued: Valued, q: Tensor) -> Tensor:

@@ -11,12 +11,13 @@ keyword-only arguments. It returns what its stage names. With all parameters at 
     muscle        force in units of f0 (..., M)                 force, activation, fibre_length, fibre_velocity, curves,
                                                                 constants of the muscles [, state, hill]
     inertia       extra moment of inertia [kg m^2] (...)        q, inertia, weight, constants of the joint
-    joint         extra torque [N m] (...)                      q, qdot, activation (..., M), torque, curves, inertia,
-                                                                weight, constants
+    joint         extra torque [N m] (...)                      q, qdot, activation (..., M), torque, gravity, curves,
+                                                                inertia, weight, constants
     observation   measured angle [rad] (..., N)                 q, qdot, dt
 
 `side` (M,) is +1 for flexors and -1 for extensors, and counts among the constants of the muscles; `curves` are the
-base model's muscle curves; `torque` is that of all muscles. Constants of a kind of path (l1 and l2 of a straight one,
+base model's muscle curves; `torque` is that of all that drives the joint,
+muscles and a motor, `gravity` that of the weight. Constants of a kind of path (l1 and l2 of a straight one,
 scale of a table) are there only if all muscles have such a path, and `length`, or `com` and `grip`, only if the model's
 forearm has them; `inertia` of the forearm about the elbow, without load, and the moment `weight` of all that hangs from
 the elbow, with the forearm level, are there for any.
@@ -51,7 +52,7 @@ QUANTITIES: dict[str, frozenset[str]] = {
     "path": frozenset({"q", "length_mt", "moment_arm"}) | _MUSCLE,
     "muscle": frozenset({"force", "activation", "fibre_length", "fibre_velocity", "curves"}) | _MUSCLE,
     "inertia": frozenset({"q"}) | _JOINT | _FOREARM,
-    "joint": frozenset({"q", "qdot", "activation", "torque", "curves"}) | _JOINT | _FOREARM | _MUSCLE,
+    "joint": frozenset({"q", "qdot", "activation", "torque", "gravity", "curves"}) | _JOINT | _FOREARM | _MUSCLE,
     "observation": frozenset({"q", "qdot", "dt"}),
 }
 STAGES = tuple(QUANTITIES)
@@ -143,6 +144,16 @@ class Effect:
         """Constants that a model must have for the effect to act on it."""
         given = _FOREARM if self.acts_on in ("inertia", "joint") else frozenset()
         return (self.asks - given) & (set(MUSCLE_CONSTANTS) | set(JOINT_CONSTANTS))
+
+    @property
+    def needs_muscles(self) -> bool:
+        """Whether the effect does nothing to an arm without muscles."""
+        of_muscles = _MUSCLE | {"activation", "curves"}
+        return (
+            self.acts_on in MUSCLE_STAGES
+            or bool(self.asks & of_muscles)
+            or all(parameter.per_muscle for parameter in self.parameters.values())
+        )
 
     @property
     def drives(self) -> bool:

@@ -60,6 +60,7 @@ class RigidBody:
 
 
 Forearm = PointMass | RigidBody
+_OF_ANY = {name for name, constant in JOINT_CONSTANTS.items() if constant.default is not None}
 
 
 def kind_of_forearm(constants: Collection[str]) -> type[Forearm]:
@@ -69,11 +70,9 @@ def kind_of_forearm(constants: Collection[str]) -> type[Forearm]:
         ValueError: if they are those of no kind.
     """
     for kind in (PointMass, RigidBody):
-        if set(constants) == _own_constants(kind) | {"load", "tilt"}:
+        if set(constants) - _OF_ANY == _own_constants(kind):
             return kind
-    raise ValueError(
-        f"joint: found {', '.join(constants)}; expected mass, load, tilt and either length or com, inertia and grip."
-    )
+    raise ValueError(f"joint: found {', '.join(constants)}; expected mass and either length or com, inertia and grip.")
 
 
 def forearm(constants: Mapping[str, Tensor]) -> Forearm:

@@ -33,6 +33,8 @@ class Model:
     effects: tuple[Effect, ...] = ()
 
     def __post_init__(self) -> None:
+        absent = {name: c.default for name, c in JOINT_CONSTANTS.items() if c.default is not None}
+        object.__setattr__(self, "joint", absent | dict(self.joint))
         for effect in self.effects:
             if reason := self.refuses(effect):
                 raise ValueError(f"effect {effect.name!r} {reason}")
@@ -81,6 +83,8 @@ class Model:
 
     def refuses(self, effect: Effect) -> str:
         """Why an effect cannot act on these muscles; empty where it can."""
+        if effect.needs_muscles and not self.muscles:
+            return "acts on muscles, and the arm has none; leave the effect out"
         lacking = sorted(effect.constants - set(self.common_constants) - set(self.joint))
         if not lacking:
             return ""

@@ -106,17 +106,17 @@ def step(valued: Valued, state: Tensor, drive: Drive) -> Tensor:
         state: (..., K).
         drive: of these steps, activation (..., 2 S + 1, M).
     """
-    model, leaning = valued.model, drive.leaning(valued)
+    model, timed = valued.model, drive.timed(valued)
     q, qdot, states = unpack(model, state)
     u, a = drive.excitation.unbind(-2), drive.activation.unbind(-2)
     for s, h in enumerate(drive.pieces.unbind(-1)):
         points = slice(2 * s, 2 * s + 3)
-        q, qdot, states = advance(leaning[points], states, q, qdot, u[points], a[points], h)
+        q, qdot, states = advance(timed[points], states, q, qdot, u[points], a[points], h)
     return pack(model, q, qdot, states)
 
 
 def advance(
-    leaning: Sequence[Valued],
+    timed: Sequence[Valued],
     states: Mapping[str, Tensor],
     q: Tensor,
     qdot: Tensor,
@@ -127,11 +127,11 @@ def advance(
     """q, qdot and the states of effects after a piece of a step.
 
     Args:
-        leaning: the model's values at its beginning, middle and end, where the upper arm may lean differently.
+        timed: the model's values at its beginning, middle and end, where what is known over time may differ.
         u, a: excitation and activation there, (..., M) each.
         h: its length [s].
     """
-    valued = leaning[0]
+    valued = timed[0]
     if states:
         a, advanced = _advance_activation(valued, states, u, a, h.unsqueeze(-1))
         states = {**states, **advanced}
@@ -151,7 +151,7 @@ def advance(
     def accelerate(stage: int, q: Tensor, qdot: Tensor) -> Tensor:
         point = STAGES[stage]
         at = later(h * (point / 2), q, qdot, a[point]) if point else states
-        return acceleration(leaning[point], q, qdot, a[point], at)
+        return acceleration(timed[point], q, qdot, a[point], at)
 
     q, qdot = runge_kutta(accelerate, q, qdot, h)
     return q, qdot, {**states, **later(h, q, qdot, a[2])}

@@ -25,8 +25,8 @@ class Simulation:
         dt: sampling interval [s].
         substeps: Runge-Kutta steps for each piece between two kinks of the activation.
         lead: samples of EMG before the first sample of the motion, for muscles that answer late.
-        sway: how far the upper arm's lean is from the constant `tilt` at every sample of the motion [rad],
-            (..., T, N - lead); None where it stays there.
+        course: how far the first V of the constants `OVER_TIME` are from their values for the trial at every sample of
+            the motion, (..., T, N - lead, V); None where they stay there.
 
     Raises:
         ValueError: when parameters get values or change, for a name that the model does not have.
@@ -38,7 +38,7 @@ class Simulation:
     dt: float
     substeps: int = 1
     lead: int = 0
-    sway: Tensor | None = None
+    course: Tensor | None = None
 
     @cached_property
     def valued(self) -> Valued:
@@ -53,15 +53,15 @@ class Simulation:
     @cached_property
     def drive(self) -> Drive:
         """Excitation and activation of every muscle at the points of every step."""
-        return drive_muscles(self.valued, self.emg, self.dt, self.substeps, self.lead, self.sway)
+        return drive_muscles(self.valued, self.emg, self.dt, self.substeps, self.lead, self.course)
 
     def activate(self, position: Tensor) -> tuple[Tensor, Tensor]:
         """Excitation and activation at positions (..., T, n, D, 1), in samples of the motion: (..., T, n, D, M)."""
         return activate(self.valued, self.emg, position + self.lead, self.dt)
 
-    def sway_at(self, position: Tensor) -> Tensor | None:
-        """The same of the upper arm's lean beside its constant [rad]: (..., T, n, D), None where it stays there."""
-        return None if self.sway is None else between_samples(self.sway[..., None], position)[..., 0]
+    def course_at(self, position: Tensor) -> Tensor | None:
+        """The same of `course`: (..., T, n, D, V)."""
+        return None if self.course is None else between_samples(self.course, position)
 
     def with_params(self, params: Params) -> "Simulation":
         """The same with other values for some parameters; it shares the drive if none of them changes it."""

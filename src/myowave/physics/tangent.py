@@ -86,13 +86,13 @@ def _by_stages(
 
 @dataclass(frozen=True)
 class Points:
-    """Where the stages of all pieces are: q, qdot and the sway of the upper arm, if there is one, (..., T, n, S, 4),
-    and the activation (..., T, n, S, 4, M)."""
+    """Where the stages of all pieces are: q, qdot (..., T, n, S, 4), the activation (..., T, n, S, 4, M), and what
+    is known over time, if anything is, (..., T, n, S, 4, V)."""
 
     q: Tensor
     qdot: Tensor
     activation: Tensor
-    sway: Tensor | None
+    course: Tensor | None
 
 
 @dataclass(frozen=True)
@@ -110,20 +110,20 @@ def _points(valued: Valued, state: Tensor, drive: Drive) -> tuple[Points, Tensor
     """The stages of the steps from states (..., T, n, 2), and where these lead."""
     q, qdot = state.unbind(-1)
     seen: list[tuple[Tensor, Tensor]] = []
-    activation, leaning = drive.activation.unbind(-2), drive.leaning(valued)
+    activation, timed = drive.activation.unbind(-2), drive.timed(valued)
     places = [2 * piece + point for piece in range(drive.pieces.shape[-1]) for point in STAGES]
     for piece, h in enumerate(drive.pieces.unbind(-1)):
 
         def accelerate(stage: int, q: Tensor, qdot: Tensor, first: int = 4 * piece) -> Tensor:
             seen.append((q, qdot))
             place = places[first + stage]
-            return acceleration(leaning[place], q, qdot, activation[place], {})
+            return acceleration(timed[place], q, qdot, activation[place], {})
 
         q, qdot = runge_kutta(accelerate, q, qdot, h)
     after = torch.stack(torch.broadcast_tensors(q, qdot), -1)
     q, qdot = (torch.stack(torch.broadcast_tensors(*x), -1).unflatten(-1, (-1, 4)) for x in zip(*seen, strict=True))
-    sway = None if drive.sway is None else drive.sway[..., places].unflatten(-1, (-1, 4))
-    return Points(q, qdot, drive.activation[..., places, :].unflatten(-2, (-1, 4)), sway), after
+    course = None if drive.course is None else drive.course[..., places, :].unflatten(-2, (-1, 4))
+    return Points(q, qdot, drive.activation[..., places, :].unflatten(-2, (-1, 4)), course), after
 
 
 def _slopes(simulation: Simulation, points: Points, names: Sequence[str]) -> Slopes:
@@ -132,7 +132,7 @@ def _slopes(simulation: Simulation, points: Points, names: Sequence[str]) -> Slo
         q, qdot = (x.detach().requires_grad_() for x in (points.q, points.qdot))
         activation = _leaf(points.activation, q.shape, muscles=1)
         valued, leaves = _valued_at(simulation, names, q.shape, axes=3)
-        pull = acceleration(valued.leaning(points.sway), q, qdot, activation.movedim(0, -1), {})
+        pull = acceleration(valued.timed(points.course), q, qdot, activation.movedim(0, -1), {})
     slopes = _derivatives(pull, [q, qdot, activation, *leaves])
     by_parameter = torch.stack(slopes[3:]) if names else points.q.new_zeros(0, *q.shape)
     return Slopes(slopes[0], slopes[1], slopes[2].movedim(0, -1), by_parameter)
@@ -150,12 +150,12 @@ def _by_steps(
         begin = state.detach().movedim(-1, 0).contiguous().requires_grad_()
         u, a = (_leaf(x[..., places, :], shape, muscles=2) for x in (drive.excitation, drive.activation))
         valued, leaves = _valued_at(simulation, list(wrt), shape, axes=1)
-        leaning = drive.leaning(valued)
+        timed = drive.timed(valued)
         q, qdot, states = unpack(model, begin.movedim(0, -1))
         for piece, h in enumerate(drive.pieces.unbind(-1)):
             at = range(3 * piece, 3 * piece + 3)
             u_at, a_at = (tuple(x[:, i].movedim(0, -1) for i in at) for x in (u, a))
-            q, qdot, states = advance(leaning[2 * piece : 2 * piece + 3], states, q, qdot, u_at, a_at, h)
+            q, qdot, states = advance(timed[2 * piece : 2 * piece + 3], states, q, qdot, u_at, a_at, h)
         after = pack(model, q, qdot, states)
         numbers = [_derivatives(after[..., k], [begin, u, a, *leaves], kept=k + 1 < size) for k in range(size)]
     by_state, by_u, by_a, *by_parameter = (torch.stack(slopes) for slopes in zip(*numbers, strict=True))

@@ -10,7 +10,7 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
-from myowave.physics.constants import CURVE, CURVE_CONSTANTS, GROUP_CONSTANTS, MUSCLE_CONSTANTS
+from myowave.physics.constants import CURVE, CURVE_CONSTANTS, GROUP_CONSTANTS, MUSCLE_CONSTANTS, OVER_TIME
 from myowave.physics.curves import Curves, Shape
 from myowave.physics.effect import Acting, Effect, call
 from myowave.physics.joint import Forearm, forearm
@@ -51,15 +51,20 @@ class Valued:
             axes=axes,
         )
 
-    def leaning(self, change: Tensor | None) -> "Valued":
-        """The same with the upper arm's lean changed [rad], by a tensor of the shape of the quantities."""
+    def timed(self, change: Tensor | None) -> "Valued":
+        """The same with the first of the constants `OVER_TIME` changed, by a tensor (..., V) of quantities (...)."""
         # ASSUME: an upper arm that leans over time turns gravity; what its own acceleration does to the forearm is left
         # out.
         if change is None:
             return self
-        tilt = self.joint["tilt"] + change
-        changed = replace(self, joint={**self.joint, "tilt": tilt})
-        made = {"combined": replace(self.combined, tilt=tilt), "curves": self.curves, "acting": self.acting}
+        moved = zip(OVER_TIME, change.unbind(-1), strict=False)
+        joint = {**self.joint, **{name: self.joint[name] + x for name, x in moved}}
+        changed = replace(self, joint=joint)
+        made = {
+            "combined": replace(self.combined, tilt=joint["tilt"], motor=joint["motor"]),
+            "curves": self.curves,
+            "acting": self.acting,
+        }
         vars(changed).update(made)  # no need to make anew
         return changed
 
@@ -92,6 +97,8 @@ class Valued:
             inertia=body.inertia_with(load),
             weight=body.weight_with(load),
             tilt=self.joint["tilt"] if leaning else None,
+            motor=self.joint["motor"] if _counts(self.joint["motor"]) else None,
+            braking=self.joint["braking"] if _counts(self.joint["braking"]) else None,
         )
 
     @cached_property
@@ -129,7 +136,7 @@ class Valued:
 @dataclass(frozen=True)
 class Combined:
     """Combinations of constants: see `path`, `muscle.fibre_state` (height) and `joint` (forearm, and with its load the
-    moment of inertia and the moment of the weight; tilt)."""
+    moment of inertia and the moment of the weight; tilt, motor and braking, None where they are 0)."""
 
     path: Path | SideBySide
     height: Tensor | None
@@ -137,6 +144,8 @@ class Combined:
     inertia: Tensor
     weight: Tensor
     tilt: Tensor | None
+    motor: Tensor | None = None
+    braking: Tensor | None = None
 
 
 def give_values(model: Model, params: Params, like: Tensor) -> Valued:
@@ -151,7 +160,7 @@ def give_values(model: Model, params: Params, like: Tensor) -> Valued:
     """
     model.check_names(params)
     full = {n: _value(params.get(n, default), like) for n, default in model.defaults.items()}
-    muscle = {c: _stack([full[f"{c}_{m.name}"] for m in model.muscles]) for c in model.common_constants}
+    muscle = {c: _stack([full[f"{c}_{m.name}"] for m in model.muscles], like) for c in model.common_constants}
     muscle |= _scaled(model, muscle, full)
     path = {f"{c}_{m.name}": full[f"{c}_{m.name}"] for m in model.muscles for c in m.nominal if c not in muscle}
     muscle["side"] = torch.tensor([m.side for m in model.muscles], dtype=like.dtype, device=like.device)
@@ -160,7 +169,7 @@ def give_values(model: Model, params: Params, like: Tensor) -> Valued:
     for e in model.effects:
         values = {}
         for short in e.parameters:
-            stacked = _stack([full[n] for n in model.names(e, short)])
+            stacked = _stack([full[n] for n in model.names(e, short)], like)
             values[short] = stacked if e.on_muscles(short) else stacked.squeeze(-1)
         effect[e.name] = values
         if e.acts_on == "constants":
@@ -186,7 +195,7 @@ def _scaled(model: Model, muscle: Mapping[str, Tensor], full: Mapping[str, Tenso
     changed: dict[str, Tensor] = {}
     for name, constant in GROUP_CONSTANTS.items() if model.groups else ():
         none = torch.ones_like(full[f"{name}_{model.groups[0]}"])
-        factor = _stack([full[f"{name}_{m.group}"] if m.group else none for m in model.muscles])
+        factor = _stack([full[f"{name}_{m.group}"] if m.group else none for m in model.muscles], none)
         changed |= {c: muscle[c] * factor for c in constant.scales}
     return changed
 
@@ -195,7 +204,9 @@ def _value(value: Tensor | float, like: Tensor) -> Tensor:
     return torch.atleast_1d(torch.as_tensor(value, dtype=like.dtype, device=like.device))
 
 
-def _stack(values: Sequence[Tensor]) -> Tensor:
+def _stack(values: Sequence[Tensor], like: Tensor) -> Tensor:
+    if not values:  # of an arm without muscles
+        return like.new_zeros(0)
     # One value after the other in memory, as `dynamics.muscle_quantities` has quantities of muscles.
     return torch.stack(torch.broadcast_tensors(*values)).movedim(0, -1)
 

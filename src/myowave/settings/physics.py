@@ -119,7 +119,9 @@ class Arm(Section):
         "arm that ships: what data/PRESET/PRESET.yaml says holds where nothing else is said here; null once it is read",
         default=None,
     )
-    muscles: dict[Name, MuscleSettings] = setting("muscle groups, by short name", each="muscle", min_length=1)
+    muscles: dict[Name, MuscleSettings] = setting(
+        "muscle groups, by short name; {} for a limb or machine that a known torque drives, or nothing", each="muscle"
+    )
     joint: JointSettings = setting("the forearm")
     curves: CurveSettings = setting("muscle curves", default=CurveSettings)
 

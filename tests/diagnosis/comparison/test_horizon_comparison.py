@@ -59,7 +59,7 @@ def test_an_upper_arm_that_leans_over_time_is_known_at_every_restart_and_in_torq
     one = exact({}, leaning=True)
     assert (compare_horizons([one], NO_ERRORS).query("predictor == 'base'")["rmse_deg"] < 1e-7).all()
     assert (compare_torque([one]).query("model == 'base'")["r2"] > 0.999).all()
-    still = Along(one.model, replace(one.record, sway=None), one.params)
+    still = Along(one.model, replace(one.record, course=None), one.params)
     vars(still)["motion"] = one.motion
     assert compare_horizons([still], NO_ERRORS).query("predictor == 'base'")["rmse_deg"].max() > 1
     assert (compare_torque([still]).query("model == 'base'")["r2"] < 0.99).all()

@@ -112,7 +112,7 @@ def _menu(fit: Fit) -> Record:
         valid=np.ones((len(MENU), samples), dtype=bool),
         training=np.ones(len(MENU), dtype=bool),
         known=known,
-        sway=None,
+        course=None,
         pieces=None,
         filter=None,
     )

@@ -11,6 +11,8 @@ from myowave.physics.effect_files import load_effects
 NAMES = (
     "joint_damping",
     "coulomb_friction",
+    "quadratic_drag",
+    "load_friction",
     "joint_stiffness",
     "joint_stops",
     "gravity_tilt",

@@ -1,0 +1,32 @@
+"""Dry friction of a drive that grows with the torque that it passes on."""
+
+import torch
+from torch import Tensor
+
+from myowave.physics.effect import Effect, Parameter
+from myowave.physics.effects.coulomb_friction import STICTION
+
+
+def load_friction_torque(qdot: Tensor, torque: Tensor, gravity: Tensor, *, mu: Tensor) -> Tensor:
+    """Torque [N m] against the motion, -mu |torque - gravity| tanh(qdot / 0.1).
+
+    Args:
+        qdot: angular velocity [rad/s].
+        torque: what muscles and motor drive the joint with [N m].
+        gravity: torque of the weight [N m]; where the drive holds it, both press on the drive from its two sides.
+        mu: share of that load that is lost in friction [-].
+    """
+    return -mu * (torque - gravity).abs() * torch.tanh(qdot / STICTION)
+
+
+EFFECT = Effect(
+    name="load_friction",
+    title="friction that grows with the load",
+    acts_on="joint",
+    equation="-mu |torque - gravity| tanh(qdot / 0.1 rad/s)",
+    function=load_friction_torque,
+    parameters={
+        "mu": Parameter(unit="-", low=0.0, high=1.0, typical=0.1, meaning="share of the load lost in friction")
+    },
+    source="Duclusaud et al. 2024, arXiv 2410.08650, extended friction models of servo actuators",
+)
