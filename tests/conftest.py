@@ -53,6 +53,7 @@ def facts() -> Callable[..., dict[str, Any]]:
 
     def parameter(value: float, **more: object) -> dict[str, Any]:
         about = {"se": 1.0, "assumed": False, "unit": "N", "low": 0.0, "high": 1000.0, "true": None, "error_pct": None}
+        about |= {"meaning": "a constant", "at_bound": False}
         return {"value": value, **about, **more}
 
     c = parameter(1.5, se=0.1, unit="N m s/rad")
@@ -76,6 +77,7 @@ def facts() -> Callable[..., dict[str, Any]]:
             "base+joint_damping": {"f0": parameter(300.0, se=2.0), "joint_damping.c": c},
         },
         "missing_torque_Nm": {"base": 0.5, "base+joint_damping": 0.0},
+        "torque_noise_Nm": {"base": 0.04, "base+joint_damping": 0.04},
         "next_trial": None,
         "absorbed": {},
         "outside_usual_range": {},

@@ -16,6 +16,7 @@ from myowave.diagnosis.comparison.summary import summarize
 from myowave.diagnosis.report.facts import verdict_facts
 from myowave.diagnosis.report.figures import draw_diagnosis
 from myowave.diagnosis.report.ladder import join_ladder, join_parameters
+from myowave.diagnosis.report.motion import beside
 from myowave.diagnosis.report.page import Story, write_page
 from myowave.diagnosis.report.tables import TABLES, predictions_table
 from myowave.diagnosis.scoring import add_truth
@@ -73,10 +74,9 @@ class Diagnosed:
 
     def page(self, path: str | Path) -> Path:
         """Write the page that tells the verdict, which needs nothing else; returns where it is."""
-        tables, predictions = self.tables, predictions_table(self.diagnosis)
+        tables, predictions = self.tables, beside(predictions_table(self.diagnosis), "", None)
         ladder = join_ladder(tables["ladder"], [])
-        parameters = join_parameters(self.verdict, [])
-        figures = draw_diagnosis(tables | {"ladder": ladder, "parameters": parameters}, predictions, self.verdict)
+        figures = draw_diagnosis(tables | {"ladder": ladder}, predictions, self.verdict)
         with tempfile.TemporaryDirectory() as folder:
             images = {name: Path(folder, f"{name}.png") for name in figures}
             for name, figure in figures.items():
@@ -84,9 +84,8 @@ class Diagnosed:
             story = Story(
                 verdict=self.verdict,
                 ladder=ladder,
-                parameters=parameters,
+                parameters=join_parameters(self.verdict, []),
                 ranking=tables["ranking"],
-                proposals=tables["next_trials"],
                 predictions=predictions,
                 images=images,
                 draft=self.diagnosis.draft.source,

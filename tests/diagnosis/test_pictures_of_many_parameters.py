@@ -4,47 +4,12 @@ from itertools import pairwise
 
 import numpy as np
 import pandas as pd
-import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from myowave.diagnosis.report.figures.compare import draw_correlations
-from myowave.diagnosis.report.figures.watch import draw_ladder, draw_parameters
+from myowave.diagnosis.report.figures.watch import draw_ladder
 from myowave.diagnosis.report.figures.where import draw_misfit
 
-NAMES = [*(f"constant{i}" for i in range(27)), "tilt.g", "damping.c"]
 MISFIT = [("trial", "trial1", 1.0), ("trial", "trial2", 1.1), ("time [s]", "0 to 1", 1.0), ("time [s]", "1 to 2", 3.0)]
-
-
-def test_correlations_are_those_of_the_parameters_most_alike():
-    matrix = np.eye(len(NAMES)) + 0.01
-    matrix[3, 28] = matrix[28, 3] = -0.9
-    rows = [("base", a, b, matrix[i, j]) for i, a in enumerate(NAMES) for j, b in enumerate(NAMES)]
-    figure = draw_correlations(pd.DataFrame(rows, columns=["model", "parameter", "other", "correlation"]))
-    ticks = [label.get_text().replace("\n", "") for label in figure.axes[0].get_yticklabels()]
-    assert len(ticks) == 10 and {"constant3", "damping.c"} <= set(ticks)
-    assert figure.axes[0].get_title().endswith("10 of 29 parameters")
-
-
-def test_parameters_are_those_asked_for_and_those_of_effects():
-    asked = {"constant0", "constant1", "tilt.g", "damping.c"}
-    rows = [
-        (
-            *("physics", model, name, "N", value + (model != "base") * (name == "constant1"), 0.1, np.nan, np.nan),
-            *(np.nan, name not in asked, model == "base", 1.0, 100.0),
-        )
-        for model in ("base", "base+tilt+damping")
-        for value, name in enumerate(NAMES, 1)
-        if model != "base" or "." not in name
-    ]
-    columns = ["source", "model", "parameter", "unit", "value", "se", "true", "error_pct", "scatter", "assumed"]
-    columns += ["if_right", "low", "high"]
-    figure = draw_parameters(pd.DataFrame(rows, columns=columns))
-    drawn = [axis.get_title().split(" [")[0] for axis in figure.axes if axis.get_visible()]
-    assert drawn == ["constant0", "constant1", "tilt.g", "damping.c"]
-    before, after = (container.lines[0] for container in figure.axes[1].containers[::-1])
-    assert before.get_markerfacecolor() == "white" != after.get_markerfacecolor(), "open where the model leaves more"
-    ends = [axis.containers[0].lines[1][0].get_ydata()[0] for axis in (figure.axes[0], figure.axes[1])]
-    assert ends == [1.0, pytest.approx(3.0 - 0.196)], "no interval leaves the bounds"
 
 
 def test_muscles_that_share_a_channel_share_a_panel():

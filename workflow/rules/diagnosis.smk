@@ -9,6 +9,7 @@ DIAGNOSIS_TIME = "results/benchmarks/diagnose_dataset/{dataset}.tsv"
 DIAGNOSIS_TABLES = expand(f"{DIAGNOSIS}/{{table}}.csv", table=TABLE_NAMES, allow_missing=True)
 # What stands inside the pages.
 PAGE_PARTS = (
+    "page.html.j2",
     "tables.html.j2",
     "style.css",
     "print.js",
@@ -114,7 +115,6 @@ rule draw_diagnosis:
         comparison=COMPARISON_TABLES,
         predictions=f"{DIAGNOSIS}/predictions.parquet",
         ladder=f"{DIAGNOSIS}/watch.csv",
-        parameters=f"{DIAGNOSIS}/watch_parameters.csv",
     output:
         figures=[
             report(
@@ -140,7 +140,6 @@ rule tell_verdict:
         ladder=f"{DIAGNOSIS}/watch.csv",
         parameters=f"{DIAGNOSIS}/watch_parameters.csv",
         ranking=f"{DIAGNOSIS}/ranking.csv",
-        proposals=f"{DIAGNOSIS}/next_trials.csv",
         predictions=f"{DIAGNOSIS}/predictions.parquet",
         draft=f"{DIAGNOSIS}/draft_effect.py",
         figures=rules.draw_diagnosis.output.figures,
@@ -182,8 +181,10 @@ def links_of_all(wildcards):
 rule list_datasets:
     input:
         verdicts=expand(f"{DIAGNOSIS}/verdict.json", dataset=SETTINGS.targets.diagnosed),
+        ladders=expand(f"{DIAGNOSIS}/watch.csv", dataset=SETTINGS.targets.diagnosed),
+        pictures=expand(f"{DIAGNOSIS_PICTURES}/glance.png", dataset=SETTINGS.targets.diagnosed),
         template=page_file("index.html.j2"),
-        assets=[page_file(name) for name in ("style.css", "beside.js")],
+        assets=[page_file(name) for name in ("page.html.j2", "style.css")],
     output:
         index="results/index.html",
     log:

@@ -5,15 +5,17 @@ from pathlib import Path
 
 import pandas as pd
 
-from myowave.data.store import read_table
 from myowave.diagnosis.report.figures import draw_diagnosis
+from myowave.diagnosis.report.motion import read_beside
 from myowave.plotting import save
 from myowave.workflow.job import job_log
 
+inputs = snakemake.input
 with job_log(f"draw diagnosis of {snakemake.wildcards.dataset}", snakemake.log[0]):
-    tables = {Path(path).stem: pd.read_csv(path) for path in [*snakemake.input.tables, *snakemake.input.comparison]}
-    watched = {"ladder": pd.read_csv(snakemake.input.ladder), "parameters": pd.read_csv(snakemake.input.parameters)}
-    verdict = json.loads(Path(snakemake.input.verdict).read_text(encoding="utf-8"))
-    figures = draw_diagnosis(tables | watched, read_table(snakemake.input.predictions)[0], verdict)
+    tables = {Path(path).stem: pd.read_csv(path) for path in [*inputs.tables, *inputs.comparison]}
+    networks = Path("results/learning", snakemake.wildcards.dataset)
+    verdict, ladder = json.loads(Path(inputs.verdict).read_text(encoding="utf-8")), pd.read_csv(inputs.ladder)
+    predictions = read_beside(inputs.predictions, ladder, verdict["model"], networks)
+    figures = draw_diagnosis(tables | {"ladder": ladder}, predictions, verdict)
     for path in snakemake.output.figures:
         save(figures[Path(path).stem], path)

@@ -1,4 +1,4 @@
-"""List all datasets on one page: verdicts, errors, parameters, any of them side by side."""
+"""List all datasets on one page: picture, verdict, errors, what to do next."""
 
 from pathlib import Path
 

@@ -5,21 +5,23 @@ from pathlib import Path
 
 import pandas as pd
 
-from myowave.data.store import read_table
 from myowave.diagnosis.report.cells import with_texts
+from myowave.diagnosis.report.motion import read_beside
 from myowave.diagnosis.report.page import Story, write_page
 from myowave.workflow.job import job_log
 
 inputs = snakemake.input
 with job_log(f"tell verdict of {snakemake.wildcards.dataset}", snakemake.log[0]):
+    networks = Path("results/learning", snakemake.wildcards.dataset)
+    verdict, ladder = json.loads(Path(inputs.verdict).read_text(encoding="utf-8")), pd.read_csv(inputs.ladder)
     story = Story(
-        verdict=json.loads(Path(inputs.verdict).read_text(encoding="utf-8")),
-        ladder=pd.read_csv(inputs.ladder),
+        verdict=verdict,
+        ladder=ladder,
         parameters=pd.read_csv(inputs.parameters),
         ranking=with_texts(pd.read_csv(inputs.ranking)),
-        proposals=pd.read_csv(inputs.proposals),
-        predictions=read_table(inputs.predictions)[0],
+        predictions=read_beside(inputs.predictions, ladder, verdict["model"], networks),
         images={Path(path).stem: Path(path) for path in inputs.figures},
         draft=Path(inputs.draft).read_text(encoding="utf-8"),
+        files=True,
     )
     Path(snakemake.output.page).write_text(write_page(story, Path(inputs.template)), encoding="utf-8")

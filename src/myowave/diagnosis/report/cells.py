@@ -1,26 +1,65 @@
 """Tables of a diagnosis as text for its page: columns as they are headed, and a row of cells for each row."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from myowave.diagnosis.comparison.names import HORIZON_BASELINES
+from myowave.diagnosis.report.advice import base_of
 from myowave.diagnosis.report.ladder import PHYSICS
-from myowave.diagnosis.report.numbers import LEAST_DEG, NOTHING, estimate, number
+from myowave.diagnosis.report.numbers import NOTHING, degrees, estimate, number, r2_text
+from myowave.diagnosis.report.tell import noise
+from myowave.diagnosis.report.words import in_words
 
 RANKING_TEXTS = ("absorbed_by", "confused_with", "reason", "estimate")
+
+
+def accuracy_cells(verdict: Mapping[str, Any], ladder: pd.DataFrame) -> pd.DataFrame:
+    """Every error of the page, and what it is of: which predictor, from which start, over how long.
+
+    Args:
+        verdict: verdict.json.
+        ladder: of `ladder.join_ladder`.
+    """
+    (base, first), horizon, ahead = base_of(verdict), verdict["horizon_s"], verdict["horizons"]
+    state, whole = "measured angle and speed", "whole trials"
+    pieces = whole if horizon is None else f"all of {horizon:g} s"
+    rows: list[tuple[str, str, str, str, str, str]] = []
+    if horizon is not None:
+        rows.append((f"muscle model {base}", "the best start of each piece", pieces, degrees(first["fitted"]), "", ""))
+    for row in ladder[ladder["source"] == PHYSICS].to_dict("records"):
+        errors = degrees(row["train_rmse_deg"]), degrees(row["heldout_rmse_deg"])
+        rows.append((f"muscle model {row['model']}", state, pieces, *errors, _r2(row["heldout_r2"])))
+    if horizon is not None and ahead["horizon_s"] is not None:
+        rmse, at = ahead["rmse_deg"], f"the end of {ahead['horizon_s']:g} s"
+        rival = min((name for name in HORIZON_BASELINES if name in rmse), key=lambda name: rmse[name])
+        for name in dict.fromkeys((base, verdict["model"], rival)):
+            what = name if name == rival else f"muscle model {name}"
+            errors = ("", degrees(rmse[name])) if ahead["held_out"] else (degrees(rmse[name]), "")
+            rows.append((what, state, at, *errors, ""))
+    for row in ladder[ladder["source"] != PHYSICS].to_dict("records"):
+        failed = str(row["failed_seeds"] or "").replace("nan", "")
+        what = f"{row['source']}, on {row['model']}" + f"; {failed} of {row['seeds']:.0f} failed" * bool(failed)
+        error = degrees(row["heldout_rmse_deg"]) if np.isfinite(row["heldout_rmse_deg"]) else "runs away"
+        rows.append((what, "first angles", whole, "", error, _r2(row["heldout_r2"])))
+    rows.append(("noise of the measured angle", "", "", noise(verdict), "", ""))
+    heads = ["what", "starts from", "error over", "training trials", "held-out trials", "held-out R2"]
+    return pd.DataFrame(rows, columns=heads)
 
 
 def ranking_cells(rows: pd.DataFrame) -> pd.DataFrame:
     """The catalogue weighed at one model; without columns in which nothing stands."""
     absorbed = "absorbed by " + rows["absorbed_by"].str.replace(" ", ", ").replace("", "parameters together")
+    tried = rows["rmse_deg"].notna()
     cells = pd.DataFrame(
         {
             "effect": rows["effect"],
             "status": rows["status"],
             "delta BIC": rows["delta_bic"].map(number),
-            "RMSE [deg]": rows["rmse_deg"].map(number),
-            "folds won": rows["folds_won"].astype(str) + " of " + rows["folds"].astype(str),
+            "error of the fit [deg]": rows["rmse_deg"].map(number),
+            "folds won": (rows["folds_won"].astype(str) + " of " + rows["folds"].astype(str)).where(tried, "not tried"),
             "estimate": rows["estimate"].str.replace("+-", "±"),
             "smallest detectable": rows["smallest_detectable"].map(number),
             "like": rows["confused_with"].str.replace(" ", ", ").where(rows["status"] != "absorbed", absorbed),
@@ -30,56 +69,31 @@ def ranking_cells(rows: pd.DataFrame) -> pd.DataFrame:
     return cells.loc[:, (cells != "").any()]
 
 
-def ladder_cells(ladder: pd.DataFrame) -> pd.DataFrame:
-    """Every model, the physics and the networks."""
-    failed = ladder["failed_seeds"].fillna("").astype(str)
-    return pd.DataFrame(
-        {
-            "model": ladder["model"],
-            "what": [
-                _what(source) + f"; {seeds} of {count:.0f} failed" * bool(seeds)
-                for source, seeds, count in zip(ladder["source"], failed, ladder["seeds"], strict=True)
-            ],
-            "training RMSE [deg]": [number(error, LEAST_DEG) for error in ladder["train_rmse_deg"]],
-            "held-out RMSE [deg]": [number(error, LEAST_DEG) for error in ladder["heldout_rmse_deg"]],
-            "held-out R2": ["" if pd.isna(r2) else f"{r2:.5f}" for r2 in ladder["heldout_r2"]],
-            "missing torque [N m]": ladder["missing_torque_Nm"].map(number),
-        }
-    )
+def parameter_cells(parameters: pd.DataFrame, *, models: bool = False) -> pd.DataFrame:
+    """Estimated parameters by what they mean; true values where they are known.
 
-
-def parameter_cells(parameters: pd.DataFrame) -> pd.DataFrame:
-    """Every estimated parameter of every model; scatter over the seeds of networks and true error where known."""
+    Args:
+        parameters: rows of `ladder.join_parameters`.
+        models: whether they are of several models and networks, which are then named.
+    """
     scatter = parameters["scatter"].mask(parameters["scatter"] <= NOTHING * parameters["value"].abs(), 0.0)
+    of = {"model": parameters["model"], "from": parameters["source"].replace(PHYSICS, "physical model")}
     cells = pd.DataFrame(
         {
-            "parameter": parameters["parameter"],
-            "model": parameters["model"],
-            "what": [
-                _what(source) + ", were it right" * bool(if_right)
-                for source, if_right in zip(parameters["source"], parameters["if_right"], strict=True)
-            ],
+            "parameter": [in_words(r.parameter, r.meaning) for r in parameters.itertuples()],
+            **(of if models else {}),
             "value ± SE": [estimate(r.value, r.se, (r.low, r.high)) for r in parameters.itertuples()],
-            "unit": parameters["unit"].fillna(""),
+            "unit": parameters["unit"].fillna("").replace("-", ""),
             "scatter of seeds": scatter.map(number),
-            "true error [%]": parameters["error_pct"].map(number),
+            "true value": parameters["true"].map(number),
+            "error [%]": parameters["error_pct"].map(number),
+            "note": [
+                "; ".join(["at its bound"] * bool(r.at_bound) + ["if the model were right"] * bool(r.if_right))
+                for r in parameters.itertuples()
+            ],
         }
     )
-    shown = cells.columns.difference(["scatter of seeds", "true error [%]"], sort=False)
-    known = [c for c in ("scatter of seeds", "true error [%]") if (cells[c] != "").any()]
-    return cells[[*shown, *known]]
-
-
-def proposal_cells(proposals: pd.DataFrame) -> pd.DataFrame:
-    """Trials to record next."""
-    return pd.DataFrame(
-        {
-            "trial": proposals["trial"],
-            "separation [chi-square]": proposals["separation"].map("{:.3g}".format),
-            "now": proposals["now"].map("{:.3g}".format),
-            "enough": np.where(proposals["separates"].astype(bool), "yes", "no"),
-        }
-    )
+    return cells.loc[:, (cells != "").any()]
 
 
 def with_texts(table: pd.DataFrame, columns: Iterable[str] = RANKING_TEXTS) -> pd.DataFrame:
@@ -87,5 +101,5 @@ def with_texts(table: pd.DataFrame, columns: Iterable[str] = RANKING_TEXTS) -> p
     return table.assign(**{name: table[name].astype(object).fillna("") for name in columns if name in table})
 
 
-def _what(source: str) -> str:
-    return "physical model" if source == PHYSICS else source
+def _r2(value: float) -> str:
+    return "" if pd.isna(value) else r2_text(value)

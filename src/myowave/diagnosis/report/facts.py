@@ -11,7 +11,9 @@ from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import Candidate
 from myowave.identification.noise import is_bound
 from myowave.identification.output_error import Fit
-from myowave.physics.constants import constant_unit
+from myowave.physics.constants import CURVE, constant_of, constant_unit
+
+AT_BOUND = 1e-3  # of the way between its bounds: nearer than this a value is at one
 
 
 def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -43,6 +45,7 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
         "fitted_deg": float(np.degrees(last.fit.rmse())),
         "parameters": {rung.name: parameters_of(rung.fit) for rung in diagnosis.tried},
         "missing_torque_Nm": {rung.name: rung.missing.rms for rung in (diagnosis.rungs[0], found)},
+        "torque_noise_Nm": {rung.name: rung.missing.standard_error for rung in (diagnosis.rungs[0], found)},
         "next_trial": _best_proposal(diagnosis),
         "absorbed": {name: list(by) for name, by in verdict.absorbed.items()},
         "outside_usual_range": {name: list(by) for name, by in verdict.masked.items()},
@@ -68,7 +71,8 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
-    """Value, standard error, bounds and unit of each free parameter; whether it is free only as nobody measured it."""
+    """Value, standard error, bounds, unit and meaning of each free parameter; whether it ended at a bound, and whether
+    it is free only as nobody measured it."""
     errors, of_effects = fit.standard_errors(), fit.model.effect_parameters
     return {
         p.name: {
@@ -76,11 +80,22 @@ def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
             "se": errors[p.name],
             "assumed": p.assumed,
             "unit": of_effects[p.name].unit if p.name in of_effects else constant_unit(p.name),
+            "meaning": of_effects[p.name].meaning if p.name in of_effects else _meaning(p.name),
             "low": p.low,
             "high": p.high,
+            # 0 is no effect, and its usual strength all of one: ends that are no news.
+            "at_bound": any(
+                abs(value - end) < AT_BOUND * (p.high - p.low) and abs(end) not in (0.0, p.scale)
+                for end in (p.low, p.high)
+            ),
         }
         for p, value in zip(fit.free, fit.values, strict=True)
     }
+
+
+def _meaning(constant: str) -> str:
+    owner = constant.partition("_")[2]
+    return constant_of(constant).meaning + f" of {owner}" * (bool(owner) and owner != CURVE)
 
 
 def _evidence(diagnosis: Diagnosis) -> dict[str, dict[str, Any]]:

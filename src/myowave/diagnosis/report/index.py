@@ -1,4 +1,4 @@
-"""One page over all datasets: verdicts, errors before and after, parameters; any of them side by side."""
+"""One page over all datasets: a picture, verdict, errors of muscle model and network, what to do next."""
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -7,17 +7,17 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
 import yaml
 from markupsafe import Markup
 
-from myowave.diagnosis.comparison.names import EMG_ONLY, POSTURE
-from myowave.diagnosis.report.contents import COMPARISON_NAMES, TABLE_NAMES
-from myowave.diagnosis.report.numbers import degrees, interval, r2_text
-from myowave.diagnosis.report.tell import Told, base_of, tell
+from myowave.diagnosis.report.advice import base_of
+from myowave.diagnosis.report.ladder import shown_network
+from myowave.diagnosis.report.numbers import degrees, r2_text
+from myowave.diagnosis.report.page import inline
+from myowave.diagnosis.report.tell import tell
 from myowave.diagnosis.report.templates import fill
-from myowave.diagnosis.report.words import BASE, explained, kind_of, named, titled
-
-FILES = ("verdict.json", "watch.csv", *(f"{name}.csv" for name in (*COMPARISON_NAMES, *TABLE_NAMES)))
+from myowave.diagnosis.report.words import BASE, explained, kind_of, titled
 
 
 @dataclass(frozen=True)
@@ -26,22 +26,15 @@ class Entry:
 
     Args:
         verdict: verdict.json.
+        ladder: of `ladder.join_ladder`.
+        picture: PNG file of `figures.glance`; None where it is not there.
         settings: of the dataset, without what is hidden in it; none where they are not known.
     """
 
     verdict: Mapping[str, Any]
+    ladder: pd.DataFrame
+    picture: Path | None
     settings: Mapping[str, Any]
-
-    @property
-    def told(self) -> Told:
-        """What is said of the verdict."""
-        return tell(self.verdict)
-
-    def errors(self, part: str) -> tuple[str, str]:
-        """Of the base model, and of the model that was found; empty where nothing was added."""
-        (base, first), found = base_of(self.verdict), self.verdict["model"]
-        after = "" if found == base else degrees(self.verdict["rmse_deg"][found][part])
-        return degrees(first[part]), after
 
 
 def read_entry(folder: Path, settings: Mapping[str, Any]) -> Entry:
@@ -50,10 +43,12 @@ def read_entry(folder: Path, settings: Mapping[str, Any]) -> Entry:
     Raises:
         ValueError: where its files are not there, or were written by another version.
     """
+    picture = folder.parents[1] / "figures" / folder.name / "diagnosis/glance.png"
     try:
         verdict = json.loads((folder / "verdict.json").read_text(encoding="utf-8"))
-        entry = Entry(verdict, settings)
-        _row(entry), _facts(entry)
+        ladder = pd.read_csv(folder / "watch.csv")
+        entry = Entry(verdict, ladder, picture if picture.exists() else None, settings)
+        _row(entry)
     except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
         raise ValueError(
             f"{folder} is not whole, or another version's ({type(error).__name__}: {error}). Run its dataset again, or "
@@ -72,44 +67,28 @@ def read_entries(folders: Mapping[Path, Mapping[str, Any]], say: Callable[[str],
 
 
 def write_index(entries: Iterable[Entry], links: Sequence[tuple[str, str]], template: Path) -> str:
-    """The page as HTML, styles and scripts inside; it stands beside the folder `diagnosis`.
+    """The page as HTML, pictures and styles inside; it stands beside the folder `diagnosis`.
 
     Args:
         links: (text, address) of what belongs to all datasets.
         template: index.html.j2; every text that comes from data is escaped.
     """
-    entries = list(entries)
-    facts = [_facts(entry) for entry in entries]
-    kinds = dict.fromkeys(fact for of_one in facts for fact in of_one)
-    return fill(
-        template,
-        {
-            "explained": partial(explained, titles={}),
-            "datasets": [_row(entry) for entry in entries],
-            "names": [entry.verdict["dataset"] for entry in entries],
-            "facts": [(fact, [of_one.get(fact, "") for of_one in facts]) for fact in kinds],
-            "links": links,
-            "base": BASE,
-            "files": FILES,
-        },
-    )
+    rows = [_row(entry) for entry in entries]
+    return fill(template, {"explained": partial(explained, titles={}), "datasets": rows, "links": links, "base": BASE})
 
 
 def _row(entry: Entry) -> dict[str, Any]:
     """What the table of all datasets shows of one."""
     verdict = entry.verdict
-    before, after = entry.errors("heldout")
     settings = {verdict["dataset"]: dict(entry.settings)}
     return {
         "name": verdict["dataset"],
+        "image": inline(entry.picture) if entry.picture else "",
         "kind": kind_of(verdict).label,
         "effects": _effects(verdict),
-        "before": before,
-        "after": after,
-        "over": entry.told.over,
-        "noise": _noise(entry),
-        "parameters": _parameters(verdict, assumed=False),
-        "constants": _parameters(verdict, assumed=True),
+        "model": _model(verdict),
+        "network": _network(shown_network(entry.ladder, verdict["model"])),
+        "todo": tell(verdict).todo,
         "settings": yaml.safe_dump(settings, sort_keys=False, allow_unicode=True) if entry.settings else "",
     }
 
@@ -124,41 +103,17 @@ def _effects(verdict: Mapping[str, Any]) -> Markup:
     )
 
 
-def _noise(entry: Entry) -> str:
-    """Noise of the angle, and what that of the recorded EMG makes of the motion, where it is there."""
-    if not entry.verdict["emg_noise"]:
-        return entry.told.noise
-    moved = degrees(entry.verdict["emg_motion_deg"])
-    return f"{entry.told.noise} of the angle; noise of the EMG moves the arm by {moved}"
+def _model(verdict: Mapping[str, Any]) -> str:
+    """Held-out error of the base model and of the one that was found, over whole trials or over what it follows."""
+    (base, first), found, horizon = base_of(verdict), verdict["model"], verdict["horizon_s"]
+    errors = degrees(first["heldout"]) + (
+        f", {degrees(verdict['rmse_deg'][found]['heldout'])} with what was found" if found != base else ""
+    )
+    return errors if horizon is None else f"{errors} over {horizon:g} s from each measured state; it does not run free"
 
 
-def _parameters(verdict: Mapping[str, Any], *, assumed: bool) -> dict[str, str]:
-    """Those that the settings ask for and those of effects, or the constants that nobody measured, with intervals."""
-    return {
-        name: interval(p["value"], p["se"], p["unit"], (p["low"], p["high"]))
-        for name, p in verdict["parameters"][verdict["model"]].items()
-        if p["assumed"] == assumed
-    }
-
-
-def _facts(entry: Entry) -> dict[str, str | Markup]:
-    """What can be set side by side, in the order in which it is read."""
-    verdict, found = entry.verdict, entry.verdict["model"]
-    facts: dict[str, str | Markup] = {
-        "verdict": kind_of(verdict).label,
-        "what is missing": _effects(verdict),
-        "model that was found": named(found),
-        "predicted over": entry.told.over,
-        "noise": _noise(entry),
-    }
-    for part, words in (("train", "training RMSE"), ("heldout", "held-out RMSE")):
-        facts[f"{words}, base model"], facts[f"{words}, with what was found"] = entry.errors(part)
-    r2, horizons = verdict["torque"]["r2"], verdict["horizons"]
-    for name, words in ((POSTURE, POSTURE), (EMG_ONLY, EMG_ONLY), (found, "the model that was found")):
-        if r2.get(name) is not None:
-            facts[f"R2 of the torque, {words}"] = r2_text(r2[name])
-    if found in horizons["rmse_deg"]:
-        facts[f"RMSE {horizons['horizon_s']:g} s after a measured state"] = degrees(horizons["rmse_deg"][found])
-    facts["where it fails"] = entry.told.where
-    facts["record next"] = verdict["next_trial"]["trial"] if verdict["next_trial"] else ""
-    return facts | {f"{name} (95 % interval)": text for name, text in _parameters(verdict, assumed=False).items()}
+def _network(network: pd.Series | None) -> str:
+    """Held-out error and R2 of the network over whole trials."""
+    if network is None:
+        return ""
+    return f"{degrees(network['heldout_rmse_deg'])}, R2 {r2_text(network['heldout_r2'])}"

@@ -23,7 +23,7 @@ COLUMNS = [
 ]
 PARAMETER_COLUMNS = [
     *("source", "model", "parameter", "unit", "low", "high", "value", "se", "scatter", "true", "error_pct"),
-    *("assumed", "if_right"),
+    *("assumed", "if_right", "meaning", "at_bound"),
 ]
 PHYSICS = "physics"
 FAILED_R2 = 0.0  # a network that predicts the held-out trials no better than their mean angle has failed
@@ -78,7 +78,7 @@ def join_parameters(verdict: Mapping[str, Any], evaluations: Sequence[pd.DataFra
         for model, values in verdict["parameters"].items()
         for name, entry in values.items()
     ]
-    known = {row["parameter"]: {name: row[name] for name in ("unit", "low", "high", "true")} for row in rows}
+    known = {row["parameter"]: {name: row[name] for name in ("unit", "low", "high", "true", "meaning")} for row in rows}
     for table in evaluations:
         source, model = source_of(table), table["model"].iloc[0]
         for name in [c.removesuffix("_error_pct") for c in table.columns if c.endswith("_error_pct")]:
@@ -89,6 +89,7 @@ def join_parameters(verdict: Mapping[str, Any], evaluations: Sequence[pd.DataFra
                 "scatter": table[name].std(ddof=0),
                 "error_pct": table[f"{name}_error_pct"].median(),
                 "assumed": False,
+                "at_bound": False,
             }
             rows.append({"source": source, "model": model, "parameter": name, **known.get(name, {}), **own})
     joined = pd.DataFrame(rows, columns=PARAMETER_COLUMNS)
@@ -97,6 +98,20 @@ def join_parameters(verdict: Mapping[str, Any], evaluations: Sequence[pd.DataFra
     joined[numbers] = joined[numbers].astype(float)
     order = joined["model"].str.count(r"\+")
     return joined.iloc[np.argsort(order, kind="stable")].reset_index(drop=True)
+
+
+def shown_network(ladder: pd.DataFrame, found: str) -> pd.Series | None:
+    """The network that pages show: of the model that was found, else of the first, with the fewest scales; its scores
+    play no part in that. None where there is none."""
+    networks = ladder[ladder["source"] != PHYSICS]
+    best = networks[networks["model"] == found]
+    return None if networks.empty else (networks if best.empty else best).iloc[0]
+
+
+def folder_of(network: pd.Series) -> str:
+    """The end of the path of a network's results, `base/rollout/1-scale`."""
+    _, recipe, scales = network["source"].split(", ")
+    return f"{network['model']}/{recipe}/{scales}"
 
 
 def source_of(evaluation: pd.DataFrame) -> str:

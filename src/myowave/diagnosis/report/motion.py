@@ -1,12 +1,52 @@
 """Measured and predicted motion as plain numbers for the picture that the page draws itself."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from myowave.data.store import read_table
+from myowave.diagnosis.report.ladder import folder_of, shown_network
+
 MOST_NUMBERS = 60_000  # angles on a page: some 400 kB; more trials than that are thinned
 FARTHEST_DEG = 1e4  # a motion beyond it is drawn as a gap
+
+
+def read_beside(path: str, ladder: pd.DataFrame, found: str, networks: Path) -> pd.DataFrame:
+    """`beside` of files: predictions.parquet of a diagnosis, and that of the network that is shown.
+
+    Args:
+        ladder: of `ladder.join_ladder`.
+        found: the model that was found.
+        networks: the folder of all networks of the dataset.
+    """
+    shown = shown_network(ladder, found)
+    if shown is None:
+        return beside(read_table(path)[0], "", None)
+    network = read_table(networks / folder_of(shown) / "predictions.parquet")[0]
+    return beside(read_table(path)[0], f"{shown['source']}, {shown['model']}", network)
+
+
+def beside(predictions: pd.DataFrame, name: str, network: pd.DataFrame | None) -> pd.DataFrame:
+    """Predictions of the physical models and of a network, on the samples of the former; a prediction that starts again
+    at a measured state has a gap there.
+
+    Args:
+        predictions: columns model, trial, role, piece, time_s, angle_rad, predicted_rad.
+        name: of the network.
+        network: columns trial, seed, time_s, predicted_rad, of which the mean over seeds is shown; None where there is
+            none.
+    """
+    own = predictions.groupby(["model", "trial"], sort=False)["piece"]
+    shown = [predictions.assign(predicted_rad=predictions["predicted_rad"].mask(own.diff() > 0))]
+    if network is not None:
+        mean = network.groupby(["trial", "time_s"])["predicted_rad"].mean()
+        first = predictions[predictions["model"] == predictions["model"].iloc[0]]
+        for trial, rows in first.groupby("trial", sort=False):
+            angle = np.interp(rows["time_s"], mean[trial].index, mean[trial], right=np.nan)
+            shown.append(rows.assign(model=name, predicted_rad=angle))
+    return pd.concat(shown, ignore_index=True)
 
 
 def list_motion(predictions: pd.DataFrame, found: str, noise_deg: float) -> dict[str, Any]:

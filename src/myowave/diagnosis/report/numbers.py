@@ -33,6 +33,8 @@ def number(value: float | None, least: float = -np.inf) -> str:
 
 
 def r2_text(value: float) -> str:
+    if value > 0.99995:
+        return "over 0.9999"
     return f"{value:.2f}" if value < 0.995 else f"{value:.4f}"
 
 
@@ -53,16 +55,3 @@ def estimate(value: float, se: float | None, bounds: tuple[float, float] = ANYWH
         return f"{value:.6g}"
     digits = max(0, 1 - int(np.floor(np.log10(se))))
     return f"{value:.{digits}f} ± {se:.{digits}f}" if digits <= 6 else f"{value:.6g} ± {se:.1g}"
-
-
-def interval(value: float, se: float | None, unit: str, bounds: tuple[float, float] = ANYWHERE) -> str:
-    """A parameter with its 95 % interval, within its bounds; the value alone where it has no standard error."""
-    of = "" if unit in ("-", "") else f" {unit}"
-    if se is None or not np.isfinite(se) or se <= 0:
-        return f"{value:.4g}{of}"
-    digits = int(np.clip(1 - np.floor(np.log10(Z95 * se)), 0, 7))
-    ends = interval_of(value, se, bounds)
-    if ends == bounds:
-        return f"{value:.4g}{of} (not known: anywhere from {bounds[0]:.4g} to {bounds[1]:.4g})"
-    middle, low, high = (f"{round(end, digits) + 0.0:.{digits}f}" for end in (np.clip(value, *bounds), *ends))
-    return f"{middle}{of} ({low} to {high})" if low != high else f"{value:.4g}{of}"

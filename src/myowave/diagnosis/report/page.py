@@ -12,13 +12,17 @@ from typing import Any
 
 import pandas as pd
 
-from myowave.diagnosis.report.cells import ladder_cells, parameter_cells, proposal_cells, ranking_cells
+from myowave.diagnosis.report.advice import SESSION_NOTE, base_of
+from myowave.diagnosis.report.cells import accuracy_cells, parameter_cells, ranking_cells
+from myowave.diagnosis.report.contents import COMPARISON_NAMES, TABLE_NAMES
+from myowave.diagnosis.report.ladder import shown_network
 from myowave.diagnosis.report.motion import list_motion
-from myowave.diagnosis.report.tell import base_of, tell
+from myowave.diagnosis.report.tell import tell, tell_network
 from myowave.diagnosis.report.templates import fill
 from myowave.diagnosis.report.words import GLOSSARY, explained, kind_of, named, titled
 
 PIXELS = 1.9  # of a picture in one of the page
+FILES = ("verdict.json", "watch.csv", *(f"{name}.csv" for name in (*COMPARISON_NAMES, *TABLE_NAMES)))
 
 
 @dataclass(frozen=True)
@@ -28,20 +32,21 @@ class Story:
     Args:
         verdict: verdict.json.
         ladder, parameters: of `ladder.join_ladder` and `ladder.join_parameters`.
-        ranking, proposals: the tables `ranking` and `next_trials` of `tables`.
-        predictions: measured and simulated angle, of `tables.predictions_table`.
-        images: {name: PNG file}; the page draws the overlay itself.
+        ranking: the table `ranking` of `tables`.
+        predictions: measured and predicted angle, of `motion.beside`.
+        images: {name: PNG file}.
         draft: text of the drafted effect file.
+        files: whether the page stands among the tables, with the index above it, and can link to them.
     """
 
     verdict: Mapping[str, Any]
     ladder: pd.DataFrame
     parameters: pd.DataFrame
     ranking: pd.DataFrame
-    proposals: pd.DataFrame
     predictions: pd.DataFrame
     images: Mapping[str, Path]
     draft: str
+    files: bool = False
 
 
 def write_page(story: Story, template: Path) -> str:
@@ -50,26 +55,30 @@ def write_page(story: Story, template: Path) -> str:
     Args:
         template: verdict.html.j2; every text that comes from data is escaped.
     """
-    verdict, titles, told = story.verdict, story.verdict["titles"], tell(story.verdict)
+    verdict, titles, found = story.verdict, story.verdict["titles"], story.verdict["model"]
+    of_found = (story.parameters["model"] == found) & (story.parameters["source"] == "physics")
     assumed = story.parameters["assumed"].astype(bool)
     content = {
         "verdict": verdict,
-        "told": told,
+        "told": tell(verdict),
+        "network": tell_network(shown_network(story.ladder, found)),
         "explained": partial(explained, titles=titles),
         "titled": partial(titled, titles=titles),
         "named": named,
         "glossary": GLOSSARY,
-        "images": {name: inline(path) for name, path in story.images.items() if name != "overlay"},
+        "images": {name: inline(path) for name, path in story.images.items()},
         "widths": {name: shown_width(path) for name, path in story.images.items()},
-        "motion": list_motion(story.predictions, verdict["model"], base_of(verdict)[1]["noise"]),
+        "motion": list_motion(story.predictions, found, base_of(verdict)[1]["noise"]),
+        "accuracy": accuracy_cells(verdict, story.ladder),
         "rankings": [(m, ranking_cells(rows)) for m, rows in story.ranking.groupby("model", sort=False)],
-        "proposals": proposal_cells(story.proposals),
+        "session_note": SESSION_NOTE,
         "draft": story.draft if verdict["formula"] != "0" else "",
         "draft_is_news": kind_of(verdict).unexplained,
-        "ladder": ladder_cells(story.ladder),
-        "failed_seeds": bool(story.ladder["failed_seeds"].fillna("").any()),
-        "parameters": parameter_cells(story.parameters[~assumed]),
-        "assumed": parameter_cells(story.parameters[assumed]),
+        "several": story.ladder["model"].nunique() > 1,
+        "parameters": parameter_cells(story.parameters[of_found & ~assumed]),
+        "assumed": parameter_cells(story.parameters[of_found & assumed]),
+        "others": parameter_cells(story.parameters[~of_found & ~assumed], models=True),
+        "files": FILES if story.files else (),
     }
     return fill(template, content)
 

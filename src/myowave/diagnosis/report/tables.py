@@ -12,7 +12,6 @@ from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import Candidate
 from myowave.diagnosis.search.score import confusion
 from myowave.identification.record import Record
-from myowave.identification.uncertainty import correlations
 
 CONFUSED = 0.8  # one effect imitates at least this much of another
 
@@ -89,16 +88,6 @@ def parameters_table(diagnosis: Diagnosis) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def correlations_table(diagnosis: Diagnosis) -> pd.DataFrame:
-    """Correlations of the estimates, model by model."""
-    tables = []
-    for rung in diagnosis.tried:
-        names = [p.name for p in rung.fit.free]
-        square = pd.DataFrame(correlations(rung.fit.covariance()), index=names, columns=names)
-        tables.append(square.rename_axis("parameter").rename_axis(columns="other").stack().rename("correlation"))
-    return pd.concat(tables, keys=[rung.name for rung in diagnosis.tried], names=["model"]).reset_index()
-
-
 def errors_by_trial(diagnosis: Diagnosis) -> pd.DataFrame:
     """RMSE with its 95 % interval and R2 of every model on every trial; no `horizon_s` where these are whole trials."""
     rows = []
@@ -122,15 +111,16 @@ def errors_by_trial(diagnosis: Diagnosis) -> pd.DataFrame:
 
 
 def predictions_table(diagnosis: Diagnosis) -> pd.DataFrame:
-    """Measured and simulated angle of every trial and model."""
+    """Measured and simulated angle of every trial and model; each `piece` starts at a measured state."""
     tables = []
     for rung in diagnosis.tried:
         parts = (("train", rung.fit.record, rung.residual), ("test", diagnosis.test, rung.heldout.residual))
         for role, record, residual in parts:
             left = record.joined(residual)
+            piece = record.joined(np.broadcast_to(np.arange(len(residual))[:, None], residual.shape))
             for trial, measured in record.joined(record.angle).items():
                 motion = {"time_s": np.arange(len(measured)) * record.dt, "angle_rad": measured}
-                motion["predicted_rad"] = measured - left[trial]
+                motion |= {"predicted_rad": measured - left[trial], "piece": piece[trial]}
                 tables.append(pd.DataFrame({"model": rung.name, "trial": trial, "role": role, **motion}))
     return pd.concat(tables, ignore_index=True)
 
@@ -185,7 +175,6 @@ TABLES = {
     "ladder": ladder_table,
     "ranking": ranking_table,
     "parameters": parameters_table,
-    "correlations": correlations_table,
     "errors": errors_by_trial,
     "misfit": misfit_table,
     "missing_torque": missing_torque_table,

@@ -7,21 +7,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from myowave.diagnosis.causes import EMG_NOISE_TITLE, OWN_CURVES
+import pandas as pd
+
+from myowave.diagnosis.causes import EMG_NOISE, EMG_NOISE_TITLE, OWN_CURVES
 from myowave.diagnosis.comparison.names import EMG_ONLY, HORIZON_BASELINES, NOISE, POSTURE, POSTURE_LOAD
+from myowave.diagnosis.report.advice import AS_GOOD, SESSION, added, base_of, disagrees, needs_others, next_steps, todo
 from myowave.diagnosis.report.numbers import degrees, estimate, r2_text, two_digits
 from myowave.diagnosis.report.words import BASE, kind_of
 
 Verdict = Mapping[str, Any]
 
 QUIET = 1.1  # an adequate model that leaves no more than so many times the noise has nothing to locate
-AS_GOOD = 0.02  # difference of R2 that is none
 WORTH_TELLING = 0.99  # below this R2 noise is worth a sentence
-IF_RIGHT = 'Where it says "were it right" the model leaves more than noise: its SE holds only if the model were right.'
-RECORD_INSTEAD = (
-    "Record trials in which the same posture and speed need different torques: holds at several angles against a hand "
-    "that pushes and yields, lifts with different known loads, starts and stops at different speeds."
-)
+NO_EFFECT = "So no effect was weighed, and none is named."
 SAME_LOAD = "The settings give all training trials the same load; where it was another, correct it under conditions. "
 SYMBOLS = {
     "q": "the angle q in rad",
@@ -35,39 +33,33 @@ class Told:
     """What is said of a verdict, each part without the others; empty where there is nothing to say.
 
     Args:
-        base: which model is the one to start from.
-        headline, strength: the answer, and paragraphs on how much it claims.
-        numbers: (what, value) of the few that count most.
-        compare, torque, horizons, where, missing, which, next_trial, add, keep, score: by the steps of the page; `keep`
-            is what to write in the settings.
-        restart, ladder, parameters: captions.
+        headline: the answer in a sentence with one number; `lead`, paragraphs below it.
+        todo: what to do next in a few words, `next` in sentences; `session`, trials to record: what, load, seconds.
+        compare, torque, horizons, where, missing, which: by the steps of the page.
+        command, keep: what to type, and what to write in the settings, to add what was found.
+        parameters: what those of a model stand on that does not follow.
+        score: what scoring knows where the trials were simulated.
         noise: of the angle; `noise_with_emg`: what this and noise of the EMG make together [deg], if that is there.
-        over: what the model is judged over.
-        titles: of the pictures, by name.
         quiet: whether there is nothing to locate: no effect shows, and no more than noise is left.
     """
 
-    base: str
     headline: str
-    strength: list[str]
-    numbers: list[tuple[str, str]]
+    lead: list[str]
+    todo: str
+    next: list[str]
+    session: Sequence[tuple[str, str, int]]
     compare: str
     torque: str
     horizons: str
     where: str
     missing: str
     which: str
-    next_trial: str
-    add: str
+    command: str
     keep: str
-    score: str
-    restart: str
-    ladder: str
     parameters: str
+    score: str
     noise: str
     noise_with_emg: float | None
-    over: str
-    titles: Mapping[str, str]
     quiet: bool
 
 
@@ -77,50 +69,47 @@ def tell(verdict: Verdict) -> Told:
     Args:
         verdict: verdict.json.
     """
-    model, _ = base_of(verdict)
-    horizon, proposed, torque, where = verdict["horizon_s"], verdict["next_trial"], _torque(verdict), _where(verdict)
+    torque, follows = _torque(verdict), verdict["follows"]
+    model, added_ones = base_of(verdict)[0], added(verdict)
     return Told(
-        base=f"Here {model} is the model to start from: {BASE}.",
-        headline=_headline(verdict) if verdict["follows"] else f"{torque[0]} {_headline(verdict)}",
-        strength=_strength(verdict) if verdict["follows"] else [*torque[1:], _stands_on(verdict)],
-        numbers=_numbers(verdict),
+        headline=_headline(verdict),
+        lead=_strength(verdict) if follows else [" ".join([NO_EFFECT, *torque[1:]])],
+        todo=todo(verdict),
+        next=next_steps(verdict),
+        session=SESSION if needs_others(verdict) else (),
         compare=_compare(verdict),
-        torque=" ".join(torque),
-        horizons=" ".join(_horizons(verdict)),
-        where=" ".join(where),
+        torque=" ".join(torque if follows else torque[:1]),
+        horizons=_horizons(verdict),
+        where=" ".join(_where(verdict)),
         missing=_missing(verdict),
         which=_which(verdict),
-        next_trial=f"{proposed['trial']}. It would tell {proposed['question']} "
-        f"(expected chi-square {proposed['separation']:.3g}, now {proposed['now']:.3g})."
-        if proposed
-        else "",
-        add=_add(verdict),
-        keep=f"targets: {{models: {{{verdict['dataset']}: [{model}, {verdict['model']}]}}}}" if added(verdict) else "",
+        command=verdict["command"] if added_ones else "",
+        keep=f"targets: {{models: {{{verdict['dataset']}: [{model}, {verdict['model']}]}}}}" if added_ones else "",
+        parameters="" if follows else _basis(verdict),
         score=_score(verdict),
-        restart="" if horizon is None else f"Every {horizon:g} s the prediction starts again at the measured state.",
-        ladder=_ladder_caption(verdict),
-        parameters=IF_RIGHT if verdict["models_that_leave_more"] else "",
         noise=noise(verdict),
         noise_with_emg=_noise_with_emg(verdict),
-        over="whole trials" if horizon is None else f"all of the {horizon:g} s after a measured state",
-        titles=_titles(verdict, torque[0], where[0]),
         quiet=_quiet(verdict),
     )
-
-
-def base_of(verdict: Verdict) -> tuple[str, Mapping[str, float]]:
-    """The model without effects, and its errors [deg]."""
-    return next(iter(verdict["rmse_deg"].items()))
-
-
-def added(verdict: Verdict) -> list[str]:
-    """The named effects that the model has which was found: noise of the EMG is a cause, and no part of a model."""
-    return [effect for effect in verdict["effects"] if effect in verdict["model"].split("+")]
 
 
 def noise(verdict: Verdict) -> str:
     """The noise of the measured angle, said to be a bound where it is one."""
     return f"{'at most ' * bool(verdict['noise_is_bound'])}{degrees(base_of(verdict)[1]['noise'])}"
+
+
+def tell_network(network: pd.Series | None) -> str:
+    """How well a network predicts the held-out trials.
+
+    Args:
+        network: a row of `ladder.join_ladder`; None where there is none.
+    """
+    if network is None:
+        return ""
+    if not network["heldout_r2"] > 0:
+        return "The network does not follow the held-out trials."
+    error, r2 = degrees(network["heldout_rmse_deg"]), r2_text(network["heldout_r2"])
+    return f"The network, fed by its own predictions over whole held-out trials, misses by {error} (R2 {r2})."
 
 
 def _noise_with_emg(verdict: Verdict) -> float | None:
@@ -134,51 +123,51 @@ def _quiet(verdict: Verdict) -> bool:
     return verdict["verdict"] in ("adequate", "undecidable") and errors["fitted"] <= QUIET * errors["noise"]
 
 
+def _named(verdict: Verdict) -> str:
+    """What is missing, by titles: those of a class joined by `or`."""
+    classes = {c[0]: c for c in verdict["alternatives"]}
+
+    def title(name: str) -> str:
+        return EMG_NOISE_TITLE if name == EMG_NOISE else verdict["titles"].get(name) or name
+
+    causes = verdict["effects"] or verdict["nearest"]
+    return " and ".join(" or ".join(map(title, classes.get(name, [name]))) for name in causes)
+
+
+def _held_out(verdict: Verdict) -> str:
+    return "held-out trials" if verdict["horizon_s"] is None else "short pieces of held-out trials"
+
+
 def _headline(verdict: Verdict) -> str:
-    """The answer in a sentence or two."""
-    kind, classes = verdict["verdict"], {c[0]: c for c in verdict["alternatives"]}
+    """The answer in a sentence with one number."""
+    error, left = degrees(verdict["rmse_deg"][verdict["model"]]["heldout"]), degrees(verdict["missing_deg"])
+    named, trials, kind = _named(verdict), _held_out(verdict), verdict["verdict"]
     if not verdict["follows"]:
-        return (
-            f"The model does not follow these trials: over the {verdict['horizon_s']:g} s after a measured state "
-            "it misses more than the mean angle of that time does. No effect was weighed."
-        )
-    named = [" or ".join(classes.get(name, [name])) for name in added(verdict) or verdict["nearest"]]
-    of_emg = f"{EMG_NOISE_TITLE} of {verdict['emg_noise']:.2g}"
-    missing = " and ".join([*named, *[of_emg] * bool(verdict["emg_noise"])])
-    leaves = f"{degrees(verdict['fitted_deg'])}; the noise is {noise(verdict)}"
-    if verdict["emg_noise"]:
-        moved = f"that of the EMG moves the simulated arm by {degrees(verdict['emg_motion_deg'])}"
-        leaves = f"{degrees(verdict['fitted_deg'])}; the noise of the angle is {noise(verdict)}, and {moved}"
-    left = f"{verdict['missing_deg']:.2g} deg of motion" + (
-        f", {verdict['missing_Nm']:.2g} N m of torque" if verdict["missing_Nm"] > 0 else ""
-    )
+        rmse, horizon = verdict["horizons"]["rmse_deg"], verdict["horizons"]["horizon_s"]
+        model = base_of(verdict)[0]
+        after = "half a second" if horizon == 0.5 else f"{horizon:g} s" if horizon else ""
+        far = f"{degrees(rmse[model])} off after {after}" if model in rmse else f"{error} off within short pieces"
+        return f"The muscle model does not follow this arm: {far}."
     match kind:
+        case "adequate" if disagrees(verdict):
+            return f"The model explains the training trials, but misses {trials} by {error}."
         case "adequate":
-            return f"The model is adequate: it leaves {leaves}, and no effect in the catalogue would explain more."
+            return f"Nothing is missing: the model predicts {trials} within {error}."
         case "effect":
-            them = "them" if " and " in missing else "it"
-            return f"Missing: {missing}. With {them} the model leaves {leaves}."
+            return (
+                f"Missing: {named}. With {'them' if ' and ' in named else 'it'} the model misses {trials} by {error}."
+            )
         case "class":
-            like = "" if classes else " or something like it"
-            text = f"Missing: {missing}{like}; these data cannot tell which. The model then leaves {leaves}."
-            return " ".join([text, *_stand_ins(verdict)])
+            like = " or something like it" * (not verdict["alternatives"])
+            return f"Missing: {named}{like}; these trials cannot tell which. The error is then {error}."
         case "partial":
-            rest = verdict["rest"] or "something that is not in the catalogue"
-            return " ".join([f"Missing: {missing}, and {rest} ({left}).", *_stand_ins(verdict)])
+            return f"Missing: {named}, and {verdict['rest'] or 'something else'} that moves the arm by {left}."
         case "unknown":
-            would = f"; {missing} would explain {verdict['explained']:.0%} of it" if named else ""
-            would = f"; {OWN_CURVES} would explain it" if verdict["rest"] and not named else would
-            return f"Something is missing that no effect in the catalogue explains ({left}){would}."
+            what = OWN_CURVES if verdict["rest"] and not named else "something that no effect explains"
+            return f"Missing: {what}. It moves the arm by {left}."
         case "undecidable":
-            return f"Not decidable: {tell_masked(verdict['outside_usual_range'])}."
+            return f"These trials cannot tell: {tell_masked(verdict['outside_usual_range'])}."
     raise AssertionError(kind)
-
-
-def _stand_ins(verdict: Verdict) -> list[str]:
-    return [
-        f"Outside the catalogue, {' or '.join(others)} would do as well as {name}."
-        for name, others in verdict["stand_ins"].items()
-    ]
 
 
 def tell_masked(masked: Mapping[str, Sequence[str]]) -> str:
@@ -199,18 +188,31 @@ def tell_masked(masked: Mapping[str, Sequence[str]]) -> str:
 
 def _strength(verdict: Verdict) -> list[str]:
     """How much a verdict claims, in numbers, a paragraph for each effect."""
+    (model, first), found = base_of(verdict), verdict["model"]
     # Where more is left, no rounding makes it nothing.
     rest = f"goes with {verdict['rest']}" if verdict["rest"] else "has no name"
     claim = kind_of(verdict).sentence.format(explained=min(verdict["explained"], 0.99), rest=rest)
+    if found != model:
+        claim += f" Without {'them' if len(added(verdict)) > 1 else 'it'} the error is {degrees(first['heldout'])}."
+    claim += f" The noise of the angle is {noise(verdict)}."
     if verdict["emg_noise"]:
         claim += (
-            f" Noise of the angle is {noise(verdict)} of it; noise of the recorded EMG, with a standard deviation of "
-            f"{two_digits(verdict['emg_noise'])} where EMG goes from 0 to 1 if it is white, moves the simulated arm by "
+            f" Noise of the recorded EMG, with a standard deviation of {two_digits(verdict['emg_noise'])} where EMG "
+            "goes from 0 to 1 if it is white, moves the simulated arm by "
             f"{degrees(verdict['emg_motion_deg'])}. Squares add: together that is about "
             f"{degrees(_noise_with_emg(verdict) or 0.0)}."
         )
+    if verdict["verdict"] == "adequate" and disagrees(verdict):
+        claim += (
+            " The verdict is of the training trials alone. The held-out trials hold something that these do not show: "
+            "believe neither that nothing is missing, nor the parameters."
+        )
     effects = [f"{effect}: {_evidence(verdict, effect)}; {_estimates(verdict, effect)}." for effect in added(verdict)]
-    return [*([] if verdict["verdict"] == "adequate" else [claim]), *effects]
+    others = [
+        f"Outside the catalogue, {' or '.join(stand_ins)} would do as well as {name}."
+        for name, stand_ins in verdict["stand_ins"].items()
+    ]
+    return [claim.strip(), *effects, *others]
 
 
 def _evidence(verdict: Verdict, effect: str) -> str:
@@ -235,58 +237,33 @@ def _estimates(verdict: Verdict, effect: str) -> str:
     return ", ".join(texts)
 
 
-def _stands_on(verdict: Verdict) -> str:
+def _basis(verdict: Verdict) -> str:
     """Where the parameters of a model come from that does not follow."""
     if verdict["stands_on"] != "torque":
-        return f"Its parameters are those of a fit over {verdict['horizon_s']:g} s, and hold for no longer."
+        return f"They are those of a fit over {verdict['horizon_s']:g} s, and hold for no longer."
     left_out = verdict["torque_left_out"].values()
     scores = (
         f"Each training trial left out in turn: R2 {min(left_out):.2f} to {max(left_out):.2f}."
         if left_out
         else "No training trial could be left out, so nothing says how far they hang on the trials."
     )
-    return f"Its parameters are fitted to torque along the measured motion. {scores}"
-
-
-def _numbers(verdict: Verdict) -> list[tuple[str, str]]:
-    errors, found, horizon = verdict["rmse_deg"], verdict["model"], verdict["horizon_s"]
-    model, first = base_of(verdict)
-    over = "" if horizon is None else f", over all of the {horizon:g} s after measured states"
-    numbers = [(f"held-out RMSE of {model}{over}", degrees(first["heldout"]))]
-    if found != model:
-        numbers.append(("held-out RMSE with what was found", degrees(errors[found]["heldout"])))
-    numbers.append(("noise of the measured angle", noise(verdict)))
-    if verdict["emg_noise"]:
-        numbers.append(("moved by noise of the recorded EMG", degrees(verdict["emg_motion_deg"])))
-    return numbers
+    return f"They are fitted to torque along the measured motion. {scores}"
 
 
 def _compare(verdict: Verdict) -> str:
-    """What the fits stand on, models that could not be fitted, and errors beside the noise."""
-    (model, errors), horizon = base_of(verdict), verdict["horizon_s"]
-    train, heldout = degrees(errors["train"]), degrees(errors["heldout"])
-    times = (
-        f"{'more than ' * verdict['noise_is_bound']}{two_digits(errors['fitted'] / errors['noise'])} times the noise"
-    )
-    failed = [f"The model {name} could not be fitted: {why}" for name, why in verdict["failed"].items()]
-    if horizon is None:
-        text = (
-            f"Fitted to the training trials, the model {model} leaves {train} there and {heldout} on held-out trials."
+    """What the fits stand on, and models that could not be fitted."""
+    model, horizon = base_of(verdict)[0], verdict["horizon_s"]
+    texts = [f"Here {model} is the model to start from: {BASE}."]
+    if horizon is not None:
+        texts.append(
+            f"It does not follow the motion for {horizon:g} s, so its parameters stand on torque and no fit to motion."
+            if verdict["stands_on"] == "torque"
+            else "Running free over whole trials the model diverges."
         )
-        return " ".join([*failed, text, *[f"On the training trials that is {times}."] * (not _quiet(verdict))])
-    reach = (
-        f"The model does not follow the motion for {horizon:g} s, so its parameters stand on torque and no fit to "
-        f"motion; all below is about predictions over {horizon:g} s with them, each from a measured state."
-        if verdict["stands_on"] == "torque"
-        else f"Running free over whole trials the model diverges; all below is about predictions over {horizon:g} s, "
-        "each from a measured state."
+        texts.append(f"In the picture it starts again at the measured state every {horizon:g} s; a network never does.")
+    return " ".join(
+        [*texts, *(f"The model {name} could not be fitted: {why}" for name, why in verdict["failed"].items())]
     )
-    fitted = (
-        f"So predicted, the model {model} misses by {train} on training trials and by {heldout} on held-out trials. "
-        f"Given the best start of each piece instead, as the fit takes it, it leaves {degrees(errors['fitted'])} on "
-        f"the training trials, {times}."
-    )
-    return " ".join([reach, *failed, fitted])
 
 
 def _part(facts: Mapping[str, Any]) -> str:
@@ -294,8 +271,7 @@ def _part(facts: Mapping[str, Any]) -> str:
 
 
 def _torque(verdict: Verdict) -> list[str]:
-    """How much of the torque posture, EMG and the models explain, and what to do where it is little; the finding
-    first."""
+    """How much of the torque posture, EMG and the models explain; the finding first, then what follows from it."""
     r2, first, found = verdict["torque"]["r2"], base_of(verdict)[0], verdict["model"]
     if r2[POSTURE] is None or r2[first] is None:
         return ["The trials are too short, or too still, to compare torques."]
@@ -313,33 +289,29 @@ def _torque(verdict: Verdict) -> list[str]:
     if not r2[found] > r2[POSTURE] + AS_GOOD:
         less = "less than" if r2[found] < r2[POSTURE] - AS_GOOD else "no more than"
         texts.append(
-            f"So EMG and muscles explain {less} posture and speed do, and no verdict on the muscles can stand on "
-            f"these trials. {'' if POSTURE_LOAD in r2 else SAME_LOAD}{RECORD_INSTEAD}"
+            f"EMG and muscles explain {less} posture and speed do, and no verdict on the muscles can stand on these "
+            f"trials. {'' if POSTURE_LOAD in r2 else SAME_LOAD}"
         )
     elif r2[found] < r2[EMG_ONLY] - AS_GOOD:
         texts.append("A straight line through EMG explains more than the muscles: the physics is wrong, or its EMG is.")
     elif r2[found] < r2.get(POSTURE_LOAD, -math.inf) - AS_GOOD:
         texts.append(
-            "So EMG tells what posture does not, above all the load; but who knows the load needs no EMG here, as "
-            f"every movement is much like every other. {RECORD_INSTEAD}"
+            "EMG tells what posture does not, above all the load; but who knows the load needs no EMG here, as every "
+            "movement is much like every other."
         )
-    return texts
+    return [text.strip() for text in texts]
 
 
-def _horizons(verdict: Verdict) -> list[str]:
-    """How far the models miss after half a second and over whole trials."""
+def _horizons(verdict: Verdict) -> str:
+    """How far the models miss after half a second."""
     facts, found = verdict["horizons"], verdict["model"]
-    rmse, whole, horizon = facts["rmse_deg"], facts["whole_deg"], facts["horizon_s"]
+    rmse, horizon = facts["rmse_deg"], facts["horizon_s"]
     if horizon is None:
-        return ["The trials are too short to predict over short horizons."]
-    models = dict.fromkeys((base_of(verdict)[0], found))
+        return "The trials are too short to predict over short horizons."
     rival = min((name for name in HORIZON_BASELINES if name in rmse), key=lambda name: rmse[name])
-    parts = [f"{m} misses by {rmse[m]:.2g} deg" for m in models]
-    parts.append(f"the best predictor without a model of the arm ({rival}) by {rmse[rival]:.2g}")
-    texts = [f"{_part(facts)}, {horizon:g} s after a measured state {', '.join(parts)}."]
-    if whole:
-        texts.append(f"Running free over whole trials, {' and '.join(f'{m} by {whole[m]:.2g} deg' for m in models)}.")
-    return texts
+    parts = [f"{m} misses by {degrees(rmse[m])}" for m in dict.fromkeys((base_of(verdict)[0], found))]
+    parts.append(f"the best predictor without a model of the arm ({rival}) by {degrees(rmse[rival])}")
+    return f"{_part(facts)}, {horizon:g} s after a measured state {', '.join(parts)}."
 
 
 def _where(verdict: Verdict) -> list[str]:
@@ -350,8 +322,8 @@ def _where(verdict: Verdict) -> list[str]:
         texts = [f"In every part of the trials the misfit is below the noise, {noise(verdict)}: nothing to locate."]
     else:
         texts = [f"It {_finding(**finding)}." for finding in verdict["where"]] or ["It is the same everywhere."]
-        texts = [texts[0].replace("It ", "The misfit ", 1), *texts[1:], f"The noise is {noise(verdict)}."]
-    pieces = "These are errors of the fit, with the best start of each piece."
+        texts = [texts[0].replace("It ", "The misfit ", 1), *texts[1:]]
+    pieces = "These are errors of the fit to training trials, with the best start of each piece."
     return [*texts, *[pieces] * (verdict["horizon_s"] is not None)]
 
 
@@ -388,12 +360,18 @@ def _name_and_unit(factors: Sequence[str]) -> tuple[str, str]:
     return name, "" if units[0] == "-" else f" {units[0]}"
 
 
+def torque_text(verdict: Verdict, model: str) -> str:
+    """Torque that a model lacks, as everywhere: RMS over the training trials [N m], or what noise hides."""
+    rms, hidden = verdict["missing_torque_Nm"][model], verdict["torque_noise_Nm"][model]
+    return f"{two_digits(rms)} N m" if rms > 0 else f"under {two_digits(hidden)} N m"
+
+
 def _missing(verdict: Verdict) -> str:
     """The torque that the model without effects lacks, and that of the one that was found."""
     texts = [
-        f"{model} lacks a torque of {rms:.2g} N m RMS."
+        f"{model} lacks a torque of {torque_text(verdict, model)} RMS."
         if rms > 0
-        else f"{model} lacks no torque beyond what noise shows."
+        else f"{model} lacks no torque that noise would not show, {torque_text(verdict, model)}."
         for model, rms in verdict["missing_torque_Nm"].items()
     ]
     if verdict["emg_noise"]:
@@ -418,6 +396,11 @@ def _which(verdict: Verdict) -> str:
         if weak:
             texts.append(f"By itself, {' or '.join(weak)} would not pass: its worth shows given the others.")
         texts += ["More is left.", _left(verdict)] if kind_of(verdict).unexplained else []
+    if verdict["absorbed"]:
+        texts.append(
+            f"{len(verdict['absorbed'])} of the {count} cannot be seen in these trials, as parameters that are fitted "
+            "anyway take their place; the table says which."
+        )
     return " ".join(texts)
 
 
@@ -431,45 +414,6 @@ def _left(verdict: Verdict) -> str:
     return f"As a formula, the missing torque is {verdict['formula']} N m{', with ' * bool(used)}{', '.join(used)}."
 
 
-def _add(verdict: Verdict) -> str:
-    if not verdict["follows"]:
-        return "Nothing, before the model follows the motion: look at its constants, the EMG, the load and the clocks."
-    if verdict["rest"] and not verdict["effects"]:
-        return (
-            "No effect. No family of curves in physics.curves follows these muscles, so forces and lengths hold as far "
-            "as their curves do: judge them by their intervals, or measure a curve on the subject."
-        )
-    if kind_of(verdict).unexplained and not verdict["effects"]:
-        begin = "Look at the draft below" if verdict["formula"] != "0" else "Write an effect file of your own"
-        return (
-            f"{begin}, give it a physical meaning, list the file in physics.effect_files and run snakemake again: it "
-            "then takes part like any other effect."
-        )
-    if verdict["verdict"] == "undecidable":
-        names = " and ".join(verdict["outside_usual_range"]) or "the parameters"
-        record = "Record the trial that is proposed above, or measure" if verdict["next_trial"] else "Measure"
-        return f"Nothing yet. {record} {names} on the subject; then run again."
-    if not added(verdict):
-        return "There is nothing to add." + " No model makes up for noise of the EMG." * bool(verdict["effects"])
-    if not verdict["command"]:
-        return "The model that was found, named in the settings as below, is then trained and compared in every run."
-    return (
-        "Typed in the project's folder with its environment active (. .venv/bin/activate), this trains the network "
-        "with the model that was found, and shows it below beside what is there. Nothing is overwritten: a model is a "
-        "coordinate."
-    )
-
-
-def _ladder_caption(verdict: Verdict) -> str:
-    text, horizon = f"The noise of the measured angle is {noise(verdict)}.", verdict["horizon_s"]
-    if horizon is None:
-        return text
-    return (
-        f"{text} Errors of the physical model are over the {horizon:g} s after measured states; a network's "
-        "are over whole trials, running free."
-    )
-
-
 def _score(verdict: Verdict) -> str:
     """What scoring knows where the trials were simulated."""
     if verdict["hidden"] is None:
@@ -480,46 +424,3 @@ def _score(verdict: Verdict) -> str:
     was = "was" if len(verdict["hidden"]) == 1 else "were"
     named = f"the verdict names {'that' if verdict['hit'] else 'less, more or something else'}"
     return f"{truth}{' and '.join(verdict['hidden'])} {was} hidden in them, and {named}."
-
-
-def _titles(verdict: Verdict, torque: str, where: str) -> dict[str, str]:
-    """What each picture shows."""
-    (model, first), found, errors = base_of(verdict), verdict["model"], verdict["rmse_deg"]
-    models = dict.fromkeys((model, found))
-    texts = [f"{_spaced(m)} misses by {degrees(errors[m]['heldout'])}" for m in models]
-    heldout = f"On held-out trials {', '.join(texts)}; noise is {noise(verdict)}"
-    asked = [
-        f"{verdict['titles'].get(name) or name}"
-        + (f" ($\\Delta$BIC {verdict['evidence'][name]['delta_bic']:.0f})" if name in verdict["evidence"] else "")
-        for name in added(verdict)
-    ]
-    if not verdict["follows"]:
-        ranking = f"No effect was weighed, as {model} does not follow the trials; these are first guesses"
-    elif asked:
-        ranking = f"The evidence asks for {' and '.join(asked)}, and for no other effect"
-    else:
-        ranking = f"The evidence asks for no effect beside {model}"
-    ladder = f"Nothing added: {degrees(first['heldout'])} on held-out trials, noise is {noise(verdict)}"
-    if found != model:
-        before, after = (verdict["missing_torque_Nm"][m] for m in models)
-        ladder = (
-            f"With what was found the held-out error falls from {degrees(first['heldout'])} to "
-            f"{degrees(errors[found]['heldout'])}, missing torque from {before:.2g} to {after:.2g} N m"
-        )
-    return {
-        "overlay": heldout,
-        "errors": heldout,
-        "torque": torque.rstrip("."),
-        "horizons": _horizons(verdict)[0].rstrip("."),
-        "correlations": "How alike the estimates are: with a correlation near 1 or -1 two are only known together",
-        "misfit": where.rstrip("."),
-        "missing_torque": _missing(verdict).split(". ")[0].rstrip("."),
-        "ranking": ranking,
-        "ladder": ladder,
-        "parameters": "Parameters with 95 % intervals",
-    }
-
-
-def _spaced(model: str) -> str:
-    """A model's name with room for a line break."""
-    return model.replace("+", " + ")

@@ -7,6 +7,8 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
+from myowave.physics.constants import GROUP_CONSTANTS
+
 
 @dataclass(frozen=True)
 class Kind:
@@ -48,7 +50,8 @@ GLOSSARY = {
     "scale": "Networks learn from coarse to fine: 3-scale learns slow motion first, then faster parts in two steps; "
     "1-scale learns the signals as they are.",
     "noise": "Scatter of the measured angle that no model can explain.",
-    "missing torque": "Torque that would have to be added to the model to make its motion the measured one.",
+    "missing torque": "Torque that would have to be added to the model to make its motion the measured one, RMS over "
+    'the training trials; "under" is what noise of the angle alone would show.',
     "absorbed": "Parameters that are fitted anyway do the work of the effect, so these data cannot show it.",
     "folds won": "Each training trial is left out in turn; a fold is won where the effect predicts that trial better.",
     "smallest detectable": "An effect weaker than this could not be seen in these data.",
@@ -91,7 +94,7 @@ def explained(text: str, titles: Mapping[str, str]) -> Markup:
         seen.add(term)
         if group == "effect":
             return str(titled(found, titles)) if first else f"<code>{found}</code>"
-        return f'<abbr title="{escape(GLOSSARY[term])}">{found}</abbr>' if first else found
+        return f'<abbr tabindex="0" title="{escape(GLOSSARY[term])}">{found}</abbr>' if first else found
 
     return Markup(re.sub(pattern, mark, str(escape(text))))
 
@@ -101,6 +104,13 @@ def titled(effect: str, titles: Mapping[str, str]) -> Markup:
     title = titles.get(effect, "")
     name = Markup("<code>{}</code>").format(effect)
     return Markup("{} ({})").format(title, name) if title else name
+
+
+def in_words(parameter: str, meaning: str) -> str:
+    """A parameter by what it means, with the name that settings know it by; a group's by its own words."""
+    kind, _, group = parameter.partition("_")
+    words = f"{kind} of the {group}" if kind in GROUP_CONSTANTS and group else meaning
+    return f"{words} ({parameter})"
 
 
 def plain(effect: str, titles: Mapping[str, str]) -> str:

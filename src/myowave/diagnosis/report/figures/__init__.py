@@ -1,4 +1,4 @@
-"""Pictures of a diagnosis, one module per step: compare, comparisons, where, which, watch. Drawn only from its tables.
+"""Pictures of a diagnosis, one module per step: glance, comparisons, where, which, watch. Drawn only from its tables.
 
 Where there are several models, the first (without any effect added) and the one that was found are shown.
 """
@@ -9,15 +9,15 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
+from myowave.diagnosis.report.advice import base_of
 from myowave.diagnosis.report.cells import with_texts
-from myowave.diagnosis.report.figures.compare import draw_correlations, draw_errors, draw_overlay
 from myowave.diagnosis.report.figures.comparisons import draw_horizons, draw_torque
-from myowave.diagnosis.report.figures.watch import draw_ladder, draw_parameters
+from myowave.diagnosis.report.figures.glance import draw_glance
+from myowave.diagnosis.report.figures.watch import draw_ladder
 from myowave.diagnosis.report.figures.where import draw_misfit, draw_missing_torque
 from myowave.diagnosis.report.figures.which import draw_ranking
 from myowave.diagnosis.report.ladder import PHYSICS
-from myowave.diagnosis.report.tell import base_of, tell
-from myowave.plotting import title
+from myowave.diagnosis.report.tell import tell
 
 
 def draw_diagnosis(
@@ -26,9 +26,8 @@ def draw_diagnosis(
     """All pictures of a dataset, by name.
 
     Args:
-        tables: those of `tables.TABLES`, with `ladder` and `parameters` as `ladder` joins them, and those of
-            `comparison.compare`.
-        predictions: measured and simulated angle, from `tables.predictions_table`.
+        tables: those of `tables.TABLES`, with `ladder` as `ladder` joins it, and those of `comparison.compare`.
+        predictions: measured and predicted angle, from `motion.beside`.
         verdict: verdict.json.
     """
     told, found = tell(verdict), verdict["model"]
@@ -38,22 +37,18 @@ def draw_diagnosis(
         levels["noise of the angle and of the EMG"] = told.noise_with_emg
     angle = dict(list(levels.items())[:1])
     networks = tables["ladder"][tables["ladder"]["source"] != PHYSICS]
+    ends = list(dict.fromkeys((model, found)))
 
     def of_ends(table: pd.DataFrame) -> pd.DataFrame:
-        return table[table["model"].isin((model, found))]
+        return table[table["model"].isin(ends)]
 
-    figures = {
-        "overlay": draw_overlay(of_ends(predictions)),
-        "errors": draw_errors(tables["errors"], found, levels),
+    others = predictions["model"].isin(set(verdict["rmse_deg"]) - set(ends))
+    return {
+        "glance": draw_glance(predictions[~others], ends),
         "torque": draw_torque(tables["torque"]),
         "horizons": draw_horizons(tables["horizons"], angle, networks, found),
-        "correlations": draw_correlations(of_ends(tables["correlations"])),
         "misfit": draw_misfit(of_ends(tables["misfit"]), angle),
         "missing_torque": draw_missing_torque(of_ends(tables["missing_torque"])),
         "ranking": draw_ranking(with_texts(tables["ranking"]), verdict["titles"]),
         "ladder": draw_ladder(tables["ladder"], levels, verdict["horizon_s"]),
-        "parameters": draw_parameters(tables["parameters"]),
     }
-    for name, figure in figures.items():
-        title(figure, told.titles[name])
-    return figures

@@ -22,40 +22,36 @@ PARTS = {"training trials": (BLUE, "o", -0.13), "held-out trials": (MODEL, "s", 
 
 
 def draw_torque(torque: pd.DataFrame) -> Figure:
-    """Share of the needed torque that each predictor explains, and what is missing, one dot per trial.
+    """Share of the needed torque that each predictor explains, one dot per trial.
 
     Args:
-        torque: columns model, trial, held_out, rmse_Nm, r2.
+        torque: columns model, trial, held_out, r2.
     """
     rivals = (POSTURE, POSTURE_LOAD, EMG_ONLY)
     models = [n for n in unique(torque["model"]) if n not in (*rivals, NOISE)]
     names = [*(n for n in rivals if n in set(torque["model"])), *models]
-    figure, axes = canvas(1, 2, width=12.0, height=1.2 + 0.62 * (len(names) + 2), sharey=True)
-    share, missing = axes[0]
+    figure, axes = canvas(1, 1, width=9.0, height=1.2 + 0.62 * (len(names) + 2))
+    share = axes[0, 0]
     shown = torque[torque["model"].isin(names)]
     for held_out, (label, (color, marker, offset)) in enumerate(PARTS.items()):
         rows = shown[shown["held_out"] == bool(held_out)].replace([np.inf, -np.inf], np.nan)
         y = rows["model"].map(names.index) + offset
         look = {"color": color, "marker": marker, "markersize": 6.5, "linestyle": "none", "alpha": 0.85}
         share.plot(rows["r2"].clip(lower=LOWEST_R2), y, label=label, clip_on=False, **look)
-        missing.plot(rows["rmse_Nm"], y, clip_on=False, **look)
         for name, r2 in shown[(shown["held_out"] == bool(held_out)) & (shown["r2"] < LOWEST_R2)].groupby("model")["r2"]:
             ends = dict.fromkeys(f"{value:.2g}" for value in (r2.min(), r2.max()))
             text = "torque overflows" if np.isinf(r2).any() else " to ".join(ends)
             place = (LOWEST_R2, names.index(str(name)) + offset)
             share.annotate(text, place, (8, -3), textcoords="offset points", fontsize=9)
-    for axis, column in ((share, "r2"), (missing, "rmse_Nm")):
-        noise = torque[torque["model"] == NOISE][column]
-        if len(noise):
-            axis.axvspan(noise.min(), noise.max(), color=MEASURED, alpha=0.3, lw=1.5, zorder=0, label=NOISE)
-        axis.grid(axis="y", visible=False)
-        axis.tick_params(axis="y", length=0)
+    noise = torque[torque["model"] == NOISE]["r2"]
+    if len(noise):
+        share.axvspan(noise.min(), noise.max(), color=MEASURED, alpha=0.3, lw=1.5, zorder=0, label=NOISE)
+    share.grid(axis="y", visible=False)
+    share.tick_params(axis="y", length=0)
     share.set_yticks(range(len(names)), [short(n) for n in names])
     share.set_ylim(len(names) - 0.5, -0.5)
     share.set_xlim(min(-0.05, torque["r2"].clip(lower=LOWEST_R2).min() - 0.04), 1.03)
     share.set_xlabel("$R^2$ of the torque that the motion needs [-]")
-    missing.set_xlim(left=0)
-    missing.set_xlabel("torque that is missing, RMS [N m]")
     legend(figure, [share], columns=3)
     return figure
 

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from myowave.diagnosis.misfit.where import sharing
-from myowave.plotting import BLUE, GREY, MEASURED, MODEL, ORANGE, PINK, SKY
+from myowave.plotting import BLUE, GREY, MEASURED, MODEL
 
 Place = Literal["outside lower center", "outside right upper"]
 PANEL_LETTERS = 30  # that a panel's title has room for in a line
@@ -27,13 +27,6 @@ def unique(values: pd.Series) -> list[str]:
 def style(order: int) -> dict[str, str]:
     """How the first model and the one that was found are drawn, the same in all pictures."""
     return FIRST_STYLE if order == 0 else FOUND_STYLE
-
-
-def ramp(models: list[str], found: str) -> list[str]:
-    """A colour for each model: for the first and for the one that was found as everywhere, others of their own."""
-    others = [m for m in models[1:] if m != found]
-    own = {m: (ORANGE, PINK, SKY)[i % 3] for i, m in enumerate(others)}
-    return [MODEL if i == 0 else own.get(m, BLUE) for i, m in enumerate(models)]
 
 
 def short(model: str) -> str:

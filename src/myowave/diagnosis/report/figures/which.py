@@ -14,7 +14,7 @@ from myowave.diagnosis.report.words import plain
 from myowave.plotting import BLUE, GREY, MEASURED, ORANGE, PINK, SKY, canvas
 
 THRESHOLD = 10.0  # delta BIC that counts as very strong evidence
-SHOWN = 10  # candidates a panel
+SHOWN = 8  # candidates a panel
 REMARK_WIDTH = 48  # letters beside a point; the page has a table with all there is
 STATUS = {"supported": BLUE, "refused": ORANGE, "behind": PINK, "absorbed": GREY, "not needed": SKY, "failed": MEASURED}
 MEANING = {
@@ -38,7 +38,7 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
     figure.set_layout_engine("constrained", rect=(0.01, 0, 0.98, 1))  # the texts beside the panels need the width
     for axis, model in zip(axes[:, 0], models, strict=True):
         rows = ranking[ranking["model"] == model]
-        rows = pd.concat([rows.head(SHOWN), rows.iloc[SHOWN:].query("status == 'absorbed'")]).iloc[::-1]
+        rows = rows[rows["status"] != "absorbed"].head(SHOWN).iloc[::-1]
         y = np.arange(len(rows))
         axis.scatter(rows["delta_bic"], y, color=[STATUS[s] for s in rows["status"]], s=60, zorder=3)
         axis.set_xscale("symlog", linthresh=10, linscale=0.7)
@@ -62,11 +62,9 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
 
 def _remark(row: Any, *, added: bool) -> str:
     """What is known of a candidate, in a few words; whether it was added comes first."""
-    if row.status == "absorbed":
-        by = row.absorbed_by.replace(" ", ", ") or "parameters together"
-        return textwrap.shorten(f"absorbed by {by}", REMARK_WIDTH, placeholder=" ...")
     if row.delta_bic <= 0:
         return ""
-    found = "added; " * added + f"{row.estimate.replace('+-', '±')}; won {row.folds_won} of {row.folds}"
+    won = f"won {row.folds_won} of {row.folds}" if pd.notna(row.rmse_deg) else "not fitted"
+    found = "added; " * added + f"{row.estimate.replace('+-', '±')}; {won}"
     alike = f"{found}; like {row.confused_with.split(' ')[0]}" if row.confused_with else found
     return alike if len(alike) <= REMARK_WIDTH else textwrap.shorten(found, REMARK_WIDTH, placeholder=" ...")
