@@ -43,7 +43,10 @@ def explain_mistakes(command: Callable[P, None]) -> Callable[P, None]:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise typer.Exit(0) from None
         except OSError as error:
-            typer.echo(f"{error.filename}: {error.strerror}. Correct the name, or what may be done with it.", err=True)
+            if error.filename is None:  # what was to be written has no place, nor has what is left of it at the end
+                os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+            where = error.filename or "the output"
+            typer.echo(f"{where}: {error.strerror}. Correct the name, or what may be done with it.", err=True)
             raise typer.Exit(2) from None
         except ValueError as error:
             typer.echo(str(error), err=True)
@@ -130,6 +133,8 @@ def predict(
     fixed = read_known("--known", known or [], tuple(trained.architecture.known))
     predictor = Predictor(trained, angles, None if seed is None else [seed])
     refuse_to_overwrite(output, [checkpoint, Path("/dev/stdin" if emg == "-" else emg)])
+    if emg == "-" and sys.stdin is None:
+        raise ValueError("standard input is closed; name a file with --emg, or pipe EMG into the command.")
     if isinstance(sys.stdin, TextIOWrapper):
         sys.stdin.reconfigure(errors=_STRANGE)
     with ExitStack() as files:

@@ -29,4 +29,6 @@ class HeldOut(StudySection):
         if isinstance(dataset, RecordedDataset):
             for i, names in enumerate(self.test):
                 problems += [p for name in names for p in unless_known(f"test[{i}]", name, dataset.trials)]
+                if not set(dataset.trials) - set(names):
+                    problems.append(f"test[{i}]: names every trial ({', '.join(names)}); leave some to train on.")
         return problems

@@ -39,7 +39,10 @@ def write_session(folder, trials=("a", "b", "c"), change=None):
         for k, muscle in enumerate(("biceps", "triceps")):
             values = change(trial, muscle, burst(10 * seed + k, scale=50.0 + 5 * seed))
             noraxon(folder / trial / f"{muscle}.csv", f"Jane Doe {muscle}", values, EMG_HZ, "uV")
-        noraxon(folder / trial / "elbow.csv", "Elbow RT", change(trial, "angle", curl()), ANGLE_HZ, "deg")
+        no_two_alike = 1e-7 * seed * np.sin(np.arange(1200))  # to the last digit
+        noraxon(
+            folder / trial / "elbow.csv", "Elbow RT", change(trial, "angle", curl() + no_two_alike), ANGLE_HZ, "deg"
+        )
         tilt = change(trial, "tilt", np.full(1200, 5.0 + seed))
         noraxon(folder / trial / "tilt.csv", "Upper arm RT", tilt, ANGLE_HZ, "deg")
 

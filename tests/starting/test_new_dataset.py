@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 from myowave.cli import app
 from myowave.data.importing import import_trials
+from myowave.starting.block import held_out
 from myowave.starting.new import new_dataset
 from myowave.starting.subject import Body
 
@@ -110,7 +111,7 @@ def test_prepared_files_become_a_measured_dataset_that_can_be_imported(workplace
     dataset = laid_over(made.text).data.datasets["mine"]
     assert (dataset.kind, len(dataset.files), dataset.test) == ("measured", 5, ("trial5",))
     assert dataset.arm == "paper"
-    trials = import_trials("mine", dataset, channels=("emg_biceps", "emg_triceps"))[0].trials
+    trials = import_trials("mine", dataset, channels={"emg_biceps": 1, "emg_triceps": -1})[0].trials
     assert list(trials.names) == [f"trial{n}" for n in range(1, 6)]
 
 
@@ -245,8 +246,24 @@ def test_an_arm_of_other_settings_is_taken_with_its_groups(workplace):
     made = new("curls", config=[Path("config.yaml"), Path("arm.yaml")], arm="thin")
     dataset = yaml.safe_load(made.text)["data"]["datasets"]["mine"]
     assert dataset["arm"] == "thin" and set(dataset["identify"]) == {"strength_flexors", "length_flexors"}
-    assert "config.yaml arm.yaml mine.yaml" in made.said and "Before it runs" not in made.said
+    assert "config.yaml arm.yaml mine.yaml" in made.said
+    lacks = made.said.partition("Before it runs, correct:\n")[2].partition("Wrote")[0].splitlines()
+    assert [line.split(":")[0] for line in lacks] == ["  data.datasets.mine.conditions"]
     assert "there is no 'thin'" in new("curls", arm="thin").said
+
+
+@pytest.mark.parametrize(
+    ("trials", "last"),
+    [
+        (["load2.75_1", "load2.75_2", "load5.5_1", "load5.5_2"], ["load2.75_2", "load5.5_2"]),
+        (["trial1", "trial2", "trial3"], ["trial3"]),
+        (["light", "heavy"], ["heavy"]),
+        (["1", "2"], ["2"]),
+        (["slow 1", "slow 2", "fast"], ["slow 2"]),
+    ],
+)
+def test_the_last_trial_of_each_condition_is_held_out(trials, last):
+    assert held_out(trials) == last
 
 
 def test_a_table_without_names_of_columns_is_refused_and_says_so(workplace):
@@ -276,7 +293,9 @@ def test_the_command_writes_the_file_and_says_what_to_run(command, laid_over):
     assert done.exit_code == 0 and laid_over(Path("mine.yaml").read_text()).data.datasets["mine"].arm == "mine"
     lines = [line for line in done.stdout.splitlines() if line.startswith("  snakemake")]
     assert len(lines) == 2 and all(line.endswith("--configfile config.yaml mine.yaml") for line in lines)
-    assert "test: [c] # GUESSED: the last" in done.stdout and "FILL IN" in Path("mine.yaml").read_text()
+    assert (
+        "test: [c] # GUESSED: the last of each condition" in done.stdout and "FILL IN" in Path("mine.yaml").read_text()
+    )
 
 
 def test_the_command_writes_over_a_file_only_when_told_to(command):

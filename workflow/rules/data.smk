@@ -48,7 +48,7 @@ rule import_trials:
     params:
         dataset=dataset_section,
         contents=contents,
-        channels=lambda wildcards: SETTINGS.physics_of(wildcards.dataset).channels,
+        channels=lambda wildcards: SETTINGS.physics_of(wildcards.dataset).sides,
         tables=table_section,
         code=digest("import_trials"),
     script:

@@ -23,8 +23,9 @@ rule train_scale:
         coarser=coarser_checkpoint,
         physics=physics_files,
     output:
-        checkpoint=f"results/learning/{NETWORK}/scale-{{level}}.pt",
-        history=f"results/learning/{NETWORK}/history-{{level}}.parquet",
+        # Those of before stay where training anew fails.
+        checkpoint=update(f"results/learning/{NETWORK}/scale-{{level}}.pt"),
+        history=update(f"results/learning/{NETWORK}/history-{{level}}.parquet"),
     log:
         f"results/logs/train_scale/{NETWORK}/scale-{{level}}.log",
     benchmark:

@@ -1,10 +1,16 @@
 """Files that paths and patterns of the settings name."""
 
 import re
+import shlex
 from collections.abc import Collection, Sequence
 from pathlib import Path
+from time import ctime, time
 
+from myowave.settings.files import require_regular
 from myowave.settings.section import odd_name
+
+SKEW_S = 5.0
+"""By how much clocks of two machines may differ [s]."""
 
 
 def all_files(key: str, patterns: Sequence[str], root: str | Path = ".") -> list[Path]:
@@ -27,6 +33,12 @@ def all_files(key: str, patterns: Sequence[str], root: str | Path = ".") -> list
         except ValueError as error:
             problems.append(str(error))
     problems += [f"{path} holds braces; rename the file or folder." for path in found if set("{}") & set(str(path))]
+    problems += [
+        f"{path}: its date is in the future ({ctime(path.stat().st_mtime)}), so that all made of it would look older. "
+        f"Give it that of now: touch {shlex.quote(str(path))}"
+        for path in found
+        if path.stat().st_mtime > time() + SKEW_S
+    ]
     if problems:
         raise ValueError("\n".join(f"{key}: {problem}" for problem in problems))
     return list(found)
@@ -78,6 +90,7 @@ def look_up(pattern: str, root: str | Path = ".") -> list[Path]:
             raise ValueError(
                 f"{path}: a link to {path.readlink()}, which is not there. Put the file there, or remove the link."
             )
+        require_regular(path)
     files = [path for path in matches if path.is_file()]
     if not files:
         raise ValueError(_nothing_found(Path(root), pattern))

@@ -15,16 +15,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from myowave.data.checks.across import duplicate_problems, rate_problems
-from myowave.data.checks.ranges import angle_problems, emg_problems, torque_problems
+from myowave.data.checks.finding import report
+from myowave.data.checks.motion import angle_beyond_tables
+from myowave.data.checks.session import find_faults
 from myowave.data.checks.tables import beyond_tables
+from myowave.data.checks.values import (
+    angle_problems,
+    duplicate_problems,
+    emg_problems,
+    lean_problems,
+    rate_problems,
+    torque_problems,
+)
 from myowave.data.processing.excitation import describe, envelope, lag_of
 from myowave.data.processing.filters import has_hum
 from myowave.data.processing.grid import common_grid, sample_as_it_comes, sample_at
 from myowave.data.processing.real_time import Known, RealTime
 from myowave.data.processing.sampled import Sampled
-from myowave.data.quality.motion import angle_beyond_tables
-from myowave.data.quality.report import find_faults, report
 from myowave.data.recording import Prepared, RawTrial, Recording, Session, torques_of
 from myowave.data.session import read_session
 from myowave.data.trials import Trials
@@ -41,7 +48,7 @@ def import_trials(
     settings: Dataset,
     root: str | Path = ".",
     tables: Mapping[str, PathTable] | None = None,
-    channels: Sequence[str] | None = None,
+    channels: Mapping[str, float] | None = None,
 ) -> tuple[Prepared, dict[str, Any]]:
     """Read and process the recordings of a dataset, and report on their quality.
 
@@ -50,16 +57,19 @@ def import_trials(
         settings: its block of config.yaml.
         root: folder that relative paths of files start from.
         tables: paths of the arm that are given by a table, by muscle.
-        channels: EMG columns that the physical model needs of tidy files; None takes what the first file has.
+        channels: EMG columns that the physical model needs of tidy files, with the side of the muscles that each
+            drives: 1 for flexors, -1 for extensors, 0 for both; None takes what the first file has.
 
     Returns:
-        What was prepared, and the report of `quality.report`.
+        What was prepared, and the `report` of what is doubtful in it.
 
     Raises:
         ValueError: one line for each problem that makes the recordings unusable.
     """
-    prepared = prepare(dataset, settings, read_session(dataset, settings, root, channels))
-    findings = list(find_faults(prepared, settings.processing.notch_hz))
+    prepared = prepare(
+        dataset, settings, read_session(dataset, settings, root, None if channels is None else list(channels))
+    )
+    findings = list(find_faults(prepared, settings.processing.notch_hz, channels or {}))
     beyond = beyond_tables(prepared.trials, tables or {})
     _refuse(dataset, [one.problem for one in beyond if one.problem])
     findings += [angle_beyond_tables(found) for found in beyond]
@@ -99,8 +109,10 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         if len(grid) >= SHORTEST
     }
     problems += [*rate_problems(recordings), *duplicate_problems(recordings)]
+    problems += emg_problems(recordings, steps.known_scale, settings.test)
     for one in recordings.values():
-        problems += [*emg_problems(one, steps.known_scale), *angle_problems(one), *torque_problems(one)]
+        problems += [*angle_problems(one), *torque_problems(one)]
+    problems += [problem for name, trial in raw.items() for problem in lean_problems(name, trial.signals)]
     _refuse(dataset, problems)
     signals = {key: [sample_at(raw[name].signals[key], grids[name]) for name in raw] for key in settings.signals}
     trials = Trials.from_sequences(

@@ -17,6 +17,7 @@ from myowave.data.files import look_up
 from myowave.data.processing.sampled import Sampled
 from myowave.data.processing.units import (
     ARBITRARY,
+    PERCENT,
     TO_MICROVOLTS,
     TO_NEWTON_METRES,
     TO_RADIANS,
@@ -79,9 +80,10 @@ class Reading:
             channel: its settings.
         """
         if channel.form == "fraction":
-            return self._sampled(trial, key, channel, (ARBITRARY,), ARBITRARY)
-        sampled = self._sampled(trial, key, channel, (*TO_MICROVOLTS, ARBITRARY))
-        unit = ARBITRARY if sampled.unit == ARBITRARY else "uV"
+            sampled = self._sampled(trial, key, channel, (ARBITRARY, PERCENT), ARBITRARY)
+            return sampled if sampled.unit == ARBITRARY else sampled.with_values(sampled.values / 100, ARBITRARY)
+        sampled = self._sampled(trial, key, channel, (*TO_MICROVOLTS, ARBITRARY, PERCENT))
+        unit = "uV" if sampled.unit in TO_MICROVOLTS else ARBITRARY
         return sampled.with_values(to_microvolts(sampled.values, sampled.unit), unit)
 
     def angle(self, trial: str, key: str, angle: RawAngle) -> tuple[Sampled, str]:
@@ -103,17 +105,19 @@ class Reading:
             return stand_in
         self._used.setdefault(raw.path, set()).add(signal.name)
         self.sha256[f"{trial}/{key}"] = self._digests[raw.path]
-        said = plain_unit(settings.unit or unit)
+        said = plain_unit(settings.unit or "")
         written = plain_unit(signal.unit or (signal.angle_unit if signal.angle_unit in units else ""))
         problems = [
-            *_unit_problems(raw, signal.name, where, written, said, units),
+            *_unit_problems(raw, signal.name, where, written, said or ("" if written else unit), units),
             *signal_problems(raw, signal, settings.rate_hz, self._pace),
         ]
         self.say(*problems)
         rate = signal.rate or settings.rate_hz or signal.rate_by_time  # a stated rate is exact, times are rounded
         if problems or rate is None:
             return stand_in
-        return Sampled(signal.values, rate, 0.0 if signal.time is None else float(signal.time[0]), written or said)
+        return Sampled(
+            signal.values, rate, 0.0 if signal.time is None else float(signal.time[0]), written or said or unit
+        )
 
     def _one_file(self, trial: str, where: str, settings: RawSignal) -> RawRecording | None:
         pattern = settings.file.replace(TRIAL, trial)

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from myowave.data.checks.across import role_problems
 from myowave.data.checks.signals import RAW, TIDY
+from myowave.data.checks.values import role_problems
 from myowave.data.files import all_files, name_trials
 from myowave.data.processing.sampled import Sampled
 from myowave.data.reading import Reading

@@ -7,7 +7,7 @@ what it was trained on and how, and is refused, with the reason, where that does
 import hashlib
 import json
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,8 @@ from myowave.data.trials import Trials
 from myowave.learning.band import Band
 from myowave.learning.network import Architecture, Network, Scaling
 from myowave.learning.seen import Seen
+from myowave.settings.files import require_regular
+from myowave.settings.learning import RECIPES
 
 FORMAT = 2
 
@@ -106,6 +108,7 @@ class Checkpoint:
             OSError: for one that is not there, or may not be read.
         """
         content: Any = None
+        require_regular(Path(path))
         with open(path, "rb") as file:
             try:
                 # Sums of all parts, as torch would load numbers that a disk or a copy has changed.
@@ -129,14 +132,12 @@ class Checkpoint:
             content["seen"] = Seen(**content["seen"])
             content["real_time"] = json.loads(content["real_time"])
             checkpoint = cls(**content)
-            found = (checkpoint.network.seeds, checkpoint.architecture.channels)
-            if found != (len(checkpoint.seeds), len(checkpoint.channels)):
-                raise ValueError("weights, seeds and channels differ in number")
-            if checkpoint.weights["input"].shape[1] != checkpoint.architecture.inputs:
-                raise ValueError("weights and inputs differ in number")
-            return checkpoint
+            wrong = next((why for why, holds in _SOUND.items() if not holds(checkpoint)), None)
         except (KeyError, TypeError, ValueError, AttributeError) as error:  # fields are missing, unknown or others
             raise ValueError(f"{path}: written by another version of myowave ({error}). Train it again.") from None
+        if wrong:
+            raise ValueError(f"{path}: this checkpoint cannot be used: {wrong}. Train it again.")
+        return checkpoint
 
     def require(self, **expected: Any) -> None:
         """Refuse what does not fit.
@@ -155,6 +156,57 @@ class Checkpoint:
                     f"checkpoint of {self.dataset}, {self.model}, scale -{self.level} of {self.scales}: {where} was "
                     f"{found} when it was trained, and is {value} now. Remove it and train again."
                 )
+
+
+def _shapes(checkpoint: Checkpoint) -> dict[str, tuple[int, ...]]:
+    """Shapes of the weights that the architecture asks for."""
+    a, one = checkpoint.architecture, len(checkpoint.seeds)
+    rows = {"hidden": a.hidden, "input": a.inputs, "angle": a.features, "bias": 1}
+    outputs = {"output": (one, a.hidden, 1), "output_bias": (one, 1, 1), "state_bias": (one, 1, a.hidden)}
+    return {**{name: (one, n, a.gates) for name, n in rows.items()}, **outputs}
+
+
+def _finite(*values: Any) -> bool:
+    return all(bool(torch.isfinite(torch.as_tensor(value)).all()) for value in values)
+
+
+def _scaled(s: Scaling, inputs: int) -> bool:
+    sizes = (*s.input_std, s.angle_std, s.step_std, s.bend_std, s.duration)
+    return (
+        len(s.input_mean) == len(s.input_std) == inputs
+        and min(sizes) > 0
+        and _finite(s.input_mean, s.angle_mean, sizes)
+    )
+
+
+# What must hold of a checkpoint, by what is said where it does not; each may build on those before.
+_SOUND: Mapping[str, Callable[[Checkpoint], bool]] = {
+    "there is no such method to train a network": lambda c: c.architecture.method in RECIPES,
+    "channels and their number differ": lambda c: c.architecture.channels == len(c.channels) == len(set(c.channels)),
+    "a delay for each channel is expected, or none, of 0 to 1 s": lambda c: (
+        len(c.architecture.delays) in (0, len(c.channels)) and all(0 <= delay <= 1 for delay in c.architecture.delays)
+    ),
+    "it needs at least one sample of known angle": lambda c: c.architecture.history >= 1,
+    "seeds are none, or some are there twice": lambda c: 0 < len(c.seeds) == len(set(c.seeds)),
+    "weights have other shapes than its network": lambda c: (
+        {k: tuple(w.shape) for k, w in c.weights.items()} == _shapes(c)
+    ),
+    "weights are no finite numbers": lambda c: _finite(*c.weights.values()),
+    "the scaling of inputs and angles does not fit": lambda c: _scaled(
+        c.scaling, c.architecture.channels + len(c.architecture.known)
+    ),
+    "the time between samples is no positive number": lambda c: _finite(c.dt) and c.dt > 0,
+    "the scale is none of those that were trained": lambda c: 0 <= c.level < c.scales,
+    "parameters and their values differ in number": lambda c: (
+        c.values.shape == c.errors.shape == (len(c.seeds), len(c.names))
+        and c.correlations.shape == (*c.values.shape, len(c.names))
+    ),
+    "parameters are no finite numbers": lambda c: _finite(c.values),
+    "the band has no width": lambda c: c.band is None or min(c.band.factor, c.band.floor) > 0,
+    "ranges of the training trials do not fit its inputs": lambda c: (
+        len(c.seen.low) == len(c.seen.high) == c.architecture.channels + len(c.architecture.known) + 2
+    ),
+}
 
 
 def _difference(name: str, found: Any, expected: Any) -> tuple[str, Any, Any]:

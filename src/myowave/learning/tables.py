@@ -10,6 +10,8 @@ import pandas as pd
 
 from myowave.data.store import read_table
 
+_SCORES = ["dataset", "model", "recipe", "scales", "seed", "epochs", "seconds"]  # of any seed, diverged ones included
+
 
 def read_evaluations(paths: Iterable[str | Path]) -> pd.DataFrame:
     """Rows of all evaluations; columns of parameters that some models do not identify are empty there.
@@ -21,9 +23,15 @@ def read_evaluations(paths: Iterable[str | Path]) -> pd.DataFrame:
 
 
 def _read_evaluation(path: str | Path) -> pd.DataFrame:
+    """The rows of an evaluation, one for each seed whose parameters stand beside it."""
+    seeds = Path(path).with_name("parameters.csv")
     try:
-        return pd.read_csv(path)
-    except ValueError as error:
+        table = pd.read_csv(path)
+        whole = Path(path).read_bytes().endswith(b"\n") and table[_SCORES].notna().all(axis=None)
+        if not whole or (seeds.exists() and {*pd.read_csv(seeds)["seed"]} != {*table["seed"]}):
+            raise ValueError("it was cut short")
+        return table
+    except (ValueError, KeyError) as error:
         raise ValueError(f"{path}: no table of scores ({error}). Remove it, and run again: it is made anew.") from None
 
 

@@ -1,7 +1,10 @@
 """Trying an effect before it is trusted: on a small elbow, over its bounds."""
 
+import functools
 import itertools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -39,9 +42,9 @@ def check_effect(effect: Effect, model: Model | None = None) -> None:
         ValueError: if the effect fails; the message says what was found, what was expected and what to do.
     """
     base = trial_elbow() if model is None else model
-    extended = base.with_effects([effect])
-    parameters = extended.parameters_of(effect)
     where = f"effect {effect.name!r} on {effect.acts_on}"
+    extended = base.with_effects([_watched(effect, where)])
+    parameters = extended.parameters_of(effect)
 
     zero = {name: torch.zeros(COPIES, 1, dtype=torch.float64, requires_grad=True) for name in parameters}
     absent, present = _try(base, {}, where), _try(extended, zero, where)
@@ -58,18 +61,55 @@ def check_effect(effect: Effect, model: Model | None = None) -> None:
             "0 must mean no effect. Write the parameter as the departure from the model without the effect."
         )
     slopes = torch.autograd.grad(present.sum(), list(zero.values()), allow_unused=True) if present.requires_grad else ()
-    for name, slope in zip(zero, slopes, strict=False):
-        if slope is not None and not torch.isfinite(slope).all():
+    if lost := [name for name, slope in zip(zero, slopes or [None] * len(zero), strict=True) if slope is None]:
+        raise ValueError(
+            f"{where}: what it returns has no derivative by {', '.join(lost)}; fits and networks need it. Compute with "
+            "torch alone, without detach, item, numpy, float() or no_grad."
+        )
+    for name, slope in zip(zero, slopes, strict=True):
+        if not torch.isfinite(slope).all():
             raise ValueError(
                 f"{where}: the derivative by {name} at 0 is not finite; avoid roots and divisions by 0 there."
             )
-    for point in _corners(effect, extended):
-        if not torch.isfinite(_try(extended, point, where)).all():
+    points = _corners(effect, extended)
+    tried = [_try(extended, point, where) for point in points]
+    again = [_try(extended, point, where) for point in reversed(points)]
+    if not all(torch.equal(a, b) for a, b in zip(tried, reversed(again), strict=True) if torch.isfinite(a).all()):
+        raise ValueError(
+            f"{where}: the same arguments gave another angle when it was called again. Keep nothing between calls: no "
+            "global, default argument or random number; an effect with a memory has a relaxation."
+        )
+    for point, angle in zip(points, tried, strict=True):
+        if not torch.isfinite(angle).all():
             values = ", ".join(f"{name} = {value:g}" for name, value in point.items())
             raise ValueError(
                 f"{where}: the angle is not finite with {values}, which is within the bounds. Narrow the bounds, or "
                 "guard divisions, roots and exponentials in the function."
             )
+
+
+def _watched(effect: Effect, where: str) -> Effect:
+    """The effect with functions that may not change their arguments."""
+
+    def watched(function: Callable[..., Any]) -> Callable[..., Any]:
+        @functools.wraps(function)
+        def call(**given: Any) -> Any:
+            before = {name: value.detach().clone() for name, value in given.items() if isinstance(value, Tensor)}
+            result = function(**given)
+            if changed := [
+                n for n, value in before.items() if not torch.equal(value.nan_to_num(), given[n].detach().nan_to_num())
+            ]:
+                raise ValueError(
+                    f"it changes {', '.join(changed)} in place, which others use as well; write x = x + y, not x += y"
+                )
+            return result
+
+        return call
+
+    optional: dict[str, Any] = {
+        name: f and watched(f) for name in ("relaxation", "initial") if (f := getattr(effect, name))
+    }
+    return replace(effect, function=watched(effect.function), **optional)
 
 
 def _corners(effect: Effect, model: Model) -> list[Mapping[str, float]]:

@@ -196,6 +196,11 @@ class RecordedDataset(_Dataset):
         _check_roles(self.trials, self.test, (*self.conditions, *self.cut_s, *self.torque_trials))
         if wrong := [name for name, (start, end) in self.cut_s.items() if not 0 <= start < end]:
             raise ValueError(f"cut_s of {', '.join(wrong)}: expected [from, to] in seconds, from before to")
+        if leaks := sorted({*self.mvc} & {*self.test}):
+            raise ValueError(
+                f"mvc names {', '.join(leaks)}, which tests: what counts as 1 would know it. Record maximum "
+                "contractions of their own, or name trials that train"
+            )
         if self.processing.normalise == "mvc" and not self.mvc:
             raise ValueError("processing.normalise is mvc, but mvc names no recordings; name some, or use session")
         given = {signal.condition for signal in self.signals.values() if signal.condition}

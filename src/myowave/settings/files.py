@@ -11,6 +11,8 @@ import yaml
 from yaml.nodes import CollectionNode, MappingNode, Node, ScalarNode
 
 _SECTIONS = "physics and data"
+LARGEST_BYTES = 1e9
+"""Of a file that is read whole: an hour of 16 channels at 1 kHz as text is half of it, and takes some GB of memory."""
 LARGEST = 200_000  # values in a file with its aliases written out; the configuration that ships has a thousand
 
 
@@ -34,6 +36,14 @@ class _Loader(yaml.SafeLoader):  # type: ignore[misc]
         return node
 
 
+def require_regular(path: Path, largest: float = LARGEST_BYTES) -> None:
+    """Raise a ValueError for what is there and no file, as a pipe or a device may never end, or is a huge one."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise ValueError(f"{path}: this is a pipe or a device; expected a file. Write what it gives into one.")
+    if path.is_file() and (size := path.stat().st_size) > largest:
+        raise ValueError(f"{path}: {size / 1e9:.2g} GB; expected at most {largest / 1e9:.2g} GB. Split or thin it.")
+
+
 def read_yaml(path: Path, such_as: str = _SECTIONS) -> dict[str, Any]:
     """The sections in a YAML file.
 
@@ -44,6 +54,7 @@ def read_yaml(path: Path, such_as: str = _SECTIONS) -> dict[str, Any]:
         ValueError: for a file that cannot be read, is not YAML, holds no sections or a key twice, or becomes huge where
             its aliases are written out.
     """
+    require_regular(path)
     try:
         values = yaml.load(path.read_text(encoding="utf-8-sig"), _Loader)
     except UnicodeDecodeError as error:

@@ -18,6 +18,8 @@ from myowave.settings.section import BOUNDS, without_secrets
 
 Schema = Mapping[str, Any]
 
+TO_FILL_IN = "FILL IN"  # what `myowave new` writes where only a person knows
+
 # Names for the types of values, in messages and in the table.
 _TYPES = {
     "number": "a number",
@@ -163,6 +165,8 @@ def _explain_one(problem: Mapping[str, Any], root: Schema) -> str:
         union = nodes[-1]["discriminator"]
         name = union["propertyName"]
         return f"{shown}.{name} = {problem['input'].get(name)!r}: expected {' or '.join(union['mapping'])}."
+    if problem["input"] == TO_FILL_IN:
+        return f"{shown}: is still to fill in; give {_expected(nodes, root)}."
     found = "" if kind == "value_error" and isinstance(problem["input"], Mapping) else f" = {_short(problem['input'])}"
     return f"{shown}{found}: {said if kind == 'value_error' else f'expected {_expected(nodes, root)}.'}"
 

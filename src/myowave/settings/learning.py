@@ -32,9 +32,9 @@ class Recipe(Section):
         "EMG that the network sees: e(t), or the excitation u(t) = e(t - d), Eq. 1", "", "recorded"
     )
     history_steps: Whole = setting("past samples of known angle that a prediction starts from", "-", 4, ge=1, le=100)
-    epochs: Whole = setting("epochs of all scales together", "-", 1500, ge=1)
+    epochs: Whole = setting("epochs of all scales together", "-", 1500, ge=1, le=1_000_000)
     learning_rate: Real = setting("initial step of the optimiser", "-", 3e-3, gt=0, le=1)
-    beta: Real = setting("weight of the physics residual in the network's loss, Eq. 16", "-", 0.0, ge=0)
+    beta: Real = setting("weight of the physics residual in the network's loss, Eq. 16", "-", 0.0, ge=0, le=1e12)
     validation_fraction: Real = setting(
         "share of the training trials, at their ends, kept for early stopping and for the 90 % band about predictions, "
         "which only the identification sees; 0: they all train, to the last epoch, and the band is made of errors on "
@@ -45,7 +45,11 @@ class Recipe(Section):
         lt=0.9,
     )
     patience: Whole | None = setting(
-        "epochs without a better validation error before a scale stops; null: it never does", "-", None, ge=1
+        "epochs without a better validation error before a scale stops; null: it never does",
+        "-",
+        None,
+        ge=1,
+        le=1_000_000,
     )
 
     def changed(self, changes: Mapping[str, Any]) -> Self:
@@ -71,7 +75,11 @@ class RolloutRecipe(Recipe):
         "adam",
     )
     simulated_trials: Whole = setting(
-        "trials simulated with the identified parameters, on EMG that was never recorded, to train on", "-", 64, ge=0
+        "trials simulated with the identified parameters, on EMG that was never recorded, to train on",
+        "-",
+        64,
+        ge=0,
+        le=10_000,
     )
     emg_gain: Real = setting(
         "training windows of recorded trials are seen with EMG times e^(this times a standard normal), drawn for each "
@@ -107,7 +115,9 @@ class PaperRecipe(Recipe):
     parameter_pace: Real = setting(
         "size of Adam's step for the parameters, times that for the weights", "-", 1.0, gt=0, le=1000
     )
-    batches: Whole = setting("steps of Adam in an epoch, each on random pieces of the trials; 1: on all", "-", 1, ge=1)
+    batches: Whole = setting(
+        "steps of Adam in an epoch, each on random pieces of the trials; 1: on all", "-", 1, ge=1, le=10_000
+    )
 
 
 RECIPES: Mapping[str, type[Recipe]] = {"rollout": RolloutRecipe, "paper": PaperRecipe}  # by their `method`
@@ -147,10 +157,12 @@ class Sweep(Section):
         each="setting",
         min_length=1,
     )
-    trials: Whole = setting("settings to try; a larger number later goes on from there", "-", 20, ge=1)
+    trials: Whole = setting("settings to try; a larger number later goes on from there", "-", 20, ge=1, le=100_000)
     workers: Whole = setting("jobs that search side by side", "-", 2, ge=1, le=1000)
     seeds: Whole = setting("independent starts of each setting; their mean error counts", "-", 2, ge=1, le=1000)
-    epochs: Whole | None = setting("epochs of all scales of one start; null: as in the recipe", "-", None, ge=1)
+    epochs: Whole | None = setting(
+        "epochs of all scales of one start; null: as in the recipe", "-", None, ge=1, le=1_000_000
+    )
 
 
 class Learning(Section):

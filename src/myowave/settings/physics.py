@@ -147,6 +147,12 @@ class Arm(Section):
         return tuple(dict.fromkeys(muscle.emg for muscle in self.muscles.values()))
 
     @property
+    def sides(self) -> dict[str, int]:
+        """EMG channels with the side of the muscles that each drives: 1 for flexors, -1 for extensors, 0 for both."""
+        of = {c: {muscle.side for muscle in self.muscles.values() if muscle.emg == c} for c in self.channels}
+        return {c: (len(sides) == 1) * (1 if "flexor" in sides else -1) for c, sides in of.items()}
+
+    @property
     def tables(self) -> dict[str, PathTable]:
         """The paths that are given by a table, by muscle."""
         return {name: muscle.path for name, muscle in self.muscles.items() if muscle.path}

@@ -2,6 +2,7 @@
 
 import glob
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ from myowave.data.processing.units import TO_MICROVOLTS
 from myowave.data.readers import ENDINGS, ending_of
 from myowave.data.session import TIDY_ENDINGS
 from myowave.data.trials import ANGLES, EMG_PREFIX
+from myowave.settings.keys import TO_FILL_IN
 from myowave.settings.recording import TRIAL
 from myowave.starting.signals import Found, Recorded
 from myowave.starting.writing import inline_list, scalar
@@ -89,10 +91,21 @@ def raw_block(folder: Path, recorded: Recorded) -> Block:
 
 def _roles(trials: Sequence[str]) -> list[str]:
     return [
-        f"      test: [{scalar(trials[-1])}] # GUESSED: the last. Never used for training; best one of each condition",
+        f"      test: {inline_list(held_out(trials))} # GUESSED: the last of each condition. Never used for training",
         "      conditions: # FILL IN the mass in the hand in each trial [kg]; 0 is an empty hand",
-        *(f"        {scalar(name)}: {{load: 0.0}}" for name in trials),
+        *(f"        {scalar(name)}: {{load: {TO_FILL_IN}}}" for name in trials),
     ]
+
+
+def held_out(trials: Sequence[str]) -> list[str]:
+    """The last trial of each condition, as names without the number at their end tell them: `light_1`, `light_2`.
+
+    A condition with a single trial keeps it for training; where all are single, the last trial is held out.
+    """
+    conditions: dict[str, list[str]] = {}
+    for name in trials:
+        conditions.setdefault(re.sub(r"[\W_]*\d+$", "", name), []).append(name)
+    return [names[-1] for names in conditions.values() if len(names) > 1] or [trials[-1]]
 
 
 def _named(emg: Sequence[Found]) -> dict[str, Found]:

@@ -7,8 +7,10 @@ from typing import Any
 
 import yaml
 
+from myowave.data.store import replacing
 from myowave.settings import parse_settings
 from myowave.settings.files import lay_over, read_layers
+from myowave.settings.keys import TO_FILL_IN
 from myowave.settings.physics import Arm, read_preset
 from myowave.starting.block import Block, is_tidy, raw_block, shown, tidy_block
 from myowave.starting.files import recordings_in
@@ -56,7 +58,8 @@ def begin(
     if target.exists() and not force:
         raise ValueError(f"{target} is there already; choose another name, or write over it with --force.")
     new = new_dataset(name, folder, config, body, arm)
-    target.write_text(new.text, encoding="utf-8")
+    with replacing(target) as temporary:
+        temporary.write_text(new.text, encoding="utf-8")
     return new.said
 
 
@@ -96,14 +99,18 @@ def new_dataset(
     arm_lines = [] if arm is not None else list(_arm_lines(preset, block.channels, body))
     named = arm or (name if arm_lines else preset)
     text = _text(name, folder, block, named, arm_lines, _groups(below, named, arm_lines))
-    problems = _problems(lay_over(below, yaml.safe_load(text)))
+    loads = f"data.datasets.{name}.conditions: {TO_FILL_IN} the load in each trial [kg]; 0 is an empty hand."
+    filled = yaml.safe_load(text.replace(f"load: {TO_FILL_IN}", "load: 0"))
+    problems = [loads, *_problems(lay_over(below, filled))]
     notes = [f"not read: {reason}" for reason in recorded.skipped]
     left_out = recorded.naming.left_out
     if left_out:
         notes.append(
             f"of no trial: {', '.join(left_out[:3])}" + (f" and {len(left_out) - 3} more" if left_out[3:] else "")
         )
-    return NewDataset(text, _said(name, config, block, notes, text, problems))
+    return NewDataset(
+        text, _said(name, config, block, [one.signal.name for one in recorded.signals], notes, text, problems)
+    )
 
 
 def _arm_lines(preset: str, channels: Sequence[str], body: Body | None) -> Iterator[str]:
@@ -169,14 +176,20 @@ def _problems(config: dict[str, object]) -> list[str]:
 
 
 def _said(
-    name: str, config: Sequence[Path], block: Block, notes: Sequence[str], text: str, problems: Sequence[str]
+    name: str,
+    config: Sequence[Path],
+    block: Block,
+    found: Sequence[str],
+    notes: Sequence[str],
+    text: str,
+    problems: Sequence[str],
 ) -> str:
     target = f"{name}.yaml"
     over = " ".join([*map(str, config), target])
     marked = [line.strip() for line in text.splitlines()[2:] if "GUESSED" in line or "FILL IN" in line]
     sections = [
         (f"{len(block.trials)} trials", [", ".join(block.trials)]),
-        ("EMG", [", ".join(block.channels) or "none that names or units tell"]),
+        ("EMG", [", ".join(block.channels) or f"none that names or units tell, of {', '.join(found)}"]),
         ("Besides", notes),
         (f"Look at these lines of {target}", marked),
         ("Before it runs, correct", problems),

@@ -12,7 +12,12 @@ from typing import Any, TextIO
 from tqdm import tqdm
 
 LOG_EVERY_S = 10.0
-_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)  # full, over its quota, only to be read
+_DISK = (
+    errno.ENOSPC,
+    errno.EDQUOT,
+    errno.EROFS,
+    errno.EFBIG,
+)  # full, over its quota, only to be read, a file too large
 
 
 class JobLog:

@@ -13,6 +13,8 @@ TO_NEWTON_METRES = {"Nm": 1.0, "Ncm": 1e-2, "Nmm": 1e-3}
 """Factor of each unit of torque."""
 ARBITRARY = "au"
 """Unit of EMG that is no voltage; it is normalised like any other."""
+PERCENT = "%"
+"""Unit of a fraction that was multiplied by 100; as EMG it counts as arbitrary unless it is a fraction."""
 _SPELLINGS = {
     "µV": "uV",  # micro sign
     "μV": "uV",  # Greek mu
@@ -35,7 +37,6 @@ _SPELLINGS = {
     "N mm": "Nmm",
     "a.u.": ARBITRARY,
     "-": ARBITRARY,
-    "%": ARBITRARY,
 }
 
 
@@ -52,4 +53,4 @@ def to_radians(angle: NDArray[np.float64], unit: str) -> NDArray[np.float64]:
 
 def to_microvolts(emg: NDArray[np.float64], unit: str) -> NDArray[np.float64]:
     """EMG [uV], or as it is where the unit is arbitrary."""
-    return emg if unit == ARBITRARY else emg * TO_MICROVOLTS[unit]
+    return emg if unit in (ARBITRARY, PERCENT) else emg * TO_MICROVOLTS[unit]

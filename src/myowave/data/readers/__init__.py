@@ -21,6 +21,7 @@ from myowave.data.readers.parquet import read_parquet
 from myowave.data.readers.signals import RawRecording, Signal
 from myowave.data.readers.vicon import read_vicon
 from myowave.settings import TextLayout
+from myowave.settings.files import require_regular
 
 __all__ = ["ENDINGS", "READERS", "RawRecording", "Reader", "Signal", "ending_of", "read_raw"]
 
@@ -76,6 +77,7 @@ def read_raw(path: Path, form: str | None = None, layout: TextLayout | None = No
             f"{path}: the ending {path.suffix!r} says nothing of the format; expected {', '.join(ENDINGS)}. Name the "
             f"format: {', '.join(READERS)}."
         )
+    require_regular(path)
     reader = partial(read_delimited, layout=layout) if form == "csv" else READERS[form]
     try:
         return with_sidecars(reader(path))

@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from myowave.data.processing.units import ARBITRARY, TO_MICROVOLTS, TO_NEWTON_METRES, TO_RADIANS, plain_unit
+from myowave.data.processing.units import ARBITRARY, PERCENT, TO_MICROVOLTS, TO_NEWTON_METRES, TO_RADIANS, plain_unit
 from myowave.data.readers.signals import RawRecording
 from myowave.data.readers.text import (
     read_cells,
@@ -18,7 +18,7 @@ from myowave.data.readers.text import (
 from myowave.settings import TextLayout
 
 _HEAD = 60  # rows in which names and the first numbers are looked for
-_UNITS = {*TO_MICROVOLTS, *TO_RADIANS, *TO_NEWTON_METRES, ARBITRARY, "s", "ms", "g", "G", ""}
+_UNITS = {*TO_MICROVOLTS, *TO_RADIANS, *TO_NEWTON_METRES, ARBITRARY, PERCENT, "s", "ms", "g", "G", ""}
 _SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 
 

@@ -4,6 +4,7 @@ Names, dates and annotations in the header are not read: they may identify a per
 format for exchange of digitized polygraphic recordings, and the specification of EDF+ (edfplus.info).
 """
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -30,15 +31,22 @@ def read_edf(path: Path) -> RawRecording:
     if content[192:197] in (b"EDF+D", b"BDF+D"):
         raise ValueError(f"{path}: the recording was interrupted (EDF+D). Export it as one without interruptions.")
     try:
-        count, seconds = int(content[252:256]), float(content[244:252])
+        stated, count, seconds = int(content[236:244]), int(content[252:256]), float(content[244:252])
         fields = _fields(content, count)
         samples = [int(cell) for cell in fields[8]]
         scales = [[float(cell) for cell in fields[n]] for n in (3, 4, 5, 6)]
-        if not seconds > 0 or any(low == high for low, high in zip(*scales[2:], strict=True)):
-            raise ValueError("records of no length, or digital ends that are equal")
+        if not 0 < seconds < math.inf or not np.isfinite(scales).all():
+            raise ValueError("records of no length, or ends of a range that are no finite numbers")
+        if any(low == high for ends in (scales[:2], scales[2:]) for low, high in zip(*ends, strict=True)):
+            raise ValueError("ends of a range that are equal")
     except ValueError as error:
         raise ValueError(f"{path}: the header of this EDF cannot be read ({error}). Export it again.") from None
     records = _records(path, content[_FIXED * (count + 1) :], sum(samples), bytes_each)
+    if stated not in (-1, len(records)):  # -1: not known when the recording began
+        raise ValueError(
+            f"{path}: {len(records)} records of {seconds:g} s, but its header says {stated}; the file was cut short. "
+            "Copy or export it again."
+        )
     first = np.cumsum([0, *samples])
     signals = []
     for n, label in enumerate(fields[0]):

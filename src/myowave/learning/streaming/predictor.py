@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 import torch
 
-from myowave.data.checks.ranges import EMG_LIMIT
+from myowave.data.checks.values import EMG_LIMIT
 from myowave.learning.checkpoint import Checkpoint
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from myowave.data.checks.ranges import EMG_LIMIT
+from myowave.data.checks.values import EMG_LIMIT
 from myowave.data.processing.real_time import Excitation, RealTime
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.streaming.reading import RATE_TOLERANCE, Sample, read_samples

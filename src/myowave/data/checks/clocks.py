@@ -5,9 +5,9 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from myowave.data.checks.finding import Check, Finding
 from myowave.data.processing.grid import sample_at
 from myowave.data.processing.sampled import Sampled
-from myowave.data.quality.finding import Finding
 from myowave.data.recording import RawTrial
 
 ENDS_S, ENDS_SHARE = 0.05, 0.001
@@ -23,16 +23,19 @@ _STEP_S = 0.02
 _LAGS_S = np.arange(-0.6, 0.6 + _STEP_S / 2, _STEP_S)
 
 
-def durations(emg: Sampled, angle: Sampled) -> Iterator[Finding]:
-    """EMG and angle that do not begin and end together although they were started together."""
-    emg_s, angle_s = (len(s.values) / s.rate for s in (emg, angle))
-    if abs(emg_s - angle_s) > max(ENDS_S, ENDS_SHARE * angle_s):
-        yield Finding(
-            "durations",
-            f"EMG lasts {emg_s:.3f} s, the angle {angle_s:.3f} s",
-            "Where both were started and stopped together, a rate is wrong or a clock drifts: compare rate_hz with the "
-            "recorder's. Otherwise say processing.emg_start_offset_s; only the common time is used.",
-        )
+def _durations(both: tuple[Sampled, Sampled]) -> str | None:
+    emg_s, angle_s = (len(s.values) / s.rate for s in both)
+    apart = abs(emg_s - angle_s) > max(ENDS_S, ENDS_SHARE * angle_s)
+    return f"EMG lasts {emg_s:.3f} s, the angle {angle_s:.3f} s" if apart else None
+
+
+DURATIONS = Check(
+    "durations",
+    _durations,
+    "Where both were started and stopped together, a rate is wrong or a clock drifts: compare rate_hz with the "
+    "recorder's. Otherwise say processing.emg_start_offset_s; only the common time is used.",
+)
+"""Of EMG and angle that do not begin and end together although they were started together."""
 
 
 def offset_and_drift(raw: Mapping[str, RawTrial], envelopes: Mapping[str, Mapping[str, Sampled]]) -> Iterator[Finding]:

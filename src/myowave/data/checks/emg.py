@@ -1,0 +1,246 @@
+"""Doubts about EMG: of one channel in one trial, or of a pair of channels."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations, groupby
+
+import numpy as np
+from numpy.typing import NDArray
+
+from myowave.data.checks.finding import Check
+from myowave.data.processing.filters import band_pass
+from myowave.data.processing.sampled import Sampled
+from myowave.data.processing.spectrum import LINE_HEIGHT, line_height, share_of_power
+
+MAINS_HZ = (50.0, 60.0)
+DEAD = 0.01
+"""Scatter of a channel over its median of the session's trials, below which nothing was recorded [-]."""
+SILENT = 1.5
+"""Envelope at its 95th over its 5th percentile, below which no contraction is to be seen [-]."""
+SPIKE, SPIKE_SHARE = 10.0, 0.001
+"""Largest value over that of all but this share of the samples from which it is an artefact [-]: noise that swells to a
+contraction as short as 0.1 % of a trial has no more than 2."""
+CLIPPED_RUN, CLIPPED_RUNS = 3, 3
+"""Samples in a row at the largest or smallest value, and how often, that count as clipping."""
+HELD_S = 0.02
+"""Time for which EMG does not change that counts as a gap; at 2000 Hz noise changes it every few samples [s]."""
+REPEATED_S = 0.03
+"""Length of a block that is there twice, sample for sample [s]."""
+SLOW_HZ, SLOW_SHARE = 20.0, 0.15
+"""Below which frequency EMG has little power, and the share of it from which cables and electrodes are suspected."""
+FAST_SHARE = 0.3
+"""Share of the power above `SLOW_HZ` below which a signal is no raw EMG [-]."""
+CROSSTALK = 0.5
+"""Correlation of two channels' raw EMG, at any shift up to `CROSSTALK_S`, from which they may hold one muscle's [-]."""
+CROSSTALK_S = 0.005
+_BAND_HZ = (20.0, 450.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One channel in one trial.
+
+    Args:
+        raw: as recorded.
+        envelope: in the same unit.
+        form: raw, envelope or fraction.
+        typical: median over the trials of its standard deviation.
+        notch_hz: of mains hum that the processing takes out [Hz].
+    """
+
+    raw: Sampled
+    envelope: Sampled
+    form: str = "raw"
+    typical: float = 0.0
+    notch_hz: float | None = None
+
+
+def _scatter(of: Channel) -> str:
+    return f"scatters by {of.raw.values.std():.2g} {of.raw.unit}, over the session typically by {of.typical:.2g}"
+
+
+def _dead(of: Channel) -> str | None:
+    scatter = float(of.raw.values.std())
+    return _scatter(of) if scatter == 0 or scatter < DEAD * of.typical else None
+
+
+def _of_another_unit(of: Channel) -> str | None:
+    return _scatter(of) if of.typical and of.raw.values.std() * DEAD > of.typical else None
+
+
+def _silent(of: Channel) -> str | None:
+    low, high = np.percentile(of.envelope.values, [5, 95])
+    return f"the envelope stays between {low:.3g} and {high:.3g} {of.raw.unit}" if high < SILENT * low else None
+
+
+def _spike(of: Channel) -> str | None:
+    size = np.abs(of.raw.values - np.median(of.raw.values))
+    few = max(3, round(SPIKE_SHARE * len(size)))
+    if len(size) <= few or not size.max() > SPIKE * (rest := np.partition(size, -few - 1)[-few - 1]):
+        return None
+    at = of.raw.start + int(size.argmax()) / of.raw.rate
+    return f"reaches {size.max():.3g} {of.raw.unit} at {at:.2f} s, and but for {few} samples {rest:.3g} at most"
+
+
+def _clipped(of: Channel) -> str | None:
+    values = of.raw.values
+    ends = {end: sum(n >= CLIPPED_RUN for _, n in _runs(values == end)) for end in (values.max(), values.min())}
+    end, count = max(ends.items(), key=lambda pair: pair[1])
+    return f"stays at {end:.4g} {of.raw.unit} {count} times" if count >= CLIPPED_RUNS else None
+
+
+def _hum(of: Channel) -> str | None:
+    values, rate = of.raw.values, of.raw.rate
+    heights = {f: line_height(values, rate, f) for f in MAINS_HZ if f < rate / 2 and f != of.notch_hz}
+    frequency = max(heights, key=heights.__getitem__, default=0.0)
+    if not heights or heights[frequency] <= LINE_HEIGHT:
+        return None
+    share = share_of_power(values, rate, frequency - 1, frequency + 1)
+    return (
+        f"a line at {frequency:g} Hz, {heights[frequency]:.0f} times its neighbourhood, with {share:.1%} of the power"
+    )
+
+
+def _smoothed(of: Channel) -> str | None:
+    if of.raw.values.min() >= 0:
+        return "never below 0"
+    slow = share_of_power(of.raw.values, of.raw.rate, 0, SLOW_HZ)
+    return f"only {1 - slow:.0%} of the power is above {SLOW_HZ:g} Hz" if slow > 1 - FAST_SHARE else None
+
+
+def _moved(of: Channel) -> str | None:
+    slow = share_of_power(of.raw.values, of.raw.rate, 0, SLOW_HZ)
+    told = slow > SLOW_SHARE and not _smoothed(of)
+    return f"{slow:.0%} of the power is below {SLOW_HZ:g} Hz" if told else None
+
+
+def _gap(of: Channel) -> str | None:
+    raw = of.raw
+    shortest = max(4, round(HELD_S * raw.rate))
+    still = [(start, n + 1) for start, n in _runs(np.diff(raw.values) == 0) if n + 1 >= shortest]
+    if not still:
+        return None
+    longest = max(length for _, length in still) / raw.rate
+    return f"does not change for {1000 * longest:.0f} ms, first {_times(raw, [start for start, _ in still])}"
+
+
+def _copies(of: Channel) -> str | None:
+    raw, length = of.raw, max(16, round(REPEATED_S * of.raw.rate))
+    if not (starts := _repeats(raw.values, length)):
+        return None
+    how_long = f"{1000 * length / raw.rate:.0f} ms or more"
+    return f"{len(starts)} blocks of {how_long} are copies of earlier ones, first {_times(raw, starts)}"
+
+
+DEAD_CHANNEL = Check(
+    "dead channel", _dead, "The electrode was off or the column is another one: leave the trial or the channel out."
+)
+CHECKS = (
+    Check(
+        "EMG of another size",
+        _of_another_unit,
+        "This trial may be in another unit or of another gain: correct it in the file, or leave the trial out.",
+    ),
+    Check(
+        "no contraction",
+        _silent,
+        "Noise only, or a muscle that rests: do not normalise by this trial, and check the electrode.",
+    ),
+    Check(
+        "spike",
+        _spike,
+        "An artefact, which would count as the largest contraction: cut it off with cut_s, or repair the file there.",
+    ),
+)
+"""Of any EMG that is not dead."""
+RAW_CHECKS = (
+    Check(
+        "clipping",
+        _clipped,
+        "The recorder's range was too small, so peaks are missing: record with less gain, or leave the trial out.",
+    ),
+    Check(
+        "mains hum",
+        _hum,
+        "Set processing.notch_hz to this frequency; next time, check the reference electrode.",
+    ),
+    Check(
+        "not raw EMG",
+        _smoothed,
+        "This looks rectified or smoothed: export the raw signal, or say form: envelope for the channel.",
+    ),
+    Check(
+        "power below 20 Hz",
+        _moved,
+        "Cables or electrodes moved. The band-pass takes out what is below its lower end; raise that end to 30 Hz if "
+        "the envelope follows the motion rather than the muscle.",
+    ),
+    Check(
+        "gap",
+        _gap,
+        "The recorder filled a gap with one value: cut the trial there with cut_s, or record again.",
+    ),
+    Check(
+        "repeated block",
+        _copies,
+        "The recorder filled gaps with copies: cut the trial there with cut_s, or record again.",
+    ),
+)
+"""Of raw EMG besides."""
+
+
+def _shared_by_two(emg: Mapping[str, Sampled]) -> str | None:
+    pairs = ((one, two, _shared(a, b)) for (one, a), (two, b) in combinations(emg.items(), 2))
+    found = [f"{a} and {b} have a correlation of {r:.2f}" for a, b, r in pairs if r is not None and abs(r) > CROSSTALK]
+    return "; ".join(found) + f" within {1000 * CROSSTALK_S:g} ms" if found else None
+
+
+CROSS_TALK = Check(
+    "cross-talk",
+    _shared_by_two,
+    "Electrodes may see one muscle, or share a poor reference: compare the two, and keep the one that is nearer to its "
+    "muscle; the effect emg_crosstalk tells the diagnosis of it.",
+)
+"""Of raw EMG {channel: as recorded} of a trial: two channels that hold one signal, or its mirror image."""
+
+
+def _shared(a: Sampled, b: Sampled) -> float | None:
+    """Largest correlation of two channels in the EMG's band at small shifts; None where their clocks differ."""
+    if a.rate != b.rate or abs(a.start - b.start) > 0.5 / a.rate or min(a.values.std(), b.values.std()) == 0:
+        return None
+    samples = min(len(a.values), len(b.values))
+    x, y = (_standard(band_pass(s.values[:samples], s.rate, _BAND_HZ, "zero")) for s in (a, b))
+    shift = round(CROSSTALK_S * a.rate)
+    values = [float(np.mean(x[max(0, k) : samples + min(0, k)] * y[max(0, -k) : samples - max(0, k)])) for k in
+              range(-shift, shift + 1)]  # fmt: skip
+    return max(values, key=abs)
+
+
+def _standard(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    return (values - values.mean()) / values.std()
+
+
+def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """(start, length) of each stretch of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
+    return [(int(start), int(end - start)) for start, end in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _repeats(values: NDArray[np.float64], length: int) -> list[int]:
+    """Where blocks of at least `length` samples start that are copies of earlier ones, constant ones left out."""
+    if len(values) < 2 * length:
+        return []
+    windows = np.lib.stride_tricks.sliding_window_view(values, length)
+    weights = np.random.default_rng(0).standard_normal(length)
+    sums = np.convolve(values, weights[::-1], mode="valid")  # equal for equal windows up to rounding
+    order = np.argsort(sums)
+    near = np.flatnonzero(np.diff(sums[order]) < 1e-9 * np.abs(sums).max())
+    pairs = [(int(order[n]), int(order[n + 1])) for n in near]
+    copies = [max(pair) for pair in pairs if np.array_equal(windows[pair[0]], windows[pair[1]])]
+    copies = sorted(n for n in copies if np.ptp(windows[n]) > 0)
+    return [next(group)[1] for _, group in groupby(enumerate(copies), key=lambda pair: pair[1] - pair[0])]
+
+
+def _times(raw: Sampled, samples: list[int]) -> str:
+    first = raw.start + samples[0] / raw.rate
+    return f"at {first:.2f} s ({len(samples)} such places)" if len(samples) > 1 else f"at {first:.2f} s"

@@ -1,0 +1,76 @@
+"""A finding, what is doubtful in a recording and what to do about it; and a check, which finds it."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+Severity = Literal["warning", "note"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One doubt about a recording.
+
+    Args:
+        check: which check found it, such as `mains hum`.
+        found: what was found, with numbers and units.
+        do: what to do.
+        trial: which trial; empty for the whole session.
+        signal: which channel or angle; empty where it is about more than one.
+        severity: warning: look at it before trusting a result; note: good to know.
+    """
+
+    check: str
+    found: str
+    do: str
+    trial: str = ""
+    signal: str = ""
+    severity: Severity = "warning"
+
+
+@dataclass(frozen=True)
+class Check:
+    """A doubt that a recording may raise.
+
+    Args:
+        name: in few words.
+        finds: what it finds in what it looks at, in words; empty, or nothing, where there is no doubt.
+        do: what to do about it: the likely cause, and the setting that mends it.
+    """
+
+    name: str
+    finds: Callable[[Any], str | None]
+    do: str
+    severity: Severity = "warning"
+
+    def of(self, what: Any, trial: str = "", signal: str = "") -> Iterator[Finding]:
+        """The finding in something, if there is one."""
+        if found := self.finds(what):
+            yield Finding(self.name, found, self.do, trial, signal, self.severity)
+
+
+def report(dataset: str, findings: Sequence[Finding], gains: Mapping[str, float]) -> dict[str, Any]:
+    """Findings as plain data, with a summary in a sentence and a line for each check, warnings first."""
+    warnings = [finding for finding in findings if finding.severity == "warning"]
+    kinds = list(dict.fromkeys(finding.check for finding in warnings))
+    count = f"{len(warnings)} warning" + "s" * (len(warnings) != 1)
+    alike: dict[tuple[bool, str, str], list[Finding]] = {}
+    for one in findings:
+        alike.setdefault((one.severity != "warning", one.check, one.do), []).append(one)
+    return {
+        "dataset": dataset,
+        "summary": f"{count} ({', '.join(kinds)})" if warnings else "no warnings",
+        "lines": [_line(group) for _, group in sorted(alike.items(), key=lambda pair: pair[0][0])],
+        "findings": [asdict(finding) for finding in findings],
+        "counts_as_1": dict(gains),
+    }
+
+
+def _line(group: Sequence[Finding]) -> dict[str, str]:
+    """Findings of one check as one line: where, what was found first, what to do."""
+    first = group[0]
+    places = dict.fromkeys(", ".join(filter(None, (one.trial and f"trial {one.trial}", one.signal))) for one in group)
+    where = [place for place in places if place]
+    more = f" and {len(where) - 3} more" if len(where) > 3 else ""
+    told = {"check": first.check, "where": "; ".join(where[:3]) + more, "found": first.found, "do": first.do}
+    return {**told, "severity": first.severity}

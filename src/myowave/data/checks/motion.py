@@ -1,0 +1,102 @@
+"""Doubts about angles: of the elbow, of whatever leans, and of an elbow beyond the tables of its muscles' paths."""
+
+import numpy as np
+
+from myowave.data.checks.finding import Check, Finding
+from myowave.data.checks.tables import Beyond
+from myowave.data.processing.sampled import Sampled
+
+JUMP_DEG, JUMP_DEG_S2 = 2.0, 1.0e4
+"""Step beyond its neighbours that is a jump [deg], and the acceleration that an arm may have besides [deg/s^2]."""
+HALF_TURN_DEG = 15.0
+"""How near to half a turn or a whole one a jump is that an angle makes by itself [deg]."""
+STRAIGHT_DEG, BENT_DEG = -15.0, 165.0
+"""Ends of the range of an elbow [deg]."""
+LITTLE_DEG = 20.0
+"""Range of motion below which a trial says little [deg]."""
+LEAN_DEG = 100.0
+"""Lean of an upper arm beyond which it is raised above the shoulder [deg]."""
+
+
+def _jumps(angle: Sampled) -> str | None:
+    """Single steps that no arm makes."""
+    steps = np.diff(np.degrees(angle.values))
+    beyond = np.pad(np.abs(steps[1:-1] - (steps[:-2] + steps[2:]) / 2), 1)
+    # A jump shows in its neighbours.
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(beyond, 2), 5).max(axis=1)
+    where = np.flatnonzero((beyond == around) & (beyond > JUMP_DEG + JUMP_DEG_S2 / angle.rate**2))
+    if not len(where):
+        return None
+    step, when = steps[where[0]], angle.start + (where[0] + 1) / angle.rate
+    turn = next((name for name, deg in _TURNS.items() if abs(abs(step) - deg) < HALF_TURN_DEG), "")
+    return f"goes by {step:.1f} deg{turn} from one sample to the next at {when:.2f} s ({len(where)} such steps)"
+
+
+_TURNS = {", half a turn,": 180.0, ", a turn,": 360.0}
+
+
+def _span(angle: Sampled) -> tuple[float, float, str]:
+    low, high = np.degrees(angle.values.min()), np.degrees(angle.values.max())
+    return low, high, f"goes from {low:.0f} to {high:.0f} deg"
+
+
+def _negated(angle: Sampled) -> str | None:
+    low, high, span = _span(angle)
+    return span if low < STRAIGHT_DEG and high <= -STRAIGHT_DEG else None
+
+
+def _beyond(angle: Sampled) -> str | None:
+    low, high, span = _span(angle)
+    told = (low < STRAIGHT_DEG or high > BENT_DEG) and not _negated(angle)
+    return f"{span}; an elbow from {STRAIGHT_DEG:g} to {BENT_DEG:g} deg" if told else None
+
+
+def _still(angle: Sampled) -> str | None:
+    low, high, span = _span(angle)
+    return span if high - low < LITTLE_DEG and not _beyond(angle) and not _negated(angle) else None
+
+
+def _leaning(angle: Sampled) -> str | None:
+    low, high, span = _span(angle)
+    return span if max(-low, high) > LEAN_DEG else None
+
+
+JUMP = Check(
+    "jump of the angle",
+    _jumps,
+    "A marker or sensor was lost, or an angle leapt by a turn: cut the trial there with cut_s, or repair it.",
+)
+ELBOW = (
+    JUMP,
+    Check(
+        "sign of the angle",
+        _negated,
+        "Flexion counts positive, and 0 is the straight arm: set sign: -1 of the angle, or correct its offset_deg.",
+    ),
+    Check("range of the angle", _beyond, "Correct sign or offset_deg of the angle, so that 0 is the straight arm."),
+    Check(
+        "little motion",
+        _still,
+        "What depends on posture cannot be identified from it: record larger motions.",
+    ),
+)
+EXTRA = (
+    JUMP,
+    Check(
+        "lean of the upper arm",
+        _leaning,
+        "An upper arm that hangs leans by 0: correct unit (deg or rad), sign or offset_deg of the signal.",
+    ),
+)
+
+
+def angle_beyond_tables(beyond: Beyond) -> Finding:
+    """An elbow that goes farther than the arm's tables of path lengths."""
+    return Finding(
+        "angle beyond the tables",
+        beyond.found,
+        "Doubt torques at these angles: extend the tables if the muscles' paths are known there.",
+        beyond.trial,
+        "angle",
+        "note",
+    )

@@ -1,0 +1,158 @@
+"""Whether EMG, angle and torque are those of an elbow, and whether trials go together.
+
+What is found makes an answer wrong.
+"""
+
+import hashlib
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+
+import numpy as np
+
+from myowave.data.checks.signals import RATE_TOLERANCE
+from myowave.data.processing.sampled import Sampled
+from myowave.data.recording import Recording
+
+EMG_LIMIT = 1.5
+"""Largest EMG taken as a fraction of a maximum voluntary contraction [-]; more means it was not normalised."""
+TEST_LIMIT = 5.0
+"""The same in a trial that is held out: light loads may train, and a heavy one test; percent would be more."""
+PERCENT_LIMIT = 200.0
+"""Largest EMG that is in percent [-]."""
+STILL = 1e-6
+"""An angle [rad] or a torque [N m] that stays within this was not measured: an arm trembles even where it holds
+still, and filters leave no more of a constant."""
+TORQUE_LIMIT = 300.0
+"""Largest torque about an elbow [N m]; more is in another unit."""
+
+
+def emg_problems(recordings: Mapping[str, Recording], forms: Mapping[str, str], test: Collection[str]) -> Iterator[str]:
+    """EMG that is no fraction of a maximum: in one line where a channel is so in most trials, else in each trial.
+
+    Args:
+        forms: {channel: raw, envelope or fraction} of those whose maximum contraction is known.
+        test: trials that are held out; they may be of more effort than those which train.
+    """
+    for name, form in forms.items():
+        of = {trial: one.emg[:, one.channels.index(name)] for trial, one in recordings.items()}
+        typical = float(np.median([emg.max() for emg in of.values()])) if of else 0.0
+        if form == "fraction" and typical > EMG_LIMIT:
+            unit = "in percent" if typical <= PERCENT_LIMIT else "not normalised"
+            yield (
+                f"{name} reaches {typical:.3g} of a maximum contraction in most of the {len(of)} trials; expected 0 to "
+                f"{EMG_LIMIT:g}. It is {unit}: {_PERCENT if unit == 'in percent' else _NORMALISE}"
+            )
+            continue
+        for trial, emg in of.items():
+            limit = TEST_LIMIT if trial in test and form == "fraction" else EMG_LIMIT
+            outside = np.maximum(-emg, emg - limit)
+            n = int(outside.argmax())
+            if outside[n] > 0:
+                yield (
+                    f"{recordings[trial].at(n)}: {name} is {emg[n]:.3g} of a maximum contraction "
+                    f"({(outside > 0).sum()} samples outside; it spans {emg.min():.3g} to {emg.max():.3g}); expected 0 "
+                    f"to {limit:g}. {_NORMALISE if form == 'fraction' else _ARTEFACT}"
+                )
+
+
+_NORMALISE = "Rectify and smooth the EMG, and divide it by its value at maximum contraction (percent by 100)."
+_PERCENT = "divide it by 100 in the files, or name % as its unit."
+_ARTEFACT = "Look for an artefact there and cut it off with cut_s, or name a stronger contraction under mvc."
+
+
+def angle_problems(recording: Recording) -> Iterator[str]:
+    """An angle that never moves, is beyond half a turn, or looks like the other unit."""
+    angle, unit = np.degrees(recording.angle), recording.angle_unit
+    n = int(np.abs(angle).argmax())
+    span = f"goes from {angle.min():.4g} to {angle.max():.4g} deg"
+    if abs(angle[n]) > 180:
+        in_degrees = "If it was written in deg, name that unit (or call the column angle_deg); else correct"
+        yield (
+            f"{recording.at(n)}: the angle is {angle[n]:.4g} deg (it {span}); expected -180 to 180. "
+            f"{in_degrees if unit == 'rad' else 'Correct its unit,'} sign or offset_deg."
+        )
+    elif np.ptp(recording.angle) < STILL:
+        yield (
+            f"{recording.origin}: the angle stays at {angle[0]:.4g} deg in all {len(angle)} samples. The sensor was "
+            "off, or the column is another one: correct it, or leave the trial out."
+        )
+    elif unit == "deg" and abs(angle[n]) < math.pi:
+        yield (
+            f"{recording.origin}: the angle {span}, which no elbow motion does. If it was written in rad, name that "
+            "unit (or call the column angle_rad)."
+        )
+
+
+def lean_problems(trial: str, signals: Mapping[str, Sampled]) -> Iterator[str]:
+    """A further angle [rad] beyond half a turn."""
+    for key, signal in signals.items():
+        degrees = np.degrees(signal.values)
+        if (largest := float(np.abs(degrees).max())) > 180:
+            yield (
+                f"trial {trial}: {key} goes from {degrees.min():.4g} to {degrees.max():.4g} deg; expected -180 to 180. "
+                f"{largest:.4g} deg are {math.radians(largest):.3g} rad: correct its unit, sign or offset_deg."
+            )
+
+
+def torque_problems(recording: Recording) -> Iterator[str]:
+    """A torque that no elbow gives, or that never changes."""
+    torque = recording.torque
+    if torque is None:
+        return
+    n = int(np.abs(torque).argmax())
+    if abs(torque[n]) > TORQUE_LIMIT:
+        yield (
+            f"{recording.at(n)}: the torque is {torque[n]:.4g} N m (it goes from {torque.min():.4g} to "
+            f"{torque.max():.4g}); expected -{TORQUE_LIMIT:g} to {TORQUE_LIMIT:g}. Correct its unit: N cm and N mm are "
+            "others."
+        )
+    elif np.ptp(torque) < STILL:
+        yield (
+            f"{recording.origin}: the torque stays at {torque[0]:.4g} N m in all {len(torque)} samples. The "
+            "dynamometer was off: remove the column, or leave the trial out of torque.trials."
+        )
+
+
+def rate_problems(recordings: Mapping[str, Recording]) -> Iterator[str]:
+    """Trials sampled at another rate than most."""
+    common = float(np.median([recording.dt for recording in recordings.values()])) if recordings else 0.0
+    for recording in recordings.values():
+        if abs(recording.dt / common - 1) > RATE_TOLERANCE:
+            yield (
+                f"{recording.origin}: sampled every {recording.dt:.4g} s; expected {common:.4g} s like the other "
+                "trials. Resample all trials to one rate."
+            )
+
+
+def duplicate_problems(recordings: Mapping[str, Recording]) -> Iterator[str]:
+    """Trials with the same samples as an earlier one."""
+    seen: dict[bytes, Recording] = {}
+    for recording in recordings.values():
+        content = recording.emg.tobytes() + recording.angle.tobytes()
+        first = seen.setdefault(hashlib.sha256(content).digest(), recording)
+        if first is not recording:
+            yield (
+                f"{recording.origin}: the same samples as {first.origin}. A trial that is there twice counts twice, "
+                "and may both train and test; remove one."
+            )
+
+
+def role_problems(
+    dataset: str, names: Sequence[str], test: Sequence[str], conditions: Collection[str]
+) -> Iterator[str]:
+    """Trials that the settings name and nobody recorded, and settings that leave none to train on.
+
+    Args:
+        dataset: name of the dataset.
+        names: of the trials that there are.
+        test, conditions: of the trials that test, and of those with conditions.
+    """
+    for key, named in (("test", test), ("conditions", conditions)):
+        for name in named:
+            if name not in names:
+                yield f"data.datasets.{dataset}.{key}: no trial named {name!r}; the trials are {', '.join(names)}."
+    if not set(names) - set(test):
+        yield (
+            f"data.datasets.{dataset}.test: every trial ({', '.join(names)}) is a test trial; leave some to train on, "
+            "or add recordings."
+        )
