@@ -10,7 +10,7 @@ from myowave.settings.files import read_layers
 from studies.held_out.settings import HeldOut
 from studies.scales.settings import Scales
 from studies.section import read_section
-from studies.verdicts.settings import Verdicts
+from studies.verdicts.settings import WORLDS, Verdicts
 
 STUDIES = sorted(path.parent.name for path in (ROOT / "studies").glob("*/Snakefile"))
 OWN_RULES = {
@@ -19,7 +19,7 @@ OWN_RULES = {
     for rule in re.findall(r"^rule (\w+):", (ROOT / f"studies/{name}/Snakefile").read_text(), re.MULTILINE)
 }
 SECTIONS = {"held_out": HeldOut, "verdicts": Verdicts, "scales": Scales}
-SMALLER = {"cases": 1, "clean_sets": 1, "angle_noises_deg": [1.0], "parts": 3}
+SMALLER = {"draws": [1, 2, 3]}
 
 
 def test_plain_snakemake_does_not_know_the_studies():
@@ -61,6 +61,6 @@ def test_wrong_settings_of_a_study_are_refused(name, settings, says):
         read_section(SECTIONS[name], name, own | settings, parse_settings(config))
 
 
-def test_verdicts_have_a_job_for_each_part_of_each_world(project):
+def test_verdicts_draw_and_judge_each_world_in_each_draw(project):
     planned = project.planned("-s", "studies/verdicts/Snakefile", *project.lay_over({"verdicts": SMALLER}))
-    assert planned["diagnose_world"] == 6 * 3
+    assert planned["draw_sets"] == planned["judge_sets"] == 3 * len(WORLDS)

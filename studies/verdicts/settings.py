@@ -1,16 +1,43 @@
 """The section `verdicts`."""
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from myowave.settings import Settings, shipped_effects
 from myowave.settings.keys import unless_known
-from myowave.settings.section import Name, Once, Real, Whole, setting
+from myowave.settings.section import Name, Once, Real, Section, Whole, setting
 from studies.section import StudySection
 
-# Worlds: as the model assumes, and each other in one way; in the last, effects are not in the catalogue.
-WORLDS = ("as_assumed", "other_curves", "other_constants", "other_data", "other_solver", "outside")
+# As the model assumes, each other in one way, all of these at once, and arms of another simulator.
+WORLDS = (
+    "as_assumed",
+    "other_curves",
+    "other_constants",
+    "other_sensors",
+    "other_solver",
+    "outside",
+    "all_at_once",
+    "other_simulator",
+)
+WorldName = Literal[
+    "as_assumed",
+    "other_curves",
+    "other_constants",
+    "other_sensors",
+    "other_solver",
+    "outside",
+    "all_at_once",
+    "other_simulator",
+]
+
+
+class Count(Section):
+    """Sets of a world."""
+
+    hidden: Whole = setting("with a hidden effect", "-", ge=0, le=10_000)
+    clean: Whole = setting("without one", "-", ge=0, le=10_000)
 
 
 class Verdicts(StudySection):
@@ -25,13 +52,15 @@ class Verdicts(StudySection):
         "-",
         min_length=1,
     )
-    cases: Whole = setting("datasets with an effect, for each world and noise", "-", ge=1, le=100_000)
-    clean_sets: Whole = setting("datasets without an effect, for each world", "-", ge=1, le=100_000)
+    sets: Mapping[WorldName, Count] = setting("sets of each world, in each draw")
+    draws: Annotated[tuple[Whole, ...], Once] = setting(
+        "seeds: the first was looked at while the method was made, the last drawn when it was done", min_length=1
+    )
     angle_noises_deg: Annotated[tuple[Real, ...], Once] = setting(
         "noises of the angle in the world that is as assumed", "deg", min_length=1
     )
     angle_noise_deg: Real = setting("noise of the angle in the other worlds", "deg", gt=0, le=30)
-    parts: Whole = setting("jobs that each world is cut into", "-", ge=1, le=1000)
+    judges: Annotated[tuple[Name, ...], Once] = setting("what judges each set", min_length=1)
 
     def problems(self, settings: Settings) -> list[str]:
         simulated = [name for name, dataset in settings.data.datasets.items() if dataset.kind == "simulated"]

@@ -1,86 +1,157 @@
-"""The cases counted: rates of right answers and of wrong names with their intervals, world by world."""
+"""The rows counted: what answers are worth, world by world and judge by judge, as tables and as a page."""
 
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from scipy.stats import binomtest
 
-from studies.verdicts.cases import groups
-
+GRADES = ("right", "class", "honest", "silent", "wrong")
 NAMES = {
     "as_assumed": "as the model assumes",
     "other_curves": "other muscle curves",
     "other_constants": "other constants",
-    "other_data": "other sensors and filters",
+    "other_sensors": "other sensors and filters",
     "other_solver": "sample-and-hold of EMG in the solver",
     "outside": "effect not in the catalogue",
+    "all_at_once": "all of these at once",
+    "other_simulator": "another simulator",
 }
+KINDS = {"shows": "it shows", "hidden": "it does not show", "clean": "nothing hidden"}
+UNLIKELY = 0.05  # p-value
+EDGES = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0001)  # of probabilities
 
 
-def summarize(rows: pd.DataFrame) -> pd.DataFrame:
-    """One row per world, noise and whether an effect was hidden; rates in percent with their 95 % intervals.
-
-    Whether the answer is right counts only where what is hidden can be seen, a wrong name everywhere.
-    """
-    return pd.DataFrame([_row(*group) for group in groups(rows)])
-
-
-def _row(world: str, hidden: str, noise: float, rows: pd.DataFrame) -> dict[str, Any]:
-    seen = rows if hidden == "nothing" else rows[rows["signal"] >= 1]
-    covered, intervals = int(rows["covered"].sum()), int(rows["intervals"].sum())
-    return {
-        "world": world,
-        "hidden": hidden,
-        "noise_deg": noise,
-        "sets": len(rows),
-        "seen": len(seen),
-        **_rate("right", int(seen["right"].sum()), len(seen)),
-        **_rate("wrong_name", int(rows["wrong_name"].sum()), len(rows)),
-        "coverage_pct": 100 * covered / intervals if intervals else np.nan,
-        "intervals": intervals,
-        "failed": int((rows["verdict"] == "failed").sum()),
-        "seconds_mean": rows["seconds"].mean(),
-        "seconds_most": rows["seconds"].max(),
-    }
+HOW = """
+A set is five trials of one simulated arm, four of which are fitted; each is judged as a recording of its own. An
+effect **shows** where nine of ten such recordings would show it to one who knows what was hidden and how the noise is
+correlated. **Right**: all that shows is named, or nothing shows and nothing is said to be missing. **Class**: it is in
+a class of at most three. **Honest**: it is not named, and that something is (or may be) missing is said; or its class
+is larger. **Silent**: it shows, and nothing says so. **Wrong**: a name or a class of which nothing is true of the arm,
+or "something is missing" where nothing is. "Something like it" is true only where an effect outside the catalogue
+shows; noise of the EMG only where the recorder had it."""
 
 
-def _rate(name: str, count: int, sets: int) -> dict[str, float]:
-    if not sets:
-        return dict.fromkeys((f"{name}_pct", f"{name}_low_pct", f"{name}_high_pct"), np.nan)
-    low, high = binomtest(count, sets).proportion_ci(method="wilson")
-    return {f"{name}_pct": 100 * count / sets, f"{name}_low_pct": 100 * low, f"{name}_high_pct": 100 * high}
+def read_rows(path: str | Path) -> pd.DataFrame:
+    """A table of `judges.judge_set`."""
+    return pd.read_csv(path, keep_default_na=False, na_values={"nothing_missing": [""]})
 
 
-def write_page(summary: pd.DataFrame) -> str:
-    """The rates as a table in Markdown.
-
-    Args:
-        summary: from `summarize`.
-    """
-    lines = [
+def write_page(rows: pd.DataFrame, date: str, commit: str) -> str:
+    """The page of the study in Markdown."""
+    sets, draws = len(rows) // rows["judge"].nunique(), sorted(rows["draw"].unique())
+    fresh = len(rows[rows["draw"] == draws[-1]]) // rows["judge"].nunique()
+    head = (
+        f"{sets} simulated arms in {len(NAMES)} worlds, {date}, at commit {commit}. {fresh} of them were drawn after "
+        "the method was done; the others were looked at while it was made. Written by `snakemake -s "
+        "studies/verdicts/Snakefile --cores 2`; [every set](study_cases.csv)."
+    )
+    parts = [
         "# How often the diagnosis is right",
-        "",
-        f"{summary['sets'].sum()} simulated arms, each diagnosed as a recording of its own, in "
-        f"{summary['seconds_mean'].mul(summary['sets']).sum() / 60:.0f} minutes of one core. Right: the hidden effect "
-        "stands alone, in a class or as part of what is named; where nothing is hidden, or what is hidden is not in "
-        "the catalogue, that this is said, or with other curves that they are others; counted where nine of ten such "
-        "recordings show the effect. A wrong name: anywhere in the answer, of all sets; another family of curves is "
-        "none where the curves are others, nor is a class that holds something outside the catalogue where the arm has "
-        "that. Each rate with its 95 % interval. Written by `snakemake -s studies/verdicts/Snakefile --cores 2`.",
-        "",
-        "| world | noise [deg] | sets | can be seen | right [%] | a wrong name [%] | 95 % intervals that hold [%] |",
-        "|---" * 7 + "|",
+        head,
+        "![What names are worth.](study.png)",
+        HOW.strip(),
+        *tables(rows),
     ]
-    for row in summary.to_dict("records"):
-        world = NAMES[row["world"]] + (", nothing missing" if row["hidden"] == "nothing" else "")
-        noise = f"{row['noise_deg']:g}" if np.isfinite(row["noise_deg"]) else ""
-        rates = " | ".join(_said(row, rate) for rate in ("right", "wrong_name"))
-        covered = f"{row['coverage_pct']:.1f} of {row['intervals']:.0f}" if row["intervals"] else ""
-        lines.append(f"| {world} | {noise} | {row['sets']} | {row['seen']} | {rates} | {covered} |")
-    return "\n".join(lines) + "\n"
+    if len(draws) > 1:
+        parts += ["## Only those drawn afterwards", *list(tables(rows[rows["draw"] == draws[-1]]))[:2]]
+    return "\n\n".join(parts) + "\n"
 
 
-def _said(row: dict[str, Any], rate: str) -> str:
-    share, low, high = (row[f"{rate}_{part}"] for part in ("pct", "low_pct", "high_pct"))
-    return f"{share:.0f} ({low:.0f} to {high:.0f})" if np.isfinite(share) else ""
+def kind_of(rows: pd.DataFrame) -> pd.Series:
+    """What there is to be found in each set."""
+    return pd.Series(
+        np.where(rows["hidden"].eq(""), "clean", np.where(rows["shows"].eq(""), "hidden", "shows")), rows.index
+    )
+
+
+def tables(rows: pd.DataFrame) -> Iterator[str]:
+    """The tables of the page in Markdown."""
+    rows = rows.assign(kind=kind_of(rows))
+    judges = list(dict.fromkeys(rows["judge"]))
+    heads = ["world", "", "sets", *(f"{judge}: {' / '.join(GRADES)}" for judge in judges)]
+    lines = []
+    for (world, kind), some in _ordered(rows):
+        counts = [_counts(some[some["judge"] == judge]) for judge in judges]
+        lines.append([NAMES[world], KINDS[kind], str(len(some) // len(judges)), *counts])
+    lines.append(["all", "", str(len(rows) // len(judges)), *(_counts(rows[rows["judge"] == j]) for j in judges)])
+    yield markdown(heads, lines)
+    heads = [
+        "judge",
+        "visible and named, or in a class of at most 3",
+        "a wrong name",
+        "among effects not in the catalogue",
+    ]
+    heads += ["EMG noise where there is none", "seconds of a set, mean and most"]
+    yield markdown(heads, [_rates(judge, rows[rows["judge"] == judge]) for judge in judges])
+    lines = []
+    for world, some in rows.groupby("world", sort=False):
+        if some["intervals"].sum():
+            cells = [_share(s["held"].sum(), s["intervals"].sum()) for s in (some[some["judge"] == j] for j in judges)]
+            lines.append([NAMES[str(world)], *cells])
+    yield markdown(["95 % intervals that hold", *judges], lines)
+    clean = rows[rows["kind"].eq("clean") & rows["world"].eq("as_assumed")]
+    for judge in judges:
+        p = clean[clean["judge"] == judge]["nothing_missing"].dropna()
+        if len(p):
+            low = _share(int((p < UNLIKELY).sum()), len(p))
+            yield f'{judge}, "nothing is missing" on clean arms as assumed: p below {UNLIKELY} in {low}.'
+        found = reliability(rows[rows["judge"] == judge].to_dict("records"))
+        lines = [[f"{low:g} to {min(high, 1):g}", _share(true, n)] for low, high, n, true, _ in found if n]
+        yield markdown([f"{judge}: names given at", "true"], lines)
+
+
+def reliability(rows: Sequence[Mapping[str, Any]]) -> list[tuple[float, float, int, int, float]]:
+    """Of names given at a probability between two edges: the edges, how many, how many true, mean probability."""
+    given = [
+        (float(p), name in row["true"].split())
+        for row in rows
+        for name, p in (entry.split("=") for entry in row["probabilities"].split())
+    ]
+    found = []
+    for low, high in zip(EDGES, EDGES[1:], strict=False):
+        some = [(p, true) for p, true in given if low <= p < high]
+        mean = float(np.mean([p for p, _ in some])) if some else np.nan
+        found.append((low, high, len(some), sum(true for _, true in some), mean))
+    return found
+
+
+def _ordered(rows: pd.DataFrame) -> Iterator[tuple[tuple[str, str], pd.DataFrame]]:
+    for world in NAMES:
+        for kind in KINDS:
+            some = rows[(rows["world"] == world) & (rows["kind"] == kind)]
+            if len(some):
+                yield (world, kind), some
+
+
+def _counts(rows: pd.DataFrame) -> str:
+    return " / ".join(str(int(rows["grade"].eq(grade).sum())) for grade in GRADES)
+
+
+def _rates(judge: str, rows: pd.DataFrame) -> list[str]:
+    seen = rows[rows["kind"].eq("shows") & rows["taken_out"].eq("")]
+    out, exact = rows[rows["taken_out"].ne("")], rows[~rows["recording"].str.contains("emg_noise")]
+    answered = seen["grade"].isin(["right", "class"])
+    return [
+        judge,
+        _share(answered.sum(), len(seen)),
+        _share(rows["wrong_name"].sum(), len(rows)),
+        _share(out["wrong_name"].sum(), len(out)),
+        _share(exact["wrong_emg_noise"].sum(), len(exact)),
+        f"{rows['seconds'].mean():.0f}, {rows['seconds'].max():.0f}",
+    ]
+
+
+def _share(count: int, of: int) -> str:
+    """A count with the share and its 95 % interval in percent."""
+    if not of:
+        return ""
+    low, high = binomtest(int(count), int(of)).proportion_ci(method="wilson")
+    return f"{count} of {of}: {100 * count / of:.0f} ({100 * low:.0f} to {100 * high:.0f}) %"
+
+
+def markdown(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table."""
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in [heads, ["---"] * len(heads), *rows])

@@ -1,9 +1,9 @@
-"""Arms and recordings that differ from what the diagnosis takes them for, each world in a way of its own.
+"""Arms and recordings that differ from what the diagnosis takes them for, each world in a way of its own, one in all.
 
 A world says how the trials of a case are made; the diagnosis gets them and the same model in every world. Nothing here
 is taken from the families that the diagnosis knows: other curves are splines through knots drawn within physiological
-bounds, other constants are drawn with the scatter of the settings, other data pass sensors and filters, and another
-solver has a sample-and-hold of the EMG.
+bounds, other constants are drawn with the scatter of the settings, other sensors filter, resample, drift and add noise,
+and another solver has a sample-and-hold of the EMG.
 
 Shapes: T trials, N samples, C channels.
 """
@@ -14,17 +14,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
-from scipy.signal import butter, sosfiltfilt
+from scipy.interpolate import CubicSpline, PchipInterpolator
+from scipy.signal import butter, lfilter, sosfiltfilt
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.causes import EMG_NOISE
+from myowave.diagnosis.causes import EMG_NOISE, OWN_CURVES
+from myowave.diagnosis.scoring import OUTSIDE
 from myowave.identification.free_parameters import free_parameters
 from myowave.physics.curves import Curve, Curves
 from myowave.physics.model import Model
 from myowave.settings import Scatter
-from studies.verdicts.settings import WORLDS
 
 Array = NDArray[np.float64]
 
@@ -33,12 +33,19 @@ FINER = 4  # steps in a sample of the solver with a sample-and-hold
 
 CURVES = frozenset({"millard_curves", "degroote_curves", "thelen_curves"})  # each says that the curves are others
 
-# Effects that are no wrong names in a world, as they say what is different there.
-ALLOWED: Mapping[str, frozenset[str]] = dict.fromkeys(WORLDS, frozenset[str]()) | {
-    "other_curves": CURVES,
+# What is true of a world whatever is hidden in it: names that say what is different there.
+TRUE: Mapping[str, frozenset[str]] = {
+    "other_curves": CURVES | {OWN_CURVES},
     "other_constants": frozenset({"vmax_change", "extra_delay", "activation_shape", "moment_arm_offset"}),
-    "other_data": frozenset({EMG_NOISE}),
+    "other_solver": frozenset({"extra_delay"}),  # by half a sample
 }
+# And of a sensor.
+TRUE_OF: Mapping[str, frozenset[str]] = {
+    "emg_noise": frozenset({EMG_NOISE}),
+    "drift_pct": frozenset({"clock_drift", OUTSIDE}),
+    "gain_pct": frozenset({"gain_per_trial", OUTSIDE}),
+}
+NOISES = frozenset({"emg_noise", "ar_deg", "step_deg"})  # of a recorder, that another recording would have otherwise
 
 
 @dataclass(frozen=True)
@@ -50,7 +57,8 @@ class World:
         constants: that differ from the model's, by name.
         sample_and_hold: whether the EMG keeps its value between samples.
         recording: what happens to a recording, by name: emg_noise [-], emg_hz and angle_hz (low-pass filters), step_deg
-            (rounding), rate_hz.
+            (rounding), rate_hz, ar_deg and ar_s (coloured noise of the angle), drift_pct (of the angle's clock),
+            gain_pct (of the EMG of the first trial).
     """
 
     model: Model
@@ -59,30 +67,44 @@ class World:
     recording: Mapping[str, float] = field(default_factory=dict)
 
 
-def draw_world(name: str, base: Model, scatter: Mapping[str, Scatter], random: np.random.Generator) -> World:
+def draw_world(
+    name: str, base: Model, scatter: Mapping[str, Scatter], random: np.random.Generator, turn: int = 0
+) -> World:
     """Draw an arm, a solver or a recorder of a world.
 
     Args:
-        name: one of `ALLOWED`.
         scatter: of constants that nobody measured.
+        turn: sensors take turns.
     """
-    if name == "other_curves":
-        return World(replace(base, curves=draw_curves(random)))
-    if name == "other_constants":
+    world = World(base)
+    if name in ("other_curves", "all_at_once"):
+        world = replace(world, model=replace(base, curves=draw_curves(random)))
+    if name in ("other_constants", "all_at_once"):
         assumed = [p for p in free_parameters(base, {}, (), scatter) if not p.name.endswith("_curve")]
         drawn = {p.name: p.start + p.deviation * random.standard_normal() for p in assumed}
-        return World(base, {p.name: float(np.clip(drawn[p.name], p.low, p.high)) for p in assumed})
-    if name == "other_data":
-        kinds: list[dict[str, float]] = [
-            {"emg_noise": random.uniform(0.01, 0.05)},
-            {"emg_hz": random.uniform(4.0, 8.0)},
-            {"angle_hz": random.uniform(4.0, 10.0)},
-            {"step_deg": random.uniform(0.25, 1.0)},
-            {"rate_hz": random.uniform(50.0, 200.0)},
-            {"emg_noise": random.uniform(0.01, 0.05), "angle_hz": random.uniform(4.0, 10.0)},
-        ]
-        return World(base, recording=kinds[random.integers(len(kinds))])
-    return World(base, sample_and_hold=name == "other_solver")
+        world = replace(world, constants={p.name: float(np.clip(drawn[p.name], p.low, p.high)) for p in assumed})
+    sensors = draw_sensors(random)
+    if name == "other_sensors":
+        world = replace(world, recording=sensors[turn % len(sensors)])
+    if name == "all_at_once":
+        world = replace(world, recording=MIXED[turn % len(MIXED)](random))
+    return replace(world, sample_and_hold=name in ("other_solver", "all_at_once"))
+
+
+def draw_sensors(random: np.random.Generator) -> list[dict[str, float]]:
+    """One recorder of each kind; what it does not say is exact."""
+    noise, edge = random.uniform(0.01, 0.05), random.uniform(4.0, 10.0)
+    return [
+        {"emg_noise": noise},
+        {"angle_hz": edge},
+        {"rate_hz": random.uniform(50.0, 200.0)},
+        {"step_deg": random.uniform(0.25, 1.0)},
+        {"ar_deg": random.uniform(0.5, 1.0), "ar_s": random.uniform(0.2, 0.5)},
+        {"drift_pct": random.choice([0.3, 1.0])},
+        {"gain_pct": random.choice([-5.0, -15.0])},
+        {"emg_hz": random.uniform(4.0, 8.0)},
+        {"emg_noise": noise, "angle_hz": edge},
+    ]
 
 
 def draw_curves(random: np.random.Generator) -> Curves:
@@ -123,35 +145,58 @@ def sample_and_hold(emg: Tensor) -> Tensor:
     return fine[..., : (emg.shape[-2] - 1) * FINER + 1, :]
 
 
-def record(trials: Trials, world: World, random: np.random.Generator) -> Trials:
-    """Trials as the recorder of a world reports them; noise of the angle is in them already."""
-    settings, emg, angle = world.recording, trials.emg, trials.angle
+def record(trials: Trials, world: World, noise_deg: float, random: np.random.Generator) -> Trials:
+    """Trials as the recorder of a world reports them, with white noise of the angle."""
+    settings, emg, angle = world.recording, trials.emg.copy(), trials.angle
+    time: Array = np.arange(angle.shape[1], dtype=np.float64) * trials.dt
+    if drift := settings.get("drift_pct"):
+        angle = CubicSpline(time, angle, axis=1)(time * (1 - drift / 100))
+    if gain := settings.get("gain_pct"):
+        emg[0] *= 1 + gain / 100
+    angle = angle + np.radians(noise_deg) * random.standard_normal(angle.shape)
+    if coloured := settings.get("ar_deg"):
+        kept = np.exp(-trials.dt / settings["ar_s"])
+        white = random.standard_normal((len(angle), 200 + angle.shape[1])) * np.sqrt(1 - kept**2)
+        angle = angle + np.radians(coloured) * lfilter([1.0], [1.0, -kept], white)[:, 200:]
     if noise := settings.get("emg_noise"):
         emg = emg + noise * random.standard_normal(emg.shape)
     if edge := settings.get("emg_hz"):
-        emg = _low_pass(emg, edge, trials.dt)
+        emg = low_pass(emg, edge, trials.dt)
     if edge := settings.get("angle_hz"):
-        angle = _low_pass(angle, edge, trials.dt)
+        angle = low_pass(angle, edge, trials.dt)
     if step := settings.get("step_deg"):
         angle = np.radians(step) * np.round(angle / np.radians(step))
     if rate := settings.get("rate_hz"):
-        time = np.arange(emg.shape[1], dtype=np.float64) * trials.dt
         fine: Array = np.arange(0.0, float(time[-1]), 1 / rate)[: 2 * len(time)]
-        emg, angle = (_resampled(x, time, fine) for x in (emg, angle))
-        return replace(
-            trials, dt=1 / rate, lengths=(len(fine),) * len(trials.names), emg=np.clip(emg, 0.0, 1.0), angle=angle
-        )
+        emg, angle = (resampled(x, time, fine) for x in (emg, angle))
+        lengths = (len(fine),) * len(trials.names)
+        return replace(trials, dt=1 / rate, lengths=lengths, emg=np.clip(emg, 0.0, 1.0), angle=angle)
     return replace(trials, emg=np.clip(emg, 0.0, 1.0), angle=angle)
 
 
-def _low_pass(values: Array, edge_hz: float, dt: float) -> Array:
+def low_pass(values: Array, edge_hz: float, dt: float) -> Array:
     """Signals (T, N, ...) through a Butterworth filter forwards and backwards."""
     return np.asarray(sosfiltfilt(butter(2, 2 * edge_hz * dt, output="sos"), values, axis=1), dtype=np.float64)
 
 
-def _resampled(values: Array, time: Array, fine: Array) -> Array:
+def resampled(values: Array, time: Array, fine: Array) -> Array:
     """Signals (T, N, ...) at other times: straight between samples, as the physics takes EMG to be."""
     position = np.interp(fine, time, np.arange(len(time)))
     left = np.minimum(position.astype(int), len(time) - 2)
     share = (position - left).reshape(-1, *(1,) * (values.ndim - 2))
     return np.asarray(values[:, left] * (1 - share) + values[:, left + 1] * share)
+
+
+def _noisy_and_filtered(random: np.random.Generator) -> dict[str, float]:
+    return {"emg_noise": random.uniform(0.01, 0.03), "angle_hz": random.uniform(4.0, 10.0)}
+
+
+def _exact_emg(random: np.random.Generator) -> dict[str, float]:
+    return {"angle_hz": random.uniform(4.0, 10.0), "ar_deg": random.uniform(0.3, 0.6), "ar_s": random.uniform(0.2, 0.5)}
+
+
+def _drifting(random: np.random.Generator) -> dict[str, float]:
+    return {"drift_pct": 0.3, "gain_pct": -5.0, "rate_hz": random.uniform(50.0, 200.0)}
+
+
+MIXED = (_noisy_and_filtered, _exact_emg, _drifting)  # recorders where all differs at once, in turn

@@ -166,25 +166,6 @@ def test_without_a_truth_no_error_is_claimed(diagnosis):
     assert all(e["error_pct"] is None for values in measured["parameters"].values() for e in values.values())
 
 
-@pytest.mark.parametrize(
-    ("hidden", "effects", "alternatives", "hit"),
-    [
-        (["a"], ["a"], [], True),
-        (["a"], ["b"], [["b", "a"]], True),
-        (["a"], ["b"], [["b", "a", "c"]], False),
-        (["a"], ["a", "b"], [], False),
-        (["a"], [], [], False),
-        (["a", "b"], ["b", "a"], [], True),
-        ([], ["a"], [], False),
-        ([], [], [], True),
-    ],
-)
-def test_a_hit_is_the_effect_named_or_in_a_class_of_two(hidden, effects, alternatives, hit):
-    kind = "effect" if effects else "adequate"
-    summary = {"verdict": kind, "effects": effects, "alternatives": alternatives, "parameters": {}}
-    assert add_truth(summary, {"effects": hidden, "parameters": {}})["hit"] is hit
-
-
 def test_the_ladder_holds_the_network_beside_the_physics(story, tables):
     ladder = story.ladder
     assert list(ladder["effects"]) == sorted(ladder["effects"]), "models with few effects come first"

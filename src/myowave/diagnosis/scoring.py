@@ -1,39 +1,61 @@
 """What a verdict is worth where the truth is known. Nothing that decides a verdict imports this."""
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 from myowave.diagnosis.causes import EMG_NOISE
 
-LARGEST_CLASS = 2  # effects that data do not tell apart and that still count as an answer
+LARGEST_CLASS = 3  # members of a class that is still an answer
+OUTSIDE = "outside"  # in a class: something like it that the catalogue lacks
+UNSURE = ("partial", "unknown", "undecidable")  # verdicts that claim no more than that something is or may be missing
 
 Answer = tuple[tuple[str, ...], ...]
+Grade = Literal["right", "class", "honest", "silent", "wrong"]
 
 
-def answer(causes: Sequence[str], alternatives: Sequence[Sequence[str]]) -> Answer:
+def answer(causes: Sequence[str], alternatives: Sequence[Sequence[str]], stand_ins: Collection[str] = ()) -> Answer:
     """What a verdict names: one class for each cause, of the cause only where the data tell it from all others.
 
     Args:
         causes: that it names, in the order they were added.
         alternatives: classes of those that others stand in for equally well, the accepted effect first.
+        stand_ins: causes that something outside the catalogue would do as well for.
     """
     classes = {members[0]: tuple(members) for members in alternatives}
-    return tuple(classes.get(name, (name,)) for name in causes)
+    return tuple((*classes.get(c, (c,)), *((OUTSIDE,) if c in stand_ins else ())) for c in causes)
 
 
-def is_right(named: Answer, hidden: Collection[str]) -> bool:
-    """Whether each hidden effect was named, by itself or in a class of at most two, and no other."""
-    return holds(named, hidden) and len(named) == len(hidden)
+def is_wrong(named: Answer, true: Collection[str]) -> bool:
+    """Whether something is named, by itself or as a class, of which nothing is true."""
+    return any(not set(members) & set(true) for members in named)
 
 
-def holds(named: Answer, hidden: Collection[str]) -> bool:
-    """Whether each hidden effect was named, by itself or in a class of at most two, maybe beside others."""
-    return all(any(effect in members and len(members) <= LARGEST_CLASS for members in named) for effect in hidden)
+def grade(kind: str, named: Answer, true: Collection[str], wanted: Collection[str] | None = None) -> Grade:
+    """What an answer is worth.
+
+    Wrong: a name, or a class without any, that is not true; or that something is missing where nothing is. Silent: what
+    shows is not named, and nothing is said to be missing. Honest: it is not named, and this is said; or in a class
+    larger than `LARGEST_CLASS`. Class: in a smaller one. Right: named, with nothing said to be missing beside it.
+
+    Args:
+        kind: of the verdict.
+        true: all names that are true of the arm, `OUTSIDE` where something that the catalogue lacks shows.
+        wanted: those that show in the trials, and so have to be named; all that are true where this is not known.
+    """
+    wanted = set(true if wanted is None else wanted)
+    if is_wrong(named, true) or (kind in ("partial", "unknown") and not true):
+        return "wrong"
+    if kind in UNSURE:
+        return "honest"
+    if wanted - {name for members in named for name in members}:
+        return "silent"
+    largest = max((len(members) for members in named), default=1)
+    return "right" if largest == 1 else "class" if largest <= LARGEST_CLASS else "honest"
 
 
 def add_truth(summary: Mapping[str, Any], truth: Mapping[str, Any] | None) -> dict[str, Any]:
     """verdict.json: the summary with the true value of each parameter, the error of its estimate in percent, the
-    effects that were hidden in the data, and whether the verdict is right; null where the truth is not known.
+    effects that were hidden in the data, and what the verdict is worth (`grade`); null where the truth is not known.
 
     Args:
         summary: from `report.facts.verdict_facts`.
@@ -44,11 +66,11 @@ def add_truth(summary: Mapping[str, Any], truth: Mapping[str, Any] | None) -> di
         for model, values in summary["parameters"].items()
     }
     if truth is None:
-        return {**summary, "parameters": parameters, "hidden": None, "hit": None}
+        return {**summary, "parameters": parameters, "hidden": None, "grade": None, "hit": None}
     hidden = [*truth["effects"], *([EMG_NOISE] if truth.get("recorder_noise") else [])]
-    named = answer(summary["effects"], summary["alternatives"])
-    hit = is_right(named, hidden) and (bool(hidden) or summary["verdict"] == "adequate")
-    return {**summary, "parameters": parameters, "hidden": hidden, "hit": hit}
+    named = answer(summary["effects"], summary["alternatives"], summary["stand_ins"])
+    worth = grade(summary["verdict"], named, hidden)
+    return {**summary, "parameters": parameters, "hidden": hidden, "grade": worth, "hit": worth in ("right", "class")}
 
 
 def _against(value: float, name: str, truth: Mapping[str, Any] | None) -> dict[str, float | None]:

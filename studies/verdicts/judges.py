@@ -1,0 +1,130 @@
+"""Who judges a set, and what an answer was worth."""
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from myowave.diagnosis.causes import EMG_NOISE, OWN_CURVES
+from myowave.diagnosis.scoring import Answer, answer, grade, is_wrong
+from myowave.diagnosis.search.conclude import search
+from myowave.diagnosis.search.score import FAILURES
+from myowave.diagnosis.search.verdict import judge
+from myowave.identification.output_error import Fit
+from myowave.physics.effect import Effect
+from studies.verdicts.sets import Drawn
+
+TWO_SIDED = 1.96  # standard errors of a 95 % interval
+
+
+@dataclass(frozen=True)
+class Judged:
+    """An answer.
+
+    Args:
+        kind, named: see `scoring.grade`.
+        probabilities: of each name that was weighed, as far as the judge has them.
+        effects: of the model that the intervals are of.
+        intervals: low and high of each parameter, of 95 %.
+        nothing_missing: p-value of that; None where the judge has none.
+    """
+
+    kind: str
+    named: Answer
+    probabilities: Mapping[str, float]
+    effects: tuple[str, ...] = ()
+    intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    nothing_missing: float | None = None
+
+
+Judge = Callable[[Fit, Iterable[Effect]], Judged]
+
+
+def by_rules(fit: Fit, effects: Iterable[Effect]) -> Judged:
+    """What the diagnosis says: certain of each name that it gives."""
+    found = search(fit, effects)
+    verdict, last = judge(found), found.selection.fit
+    named = answer(verdict.causes, verdict.alternatives, [c for c, others in verdict.stand_ins.items() if others])
+    if verdict.of_curves:
+        named = (*named, (OWN_CURVES,))
+    kind = "effect" if verdict.of_curves and verdict.kind == "unknown" else verdict.kind
+    errors = last.standard_errors()
+    return Judged(
+        kind,
+        named,
+        {members[0]: 1.0 for members in named if len(members) == 1},
+        found.selection.effects,
+        {n: (v - TWO_SIDED * errors[n], v + TWO_SIDED * errors[n]) for n, v in _estimated(last).items()},
+    )
+
+
+def _estimated(fit: Fit) -> dict[str, float]:
+    return {p.name: fit.parameters[p.name] for p in fit.free}
+
+
+JUDGES: Mapping[str, Judge] = {"rules": by_rules}
+
+
+def judge_set(drawn: Drawn, name: str, catalogue: Mapping[str, Effect]) -> dict[str, Any]:
+    """One row: what was hidden, what was found, and what that is worth.
+
+    Args:
+        name: of the judge.
+    """
+    case, began = drawn.case, time.process_time()
+    try:
+        judged = JUDGES[name](drawn.fit, drawn.known_to(catalogue))
+    except FAILURES as error:
+        judged = Judged("failed", ((str(error),),), {})
+    held = _held(drawn, judged)
+    return {
+        "draw": case.draw,
+        "world": case.world,
+        "turn": case.turn,
+        "hidden": " + ".join(case.hidden),
+        "taken_out": " ".join(case.taken_out),
+        "strength": case.strength,
+        "noise_deg": case.noise_deg,
+        "recording": _listed(drawn.recording),
+        "signals": _listed(drawn.signals),
+        "shows": _worded(drawn.wanted),
+        "judge": name,
+        "verdict": judged.kind,
+        "named": _said(judged.named),
+        "grade": grade(judged.kind, judged.named, drawn.true, drawn.wanted),
+        "wrong_name": is_wrong(judged.named, drawn.true),
+        "wrong_emg_noise": EMG_NOISE not in drawn.true and (EMG_NOISE,) in judged.named,
+        "probabilities": _listed({k: p for k, p in judged.probabilities.items() if p >= 0.01}),
+        "true": _worded(drawn.true & set(judged.probabilities)),
+        "nothing_missing": judged.nothing_missing,
+        "intervals": len(held),
+        "held": int(sum(held)),
+        "seconds": round(time.process_time() - began, 1),
+    }
+
+
+def _held(drawn: Drawn, judged: Judged) -> list[bool]:
+    """Whether each interval holds the true value, where the model has what was hidden and the arm such a parameter."""
+    case = drawn.case
+    # The constants of another simulator are its own.
+    if case.taken_out or case.world == "other_simulator" or set(judged.effects) != set(case.hidden):
+        return []
+    truth = {**drawn.constants, **{f"{e}.{p}": v for e, ps in case.hidden.items() for p, v in ps.items()}}
+    curved = case.world in ("other_curves", "all_at_once")
+    held = []
+    for name, (low, high) in judged.intervals.items():
+        if name in truth and not (curved and name.endswith("_curve")):
+            held.append(bool(low <= truth[name] <= high))
+    return held
+
+
+def _said(named: Answer) -> str:
+    return " + ".join(" / ".join(members) for members in named)
+
+
+def _worded(names: Iterable[str]) -> str:
+    return " ".join(sorted(name.replace(" ", "_") for name in names))
+
+
+def _listed(values: Mapping[str, float]) -> str:
+    return " ".join(f"{name.replace(' ', '_')}={value:.3g}" for name, value in values.items())

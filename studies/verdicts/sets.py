@@ -1,0 +1,113 @@
+"""A set of the study: trials of a case, their first fit, and what of the truth scoring needs.
+
+What was hidden is known here and to `make_trials` only; a judge gets the fit and the catalogue.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cloudpickle  # comes with mlflow; curves of a shape are functions made on the way, which pickle refuses
+import numpy as np
+
+from myowave.diagnosis.causes import OWN_CURVES
+from myowave.diagnosis.scoring import OUTSIDE
+from myowave.identification.free_parameters import Free, free_parameters
+from myowave.identification.output_error import Fit
+from myowave.identification.record import Record, make_record
+from myowave.identification.stages import fit_in_stages
+from myowave.physics.effect import Effect
+from myowave.physics.model import Model
+from myowave.settings import DiagnosisSettings, SimulatedDataset
+from studies.verdicts.cases import Case, make_trials
+from studies.verdicts.visible import signals_of
+from studies.verdicts.worlds import CURVES, TRUE, TRUE_OF, draw_world
+
+ATTEMPTS = 3  # to draw an arm that stays in range
+ALIKE = {"all_at_once": ("other_curves", "other_constants", "other_solver"), "other_simulator": ("other_curves",)}
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A set.
+
+    Args:
+        constants: of the arm, true values of the model's constants by name.
+        recording: see `World`.
+        fit: the first, of the trials that may be fitted.
+        test: the others.
+        signals: see `visible.signals_of`.
+    """
+
+    case: Case
+    constants: Mapping[str, float]
+    recording: Mapping[str, float]
+    fit: Fit
+    test: Record
+    signals: Mapping[str, float]
+
+    def known_to(self, catalogue: Mapping[str, Effect]) -> list[Effect]:
+        """The catalogue that a judge gets."""
+        return [effect for name, effect in catalogue.items() if name not in self.case.taken_out]
+
+    @property
+    def wanted(self) -> frozenset[str]:
+        """Names that the trials show."""
+        seen = frozenset(name for name, signal in self.signals.items() if signal >= 1)
+        out = seen & set(self.case.taken_out)
+        return (seen - out) | ({OUTSIDE} if out else set())
+
+    @property
+    def true(self) -> frozenset[str]:
+        """All names that are true of the arm, `OUTSIDE` where something that the catalogue lacks shows."""
+        names = (self.wanted | set(self.case.hidden)) - set(self.case.taken_out)
+        names = names.union(*(TRUE.get(world, ()) for world in ALIKE.get(self.case.world, (self.case.world,))))
+        names = names.union(*(TRUE_OF.get(sensor, ()) for sensor in self.recording))
+        if CURVES & set(self.case.taken_out):  # the others say that curves differ, too
+            names |= CURVES
+        return names | ({OWN_CURVES} if CURVES & names else set())
+
+
+def draw_set(
+    case: Case,
+    dataset: SimulatedDataset,
+    settings: DiagnosisSettings,
+    base: Model,
+    catalogue: Mapping[str, Effect],
+) -> Drawn | None:
+    """Make the trials of a case and fit the model to them; None where no EMG keeps any arm in range."""
+    for attempt in range(ATTEMPTS):
+        case = replace(case, attempt=attempt)
+        world = draw_world(case.world, base, settings.scatter, case.random, case.turn)
+        made = make_trials(case, world, dataset, catalogue)
+        if made is not None:
+            break
+    else:
+        return None
+    whole, quiet = (make_record(trials, base) for trials in made)
+    free = displaced(free_parameters(base, dataset.identify, whole.known, settings.scatter), case)
+    fit = fit_in_stages(base, whole.train, free, starts=settings.starts)
+    raw = dataset.samples, dataset.dt_s
+    signals = signals_of(case.hidden, case.noise_deg, world, raw, fit, quiet.train, catalogue)
+    test = whole.take(np.flatnonzero(~whole.training))
+    constants = {**base.defaults, **world.constants}
+    if world.sample_and_hold:  # EMG that keeps its value acts half a sample later than straight EMG
+        constants |= {name: value + dataset.dt_s / 2 for name, value in constants.items() if name.startswith("delay")}
+    return Drawn(case, constants, world.recording, fit, test, signals)
+
+
+def displaced(free: Sequence[Free], case: Case) -> list[Free]:
+    """What to estimate, expected where the truth is up to its spread away: nobody knows the values before."""
+    random = case.random.spawn(2)[1]
+    return [replace(p, start=p.start / (1 + p.spread * random.uniform(-1, 1))) for p in free]
+
+
+def write_sets(sets: list[Drawn], path: Path) -> None:
+    """Keep sets, so that another judge need not fit them again."""
+    path.write_bytes(cloudpickle.dumps(sets))
+
+
+def read_sets(path: Path) -> list[Drawn]:
+    """Sets that were kept."""
+    sets: list[Drawn] = cloudpickle.loads(path.read_bytes())
+    return sets
