@@ -63,6 +63,11 @@ def identify_section(wildcards):
     return dataset_section(wildcards)["identify"]
 
 
+def diagnosis_section(wildcards):
+    """The diagnosis, with what is known of the dataset's constants."""
+    return dump(SETTINGS.diagnosis_of(wildcards.dataset))
+
+
 def physics_section(wildcards):
     """The physics of the dataset: its own arm, and no other."""
     return dump(SETTINGS.physics_of(wildcards.dataset))

@@ -46,7 +46,7 @@ checkpoint diagnose_dataset:
         contents=physics_contents,
         identify=identify_section,
         models=lambda wildcards: models_of(wildcards.dataset),
-        diagnosis=section("diagnosis"),
+        diagnosis=diagnosis_section,
         code=digest("diagnose_dataset"),
     script:
         "../scripts/diagnose_dataset.py"

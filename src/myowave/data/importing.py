@@ -34,7 +34,7 @@ from myowave.data.processing.real_time import Known, RealTime
 from myowave.data.processing.sampled import Sampled
 from myowave.data.recording import Prepared, RawTrial, Recording, Session, torques_of
 from myowave.data.session import read_session
-from myowave.data.trials import Trials
+from myowave.data.trials import MOTOR, Trials
 from myowave.settings import MeasuredDataset, PathTable, RecordedDataset
 from myowave.settings.recording import Processing
 
@@ -94,10 +94,7 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     train = [name for name in raw if name not in settings.test]
     steps = _Steps(processing, session.forms, _known_before(processing, session.forms, [raw[name] for name in train]))
     envelopes = {name: steps.envelopes(trial.emg) for name, trial in raw.items()}
-    grids = {
-        name: common_grid(trial.all, trial.angle, processing.rate_hz, settings.cut_s.get(name))
-        for name, trial in raw.items()
-    }
+    grids = {name: common_grid(trial.all, trial.angle, processing.rate_hz, trial.cut) for name, trial in raw.items()}
     problems = [*session.problems, *_grid_problems(grids, raw)]
     if not tidy:
         _refuse(dataset, problems)
@@ -115,6 +112,13 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     problems += [problem for name, trial in raw.items() for problem in lean_problems(name, trial.signals)]
     _refuse(dataset, problems)
     signals = {key: [sample_at(raw[name].signals[key], grids[name]) for name in raw] for key in settings.signals}
+    over_time = {s.condition: key for key, s in settings.signals.items() if s.condition}
+    constants = settings.constants
+    if settings.motor is not None:
+        motors = {name: trial.motor for name, trial in raw.items() if trial.motor is not None}
+        signals[MOTOR] = [sample_at(motor, grids[name]) for name, motor in motors.items()]
+        over_time["motor"] = MOTOR
+        constants = {"braking": settings.motor.braking, **constants}
     trials = Trials.from_sequences(
         dataset=dataset,
         dt=float(np.median([recording.dt for recording in recordings.values()])),
@@ -123,11 +127,11 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         emg=[recording.emg for recording in recordings.values()],
         angle=[recording.angle for recording in recordings.values()],
         signals=signals | torques_of(recordings.values()),
-        over_time={s.condition: key for key, s in settings.signals.items() if s.condition},
+        over_time=over_time,
         test=settings.test,
-        conditions=_conditions(settings, list(raw), signals),
-        constants=settings.constants,
-        provenance=_provenance(settings, session, steps, gains, next(iter(raw.values())).emg),
+        conditions=_conditions(settings, list(raw), signals, over_time),
+        constants=constants,
+        provenance=_provenance(settings, session, steps, gains, next(iter(raw.values())).emg, over_time),
     )
     return Prepared(trials, raw, envelopes, gains, grids, session.forms)
 
@@ -221,13 +225,14 @@ def _recording(
     emg = {
         c: values if steps.forms[c] == "fraction" else np.maximum(values, 0.0) / gains[c] for c, values in emg.items()
     }
+    angle = sample_at(raw.angle, grid)
     origin, first_row = (f"trial {name}", None) if raw.file is None else raw.file
     return Recording(
         origin=str(origin),
         dt=float(grid[-1] - grid[0]) / (len(grid) - 1),
         channels=tuple(emg),
-        emg=np.stack(list(emg.values()), axis=1),
-        angle=sample_at(raw.angle, grid),
+        emg=np.stack([*emg.values(), angle], axis=1)[:, :-1],  # of an arm without muscles there is none
+        angle=angle,
         torque=None if raw.torque is None else sample_at(raw.torque, grid),
         angle_unit=raw.angle_unit,
         first_row=first_row,
@@ -237,12 +242,12 @@ def _recording(
 def _grid_problems(grids: Mapping[str, NDArray[np.float64]], raw: Mapping[str, RawTrial]) -> Iterator[str]:
     for name, grid in grids.items():
         if len(grid) < SHORTEST:
-            emg, angle, file = next(iter(raw[name].emg.values())), raw[name].angle, raw[name].file
+            angle, file = raw[name].angle, raw[name].file
+            emg = next((f"EMG was recorded from {x.start:.4g} to {x.end:.4g} s, " for x in raw[name].emg.values()), "")
             yield (
                 f"{file[0] if file else f'trial {name}'}: {len(grid)} samples at which all signals were recorded; "
-                f"expected at least {SHORTEST}. EMG was recorded from {emg.start:.4g} to {emg.end:.4g} s, the angle "
-                f"from {angle.start:.4g} to {angle.end:.4g} s: record longer, correct processing.emg_start_offset_s or "
-                "cut_s, or leave the trial out."
+                f"expected at least {SHORTEST}. {emg}the angle from {angle.start:.4g} to {angle.end:.4g} s: record "
+                "longer, correct processing.emg_start_offset_s or cut_s, or leave the trial out."
             )
 
 
@@ -256,25 +261,33 @@ def _gain_problems(gains: Mapping[str, float]) -> Iterator[str]:
 
 
 def _conditions(
-    settings: Dataset, names: Sequence[str], signals: Mapping[str, list[NDArray[np.float64]]]
+    settings: Dataset,
+    names: Sequence[str],
+    signals: Mapping[str, list[NDArray[np.float64]]],
+    over_time: Mapping[str, str],
 ) -> dict[str, dict[str, float]]:
     """Known constants of each trial, those included that are the median of a signal."""
     # ASSUME: a constant that is known over time counts as its median wherever one value stands for a trial.
     known = {}
     for i, name in enumerate(names):
-        medians = {s.condition: float(np.median(signals[key][i])) for key, s in settings.signals.items() if s.condition}
+        medians = {constant: float(np.median(signals[key][i])) for constant, key in over_time.items()}
         known[name] = {**settings.conditions.get(name, {}), **medians}
     return {name: values for name, values in known.items() if values}
 
 
 def _provenance(
-    settings: Dataset, session: Session, steps: _Steps, gains: Mapping[str, float], emg: Mapping[str, Sampled]
+    settings: Dataset,
+    session: Session,
+    steps: _Steps,
+    gains: Mapping[str, float],
+    emg: Mapping[str, Sampled],
+    over_time: Mapping[str, str],
 ) -> dict[str, Any]:
     """Where the trials are from and what was done to them; `emg` is that of a trial as recorded."""
     processing = settings.processing
     which = list(session.mvc) or [name for name in session.trials if name not in settings.test]
     whose = "maximum contractions" if processing.normalise == "mvc" else "the training trials"
-    real_time = {} if set(steps.forms.values()) == {"fraction"} else steps.real_time(emg, gains).plain()
+    real_time = {} if set(steps.forms.values()) <= {"fraction"} else steps.real_time(emg, gains).plain()
     return {
         "source": settings.kind,
         "emg": {
@@ -293,7 +306,7 @@ def _provenance(
         "emg_lag_s": lag_of(processing),
         "emg_start_offset_s": processing.emg_start_offset_s,
         "rate": "the angle's" if processing.rate_hz is None else f"{processing.rate_hz:g} Hz",
-        "conditions from signals": {s.condition: f"median of {k}" for k, s in settings.signals.items() if s.condition},
+        "conditions from signals": {constant: f"median of {key}" for constant, key in over_time.items()},
         "ignored columns": list(settings.ignore_columns),
         "sha256": dict(session.sha256),
         "real_time": real_time,

@@ -6,7 +6,7 @@ Only what the settings name is kept, under the names that they give it: labels i
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
 
@@ -28,7 +28,7 @@ from myowave.data.processing.units import (
 from myowave.data.readers import RawRecording, Signal, read_raw
 from myowave.settings import RawSignal, TextLayout
 from myowave.settings.keys import did_you_mean
-from myowave.settings.recording import TRIAL, EmgChannel, RawAngle, RawTorque
+from myowave.settings.recording import TRIAL, EmgChannel, RawAngle, RawKeep, RawMotor, RawTorque
 
 
 class Reading:
@@ -40,10 +40,20 @@ class Reading:
         pace: rates and durations that a signal may have.
         ignored: names of columns that are not needed; * stands for anything.
         layout: how tables of text are written.
+        recordings: that trials are parts of, where they are not called alike.
     """
 
-    def __init__(self, where: str, root: Path, pace: Pace, ignored: Sequence[str], layout: TextLayout):
+    def __init__(
+        self,
+        where: str,
+        root: Path,
+        pace: Pace,
+        ignored: Sequence[str],
+        layout: TextLayout,
+        recordings: Mapping[str, str] | None = None,
+    ):
         self._where, self._root, self._pace, self._ignored, self._layout = where, root, pace, ignored, layout
+        self._recordings = recordings or {}
         self._files: dict[Path, RawRecording | None] = {}
         self._used: dict[Path, set[str]] = {}
         self._digests: dict[Path, str] = {}
@@ -97,6 +107,28 @@ class Reading:
         sampled = self._sampled(trial, key, torque, tuple(TO_NEWTON_METRES))
         return sampled.with_values(torque.sign * sampled.values * TO_NEWTON_METRES[sampled.unit], "Nm")
 
+    def motor(self, trial: str, key: str, motor: RawMotor) -> Sampled:
+        """Torque of a motor at rest [N m], recorded or by its duty and the voltage."""
+        if motor.volts is None:
+            sampled = self._sampled(trial, key, motor, tuple(TO_NEWTON_METRES))
+            return sampled.with_values(motor.sign * sampled.values * TO_NEWTON_METRES[sampled.unit], "Nm")
+        duty = self._sampled(trial, key, motor, (ARBITRARY,), ARBITRARY)
+        volts = self._sampled(trial, key, motor.model_copy(update={"column": motor.volts, "unit": "V"}), ("V",))
+        return duty.with_values(motor.sign * motor.per_volt * duty.values * volts.values, "Nm")
+
+    def kept(self, trial: str, key: str, keep: RawKeep) -> tuple[float, float]:
+        """From and to [s] on the recorder's clock, the longest time in which a column has the value that is kept."""
+        sampled = self._sampled(trial, key, keep, (ARBITRARY,), ARBITRARY)
+        inside = np.concatenate([[False], np.isclose(sampled.values, keep.equals), [False]]).astype(int)
+        begin, end = np.flatnonzero(np.diff(inside) > 0), np.flatnonzero(np.diff(inside) < 0)
+        if not len(begin):
+            self.say(
+                f"{self._where}.{key}: {keep.column} is never {keep.equals:g} in trial {trial}. Correct the value."
+            )
+            return sampled.start, sampled.end
+        longest = int(np.argmax(end - begin))
+        return float(sampled.time[begin[longest]]), float(sampled.time[end[longest] - 1])
+
     def _sampled(self, trial: str, key: str, settings: RawSignal, units: tuple[str, ...], unit: str = "") -> Sampled:
         """One signal in one of `units`, which is `unit` where nobody names one; a stand-in where there is a problem."""
         where, stand_in = f"{self._where}.{key}", Sampled(np.zeros(1), 1.0, 0.0, units[0])
@@ -120,7 +152,7 @@ class Reading:
         )
 
     def _one_file(self, trial: str, where: str, settings: RawSignal) -> RawRecording | None:
-        pattern = settings.file.replace(TRIAL, trial)
+        pattern = settings.file.replace(TRIAL, self._recordings.get(trial, trial))
         try:
             found = look_up(pattern, self._root)
         except ValueError as error:

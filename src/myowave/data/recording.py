@@ -24,6 +24,8 @@ class RawTrial:
         torque: of the muscles, flexing positive [N m]; None where it was not measured.
         angle_unit: in which the angle was written.
         file: that holds all of the trial, with its first row of samples; None where there are several.
+        motor: known torque of a motor on the joint at rest [N m]; None where there is none.
+        cut: from and to [s] after the start of the angle: what is kept; None for all.
     """
 
     emg: Mapping[str, Sampled]
@@ -32,11 +34,14 @@ class RawTrial:
     torque: Sampled | None = None
     angle_unit: str = "rad"
     file: tuple[Path, int] | None = None
+    motor: Sampled | None = None
+    cut: tuple[float, float] | None = None
 
     @property
     def all(self) -> list[Sampled]:
         """Every signal."""
-        return [*self.emg.values(), self.angle, *self.signals.values(), *([self.torque] if self.torque else [])]
+        further = [signal for signal in (self.torque, self.motor) if signal is not None]
+        return [*self.emg.values(), self.angle, *self.signals.values(), *further]
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from myowave.data.reading import Reading
 from myowave.data.recording import RawTrial, Session
 from myowave.data.trials import ANGLES, EMG_PREFIX, TIME, TORQUE
 from myowave.settings import MeasuredDataset, RecordedDataset, TextLayout
-from myowave.settings.recording import EmgChannel, ExtraAngle, RawAngle, RawTorque
+from myowave.settings.recording import Cut, EmgChannel, ExtraAngle, RawAngle, RawKeep, RawMotor, RawTorque
 
 TIDY_ENDINGS = (".csv", ".parquet")
 _TIDY_LAYOUT = TextLayout(time_column=TIME)
@@ -41,7 +41,7 @@ def read_session(
     """
     where, root = f"data.datasets.{dataset}", Path(root)
     if isinstance(settings, RecordedDataset):
-        reading = Reading(where, root, RAW, settings.ignore_columns, settings.layout)
+        reading = Reading(where, root, RAW, settings.ignore_columns, settings.layout, settings.recordings)
         trials = {name: _read_trial(reading, name, _raw_signals(settings, name)) for name in settings.trials}
         mvc = {name: _read_emg(reading, name, _raw_signals(settings, name)) for name in settings.mvc}
         forms = {channel: one.form for channel, one in settings.emg.items()}
@@ -52,13 +52,14 @@ def read_session(
     for name, path in paths.items():
         raw = reading.file(path)
         header = [] if raw is None else raw.header
-        channels = channels or tuple(name for name in header if name.startswith(EMG_PREFIX))
-        problems = list(_tidy_problems(path, header, channels)) if raw else []
+        emg = tuple(name for name in header if name.startswith(EMG_PREFIX)) if channels is None else channels
+        problems = list(_tidy_problems(path, header, emg if channels is None else None)) if raw else []
+        channels = emg or channels
         reading.say(*problems)
         if raw is None or problems:
             continue
         known = len(reading.said)
-        trial = replace(_read_trial(reading, name, _tidy_signals(path, header, channels)), file=(path, raw.first_row))
+        trial = replace(_read_trial(reading, name, _tidy_signals(path, header, emg)), file=(path, raw.first_row))
         if len(reading.said) == known:
             trials[name] = trial
     reading.say(*role_problems(dataset, list(paths), settings.test, settings.conditions))
@@ -73,6 +74,9 @@ class _Signals:
     angle: RawAngle
     signals: Mapping[str, ExtraAngle] = field(default_factory=dict)
     torque: RawTorque | None = None
+    motor: RawMotor | None = None
+    keep: RawKeep | None = None
+    cut: Cut | None = None
     tidy: bool = False
 
     def key(self, key: str) -> str:
@@ -81,7 +85,8 @@ class _Signals:
 
 def _raw_signals(settings: RecordedDataset, trial: str) -> _Signals:
     torque = settings.torque if trial in settings.torque_trials else None
-    return _Signals(settings.emg, settings.angle, settings.signals, torque)
+    cut = settings.cut_s.get(trial)
+    return _Signals(settings.emg, settings.angle, settings.signals, torque, settings.motor, settings.keep, cut)
 
 
 def _tidy_signals(path: Path, header: Sequence[str], channels: Sequence[str]) -> _Signals:
@@ -95,10 +100,10 @@ def _tidy_signals(path: Path, header: Sequence[str], channels: Sequence[str]) ->
     )
 
 
-def _tidy_problems(path: Path, header: Sequence[str], channels: Sequence[str]) -> Iterator[str]:
-    """Columns that a tidy file lacks."""
+def _tidy_problems(path: Path, header: Sequence[str], channels: Sequence[str] | None) -> Iterator[str]:
+    """Columns that a tidy file lacks; `channels` are its own, None where others are needed, or none."""
     listed = ", ".join(header)
-    if not channels:
+    if channels is not None and not channels:
         yield f"{path}, header: no EMG column among {listed}; expected emg_<muscle>, such as emg_biceps."
     angles = [name for name in ANGLES if name in header]
     if len(angles) != 1:
@@ -114,4 +119,10 @@ def _read_trial(reading: Reading, trial: str, of: _Signals) -> RawTrial:
     angle, unit = reading.angle(trial, of.key("angle"), of.angle)
     signals = {key: reading.angle(trial, f"signals.{key}", signal)[0] for key, signal in of.signals.items()}
     torque = None if of.torque is None else reading.torque(trial, of.key("torque"), of.torque)
-    return RawTrial(_read_emg(reading, trial, of), angle, signals, torque, unit)
+    motor = None if of.motor is None else reading.motor(trial, of.key("motor"), of.motor)
+    cut = of.cut
+    if of.keep is not None:
+        kept = reading.kept(trial, of.key("keep"), of.keep)
+        low, high = (at - angle.start for at in kept)
+        cut = (low, high) if cut is None else (max(low, cut[0]), min(high, cut[1]))
+    return RawTrial(_read_emg(reading, trial, of), angle, signals, torque, unit, motor=motor, cut=cut)

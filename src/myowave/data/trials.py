@@ -19,6 +19,8 @@ TIME, ANGLES = "time_s", {"angle_rad": "rad", "angle_deg": "deg"}
 """Columns of files with a trial each: that of times, and of the elbow's angle with their units."""
 TORQUE = "torque_Nm"
 """Torque of the muscles about the elbow as measured, flexing positive, one of the `signals`; NaN in trials without."""
+MOTOR = "motor_Nm"
+"""Known torque of a motor on the joint at rest, one of the `signals`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +42,8 @@ class Trials:
         conditions: known physical parameters that differ between trials, {trial: {parameter: value in SI units}}.
         constants: known physical parameters of the subject, {parameter: value in SI units}.
         provenance: where the numbers come from; JSON-able, read by people only.
-        signals: further angles over time [rad], {name such as tilt_rad: (T, N)}, padded as the others are; and torque
-            (`TORQUE`) [N m].
+        signals: further angles over time [rad], {name such as tilt_rad: (T, N)}, padded as the others are; and torques
+            (`TORQUE`, `MOTOR`) [N m].
         over_time: {physical parameter: the signal that is its value over time, of which a condition is the median}.
     """
 
@@ -186,10 +188,10 @@ class Trials:
         arrays = {"emg": self.emg, "angle": self.angle, **self.signals}
         for name, array in arrays.items():
             shape = (trials, samples, channels) if name == "emg" else (trials, samples)
-            if array.shape != shape or len(self.lengths) != trials or min(shape) < 1:
+            if array.shape != shape or len(self.lengths) != trials or min(shape[:2]) < 1:
                 raise ValueError(
                     f"dataset {self.dataset!r}: {name} has shape {array.shape}, expected {shape} for "
-                    f"{trials} trials with lengths {self.lengths} and {channels} channels (at least one of each)."
+                    f"{trials} trials, at least one, with lengths {self.lengths} and {channels} channels."
                 )
         if min(self.lengths) < 1:
             raise ValueError(f"dataset {self.dataset!r}: lengths {self.lengths}; every trial needs a sample.")

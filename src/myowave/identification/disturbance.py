@@ -134,9 +134,11 @@ def forcing_by(fit: Fit, effect: Effect, reach: float = REACH) -> Array:
     """What 1 in each parameter of an effect adds to the state within a step of a fit's motion, (T, N - 1, K, P).
 
     Args:
-        effect: without a state; the model may have it already.
+        effect: without a state; the model may have it already. One that the model refuses adds nothing, P = 0.
         reach: step of the differences.
     """
+    if fit.model.refuses(effect):
+        return np.zeros((*fit.linear.after.shape, 0))
     probe = replace(effect, name=f"{effect.name}_more")
     model = fit.model.with_effects([probe])
     simulation = fit.record.simulation(model, fit.params)

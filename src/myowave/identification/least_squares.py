@@ -155,7 +155,8 @@ class Normal:
 
 def _stacked(samples: Array, expectations: Array) -> Array:
     """Samples (T, N, ...) and expectations (P, ...) one below the other, (R, ...)."""
-    return np.concatenate([samples.reshape(-1, *samples.shape[2:]), expectations])
+    flat = samples.reshape(samples.shape[0] * samples.shape[1], *samples.shape[2:])  # there may be no columns
+    return np.concatenate([flat, expectations])
 
 
 def onto_starts(by_start: Array, columns: Array) -> Array:

@@ -151,7 +151,7 @@ class TorqueBalance:
     def torques(self, params: Params) -> WindowTorques:
         """Torques over every window; what overflows is not finite."""
         found = self._along(params)
-        inverse = (1 / found.inertia).expand_as(found.total)
+        inverse, _ = torch.broadcast_tensors(1 / found.inertia, found.total)
         area = self.windows.integrate(inverse)
         needed = (self.moved - self.windows.integrate(found.gravity * inverse)) / area
         given = self.windows.integrate((found.driving + found.effects) * inverse) / area
@@ -254,10 +254,12 @@ def fit_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit:
         free: what to estimate; what is known of it beforehand counts as further samples.
 
     Raises:
-        ValueError: if no trial is long enough, or the model has effects that no angle shows.
+        ValueError: if no trial is long enough, nothing drives the arm, or the model has effects that no angle shows.
     """
     free = tuple(free)
     balance = TorqueBalance.of(model, record)
+    if not balance.torques({}).given.any():  # an effect may brake it, but what is left is all of what is needed
+        raise ValueError("nothing drives the arm, so there is no torque to compare")
     values = torque_values(balance, free, np.array([p.start for p in free]))
     _, slope = linearise(partial(_scaled, balance, free, _variance(balance, free, values)), free, values)
     unit = np.outer(scales(free), scales(free))

@@ -148,7 +148,7 @@ class Effect:
     @property
     def needs_muscles(self) -> bool:
         """Whether the effect does nothing to an arm without muscles."""
-        of_muscles = _MUSCLE | {"activation", "curves"}
+        of_muscles = _MUSCLE | {"curves"}
         return (
             self.acts_on in MUSCLE_STAGES
             or bool(self.asks & of_muscles)

@@ -46,14 +46,29 @@ class Settings(Section):
         for name, dataset in self.data.datasets.items():
             if dataset.arm in self.physics.arms:
                 problems += check_dataset(f"data.datasets.{name}", dataset, self.physics_of(name))
+        problems += [
+            f"targets.datasets: the arm of {name} has no muscles, so there is no EMG for a network; name it under "
+            "without_networks."
+            for name in self.targets.datasets
+            if name in self.data.datasets and not self._muscles_of(name)
+        ]
         problems += [*self._problems_of_scales(), *self._problems_of_sweep(), *self._problems_of_scatter()]
         if problems:
             raise ValueError("\n".join(problems))
         return self
 
+    def _muscles_of(self, dataset: str) -> bool:
+        arm = self.physics.arms.get(self.data.datasets[dataset].arm)
+        return arm is None or bool(arm.muscles)
+
     def physics_of(self, dataset: str) -> Physics:
         """The physics of one dataset: its own arm, and no other."""
         return self.physics.of_arm(self.data.datasets[dataset].arm)
+
+    def diagnosis_of(self, dataset: str) -> DiagnosisSettings:
+        """The diagnosis of one dataset, with what is known of its constants."""
+        scatter = {**self.diagnosis.scatter, **self.data.datasets[dataset].scatter}
+        return self.diagnosis.model_copy(update={"scatter": scatter})
 
     def _named(self) -> Iterator[tuple[str, str, Collection[str]]]:
         """What is called by a name: where, the name, and the names that there are."""
@@ -112,12 +127,14 @@ class Settings(Section):
         constants = sorted({*MUSCLE_CONSTANTS, *GROUP_CONSTANTS, *JOINT_CONSTANTS})
         arms = list(self.physics.arms.values())
         full = sorted({parameter for arm in arms for parameter in arm.parameters})
-        muscle = next(iter(arms[0].muscles))
+        muscle = next((name for arm in arms for name in arm.muscles), "Bi")
+        of_datasets = ((f"data.datasets.{name}", of.scatter) for name, of in self.data.datasets.items())
         return [
-            f"diagnosis.scatter.{name}: there is no {name!r}{did_you_mean(name, [*constants, *full]) or '.'} "
+            f"{where}.scatter.{name}: there is no {name!r}{did_you_mean(name, [*constants, *full]) or '.'} "
             f"Known: {', '.join(constants)}, each also for one muscle or group, as slack_{muscle}; "
             f"{', '.join(p for p in full if p.endswith('_' + CURVE))}."
-            for name in self.diagnosis.scatter
+            for where, scatter in (("diagnosis", self.diagnosis.scatter), *of_datasets)
+            for name in scatter
             if name not in constants and name not in full
         ]
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from myowave.settings.diagnosis import Scatter
 from myowave.settings.physics import Arm
 from myowave.settings.recording import (
     TRIAL,
@@ -16,6 +17,8 @@ from myowave.settings.recording import (
     ExtraName,
     Processing,
     RawAngle,
+    RawKeep,
+    RawMotor,
     RawTorque,
     TextLayout,
 )
@@ -73,6 +76,9 @@ class _Dataset(Section):
     arm: Name = setting("whose arm it is, one of physics.arms", default="paper")
     test: Annotated[tuple[TrialName, ...], Once] = setting("trials kept for testing; the others train", min_length=1)
     constants: dict[str, Real] = setting("known physical constants of the subject, {name: value}", "SI", dict)
+    scatter: dict[str, Scatter] = setting(
+        "constants that nobody measured on this subject, as in diagnosis.scatter and before it", default=dict
+    )
     conditions: dict[TrialName, dict[str, Real]] = setting(
         "known constants that differ between trials, {trial: {name: value}}", "SI", dict, each="trial"
     )
@@ -81,7 +87,6 @@ class _Dataset(Section):
         "l0 of a muscle without one",
         default=_force_and_length,
         each="constant",
-        min_length=1,
     )
 
 
@@ -145,7 +150,7 @@ class MeasuredDataset(_Dataset):
     # A recording like any other, whose EMG is an envelope on the angle's grid: no step of the processing is left to do.
     processing: ClassVar[Processing] = Processing()
     signals: ClassVar[dict[str, ExtraAngle]] = {}
-    cut_s: ClassVar[dict[str, Cut]] = {}
+    motor: ClassVar[RawMotor | None] = None
 
 
 class RecordedDataset(_Dataset):
@@ -158,7 +163,15 @@ class RecordedDataset(_Dataset):
     mvc: Annotated[tuple[TrialName, ...], Once] = setting(
         "recordings of maximum voluntary contractions, named as trials are", "", ()
     )
-    emg: dict[ChannelName, EmgChannel] = setting("EMG channels", each="channel", min_length=1)
+    recordings: dict[TrialName, TrialName] = setting(
+        "recording that a trial is a part of, {trial: what stands for {trial} in the files}; its own name where not "
+        "said",
+        default=dict,
+        each="trial",
+    )
+    emg: dict[ChannelName, EmgChannel] = setting(
+        "EMG channels; none for an arm without muscles", default=dict, each="channel"
+    )
     angle: RawAngle = setting("elbow angle; 0 hangs straight down, positive in flexion")
     signals: dict[ExtraName, ExtraAngle] = setting(
         "further angles over time, such as tilt_rad, the lean of the upper arm", default=dict, each="signal"
@@ -168,6 +181,8 @@ class RecordedDataset(_Dataset):
         "the limb taken out; null where none did",
         default=None,
     )
+    motor: RawMotor | None = setting("known torque of a motor on the joint; null: none", default=None)
+    keep: RawKeep | None = setting("part of all trials to keep, by a column's value; null: all", default=None)
     cut_s: dict[TrialName, Cut] = setting(
         "part of a trial to keep, {trial: [from, to]} on the angle's clock", "s", dict, each="trial"
     )
@@ -178,9 +193,14 @@ class RecordedDataset(_Dataset):
     @property
     def files(self) -> tuple[str, ...]:
         """Paths or patterns of all files that are named, each once."""
-        signals = [*self.emg.values(), self.angle, *self.signals.values()]
-        patterns = [signal.file.replace(TRIAL, name) for name in self.trials for signal in signals]
-        patterns += [self.torque.file.replace(TRIAL, name) for name in self.torque_trials if self.torque]
+        signals = [*self.emg.values(), self.angle, *self.signals.values(), self.motor, self.keep]
+        names = [self.recordings.get(name, name) for name in self.trials]
+        patterns = [signal.file.replace(TRIAL, name) for name in names for signal in signals if signal]
+        patterns += [
+            self.torque.file.replace(TRIAL, self.recordings.get(name, name))
+            for name in self.torque_trials
+            if self.torque
+        ]
         patterns += [channel.file.replace(TRIAL, name) for name in self.mvc for channel in self.emg.values()]
         return tuple(dict.fromkeys(patterns))
 
@@ -193,7 +213,7 @@ class RecordedDataset(_Dataset):
 
     @model_validator(mode="after")
     def _roles_fit(self) -> "RecordedDataset":
-        _check_roles(self.trials, self.test, (*self.conditions, *self.cut_s, *self.torque_trials))
+        _check_roles(self.trials, self.test, (*self.conditions, *self.cut_s, *self.torque_trials, *self.recordings))
         if wrong := [name for name, (start, end) in self.cut_s.items() if not 0 <= start < end]:
             raise ValueError(f"cut_s of {', '.join(wrong)}: expected [from, to] in seconds, from before to")
         if leaks := sorted({*self.mvc} & {*self.test}):
@@ -204,6 +224,7 @@ class RecordedDataset(_Dataset):
         if self.processing.normalise == "mvc" and not self.mvc:
             raise ValueError("processing.normalise is mvc, but mvc names no recordings; name some, or use session")
         given = {signal.condition for signal in self.signals.values() if signal.condition}
+        given |= {"motor"} if self.motor else set()
         if both := given & {name for values in self.conditions.values() for name in values}:
             raise ValueError(f"{', '.join(both)} is in conditions and also the condition of a signal; keep one")
         return self

@@ -98,7 +98,7 @@ def _problems_of_signals(where: str, whose: str, dataset: RecordedDataset, arm: 
         problems.append(
             f"{where}.emg: {'muscles' if several else 'muscle'} {', '.join(driven)}{whose} "
             f"{'are' if several else 'is'} driven by {channel}, which is not here; it has "
-            f"{', '.join(dataset.emg)}. Add the channel, or name another one as the emg of "
+            f"{', '.join(dataset.emg) or 'none'}. Add the channel, or name another one as the emg of "
             f"{'these muscles' if several else 'the muscle'}."
         )
     for signal, angle in dataset.signals.items():

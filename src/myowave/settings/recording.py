@@ -65,6 +65,42 @@ class RawTorque(RawSignal):
     trials: tuple[TrialName, ...] | None = setting("trials in which it was measured; null: all", default=None)
 
 
+class RawMotor(RawSignal):
+    """Known torque of a motor on the joint: sign * value in N m, or that of a direct-current motor from its duty."""
+
+    sign: Literal[1, -1] = setting("1, or -1 where the recorder counts the other way round", default=1)
+    volts: str | None = setting(
+        "column of the supply's voltage; `column` is then the share of it on the motor, -1 to 1, and torque is kt / R "
+        "(duty volts - kt speed)",
+        default=None,
+    )
+    kt_Nm_A: Real | None = setting("torque constant kt, gears counted", "N m/A", None, gt=0)
+    resistance_ohm: Real | None = setting("of the windings, R", "ohm", None, gt=0)
+
+    @model_validator(mode="after")
+    def _all_or_none(self) -> "RawMotor":
+        given = [x is not None for x in (self.volts, self.kt_Nm_A, self.resistance_ohm)]
+        if any(given) != all(given):
+            raise ValueError("give volts, kt_Nm_A and resistance_ohm together, or none where torque was recorded")
+        return self
+
+    @property
+    def per_volt(self) -> float:
+        """Torque at rest for 1 V [N m]."""
+        return (self.kt_Nm_A or 0.0) / (self.resistance_ohm or 1.0)
+
+    @property
+    def braking(self) -> float:
+        """By how much the torque falls with speed [N m s/rad], 0 where it was recorded."""
+        return self.per_volt * (self.kt_Nm_A or 0.0)
+
+
+class RawKeep(RawSignal):
+    """Which part of a recording to keep: the longest in which a column has a value."""
+
+    equals: Real = setting("this value, such as 0 for a motor that is off", "-")
+
+
 class TextLayout(Section):
     """How tables of text are written; null is told from the file."""
 
@@ -79,6 +115,13 @@ class TextLayout(Section):
     units_row: Whole | None = setting("row that holds the units of the columns", "-", None, ge=1)
     time_column: str | None = setting(
         "column of times in s; null takes one called time, time_s, time_ms or t", default=None
+    )
+    resample_hz: Real | None = setting(
+        "samples a second that uneven times are brought to, on straight lines; null: uneven times are refused",
+        "Hz",
+        None,
+        ge=10,
+        le=50_000,
     )
 
 

@@ -43,34 +43,37 @@ def draw_trials(trials: Trials) -> Figure:
 
 
 def draw_scales(scales: Mapping[int, Trials]) -> Figure:
-    """The first training trial at each scale: EMG of the first channel and the angle."""
+    """The first training trial at each scale: EMG of the first channel, if there is one, and the angle."""
     finest = scales[0]
     index = finest.index(finest.train)[0]
     length = finest.lengths[index]
-    figure, axes = canvas(len(scales), 2, width=10, height=1.5 * len(scales) + 1.0, sharex=True, sharey="col")
+
+    def signals(trials: Trials) -> list[np.ndarray]:
+        return [*trials.emg[index, :length, :1].T, np.rad2deg(trials.angle[index, :length])]
+
+    names = [f"{channel.removeprefix('emg_')} EMG [-]" for channel in finest.channels[:1]] + ["elbow angle [deg]"]
+    columns = len(names)
+    figure, axes = canvas(len(scales), columns, width=10, height=1.5 * len(scales) + 1.0, sharex=True, sharey="col")
     for row, level in enumerate(sorted(scales)):
-        trials = scales[level]
-        time = trials.time[:length]
-        for column, signal in enumerate((trials.emg[index, :length, 0], np.rad2deg(trials.angle[index, :length]))):
+        time = scales[level].time[:length]
+        pairs = zip(signals(finest), signals(scales[level]), (CYCLE[0], MEASURED)[-columns:], strict=True)
+        for column, (original, signal, color) in enumerate(pairs):
             if level:
-                original = (finest.emg[index, :length, 0], np.rad2deg(finest.angle[index, :length]))[column]
                 axes[row, column].plot(time, original, color="#c4c4c4", linewidth=0.8)
-            axes[row, column].plot(time, signal, color=(CYCLE[0], MEASURED)[column], linewidth=1.1)
-        axes[row, 0].set_ylabel(f"scale {-level}\n[-]")
-        axes[row, 1].set_ylabel("[deg]")
-    axes[0, 0].set_title(f"{finest.channels[0].removeprefix('emg_')} EMG")
-    axes[0, 1].set_title("elbow angle")
-    for column in (0, 1):
+            axes[row, column].plot(time, signal, color=color, linewidth=1.1)
+        axes[row, 0].set_ylabel(f"scale {-level}")
+    for column, name in enumerate(names):
+        axes[0, column].set_title(name)
         axes[-1, column].set_xlabel("time [s]")
-    coarsest = scales[max(scales)]
-    left_out = [
-        _share_left_out(finest.emg[index, :length, 0], coarsest.emg[index, :length, 0]),
-        _share_left_out(finest.angle[index, :length], coarsest.angle[index, :length]),
+    left_out = [_share_left_out(*pair) for pair in zip(signals(finest), signals(scales[max(scales)]), strict=True)]
+    parts = [
+        f"{share:.2g} % of the {of}"
+        for share, of in zip(left_out, ("EMG's variance", "motion's")[-columns:], strict=True)
     ]
     title(
         figure,
         f"{finest.dataset}, trial {finest.names[index].removeprefix('trial')}: scale {-max(scales)} leaves out "
-        f"{left_out[0]:.2g} % of the EMG's variance and {left_out[1]:.2g} % of the motion's",
+        f"{' and '.join(parts)}",
     )
     return figure
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from myowave.data.processing.units import ARBITRARY, PERCENT, TO_MICROVOLTS, TO_NEWTON_METRES, TO_RADIANS, plain_unit
 from myowave.data.readers.signals import RawRecording
 from myowave.data.readers.text import (
+    evenly_sampled,
     read_cells,
     read_head,
     separator_of,
@@ -49,7 +50,10 @@ def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording
         units = [unit.strip("[]()") for unit in rows[units_row - 1]]
     comma = None if layout.decimal is None else layout.decimal == "comma"
     signals = to_signals(path, read_cells(path, separator, head, comma=comma), names, units)
-    return RawRecording(path, with_time(path, signals, layout.time_column), first_row=head + 1)
+    signals = with_time(path, signals, layout.time_column)
+    if layout.resample_hz is not None:
+        signals = tuple(evenly_sampled(signal, layout.resample_hz) for signal in signals)
+    return RawRecording(path, signals, first_row=head + 1)
 
 
 def _told_separator(lines: Sequence[str], header_row: int | None) -> str:

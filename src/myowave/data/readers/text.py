@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO, TextIO, cast
 
+import numpy as np
 import pandas as pd
 
 from myowave.data.readers.signals import Signal
@@ -141,6 +142,16 @@ def to_signals(path: Path, cells: pd.DataFrame, names: Sequence[str], units: Seq
         )
     units = [*units, *[""] * len(names)][: len(names)]
     return tuple(Signal.of(name, cells.iloc[:, n], unit=units[n]) for n, name in enumerate(names))
+
+
+def evenly_sampled(signal: Signal, rate: float) -> Signal:
+    """A signal on straight lines between its samples, at times of one rate [Hz]; as it is where its times do not rise
+    or a cell is no number, which is for a check to refuse."""
+    time = signal.time
+    if time is None or signal.odd or len(time) < 2 or not (np.diff(time) > 0).all():
+        return signal
+    even = time[0] + np.arange(int((time[-1] - time[0]) * rate) + 1) / rate
+    return replace(signal, values=np.interp(even, time, signal.values), time=even)
 
 
 def with_time(path: Path, signals: tuple[Signal, ...], column: str | None = None) -> tuple[Signal, ...]:

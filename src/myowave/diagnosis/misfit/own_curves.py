@@ -82,7 +82,7 @@ def own_curves(fit: Fit) -> Array:
     fibre = muscle_quantities(fit.simulation.valued, q, v, activation)
     force = bumps(fibre["curves"], activation, fibre["fibre_length"], fibre["fibre_velocity"])
     pushes = forcing_by(fit, MORE_FORCE)[..., None] * force.numpy()[:, :, None]
-    return moved_by(fit, pushes.reshape(*pushes.shape[:3], -1))
+    return moved_by(fit, pushes.reshape(*pushes.shape[:3], pushes.shape[3] * pushes.shape[4]))
 
 
 def integrate_out_curves(fit: Fit, variance: float) -> CurvesOut:

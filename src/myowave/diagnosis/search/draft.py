@@ -33,7 +33,12 @@ class Term:
     @property
     def effect(self) -> Effect:
         """The term as an effect on the joint."""
-        return torque_effect(f"draft_{self.name}", self.text, lambda q, v, a: self.function(q, v, a.mean(-1)))
+        return torque_effect(f"draft_{self.name}", self.text, lambda q, v, a: self.function(q, v, _mean(a)))
+
+
+def _mean(a: Tensor) -> Tensor:
+    """Mean activation of all muscles; 0 where there are none."""
+    return a.sum(-1) / max(a.shape[-1], 1)
 
 
 def _stop(q: Tensor, v: Tensor, a: Tensor) -> Tensor:

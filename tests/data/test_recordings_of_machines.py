@@ -1,0 +1,106 @@
+"""Recordings of an arm without muscles: a motor, a part that a column chooses, several trials of one file."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from myowave.data.importing import import_trials
+from myowave.data.store import read_trials, write_trials
+from myowave.settings import MeasuredDataset, RecordedDataset
+
+KT, OHM = 0.4, 2.0
+
+
+@pytest.fixture
+def make(tmp_path):
+    """Two recordings with uneven times, imported: (changes of the block) -> trials."""
+    random = np.random.default_rng(0)
+    for name in ("one", "two"):
+        time = np.cumsum(random.uniform(0.008, 0.012, 600))
+        columns = {"time_s": time, "angle_rad": np.sin(time), "duty": 0.1 * np.cos(2 * time), "volts": 5 + 0 * time}
+        pd.DataFrame({**columns, "on": (time < 2.5).astype(int)}).to_csv(tmp_path / f"{name}.csv", index=False)
+
+    def imported(**changes):
+        where = {"file": "{trial}.csv"}
+        block = {
+            "kind": "recorded",
+            "trials": ["one", "two"],
+            "test": ["two"],
+            "angle": {**where, "column": "angle_rad", "unit": "rad"},
+            "layout": {"resample_hz": 100},
+            "ignore_columns": ["duty", "volts", "on"],
+            "identify": {},
+            **changes,
+        }
+        prepared, _ = import_trials("machine", RecordedDataset.model_validate(block), tmp_path)
+        write_trials(prepared.trials, tmp_path / "trials.parquet")
+        return read_trials(tmp_path / "trials.parquet")
+
+    return imported
+
+
+def motor(**changes):
+    of = {"file": "{trial}.csv", "column": "duty", "volts": "volts", "kt_Nm_A": KT, "resistance_ohm": OHM}
+    return {**of, **changes}
+
+
+def test_uneven_times_are_brought_to_one_rate_and_refused_otherwise(make):
+    trials = make()
+    assert trials.dt == pytest.approx(0.01) and trials.emg.shape[-1] == 0
+    time = np.arange(100) * 0.01
+    start = np.arcsin(trials.angle[0, 0])
+    np.testing.assert_allclose(trials.angle[0, :100], np.sin(start + time), atol=1e-4)
+    with pytest.raises(ValueError, match="Resample the file"):
+        make(layout={})
+
+
+def test_a_motors_torque_is_known_over_time_and_falls_with_speed(make):
+    trials = make(motor=motor(sign=-1))
+    assert trials.constants == {"braking": pytest.approx(KT**2 / OHM)} and trials.over_time == {"motor": "motor_Nm"}
+    start = np.arcsin(trials.angle[0, 0])
+    expected = -KT / OHM * 5 * 0.1 * np.cos(2 * (start + np.arange(100) * 0.01))
+    np.testing.assert_allclose(trials.signals["motor_Nm"][0, :100], expected, atol=1e-3)
+    recorded = make(motor={"file": "{trial}.csv", "column": "duty", "unit": "Ncm"})
+    np.testing.assert_allclose(-0.01 / (KT / OHM * 5) * trials.signals["motor_Nm"], recorded.signals["motor_Nm"])
+    assert recorded.constants == {"braking": 0.0}
+    known = trials.condition("motor", 0.0)[:, None] + trials.change_over_time("motor")
+    np.testing.assert_allclose(known, trials.signals["motor_Nm"])
+    with pytest.raises(ValueError, match="give volts, kt_Nm_A and resistance_ohm together"):
+        make(motor=motor(kt_Nm_A=None))
+
+
+def test_the_part_in_which_a_column_has_a_value_is_kept(make):
+    keep = {"file": "{trial}.csv", "column": "on", "equals": 0}
+    whole, part = make(), make(keep=keep)
+    assert whole.lengths[0] - part.lengths[0] == pytest.approx(250, abs=3)
+    np.testing.assert_allclose(part.angle[0, -100:], whole.angle[0, -100:], atol=1e-9)
+    early = make(keep={**keep, "equals": 1}, cut_s={"one": [1.0, 9.0]})
+    assert abs(early.lengths[0] * early.dt - 1.5) < 0.05 and abs(early.lengths[1] * early.dt - 2.5) < 0.05
+    with pytest.raises(ValueError, match="on is never 7 in trial one"):
+        make(keep={**keep, "equals": 7})
+
+
+def test_trials_may_be_parts_of_one_recording(make):
+    whole = make()
+    parts = make(
+        trials=["begin", "end", "two"],
+        recordings={"begin": "one", "end": "one"},
+        cut_s={"begin": [0, 2], "end": [2, 5]},
+    )
+    assert parts.names == ("begin", "end", "two") and parts.lengths[0] == 201
+    np.testing.assert_allclose(parts.angle[1, :200], whole.angle[0, 200:400], atol=1e-9)
+
+
+def test_tidy_files_of_an_arm_without_muscles_need_no_emg(tmp_path):
+    time = np.arange(300) * 0.01
+    for name in ("one", "two"):
+        pd.DataFrame({"time_s": time, "angle_rad": np.cos(time * (1 + len(name[1:])))}).to_csv(
+            tmp_path / f"{name}.csv", index=False
+        )
+        time = time + 0.5
+    block = {"kind": "measured", "files": ["*.csv"], "test": ["two"], "identify": {}}
+    settings = MeasuredDataset.model_validate(block)
+    prepared, _ = import_trials("machine", settings, tmp_path, channels={})
+    assert prepared.trials.emg.shape == (2, 300, 0)
+    with pytest.raises(ValueError, match="no EMG column"):
+        import_trials("machine", settings, tmp_path)
