@@ -49,7 +49,7 @@ def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, 
                 yield from check.of(what, name, channel)
             yield from clocks.DURATIONS.of((signal, trial.angle), name, channel)
         yield from emg.CROSS_TALK.of({c: s for c, s in trial.emg.items() if forms[c] == "raw"}, name)
-        for check in motion.ELBOW:
+        for check in motion.ELBOW if forms else ():  # a machine goes where no elbow does
             yield from check.of(trial.angle, name, "angle")
         for key, signal in trial.signals.items():
             for check in motion.EXTRA:
@@ -145,6 +145,8 @@ SESSION = (
 def _copied(prepared: Prepared) -> Iterator[Finding]:
     """Signals that are, sample for sample, those of an earlier trial."""
     for (one, a), (two, b) in combinations(prepared.raw.items(), 2):
+        if a.cut != b.cut:  # parts of one recording
+            continue
         for key, x in {**a.emg, "angle": a.angle}.items():
             y = b.angle if key == "angle" else b.emg[key]
             samples = min(len(x.values), len(y.values))
