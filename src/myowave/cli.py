@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from io import TextIOWrapper
 from pathlib import Path
-from typing import Annotated, ParamSpec, TextIO
+from typing import Annotated, ParamSpec
 
 import typer
 
@@ -20,7 +20,6 @@ app = typer.Typer(
     no_args_is_help=True, pretty_exceptions_enable=False, help="Elbow motion from EMG and what its physics misses."
 )
 P = ParamSpec("P")
-_STRANGE = "backslashreplace"  # bytes that are no UTF-8 are shown in the message on their line
 ConfigFiles = Annotated[
     list[Path],
     typer.Option(
@@ -95,8 +94,18 @@ def list_effects(config: ConfigFiles) -> None:
 @app.command()
 @explain_mistakes
 def predict(
-    checkpoint: Annotated[Path, typer.Option(exists=True, dir_okay=False, help="scale-0.pt of a trained network")],
-    emg: Annotated[str, typer.Option(help="CSV with the EMG columns; - reads standard input as a stream")],
+    config: ConfigFiles,
+    dataset: Annotated[str, typer.Option(help="whose trial and network are taken")] = "",
+    trial: Annotated[
+        str, typer.Option(help="of the dataset; one that was recorded since is read where its settings look for it")
+    ] = "",
+    checkpoint: Annotated[
+        Path | None, typer.Option(exists=True, dir_okay=False, help="scale-0.pt of a trained network")
+    ] = None,
+    emg: Annotated[
+        str,
+        typer.Option(help="CSV (also .gz) or Parquet with the EMG columns; - reads standard input as a stream"),
+    ] = "",
     seed: Annotated[int | None, typer.Option(help="one seed; else the mean of all, with its spread (1 SD)")] = None,
     start_deg: Annotated[
         str,
@@ -119,6 +128,7 @@ def predict(
         ),
     ] = False,
     output: Annotated[Path | None, typer.Option(dir_okay=False, help="file to write; else the terminal")] = None,
+    picture: Annotated[Path | None, typer.Option(dir_okay=False, help="PNG to draw, beside what was measured")] = None,
 ) -> None:
     """Predict the angle from EMG, a line for each sample of the network, as soon as it is there."""
     from myowave.learning.checkpoint import Checkpoint
@@ -126,29 +136,57 @@ def predict(
     from myowave.learning.streaming.predictor import Predictor
     from myowave.learning.streaming.raw import require_real_time
     from myowave.learning.streaming.reading import read_known
+    from myowave.learning.streaming.sources import (
+        STRANGE,
+        find_checkpoint,
+        name_of_trial,
+        open_lines,
+        remembered,
+        trial_lines,
+    )
 
+    if not (emg or trial) or not (checkpoint or dataset) or (trial and not dataset):
+        raise ValueError("Give --dataset NAME --trial TRIAL, or --checkpoint FILE --emg FILE.")
+    if checkpoint is None:
+        checkpoint = find_checkpoint(dataset)
+        say_aside(f"Network: {checkpoint}; --checkpoint names another.")
     trained = Checkpoint.load(checkpoint)
     angles = start_angles(trained, read_angles("--start-deg", start_deg))
     real_time = require_real_time(trained, checkpoint) if raw else None
     fixed = read_known("--known", known or [], tuple(trained.architecture.known))
     predictor = Predictor(trained, angles, None if seed is None else [seed])
-    refuse_to_overwrite(output, [checkpoint, Path("/dev/stdin" if emg == "-" else emg)])
+    if emg not in ("", "-") and dataset and not raw:
+        trial = trial or name_of_trial(dataset, Path(emg), config)
+    for file in (output, picture):
+        refuse_to_overwrite(file, [checkpoint, Path("/dev/stdin" if emg == "-" else emg or checkpoint)])
     if emg == "-" and sys.stdin is None:
         raise ValueError("standard input is closed; name a file with --emg, or pipe EMG into the command.")
     if isinstance(sys.stdin, TextIOWrapper):
-        sys.stdin.reconfigure(errors=_STRANGE)
+        sys.stdin.reconfigure(errors=STRANGE)
     with ExitStack() as files:
-        lines: TextIO = (
-            sys.stdin if emg == "-" else files.enter_context(open(emg, encoding="utf-8-sig", errors=_STRANGE))
-        )
-        source, say = "standard input" if emg == "-" else emg, None if start_deg else say_aside
+        lines: Iterable[str] = sys.stdin
+        source, say = "standard input", None if start_deg else say_aside
+        if trial:
+            lines, source = trial_lines(dataset, trial, trained, config), f"{dataset}, trial {trial}"
+        elif emg != "-":
+            lines, source = files.enter_context(open_lines(Path(emg))), emg
+        seen: list[str] = []
+        if picture:
+            lines = remembered(lines, seen)
         answers = predict_lines(
             trained, predictor, lines, source, fixed, deg=deg, say=say, warn=say_aside, raw=real_time
         )
         first = next(answers, None)  # so that a file from before stays where nothing can be predicted
         target = files.enter_context(output.open("w", encoding="utf-8")) if output else sys.stdout
-        for line in itertools.chain([] if first is None else [first], answers):
+        told: list[str] = []
+        whole = itertools.chain([] if first is None else [first], answers)
+        for line in remembered(whole, told) if picture else whole:
             print(line, file=target, flush=True)
+    if picture and told:
+        from myowave.learning.figures import draw_prediction
+        from myowave.plotting import save
+
+        save(draw_prediction(told, seen, source), picture)
 
 
 MASS = typer.Option(help="of the body, kg")

@@ -5,14 +5,17 @@ import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 import torch
+import yaml
 from typer.testing import CliRunner
 
 from myowave.cli import app
+from myowave.data.store import write_trials
 from myowave.learning.inputs import to_tensors
 from myowave.learning.prediction import predict_free_running
 from myowave.learning.streaming.command import predict_lines, start_angles
@@ -20,6 +23,7 @@ from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
 
+ROOT = Path(__file__).parents[2]
 SEEDS = (0, 1)
 
 
@@ -77,6 +81,83 @@ def test_one_seed_from_measured_angles_without_times(checkpoint, trials, table):
     assert list(written) == ["time_s", "angle_rad"]
     np.testing.assert_allclose(written["angle_rad"], expected(network, trials, np.deg2rad(30))[1], rtol=0, atol=1e-6)
     np.testing.assert_allclose(written["time_s"], trials.time, atol=1e-6)
+
+
+def test_samples_at_a_whole_multiple_of_the_rate_are_thinned_as_the_import_does(checkpoint, table):
+    """The import keeps the first sample and then one of so many; what lies between is not looked at."""
+    finer = table.loc[table.index.repeat(3)].reset_index(drop=True)
+    finer["time_s"] = np.arange(len(finer)) * checkpoint[0].dt / 3
+    finer.loc[finer.index % 3 > 0, "emg_biceps"] = 0.9
+    told = [run("--checkpoint", checkpoint[1], "--emg", "-", text=t.to_csv(index=False)) for t in (table, finer)]
+    coarse, fine = (pd.read_csv(io.StringIO(result.stdout)) for result in told)
+    pd.testing.assert_frame_equal(coarse, fine, atol=1e-6)
+    finer.loc[30:, "time_s"] += 0.01
+    result = run("--checkpoint", checkpoint[1], "--emg", "-", text=finer.to_csv(index=False))
+    assert result.exit_code == 2 and "line 32: time_s goes" in result.stderr and "whole multiple" in result.stderr
+
+
+@pytest.mark.parametrize("ending", [".csv.gz", ".parquet"])
+def test_a_file_may_be_compressed_or_a_parquet_file(ending, checkpoint, table, tmp_path):
+    path = tmp_path / f"emg{ending}"
+    table.to_parquet(path) if ending == ".parquet" else table.to_csv(path, index=False)
+    of_file = run("--checkpoint", checkpoint[1], "--emg", path)
+    piped = run("--checkpoint", checkpoint[1], "--emg", "-", text=table.to_csv(index=False))
+    assert of_file.exit_code == 0 and of_file.stdout == piped.stdout
+
+
+@pytest.fixture
+def project(checkpoint, trials, tmp_path, monkeypatch):
+    """A folder with settings, results of a dataset `small` and one further recording of it."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "data").symlink_to(ROOT / "data")
+    network = tmp_path / "results/learning/small/base/rollout/1-scale/scale-0.pt"
+    network.parent.mkdir(parents=True)
+    network.write_bytes(checkpoint[1].read_bytes())
+    stored = tmp_path / "results/data/small/trials.parquet"
+    stored.parent.mkdir(parents=True)
+    write_trials(trials, stored)
+    for name, at in (("1", 0), ("2", 1), ("3", 2), ("new", 2)):
+        emg = trials.emg[at] if name != "new" else 0.9 * trials.emg[at]
+        columns = {"time_s": trials.time, **dict(zip(trials.channels, emg.T, strict=True))}
+        pd.DataFrame({**columns, "angle_rad": trials.angle[at] + 0.1 * (name == "new")}).to_csv(
+            f"{name}.csv", index=False
+        )
+    block = {"kind": "measured", "files": ["*.csv"], "test": ["3"]}
+    text = yaml.safe_dump({"data": {"datasets": {"small": block}}, "targets": {"datasets": ["small"]}})
+    (tmp_path / "mine.yaml").write_text(text)
+    return "--config", ROOT / "config.yaml", "--config", "mine.yaml"
+
+
+def test_a_trial_of_a_dataset_needs_no_file_names_and_has_a_picture(project, checkpoint, trials, tmp_path):
+    batch = predict_free_running(
+        checkpoint[0].network, *to_tensors(trials.select(["3"]), torch.device("cpu")), trials.dt
+    )
+    result = run("--dataset", "small", "--trial", "3", "--picture", "glance.png", *project)
+    assert result.exit_code == 0 and "Network: results/learning/small/base" in result.stderr, result.output
+    written = pd.read_csv(io.StringIO(result.stdout))
+    np.testing.assert_allclose(written["angle_rad"], batch[:, 0].mean(0), rtol=0, atol=1e-6)
+    assert (tmp_path / "glance.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_recording_that_was_made_since_is_prepared_as_the_others(project, checkpoint):
+    by_name = run("--dataset", "small", "--trial", "new", *project)
+    by_file = run("--dataset", "small", "--emg", "new.csv", *project)
+    alone = run("--checkpoint", checkpoint[1], "--emg", "new.csv")
+    assert by_name.exit_code == 0, by_name.output
+    read = [pd.read_csv(io.StringIO(result.stdout)) for result in (by_name, by_file, alone)]
+    for other in read[1:]:
+        pd.testing.assert_frame_equal(read[0], other, atol=1e-6)
+
+
+def test_of_a_trial_that_is_not_there_all_that_are_are_told(project):
+    for arguments, says in (
+        (("--dataset", "small", "--trial", "4"), "has no trial '4'. There are 1, 2, 3."),
+        (("--dataset", "smal", "--trial", "4"), "There is no network of 'smal'"),
+        (("--trial", "4"), "Give --dataset NAME --trial TRIAL"),
+        (("--dataset", "small"), "Give --dataset NAME --trial TRIAL"),
+    ):
+        result = run(*arguments, *project)
+        assert result.exit_code == 2 and says in result.stderr, result.output
 
 
 def test_the_assumed_start_is_said(checkpoint, trials, table):
@@ -173,7 +254,7 @@ FAULTS = {
         ["line 11", "emg_biceps is 1.51", "expected 0 to 1.5", "maximum voluntary contraction"],
     ),
     "not rectified": (with_biceps("-0.01"), ["line 11", "emg_biceps is -0.01", "expected 0 to 1.5", "Rectify"]),
-    "another rate": (lambda t: t.assign(time_s=t["time_s"] / 2), ["line 3", "time_s", "Resample"]),
+    "another rate": (lambda t: t.assign(time_s=t["time_s"] / 1.5), ["line 3", "time_s", "Resample"]),
     "time in ms": (lambda t: t.assign(time_s=t["time_s"] * 1000), ["line 3", "time_s", "Resample"]),
     "time goes back": (with_line(9, lambda x: x.replace(x.split(",")[2], "0.01")), ["line 9", "time_s goes from"]),
     "a stray quote": (with_line(7, lambda x: '"' + x), ["line 7", "no line of CSV"]),

@@ -3,6 +3,10 @@
 As in Taneja et al. 2023, Figs. 8, 10 and 11. Tables come in as the rules write them; see `evaluation`.
 """
 
+import re
+from collections.abc import Sequence
+from io import StringIO
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -12,6 +16,7 @@ from myowave.physics.constants import constant_unit
 from myowave.plotting import CYCLE, GREY, MEASURED, MODEL, canvas, shade, title
 from myowave.scores import median_over_seeds
 
+ALIKE = 5.0  # %: seeds whose parameters scatter less are said to agree
 LEAST_SPAN = 0.01  # of a value: to both sides of it an axis shows at least that, as less is no finding
 
 
@@ -89,6 +94,39 @@ def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame
     return figure
 
 
+def draw_prediction(told: Sequence[str], given: Sequence[str], what: str) -> Figure:
+    """A prediction with its band, beside the measured angle where the samples have one.
+
+    Args:
+        told: lines of `streaming.command.predict_lines`; `given`: those that it was made of.
+        what: is predicted.
+    """
+    predicted, samples = (
+        pd.read_csv(StringIO("\n".join(line.rstrip("\n") for line in lines))) for lines in (told, given)
+    )
+    predicted, samples = (_in_degrees(table) for table in (predicted, samples))
+    figure, axes = canvas(1, 1, width=9.0, height=3.6)
+    axis, time = axes[0, 0], predicted["time_s"]
+    if "angle" in samples:
+        begin = time.iloc[0] if "time_s" not in samples else 0.0
+        at = samples.get("time_s", begin + samples.index * np.median(np.diff(time)))
+        axis.plot(at, pd.to_numeric(samples["angle"], errors="coerce"), color=MEASURED, label="measured", linewidth=2.0)
+    axis.plot(time, predicted["angle"], color=MODEL, linestyle="--", label="predicted")
+    if "low" in predicted:
+        band = {"color": MODEL, "alpha": 0.22, "linewidth": 0, "label": "90 % band"}
+        axis.fill_between(time, predicted["low"], predicted["high"], **band)
+    axis.set(xlabel="time [s]", ylabel="elbow angle [deg]")
+    figure.legend(loc="outside lower center", ncols=3)
+    title(figure, what)
+    return figure
+
+
+def _in_degrees(table: pd.DataFrame) -> pd.DataFrame:
+    """A table whose angles, in columns named after their unit, are in degrees, and named without it."""
+    turned = {name: np.degrees(pd.to_numeric(table[name], errors="coerce")) for name in table if name.endswith("_rad")}
+    return table.assign(**turned).rename(columns=lambda name: re.sub("_(rad|deg)$", "", name))
+
+
 def draw_parameters(summary: pd.DataFrame, names: list[str]) -> Figure:
     """Identified parameters, seed by seed: the error where the truth is known, else the value."""
     figure, axes = canvas(1, max(1, len(names)), width=max(7.0, 2.9 * len(names)), height=3.6)
@@ -117,7 +155,9 @@ def draw_parameters(summary: pd.DataFrame, names: list[str]) -> Figure:
     else:
         groups = summary.groupby("scales")[names]
         worst = float((groups.std(ddof=0) / groups.mean().abs()).max().max())
-        finding = f"seeds agree on the parameters within {max(100 * worst, 0.001):.2g} % (1 SD); the truth is not known"
+        differ = max(100 * worst, 0.001)
+        agree = "agree on the parameters within" if differ < ALIKE else "differ in a parameter by up to"
+        finding = f"seeds {agree} {differ:.2g} % (1 SD); the truth is not known"
     title(figure, f"{_what(summary)}: {finding}")
     return figure
 

@@ -77,7 +77,7 @@ def read_raw_samples(
             before, taken = row, taken + 1
 
     first, n = 0.0, 0
-    for n, sample in enumerate(read_samples(lines, channels, step, source, known, ROUNDED)):
+    for n, sample in enumerate(read_samples(lines, channels, step, source, known, ROUNDED, thins=False)):
         first = sample.time if n == 0 else first
         if abs(sample.time - first - n * step) > RATE_TOLERANCE * n * step + step:
             raise ValueError(

@@ -57,8 +57,10 @@ def read_samples(
     source: str,
     known: Sequence[str] = (),
     tolerance: float = RATE_TOLERANCE,
+    *,
+    thins: bool = True,
 ) -> Iterator[Sample]:
-    """Samples as soon as their lines are there.
+    """Samples as soon as their lines are there; of lines at a whole multiple of the rate, those that the import keeps.
 
     Args:
         lines: CSV, the first line naming the columns: the channels, the known inputs, `time_s` where it is known, and
@@ -68,6 +70,7 @@ def read_samples(
         source: what the lines come from, for messages.
         known: further inputs to read, in this order.
         tolerance: relative difference from the sampling interval that counts as rounding.
+        thins: whether a whole multiple of the rate is taken.
 
     Raises:
         ValueError: naming the line, at the first that is no sample of EMG.
@@ -89,17 +92,21 @@ def read_samples(
     if repeated := [name for name in ("time_s", *channels, *known) if header.count(name) > 1]:
         raise ValueError(f"{source}, line 1: {', '.join(repeated)} is there more than once; keep one of each.")
     angle = next((name for name in ANGLES if name in header), None)
-    before = None
+    before, every, count = None, 1, 0
     for where, line in numbered:
         if not (row := _cells(where, line)):
             continue
         numbers = _read_numbers(row, header, ["time_s", *channels, *known], where)
         time = numbers.pop("time_s", 0.0 if before is None else before + dt)
-        _check_rate(before, time, dt, where, tolerance)
+        if count == 1 and thins and before is not None and 0 < time - before < dt:
+            every = round(dt / (time - before))  # as `data.thinning`: the first sample, and then one of so many
+        _check_rate(before, time, dt, every, where, tolerance)
+        before, count = time, count + 1
+        if (count - 1) % every:
+            continue
         _check_known({name: numbers[name] for name in known}, where)
         measured = (angle, row[header.index(angle)]) if angle else None
         yield Sample(time, [numbers[name] for name in channels], [numbers[name] for name in known], where, measured)
-        before = time
 
 
 def read_known(option: str, texts: Sequence[str], names: Sequence[str]) -> dict[str, float]:
@@ -174,9 +181,11 @@ def _read_numbers(row: Sequence[str], header: Sequence[str], names: Sequence[str
     return numbers
 
 
-def _check_rate(before: float | None, time: float, dt: float, where: str, tolerance: float) -> None:
-    if before is not None and abs(time - before - dt) > tolerance * dt + 1e-6:
+def _check_rate(before: float | None, time: float, dt: float, every: int, where: str, tolerance: float) -> None:
+    step = dt / every
+    if before is not None and abs(time - before - step) > tolerance * step + 1e-6:
+        taken = f", and one of {every} lines is taken" if every > 1 else ""
         raise ValueError(
-            f"{where}: time_s goes from {before:g} to {time:g}, but the network was trained on samples {dt:g} s apart. "
-            "Resample the EMG to that interval."
+            f"{where}: time_s goes from {before:g} to {time:g}, but the network was trained on samples {dt:g} s apart"
+            f"{taken}. Resample the EMG to that interval, or to a whole multiple of that rate."
         )

@@ -1,0 +1,153 @@
+"""Where the lines of `myowave predict` come from: a file, or a trial of a dataset, prepared as by the import."""
+
+import gzip
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from myowave.data.importing import import_trials
+from myowave.data.store import read_table, read_trials
+from myowave.data.thinning import thin
+from myowave.data.trials import Trials
+from myowave.learning.checkpoint import Checkpoint
+from myowave.learning.inputs import given_inputs
+from myowave.settings import MeasuredDataset, RecordedDataset
+from myowave.settings.configuration import read_settings
+from myowave.settings.keys import did_you_mean
+
+GZIP = b"\x1f\x8b"
+STRANGE = "backslashreplace"  # bytes that are no UTF-8 are shown in the message on their line
+
+
+def remembered(lines: Iterable[str], seen: list[str]) -> Iterator[str]:
+    """The same lines, kept in a list as they pass."""
+    for line in lines:
+        seen.append(line)
+        yield line
+
+
+@contextmanager
+def open_lines(path: Path) -> Iterator[Iterator[str]]:
+    """Lines of CSV of a text file, of one compressed by gzip, or of a Parquet file.
+
+    Raises:
+        ValueError: for a file that holds something else.
+    """
+    with open(path, "rb") as file:
+        begin = file.read(4096)
+    if begin.startswith(b"PAR1"):
+        yield iter(read_table(path)[0].to_csv(index=False).splitlines(keepends=True))
+        return
+    if b"\0" in begin and not begin.startswith(GZIP):
+        raise ValueError(
+            f"{path} holds no text. Expected CSV (as it is, or .gz) or Parquet; for another file of a recorder name "
+            "its dataset and trial: --dataset NAME --trial TRIAL."
+        )
+    opened = gzip.open if begin.startswith(GZIP) else open
+    with opened(path, "rt", encoding="utf-8-sig", errors=STRANGE) as lines:
+        yield lines
+
+
+def find_checkpoint(dataset: str) -> Path:
+    """The network of a dataset that is taken where none is named: of the model without effects, with the fewest
+    scales, not by the paper's method where there is another.
+
+    Raises:
+        ValueError: where there is none.
+    """
+    found = Path("results/learning", dataset).glob("*/*/*-scale/scale-0.pt")
+    ordered = sorted(found, key=lambda p: (p.parts[-4].count("+"), "paper" in p.parts[-3], p.parts[-3], p.parts[-2]))
+    if not ordered:
+        raise ValueError(
+            f"There is no network of {dataset!r} in results/learning. Train one: `make run`, or `snakemake --cores 2 "
+            f"results/learning/{dataset}/base/rollout/1-scale/evaluation.csv`; or name its file with --checkpoint."
+        )
+    return ordered[0]
+
+
+def trial_lines(dataset: str, trial: str, checkpoint: Checkpoint, config: Sequence[Path]) -> Iterator[str]:
+    """A trial as lines of CSV, at the rate of a network: of the trials in results/, else of its recordings, which are
+    then prepared together with those of the dataset, so that the same EMG counts as 1.
+
+    Args:
+        config: files of the settings.
+
+    Raises:
+        ValueError: for a dataset or trial that is not there, or that cannot be prepared.
+    """
+    trials = _trials_with(dataset, trial, config)
+    one = thin(trials.select([trial]), checkpoint.recipe["rate_hz"])
+    if missing := [name for name in checkpoint.channels if name not in one.channels]:
+        raise ValueError(
+            f"{dataset}, trial {trial}: no {', '.join(missing)}, which the network takes; there are "
+            f"{', '.join(one.channels)}. Name a network of this dataset with --checkpoint."
+        )
+    known = {
+        name: value
+        for name, value in checkpoint.architecture.known.items()
+        if name in one.signals or name in one.conditions.get(trial, {})
+    }
+    inputs = given_inputs(one, known)[0, : one.lengths[0]]
+    table = pd.DataFrame(inputs, columns=[*one.channels, *known])
+    table.insert(0, "time_s", np.arange(len(table)) * one.dt)
+    table["angle_rad"] = one.angle[0, : len(table)]
+    return iter(table.to_csv(index=False).splitlines(keepends=True))
+
+
+def name_of_trial(dataset: str, path: Path, config: Sequence[Path]) -> str:
+    """The name by which a dataset knows the trial of a file, or of several with it.
+
+    Raises:
+        ValueError: for a file that stands at no place where the dataset's settings look.
+    """
+    settings = _settings_of(dataset, config)
+    if isinstance(settings, MeasuredDataset):
+        return path.stem
+    patterns = [signal.file for signal in (*settings.emg.values(), settings.angle)]
+    for pattern in patterns:
+        if match := re.fullmatch(re.escape(pattern).replace(re.escape("{trial}"), "(.+)"), str(path)):
+            return match[1]
+    raise ValueError(
+        f"{path} is not where data.datasets.{dataset} looks for recordings: {patterns[0]}. Put the files of the trial "
+        "there, or name the trial: --trial NAME."
+    )
+
+
+def _trials_with(dataset: str, trial: str, config: Sequence[Path]) -> Trials:
+    stored = Path("results/data", dataset, "trials.parquet")
+    names: tuple[str, ...] = ()
+    if stored.exists():
+        trials = read_trials(stored)
+        names = trials.names
+        if trial in names:
+            return trials
+    settings = _settings_of(dataset, config)
+    more = {"test": (*settings.test, trial)}
+    if isinstance(settings, RecordedDataset):
+        more |= {"trials": (*settings.trials, trial)}
+    try:
+        return import_trials(dataset, settings.model_copy(update=more))[0].trials
+    except (ValueError, OSError) as error:
+        problem = next((line for line in str(error).splitlines() if not line.endswith(":")), "")
+        raise ValueError(
+            f"{dataset} has no trial {trial!r}{did_you_mean(trial, names) or '.'} There are "
+            f"{', '.join(names) or 'none'}. Nor can it be imported, if it was recorded since: {problem}"
+        ) from None
+
+
+def _settings_of(dataset: str, config: Sequence[Path]) -> MeasuredDataset | RecordedDataset:
+    datasets = read_settings(list(config)).data.datasets
+    if dataset not in datasets:
+        meant = did_you_mean(dataset, datasets) or "."
+        raise ValueError(
+            f"There is no dataset {dataset!r} in {' and '.join(map(str, config))}{meant} There are "
+            f"{', '.join(datasets)}; --config names further files of settings."
+        )
+    settings = datasets[dataset]
+    if not isinstance(settings, MeasuredDataset | RecordedDataset):
+        raise ValueError(f"{dataset} is simulated: only the trials in results/data/{dataset} can be predicted.")
+    return settings
