@@ -15,9 +15,13 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/targets.smk"
 include: "workflow/rules/data.smk"
 include: "workflow/rules/learning.smk"
-include: "workflow/rules/sweep.smk"
 include: "workflow/rules/diagnosis.smk"
 include: "workflow/rules/tracking.smk"
+
+
+if SETTINGS.learning.sweep:
+
+    include: "workflow/rules/sweep.smk"
 
 
 localrules:

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import yaml
 
 from myowave.physics.effects import SHIPPED
 from myowave.plotting import MEASURED, MODEL, canvas, save
@@ -41,6 +42,7 @@ DATASETS = {
 }
 ANSWERS = {"adequate": "nothing", "unknown": "no answer: the model does not follow"}
 TITLES = {effect.name: effect.title or effect.name for effect in SHIPPED} | {"emg_noise": "noise of the recorded EMG"}
+BASELINES = yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8"))["learning"]["baselines"]
 BLOCK = re.compile(r"(<!-- numbers: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
@@ -86,9 +88,10 @@ def _networks(summary: pd.DataFrame, scales: pd.DataFrame) -> Iterator[dict[str,
             **dict(zip([*runs, "scales"], key, strict=True)),
             "r2": rows["test_r2"].fillna(-np.inf).median(),
             "deg": rows["test_rmse_deg"].fillna(np.inf).median(),
-            "band": rows["band_coverage"].median(),
+            "band": None if rows["band_coverage"].isna().all() else rows["band_coverage"].median(),
             "parameter_error_pct": None if np.isnan(wrong) else wrong,
             "more_scales": found.get(key[:3], ""),
+            "baseline": key[2] in BASELINES,
         }
 
 
@@ -149,6 +152,7 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
         "torque": _table(["predictor", "R² of the torque, held-out trials"], [[n, f"{v:.2f}"] for n, v in r2.items()]),
         "ahead": _table(["predictor", "error after 0.5 s [deg]"], [[n, f"{v:.1f}"] for n, v in ahead.items()]),
         "networks": _networks_table(numbers),
+        "rivals": _rivals(numbers),
     }
     return {name: _unwrapped(text) for name, text in texts.items()} | tables
 
@@ -164,7 +168,7 @@ def _titles(verdict: dict[str, Any], between: str) -> str:
 
 def _network(numbers: dict[str, Any], dataset: str, model: str = "base", recipe: str = "") -> dict[str, Any]:
     """The network of a dataset with the fewest scales; of the paper's method only where it is asked for."""
-    found = [n for n in numbers["networks"] if (n["dataset"], n["model"]) == (dataset, model)]
+    found = [n for n in numbers["networks"] if (n["dataset"], n["model"]) == (dataset, model) and not n["baseline"]]
     found = [n for n in found if (n["recipe"] == recipe if recipe else not n["recipe"].startswith("paper"))]
     fewest: dict[str, Any] = min(found, key=lambda n: n["scales"])
     return fewest
@@ -219,12 +223,27 @@ def _networks_table(numbers: dict[str, Any]) -> str:
         "worst parameter [%]",
         "more scales",
     ]
-    rows = []
+    rows, best = [], {}
     for n in numbers["networks"]:
+        best[n["dataset"], n["model"]] = max(best.get((n["dataset"], n["model"]), -np.inf), n["r2"])
+    for n in numbers["networks"]:
+        r2 = f"**{n['r2']:.5g}**" if n["r2"] == best[n["dataset"], n["model"]] else f"{n['r2']:.5g}"
+        band = "" if n["band"] is None else _percent(n["band"])
         worst = "" if n["parameter_error_pct"] is None else f"{n['parameter_error_pct']:.2g}"
-        values = [f"{n['r2']:.5g}", f"{n['deg']:.3g}", _percent(n["band"]), worst, n["more_scales"]]
+        values = [r2, f"{n['deg']:.3g}", band, worst, n["more_scales"]]
         rows.append([n["dataset"], n["model"], n["recipe"], str(n["scales"]), *values])
     return _table(heads, rows)
+
+
+def _rivals(numbers: dict[str, Any]) -> str:
+    """Who predicts the person best, whoever it is."""
+    rows = [n for n in numbers["networks"] if (n["dataset"], n["model"]) == (PERSON, "base")]
+    rivals, own = ({n["recipe"]: n["r2"] for n in rows if n["baseline"]}, _network(numbers, PERSON))
+    name = max(rivals, key=lambda rival: rivals[rival])
+    found = "The network here does best" if own["r2"] > rivals[name] else f"A plain predictor, `{name}`, does best"
+    found = f"{found}, {_r2(own['r2'])} against {_r2(rivals[name])} of `{name}`"
+    others = ", ".join(f"`{rival}` {r2:.2f}" for rival, r2 in rivals.items() if rival != name)
+    return f"- **Against plain predictors.** {found} (R² on the two trials, medians over seeds); {others}."
 
 
 def _table(heads: list[str], rows: list[list[str]]) -> str:

@@ -1,24 +1,38 @@
 """The section `held_out`."""
 
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationError
 
-from myowave.settings import RecordedDataset, Settings
-from myowave.settings.keys import unless_known
-from myowave.settings.section import Name, Once, TrialName, setting
+from myowave.settings import Baseline, RecordedDataset, Settings
+from myowave.settings.keys import explain, unless_known
+from myowave.settings.section import Name, Once, Section, TrialName, Whole, WithoutNull, setting
 from studies.section import StudySection
+
+Question = Literal["like_the_others", "unseen_load", "few_trials", "unseen_lean"]
+
+
+class Split(Section):
+    """Which trials train and which test."""
+
+    train: Annotated[tuple[TrialName, ...], Once] = setting("trials that train", min_length=1)
+    test: Annotated[tuple[TrialName, ...], Once] = setting("trials that test, each scored by itself", min_length=1)
 
 
 class HeldOut(StudySection):
-    """Networks with other trials held out in turn, by number of scales."""
+    """Networks and baselines on trials that ask something of them."""
 
     dataset: Name = setting("dataset")
-    recipe: Name = setting("recipe")
+    recipe: Name = setting("recipe; the baselines are those of learning.baselines")
     scales: Annotated[tuple[Annotated[int, Field(ge=1, le=5)], ...], Once] = setting("numbers of scales", min_length=1)
-    test: Annotated[tuple[tuple[TrialName, ...], ...], Once] = setting(
-        "sets of trials that test in turn, [[trial, ...], ...]; the others of the dataset train", min_length=1
+    seeds: Whole = setting("independent starts", "-", 5, ge=1, le=1000)
+    inputs: Annotated[dict[Name, dict[Name, Any]], WithoutNull] = setting(
+        "what every method sees: settings of recipe and baselines alike, by name; null: not this one", each="inputs"
     )
+    questions: Annotated[
+        dict[Question, Annotated[dict[str, Split], WithoutNull]],
+        WithoutNull,
+    ] = setting("splits of the trials by question and name; null: not this one", each="question")
 
     def problems(self, settings: Settings) -> list[str]:
         problems = unless_known("dataset", self.dataset, settings.data.datasets)
@@ -26,9 +40,20 @@ class HeldOut(StudySection):
         if max(self.scales) > settings.data.wavelet.levels + 1:
             problems.append(f"scales: {max(self.scales)} scales need data.wavelet.levels of one less.")
         dataset = settings.data.datasets.get(self.dataset)
-        if isinstance(dataset, RecordedDataset):
-            for i, names in enumerate(self.test):
-                problems += [p for name in names for p in unless_known(f"test[{i}]", name, dataset.trials)]
-                if not set(dataset.trials) - set(names):
-                    problems.append(f"test[{i}]: names every trial ({', '.join(names)}); leave some to train on.")
+        for question, name, split in self.splits():
+            where = f"questions.{question}.{name}"
+            if isinstance(dataset, RecordedDataset):
+                named = [*split.train, *split.test]
+                problems += [p for trial in named for p in unless_known(where, trial, dataset.trials)]
+            if both := sorted(set(split.train) & set(split.test)):
+                problems.append(f"{where}: {', '.join(both)} would train and test; keep it in one of them.")
+        for name, changes in self.inputs.items():
+            try:
+                Baseline.model_validate({"kind": "hold", **changes})
+            except ValidationError as error:
+                problems += [f"inputs.{name}.{line}" for line in explain(error, Baseline)]
         return problems
+
+    def splits(self) -> list[tuple[str, str, Split]]:
+        """Question, name and split of all."""
+        return [(question, name, split) for question, of in self.questions.items() for name, split in of.items()]

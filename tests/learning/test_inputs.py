@@ -13,13 +13,13 @@ from myowave.data.simulate import simulate_trials
 from myowave.data.wavelets import decompose
 from myowave.learning.checkpoint import Checkpoint, digest_trials
 from myowave.learning.evaluation import predict_trials
-from myowave.learning.inputs import given_inputs, known_inputs, known_of
+from myowave.learning.inputs import Given, given_inputs, known_inputs, known_of
 from myowave.learning.methods.rollout.augmentation import imagine_emg, simulate_imagined
 from myowave.learning.network import Scaling
 from myowave.learning.task import Task, fresh_network
 from myowave.learning.training import train_scale
 from myowave.physics.effects import catalogue
-from myowave.settings import RolloutRecipe, SimulatedDataset
+from myowave.settings import Inputs, RolloutRecipe, SimulatedDataset
 
 DEFAULTS = {"load": 0.0, "tilt": 0.0, "mass": 1.0}
 CPU = torch.device("cpu")
@@ -72,7 +72,7 @@ def test_inputs_are_emg_then_what_is_known_at_each_sample(loaded):
 
 def test_an_angle_that_hardly_changes_is_not_blown_up(loaded):
     train = loaded.select(loaded.train)
-    scaling = Scaling.of(train, {"load": 0.0, "tilt_rad": 0.0})
+    scaling = Scaling.of(train, Given({"load": 0.0, "tilt_rad": 0.0}, ("load", "tilt_rad")))
     assert scaling.input_std[2] == pytest.approx(0.25), "the load in units of its own spread"
     assert scaling.input_std[3] == scaling.angle_std, "an angle in those of the elbow's"
 
@@ -174,3 +174,35 @@ def test_a_network_without_known_inputs_takes_none(rollout, tmp_path, table):
     last.checkpoint.save(tmp_path / "scale-0.pt")
     result = predict(tmp_path / "scale-0.pt", table, "--known", "load=1")
     assert result.exit_code == 2 and "Beside EMG it takes nothing" in result.stderr
+
+
+@pytest.fixture(scope="module")
+def weighed(loaded, model, wanted):
+    """A checkpoint of a network whose EMG counts over the torque of weight and load, and which is told nothing."""
+    recipe = RolloutRecipe(hidden=8, epochs=6, rollout_s=0.3, simulated_trials=4, emg_over="weight", known_inputs=())
+    *_, last = train_scale(Task(decompose(loaded, 0), model, recipe, wanted, total=1, seeds=(0, 1), device=CPU), 0)
+    return last.checkpoint
+
+
+def test_emg_over_weight_means_the_same_with_every_load(weighed, loaded):
+    # A point mass of 1 kg at 1 m: 0.2 kg in the hand want 1.2 times the torque of none.
+    without, by_load = weighed.architecture.given.holding
+    assert by_load == pytest.approx(without) and weighed.architecture.inputs == 2
+    lighter = replace(loaded, emg=loaded.emg / np.array([1.5, 1.0, 1.2])[:, None, None], conditions={})
+    again = replace(weighed, dataset_digest=digest_trials(lighter))
+    torch.testing.assert_close(predict_trials(again, lighter), predict_trials(weighed, loaded), rtol=0, atol=1e-5)
+
+
+def test_a_stream_is_told_the_load_that_emg_counts_over(weighed, loaded, table, tmp_path):
+    weighed.save(tmp_path / "scale-0.pt")
+    streamed = predict(tmp_path / "scale-0.pt", table)
+    assert streamed.exit_code == 0, streamed.output
+    given = replace(loaded, angle=np.full_like(loaded.angle, np.pi / 6))
+    batch = predict_trials(replace(weighed, dataset_digest=digest_trials(given)), given)[:, 2].mean(0)
+    written = [float(line.split(",")[1]) for line in streamed.stdout.splitlines()[1:]]
+    np.testing.assert_allclose(written, batch, rtol=0, atol=1e-6)
+
+
+def test_without_a_known_load_emg_counts_as_it_is(loaded, model):
+    unknown = replace(loaded, conditions={}, signals={}, over_time={})
+    assert Given.of(unknown, model, Inputs(emg_over="weight")) == Given()

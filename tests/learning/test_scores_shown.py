@@ -54,7 +54,13 @@ def test_rows_carry_degrees_and_the_standard_errors_of_the_table_of_parameters(r
 def test_pictures_show_the_medians():
     summary = rows("a", 1, [0.1, 0.9, 0.8]).assign(test_mse=[0.9, 0.1, 0.2], test_rmse_deg=[9.0, 1.0, 2.0])
     history = pd.DataFrame({"epoch": [1, 2], "seed": 0, "loss": [1.0, 0.5]})
-    assert "0.8000 (median of seeds)" in draw_metrics(summary, {1: history}).get_suptitle()
+    alone = draw_metrics(summary, {1: history}, summary.iloc[:0]).get_suptitle()
+    assert "0.8000 (median of seeds)" in alone and "baseline" not in alone
+    rivals = pd.concat([summary.assign(recipe=name, test_r2=r2) for name, r2 in (("hold", -1.0), ("cnn", 0.85))])
+    beaten = draw_metrics(summary, {1: history}, rivals)
+    assert "the best baseline, cnn, has 0.8500, which is better" in beaten.get_suptitle()
+    assert [text.get_text() for text in beaten.axes[2].get_legend().get_texts()] == ["cnn"]
+    assert "which is better" not in draw_metrics(summary, {1: history}, rivals.query("recipe == 'hold'")).get_suptitle()
     predictions = pd.DataFrame(
         {"trial": "t", "seed": [0, 0, 1, 1], "time_s": [0.0, 0.1] * 2, "angle_rad": 1.0, "predicted_rad": 1.1}
     ).assign(low_rad=0.9, high_rad=1.2, role="test")

@@ -350,7 +350,7 @@ CHECKPOINTS = {
     "a byte of the head": (lambda path, _: flip(path, 0.02), "damaged|not a checkpoint"),
     "another object": (lambda path, _: torch.save([1, 2], path), "checkpoint format is None"),
     "code in it": (lambda path, _: torch.save(print, path), "not a checkpoint"),
-    "another version": (other_content(lambda c: c.update(format=99)), "checkpoint format is 99, expected 2"),
+    "another version": (other_content(lambda c: c.update(format=99)), "checkpoint format is 99, expected 3"),
     "a field missing": (other_content(lambda c: c.pop("dt")), "another version of myowave"),
     "a field more": (other_content(lambda c: c.update(mood="good")), "another version of myowave"),
     "a recipe that is none": (other_content(lambda c: c.update(recipe="{")), "another version of myowave"),

@@ -60,6 +60,19 @@ def results(tmp_path, facts):
     return folder
 
 
+def test_a_baseline_is_a_run_without_curves_and_is_not_the_network_of_its_dataset(results):
+    rival = results / "learning/case1/base/another/1-scale"
+    rival.mkdir(parents=True)
+    table = pd.read_csv(results / "learning/case1/base/rollout/1-scale/evaluation.csv").assign(recipe="another")
+    table.assign(val_r2=np.nan, test_r2=1.0).to_csv(rival / "evaluation.csv", index=False)
+    for folder in (results / "learning/case1/base/rollout").iterdir():  # none was validated
+        own = pd.read_csv(folder / "evaluation.csv")
+        own.assign(val_r2=np.nan).to_csv(folder / "evaluation.csv", index=False)
+    (dataset, *runs), *_ = read_results(results, {"rollout": {"method": "rollout"}, "another": {"kind": "ridge"}})
+    assert dataset.params["recipe"] == "rollout" and "another" in dataset.description
+    assert [run.curves.empty for run in runs if run.params["recipe"] == "another"] == [True] * SEEDS
+
+
 @pytest.fixture(scope="module")
 def empty_store(tmp_path_factory):
     """A sqlite file with MLflow's tables and nothing in it: making them takes seconds."""

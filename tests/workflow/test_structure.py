@@ -41,6 +41,7 @@ DOORS = {
     "optuna": "learning/sweep",
     "pywt": "data/wavelets.py",
     "pyarrow": "data/store.py",
+    "sklearn": "learning/baselines.py",
 }
 # Beside the layers: they may be used by any, and use none but those named here.
 BESIDE = {

@@ -102,7 +102,10 @@ rule watch_ladder:
     log:
         "results/logs/watch_ladder/{dataset}.log",
     params:
-        beside=lambda wildcards: networks_beside(wildcards.dataset),
+        # Baselines, which leave no checkpoint, hold no model.
+        beside=lambda wildcards: [
+            path for path in networks_beside(wildcards.dataset) if Path(path).with_name("scale-0.pt").exists()
+        ],
         code=digest("watch_ladder"),
     script:
         "../scripts/watch_ladder.py"

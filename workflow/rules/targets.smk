@@ -85,9 +85,15 @@ def networks_of(dataset):
     return networks_with(dataset, found_model(checkpoints.diagnose_dataset.get(dataset=dataset).output.summary))
 
 
+def baselines(dataset="{dataset}"):
+    """Evaluations of the baselines of a dataset."""
+    names = SETTINGS.learning.baselines
+    return [f"results/learning/{dataset}/base/{name}/1-scale/evaluation.csv" for name in names]
+
+
 def evaluations(wildcards):
-    """Evaluations of the networks of all datasets."""
-    return [path for dataset in SETTINGS.targets.datasets for path in networks_of(dataset)]
+    """Evaluations of the networks and baselines of all datasets."""
+    return [path for dataset in SETTINGS.targets.datasets for path in [*networks_of(dataset), *baselines(dataset)]]
 
 
 def networks_beside(dataset="*"):
@@ -99,6 +105,6 @@ def networks_beside(dataset="*"):
     for name in SETTINGS.targets.datasets:
         summary = Path(DIAGNOSIS.format(dataset=name), "summary.json")
         follows = name in SETTINGS.targets.follow_verdict and summary.exists()
-        planned += networks_with(name, found_model(summary) if follows else None)
+        planned += [*networks_with(name, found_model(summary) if follows else None), *baselines(name)]
     trained = Path().glob(f"results/learning/{dataset}/*/*/*-scale/evaluation.csv")
     return sorted(set(map(str, trained)) - set(planned))

@@ -1,6 +1,12 @@
 # MLflow shows what is in results/. It can be rebuilt from there at any time, and nothing depends on it.
 
 
+def published(recipes):
+    """Settings by name of these recipes and of the baselines."""
+    learning = section("learning")
+    return {name: learning["recipes"][name] for name in recipes} | learning["baselines"]
+
+
 rule publish_runs:
     input:
         evaluations=evaluations,
@@ -12,7 +18,7 @@ rule publish_runs:
         "results/logs/publish_runs.log",
     params:
         tracking=section("tracking"),
-        recipes={name: dump(SETTINGS.learning.recipes[name]) for name in SETTINGS.targets.trained},
+        recipes=published(SETTINGS.targets.trained),
     script:
         "../scripts/publish_runs.py"
 
@@ -24,6 +30,6 @@ rule publish:
         "results/logs/publish.log",
     params:
         tracking=section("tracking"),
-        recipes=section("learning")["recipes"],
+        recipes=published(SETTINGS.learning.recipes),
     script:
         "../scripts/publish_runs.py"

@@ -8,6 +8,7 @@ from myowave.workflow.job import job_log
 where = snakemake.wildcards
 with job_log(f"draw models of {where.dataset} {where.model} {where.recipe}", snakemake.log[0]):
     summary = read_evaluations(snakemake.input.evaluations)
-    save(draw_metrics(summary, read_histories(snakemake.input.histories)), snakemake.output.metrics)
+    baselines = read_evaluations(snakemake.input.baselines) if snakemake.input.baselines else summary.iloc[:0]
+    save(draw_metrics(summary, read_histories(snakemake.input.histories), baselines), snakemake.output.metrics)
     save(draw_predictions(read_predictions(snakemake.input.predictions), summary), snakemake.output.predictions)
     save(draw_parameters(summary, list(snakemake.params.identify)), snakemake.output.parameters)

@@ -19,12 +19,13 @@ from torch import Tensor
 from myowave.data.store import replacing
 from myowave.data.trials import Trials
 from myowave.learning.band import Band
+from myowave.learning.inputs import Given
 from myowave.learning.network import Architecture, Network, Scaling
 from myowave.learning.seen import Seen
 from myowave.settings.files import require_regular
 from myowave.settings.learning import RECIPES
 
-FORMAT = 2
+FORMAT = 3
 
 
 @dataclass(frozen=True)
@@ -126,7 +127,7 @@ class Checkpoint:
         try:
             content["recipe"] = json.loads(content["recipe"])
             architecture = content["architecture"]
-            content["architecture"] = Architecture(**{**architecture, "delays": tuple(architecture["delays"])})
+            content["architecture"] = Architecture(**{**architecture, "given": Given(**architecture["given"])})
             content["scaling"] = Scaling(**content["scaling"])
             content["band"] = Band(**content["band"]) if content["band"] else None
             content["seen"] = Seen(**content["seen"])

@@ -60,10 +60,6 @@ def evaluate(
     Returns:
         Columns as in README, "Results". Test metrics are over predicted samples only, the mean over test trials.
     """
-    tests = trials.index(trials.test)
-    given = checkpoint.network.history
-    measured = torch.from_numpy(trials.angle)
-    metrics = {"test_mse": mean_square_error, "test_r2": r_squared, "test_nmse": normalised_mean_square_error}
     columns: dict[str, Any] = {
         "dataset": checkpoint.dataset,
         "model": checkpoint.model,
@@ -71,12 +67,7 @@ def evaluate(
         "scales": checkpoint.scales,
         "seed": list(checkpoint.seeds),
     }
-    for name, metric in metrics.items():
-        scores = [
-            metric(measured[t, given : trials.lengths[t]], predicted[:, t, given : trials.lengths[t]]) for t in tests
-        ]
-        columns[name] = torch.stack(scores).mean(0).tolist()
-    columns["test_rmse_deg"] = np.degrees(np.sqrt(columns["test_mse"])).tolist()
+    columns |= score_trials(trials, predicted, checkpoint.network.history)
     columns |= _band_and_range(checkpoint, trials, predicted)
     columns |= {"val_r2": checkpoint.val_r2.tolist(), "epochs": checkpoint.epochs, "seconds": checkpoint.seconds}
     for i, name in enumerate(checkpoint.names):
@@ -84,6 +75,18 @@ def evaluate(
         columns[f"{name}_se"] = checkpoint.errors[:, i].tolist()
         columns[f"{name}_error_pct"] = _error_pct(checkpoint.values[:, i], (truth or {}).get(name)).tolist()
     return pd.DataFrame(columns)
+
+
+def score_trials(trials: Trials, predicted: Tensor, given: int) -> dict[str, list[float]]:
+    """Test metrics by name, (S,) each: over all samples but the first `given`, the mean over test trials."""
+    measured, columns = torch.from_numpy(trials.angle), {}
+    metrics = {"test_mse": mean_square_error, "test_r2": r_squared, "test_nmse": normalised_mean_square_error}
+    for name, metric in metrics.items():
+        ends = [(t, trials.lengths[t]) for t in trials.index(trials.test)]
+        scores = [metric(measured[t, given:end], predicted[:, t, given:end]) for t, end in ends]
+        columns[name] = torch.stack(scores).mean(0).tolist()
+    columns["test_rmse_deg"] = np.degrees(np.sqrt(columns["test_mse"])).tolist()
+    return columns
 
 
 def _band_and_range(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -> dict[str, float]:

@@ -17,14 +17,16 @@ from myowave.plotting import CYCLE, GREY, MEASURED, MODEL, canvas, shade, title
 from myowave.scores import median_over_seeds
 
 ALIKE = 5.0  # %: seeds whose parameters scatter less are said to agree
+LINES = ("-", "--", ":", "-.", (0, (1, 4)))  # of baselines
 LEAST_SPAN = 0.01  # of a value: to both sides of it an axis shows at least that, as less is no finding
 
 
-def draw_metrics(summary: pd.DataFrame, histories: dict[int, pd.DataFrame]) -> Figure:
-    """Training loss, test MSE and test R2 against the number of scales (Figs. 8 and 11).
+def draw_metrics(summary: pd.DataFrame, histories: dict[int, pd.DataFrame], baselines: pd.DataFrame) -> Figure:
+    """Training loss, test MSE and test R2 against the number of scales (Figs. 8 and 11), beside baselines.
 
     Args:
         summary: rows of summary.csv of one dataset, model and recipe.
+        baselines: such rows of baselines on the same dataset; those that do worse than the mean angle are not drawn.
         histories: {number of scales: columns epoch, seed, loss}, epochs counted through all scales.
     """
     figure, axes = canvas(1, 3, width=12, height=4.0)
@@ -42,12 +44,30 @@ def draw_metrics(summary: pd.DataFrame, histories: dict[int, pd.DataFrame]) -> F
         median = groups[column].median()
         axis.plot(median.index, median, color=CYCLE[0], marker="o")
         axis.plot(summary["scales"], summary[column], ".", color=GREY, markersize=5, zorder=3)
+        for (name, rivals), style in zip(rivals_of(baselines).groupby("recipe"), LINES, strict=False):
+            axis.axhline(rivals[column].median(), color=GREY, linestyle=style, label=name)
         axis.set(xlabel="number of scales", ylabel=label, title=f"{label.split(' [')[0]}: median and each seed")
         axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+    if r2.get_legend_handles_labels()[1]:
+        r2.legend(title="baselines")
     median = pd.Series({scales: median_over_seeds(rows)["test_r2"] for scales, rows in groups})
     scores = f"{_range(median)} (median of seeds) with {_words(median.index)} scales"
-    title(figure, f"{_what(summary)}: test R$^2$ is {scores}")
+    title(figure, f"{_what(summary)}: test R$^2$ is {scores}{_beaten(median.max(), baselines)}")
     return figure
+
+
+def rivals_of(baselines: pd.DataFrame) -> pd.DataFrame:
+    """Rows of baselines whose median test R2 is above 0."""
+    return baselines.groupby("recipe").filter(lambda rows: rows["test_r2"].median() > 0)
+
+
+def _beaten(best: float, baselines: pd.DataFrame) -> str:
+    """What the best baseline does beside the best network."""
+    if baselines.empty:
+        return ""
+    rivals = baselines.groupby("recipe")["test_r2"].median()
+    name, r2 = rivals.idxmax(), rivals.max()
+    return f"; the best baseline, {name}, has {r2:.4f}" + (", which is better" if r2 > best else "")
 
 
 def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame) -> Figure:

@@ -4,11 +4,16 @@ The EMG of 1 kg and of 2.5 kg do not mean the same motion. So a constant that is
 trials, such as `load`, is an input beside the EMG, constant over its trial; and so is a further angle that was recorded
 over time, such as `tilt_rad`, in place of the constant that it gives.
 
+Or EMG is made to mean the same with every load: it counts over the torque that holds the level forearm with it, which
+physics knows of loads that no trial had.
+
 Shapes: T trials, N samples, C EMG channels, K known inputs.
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import TypeVar
 
 import numpy as np
 import torch
@@ -17,14 +22,68 @@ from torch import Tensor
 
 from myowave.data.trials import TORQUE, Trials
 from myowave.physics.constants import Constant, constant_of, is_constant
+from myowave.physics.joint import forearm
+from myowave.physics.model import Model
+from myowave.settings import Inputs
 
+LOAD = "load"
+Array = TypeVar("Array", Tensor, NDArray[np.float64])
 Known = Mapping[str, float]
 """{known input: its value in a trial that does not name it}"""
 NOTHING: Known = MappingProxyType({})
 
 
+@dataclass(frozen=True)
+class Given:
+    """What is given of a trial beside EMG, and what a network is told of it.
+
+    Args:
+        known: all of it; `told` the names of the first of these, which are inputs of the network.
+        holding: torque that holds the level forearm without a load [N m], and what each kg of load adds [N m/kg], where
+            EMG counts over it; else ().
+    """
+
+    known: Known = field(default_factory=dict)
+    told: tuple[str, ...] = ()
+    holding: tuple[float, ...] = ()
+
+    @classmethod
+    def of(cls, trials: Trials, model: Model, settings: Inputs) -> "Given":
+        """Of the training trials, as the settings of a recipe or baseline want it."""
+        differ = known_inputs(trials, model.defaults)
+        wanted = differ if settings.known_inputs is None else settings.known_inputs
+        known = {name: value for name, value in differ.items() if name in wanted}
+        if settings.emg_over == "maximum" or LOAD not in trials.known(model.defaults):
+            return cls(known, tuple(known))
+        told = tuple(known)
+        return cls(known | {LOAD: model.defaults[LOAD]}, told, holding_torque(trials, model))
+
+    def see(self, inputs: Array) -> Array:
+        """What the network sees of EMG and all that is known, (..., C + K): EMG and what it is told."""
+        if not self.holding:
+            return inputs
+        channels = inputs.shape[-1] - len(self.known)
+        load = channels + list(self.known).index(LOAD)
+        without, by_load = self.holding
+        # ASSUME: the EMG of a motion grows as the torque that holds the level forearm does. Strengths and moment arms
+        # are those of all trials alike, so that dividing by them as well would change nothing once inputs are scaled.
+        torque = without + by_load * inputs[..., load : load + 1]
+        seen = 1.0 * inputs[..., : channels + len(self.told)]
+        seen[..., :channels] /= torque
+        return seen
+
+
+def holding_torque(trials: Trials, model: Model) -> tuple[float, float]:
+    """Torque that holds the level forearm without a load [N m], and what each kg of load adds [N m/kg]."""
+    # ASSUME: what else is known of the forearm is the same in all trials.
+    constants = {name: trials.condition(name, model.defaults[name]).mean() for name in model.joint}
+    body = forearm({name: torch.tensor(value) for name, value in constants.items()})
+    without, with_one = float(body.weight_with(0.0)), float(body.weight_with(1.0))
+    return without, with_one - without
+
+
 def known_inputs(trials: Trials, defaults: Mapping[str, float]) -> Known:
-    """Inputs beside EMG.
+    """What is known beside EMG over time, or differs between trials.
 
     Args:
         trials: the training trials.

@@ -20,8 +20,9 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.learning.inputs import NOTHING, Known, given_inputs, unit_of
+from myowave.learning.inputs import Given, Known, given_inputs, unit_of
 
+ALONE = Given()  # EMG, and nothing beside it
 Weights = Mapping[str, Tensor]
 Array = TypeVar("Array", Tensor, np.ndarray)
 
@@ -35,7 +36,7 @@ class Architecture:
         hidden: units H.
         channels: number of EMG channels C.
         history: samples with a known angle before the first prediction.
-        known: inputs beside EMG, see `inputs`.
+        given: what it is given beside EMG, see `inputs`.
         delays: [s] after which it sees the channels; () where it sees them at once.
     """
 
@@ -43,8 +44,13 @@ class Architecture:
     hidden: int
     channels: int
     history: int
-    known: Known = field(default_factory=dict)
+    given: Given = field(default_factory=Given)
     delays: tuple[float, ...] = ()
+
+    @property
+    def known(self) -> Known:
+        """All that is given beside EMG."""
+        return self.given.known
 
     @property
     def increments(self) -> bool:
@@ -54,8 +60,8 @@ class Architecture:
 
     @property
     def inputs(self) -> int:
-        """Number of inputs X: EMG channels, what is known beside them, and time where it is one."""
-        return self.channels + len(self.known) + (not self.increments)
+        """Number of inputs X: EMG channels, what is told beside them, and time where it is one."""
+        return self.channels + len(self.given.told) + (not self.increments)
 
     @property
     def features(self) -> int:
@@ -73,8 +79,8 @@ class Scaling:
     """Numbers that make inputs and outputs of order one, from the training trials at scale [0].
 
     Args:
-        input_mean, input_std: of each EMG channel [-], then of each known input in its own unit; angles count in units
-            of the elbow's where they move less.
+        input_mean, input_std: of each EMG channel [-], or [1/(N m)] where it counts over a torque, then of each input
+            that is told beside it in its own unit; angles count in units of the elbow's where they move less.
         angle_mean, angle_std: [rad].
         step_std: of q_n - q_(n-1) [rad].
         bend_std: of q_n - 2 q_(n-1) + q_(n-2) [rad], what an increment network has to output.
@@ -90,14 +96,15 @@ class Scaling:
     duration: float
 
     @classmethod
-    def of(cls, trials: Trials, known: Known = NOTHING) -> "Scaling":
-        """Scaling of some trials, all of which count, and of what is known of them."""
-        inputs = np.concatenate([x[:n] for x, n in zip(given_inputs(trials, known), trials.lengths, strict=True)])
+    def of(cls, trials: Trials, given: Given = ALONE) -> "Scaling":
+        """Scaling of some trials, all of which count, and of what is given of them."""
+        seen = given.see(given_inputs(trials, given.known))
+        inputs = np.concatenate([x[:n] for x, n in zip(seen, trials.lengths, strict=True)])
         angle = [q[:n] for q, n in zip(trials.angle, trials.lengths, strict=True)]
         floor = 1e-6  # a signal that never changes must not be divided by zero
         input_std, angle_std = np.maximum(inputs.std(0), floor), float(max(np.concatenate(angle).std(), floor))
         # A posture that hardly changes would tell the network which trial it sees, were it blown up to order one.
-        for i, name in enumerate(known, start=len(trials.channels)):
+        for i, name in enumerate(given.told, start=len(trials.channels)):
             input_std[i] = max(input_std[i], angle_std) if unit_of(name) == "rad" else input_std[i]
         return cls(
             input_mean=tuple(inputs.mean(0).tolist()),
@@ -151,9 +158,9 @@ class Network:
         return replace(self, weights={name: w.detach().clone().requires_grad_() for name, w in self.weights.items()})
 
     def encode_inputs(self, inputs: Tensor, dt: float) -> Tensor:
-        """Inputs x_n = [e_n, known, t_n], standardised, (T, N, X), float32, from those of `given_inputs` (T, N, C + K)
+        """Inputs x_n = [e_n, told, t_n], standardised, (T, N, X), float32, from those of `given_inputs` (T, N, C + K)
         `dt` apart [s]."""
-        scaling = self.scaling
+        scaling, inputs = self.scaling, self.architecture.given.see(inputs)
         if delays := self.architecture.delays:
             at_once = [0.0] * (inputs.shape[-1] - len(delays))
             inputs = delayed(inputs, [*(d / dt for d in delays), *at_once])

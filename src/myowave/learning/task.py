@@ -11,7 +11,7 @@ from torch import Tensor
 from myowave.data.trials import Trials
 from myowave.identification.free_parameters import Free, free_parameters, start_values
 from myowave.learning.checkpoint import Checkpoint, digest_model, digest_trials
-from myowave.learning.inputs import known_inputs, to_tensors
+from myowave.learning.inputs import Given, to_tensors
 from myowave.learning.network import Architecture, Network, Scaling, initialise
 from myowave.learning.windows import Corpus, count_training_samples
 from myowave.physics.drive import channel_delays
@@ -133,7 +133,7 @@ def begin_stage(task: Task, level: int, before: Checkpoint | None = None) -> Sta
 def fresh_network(task: Task) -> Network:
     """The network of a task before any training."""
     recipe, finest = task.recipe, task.training_trials(0)
-    known = known_inputs(finest, task.model.defaults)
+    given = Given.of(finest, task.model, recipe)
     delays = channel_delays(task.model, finest.channels) if recipe.emg_input == "delayed" else ()
-    architecture = Architecture(recipe.method, recipe.hidden, len(finest.channels), recipe.history_steps, known, delays)
-    return Network(architecture, Scaling.of(finest, known), initialise(architecture, task.seeds))
+    architecture = Architecture(recipe.method, recipe.hidden, len(finest.channels), recipe.history_steps, given, delays)
+    return Network(architecture, Scaling.of(finest, given), initialise(architecture, task.seeds))

@@ -19,7 +19,9 @@ from myowave.settings.data import (
 from myowave.settings.diagnosis import DiagnosisSettings, Scatter
 from myowave.settings.learning import (
     SEARCHABLE,
+    Baseline,
     Dimension,
+    Inputs,
     Learning,
     PaperRecipe,
     Recipe,
@@ -37,6 +39,7 @@ __all__ = [
     "SEARCHABLE",
     "Arm",
     "Arms",
+    "Baseline",
     "CurveSettings",
     "Data",
     "Dataset",
@@ -44,6 +47,7 @@ __all__ = [
     "Dimension",
     "EmgChannel",
     "Identify",
+    "Inputs",
     "JointSettings",
     "Learning",
     "MeasuredDataset",

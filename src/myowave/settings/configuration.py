@@ -80,8 +80,9 @@ class Settings(Section):
         yield from _items("targets.recipes", targets.recipes, recipes)
         for dataset, names in targets.own_recipes.items():
             yield from _items(f"targets.own_recipes.{dataset}", names, recipes)
-        yield "learning.sweep.dataset", sweep.dataset, datasets
-        yield "learning.sweep.recipe", sweep.recipe, recipes
+        if sweep is not None:
+            yield "learning.sweep.dataset", sweep.dataset, datasets
+            yield "learning.sweep.recipe", sweep.recipe, recipes
         yield from ((f"data.datasets.{name}.arm", of.arm, self.physics.arms) for name, of in datasets.items())
         if not self.physics.effect_files:  # their effects are known once they are loaded: a job finds out
             yield from self._effects_named()
@@ -96,7 +97,8 @@ class Settings(Section):
                 yield f"data.datasets.{name}.hidden_effect", effect, shipped
 
     def _problems_of_scales(self) -> list[str]:
-        scales, levels = max(*self.targets.scales, self.learning.sweep.scales), self.data.wavelet.levels
+        sweep, levels = self.learning.sweep, self.data.wavelet.levels
+        scales = max([*self.targets.scales, *([sweep.scales] if sweep else [])])
         if scales <= levels + 1:
             return []
         return [
@@ -106,7 +108,7 @@ class Settings(Section):
 
     def _problems_of_sweep(self) -> list[str]:
         sweep = self.learning.sweep
-        if sweep.recipe not in self.learning.recipes:
+        if sweep is None or sweep.recipe not in self.learning.recipes:
             return []
         recipe, problems = self.learning.recipes[sweep.recipe], []
         for name, dimension in sweep.dimensions.items():

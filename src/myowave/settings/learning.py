@@ -1,4 +1,4 @@
-"""The section `learning`: recipes, and the sweep that improves one."""
+"""The section `learning`: recipes, baselines beside them, and the sweep that improves a recipe."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 from myowave.settings.section import (
     ModelName,
     Name,
+    Once,
     Real,
     Section,
     Whole,
@@ -16,18 +17,35 @@ from myowave.settings.section import (
 )
 
 
-class Recipe(Section):
-    """What recipes of all methods have. A further method is a further class, and an entry in `learning.methods`."""
+class Inputs(Section):
+    """What a network or a baseline sees of a trial."""
 
-    method: str
-    hidden: Whole = setting("hidden units", "-", 50, ge=1, le=4096)
     rate_hz: Real | None = setting(
-        "about how many samples a second the network sees, of trials that have more; null: all",
+        "about how many samples a second it sees, of trials that have more; null: all",
         "Hz",
         None,
         gt=0,
         le=2500,
     )
+    known_inputs: Annotated[tuple[Name, ...], Once] | None = setting(
+        "what it is told beside EMG of what is known and differs between training trials, such as [load] or "
+        "[tilt_rad]; null: all of it",
+        "",
+        None,
+    )
+    emg_over: Literal["maximum", "weight"] = setting(
+        "what EMG is divided by: maximum, what counts as 1; weight, that and the torque that holds the level forearm "
+        "with the known load, so that EMG means the same with every load",
+        "",
+        "maximum",
+    )
+
+
+class Recipe(Inputs):
+    """What recipes of all methods have. A further method is a further class, and an entry in `learning.methods`."""
+
+    method: str
+    hidden: Whole = setting("hidden units", "-", 50, ge=1, le=4096)
     emg_input: Literal["recorded", "delayed"] = setting(
         "EMG that the network sees: e(t), or the excitation u(t) = e(t - d), Eq. 1", "", "recorded"
     )
@@ -129,6 +147,15 @@ def parse_recipe(values: Mapping[str, Any]) -> Recipe:
     return RECIPES[values["method"]].model_validate(values)
 
 
+class Baseline(Inputs):
+    """A rival of the networks without physics or scales: the same trials and scores."""
+
+    kind: Literal["hold", "ridge", "trees", "gru", "convolution"] = setting(
+        "hold, the last given angle; of lagged EMG: ridge, linear, and trees, boosted; gru, a recurrent network that "
+        "sees no angle; convolution, four dilated causal layers"
+    )
+
+
 class Dimension(Section):
     """The range in which a sweep looks for a setting."""
 
@@ -172,4 +199,13 @@ class Learning(Section):
     recipes: dict[Name, Annotated[RolloutRecipe | PaperRecipe, Field(discriminator="method")]] = setting(
         "ways to train, by name", each="recipe", min_length=1
     )
-    sweep: Sweep = setting("search for better settings of a recipe")
+    baselines: Annotated[dict[Name, Baseline], WithoutNull] = setting(
+        "predictors without physics or scales to stand beside the networks, by name", default=dict, each="baseline"
+    )
+    sweep: Sweep | None = setting("search for better settings of a recipe; null: none", default=None)
+
+    @model_validator(mode="after")
+    def _one_name_each(self) -> "Learning":
+        if twice := sorted(set(self.recipes) & set(self.baselines)):
+            raise ValueError(f"baselines: {', '.join(twice)} is the name of a recipe as well; use another.")
+        return self

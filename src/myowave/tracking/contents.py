@@ -60,7 +60,7 @@ def read_results(results: Path, recipes: Mapping[str, Mapping[str, Any]]) -> Ite
 
     Args:
         results: the folder `results`.
-        recipes: settings by name; networks of other recipes are left out.
+        recipes: settings of recipes and baselines by name; networks of others are left out.
 
     Raises:
         OSError, ValueError: for a file that is missing or cut short.
@@ -71,7 +71,7 @@ def read_results(results: Path, recipes: Mapping[str, Mapping[str, Any]]) -> Ite
             networks.setdefault(path.parts[-5], []).append(path.parent)
     verdicts = {path.parent.name for path in results.glob("diagnosis/*/verdict.json")}
     for dataset in sorted(verdicts | set(networks)):
-        folders = networks.get(dataset, [])
+        folders = sorted(networks.get(dataset, []), key=lambda folder: "kind" in recipes[folder.parent.name])
         seeds = [run for folder in folders for run in _seeds(folder, recipes[folder.parent.name])]
         yield (_overview(results, dataset, folders), *seeds)
 
@@ -79,7 +79,8 @@ def read_results(results: Path, recipes: Mapping[str, Mapping[str, Any]]) -> Ite
 def _seeds(folder: Path, recipe: Mapping[str, Any]) -> Iterator[RunContent]:
     """A run for each seed of the network in a folder."""
     table = pd.read_csv(folder / "evaluation.csv")
-    curves = _curves(folder, int(table["scales"].iloc[0]))
+    # What has a kind is a baseline, which leaves no history.
+    curves = pd.DataFrame({"seed": []}) if "kind" in recipe else _curves(folder, int(table["scales"].iloc[0]))
     for _, row in table.iterrows():
         where = {name: row[name] for name in COORDINATES}
         name = "{dataset} {model} {recipe} {scales}-scale".format(**where)
@@ -127,8 +128,9 @@ def _overview(results: Path, dataset: str, networks: list[Path]) -> RunContent:
         files |= {file.name: file for file in (diagnosis / "verdict.html", path, *sorted(diagnosis.glob("*.csv")))}
     if networks:
         rows = pd.concat([pd.read_csv(folder / "evaluation.csv") for folder in networks])
-        scores = pd.DataFrame({where: median_over_seeds(seeds) for where, seeds in rows.groupby([*COORDINATES[1:]])}).T
-        best = scores["val_r2"].fillna(-np.inf).idxmax()  # the first where none was validated
+        by_network = rows.groupby([*COORDINATES[1:]], sort=False)
+        scores = pd.DataFrame({where: median_over_seeds(seeds) for where, seeds in by_network}).T
+        best = scores["val_r2"].fillna(-np.inf).idxmax()  # the first where none was validated; baselines come last
         params |= dict(zip(COORDINATES[1:], best, strict=True))
         metrics |= scores.loc[best].drop(["scales", "seed"]).dropna().to_dict()
         seconds = float(scores["seconds"].sum())

@@ -1,39 +1,105 @@
-"""Other trials held out in turn: what trains and what tests, and the table over them."""
+"""Questions asked of held-out trials: what trains and what tests, paired differences, and the page."""
 
+from pathlib import Path
+
+import numpy as np
 import pandas as pd
 import pytest
+import yaml
 
-from studies.held_out.table import hold_out, tabulate_scales, write_page
+from myowave.settings import Baseline
+from studies.held_out.answers import answer, differences, write_page
+from studies.held_out.figures import draw_answers
+from studies.held_out.score import score_baselines, split_trials
+from studies.held_out.settings import HeldOut
+from studies.section import read_section
+
+ROOT = Path(__file__).parents[3]
 
 
-def test_other_trials_test_and_the_rest_train(trials):
-    other = hold_out(trials, ("1",))
-    assert other.test == ("1",) and other.train == ("2", "3")
-    assert other.angle is trials.angle
+@pytest.fixture
+def section():
+    return yaml.safe_load((ROOT / "studies/held_out/settings.yaml").read_text(encoding="utf-8"))["held_out"]
 
 
-@pytest.mark.parametrize(("test", "says"), [(("1", "2", "3"), "names every trial"), (("9",), "no trial named")])
-def test_a_choice_that_leaves_nothing_or_names_nothing_is_refused(trials, test, says):
+def test_the_shipped_questions_are_about_trials_that_are_there_and_each_is_asked_of_three(section, settings):
+    held_out = read_section(HeldOut, "held_out", section, settings)
+    tested = {
+        question: {(name, t) for name, split in of.items() for t in split.test}
+        for question, of in held_out.questions.items()
+    }
+    assert len(tested.pop("unseen_lean")) == 1, "the one trial that leans more than all others"
+    assert all(len(draws) >= 3 for draws in tested.values())
+
+
+FAULTS = {
+    "trains and tests": (("train", ["load2.75_1"]), "load2.75_1 would train and test"),
+    "no such trial": (("train", ["load9_1"]), "load9_1"),
+    "nothing to test": (("test", []), "not empty"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_split_that_cannot_be_is_a_message(section, settings, fault):
+    (key, value), says = FAULTS[fault]
+    split = {"train": ["load2.75_2"], "test": ["load2.75_1"], key: value}
     with pytest.raises(ValueError, match=says):
-        hold_out(trials, test)
+        read_section(HeldOut, "held_out", section | {"questions": {"few_trials": {"a": split}}}, settings)
+
+
+def test_inputs_that_no_method_has_are_a_message(section, settings):
+    with pytest.raises(ValueError, match=r"held_out\.inputs\.odd\.emg_ovr"):
+        read_section(HeldOut, "held_out", section | {"inputs": {"odd": {"emg_ovr": "weight"}}}, settings)
+
+
+def test_each_test_trial_is_scored_by_itself_and_by_nothing_but_the_training_trials(trials, model):
+    split = split_trials(trials, ["2"], ["1", "3"])
+    assert split.names == ("2", "1", "3") and split.train == ("2",)
+    rows = score_baselines({"line": Baseline(kind="ridge")}, {}, split, model, (0, 1))
+    assert len(rows) == 4 and set(rows["trial"]) == {"1", "3"} and set(rows["method"]) == {"line"}
+    assert rows.groupby("trial")["test_r2"].nunique().eq(1).all(), "ridge has no chance in it"
 
 
 @pytest.fixture
 def scores() -> pd.DataFrame:
-    rows = [(1, "a", 0.90), (1, "a", 0.92), (1, "b", 0.70), (1, "b", 0.74), (3, "a", 0.97), (3, "a", 0.97)]
-    rows += [(3, "b", 0.95), (3, "b", 0.95)]
-    return pd.DataFrame(rows, columns=["scales", "held_out", "test_r2"])
+    """A rival and a network; EMG over weight helps both on another load, by 0.2 and in each trial a little more."""
+    rows = []
+    for question, split, better in (("like_the_others", "first", 0.0), ("unseen_load", "light to heavy", 0.2)):
+        for i, trial in enumerate("abc"):
+            for seed, scatter in ((0, -0.01), (1, 0.01)):
+                for method, scales, r2 in (("cnn", 1, 0.9), ("net", 1, 0.7), ("net", 3, 0.7)):
+                    for inputs, gain in (("told", 0.0), ("weighed", better + 0.01 * i * bool(better))):
+                        rows.append(
+                            (question, split, trial, method, scales, inputs, seed, r2 - better + gain + scatter)
+                        )
+    names = ["question", "split", "trial", "method", "scales", "inputs", "seed", "test_r2"]
+    return pd.DataFrame(rows, columns=names).assign(test_rmse_deg=1.0)
 
 
-def test_scatter_of_seeds_and_of_trials_are_told_apart(scores):
-    one, three = tabulate_scales(scores).to_dict("records")
-    assert one["mean"] == pytest.approx(0.815) and (one["lowest"], one["highest"]) == (0.70, 0.92)
-    assert one["sd_seeds"] == pytest.approx(((0.01**2 * 2 + 0.02**2 * 2) / 2) ** 0.5)
-    assert one["sd_trials"] == pytest.approx(0.19 / 2**0.5), "of the means 0.91 and 0.72"
-    assert three["sd_seeds"] == pytest.approx(0) and (three["a"], three["b"]) == (0.97, 0.95)
+def test_differences_are_paired_and_their_intervals_are_over_trials_not_seeds(scores):
+    found = differences(scores, "net").set_index(["question", "change"])
+    none = found.loc["like_the_others", "3 scales for 1, told"]
+    assert none["gain"] == pytest.approx(0) and none["low"] == pytest.approx(0) and none["draws"] == 3
+    gain = found.loc["unseen_load", "EMG over weight, net"]
+    # Of 0.20, 0.21, 0.22: t of 2 degrees of freedom is 4.303.
+    assert gain["gain"] == pytest.approx(0.21)
+    assert gain["high"] - gain["gain"] == pytest.approx(4.303 * 0.01 / np.sqrt(3), rel=1e-3)
+    assert found.loc["unseen_load", "net for cnn, told"]["gain"] == pytest.approx(-0.2)
 
 
-def test_the_page_has_a_row_for_each_number_of_scales(scores):
-    page = write_page(tabulate_scales(scores), "me", "rollout", 120.0)
-    assert "| 1 | 0.815 |" in page and "| 3 | 0.960 |" in page and "2 min of one core" in page
-    assert "| a | b |" in page
+def test_a_single_trial_has_no_interval(scores):
+    found = differences(scores[scores["trial"] == "a"], "net")
+    assert found["low"].isna().all() and found["gain"].notna().all()
+
+
+def test_page_and_picture_say_who_is_best_whoever_it_is(scores):
+    assert answer(scores).startswith("Best R²: a trial like the others: cnn (0.900)")
+    page = write_page(scores, differences(scores, "net"), "net")
+    assert "| cnn | **0.900** |" in page and "**+0.210 (+0.185 to +0.235)**" in page
+    scores.loc[scores["method"] == "net", "test_r2"] += 0.3
+    assert "a trial like the others: net (1.000)" in answer(scores)
+    figure = draw_answers(scores, "net")
+    assert [axis.get_title() for axis in figure.axes if axis.get_visible()] == [
+        "like the others",
+        "light to heavy",
+    ]

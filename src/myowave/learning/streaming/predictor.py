@@ -110,7 +110,8 @@ class Predictor:
 
     def _encode(self, inputs: Sequence[float]) -> np.ndarray:
         """As `Network.encode_inputs`, of one sample: (1, X)."""
-        x = (self._delayed(np.asarray(inputs, dtype=np.float64)) - self._mean) / self._std
+        seen = self._network.architecture.given.see(np.asarray(inputs, dtype=np.float64))
+        x = (self._delayed(seen) - self._mean) / self._std
         if not self._network.architecture.increments:
             x = np.append(x, self._count * self._dt / self._network.scaling.duration)
         return x.astype(np.float32).astype(np.float64)[None]

@@ -148,7 +148,7 @@ class RolloutLoss:
         if not (self._gains.std or self._shifts.std):
             return windows
         scaling, x, channels = self._network.scaling, windows.x, self._network.architecture.channels
-        known = slice(channels, channels + len(self._network.architecture.known))
+        known = slice(channels, channels + len(self._network.architecture.given.told))
         x = x.expand(self._network.seeds, *x.shape[-3:]).clone()
         if self._gains.std:
             gain = self._gains.draw(x.shape[1], 1, channels, like=x).exp()

@@ -1,0 +1,249 @@
+"""What an engineer would try first: predictors of the angle without physics, scales or their own predictions.
+
+They have the same trials, inputs and scores as the networks. All but `hold` see EMG, and what is told beside it, of the
+last `REACH_S`, and nothing of the angle. What they are set to was chosen on training trials of the person, each left
+out in turn.
+
+Shapes: S seeds, T trials, N samples, X inputs, B pieces, K samples of a piece, H channels of a layer.
+"""
+
+import math
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+import torch
+import torch.nn.functional as F
+from numpy.typing import NDArray
+from sklearn.ensemble import HistGradientBoostingRegressor
+from torch import Tensor
+
+from myowave.data.thinning import thin
+from myowave.data.trials import Trials
+from myowave.learning.evaluation import score_trials
+from myowave.learning.inputs import Given, given_inputs
+from myowave.learning.network import Scaling
+from myowave.physics.model import Model
+from myowave.settings import Baseline
+
+Array = NDArray[np.float64]
+GIVEN_S = 0.16  # known angles at the start, as long as the recipes have them [s]
+REACH_S = 2.4  # of EMG that an angle is predicted from [s]; at 25 Hz the convolution reaches as far
+TREE_LAGS = 16  # of those: trees gain nothing by neighbours that are alike
+PENALTIES = 10.0 ** np.arange(0, 6)  # of ridge, of which training trials left out in turn choose
+WIDTH, KERNEL, DILATIONS = 32, 5, (1, 2, 4, 8)  # of the convolution; a gru has as many units
+# Trained on pieces of trials, in a step on a quarter more than hold all samples, but so few or many; half of the pieces
+# and three quarters of the steps cost 0.014 of R2.
+PIECE_S, PIECES, STEPS = 8.0, (8, 16), 400
+RATE, DECAY, GAIN = 3e-3, 1e-3, 0.2  # of AdamW; of the gains of EMG, log-normal
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Trials as a baseline sees them.
+
+    Args:
+        x: standardised inputs of each trial, (N_i, X) each, the first `channels` of them EMG.
+        z: standardised angles, (N_i,) each.
+        zero: standardised value of an EMG of 0, (channels,).
+        train: which of the trials train.
+    """
+
+    x: tuple[Array, ...]
+    z: tuple[Array, ...]
+    zero: Array
+    train: tuple[int, ...]
+    dt: float
+
+
+def score_baseline(
+    baseline: Baseline, trials: Trials, model: Model, seeds: Sequence[int], *, name: str, scales: int = 1
+) -> pd.DataFrame:
+    """Rows of summary.csv, one per seed, of a baseline that is trained on the training trials.
+
+    Args:
+        trials: at the rate at which they were stored.
+        name: what stands in the column recipe.
+    """
+    started, trials = time.perf_counter(), thin(trials, baseline.rate_hz)
+    predicted = predict_baseline(baseline, trials, model, seeds)
+    labels = {"dataset": trials.dataset, "model": "base", "recipe": name, "scales": scales, "seed": list(seeds)}
+    rows = pd.DataFrame(labels | score_trials(trials, predicted, given_samples(trials)))
+    epochs = STEPS if baseline.kind in TRAINED else 0
+    nothing = dict.fromkeys(("band_coverage", "outside_training", "val_r2"), math.nan)
+    return rows.assign(**nothing, epochs=epochs, seconds=time.perf_counter() - started)
+
+
+def predict_baseline(baseline: Baseline, trials: Trials, model: Model, seeds: Sequence[int]) -> Tensor:
+    """Angles of all trials, (S, T, N) [rad], by a baseline that is trained on the training trials."""
+    train = trials.select(trials.train)
+    given = Given.of(train, model, baseline)
+    scaling = Scaling.of(train, given)
+    inputs = (given.see(given_inputs(trials, given.known)) - scaling.input_mean) / scaling.input_std
+    angle = (trials.angle - scaling.angle_mean) / scaling.angle_std
+    channels = slice(len(trials.channels))
+    seen = Seen(
+        tuple(x[:n] for x, n in zip(inputs, trials.lengths, strict=True)),
+        tuple(z[:n] for z, n in zip(angle, trials.lengths, strict=True)),
+        -np.array(scaling.input_mean[channels]) / scaling.input_std[channels],
+        tuple(trials.index(train.names)),
+        trials.dt,
+    )
+    known = given_samples(trials)
+    predicted = torch.from_numpy(angle).expand(len(seeds), -1, -1).clone()
+    if baseline.kind == "hold":
+        predicted[..., known:] = predicted[..., known - 1, None]
+    else:
+        for t, by_seed in enumerate(PREDICTORS[baseline.kind](seen, seeds)):
+            predicted[:, t, known : trials.lengths[t]] = torch.as_tensor(by_seed).double()[:, known:]
+    return predicted * scaling.angle_std + scaling.angle_mean
+
+
+def given_samples(trials: Trials) -> int:
+    """Samples at the start whose angle is known."""
+    return max(2, round(GIVEN_S / trials.dt))
+
+
+def _lagged(x: Array, lags: Iterable[int]) -> Array:
+    """Inputs (N, X) as they were so many samples ago, the first held before it, (N, lags X)."""
+    at = np.arange(len(x))
+    return np.concatenate([x[np.maximum(at - lag, 0)] for lag in lags], axis=1)
+
+
+def _ridge(seen: Seen, seeds: Sequence[int]) -> list[Array]:
+    """Linear in the inputs of all samples within reach; seeds agree."""
+    reach = range(round(REACH_S / seen.dt) + 1)
+    x = [_lagged(values, reach) for values in seen.x]
+    parts = {t: (x[t].T @ x[t], x[t].T @ seen.z[t]) for t in seen.train}
+
+    def fit(used: Sequence[int], penalty: float) -> Array:
+        square, product = (np.sum([parts[t][i] for t in used], axis=0) for i in (0, 1))
+        weights: Array = np.linalg.solve(square + penalty * np.eye(len(product)), product)
+        return weights
+
+    def missed(penalty: float) -> float:
+        others = {t: [u for u in seen.train if u != t] or [t] for t in seen.train}
+        return sum(float(np.square(x[t] @ fit(others[t], penalty) - seen.z[t]).sum()) for t in seen.train)
+
+    weights = fit(seen.train, min(PENALTIES, key=missed))
+    return [np.tile(values @ weights, (len(seeds), 1)) for values in x]
+
+
+def _trees(seen: Seen, seeds: Sequence[int]) -> list[Array]:
+    """Boosted regression trees."""
+    lags = np.unique(np.linspace(0, round(REACH_S / seen.dt), TREE_LAGS).astype(int)).tolist()
+    x = [_lagged(values, lags) for values in seen.x]
+    data = np.concatenate([x[t] for t in seen.train]), np.concatenate([seen.z[t] for t in seen.train])
+    fits = [
+        HistGradientBoostingRegressor(
+            max_iter=150,
+            learning_rate=0.1,
+            max_leaf_nodes=15,
+            max_features=0.5,
+            early_stopping=False,
+            random_state=seed,
+        ).fit(*data)
+        for seed in seeds
+    ]
+    return [np.stack([fit.predict(values) for fit in fits]) for values in x]
+
+
+Weights = dict[str, Tensor]
+Run = Callable[[Weights, Tensor], Tensor]
+
+
+def _convolution(weights: Weights, x: Tensor) -> Tensor:
+    """Dilated causal layers, the first sample held before it: inputs (S, X, B, K) to angles (S, B, K)."""
+    for i, dilation in enumerate(DILATIONS):
+        reach = (KERNEL - 1) * dilation
+        held = torch.cat((x[..., :1].expand(*x.shape[:-1], reach), x), dim=-1)
+        taps = torch.cat([held[..., k * dilation : k * dilation + x.shape[-1]] for k in range(KERNEL)], dim=1)
+        made = F.gelu(torch.baddbmm(weights[f"bias{i}"], weights[f"layer{i}"], taps.flatten(2))).unflatten(
+            2, x.shape[2:]
+        )
+        x = made if i == 0 else x + made
+    return _read_out(weights, x)
+
+
+def _gru(weights: Weights, x: Tensor) -> Tensor:
+    """Gated recurrent units that see no angle: inputs (S, X, B, K) to angles (S, B, K)."""
+    driven = torch.baddbmm(weights["bias0"], weights["layer0"], x.flatten(2)).unflatten(2, x.shape[2:])
+    hidden, states = driven.new_zeros(len(driven), WIDTH, x.shape[2]), []
+    for now in driven.unbind(-1):
+        back = torch.bmm(weights["layer1"], hidden)
+        reset, update = torch.sigmoid(now[:, : 2 * WIDTH] + back[:, : 2 * WIDTH]).chunk(2, dim=1)
+        candidate = torch.tanh(now[:, 2 * WIDTH :] + reset * back[:, 2 * WIDTH :])
+        hidden = torch.lerp(candidate, hidden, update)
+        states.append(hidden)
+    return _read_out(weights, torch.stack(states, dim=-1))
+
+
+def _read_out(weights: Weights, x: Tensor) -> Tensor:
+    return torch.baddbmm(weights["bias"], weights["output"], x.flatten(2)).unflatten(2, x.shape[2:]).squeeze(1)
+
+
+def _layers(kind: str, inputs: int) -> dict[str, tuple[int, int]]:
+    """Rows and columns of the weights."""
+    if kind == "gru":
+        return {"layer0": (3 * WIDTH, inputs), "layer1": (3 * WIDTH, WIDTH), "output": (1, WIDTH)}
+    widths = [inputs, *[WIDTH] * (len(DILATIONS) - 1)]
+    layers = {f"layer{i}": (WIDTH, KERNEL * width) for i, width in enumerate(widths)}
+    return layers | {"output": (1, WIDTH)}
+
+
+def _start(kind: str, inputs: int, seed: int) -> Weights:
+    """Fresh weights of a seed."""
+    random, weights = torch.Generator().manual_seed(seed), {}
+    for name, (rows, columns) in _layers(kind, inputs).items():
+        reach = 1 / math.sqrt(columns)
+        weights[name] = reach * (2 * torch.rand(rows, columns, generator=random) - 1)
+        weights["bias" + name.removeprefix("layer").removeprefix("output")] = torch.zeros(rows, 1)
+    return weights
+
+
+def _train(kind: str) -> Callable[[Seen, Sequence[int]], list[Tensor]]:
+    run = TRAINED[kind]
+
+    def predict(seen: Seen, seeds: Sequence[int]) -> list[Tensor]:
+        each = [_start(kind, seen.x[0].shape[1], seed) for seed in seeds]
+        weights = {name: torch.stack([of[name] for of in each]).requires_grad_() for name in each[0]}
+        randoms = [np.random.default_rng([seed, 17]) for seed in seeds]
+        optimiser = torch.optim.AdamW(weights.values(), lr=RATE, weight_decay=DECAY)
+        schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, STEPS)
+        for _ in range(STEPS):
+            x, z = (
+                torch.stack(part).float() for part in zip(*(_draw(seen, random) for random in randoms), strict=True)
+            )
+            optimiser.zero_grad()
+            (run(weights, x) - z).square().mean((1, 2)).sum().backward()
+            optimiser.step()
+            schedule.step()
+        with torch.no_grad():
+            whole = [torch.from_numpy(x.T.copy()).float()[None, :, None].expand(len(seeds), -1, -1, -1) for x in seen.x]
+            return [run(weights, x)[:, 0] for x in whole]
+
+    return predict
+
+
+def _draw(seen: Seen, random: np.random.Generator) -> tuple[Tensor, Tensor]:
+    """Pieces of training trials under other gains of their EMG: inputs (X, B, K) and angles (B, K)."""
+    length = min(round(PIECE_S / seen.dt), *(len(seen.z[t]) for t in seen.train))
+    places = np.array([len(seen.z[t]) - length + 1 for t in seen.train], dtype=float)
+    count = int(np.clip(1.25 * sum(len(seen.z[t]) for t in seen.train) / length, *PIECES))
+    chosen = random.choice(seen.train, size=count, p=places / places.sum())
+    pieces = [(t, random.integers(len(seen.z[t]) - length + 1)) for t in chosen]
+    x = np.stack([seen.x[t][at : at + length].T for t, at in pieces], axis=1)
+    channels = len(seen.zero)
+    gain, zero = np.exp(GAIN * random.standard_normal((channels, count, 1))), seen.zero[:, None, None]
+    x[:channels] = zero + gain * (x[:channels] - zero)
+    return torch.from_numpy(x), torch.from_numpy(np.stack([seen.z[t][at : at + length] for t, at in pieces]))
+
+
+TRAINED: Mapping[str, Run] = {"gru": _gru, "convolution": _convolution}
+PREDICTORS: Mapping[str, Callable[[Seen, Sequence[int]], Sequence[Array | Tensor]]] = {
+    "ridge": _ridge,
+    "trees": _trees,
+    **{kind: _train(kind) for kind in TRAINED},
+}

@@ -1,0 +1,60 @@
+"""Predictors without physics: they learn what they can, from training trials and the past alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from myowave.data.trials import Trials
+from myowave.learning import baselines
+from myowave.learning.baselines import predict_baseline, score_baseline
+from myowave.settings import Baseline
+
+KINDS = ("hold", "ridge", "trees", "gru", "convolution")
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch):
+    for name, value in {"STEPS": 40, "PIECES": (4, 4), "PIECE_S": 2.0, "GAIN": 0.0}.items():
+        monkeypatch.setattr(baselines, name, value)
+
+
+@pytest.fixture(scope="module")
+def late():
+    """Four trials in which the angle is the EMG of 0.2 s before; the last tests."""
+    random = np.random.default_rng(0)
+    emg = np.abs(np.cumsum(random.standard_normal((4, 150, 1)), axis=1)) / 30
+    angle = 0.5 + np.concatenate([emg[:, :1].repeat(5, 1), emg[:, :-5]], axis=1)[..., 0]
+    return Trials("late", 0.04, ("1", "2", "3", "4"), ("emg_biceps",), emg, angle, (150,) * 4, test=("4",))
+
+
+@pytest.mark.parametrize(("kind", "least"), [("ridge", 0.95), ("trees", 0.5), ("gru", 0.5), ("convolution", 0.9)])
+def test_a_baseline_learns_an_angle_that_follows_emg(late, model, kind, least):
+    rows = score_baseline(Baseline(kind=kind), late, model, (0, 1), name="rival")
+    assert (rows["test_r2"] > least).all() and list(rows["seed"]) == [0, 1] and set(rows["recipe"]) == {"rival"}
+
+
+def test_hold_is_the_last_given_angle(late, model):
+    held = predict_baseline(Baseline(kind="hold"), late, model, (0,))
+    torch.testing.assert_close(held[0, 3, 4:], torch.full((146,), late.angle[3, 3], dtype=held.dtype))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_nothing_comes_from_what_is_later_or_from_the_angle_of_a_test_trial(late, model, kind):
+    emg, angle = late.emg.copy(), late.angle.copy()
+    emg[3, 100:] += 0.3
+    angle[3, 4:] = 9.0
+    first, other = (
+        predict_baseline(Baseline(kind=kind), trials, model, (0,))[0, 3]
+        for trials in (late, replace(late, emg=emg, angle=angle))
+    )
+    torch.testing.assert_close(first[:100], other[:100])
+    assert kind == "hold" or (first[100:] - other[100:]).abs().max() > 1e-3
+
+
+@pytest.mark.parametrize("kind", ("trees", "gru", "convolution"))
+def test_seeds_differ_and_do_not_see_each_other(late, model, kind):
+    both, alone = (predict_baseline(Baseline(kind=kind), late, model, seeds) for seeds in ((0, 1), (1,)))
+    torch.testing.assert_close(both[1], alone[0], rtol=0, atol=1e-4)
+    assert (both[0] - both[1]).abs().max() > 1e-3
