@@ -194,7 +194,7 @@ _SOUND: Mapping[str, Callable[[Checkpoint], bool]] = {
     ),
     "weights are no finite numbers": lambda c: _finite(*c.weights.values()),
     "the scaling of inputs and angles does not fit": lambda c: _scaled(
-        c.scaling, c.architecture.channels + len(c.architecture.known)
+        c.scaling, c.architecture.channels + len(c.architecture.given.told)
     ),
     "the time between samples is no positive number": lambda c: _finite(c.dt) and c.dt > 0,
     "the scale is none of those that were trained": lambda c: 0 <= c.level < c.scales,
