@@ -2,6 +2,7 @@
 
 import functools
 import itertools
+import json
 import math
 import os
 import sys
@@ -187,6 +188,21 @@ def predict(
         from myowave.plotting import save
 
         save(draw_prediction(told, seen, source), picture)
+
+
+@app.command("plan")
+@explain_mistakes
+def plan_trials(dataset: Annotated[str, typer.Option(help="whose verdict is in results/")]) -> None:
+    """Say what to record next, as a person at a table does it, and which question that decides."""
+    from myowave.diagnosis.report.advice import plan
+    from myowave.diagnosis.report.tell import tell
+
+    path = Path("results/diagnosis", dataset, "verdict.json")
+    if not path.exists():
+        there = ", ".join(sorted(p.parent.name for p in Path("results/diagnosis").glob("*/verdict.json")))
+        raise ValueError(f"There is no verdict {path}; there are {there or 'none'}. `make run` makes it.")
+    verdict = json.loads(path.read_text(encoding="utf-8"))
+    typer.echo("\n".join([tell(verdict).headline, *plan(verdict)]))
 
 
 MASS = typer.Option(help="of the body, kg")

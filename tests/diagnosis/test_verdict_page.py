@@ -12,6 +12,7 @@ import pytest
 
 from myowave.diagnosis.comparison.compare import compare_models
 from myowave.diagnosis.comparison.summary import summarize
+from myowave.diagnosis.report.advice import DO, plan
 from myowave.diagnosis.report.cells import accuracy_cells
 from myowave.diagnosis.report.command import adding_command
 from myowave.diagnosis.report.contents import COMPARISON_NAMES, FIGURE_NAMES, TABLE_NAMES
@@ -25,6 +26,7 @@ from myowave.diagnosis.report.tables import TABLES, ladder_table, predictions_ta
 from myowave.diagnosis.report.tell import tell
 from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search.diagnose import diagnose
+from myowave.diagnosis.search.next_trial import MENU
 from myowave.physics.model import parse_model
 from myowave.plotting import save
 from myowave.settings import DiagnosisSettings
@@ -319,6 +321,23 @@ def test_what_would_do_as_well_outside_the_catalogue_is_told(facts, story, templ
     )
     page = write_page(replace(story, verdict={**story.verdict, **changes}), template)
     assert "a torque like q qdot would do as well" in page
+
+
+def test_what_to_record_is_told_so_that_a_person_can_do_it(facts):
+    proposed = {"question": "a or b", "trial": "passive swing", "separation": 40.0, "now": 2.0}
+    assert plan(facts()) == ["No further trial would tell more of what was weighed."]
+    assert "a helper lifts the forearm" in " ".join(plan(facts(next_trial=proposed)))
+    assert set(MENU) == set(DO), "every trial that can be proposed has its words"
+    lost = plan(facts(follows=False, stands_on="torque", horizon_s=0.5, model="base"))
+    trials = [line for line in lost if re.match(r" +\d+\. ", line)]
+    assert len(trials) == 8 and all(re.search(r"in the hand: .*; \d+ s\.$", line) for line in trials)
+
+
+def test_what_is_doubtful_in_the_recordings_is_told(story, template):
+    line = {"check": "mains hum", "where": "trial 2: emg_a", "found": "50 Hz.", "do": "Set notch_hz.", "severity": "x"}
+    page = write_page(replace(story, doubts=[line]), template)
+    assert "<b>mains hum</b> (trial 2: emg_a): 50 Hz. Set notch_hz." in page
+    assert "doubtful" not in write_page(story, template)
 
 
 def test_held_out_trials_that_disagree_with_a_model_that_is_adequate_are_told(facts):

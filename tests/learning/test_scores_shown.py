@@ -34,8 +34,8 @@ def test_every_dataset_model_and_recipe_with_several_scales_is_judged():
     )
     judged = judge_scales(summary).set_index(["dataset", "model"])
     assert len(judged) == 3
-    assert judged.loc[("a", "base"), ["scales", "finding"]].tolist() == ["3 against 1", "helps"]
-    assert judged.loc[("b", "base"), ["recipe", "finding"]].tolist() == ["other", "harms"]
+    assert judged.loc[("a", "base"), ["scales", "finding"]].tolist() == ["3 against 1", "helps in this draw"]
+    assert judged.loc[("b", "base"), ["recipe", "finding"]].tolist() == ["other", "harms in this draw"]
     assert judged.loc[("a", "base+x"), "finding"] == "not more than the scatter of seeds"
     assert list(judge_scales(rows("alone", 1, [0.5])).columns) == list(judge_scales(summary).columns)
 

@@ -52,7 +52,7 @@ BESIDE = {
     "plotting.py": (),
     "scores.py": (),
     "tracking": ("data", "learning", "diagnosis"),
-    "cli.py": ("physics", "learning"),
+    "cli.py": ("physics", "learning", "diagnosis"),
     "notebook.py": ("physics", "data", "diagnosis"),
     "__init__.py": ("data",),  # loaded when it is asked for
 }

@@ -137,6 +137,11 @@ rule draw_diagnosis:
         "../scripts/draw_diagnosis.py"
 
 
+def quality_of(wildcards):
+    """What is doubtful in the recordings of a dataset; nothing was recorded of a simulated one."""
+    return [] if wildcards.dataset in SIMULATED else f"results/data/{wildcards.dataset}/quality.json"
+
+
 rule tell_verdict:
     input:
         verdict=f"{DIAGNOSIS}/verdict.json",
@@ -145,6 +150,7 @@ rule tell_verdict:
         ranking=f"{DIAGNOSIS}/ranking.csv",
         predictions=f"{DIAGNOSIS}/predictions.parquet",
         draft=f"{DIAGNOSIS}/draft_effect.py",
+        quality=quality_of,
         figures=rules.draw_diagnosis.output.figures,
         template=page_file("verdict.html.j2"),
         assets=[page_file(name) for name in PAGE_PARTS],

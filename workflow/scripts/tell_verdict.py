@@ -22,6 +22,7 @@ with job_log(f"tell verdict of {snakemake.wildcards.dataset}", snakemake.log[0])
         predictions=read_beside(inputs.predictions, ladder, verdict["model"], networks),
         images={Path(path).stem: Path(path) for path in inputs.figures},
         draft=Path(inputs.draft).read_text(encoding="utf-8"),
+        doubts=json.loads(Path(inputs.quality).read_text(encoding="utf-8"))["lines"] if inputs.quality else [],
         files=True,
     )
     Path(snakemake.output.page).write_text(write_page(story, Path(inputs.template)), encoding="utf-8")

@@ -1,4 +1,7 @@
-"""Whether more scales help, judged by the scatter of seeds, for every dataset, model and recipe."""
+"""Whether more scales help, judged by the scatter of seeds, for every dataset, model and recipe.
+
+Seeds see one draw of the data: a finding may be another in the next (`studies/scales` judges over draws).
+"""
 
 import numpy as np
 import pandas as pd
@@ -29,7 +32,7 @@ def judge_scales(summary: pd.DataFrame) -> pd.DataFrame:
         mean = gain.mean() if len(gain) else np.nan
         error = gain.std(ddof=1) / np.sqrt(len(gain)) if len(gain) > 1 else np.nan
         clear = abs(mean) > CLEAR * error
-        finding = ("helps" if mean > 0 else "harms") if clear else "not more than the scatter of seeds"
+        finding = f"{'helps' if mean > 0 else 'harms'} in this draw" if clear else "not more than the scatter of seeds"
         counted = f"{(gain > 0).sum()} of {len(gain)}"
         rows.append((dataset, model, recipe, f"{most} against {fewest}", mean, error, counted, finding))
     return pd.DataFrame(rows, columns=COLUMNS)

@@ -90,20 +90,35 @@ def _do(verdict: Verdict) -> str:
 
 def next_steps(verdict: Verdict) -> list[str]:
     """What to do next in sentences: what to record, then what to add or to write."""
+    return [*_record(verdict), *[_add(verdict)] * verdict["follows"]]
+
+
+def plan(verdict: Verdict) -> list[str]:
+    """What to record next as lines for a person at a table."""
+    if not needs_others(verdict):
+        return _record(verdict) or ["No further trial would tell more of what was weighed."]
+    trials = [
+        f"{n:>3}. {what[0].upper()}{what[1:]}; in the hand: {load}; {seconds} s."
+        for n, (what, load, seconds) in enumerate(SESSION, 1)
+    ]
+    return [*_record(verdict), *trials, SESSION_NOTE]
+
+
+def _record(verdict: Verdict) -> list[str]:
     texts = []
     if proposed := verdict["next_trial"]:
         texts.append(
             f"Record one more trial: {_do(verdict)}. It would tell {proposed['question']} "
             f"(expected chi-square {proposed['separation']:.3g}, now {proposed['now']:.3g})."
         )
-    if needs_others(verdict):
+    if not verdict["follows"]:
         texts.append(
             "These trials say too little of the muscles: whoever knows posture, speed and load hardly needs them. "
             "Before more trials, look at the constants, the EMG, the loads and the clocks of these; then record:"
-            if not verdict["follows"]
-            else "To say more of the muscles, record trials in which one posture needs different torques:"
         )
-    return [*texts, *[_add(verdict)] * verdict["follows"]]
+    elif needs_others(verdict):
+        texts.append("To say more of the muscles, record trials in which one posture needs different torques:")
+    return texts
 
 
 def _add(verdict: Verdict) -> str:

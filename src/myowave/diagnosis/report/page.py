@@ -4,7 +4,7 @@ The page is made of verdict.json, the tables and the pictures; the template stan
 """
 
 import base64
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -36,6 +36,7 @@ class Story:
         predictions: measured and predicted angle, of `motion.beside`.
         images: {name: PNG file}.
         draft: text of the drafted effect file.
+        doubts: `lines` of quality.json, what is doubtful in the recordings.
         files: whether the page stands among the tables, with the index above it, and can link to them.
     """
 
@@ -46,6 +47,7 @@ class Story:
     predictions: pd.DataFrame
     images: Mapping[str, Path]
     draft: str
+    doubts: Sequence[Mapping[str, str]] = ()
     files: bool = False
 
 
@@ -69,6 +71,7 @@ def write_page(story: Story, template: Path) -> str:
         "images": {name: inline(path) for name, path in story.images.items()},
         "widths": {name: shown_width(path) for name, path in story.images.items()},
         "motion": list_motion(story.predictions, found, base_of(verdict)[1]["noise"]),
+        "doubts": story.doubts,
         "accuracy": accuracy_cells(verdict, story.ladder),
         "rankings": [(m, ranking_cells(rows)) for m, rows in story.ranking.groupby("model", sort=False)],
         "session_note": SESSION_NOTE,
