@@ -118,7 +118,7 @@ def test_each_seed_has_a_run_and_the_dataset_its_verdict_and_the_medians_of_its_
     assert parent.data.params.items() >= shown.items()
     errors = {"heldout_rmse_deg": 0.6, "base_heldout_rmse_deg": 4.0, "missing_deg": 1.5}
     assert parent.data.metrics.items() >= errors.items() and "f0_Bi_error_pct" not in parent.data.metrics
-    assert "Missing: joint_damping." in parent.data.tags["mlflow.note.content"]
+    assert "Missing: damping of the joint." in parent.data.tags["mlflow.note.content"]
 
 
 def test_curves_run_through_the_scales_from_the_coarsest(results, uri):
