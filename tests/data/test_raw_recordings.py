@@ -244,28 +244,6 @@ def test_a_scale_of_nothing_is_refused(tmp_path):
     refuse(tmp_path, "emg_triceps: the EMG never rises above 0")
 
 
-@pytest.mark.parametrize(
-    ("changes", "says"),
-    [
-        ({"test": ["d"]}, "no trial named d; the trials are a, b, c"),
-        ({"test": ["a", "b", "c"]}, "every trial is a test trial"),
-        ({"cut_s": {"a": [3.0, 1.0]}}, "cut_s of a: expected"),
-        ({"processing": {"normalise": "mvc"}}, "mvc names no recordings"),
-        ({"processing": {"band_pass_hz": [450, 20]}}, "the lower one first"),
-        ({"processing": {"low_pass_hz": 10, "rate_hz": 20}}, "at most 0.4 of the rate"),
-        ({"conditions": {"a": {"tilt": 0.1}}}, "tilt is in conditions and also"),
-        ({"angle": {"file": "{name}/elbow.csv"}}, "the only placeholder is {trial}"),
-        ({"emg": {"biceps": {"file": "x"}}}, "called emg_<muscle>"),
-        ({"signals": {"tilt": {"file": "x"}}}, "end in _rad"),
-    ],
-)
-def test_settings_that_contradict_themselves_are_refused(changes, says):
-    config = yaml.safe_load((ROOT / "config.yaml").read_text())
-    config["data"]["datasets"]["human_curls"] = session_section(**changes)
-    with pytest.raises(ValueError, match=re.escape(says)):
-        parse_settings(config)
-
-
 def test_the_recording_of_a_person_that_ships_comes_in():
     settings = parse_settings(yaml.safe_load((ROOT / "config.yaml").read_text())).data.datasets["human_curls"]
     two = settings.model_copy(update={"trials": ("load2.75_2", "load5.5_2"), "test": ("load2.75_2",), "conditions": {}})

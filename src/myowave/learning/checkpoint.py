@@ -203,7 +203,7 @@ _SOUND: Mapping[str, Callable[[Checkpoint], bool]] = {
         and c.correlations.shape == (*c.values.shape, len(c.names))
     ),
     "parameters are no finite numbers": lambda c: _finite(c.values),
-    "the band has no width": lambda c: c.band is None or min(c.band.factor, c.band.floor) > 0,
+    "the band has no width": lambda c: c.band is None or (c.band.factor > 0 and c.band.floor > 0),
     "ranges of the training trials do not fit its inputs": lambda c: (
         len(c.seen.low) == len(c.seen.high) == c.architecture.channels + len(c.architecture.known) + 2
     ),
