@@ -13,10 +13,14 @@ from typing import Any
 import pandas as pd
 import torch
 
+from myowave.models import build_model
 from myowave.physics.effects import catalogue
+from myowave.settings.configuration import read_settings
 from studies.verdicts.judges import JUDGES, judge_set
 from studies.verdicts.sets import read_sets
 from studies.verdicts.summary import tables
+
+ROOT = Path(__file__).parents[2]
 
 
 def main() -> None:
@@ -29,7 +33,7 @@ def main() -> None:
     torch.set_num_threads(1)
     warnings.filterwarnings("ignore")
     files = sorted(given.folder.glob(f"{given.only}.pkl"))
-    effects = catalogue()
+    base, effects = build_model("base", read_settings([ROOT / "config.yaml"]).physics_of("case1")), catalogue()
     if given.again:
         for path in files:
             for judge in given.judge:
@@ -43,7 +47,7 @@ def main() -> None:
             except FileExistsError:
                 continue
             try:
-                found = [judge_set(drawn, judge, effects) for drawn in read_sets(path)]
+                found = [judge_set(drawn, judge, drawn.fit(base), effects) for drawn in read_sets(path)]
             except BaseException:
                 kept.unlink()
                 raise

@@ -65,15 +65,16 @@ def _estimated(fit: Fit) -> dict[str, float]:
 JUDGES: Mapping[str, Judge] = {"rules": by_rules}
 
 
-def judge_set(drawn: Drawn, name: str, catalogue: Mapping[str, Effect]) -> dict[str, Any]:
+def judge_set(drawn: Drawn, name: str, fit: Fit, catalogue: Mapping[str, Effect]) -> dict[str, Any]:
     """One row: what was hidden, what was found, and what that is worth.
 
     Args:
         name: of the judge.
+        fit: the first.
     """
     case, began = drawn.case, time.process_time()
     try:
-        judged = JUDGES[name](drawn.fit, drawn.known_to(catalogue))
+        judged = JUDGES[name](fit, drawn.known_to(catalogue))
     except FAILURES as error:
         judged = Judged("failed", ((str(error),),), {})
     held = _held(drawn, judged)

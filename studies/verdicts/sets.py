@@ -3,18 +3,20 @@
 What was hidden is known here and to `make_trials` only; a judge gets the fit and the catalogue.
 """
 
+import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import cloudpickle  # comes with mlflow; curves of a shape are functions made on the way, which pickle refuses
 import numpy as np
+from numpy.typing import NDArray
 
+from myowave.data.trials import Trials
 from myowave.diagnosis.causes import OWN_CURVES
 from myowave.diagnosis.scoring import OUTSIDE
 from myowave.identification.free_parameters import Free, free_parameters
-from myowave.identification.output_error import Fit
-from myowave.identification.record import Record, make_record
+from myowave.identification.output_error import Fit, fit_from
+from myowave.identification.record import make_record
 from myowave.identification.stages import fit_in_stages
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
@@ -34,21 +36,30 @@ class Drawn:
     Args:
         constants: of the arm, true values of the model's constants by name.
         recording: see `World`.
-        fit: the first, of the trials that may be fitted.
-        test: the others.
+        free, starts, values: what is estimated, from how many guesses, and the first fit's result, (P,); None where it
+            does not follow whole trials.
         signals: see `visible.signals_of`.
     """
 
     case: Case
     constants: Mapping[str, float]
     recording: Mapping[str, float]
-    fit: Fit
-    test: Record
+    trials: Trials
+    free: tuple[Free, ...]
+    starts: int
+    values: NDArray[np.float64] | None
     signals: Mapping[str, float]
 
     def known_to(self, catalogue: Mapping[str, Effect]) -> list[Effect]:
         """The catalogue that a judge gets."""
         return [effect for name, effect in catalogue.items() if name not in self.case.taken_out]
+
+    def fit(self, base: Model) -> Fit:
+        """The first fit, of the trials that may be fitted."""
+        record = make_record(self.trials, base).train
+        if self.values is None:
+            return fit_in_stages(base, record, self.free, starts=self.starts)
+        return fit_from(base, record, self.free, self.values[None])
 
     @property
     def wanted(self) -> frozenset[str]:
@@ -84,30 +95,30 @@ def draw_set(
             break
     else:
         return None
-    whole, quiet = (make_record(trials, base) for trials in made)
-    free = displaced(free_parameters(base, dataset.identify, whole.known, settings.scatter), case)
-    fit = fit_in_stages(base, whole.train, free, starts=settings.starts)
+    seen, quiet = (make_record(trials, base).train for trials in made)
+    free = displaced(free_parameters(base, dataset.identify, seen.known, settings.scatter), case)
+    fit = fit_in_stages(base, seen, free, starts=settings.starts)
     raw = dataset.samples, dataset.dt_s
-    signals = signals_of(case.hidden, case.noise_deg, world, raw, fit, quiet.train, catalogue)
-    test = whole.take(np.flatnonzero(~whole.training))
+    signals = signals_of(case.hidden, case.noise_deg, world, raw, fit, quiet, catalogue)
     constants = {**base.defaults, **world.constants}
     if world.sample_and_hold:  # EMG that keeps its value acts half a sample later than straight EMG
         constants |= {name: value + dataset.dt_s / 2 for name, value in constants.items() if name.startswith("delay")}
-    return Drawn(case, constants, world.recording, fit, test, signals)
+    values = fit.values if fit.record.pieces is None and fit.torque is None else None
+    return Drawn(case, constants, world.recording, made[0], fit.free, settings.starts, values, signals)
 
 
-def displaced(free: Sequence[Free], case: Case) -> list[Free]:
+def displaced(free: Sequence[Free], case: Case) -> tuple[Free, ...]:
     """What to estimate, expected where the truth is up to its spread away: nobody knows the values before."""
     random = case.random.spawn(2)[1]
-    return [replace(p, start=p.start / (1 + p.spread * random.uniform(-1, 1))) for p in free]
+    return tuple(replace(p, start=p.start / (1 + p.spread * random.uniform(-1, 1))) for p in free)
 
 
 def write_sets(sets: list[Drawn], path: Path) -> None:
     """Keep sets, so that another judge need not fit them again."""
-    path.write_bytes(cloudpickle.dumps(sets))
+    path.write_bytes(pickle.dumps(sets))
 
 
 def read_sets(path: Path) -> list[Drawn]:
     """Sets that were kept."""
-    sets: list[Drawn] = cloudpickle.loads(path.read_bytes())
+    sets: list[Drawn] = pickle.loads(path.read_bytes())
     return sets

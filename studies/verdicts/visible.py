@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from myowave.diagnosis.evidence import EVIDENCE
 from myowave.diagnosis.search.score import score_effects
-from myowave.identification.output_error import Fit, begin_from, fit_from
+from myowave.identification.output_error import Fit, fit_from
 from myowave.identification.record import Record
 from myowave.identification.stages import attempt_fit
 from myowave.identification.whitening import Filter
@@ -52,7 +52,7 @@ def signals_of(
         known = Known.of(noise, world, raw, fit)
         # One more filter, that only who knows the truth has.
         given = [replace(r, filter=cast(Filter, known), noise=noise) for r in (fit.record, quiet)]
-        fit = attempt_fit(lambda: begin_from(fit.model, given[0], fit.free, fit.values)) or fit
+        fit = attempt_fit(lambda: fit_from(fit.model, given[0], fit.free, fit.values[None])) or fit
         # To first order alone an effect may show that other constants take when it is whole, as they do of curves.
         exact = attempt_fit(lambda: fit_from(fit.model, given[1], fit.free, fit.values[None]))
         left = np.inf if exact is None else np.sqrt(exact.objective) / noise

@@ -77,11 +77,13 @@ def test_a_set_says_what_shows_and_what_is_true_of_it(model, effects, settings, 
     assert weak.wanted == set() and weak.true == {"joint_damping"}
     write_sets([weak], tmp_path / "sets.pkl")
     assert read_sets(tmp_path / "sets.pkl")[0].signals == weak.signals
+    fit = weak.fit(model)
+    assert fit.converged and fit.values == pytest.approx(weak.values, rel=0.1)
     for name, of in (("joint_damping", "right"), ("fatigue", "wrong")):
         JUDGES["fixed"] = lambda fit, catalogue, name=name: Judged(
             "effect", ((name,),), {name: 0.97}, (name,), {"f0_Bi": (0.0, 1e9), "joint_damping.c": (1.0, 2.0)}
         )
-        row = judge_set(weak, "fixed", effects)
+        row = judge_set(weak, "fixed", fit, effects)
         assert row["grade"] == of and row["wrong_name"] == (of == "wrong")
         assert (row["intervals"], row["held"]) == ((2, 1) if of == "right" else (0, 0))
         assert reliability([row])[-1][2:4] == (1, int(of == "right"))
