@@ -17,6 +17,7 @@ include: "workflow/rules/data.smk"
 include: "workflow/rules/learning.smk"
 include: "workflow/rules/diagnosis.smk"
 include: "workflow/rules/tracking.smk"
+include: "workflow/rules/reality.smk"
 
 
 if SETTINGS.learning.sweep:

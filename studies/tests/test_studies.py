@@ -25,7 +25,7 @@ SMALLER = {"draws": [1, 2, 3]}
 def test_plain_snakemake_does_not_know_the_studies():
     known = set(Project(ROOT).snakemake("--list-rules").stdout.split())
     assert {"all", "train_scale", "diagnose_dataset"} <= known
-    assert OWN_RULES and not OWN_RULES & known
+    assert OWN_RULES and OWN_RULES & known == {"reality"}  # which calls the study, as its results stand in README
 
 
 @pytest.mark.parametrize("name", STUDIES)

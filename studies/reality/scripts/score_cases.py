@@ -1,0 +1,18 @@
+"""Set the answers beside the truth, as a table and a picture."""
+
+import json
+from pathlib import Path
+
+from myowave.plotting import save
+from myowave.settings.files import read_yaml
+from myowave.workflow.job import job_log
+from studies.reality.figures import draw_reality
+from studies.reality.score import score_cases
+
+with job_log("score cases", snakemake.log[0]) as log:
+    cases = snakemake.params.cases
+    answers = {Path(path).stem: json.loads(Path(path).read_text()) for path in snakemake.input.answers}
+    table = score_cases(cases, answers, read_yaml(Path(snakemake.input.truth), "cases"))
+    table.to_csv(snakemake.output.table, index=False)
+    save(draw_reality(table), snakemake.output.picture)
+    log.announce(f"reality: {', '.join(f'{count} {grade}' for grade, count in table['grade'].value_counts().items())}")

@@ -1,0 +1,34 @@
+"""The section `reality`: what is asked of recordings whose truth nobody here made."""
+
+from typing import Annotated, Literal
+
+from myowave.settings import Settings
+from myowave.settings.configuration import shipped_effects
+from myowave.settings.keys import unless_known
+from myowave.settings.section import Name, Once, Section, WithoutNull, setting
+from studies.section import StudySection
+
+
+class Case(Section):
+    """One question to one dataset."""
+
+    dataset: Name = setting("trials, as their block in data.datasets says")
+    kind: Literal["measured", "simulated"] = setting("who made the motion: a body or a machine, or a simulator")
+    system: str = setting("what moves, for people", min_length=1)
+    withheld: str = setting("what the diagnosis is not told, for people", min_length=1)
+    leave_out: Annotated[tuple[Name, ...], Once] = setting("effects taken out of the catalogue", default=())
+
+
+class Reality(StudySection):
+    """Questions to recordings whose truth nobody here made; the truth stands in truth.yaml."""
+
+    cases: Annotated[dict[Name, Case], WithoutNull] = setting("questions, by name", each="case")
+
+    def problems(self, settings: Settings) -> list[str]:
+        """Datasets and effects that are not there."""
+        found = []
+        for name, case in self.cases.items():
+            found += unless_known(f"cases.{name}.dataset", case.dataset, settings.data.datasets)
+            for i, effect in enumerate(case.leave_out):
+                found += unless_known(f"cases.{name}.leave_out[{i}]", effect, shipped_effects())
+        return found

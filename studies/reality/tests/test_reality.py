@@ -1,0 +1,100 @@
+"""Grades, the table, and an answer where the truth is known because it is simulated here."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+import yaml
+
+from myowave.data.trials import Trials
+from myowave.physics.model import Model
+from myowave.physics.motion import simulate
+from myowave.physics.simulation import Simulation
+from myowave.settings import DiagnosisSettings, Identify
+from studies.reality.answer import answer_case
+from studies.reality.figures import draw_reality, said
+from studies.reality.rivals import lasso
+from studies.reality.score import COLUMNS, GRADES, RIVALS, grade, score_cases
+
+STUDY = Path(__file__).parents[1]
+CASES = yaml.safe_load((STUDY / "settings.yaml").read_text())["reality"]["cases"]
+TRUTH = yaml.safe_load((STUDY / "truth.yaml").read_text())
+
+
+def answer(verdict, names=(), classes=()):
+    sizes = {"load_friction.mu": [0.41, 0.38, 0.44]}
+    told = {"verdict": verdict, "names": list(names), "class": [list(c) for c in classes], "sizes": sizes}
+    return {**told, "error_before": 20.0, "error_after": 5.0, **dict.fromkeys(RIVALS, ["joint_damping"])}
+
+
+TWO = {"names": [["a"], ["b", "c"]]}
+
+
+@pytest.mark.parametrize(
+    ("given", "truth", "expected"),
+    [
+        (answer("effect", ["a", "c"]), TWO, "named"),
+        (answer("partial", ["a", "b"]), TWO, "named"),
+        (answer("class", ["a", "d"], [["d", "b"]]), TWO, "class"),
+        (answer("class", ["a", "d"], [["d", "e"]]), TWO, "wrong"),
+        (answer("partial", ["a"]), TWO, "honest"),
+        (answer("effect", ["a"]), TWO, "wrong"),
+        (answer("partial", ["d"]), TWO, "wrong"),
+        (answer("unknown"), TWO, "honest"),
+        (answer("adequate"), TWO, "silent"),
+        (answer("unknown"), {"outside": True}, "honest"),
+        (answer("effect", ["a"]), {"names": [["a"]], "outside": True}, "wrong"),
+        (answer("partial", ["a"]), {"names": [["a"]], "outside": True}, "honest"),
+        (answer("adequate"), {"nothing": True}, "named"),
+        (answer("effect", ["a"]), {"nothing": True}, "wrong"),
+        (answer("unknown"), {"nothing": True}, "wrong"),
+    ],
+)
+def test_a_grade_follows_from_what_is_said_and_what_is_true(given, truth, expected):
+    assert grade(given, truth) == expected and expected in GRADES
+
+
+def test_each_case_has_a_truth_which_the_scorer_alone_reads(effects):
+    assert set(CASES) == set(TRUTH)
+    told = {name for truth in TRUTH.values() for one in truth.get("names", []) for name in one}
+    assert told <= set(effects)
+    rules = (STUDY / "Snakefile").read_text().split("\nrule ")
+    assert [rule.split(":")[0] for rule in rules if "truth.yaml" in rule] == ["score_cases"]
+
+
+def test_the_table_and_the_picture_have_a_row_for_each_case():
+    answers = {name: answer("unknown") for name in CASES} | {"servo_driven": answer("effect", ["load_friction"])}
+    table = score_cases(CASES, answers, TRUTH)
+    assert list(table.columns) == COLUMNS and len(table) == len(CASES)
+    row = table.set_index("withheld").loc[CASES["servo_driven"]["withheld"]]
+    assert row["size_true"] == 0.4 and row["size_low"] < 0.4 < row["size_high"] and row["grade"] == "named"
+    assert row["lasso"] == "joint_damping"
+    texts = [text.get_text() for axes in draw_reality(table).axes for text in axes.texts]
+    for case in CASES.values():
+        assert any(case["withheld"] in text for text in texts)
+    assert "friction that grows with the load" in texts
+
+
+def test_a_class_is_told_with_the_number_of_others():
+    assert said("partial", "joint_damping", "joint_damping or coulomb_friction") == (
+        "damping of the joint\n   (or 1 other)\nand something else"
+    )
+
+
+def test_a_machine_whose_friction_is_withheld_is_answered_with_it_and_its_size(effects):
+    dt, samples, noise = 0.01, 300, np.radians(0.1)
+    machine = Model((), {"mass": 1.0, "com": 0.2, "inertia": 0.05, "grip": 0.2})
+    true = machine.with_effects([effects["coulomb_friction"]])
+    emg = torch.zeros(4, samples, 0, dtype=torch.float64)
+    start = torch.tensor([1.5, 1.0, 0.7, 1.2], dtype=torch.float64)
+    angle = simulate(Simulation(true, {"coulomb_friction.tau": 0.05}, emg, dt), start).angle.numpy()
+    angle = angle + noise * np.random.default_rng(1).standard_normal(angle.shape)
+    trials = Trials("swings", dt, ("a", "b", "c", "d"), (), emg.numpy(), angle, (samples,) * 4, ("d",))
+    few = {n: effects[n] for n in ("joint_damping", "coulomb_friction", "quadratic_drag", "emg_gain")}
+    found = answer_case(trials, machine, few, {"inertia": Identify(start_spread=0.2)}, DiagnosisSettings(starts=2))
+    assert found["verdict"] == "effect" and found["names"] == ["coulomb_friction"]
+    value, low, high = found["sizes"]["coulomb_friction.tau"]
+    assert low < 0.05 < high and low < value < high < 0.06
+    assert found["error_after"] < 0.15 < 3 < found["error_before"]
+    assert "coulomb_friction" in lasso(trials, machine, few)

@@ -1,0 +1,8 @@
+# What the diagnosis says where nobody here made the truth: `snakemake reality --cores 2`. It is a study of its own, with
+# settings and jobs of its own, so it is called as one.
+rule reality:
+    threads: workflow.cores
+    params:
+        study=ROOT / "studies/reality/Snakefile",
+    shell:
+        "snakemake -s {params.study:q} --cores {threads}"
