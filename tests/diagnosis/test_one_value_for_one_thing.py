@@ -31,7 +31,7 @@ def said(verdict: dict, ladder: pd.DataFrame, parameters: pd.DataFrame) -> dict[
     """All values that a page gives, by what they are of."""
     found: dict[str, set[str]] = defaultdict(set)
     network = shown_network(ladder, verdict["model"])
-    text = f"{words_of(tell(verdict))} {tell_network(network)}"
+    text = f"{words_of(tell(verdict))} {tell_network(ladder, verdict['model'])}"
     for thing, pattern in SAID.items():
         for match in re.finditer(pattern, text, re.IGNORECASE):
             found[thing].add(match.groups()[-1])

@@ -18,7 +18,7 @@ from myowave.diagnosis.report.command import adding_command
 from myowave.diagnosis.report.contents import COMPARISON_NAMES, FIGURE_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.facts import verdict_facts
 from myowave.diagnosis.report.figures import draw_diagnosis
-from myowave.diagnosis.report.ladder import join_ladder, join_parameters
+from myowave.diagnosis.report.ladder import join_ladder, join_parameters, shown_network
 from myowave.diagnosis.report.motion import beside
 from myowave.diagnosis.report.numbers import estimate
 from myowave.diagnosis.report.page import Story, write_page
@@ -177,6 +177,16 @@ def test_the_ladder_holds_the_network_beside_the_physics(story, tables):
     spread = story.parameters.query("parameter == 'f0_Bi' and source != 'physics'").iloc[0]
     assert (spread["value"], spread["scatter"], spread["unit"]) == (320.0, 10.0, "N")
     assert spread["se"] == 4.5, "that of one estimate: all seeds see the same trials"
+
+
+def test_a_predictor_without_physics_is_told_and_is_never_the_network_that_is_shown(tables, network, story, template):
+    plain = [network.assign(recipe=name, model="base", test_mse=mse) for name, mse in (("cnn", 2e-5), ("hold", 1e-2))]
+    ladder = join_ladder(tables["ladder"], [network], plain)
+    assert shown_network(ladder, "base")["source"] == "network, rollout, 1-scale"
+    assert shown_network(join_ladder(tables["ladder"], [], plain), "base") is None
+    page = write_page(replace(story, ladder=ladder), template)
+    assert "Of 2 predictors without physics the best, cnn, is off by 0.26 deg." in page
+    assert "<span>without physics, hold</span>" in page
 
 
 def test_the_whole_catalogue_is_ranked_at_every_model(tables):

@@ -96,6 +96,9 @@ rule watch_ladder:
         rungs=f"{DIAGNOSIS}/ladder.csv",
         verdict=f"{DIAGNOSIS}/verdict.json",
         evaluations=lambda wildcards: networks_of(wildcards.dataset),
+        baselines=lambda wildcards: (
+            baselines(wildcards.dataset) if wildcards.dataset in SETTINGS.targets.datasets else []
+        ),
     output:
         ladder=f"{DIAGNOSIS}/watch.csv",
         parameters=f"{DIAGNOSIS}/watch_parameters.csv",

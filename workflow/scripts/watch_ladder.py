@@ -11,5 +11,7 @@ from myowave.workflow.job import job_log
 with job_log(f"watch {snakemake.wildcards.dataset}", snakemake.log[0]):
     evaluations = [pd.read_csv(path) for path in [*snakemake.input.evaluations, *snakemake.params.beside]]
     verdict = json.loads(Path(snakemake.input.verdict).read_text(encoding="utf-8"))
-    join_ladder(pd.read_csv(snakemake.input.rungs), evaluations).to_csv(snakemake.output.ladder, index=False)
+    plain = [pd.read_csv(path) for path in snakemake.input.baselines]
+    ladder = join_ladder(pd.read_csv(snakemake.input.rungs), evaluations, plain)
+    ladder.to_csv(snakemake.output.ladder, index=False)
     join_parameters(verdict, evaluations).to_csv(snakemake.output.parameters, index=False)

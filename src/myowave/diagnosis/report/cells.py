@@ -8,7 +8,7 @@ import pandas as pd
 
 from myowave.diagnosis.comparison.names import HORIZON_BASELINES
 from myowave.diagnosis.report.advice import base_of
-from myowave.diagnosis.report.ladder import PHYSICS
+from myowave.diagnosis.report.ladder import NETWORK, PHYSICS
 from myowave.diagnosis.report.numbers import NOTHING, degrees, estimate, number, r2_text
 from myowave.diagnosis.report.tell import noise
 from myowave.diagnosis.report.words import in_words
@@ -41,7 +41,8 @@ def accuracy_cells(verdict: Mapping[str, Any], ladder: pd.DataFrame) -> pd.DataF
             rows.append((what, state, at, *errors, ""))
     for row in ladder[ladder["source"] != PHYSICS].to_dict("records"):
         failed = str(row["failed_seeds"] or "").replace("nan", "")
-        what = f"{row['source']}, on {row['model']}" + f"; {failed} of {row['seeds']:.0f} failed" * bool(failed)
+        of = f"{row['source']}, on {row['model']}" if row["source"].startswith(NETWORK) else row["source"]
+        what = of + f"; {failed} of {row['seeds']:.0f} failed" * bool(failed)
         error = degrees(row["heldout_rmse_deg"]) if np.isfinite(row["heldout_rmse_deg"]) else "runs away"
         rows.append((what, "first angles", whole, "", error, _r2(row["heldout_r2"])))
     rows.append(("noise of the measured angle", "", "", noise(verdict), "", ""))

@@ -25,17 +25,21 @@ PARAMETER_COLUMNS = [
     *("source", "model", "parameter", "unit", "low", "high", "value", "se", "scatter", "true", "error_pct"),
     *("assumed", "if_right", "meaning", "at_bound"),
 ]
-PHYSICS = "physics"
+PHYSICS, NETWORK, PLAIN = "physics", "network", "without physics"  # what the sources of rows begin with
+LAST = 99  # effects of a predictor that has no model
 FAILED_R2 = 0.0  # a network that predicts the held-out trials no better than their mean angle has failed
 
 
-def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.DataFrame:
+def join_ladder(
+    rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame], plain: Sequence[pd.DataFrame] = ()
+) -> pd.DataFrame:
     """One row per fitted model and per trained network, models with few effects first.
 
     Args:
         rungs: as `tables.ladder_table` gives them.
         evaluations: rows of evaluation.csv, one table for each trained network of the dataset; medians over its
             seeds, where one whose prediction is not finite counts as the worst.
+        plain: the same of predictors without physics, which come last.
 
     Returns:
         Columns `COLUMNS`: `seeds` is the number of seeds of a network, `failed_seeds` names those that failed.
@@ -43,9 +47,9 @@ def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.
     physics = rungs.assign(source=PHYSICS, failed_seeds="")
     networks = [
         {
-            "source": source_of(table),
+            "source": source,
             "model": table["model"].iloc[0],
-            "effects": table["model"].iloc[0].count("+"),
+            "effects": table["model"].iloc[0].count("+") if source.startswith(NETWORK) else LAST,
             "named": False,
             "heldout_rmse_deg": float(np.degrees(np.sqrt(median_over_seeds(table)["test_mse"]))),
             "noise_deg": rungs["noise_deg"].iloc[0],
@@ -53,7 +57,10 @@ def join_ladder(rungs: pd.DataFrame, evaluations: Sequence[pd.DataFrame]) -> pd.
             "seeds": len(table),
             "failed_seeds": _names(table["seed"][~(table["test_r2"] > FAILED_R2)]),
         }
-        for table in evaluations
+        for source, table in (
+            *((source_of(table), table) for table in evaluations),
+            *((f"{PLAIN}, {table['recipe'].iloc[0]}", table) for table in plain),
+        )
     ]
     joined = pd.concat([physics, pd.DataFrame(networks, columns=COLUMNS)]) if networks else physics
     return joined.reindex(columns=COLUMNS).sort_values("effects", kind="stable", ignore_index=True)
@@ -100,10 +107,15 @@ def join_parameters(verdict: Mapping[str, Any], evaluations: Sequence[pd.DataFra
     return joined.iloc[np.argsort(order, kind="stable")].reset_index(drop=True)
 
 
+def of_networks(ladder: pd.DataFrame) -> pd.DataFrame:
+    """The rows of networks."""
+    return ladder[ladder["source"].str.startswith(NETWORK)]
+
+
 def shown_network(ladder: pd.DataFrame, found: str) -> pd.Series | None:
     """The network that pages show: of the model that was found, else of the first, with the fewest scales; its scores
     play no part in that. None where there is none."""
-    networks = ladder[ladder["source"] != PHYSICS]
+    networks = of_networks(ladder)
     best = networks[networks["model"] == found]
     return None if networks.empty else (networks if best.empty else best).iloc[0]
 
@@ -117,4 +129,4 @@ def folder_of(network: pd.Series) -> str:
 def source_of(evaluation: pd.DataFrame) -> str:
     """What a row of the ladder comes from: `network, rollout, 1-scale`."""
     first = evaluation.iloc[0]
-    return f"network, {first['recipe']}, {first['scales']}-scale"
+    return f"{NETWORK}, {first['recipe']}, {first['scales']}-scale"

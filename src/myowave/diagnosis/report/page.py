@@ -15,7 +15,6 @@ import pandas as pd
 from myowave.diagnosis.report.advice import SESSION_NOTE, base_of
 from myowave.diagnosis.report.cells import accuracy_cells, parameter_cells, ranking_cells
 from myowave.diagnosis.report.contents import COMPARISON_NAMES, TABLE_NAMES
-from myowave.diagnosis.report.ladder import shown_network
 from myowave.diagnosis.report.motion import list_motion
 from myowave.diagnosis.report.tell import tell, tell_network
 from myowave.diagnosis.report.templates import fill
@@ -63,7 +62,7 @@ def write_page(story: Story, template: Path) -> str:
     content = {
         "verdict": verdict,
         "told": tell(verdict),
-        "network": tell_network(shown_network(story.ladder, found)),
+        "network": tell_network(story.ladder, found),
         "explained": partial(explained, titles=titles),
         "titled": partial(titled, titles=titles),
         "named": named,

@@ -12,11 +12,13 @@ import pandas as pd
 from myowave.diagnosis.causes import EMG_NOISE, EMG_NOISE_TITLE, OWN_CURVES
 from myowave.diagnosis.comparison.names import EMG_ONLY, HORIZON_BASELINES, NOISE, POSTURE, POSTURE_LOAD
 from myowave.diagnosis.report.advice import AS_GOOD, SESSION, added, base_of, disagrees, needs_others, next_steps, todo
+from myowave.diagnosis.report.ladder import PLAIN, shown_network
 from myowave.diagnosis.report.numbers import degrees, estimate, r2_text, two_digits
 from myowave.diagnosis.report.words import BASE, kind_of
 
 Verdict = Mapping[str, Any]
 
+ERROR = "heldout_rmse_deg"
 QUIET = 1.1  # an adequate model that leaves no more than so many times the noise has nothing to locate
 WORTH_TELLING = 0.99  # below this R2 noise is worth a sentence
 NO_EFFECT = "So no effect was weighed, and none is named."
@@ -98,18 +100,25 @@ def noise(verdict: Verdict) -> str:
     return f"{'at most ' * bool(verdict['noise_is_bound'])}{degrees(base_of(verdict)[1]['noise'])}"
 
 
-def tell_network(network: pd.Series | None) -> str:
-    """How well a network predicts the held-out trials.
+def tell_network(ladder: pd.DataFrame, found: str) -> str:
+    """How well the network that is shown predicts the held-out trials, and what predicts them without physics.
 
     Args:
-        network: a row of `ladder.join_ladder`; None where there is none.
+        ladder: of `ladder.join_ladder`.
+        found: the model that was found.
     """
+    network, plain = shown_network(ladder, found), ladder[ladder["source"].str.startswith(PLAIN)]
     if network is None:
         return ""
-    if not network["heldout_r2"] > 0:
-        return "The network does not follow the held-out trials."
-    error, r2 = degrees(network["heldout_rmse_deg"]), r2_text(network["heldout_r2"])
-    return f"The network, fed by its own predictions over whole held-out trials, misses by {error} (R2 {r2})."
+    text = "The network does not follow the held-out trials."
+    if network["heldout_r2"] > 0:
+        error, r2 = degrees(network[ERROR]), r2_text(network["heldout_r2"])
+        text = f"The network, fed by its own predictions over whole held-out trials, misses by {error} (R2 {r2})."
+    if plain[ERROR].notna().any():
+        best = plain.loc[plain[ERROR].idxmin()]
+        name = best["source"].removeprefix(f"{PLAIN}, ")
+        text += f" Of {len(plain)} predictors without physics the best, {name}, is off by {degrees(best[ERROR])}."
+    return text
 
 
 def _noise_with_emg(verdict: Verdict) -> float | None:
@@ -193,7 +202,9 @@ def _strength(verdict: Verdict) -> list[str]:
     rest = f"goes with {verdict['rest']}" if verdict["rest"] else "has no name"
     claim = kind_of(verdict).sentence.format(explained=min(verdict["explained"], 0.99), rest=rest)
     if found != model:
-        claim += f" Without {'them' if len(added(verdict)) > 1 else 'it'} the error is {degrees(first['heldout'])}."
+        claim += (
+            f" The model without {'them' if len(added(verdict)) > 1 else 'it'} misses by {degrees(first['heldout'])}."
+        )
     claim += f" The noise of the angle is {noise(verdict)}."
     if verdict["emg_noise"]:
         claim += (

@@ -16,7 +16,7 @@ from myowave.diagnosis.report.figures.glance import draw_glance
 from myowave.diagnosis.report.figures.watch import draw_ladder
 from myowave.diagnosis.report.figures.where import draw_misfit, draw_missing_torque
 from myowave.diagnosis.report.figures.which import draw_ranking
-from myowave.diagnosis.report.ladder import PHYSICS
+from myowave.diagnosis.report.ladder import PLAIN, of_networks
 from myowave.diagnosis.report.tell import tell
 
 
@@ -36,7 +36,7 @@ def draw_diagnosis(
     if told.noise_with_emg is not None:
         levels["noise of the angle and of the EMG"] = told.noise_with_emg
     angle = dict(list(levels.items())[:1])
-    networks = tables["ladder"][tables["ladder"]["source"] != PHYSICS]
+    networks = of_networks(tables["ladder"])
     ends = list(dict.fromkeys((model, found)))
 
     def of_ends(table: pd.DataFrame) -> pd.DataFrame:
@@ -50,5 +50,7 @@ def draw_diagnosis(
         "misfit": draw_misfit(of_ends(tables["misfit"]), angle),
         "missing_torque": draw_missing_torque(of_ends(tables["missing_torque"])),
         "ranking": draw_ranking(with_texts(tables["ranking"]), verdict["titles"]),
-        "ladder": draw_ladder(tables["ladder"], levels, verdict["horizon_s"]),
+        "ladder": draw_ladder(
+            tables["ladder"][~tables["ladder"]["source"].str.startswith(PLAIN)], levels, verdict["horizon_s"]
+        ),
     }

@@ -54,7 +54,7 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
         axis.set_title(f"what to add to {short(model)}? best {len(rows)} of {(ranking['model'] == model).sum()}")
         axis.grid(axis="y", linestyle=":")
     axes[-1, 0].set_xlabel(f"evidence for adding the effect, $\\Delta$BIC [-]; dotted: {THRESHOLD:.0f}, very strong")
-    seen = [s for s in STATUS if (ranking["status"] == s).any()]
+    seen = [s for s in STATUS if s != "absorbed" and (ranking["status"] == s).any()]
     handles = [Line2D([], [], color=STATUS[s], marker="o", linestyle="none", markersize=7) for s in seen]
     figure.legend(handles, [MEANING[s] for s in seen], loc="outside lower left", ncols=3, frameon=False, fontsize=9)
     return figure
