@@ -3,3 +3,5 @@
 EMG_NOISE = "emg_noise"  # what was recorded is not all that drove the arm
 EMG_NOISE_TITLE = "noise of the recorded EMG"
 OWN_CURVES = "muscle curves of another shape"  # than the settings or an effect of the catalogue allow
+OUTSIDE = "outside"  # in a class: something like it that the catalogue lacks
+CLOCK_DRIFT, GAIN_PER_TRIAL = "clock_drift", "gain_per_trial"  # of the recorder: causes of misfit that no physics has

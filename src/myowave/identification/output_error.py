@@ -352,7 +352,7 @@ def descend(fit: Fit) -> Iterator[Fit]:
         if fit.converged or promise < GAIN * fit.variance:
             yield replace(fit, converged=True)
             return
-        tried = _take(fit, *step)
+        tried = take_step(fit, *step)
         kept = _kept(fit, tried, promise)
         if promise > fit.variance and fit.record.pieces is None and not fit.model.stateful:
             tried = _follow(fit, tried, damping)  # in pieces, and with states, a shorter step costs less
@@ -395,11 +395,11 @@ def _follow(fit: Fit, tried: Fit | None, damping: float) -> Fit | None:
         if tried is None or tried.objective < fit.objective or tried.objective > limit:
             break
         limit = tried.objective
-        tried = _take(tried, *_step(tried, damping))
+        tried = take_step(tried, *_step(tried, damping))
     return tried
 
 
-def _take(fit: Fit, step: Array, shift: Array) -> Fit | None:
+def take_step(fit: Fit, step: Array, shift: Array) -> Fit | None:
     """The fit after a step, or None where no motion was found there."""
     values, begin, guess = _move(fit.free, fit.values, fit.starts, fit.sensitive, step, shift)
     return _attempt(fit.simulation, fit.record, fit.free, values, begin, guess, fit.linear.jacobian)

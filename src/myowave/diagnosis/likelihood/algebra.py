@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 COST = 3.0  # nats of a cause that is on: its size is as likely in any factor of e over four decades, and one is taken
 HOPE = 1.0  # nats: a cause that gains less with the sizes of all others as they are gains nothing
 SIZES = 5  # of a cause that is off, spread between its bounds, which are tried for that
-EFFORT = {"maxiter": 40, "ftol": 1e-7, "maxcor": 8}
+EFFORT = {"maxiter": 40, "ftol": 2e-6, "maxcor": 8}
 
 
 @dataclass(frozen=True)
@@ -136,11 +136,9 @@ class Covariance:
         )
         self.scaled = self.raw * scale
         inner = np.eye(len(scale)) + self.scaled.T @ self.scaled
-        self.inner_root, info = lapack.dpotrf(inner, lower=1)
-        if info:
-            raise np.linalg.LinAlgError("the covariance of shared amplitudes is not positive")
+        self.inner_root = np.linalg.cholesky(inner)
         # Columns by which V^-1 falls short of that of the blocks alone.
-        self.taken = lapack.dtrtrs(self.inner_root, np.asfortranarray(self.scaled.T), lower=1)[0].T
+        self.taken = _divided(self.inner_root, self.scaled.T).T
         self.tail = sum(
             (self.sizes[c.name] ** 2 * c.tail for c in there if c.tail is not None), np.zeros(len(residual.tail))
         )
@@ -225,6 +223,11 @@ class Covariance:
             lower = np.tril(root)
             total[rows, rows] += lower @ lower.T
         return np.asarray(np.linalg.solve(np.linalg.cholesky(total), self.residual.stacked))
+
+
+def _divided(root: Array, columns: Array) -> Array:
+    """Columns divided by a lower triangular root; there may be none."""
+    return lapack.dtrtrs(np.asfortranarray(root), columns, lower=1)[0] if columns.size else columns
 
 
 def _columns(component: Component) -> Array:

@@ -77,12 +77,17 @@ def _bump(x: Tensor, at: float) -> Tensor:
 def own_curves(fit: Fit) -> Array:
     """What one standard deviation of each bump on a curve of each muscle does to what counts of the angle, the starts
     of the trials fitted, (T, N, C)."""
+    return moved_by(fit, pushes_of_curves(fit))
+
+
+def pushes_of_curves(fit: Fit) -> Array:
+    """What each such bump adds to the state within a step, (T, N - 1, K, C)."""
     # ASSUME: a fibre on a compliant tendon is about as long as on a stiff one.
     q, v, activation = along_steps(fit)
     fibre = muscle_quantities(fit.simulation.valued, q, v, activation)
     force = bumps(fibre["curves"], activation, fibre["fibre_length"], fibre["fibre_velocity"])
     pushes = forcing_by(fit, MORE_FORCE)[..., None] * force.numpy()[:, :, None]
-    return moved_by(fit, pushes.reshape(*pushes.shape[:3], pushes.shape[3] * pushes.shape[4]))
+    return pushes.reshape(*pushes.shape[:3], pushes.shape[3] * pushes.shape[4])
 
 
 def integrate_out_curves(fit: Fit, variance: float) -> CurvesOut:

@@ -90,9 +90,14 @@ def repeated_misfit(fit: Fit, size: Size, normal: Normal | None = None) -> Repea
 def corrections(fit: Fit) -> dict[str, Array]:
     """What each part of the general correction does to what counts of the angle, the starts of the trials fitted,
     (T, N), by what it is in words."""
-    pushes = {**_by_torque(fit), **_by_excitation(fit)}
+    pushes = correcting_pushes(fit)
     moved = np.moveaxis(moved_by(fit, np.stack([*pushes.values()], -1)), -1, 0)
     return {**dict(zip(pushes, moved, strict=True)), **_by_sensor(fit)}
+
+
+def correcting_pushes(fit: Fit) -> dict[str, Array]:
+    """What each part of the general correction that drives the arm adds to the state within a step, (T, N - 1, K)."""
+    return {**_by_torque(fit), **_by_excitation(fit)}
 
 
 def moved_by(fit: Fit, pushes: Array) -> Array:

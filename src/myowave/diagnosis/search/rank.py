@@ -110,7 +110,7 @@ def rank_effects(
         scores = score_effects(fit, effects.values(), known)
         hopeful = [name for name in _worth_refitting(fit, scores) if refits and name not in fitted]
         begun = {name: scores[name].start for name in hopeful}
-        begun |= _fresh_starts(fit, scores) if refits else {}
+        begun |= fresh_starts(fit, scores) if refits else {}
         fits, failures = race(begun, fitted.values())
         fits |= fitted
     failures |= {name: score.failure for name, score in scores.items() if score.failure}
@@ -190,7 +190,7 @@ def race(starts: Mapping[str, Fit], rivals: Iterable[Fit]) -> tuple[dict[str, Fi
     return fits, failures
 
 
-def _fresh_starts(fit: Fit, scores: Mapping[str, ScoreTest]) -> dict[str, Fit]:
+def fresh_starts(fit: Fit, scores: Mapping[str, ScoreTest]) -> dict[str, Fit]:
     """Fits with an effect that replaces what the model has, as other curves do, from where constants are expected.
 
     The constants of a fit without the effect have gone where they imitate it, and no small step leads back from there.

@@ -1,0 +1,220 @@
+"""A model as one hypothesis: how likely its residual is, with every set of causes beside it, and its best parameters.
+
+Shapes: T trials, P free parameters, L values of all trials.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from myowave.diagnosis.likelihood.algebra import (
+    COST,
+    Covariance,
+    Residual,
+    Weighed,
+    log_share_within,
+    most_likely,
+    weigh_components,
+)
+from myowave.diagnosis.likelihood.columns import (
+    COLOURED,
+    MEMORIES_S,
+    STARTS,
+    Looking,
+    Pushes,
+    coloured,
+    prior_of,
+    residual_of,
+)
+from myowave.identification.free_parameters import bounds, scales
+from myowave.identification.least_squares import minimise_within, scaled_slope
+from myowave.identification.output_error import Fit, take_step
+
+Array = NDArray[np.float64]
+
+PARAMETERS = ("constants", "starts")
+DAMPING = (0.0, 0.01, 0.1, 1.0, 10.0)  # of steps, until one is for the better
+LITTLE = 0.3  # nats: steps that gain less are the last
+CLIMBS = 3  # times that parameters and sizes follow one another
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A fitted model, with every set of causes that a search visited.
+
+    Args:
+        effects: names of those in the model.
+        prior: logarithm of how likely it is before any trial.
+        states: by the causes that are on.
+        expected_emg: whether its EMG is what is expected behind the recorded noise.
+    """
+
+    effects: tuple[str, ...]
+    fit: Fit
+    looking: Looking
+    residual: Residual
+    states: dict[frozenset[str], Weighed]
+    prior: float = 0.0
+    expected_emg: bool = False
+
+    @classmethod
+    def of(
+        cls,
+        fit: Fit,
+        looking: Looking,
+        effects: Sequence[str] = (),
+        seeds: Sequence[Weighed] = (),
+        prior: float = 0.0,
+        pushes: Pushes | None = None,
+    ) -> "Hypothesis":
+        """Linearised where a fit stands."""
+        residual = residual_of(fit, looking, pushes)
+        return cls(tuple(effects), fit, looking, residual, weigh_components(residual, seeds), prior)
+
+    @property
+    def best(self) -> Weighed:
+        return max(self.states.values(), key=lambda state: state.value)
+
+    @property
+    def on(self) -> frozenset[str]:
+        """The causes that are there in the best state."""
+        return self.best.on(self.residual)
+
+    @cached_property
+    def covariance(self) -> Covariance:
+        """Of the best state."""
+        return Covariance(self.residual, self.best.sizes)
+
+    @cached_property
+    def offset(self) -> float:
+        """What all states have in common: the prior, bounds of the effects, the sensor."""
+        sensor = 0.0 if self.looking.view.sensor.corner_hz is None else COST
+        return self.prior + self._within_bounds() - sensor
+
+    @property
+    def total(self) -> float:
+        """Logarithm of how likely the trials and the model are, up to a constant [nats]."""
+        return float(logsumexp([state.value for state in self.states.values()])) + self.offset
+
+    @cached_property
+    def estimate(self) -> tuple[Array, Array]:
+        """Posterior of the free parameters, mean (P,) and covariance (P, P), in their own units."""
+        deviation, centre = prior_of(self.fit)
+        columns = self.residual.component("constants").columns
+        assert columns is not None
+        mean, covariance = Covariance(self.residual.without(["constants"]), self.best.sizes).posterior(columns)
+        unit = deviation * scales(self.fit.free)
+        return centre * scales(self.fit.free) + mean * unit, covariance * np.outer(unit, unit)
+
+    def _within_bounds(self) -> float:
+        """See `log_share_within`; of the parameters of effects."""
+        place = [i for i, p in enumerate(self.fit.free) if p.name.split(".")[0] in self.effects]
+        if not place:
+            return 0.0
+        mean, covariance = self.estimate
+        unit = scales(self.fit.free)[place]
+        low, high = (bound[place] / unit for bound in bounds(self.fit.free))
+        scaled = covariance[np.ix_(place, place)] / np.outer(unit, unit)
+        return log_share_within(low, high, mean[place] / unit, scaled)
+
+
+def settle(begin: Hypothesis, leader: float = -math.inf, behind: float = 20.0, steps: int = 4) -> Hypothesis:
+    """The same model where its parameters are most likely, causes weighed anew there.
+
+    Args:
+        leader: the most likely model so far; one that stays so far behind is given up.
+        steps: of the parameters, before causes are weighed again.
+    """
+    best = begin
+    for _ in range(CLIMBS):
+        if best.total < leader - behind:
+            break
+        fit = climb(best, steps)
+        if fit is best.fit:
+            break
+        found = replace(
+            Hypothesis.of(fit, best.looking, best.effects, [best.best], best.prior), expected_emg=best.expected_emg
+        )
+        gained = found.total - best.total
+        if gained > 0:
+            best = found
+        if gained < 2 * LITTLE:
+            break
+    return best
+
+
+def climb(hypothesis: Hypothesis, steps: int, state: Weighed | None = None) -> Fit:
+    """Gauss-Newton steps to the most likely parameters, with the covariance of the best state, or another."""
+    fit, looking = hypothesis.fit, hypothesis.looking
+    sizes = (state or hypothesis.best).sizes
+    covariance = Covariance(hypothesis.residual.without(PARAMETERS), sizes)
+    deviation, centre = prior_of(fit)
+    weight, unit = 1 / deviation**2, scales(fit.free)
+    low, high = bounds(fit.free)
+    numbers = 1 if fit.record.at_rest else 2
+    trials = len(fit.record.valid)
+
+    def objective(some: Fit) -> tuple[Array, Array, float]:
+        left, off = looking.left(some)[:, None], centre - some.values / unit
+        return left, off, float(covariance.inner(left, left)[0, 0] + weight @ off**2)
+
+    left, off, now = objective(fit)
+    for _ in range(steps):
+        slope = looking.amplitudes(scaled_slope(fit.sensitive.by_parameter, unit, fit.record.valid))
+        by_start = looking.amplitudes(scaled_slope(fit.sensitive.by_start, 1.0, fit.record.valid)) * STARTS
+        columns = np.concatenate([slope, _apart(by_start[:, :numbers], hypothesis.residual)], -1)
+        prior = np.r_[weight, np.full(numbers * trials, 1e-6)]
+        matrix = covariance.inner(columns, columns) + np.diag(prior)
+        vector = covariance.inner(columns, left)[:, 0] + prior * np.r_[off, np.zeros(numbers * trials)]
+        lowest, highest = (
+            np.r_[(b - fit.values) / unit, np.full(numbers * trials, end)] for b, end in ((low, -1e3), (high, 1e3))
+        )
+        better = None
+        for damping in DAMPING:
+            step = minimise_within(matrix + (damping + 1e-9) * np.diag(np.diag(matrix)), vector, lowest, highest)
+            if 2 * step @ vector - step @ matrix @ step < LITTLE / 3:
+                return fit
+            shift = step[len(unit) :].reshape(trials, numbers) * STARTS[:numbers]
+            tried = take_step(fit, step[: len(unit)], shift)
+            if tried is not None and (then := objective(tried))[2] < now:
+                better = tried
+                break
+        if better is None:
+            return fit
+        gained, fit, (left, off, now) = now - then[2], better, then
+        if gained < LITTLE:
+            break
+    return fit
+
+
+def _apart(by_start: Array, residual: Residual) -> Array:
+    """Columns (L, S) of starts as columns of each trial's own, (L, T S)."""
+    trials, numbers = len(residual.rows), by_start.shape[1]
+    found = np.zeros((len(by_start), trials, numbers))
+    for t, rows in enumerate(residual.rows):
+        found[rows, t] = by_start[rows]
+    return found.reshape(len(by_start), -1)
+
+
+def with_likely_memory(hypothesis: Hypothesis) -> Hypothesis:
+    """The same with the memory of the sensor's coloured noise that makes the residual most likely."""
+    if COLOURED not in hypothesis.residual.optional:
+        return hypothesis
+    on, residual, looking = hypothesis.on | {COLOURED}, hypothesis.residual, hypothesis.looking
+    tried = {}
+    for memory_s in MEMORIES_S:
+        other = residual.with_components([coloured(looking, memory_s)])
+        for some in (on, frozenset({COLOURED})):
+            tried[memory_s, some] = most_likely(other, some, hypothesis.best.sizes)
+    memory_s, _ = max(tried, key=lambda key: tried[key].value)
+    if memory_s == looking.view.memory_s:
+        return hypothesis
+    other = residual.with_components([coloured(looking, memory_s)])
+    seeds = [hypothesis.best, *(state for (m, _), state in tried.items() if m == memory_s)]
+    seen = looking.remembering(memory_s)
+    return replace(hypothesis, looking=seen, residual=other, states=weigh_components(other, seeds))

@@ -1,0 +1,145 @@
+"""The posterior of models: what was done to an arm or its recorder is named, and nothing else is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from scipy.signal import butter, sosfiltfilt
+
+from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, OUTSIDE
+from myowave.diagnosis.likelihood.algebra import Covariance
+from myowave.diagnosis.likelihood.columns import DRIFT, EMG, Looking, View, residual_of
+from myowave.diagnosis.likelihood.sensor import Sensor, knots_of, straight
+from myowave.diagnosis.search.answer import answer_of
+from myowave.diagnosis.search.by_evidence import weigh_models
+from myowave.identification.output_error import fit_model
+from myowave.identification.record import make_record
+from myowave.physics.motion import simulate
+
+DAMPING = {"joint_damping": {"c": 1.0}}
+FEW = ("joint_damping", "gravity_tilt", "emg_crosstalk", "extra_delay", "coulomb_friction")
+
+
+@pytest.fixture(scope="module")
+def few(effects):
+    return [effects[name] for name in FEW]
+
+
+@pytest.fixture(scope="module")
+def recorded(make_trials, base, free):
+    """The base model fitted to trials that a recorder has changed."""
+
+    def make(change=lambda trials: trials, hidden=None):
+        return fit_model(base, make_record(change(make_trials(hidden)), base).train, free, starts=2)
+
+    return make
+
+
+def emg_made_noisy(trials):
+    noise = 0.03 * np.random.default_rng(5).standard_normal(trials.emg.shape)
+    return replace(trials, emg=(trials.emg + noise).clip(0, 1))
+
+
+def filtered(trials):
+    return replace(trials, angle=sosfiltfilt(butter(2, 6.0, fs=1 / trials.dt, output="sos"), trials.angle, axis=1))
+
+
+def clock_drifted(trials):
+    time = np.arange(trials.angle.shape[1]) * trials.dt
+    return replace(trials, angle=np.stack([np.interp(1.02 * time, time, angle) for angle in trials.angle]))
+
+
+def with_coloured_noise(trials):
+    random, fall = np.random.default_rng(8), np.exp(-trials.dt / 0.3)
+    noise = random.standard_normal(trials.angle.shape)
+    for n in range(1, noise.shape[1]):
+        noise[:, n] = fall * noise[:, n - 1] + np.sqrt(1 - fall**2) * noise[:, n]
+    return replace(trials, angle=trials.angle + np.radians(1.0) * noise)
+
+
+def judged(fit, few):
+    return answer_of(weigh_models(fit, few))
+
+
+def test_nothing_is_missing_from_clean_trials_filtered_or_not(recorded, few):
+    for change in (lambda trials: trials, filtered):
+        found = judged(recorded(change), few)
+        assert (found.kind, found.named) == ("adequate", ())
+
+
+def test_an_effect_is_named_with_its_value(recorded, few):
+    found = judged(recorded(hidden=DAMPING), few)
+    assert (found.kind, found.named) == ("effect", (("joint_damping",),))
+    low, high = found.intervals["joint_damping.c"]
+    assert low < 1.0 < high and high - low < 0.5
+    assert found.white > 1e-3
+
+
+def test_what_the_catalogue_lacks_is_not_named(recorded, few):
+    others = [effect for effect in few if effect.name != "joint_damping"]
+    found = judged(recorded(hidden=DAMPING), others)
+    assert found.kind in ("unknown", "partial") or any(OUTSIDE in members for members in found.named)
+
+
+@pytest.mark.parametrize("change, name", [(emg_made_noisy, EMG_NOISE), (clock_drifted, CLOCK_DRIFT)])
+def test_what_a_recorder_did_is_named(recorded, few, change, name):
+    assert judged(recorded(change), few).named == ((name,),)
+
+
+def test_coloured_noise_of_the_angle_is_no_noise_of_the_emg(recorded, few):
+    found = judged(recorded(with_coloured_noise), few)
+    assert EMG_NOISE not in [name for members in found.named for name in members]
+    assert "coloured" in found.best.on
+
+
+def test_the_columns_of_a_cause_are_what_it_does_to_the_angle(recorded):
+    """A clock that is late by a share of the time, seen by the fit that does not know of it."""
+    fit, drift = recorded(), 1e-3
+    looking = Looking(View.of(fit), fit.record.dt)
+    residual = residual_of(fit, looking)
+    time = np.arange(fit.record.angle.shape[1]) * fit.record.dt
+    shifted = fit.angle + drift * time * fit.sensitive.motion.state[..., 1].numpy()
+    (column,) = (residual.component(DRIFT).columns @ np.array([drift])[:, None]).T
+    assert np.allclose(looking.amplitudes((shifted - fit.angle)[..., None])[:, 0], column, atol=1e-9)
+
+
+def test_a_filter_goes_through_motion_and_noise_alike(recorded):
+    """The evidence of a filtered recording through that filter is near that of the raw one; without it, far below."""
+    fit = recorded(filtered)
+    through, plain = (
+        Covariance(residual_of(fit, Looking(View.of(fit, sensor), fit.record.dt)), {"noise": np.radians(0.5)})
+        for sensor in (Sensor(corner_hz=6.0), Sensor())
+    )
+    assert through.log_evidence > plain.log_evidence + 200
+
+
+def test_noise_of_the_emg_has_the_covariance_that_draws_show(recorded, base, free):
+    """Of the answers to noisy EMG, simulated, in the slow waves."""
+    fit = recorded()
+    residual = residual_of(fit, Looking(View.of(fit), fit.record.dt))
+    (block, *_), size = residual.component(EMG).blocks, 1e-3
+    random, answers = np.random.default_rng(2), []
+    looking = Looking(View.of(fit), fit.record.dt)
+    assert np.linalg.eigvalsh(block).min() > -1e-9 * np.linalg.eigvalsh(block).max()
+    start = fit.sensitive.motion.state[:, 0, :2].unbind(-1)
+    before = simulate(fit.record.simulation(fit.model, fit.params), *start).angle.numpy()
+    for _ in range(60):
+        noise = torch.from_numpy(size * random.standard_normal(fit.record.emg.shape))
+        noisy = replace(fit.record, emg=fit.record.emg + noise)
+        after = simulate(noisy.simulation(fit.model, fit.params), *start).angle.numpy()
+        answers.append(looking.amplitudes((after - before)[..., None])[: len(block), 0] / size)
+    slow = slice(1, 8)
+    drawn = np.mean(np.square(answers), 0)[slow]
+    assert np.allclose(drawn.sum(), np.diag(block)[slow].sum(), rtol=0.35)
+
+
+@pytest.mark.parametrize("knots", [2.5169, 5.5975])
+def test_lines_between_measured_values_are_seen_and_a_smooth_or_noisy_angle_has_none(knots):
+    random = np.random.default_rng(1)
+    lines = straight(600, knots)
+    angles = [lines @ (np.cumsum(random.standard_normal(lines.shape[1])) * 0.05) for _ in range(3)]
+    assert knots_of(angles) == pytest.approx(knots, abs=2e-3)
+    assert knots_of([random.standard_normal(600) for _ in range(3)]) is None
+    assert knots_of([np.sin(np.arange(600) / 50)]) is None
+    assert knots_of([np.zeros(600)]) is None
