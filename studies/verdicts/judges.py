@@ -5,8 +5,10 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from myowave.diagnosis.causes import EMG_NOISE, OWN_CURVES
+from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE, OWN_CURVES
 from myowave.diagnosis.scoring import Answer, answer, grade, is_wrong
+from myowave.diagnosis.search.answer import answer_of
+from myowave.diagnosis.search.by_evidence import weigh_models
 from myowave.diagnosis.search.conclude import search
 from myowave.diagnosis.search.score import FAILURES
 from myowave.diagnosis.search.verdict import judge
@@ -62,7 +64,16 @@ def _estimated(fit: Fit) -> dict[str, float]:
     return {p.name: fit.parameters[p.name] for p in fit.free}
 
 
-JUDGES: Mapping[str, Judge] = {"rules": by_rules}
+def by_evidence(fit: Fit, effects: Iterable[Effect]) -> Judged:
+    """What the one likelihood says; where it names nothing as what is left is no noise, it gives no probability."""
+    found = answer_of(weigh_models(fit, effects))
+    given = {} if found.kind == "unknown" else {k: p for k, p in found.probabilities.items() if k != OUTSIDE}
+    present = {effect.name for effect in fit.model.effects}
+    more = tuple(e.name for e in found.best.fit.model.effects if e.name not in present)
+    return Judged(found.kind, found.named, given, more, found.intervals, found.white)
+
+
+JUDGES: dict[str, Judge] = {"rules": by_rules, "evidence": by_evidence}
 
 
 def judge_set(drawn: Drawn, name: str, fit: Fit, catalogue: Mapping[str, Effect]) -> dict[str, Any]:

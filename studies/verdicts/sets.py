@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.causes import OWN_CURVES
-from myowave.diagnosis.scoring import OUTSIDE
+from myowave.diagnosis.causes import OUTSIDE, OWN_CURVES
 from myowave.identification.free_parameters import Free, free_parameters
 from myowave.identification.output_error import Fit, fit_from
 from myowave.identification.record import make_record

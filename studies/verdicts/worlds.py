@@ -19,8 +19,7 @@ from scipy.signal import butter, lfilter, sosfiltfilt
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.causes import EMG_NOISE, OWN_CURVES
-from myowave.diagnosis.scoring import OUTSIDE
+from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, OUTSIDE, OWN_CURVES
 from myowave.identification.free_parameters import free_parameters
 from myowave.physics.curves import Curve, Curves
 from myowave.physics.model import Model
@@ -42,8 +41,8 @@ TRUE: Mapping[str, frozenset[str]] = {
 # And of a sensor.
 TRUE_OF: Mapping[str, frozenset[str]] = {
     "emg_noise": frozenset({EMG_NOISE}),
-    "drift_pct": frozenset({"clock_drift", OUTSIDE}),
-    "gain_pct": frozenset({"gain_per_trial", OUTSIDE}),
+    "drift_pct": frozenset({CLOCK_DRIFT, OUTSIDE}),
+    "gain_pct": frozenset({GAIN_PER_TRIAL, OUTSIDE}),
 }
 NOISES = frozenset({"emg_noise", "ar_deg", "step_deg"})  # of a recorder, that another recording would have otherwise
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from myowave.diagnosis.causes import EMG_NOISE
-from myowave.diagnosis.scoring import OUTSIDE, add_truth, answer, grade
+from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE
+from myowave.diagnosis.scoring import add_truth, answer, grade
 
 A, B, C, D = "a", "b", "c", "d"
 

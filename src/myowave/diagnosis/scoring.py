@@ -3,10 +3,9 @@
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Literal
 
-from myowave.diagnosis.causes import EMG_NOISE
+from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE
 
 LARGEST_CLASS = 3  # members of a class that is still an answer
-OUTSIDE = "outside"  # in a class: something like it that the catalogue lacks
 UNSURE = ("partial", "unknown", "undecidable")  # verdicts that claim no more than that something is or may be missing
 
 Answer = tuple[tuple[str, ...], ...]
