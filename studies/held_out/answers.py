@@ -1,6 +1,7 @@
 """What scales and physics buy, by question: paired differences with intervals, and the page."""
 
 from collections.abc import Sequence
+from datetime import date
 
 import numpy as np
 import pandas as pd
@@ -14,8 +15,9 @@ QUESTIONS = {
     "unseen_lean": "a lean that was not trained",
 }
 PLAIN, WEIGHED = "told", "weighed"
+SEEN = {PLAIN: "load told", WEIGHED: "EMG over weight"}
 DRAW = ["question", "split", "trial"]
-LEVEL = 0.95
+LEVEL, SAME = 0.95, 1e-6
 
 
 def means(scores: pd.DataFrame) -> pd.DataFrame:
@@ -32,22 +34,23 @@ def differences(scores: pd.DataFrame, recipe: str) -> pd.DataFrame:
     """
     wide = means(scores).pivot(index=DRAW, columns=["method", "scales", "inputs"], values="test_r2")
     changes = {
-        f"{scales} scales for 1, {inputs}": ((recipe, scales, inputs), (recipe, 1, inputs))
+        f"{scales} scales for 1, {SEEN[inputs]}": ((recipe, scales, inputs), (recipe, 1, inputs))
         for inputs in (PLAIN, WEIGHED)
         for scales in sorted(set(scores["scales"]) - {1})
     }
-    for method in dict.fromkeys(scores["method"]):
+    rivals = [method for method in dict.fromkeys(scores["method"]) if method not in (recipe, "hold")]
+    for method in [recipe, *rivals]:
         changes[f"EMG over weight, {method}"] = (method, 1, WEIGHED), (method, 1, PLAIN)
-    for method in dict.fromkeys(scores["method"]):
-        if method != recipe:
-            changes[f"{recipe} for {method}, {PLAIN}"] = (recipe, 1, PLAIN), (method, 1, PLAIN)
-            changes[f"{recipe} for {method}, {WEIGHED}"] = (recipe, 1, WEIGHED), (method, 1, WEIGHED)
+    for method in rivals:
+        changes[f"{recipe} for {method}, {SEEN[PLAIN]}"] = (recipe, 1, PLAIN), (method, 1, PLAIN)
+        changes[f"{recipe} for {method}, {SEEN[WEIGHED]}"] = (recipe, 1, WEIGHED), (method, 1, WEIGHED)
     rows = []
     for change, (after, before) in changes.items():
         if after not in wide or before not in wide:
             continue
-        for question, gains in (wide[after] - wide[before]).groupby("question", sort=False):
-            rows.append({"question": question, "change": change, **_interval(gains.dropna().to_numpy())})
+        gains = (wide[after] - wide[before]).dropna()
+        for question in (q for q in QUESTIONS if q in gains.index.get_level_values("question")):
+            rows.append({"question": question, "change": change, **_interval(gains.loc[question].to_numpy())})
     return pd.DataFrame(rows)
 
 
@@ -75,12 +78,26 @@ def answer(scores: pd.DataFrame) -> str:
     return "Best R²: " + "; ".join(parts) + "."
 
 
+def bought(found: pd.DataFrame, recipe: str) -> list[str]:
+    """What physics in the inputs and scales buy the network, a line for each."""
+    said = {
+        f"EMG over weight, {recipe}": "EMG over weight, with 1 scale",
+        **{change: change for change in found["change"] if " scales for 1" in change},
+    }
+    lines = []
+    for change, text in said.items():
+        rows = found[found["change"] == change]
+        parts = [f"{QUESTIONS[row['question']]} {_cell(row)}" for _, row in rows.iterrows()]
+        lines.append(f"- {text[0].upper() + text[1:]}, changes R² by: {'; '.join(parts)}.")
+    return lines
+
+
 def label(method: str, scales: int, inputs: str) -> str:
     """A method in words."""
     return method + (f", {scales} scales" if scales > 1 else "") + (", EMG over weight" if inputs == WEIGHED else "")
 
 
-def write_page(scores: pd.DataFrame, found: pd.DataFrame, recipe: str) -> str:
+def write_page(scores: pd.DataFrame, found: pd.DataFrame, recipe: str, today: date) -> str:
     """The page in Markdown."""
     seeds = scores["seed"].nunique()
     lines = [
@@ -88,17 +105,21 @@ def write_page(scores: pd.DataFrame, found: pd.DataFrame, recipe: str) -> str:
         "",
         answer(scores),
         "",
+        *bought(found, recipe),
+        "",
         "![R² of every method, by question](held_out.png)",
         "",
-        "Trials of a person, split by `snakemake -s studies/held_out/Snakefile --cores 2` in four ways, with "
-        f"{seeds} seeds: a trial like the others; the other load; 1 to 4 training trials; the trial in which the upper "
-        "arm leans most. *EMG over weight*: EMG counts over the torque that holds the level forearm with the load, and "
-        "nothing else is told; else the load is told where it differs between training trials. Scores are of each test "
-        "trial by itself, running free; `results/held_out.csv` has a row for each of them and each seed.",
+        f"Written {today:%-d %B %Y} by `snakemake -s studies/held_out/Snakefile --cores 2`: trials of a person, "
+        f"{len(scores[['question', 'split']].drop_duplicates())} splits, {seeds} seeds. A trial like the others; the "
+        "other load; few training trials, of which the first and second have the test trial's load; the trial in which "
+        "the upper arm leans most. *EMG over weight*: EMG counts over the torque that holds the level forearm with the "
+        "load, and nothing else is told; else the load is told where it differs between training trials, and the two "
+        "are the same where it does not. Scores are of each test trial by itself, running free; "
+        "`results/held_out.csv` has a row for each of them and each seed.",
         "",
         *_table(scores, recipe),
         "",
-        f"Paired differences of R², mean and {LEVEL:.0%} interval over test trials (t, seeds averaged); bold where the "
+        "Paired differences of R², mean and 95 % interval over test trials (t, seeds averaged); bold where the "
         "interval is on one side of 0. Few trials make wide intervals.",
         "",
         *_differences(found),
@@ -153,6 +174,8 @@ def _differences(found: pd.DataFrame) -> list[str]:
 
 
 def _cell(row: pd.Series) -> str:
+    if abs(row["gain"]) < SAME:
+        return "the same"
     text = f"{row['gain']:+.3f}"
     if np.isnan(row["low"]):
         return text

@@ -5,7 +5,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from myowave.plotting import CYCLE, GREY, canvas, title
-from studies.held_out.answers import PLAIN, WEIGHED, answer, columns_of
+from studies.held_out.answers import PLAIN, SEEN, WEIGHED, answer, columns_of
 
 LEAST = 0.4  # R2 at which axes end; what is worse is drawn there
 
@@ -23,11 +23,14 @@ def draw_answers(scores: pd.DataFrame, recipe: str) -> Figure:
             by_kind = table[table["inputs"] == inputs].groupby(["method", "scales"])["test_r2"]
             for place, kind in enumerate(kinds):
                 r2 = by_kind.get_group((kind.method, kind.scales))
-                shown = r2.clip(lower=LEAST)
-                axis.plot(shown, np.full(len(r2), place + shift), ".", color=GREY, markersize=4)
-                what = "EMG over weight" if inputs == WEIGHED else "EMG, load told"
+                axis.plot(r2.clip(lower=LEAST), np.full(len(r2), place + shift), ".", color=GREY, markersize=4)
                 axis.plot(
-                    shown.mean(), place + shift, "o", color=color, markersize=5, label=what if not place else None
+                    max(r2.mean(), LEAST),
+                    place + shift,
+                    "o",
+                    color=color,
+                    markersize=5,
+                    label=SEEN[inputs] if not place else None,
                 )
         axis.set(title=name, xlabel="test R$^2$", xlim=(LEAST - 0.02, 1.0))
     for axis in axes.flat[len(made) :]:

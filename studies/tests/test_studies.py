@@ -44,8 +44,7 @@ def changed(changes: dict) -> dict:
     [
         ("held_out", {"dataset": "case7"}, "held_out.dataset: there is no 'case7'"),
         ("held_out", {"recipe": "recordd"}, "held_out.recipe: there is no 'recordd'; did you mean 'recorded'?"),
-        ("held_out", {"test": [["load9"]]}, "held_out.test[0]: there is no 'load9'"),
-        ("held_out", {"tests": []}, "held_out.tests: unknown key; did you mean 'test'?"),
+        ("held_out", {"question": {}}, "held_out.question: unknown key; did you mean 'questions'?"),
         ("verdicts", {"dataset": "bench_elbow"}, "verdicts.dataset: there is no 'bench_elbow' among simulated ones"),
         ("verdicts", {"effects": ["fatigu"]}, "verdicts.effects: there is no 'fatigu'; did you mean 'fatigue'?"),
         ("verdicts", {"effects": ["fatigue", "fatigue"]}, "fatigue is there more than once"),

@@ -27,6 +27,15 @@ def test_a_dataset_without_networks_is_diagnosed_and_nothing_is_trained(project)
     assert not {"train_scale", "evaluate_model", "summarize_models", "draw_models"} & set(planned)
 
 
+def test_baselines_and_a_sweep_are_made_where_they_are_wanted(project):
+    wanted = project.planned(*project.lay_over({"targets": {"datasets": ["case1"]}}))
+    assert wanted["score_baselines"] == 1
+    names = ("hold", "ridge", "trees", "gru_plain", "cnn")
+    none = {"targets": {"datasets": ["case1"]}, "learning": {"sweep": None, "baselines": dict.fromkeys(names)}}
+    left = project.planned(*project.lay_over(none))
+    assert left == {job: count for job, count in wanted.items() if job != "score_baselines"}
+
+
 def test_recordings_that_cannot_be_found_are_named_in_a_line(project):
     files = {"data": {"datasets": {"bench_elbow": {"files": ["data/nothing/*.csv"]}}}}
     done = project.snakemake("-n", *project.lay_over(files))

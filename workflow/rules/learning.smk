@@ -60,26 +60,28 @@ rule evaluate_model:
         "../scripts/evaluate_model.py"
 
 
-# What an engineer would try first: same trials, same scores, in every table.
-rule score_baselines:
-    input:
-        trials="results/data/{dataset}/trials.parquet",
-        physics=physics_files,
-    output:
-        baselines(),
-    log:
-        "results/logs/score_baselines/{dataset}.log",
-    benchmark:
-        "results/benchmarks/score_baselines/{dataset}.tsv"
-    threads: 1
-    params:
-        baselines={name: dump(of) for name, of in SETTINGS.learning.baselines.items()},
-        physics=physics_section,
-        contents=physics_contents,
-        seeds=SETTINGS.learning.seeds,
-        code=digest("score_baselines"),
-    script:
-        "../scripts/score_baselines.py"
+if SETTINGS.learning.baselines:
+
+    # What an engineer would try first: same trials, same scores, in every table.
+    rule score_baselines:
+        input:
+            trials="results/data/{dataset}/trials.parquet",
+            physics=physics_files,
+        output:
+            baselines(),
+        log:
+            "results/logs/score_baselines/{dataset}.log",
+        benchmark:
+            "results/benchmarks/score_baselines/{dataset}.tsv"
+        threads: 1
+        params:
+            baselines={name: dump(of) for name, of in SETTINGS.learning.baselines.items()},
+            physics=physics_section,
+            contents=physics_contents,
+            seeds=SETTINGS.learning.seeds,
+            code=digest("score_baselines"),
+        script:
+            "../scripts/score_baselines.py"
 
 
 # Rows of networks that runs with other settings trained stay: what they made is in results/ as well.

@@ -1,5 +1,6 @@
 """Questions asked of held-out trials: what trains and what tests, paired differences, and the page."""
 
+from datetime import date
 from pathlib import Path
 
 import numpy as np
@@ -78,13 +79,13 @@ def scores() -> pd.DataFrame:
 
 def test_differences_are_paired_and_their_intervals_are_over_trials_not_seeds(scores):
     found = differences(scores, "net").set_index(["question", "change"])
-    none = found.loc["like_the_others", "3 scales for 1, told"]
+    none = found.loc["like_the_others", "3 scales for 1, load told"]
     assert none["gain"] == pytest.approx(0) and none["low"] == pytest.approx(0) and none["draws"] == 3
     gain = found.loc["unseen_load", "EMG over weight, net"]
     # Of 0.20, 0.21, 0.22: t of 2 degrees of freedom is 4.303.
     assert gain["gain"] == pytest.approx(0.21)
     assert gain["high"] - gain["gain"] == pytest.approx(4.303 * 0.01 / np.sqrt(3), rel=1e-3)
-    assert found.loc["unseen_load", "net for cnn, told"]["gain"] == pytest.approx(-0.2)
+    assert found.loc["unseen_load", "net for cnn, load told"]["gain"] == pytest.approx(-0.2)
 
 
 def test_a_single_trial_has_no_interval(scores):
@@ -94,8 +95,8 @@ def test_a_single_trial_has_no_interval(scores):
 
 def test_page_and_picture_say_who_is_best_whoever_it_is(scores):
     assert answer(scores).startswith("Best R²: a trial like the others: cnn (0.900)")
-    page = write_page(scores, differences(scores, "net"), "net")
-    assert "| cnn | **0.900** |" in page and "**+0.210 (+0.185 to +0.235)**" in page
+    page = write_page(scores, differences(scores, "net"), "net", date(2026, 11, 24))
+    assert "24 November 2026" in page and "| cnn | **0.900** |" in page and "**+0.210 (+0.185 to +0.235)**" in page
     scores.loc[scores["method"] == "net", "test_r2"] += 0.3
     assert "a trial like the others: net (1.000)" in answer(scores)
     figure = draw_answers(scores, "net")
