@@ -10,6 +10,7 @@ from myowave.diagnosis.comparison.compare import compare_models
 from myowave.diagnosis.comparison.summary import summarize
 from myowave.diagnosis.report.facts import verdict_facts
 from myowave.diagnosis.report.ladder import join_ladder, join_parameters
+from myowave.diagnosis.report.motion import beside
 from myowave.diagnosis.report.page import Story, write_page
 from myowave.diagnosis.report.tables import TABLES, predictions_table, ranking_table
 from myowave.diagnosis.report.tell import tell
@@ -136,16 +137,14 @@ def test_the_page_says_over_what_the_model_was_judged(diagnosis, runaway, base, 
             join_ladder(tables["ladder"], []),
             join_parameters(verdict, []),
             tables["ranking"],
-            tables["next_trials"],
-            predictions_table(diagnosis),
+            beside(predictions_table(diagnosis), "", None),
             images={},
             draft="",
         ),
         template,
     )
-    assert f"predictions over {verdict['horizon_s']:g} s" in page
-    assert "on training trials and by" in page and "Given the best start of each piece instead" in page
-    assert "errors of the fit, with the best start of each piece" in page
+    assert f"starts again at the measured state every {verdict['horizon_s']:g} s" in page
+    assert "errors of the fit to training trials, with the best start of each piece" in page
 
 
 @pytest.mark.parametrize("effect", [broken("refusing", _refuse), broken("endless", _blow_up)])

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 import torch
 
-from myowave.diagnosis.misfit.where import interval_of_rmse, locate, misfit_by, missing_torque
+from myowave.diagnosis.misfit.where import locate, misfit_by, missing_torque
 from myowave.diagnosis.report.tell import tell
 from myowave.diagnosis.search.draft import LIBRARY, draft_effect
 from myowave.diagnosis.search.next_trial import propose_trials
@@ -104,21 +104,6 @@ def test_muscles_that_share_a_channel_are_told_together(describe):
     told = describe(pd.DataFrame(rows, columns=["factor", "part", "low", "high", "rmse_deg", "mean_deg"]), 0.1)
     assert "grows with activation of BIC and BRA, from 1 deg (0 to 0.1) to 4 deg (0.3 to 0.4)" in told
     assert "BRD" not in told
-
-
-@pytest.mark.parametrize("correlated", [1, 20])
-def test_the_interval_of_an_rmse_holds_the_true_one_as_often_as_it_says(correlated):
-    """Of 300 residuals of standard deviation 2, white or correlated over 20 samples."""
-    random = np.random.default_rng(0)
-    held = 0
-    for _ in range(300):
-        white = random.normal(size=2000 + correlated - 1)
-        residual = 2 * np.convolve(white, np.full(correlated, correlated**-0.5), "valid")
-        low, high = interval_of_rmse(residual)
-        assert low < np.sqrt((residual**2).mean()) < high
-        held += low < 2 < high
-    assert 0.88 < held / 300 < 0.99
-    assert np.isnan(interval_of_rmse(np.ones(5))).all()
 
 
 def test_the_finding_names_what_the_error_grows_with_from_end_to_end(told_of):

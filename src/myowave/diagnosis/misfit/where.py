@@ -12,7 +12,6 @@ import pandas as pd
 import torch
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
-from scipy.stats import t as student
 
 from myowave.identification.output_error import Fit
 from myowave.identification.windows import window
@@ -28,7 +27,6 @@ FEWEST = 3  # windows in a cell of the map
 CONTRAST = 1.15  # worst bin over best: less is no finding
 TREND = 0.8  # rank correlation of four bins with at most two neighbours exchanged
 SHIFT = 0.2  # mean error over RMSE from which the arm is said to run ahead or behind
-BATCHES = 10  # stretches of a residual whose scatter gives an interval
 STILL_RAD_S = 0.05  # slower than this counts neither as flexion nor as extension
 
 
@@ -70,8 +68,7 @@ def misfit_by(fit: Fit) -> pd.DataFrame:
     """RMSE of a fit in parts of its data.
 
     Returns:
-        Columns factor, part, low, high, samples, rmse_deg, mean_deg, and rmse_low_deg, rmse_high_deg: the 95 %
-        interval of `interval_of_rmse`, empty where there are too few samples.
+        Columns factor, part, low, high, samples, rmse_deg, mean_deg.
     """
     valid = fit.record.valid
     residual = np.degrees(fit.residual)
@@ -191,23 +188,8 @@ def missing_torque(fit: Fit) -> MissingTorque:
 
 def _row(factor: str, part: str, residual: Array, low: float = np.nan, high: float = np.nan) -> dict[str, object]:
     rmse, mean = (np.sqrt((residual**2).mean()), residual.mean()) if len(residual) else (0.0, 0.0)
-    least, most = interval_of_rmse(residual)
     about = {"factor": factor, "part": part, "low": low, "high": high, "samples": len(residual)}
-    return {**about, "rmse_deg": rmse, "mean_deg": mean, "rmse_low_deg": least, "rmse_high_deg": most}
-
-
-def interval_of_rmse(residual: Array) -> tuple[float, float]:
-    """95 % interval of the root mean square of a residual, (N,) in order of time, in its unit.
-
-    From the means of the squares over `BATCHES` stretches, which hardly depend on one another where the samples do, by
-    their scatter on a logarithmic scale; (NaN, NaN) for fewer than two samples a stretch, or where nothing is left.
-    """
-    if len(residual) < 2 * BATCHES or not np.any(residual):
-        return float("nan"), float("nan")
-    means = np.array([(part**2).mean() for part in np.array_split(residual, BATCHES)])
-    half = student.ppf(0.975, BATCHES - 1) * means.std(ddof=1) / np.sqrt(BATCHES)
-    rmse, factor = float(np.sqrt((residual**2).mean())), float(np.exp(half / means.mean() / 2))
-    return rmse / factor, rmse * factor
+    return {**about, "rmse_deg": rmse, "mean_deg": mean}
 
 
 def sharing(table: pd.DataFrame, name: str, shown: Sequence[str]) -> list[list[str]]:

@@ -6,4 +6,4 @@ The workflow names its files by them at every start, so nothing heavy is importe
 TABLE_NAMES = ("ladder", "ranking", "parameters", "errors", "misfit", "missing_torque", "next_trials")
 # Of the rule that compares models with trials, after the fits.
 COMPARISON_NAMES = ("torque", "horizons")
-FIGURE_NAMES = ("glance", *COMPARISON_NAMES, "misfit", "missing_torque", "ranking", "ladder")
+FIGURE_NAMES = ("glance", *COMPARISON_NAMES, "missing_torque", "ranking", "ladder")

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 
 from myowave.diagnosis.evidence import EVIDENCE
-from myowave.diagnosis.misfit.where import interval_of_rmse
 from myowave.diagnosis.report.facts import parameters_of
 from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import Candidate
@@ -89,19 +88,16 @@ def parameters_table(diagnosis: Diagnosis) -> pd.DataFrame:
 
 
 def errors_by_trial(diagnosis: Diagnosis) -> pd.DataFrame:
-    """RMSE with its 95 % interval and R2 of every model on every trial; no `horizon_s` where these are whole trials."""
+    """RMSE and R2 of every model on every trial; no `horizon_s` where these are whole trials."""
     rows = []
     for (model, trial, role), motion in predictions_table(diagnosis).groupby(["model", "trial", "role"], sort=False):
         measured, left = motion["angle_rad"], np.degrees(motion["angle_rad"] - motion["predicted_rad"]).to_numpy()
-        low, high = interval_of_rmse(left)
         rows.append(
             {
                 "model": model,
                 "trial": trial,
                 "role": role,
                 "rmse_deg": np.sqrt((left**2).mean()),
-                "rmse_low_deg": low,
-                "rmse_high_deg": high,
                 "r2": 1 - (left**2).mean() / np.degrees(measured.std(ddof=0)) ** 2,
                 "noise_deg": diagnosis.noise_deg,
                 "horizon_s": diagnosis.record.horizon_s,

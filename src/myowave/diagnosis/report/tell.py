@@ -333,7 +333,7 @@ def _where(verdict: Verdict) -> list[str]:
         texts = [f"In every part of the trials the misfit is below the noise, {noise(verdict)}: nothing to locate."]
     else:
         texts = [f"It {_finding(**finding)}." for finding in verdict["where"]] or ["It is the same everywhere."]
-        texts = [texts[0].replace("It ", "The misfit ", 1), *texts[1:]]
+        texts = [texts[0].replace("It ", "The misfit ", 1), *texts[1:], f"The noise is {noise(verdict)}."]
     pieces = "These are errors of the fit to training trials, with the best start of each piece."
     return [*texts, *[pieces] * (verdict["horizon_s"] is not None)]
 

@@ -14,7 +14,7 @@ from myowave.diagnosis.report.cells import with_texts
 from myowave.diagnosis.report.figures.comparisons import draw_horizons, draw_torque
 from myowave.diagnosis.report.figures.glance import draw_glance
 from myowave.diagnosis.report.figures.watch import draw_ladder
-from myowave.diagnosis.report.figures.where import draw_misfit, draw_missing_torque
+from myowave.diagnosis.report.figures.where import draw_missing_torque
 from myowave.diagnosis.report.figures.which import draw_ranking
 from myowave.diagnosis.report.ladder import PLAIN, of_networks
 from myowave.diagnosis.report.tell import tell
@@ -47,7 +47,6 @@ def draw_diagnosis(
         "glance": draw_glance(predictions[~others], ends),
         "torque": draw_torque(tables["torque"]),
         "horizons": draw_horizons(tables["horizons"], angle, networks, found),
-        "misfit": draw_misfit(of_ends(tables["misfit"]), angle),
         "missing_torque": draw_missing_torque(of_ends(tables["missing_torque"])),
         "ranking": draw_ranking(with_texts(tables["ranking"]), verdict["titles"]),
         "ladder": draw_ladder(

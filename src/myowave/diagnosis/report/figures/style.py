@@ -1,7 +1,6 @@
 """What the pictures of a diagnosis share: how a model is drawn and called, axes, levels of noise and the legend."""
 
-import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any, Literal
 
 import numpy as np
@@ -9,11 +8,9 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from myowave.diagnosis.misfit.where import sharing
 from myowave.plotting import BLUE, GREY, MEASURED, MODEL
 
 Place = Literal["outside lower center", "outside right upper"]
-PANEL_LETTERS = 30  # that a panel's title has room for in a line
 WIDE = 20.0  # ratio of errors from which an axis is logarithmic
 FIRST_STYLE = {"color": MODEL, "linestyle": "--"}
 FOUND_STYLE = {"color": BLUE, "linestyle": "-"}
@@ -46,37 +43,6 @@ def scale_errors(axis: Axes, errors: Any, levels: Iterable[float] = (), wide: fl
         axis.yaxis.set_major_formatter("{x:g}")
     else:
         axis.set_ylim(0, max(axis.get_ylim()[1], 1.08 * max(highest, *levels)))  # room for a whole marker
-
-
-def together(table: pd.DataFrame, name: str, shown: Sequence[str]) -> dict[str, str]:
-    """The first of the names of a table under which the same is shown, each with the title of their panel.
-
-    Args:
-        name: column of the names.
-        shown: columns that are drawn.
-    """
-    return {names[0]: _listed(names) for names in sharing(table, name, shown)}
-
-
-def _listed(names: list[str]) -> str:
-    """Names after what they begin with alike: `activation BIClong, BRA`; in lines that a panel has room for."""
-    begin = names[0].split(" ")[0] + " "
-    alike = len(names) > 1 and all(name.startswith(begin) for name in names)
-    ends = [name.removeprefix(begin).removesuffix(" [-]") for name in names[1:]] if alike else names[1:]
-    return textwrap.fill(", ".join([names[0].removesuffix(" [-]"), *ends]), PANEL_LETTERS, break_long_words=False)
-
-
-def whiskers(axis: Axes, x: Any, rows: pd.DataFrame, *, color: str, order: int, name: str) -> None:
-    """A point for each error with a line over its interval: open diamonds for the first model, else dots.
-
-    Args:
-        rows: columns rmse_deg, rmse_low_deg, rmse_high_deg; empty where there is no interval.
-        order: place of the model; 0 is the one without effects.
-    """
-    middle = rows["rmse_deg"].to_numpy()
-    span = np.nan_to_num([middle - rows["rmse_low_deg"], rows["rmse_high_deg"] - middle]).clip(0.0)
-    look: dict[str, Any] = {"marker": "D", "markerfacecolor": "white"} if order == 0 else {"marker": "o"}
-    axis.errorbar(x, middle, span, color=color, linestyle="none", markersize=6, capsize=3, label=short(name), **look)
 
 
 def draw_levels(axis: Axes, levels: Mapping[str, float]) -> None:

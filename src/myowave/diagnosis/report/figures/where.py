@@ -1,59 +1,11 @@
-"""Where: error in parts of the data, missing torque over angle and velocity."""
-
-from collections.abc import Mapping
+"""Where: missing torque over angle and velocity."""
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from myowave.diagnosis.report.figures.style import (
-    draw_levels,
-    legend,
-    scale_errors,
-    short,
-    style,
-    together,
-    unique,
-    whiskers,
-)
+from myowave.diagnosis.report.figures.style import short, unique
 from myowave.plotting import canvas
-
-LETTERS = 30  # of the names below a panel, beside one another
-COLUMNS = 4
-
-
-def draw_misfit(misfit: pd.DataFrame, levels: Mapping[str, float]) -> Figure:
-    """RMSE in parts of the training data: by trial, direction, speed, angle, activation and time.
-
-    Args:
-        misfit: columns model, factor, part, rmse_deg, rmse_low_deg, rmse_high_deg (95 % interval).
-        levels: errors of noise [deg], see `draw_levels`.
-    """
-    models = unique(misfit["model"])
-    factors = together(misfit, "factor", ("model", "part", "rmse_deg", "rmse_low_deg", "rmse_high_deg"))
-    lines = -(-len(factors) // COLUMNS)
-    figure, axes = canvas(lines, COLUMNS, width=12, height=2.9 * lines + 1.0, sharey=True)
-    for axis, factor in zip(axes.flat, factors, strict=False):
-        for order, model in enumerate(models):
-            rows = misfit[(misfit["factor"] == factor) & (misfit["model"] == model)]
-            x = np.arange(len(rows)) + (order - (len(models) - 1) / 2) * 0.25
-            whiskers(axis, x, rows, color=style(order)["color"], order=order, name=model)
-        names = [str(part).removeprefix("trial").replace(" to ", "\nto ") for part in rows["part"]]
-        crowded = sum(map(len, names)) > LETTERS and "\n" not in names[0]
-        turned = {"rotation": 35, "ha": "right", "rotation_mode": "anchor"} if crowded else {}
-        axis.set_xticks(range(len(rows)), names, fontsize=9, **turned)
-        draw_levels(axis, levels)
-        axis.set_title(factors[factor])
-        axis.margins(x=0.12)
-        axis.grid(axis="x", visible=False)
-    errors = misfit["rmse_deg"].where(misfit["rmse_deg"] > 0)
-    scale_errors(axes[0, 0], errors, levels.values())  # the panels share their limits
-    for axis in list(axes.flat)[len(factors) :]:
-        axis.set_visible(False)
-    for axis in axes[:, 0]:
-        axis.set_ylabel("RMSE [deg]")
-    legend(figure, [axes[0, 0]], columns=3)
-    return figure
 
 
 def draw_missing_torque(cells: pd.DataFrame) -> Figure:
