@@ -1,6 +1,6 @@
 """The section `scales`."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationError
@@ -57,6 +57,7 @@ class Scales(StudySection):
             at = f"conditions.{name}"
             for i, dataset in enumerate(condition.datasets):
                 problems += unless_known(f"{at}.datasets[{i}]", dataset, self.datasets)
+            problems += _ways_problems(f"{at}.ways", condition.ways)
             problems += unless_known(f"{at}.recipe", condition.recipe, settings.learning.recipes)
             if recipe := settings.learning.recipes.get(condition.recipe):
                 try:
@@ -64,3 +65,15 @@ class Scales(StudySection):
                 except ValidationError as error:
                     problems += [f"{at}.changes: {line}" for line in explain(error, type(recipe))]
         return problems
+
+
+def _ways_problems(at: str, ways: Sequence[str]) -> Iterator[str]:
+    """Ways that there are not, and those without the way that they are compared with."""
+    if not ways:
+        return
+    from studies.scales.ways import WAYS  # loads the wavelets, which settings do without
+
+    for i, way in enumerate(ways):
+        yield from unless_known(f"{at}[{i}]", way, WAYS)
+        if way in WAYS and (against := WAYS[way].against) and against not in ways:
+            yield f"{at}[{i}]: {way} is compared with {against}, which is not among them; add it."

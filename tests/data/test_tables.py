@@ -32,26 +32,26 @@ def trials():
 
 
 def test_the_share_of_samples_beyond_any_table_is_told(trials, tables):
-    (found,) = beyond_tables(trials, tables)
-    assert found.trial == "b" and not found.problem, "padding of shorter trials does not count"
+    (found,), problems = beyond_tables(trials, tables)
+    assert found.trial == "b" and not problems, "padding of shorter trials does not count"
     assert found.found.startswith("75 % of the samples are beyond the tables of path lengths, up to ")
 
 
 def test_the_table_that_is_left_farthest_beyond_its_margin_is_named(trials, tables):
     narrow = tables | {"X": tables["X"].model_copy(update={"margin_deg": 5.0})}
-    (said,) = (one.problem for one in beyond_tables(trials, narrow) if one.problem)
+    _, (said,) = beyond_tables(trials, narrow)
     assert "trial b: the angle is 106 deg, 6 deg beyond the table of muscle X (" in said
     assert "0 to 100 deg); expected at most 5 deg beyond." in said and "trial a" not in said
 
 
 def test_an_angle_below_a_table_counts_too(trials, tables):
     narrow = tables | {"Y": tables["Y"].model_copy(update={"margin_deg": 1.0})}
-    (said,) = (one.problem for one in beyond_tables(trials, narrow) if one.problem)
+    _, (said,) = beyond_tables(trials, narrow)
     assert "trial b: the angle is -2 deg, 2 deg beyond the table of muscle Y" in said
 
 
 def test_an_arm_without_tables_bounds_no_angle(trials):
-    assert beyond_tables(trials, {}) == []
+    assert beyond_tables(trials, {}) == ([], [])
 
 
 def test_a_session_reports_what_is_beyond_the_tables_and_refuses_what_is_too_far(tmp_path, tables):

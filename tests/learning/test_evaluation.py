@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 import torch
 
@@ -14,6 +15,7 @@ from myowave.learning.evaluation import (
     r_squared,
     tabulate_predictions,
 )
+from myowave.learning.tables import read_evaluations
 from myowave.learning.training import train_scale
 
 SCORES = ["test_mse", "test_r2", "test_nmse"]
@@ -103,3 +105,17 @@ def test_predictions_are_listed_under_their_trial_seed_and_role(four_trials, che
         np.testing.assert_array_equal(rows["predicted_rad"], predicted[seed, i, : LENGTHS[i]])
         np.testing.assert_array_equal(rows["angle_rad"], four_trials.angle[i, : LENGTHS[i]])
         assert set(rows["role"]) == {"test" if name in ("b", "d") else "train"}
+
+
+def test_an_evaluation_cut_short_is_not_summarised(tmp_path):
+    scores = {"dataset": "a", "model": "base", "recipe": "r", "scales": 1, "seed": [0, 1], "epochs": 9, "seconds": 1.5}
+    path = tmp_path / "evaluation.csv"
+    pd.DataFrame({**scores, "test_r2": [0.9, np.nan]}).to_csv(path, index=False)
+    whole = path.read_text()
+    pd.DataFrame({"seed": [0, 0, 1, 1], "parameter": "f0"}).to_csv(tmp_path / "parameters.csv", index=False)
+    assert len(read_evaluations([path])) == 2
+    lines = whole.splitlines(keepends=True)
+    for cut in (whole[:-1], whole[: -len(lines[-1]) // 2], "".join(lines[:2]), lines[0], "", whole[:9]):
+        path.write_text(cut)
+        with pytest.raises(ValueError, match="evaluation.csv: no table of scores .*Remove it, and run again"):
+            read_evaluations([path])

@@ -58,11 +58,12 @@ def test_following_hands_on_every_report_logs_the_last_and_draws_only_on_a_termi
     assert ("train case1" in terminal.getvalue()) == terminal.isatty()
 
 
-def test_a_full_disk_is_said_on_the_terminal_and_ends_the_job(tmp_path, capfd):
+@pytest.mark.parametrize("why", [errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS])
+def test_a_full_disk_is_said_on_the_terminal_and_ends_the_job(why, tmp_path, capfd):
     with pytest.raises(SystemExit), job_log("train case1", tmp_path / "logs/train.log"):
-        raise OSError(errno.ENOSPC, "No space left on device", "results/x.pt")
+        raise OSError(why, os.strerror(why), "results/x.pt")
     said = capfd.readouterr().err
-    assert said.startswith("train case1: results/x.pt: No space left on device. Make room")
+    assert said.startswith(f"train case1: results/x.pt: {os.strerror(why)}. Make room")
     with pytest.raises(OSError, match="gone"), job_log("train case1", tmp_path / "logs/train.log"):
         raise OSError(errno.ENOENT, "gone")  # ours, with its traceback
 

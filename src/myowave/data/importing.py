@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from myowave.data.checks.finding import report
-from myowave.data.checks.motion import angle_beyond_tables
 from myowave.data.checks.session import find_faults
 from myowave.data.checks.tables import beyond_tables
 from myowave.data.checks.values import (
@@ -32,9 +31,9 @@ from myowave.data.processing.filters import has_hum
 from myowave.data.processing.grid import common_grid, sample_as_it_comes, sample_at
 from myowave.data.processing.real_time import Known, RealTime
 from myowave.data.processing.sampled import Sampled
-from myowave.data.recording import Prepared, RawTrial, Recording, Session, torques_of
+from myowave.data.recording import Prepared, RawTrial, Recording, Session
 from myowave.data.session import read_session
-from myowave.data.trials import MOTOR, Trials
+from myowave.data.trials import MOTOR, TORQUE, Trials
 from myowave.settings import MeasuredDataset, PathTable, RecordedDataset
 from myowave.settings.recording import Processing
 
@@ -66,14 +65,12 @@ def import_trials(
     Raises:
         ValueError: one line for each problem that makes the recordings unusable.
     """
-    prepared = prepare(
-        dataset, settings, read_session(dataset, settings, root, None if channels is None else list(channels))
-    )
+    session = read_session(dataset, settings, root, None if channels is None else list(channels))
+    prepared = prepare(dataset, settings, session)
     findings = list(find_faults(prepared, settings.processing.notch_hz, channels or {}))
-    beyond = beyond_tables(prepared.trials, tables or {})
-    _refuse(dataset, [one.problem for one in beyond if one.problem])
-    findings += [angle_beyond_tables(found) for found in beyond]
-    return prepared, report(dataset, findings, prepared.gains)
+    beyond, problems = beyond_tables(prepared.trials, tables or {})
+    _refuse(dataset, problems)
+    return prepared, report(dataset, [*findings, *beyond], prepared.gains)
 
 
 def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
@@ -126,7 +123,7 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         channels=list(session.forms),
         emg=[recording.emg for recording in recordings.values()],
         angle=[recording.angle for recording in recordings.values()],
-        signals=signals | torques_of(recordings.values()),
+        signals=signals | _torques(list(recordings.values())),
         over_time=over_time,
         test=settings.test,
         conditions=_conditions(settings, list(raw), signals, over_time),
@@ -134,6 +131,13 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         provenance=_provenance(settings, session, steps, gains, next(iter(raw.values())).emg, over_time),
     )
     return Prepared(trials, raw, envelopes, gains, grids, session.forms)
+
+
+def _torques(recordings: Sequence[Recording]) -> dict[str, list[NDArray[np.float64]]]:
+    """The torque of each trial, NaN where none was measured; nothing where that is so in all."""
+    measured = [one.torque for one in recordings]
+    filled = [np.full(len(r.angle), np.nan) if t is None else t for r, t in zip(recordings, measured, strict=True)]
+    return {} if all(torque is None for torque in measured) else {TORQUE: filled}
 
 
 def _refuse(dataset: str, problems: Iterable[str]) -> None:

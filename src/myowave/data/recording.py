@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from myowave.data.processing.sampled import Sampled
-from myowave.data.trials import TORQUE, Trials
+from myowave.data.trials import Trials
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,12 +114,3 @@ class Prepared:
     gains: Mapping[str, float]
     grids: Mapping[str, NDArray[np.float64]]
     forms: Mapping[str, str]
-
-
-def torques_of(recordings: Iterable[Recording]) -> dict[str, list[NDArray[np.float64]]]:
-    """The torque of each trial by the name of the signal, NaN where none was measured; nothing where that is so in
-    all."""
-    pairs = [(recording.torque, len(recording.angle)) for recording in recordings]
-    if all(torque is None for torque, _ in pairs):
-        return {}
-    return {TORQUE: [np.full(samples, np.nan) if torque is None else torque for torque, samples in pairs]}

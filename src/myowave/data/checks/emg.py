@@ -136,56 +136,30 @@ DEAD_CHANNEL = Check(
     "dead channel", _dead, "The electrode was off or the column is another one: leave the trial or the channel out."
 )
 CHECKS = (
-    Check(
-        "EMG of another size",
-        _of_another_unit,
-        "This trial may be in another unit or of another gain: correct it in the file, or leave the trial out.",
-    ),
-    Check(
-        "no contraction",
-        _silent,
-        "Noise only, or a muscle that rests: do not normalise by this trial, and check the electrode.",
-    ),
-    Check(
-        "spike",
-        _spike,
-        "An artefact, which would count as the largest contraction: cut it off with cut_s, or repair the file there.",
-    ),
-)
+    Check("EMG of another size", _of_another_unit,
+          "This trial may be in another unit or of another gain: correct it in the file, or leave the trial out."),
+    Check("no contraction", _silent,
+          "Noise only, or a muscle that rests: do not normalise by this trial, and check the electrode."),
+    Check("spike", _spike,
+          "An artefact, which would count as the largest contraction: cut it off with cut_s, or repair the file "
+          "there."),
+)  # fmt: skip
 """Of any EMG that is not dead."""
 RAW_CHECKS = (
-    Check(
-        "clipping",
-        _clipped,
-        "The recorder's range was too small, so peaks are missing: record with less gain, or leave the trial out.",
-    ),
-    Check(
-        "mains hum",
-        _hum,
-        "Set processing.notch_hz to this frequency; next time, check the reference electrode.",
-    ),
-    Check(
-        "not raw EMG",
-        _smoothed,
-        "This looks rectified or smoothed: export the raw signal, or say form: envelope for the channel.",
-    ),
-    Check(
-        "power below 20 Hz",
-        _moved,
-        "Cables or electrodes moved. The band-pass takes out what is below its lower end; raise that end to 30 Hz if "
-        "the envelope follows the motion rather than the muscle.",
-    ),
-    Check(
-        "gap",
-        _gap,
-        "The recorder filled a gap with one value: cut the trial there with cut_s, or record again.",
-    ),
-    Check(
-        "repeated block",
-        _copies,
-        "The recorder filled gaps with copies: cut the trial there with cut_s, or record again.",
-    ),
-)
+    Check("clipping", _clipped,
+          "The recorder's range was too small, so peaks are missing: record with less gain, or leave the trial out."),
+    Check("mains hum", _hum,
+          "Set processing.notch_hz to this frequency; next time, check the reference electrode."),
+    Check("not raw EMG", _smoothed,
+          "This looks rectified or smoothed: export the raw signal, or say form: envelope for the channel."),
+    Check("power below 20 Hz", _moved,
+          "Cables or electrodes moved. The band-pass takes out what is below its lower end; raise that end to 30 Hz "
+          "if the envelope follows the motion rather than the muscle."),
+    Check("gap", _gap,
+          "The recorder filled a gap with one value: cut the trial there with cut_s, or record again."),
+    Check("repeated block", _copies,
+          "The recorder filled gaps with copies: cut the trial there with cut_s, or record again."),
+)  # fmt: skip
 """Of raw EMG besides."""
 
 

@@ -1,9 +1,8 @@
-"""Doubts about angles: of the elbow, of whatever leans, and of an elbow beyond the tables of its muscles' paths."""
+"""Doubts about angles: of the elbow, and of whatever leans."""
 
 import numpy as np
 
-from myowave.data.checks.finding import Check, Finding
-from myowave.data.checks.tables import Beyond
+from myowave.data.checks.finding import Check
 from myowave.data.processing.sampled import Sampled
 
 JUMP_DEG, JUMP_DEG_S2 = 2.0, 1.0e4
@@ -68,35 +67,14 @@ JUMP = Check(
 )
 ELBOW = (
     JUMP,
-    Check(
-        "sign of the angle",
-        _negated,
-        "Flexion counts positive, and 0 is the straight arm: set sign: -1 of the angle, or correct its offset_deg.",
-    ),
+    Check("sign of the angle", _negated,
+          "Flexion counts positive, and 0 is the straight arm: set sign: -1 of the angle, or correct its offset_deg."),
     Check("range of the angle", _beyond, "Correct sign or offset_deg of the angle, so that 0 is the straight arm."),
-    Check(
-        "little motion",
-        _still,
-        "What depends on posture cannot be identified from it: record larger motions.",
-    ),
-)
+    Check("little motion", _still,
+          "What depends on posture cannot be identified from it: record larger motions."),
+)  # fmt: skip
 EXTRA = (
     JUMP,
-    Check(
-        "lean of the upper arm",
-        _leaning,
-        "An upper arm that hangs leans by 0: correct unit (deg or rad), sign or offset_deg of the signal.",
-    ),
-)
-
-
-def angle_beyond_tables(beyond: Beyond) -> Finding:
-    """An elbow that goes farther than the arm's tables of path lengths."""
-    return Finding(
-        "angle beyond the tables",
-        beyond.found,
-        "Doubt torques at these angles: extend the tables if the muscles' paths are known there.",
-        beyond.trial,
-        "angle",
-        "note",
-    )
+    Check("lean of the upper arm", _leaning,
+          "An upper arm that hangs leans by 0: correct unit (deg or rad), sign or offset_deg of the signal."),
+)  # fmt: skip

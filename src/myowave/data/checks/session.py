@@ -113,32 +113,19 @@ def _never_straight(prepared: Prepared) -> str | None:
 
 
 SESSION = (
-    Check(
-        "unit of the EMG",
-        _unit_of_emg,
-        "Is it uV that is called V or mV, or the other way round? Correct the channel's unit under emg, or the file.",
-    ),
-    Check(
-        "one channel in another unit",
-        _one_other_unit,
-        "Name the channel's unit under emg, or bring all channels to one unit in the files.",
-    ),
-    Check(
-        "channels alike",
-        _alike,
-        "One signal may be there under two names: correct file or column of one of them under emg.",
-    ),
-    Check(
-        "unit of the angle",
-        _tenths,
-        "An elbow moves farther: is it in tenths, in turns, or of another joint? Correct the column or its unit.",
-    ),
-    Check(
-        "never straight",
-        _never_straight,
-        "Is this 180 minus the angle? Where 180 is the straight arm, set sign: -1 and offset_deg: 180 of the angle.",
-    ),
-)
+    Check("unit of the EMG", _unit_of_emg,
+          "Is it uV that is called V or mV, or the other way round? Correct the channel's unit under emg, or the "
+          "file."),
+    Check("one channel in another unit", _one_other_unit,
+          "Name the channel's unit under emg, or bring all channels to one unit in the files."),
+    Check("channels alike", _alike,
+          "One signal may be there under two names: correct file or column of one of them under emg."),
+    Check("unit of the angle", _tenths,
+          "An elbow moves farther: is it in tenths, in turns, or of another joint? Correct the column or its unit."),
+    Check("never straight", _never_straight,
+          "Is this 180 minus the angle? Where 180 is the straight arm, set sign: -1 and offset_deg: 180 of the "
+          "angle."),
+)  # fmt: skip
 """Of everything that was prepared."""
 
 

@@ -16,34 +16,23 @@ ARBITRARY = "au"
 PERCENT = "%"
 """Unit of a fraction that was multiplied by 100; as EMG it counts as arbitrary unless it is a fraction."""
 _SPELLINGS = {
-    "µV": "uV",  # micro sign
-    "μV": "uV",  # Greek mu
-    "microvolts": "uV",
-    "millivolts": "mV",
-    "volts": "V",
-    "volt": "V",
-    "degrees": "deg",
-    "degree": "deg",
-    "°": "deg",
-    "radians": "rad",
-    "radian": "rad",
-    "N m": "Nm",
-    "N*m": "Nm",
-    "N.m": "Nm",
-    "N·m": "Nm",
-    "newton metres": "Nm",
-    "newton-meters": "Nm",
-    "N cm": "Ncm",
-    "N mm": "Nmm",
-    "a.u.": ARBITRARY,
-    "-": ARBITRARY,
+    "uV": ("µV", "μV", "microvolts"),  # micro sign and Greek mu
+    "mV": ("millivolts",),
+    "V": ("volts", "volt"),
+    "deg": ("degrees", "degree", "°"),
+    "rad": ("radians", "radian"),
+    "Nm": ("N m", "N*m", "N.m", "N·m", "newton metres", "newton-meters"),
+    "Ncm": ("N cm",),
+    "Nmm": ("N mm",),
+    ARBITRARY: ("a.u.", "-"),
 }
+_PLAIN = {spelling: unit for unit, spellings in _SPELLINGS.items() for spelling in spellings}
 
 
 def plain_unit(unit: str) -> str:
     """The one spelling of a unit that is used here: `Volts` and `µV` are `V` and `uV`."""
     unit = unit.strip().strip("[]()")
-    return _SPELLINGS.get(unit, _SPELLINGS.get(unit.lower(), unit))
+    return _PLAIN.get(unit, _PLAIN.get(unit.lower(), unit))
 
 
 def to_radians(angle: NDArray[np.float64], unit: str) -> NDArray[np.float64]:
