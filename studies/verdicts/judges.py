@@ -88,7 +88,7 @@ def judge_set(drawn: Drawn, name: str, fit: Fit, catalogue: Mapping[str, Effect]
         judged = JUDGES[name](fit, drawn.known_to(catalogue))
     except FAILURES as error:
         judged = Judged("failed", ((str(error),),), {})
-    held = _held(drawn, judged)
+    held, named = _held(drawn, judged), drawn.graded_as(judged.named)
     return {
         "draw": case.draw,
         "world": case.world,
@@ -103,8 +103,8 @@ def judge_set(drawn: Drawn, name: str, fit: Fit, catalogue: Mapping[str, Effect]
         "judge": name,
         "verdict": judged.kind,
         "named": _said(judged.named),
-        "grade": grade(judged.kind, judged.named, drawn.true, drawn.wanted),
-        "wrong_name": is_wrong(judged.named, drawn.true),
+        "grade": grade(judged.kind, named, drawn.true, drawn.wanted),
+        "wrong_name": is_wrong(named, drawn.true),
         "wrong_emg_noise": EMG_NOISE not in drawn.true and (EMG_NOISE,) in judged.named,
         "probabilities": _listed({k: p for k, p in judged.probabilities.items() if p >= 0.01}),
         "true": _worded(drawn.true & set(judged.probabilities)),

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.causes import OUTSIDE, OWN_CURVES
+from myowave.diagnosis.scoring import Answer
 from myowave.identification.free_parameters import Free, free_parameters
 from myowave.identification.output_error import Fit, fit_from
 from myowave.identification.record import make_record
@@ -65,7 +66,7 @@ class Drawn:
         """Names that the trials show."""
         seen = frozenset(name for name, signal in self.signals.items() if signal >= 1)
         out = seen & set(self.case.taken_out)
-        return (seen - out) | ({OUTSIDE} if out else set())
+        return (seen - out) | {OWN_CURVES if name in CURVES else OUTSIDE for name in out}
 
     @property
     def true(self) -> frozenset[str]:
@@ -73,9 +74,21 @@ class Drawn:
         names = (self.wanted | set(self.case.hidden)) - set(self.case.taken_out)
         names = names.union(*(TRUE.get(world, ()) for world in ALIKE.get(self.case.world, (self.case.world,))))
         names = names.union(*(TRUE_OF.get(sensor, ()) for sensor in self.recording))
+        if any(self.signals[name] >= 1 for name in self.case.taken_out):
+            names |= {OUTSIDE}
         if CURVES & set(self.case.taken_out):  # the others say that curves differ, too
             names |= CURVES
         return names | ({OWN_CURVES} if CURVES & names else set())
+
+    def graded_as(self, named: Answer) -> Answer:
+        """What is named, where it depends on the arm: any family of curves says that curves differ, where that of the
+        arm is in no catalogue; and curves of any shape may be those of any family."""
+        if CURVES & set(self.case.taken_out):
+            return tuple(tuple(OWN_CURVES if name in CURVES else name for name in members) for members in named)
+        if CURVES & self.wanted:
+            families = {OWN_CURVES: tuple(sorted(CURVES))}
+            return tuple(tuple(n for name in members for n in families.get(name, (name,))) for members in named)
+        return named
 
 
 def draw_set(

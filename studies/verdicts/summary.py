@@ -19,7 +19,7 @@ NAMES = {
     "all_at_once": "all of these at once",
     "other_simulator": "another simulator",
 }
-KINDS = {"shows": "it shows", "hidden": "it does not show", "clean": "nothing hidden"}
+KINDS = {True: "an effect shows", False: "none shows"}
 UNLIKELY = 0.05  # p-value
 EDGES = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0001)  # of probabilities
 
@@ -60,22 +60,15 @@ def write_page(rows: pd.DataFrame, date: str, commit: str) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def kind_of(rows: pd.DataFrame) -> pd.Series:
-    """What there is to be found in each set."""
-    return pd.Series(
-        np.where(rows["hidden"].eq(""), "clean", np.where(rows["shows"].eq(""), "hidden", "shows")), rows.index
-    )
-
-
 def tables(rows: pd.DataFrame) -> Iterator[str]:
     """The tables of the page in Markdown."""
-    rows = rows.assign(kind=kind_of(rows))
+    rows = rows.assign(seen=rows["shows"].ne(""))
     judges = list(dict.fromkeys(rows["judge"]))
     heads = ["world", "", "sets", *(f"{judge}: {' / '.join(GRADES)}" for judge in judges)]
     lines = []
-    for (world, kind), some in _ordered(rows):
+    for (world, seen), some in _ordered(rows):
         counts = [_counts(some[some["judge"] == judge]) for judge in judges]
-        lines.append([NAMES[world], KINDS[kind], str(len(some) // len(judges)), *counts])
+        lines.append([NAMES[world], KINDS[seen], str(len(some) // len(judges)), *counts])
     lines.append(["all", "", str(len(rows) // len(judges)), *(_counts(rows[rows["judge"] == j]) for j in judges)])
     yield markdown(heads, lines)
     heads = [
@@ -92,7 +85,7 @@ def tables(rows: pd.DataFrame) -> Iterator[str]:
             cells = [_share(s["held"].sum(), s["intervals"].sum()) for s in (some[some["judge"] == j] for j in judges)]
             lines.append([NAMES[str(world)], *cells])
     yield markdown(["95 % intervals that hold", *judges], lines)
-    clean = rows[rows["kind"].eq("clean") & rows["world"].eq("as_assumed")]
+    clean = rows[rows["hidden"].eq("") & rows["world"].eq("as_assumed")]
     for judge in judges:
         p = clean[clean["judge"] == judge]["nothing_missing"].dropna()
         if len(p):
@@ -118,12 +111,12 @@ def reliability(rows: Sequence[Mapping[str, Any]]) -> list[tuple[float, float, i
     return found
 
 
-def _ordered(rows: pd.DataFrame) -> Iterator[tuple[tuple[str, str], pd.DataFrame]]:
+def _ordered(rows: pd.DataFrame) -> Iterator[tuple[tuple[str, bool], pd.DataFrame]]:
     for world in NAMES:
-        for kind in KINDS:
-            some = rows[(rows["world"] == world) & (rows["kind"] == kind)]
+        for seen in KINDS:
+            some = rows[rows["world"].eq(world) & rows["seen"].eq(seen)]
             if len(some):
-                yield (world, kind), some
+                yield (world, seen), some
 
 
 def _counts(rows: pd.DataFrame) -> str:
@@ -131,7 +124,7 @@ def _counts(rows: pd.DataFrame) -> str:
 
 
 def _rates(judge: str, rows: pd.DataFrame) -> list[str]:
-    seen = rows[rows["kind"].eq("shows") & rows["taken_out"].eq("")]
+    seen = rows[rows["seen"] & rows["taken_out"].eq("")]
     out, exact = rows[rows["taken_out"].ne("")], rows[~rows["recording"].str.contains("emg_noise")]
     answered = seen["grade"].isin(["right", "class"])
     return [
