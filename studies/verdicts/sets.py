@@ -17,7 +17,7 @@ from myowave.diagnosis.scoring import Answer
 from myowave.identification.free_parameters import Free, free_parameters
 from myowave.identification.output_error import Fit, fit_from
 from myowave.identification.record import make_record
-from myowave.identification.stages import fit_in_stages
+from myowave.identification.stages import attempt_fit, fit_in_stages
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import DiagnosisSettings, SimulatedDataset
@@ -57,9 +57,9 @@ class Drawn:
     def fit(self, base: Model) -> Fit:
         """The first fit, of the trials that may be fitted."""
         record = make_record(self.trials, base).train
-        if self.values is None:
-            return fit_in_stages(base, record, self.free, starts=self.starts)
-        return fit_from(base, record, self.free, self.values[None])
+        values = self.values
+        kept = None if values is None else attempt_fit(lambda: fit_from(base, record, self.free, values[None]))
+        return kept or fit_in_stages(base, record, self.free, starts=self.starts)
 
     @property
     def wanted(self) -> frozenset[str]:
