@@ -96,6 +96,13 @@ def test_tables_show_whole_trials_in_the_order_of_time(diagnosis, runaway):
         assert set(names) <= set(runaway.names)
 
 
+def test_a_prediction_that_starts_again_at_a_measured_state_has_a_gap_there(diagnosis):
+    """Drawn through, it would look as if it stayed with the arm."""
+    table = predictions_table(diagnosis)
+    starts = table.groupby(["model", "trial"])["piece"].diff() > 0
+    assert starts.any() and beside(table, "", None)["predicted_rad"].isna().tolist() == starts.tolist()
+
+
 def test_training_trials_are_predicted_from_measured_states_as_held_out_ones_are(diagnosis):
     """Pieces with starts of their own are fitted far better, which would look like overfitting beside held-out ones."""
     rung, errors = diagnosis.rungs[0], verdict_facts(diagnosis)["rmse_deg"]["base"]
