@@ -15,11 +15,13 @@ from myowave.diagnosis.report.page import Story, write_page
 from myowave.diagnosis.report.tables import TABLES, predictions_table, ranking_table
 from myowave.diagnosis.report.tell import tell
 from myowave.diagnosis.scoring import add_truth
-from myowave.diagnosis.search.diagnose import diagnose, follows
+from myowave.diagnosis.search import follow
+from myowave.diagnosis.search.diagnose import diagnose
 from myowave.diagnosis.search.rank import count_folds, folds_won, left_out_residuals, rank_effects
 from myowave.identification.output_error import fit_from, refit
 from myowave.identification.prediction import predict
 from myowave.identification.record import make_record
+from myowave.identification.stages import follows
 from myowave.identification.torque import TorqueFit
 from myowave.physics.effect import Effect, Parameter
 from myowave.settings import DiagnosisSettings
@@ -72,8 +74,20 @@ def test_a_fit_to_pieces_follows_only_if_it_predicts_them_from_measured_states(m
     assert follows(true) and not follows(replace(true, values=weak))
 
 
-def test_where_the_model_does_not_follow_no_effect_is_weighed(runaway, base, effects, identify, monkeypatch, facts):
+def test_a_model_is_led_to_whole_trials_by_what_it_lacks(make_trials, base, effects, free, make_fit):
+    """What a model lacks may be why it follows nothing, so the search does not end where it does not follow."""
+    hidden = {"joint_damping": {"c": 1.0}}
+    whole = make_record(make_trials(hidden), base).train
+    lost = fit_from(base, whole.cut(0.5), free, np.array([[0.9 * p.start for p in free]]))
+    candidates = [effects["joint_damping"], effects["joint_stiffness"]]
+    led = follow.follow(lost, whole, candidates, free)
+    assert led is not None and led.record.pieces is None and not led.model.effects
+    assert led.objective == pytest.approx(make_fit(hidden).objective, rel=0.01), "as where it follows by itself"
+
+
+def test_where_no_model_follows_no_effect_is_named(runaway, base, effects, identify, monkeypatch, facts):
     monkeypatch.setattr("myowave.diagnosis.search.diagnose.follows", lambda fit: False)
+    monkeypatch.setattr(follow, "lengthen", lambda fit, *_: fit)
     found = diagnose(runaway, base, [effects["joint_damping"]], identify, DiagnosisSettings(starts=1))
     summary = verdict_facts(found)
     assert summary["verdict"] == "unknown" and not summary["effects"] and not summary["follows"]
@@ -81,7 +95,6 @@ def test_where_the_model_does_not_follow_no_effect_is_weighed(runaway, base, eff
     told, noise = tell(facts() | add_truth(summary, None)), next(iter(summary["rmse_deg"].values()))["noise"]
     assert "does not follow" in told.headline
     assert f"{noise:.2g} deg" in told.where and "nothing to locate" not in told.where
-    assert all(candidate.fit is None for candidate in found.selection.rankings[0])
 
 
 def test_tables_show_whole_trials_in_the_order_of_time(diagnosis, runaway):

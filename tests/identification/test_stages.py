@@ -10,7 +10,7 @@ from myowave.identification import output_error, stages
 from myowave.identification.free_parameters import Free
 from myowave.identification.output_error import fit_from, fit_model
 from myowave.identification.prediction import predict
-from myowave.identification.stages import attempt_torque, explained, fit_in_stages
+from myowave.identification.stages import attempt_torque, explained, fit_in_stages, lengthen, over_short_pieces
 from myowave.physics.motion import simulate
 
 
@@ -123,3 +123,11 @@ def test_a_fit_with_all_free_that_fails_leaves_the_one_before(noisy, base, free,
     monkeypatch.setattr(stages, "_hopeless", lambda fit: False)
     fit = fit_in_stages(base, noisy.train, free)
     assert fit.record.horizon_s is None and explained(fit) > 0.9
+
+
+def test_where_torque_is_no_help_short_motions_tell_all_that_is_free(noisy, base, free):
+    """Muscles that pull against each other leave a small torque, and a fit to it is then worth little."""
+    fit = over_short_pieces(base, noisy.train, free, np.array([0.9 * p.start for p in free]))
+    assert fit.record.horizon_s == 0.5 and len(fit.record.names) <= stages.ENOUGH_PIECES
+    np.testing.assert_allclose(fit.values, [base.defaults[p.name] for p in free], rtol=0.03)
+    assert lengthen(fit, noisy.train, free).record.horizon_s is None

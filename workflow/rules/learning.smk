@@ -78,8 +78,7 @@ if SETTINGS.learning.baselines:
             baselines={name: dump(of) for name, of in SETTINGS.learning.baselines.items()},
             physics=physics_section,
             contents=physics_contents,
-            # Seeds of a baseline hardly differ (SD of R2 on the person 0.001 to 0.004), and five take nearly twice the time.
-            seeds=min(3, SETTINGS.learning.seeds),
+            seeds=SETTINGS.learning.seeds,
             code=digest("score_baselines"),
         script:
             "../scripts/score_baselines.py"

@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 HORIZONS_S = (0.5, 1.0, 2.0)
 ENOUGH = 0.5  # share of the motion to be explained over longer pieces; what misses more is far from linear
 BEYOND_NOISE = 10.0  # times the noise of the angle
+ENOUGH_PIECES = 80  # to see what a model lacks: 40 s of motion, where a hundred values are unknown at most
 
 
 def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: int = 1) -> Fit:
@@ -69,19 +70,41 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
     else:
         some = [p for p in free if not p.assumed]
         standing = _shortest(model, pieces, some, starts)
-    for horizon_s in (*HORIZONS_S[1:], None):
-        longer = record if horizon_s is None else record.cut(horizon_s)
-        fit = _next(model, longer, some, standing.values)
-        if fit is None or explained(fit) < ENOUGH:
-            break
-        standing = fit
-        if not follows(standing):
-            break  # ASSUME: what does not follow so long from measured states follows no longer
+    standing = lengthen(standing, record, some)
     if standing.record.pieces is not None:
         return standing
     # Over whole trials it does follow now, so what was fixed is estimated like the rest.
     freed = attempt_fit(lambda: refit(standing, model, free))
     return standing if freed is None or explained(freed) < explained(standing) else freed
+
+
+def lengthen(fit: Fit, record: Record, free: Sequence[Free]) -> Fit:
+    """The fit of the same model to pieces as long as it follows, and to whole trials where it follows so far.
+
+    Args:
+        fit: to the shortest pieces.
+        record: whole trials.
+    """
+    for horizon_s in (*HORIZONS_S[1:], None):
+        longer = _next(fit.model, record if horizon_s is None else record.cut(horizon_s), free, fit.values)
+        if longer is None or explained(longer) < ENOUGH:
+            break
+        fit = longer
+        if not follows(fit):
+            break  # ASSUME: what does not follow so long from measured states follows no longer
+    return fit
+
+
+def over_short_pieces(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit | None:
+    """The fit to the shortest pieces, `ENOUGH_PIECES` spread over whole trials, from the motion that values (P,)
+    simulate; None where there is none.
+
+    Where muscles pull against each other, a few per cent of their torque are all that moves the arm. Torque along a
+    noisy motion does not tell those, nor constants that nobody measured; over half a second motion does.
+    """
+    pieces = record.cut(HORIZONS_S[0])
+    some = pieces.take(range(0, len(pieces.names), -(-len(pieces.names) // ENOUGH_PIECES)))
+    return attempt_fit(lambda: fit_simulated(model, some, free, values))
 
 
 def _hopeless(fit: Fit) -> bool:

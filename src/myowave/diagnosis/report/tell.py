@@ -21,7 +21,7 @@ Verdict = Mapping[str, Any]
 ERROR = "heldout_rmse_deg"
 QUIET = 1.1  # an adequate model that leaves no more than so many times the noise has nothing to locate
 WORTH_TELLING = 0.99  # below this R2 noise is worth a sentence
-NO_EFFECT = "So no effect was weighed, and none is named."
+NO_EFFECT = "With no effect that was tried does it follow, so none is named."
 SAME_LOAD = "The settings give all training trials the same load; where it was another, correct it under conditions. "
 SYMBOLS = {
     "q": "the angle q in rad",

@@ -12,6 +12,7 @@ from myowave.diagnosis.misfit.left import angle_noise_deg
 from myowave.diagnosis.misfit.where import MissingTorque, misfit_by, missing_torque
 from myowave.diagnosis.search.conclude import Findings, conclude, search
 from myowave.diagnosis.search.draft import MOST_TERMS, Draft, draft_effect
+from myowave.diagnosis.search.follow import follow
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
 from myowave.diagnosis.search.rank import rank_effects
 from myowave.diagnosis.search.score import FAILURES
@@ -127,6 +128,9 @@ def diagnose(
     record = make_record(trials, base, settings.angle_noise_deg, settings.at_rest)
     free = free_parameters(base, identify, record.known, settings.scatter)
     fit = fit_in_stages(base, record.train, free, settings.starts)
+    if not follows(fit) and (led := follow(fit, record.train, effects.values(), free)) is not None:
+        report(f"stages: {base.name} follows whole trials when led there by effects over short pieces")
+        fit = led
     if fit.record.horizon_s is not None:
         why = "it does not follow longer motion" if fit.torque is None else "with the values of the fit to torque"
         report(f"stages: {base.name} is judged over {fit.record.horizon_s:g} s, {why}")
@@ -139,7 +143,7 @@ def diagnose(
     if followed := follows(fit):
         found = search(fit, effects.values(), record.known)
     else:
-        report("stages: from measured states it misses more than the mean angle does; no effect is weighed")
+        report("stages: from measured states it misses more than the mean angle does, with any effect; none is named")
         ranking = rank_effects(fit, effects.values(), record.known, refits=False)
         found = conclude(Selection((fit,), (ranking,)))
     selection = found.selection

@@ -34,7 +34,7 @@ class Verdict:
         emg_noise: of the recorded EMG [-], where it explains what effects do not; 0 where there is no need for it.
         emg_motion: how far that noise takes the simulated motion from the measured one [rad, root mean square].
         masked: with undecidable, {parameter outside its usual range: effects that would explain it}.
-        follows: whether the base model follows the trials at all; where it does not, no effect was weighed.
+        follows: whether the base model, or one with effects, follows the trials at all; where none does, none is named.
     """
 
     kind: Kind
