@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 import torch
 
+from myowave.learning.inputs import Given
 from myowave.learning.loss import Noise
 from myowave.learning.methods.rollout.loss import RolloutLoss
 from myowave.learning.task import begin_stage
@@ -49,7 +50,7 @@ def known_windows(stage, gains=None, shifts=None):
     network = stage.network
     known = replace(
         network,
-        architecture=replace(network.architecture, known={"load": 0.0}),
+        architecture=replace(network.architecture, given=Given({"load": 0.0}, ("load",))),
         scaling=replace(network.scaling, input_mean=(0.3, 0.2, 1.0), input_std=(0.2, 0.1, 0.5)),
     )
     x = torch.cat((stage.corpus.x, torch.full_like(stage.corpus.x[..., :1], 0.7)), dim=-1)
