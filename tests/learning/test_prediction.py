@@ -66,12 +66,18 @@ def test_a_stream_refuses_wrong_input(checkpoint):
         Predictor(checkpoint, [0.5] * 4).step([0.1])
 
 
-@pytest.mark.parametrize("value", [-0.01, 1.51, float("nan")])
+def test_emg_of_more_effort_than_any_training_trial_is_answered(checkpoint, trials):
+    """Light loads train, and a heavy one is predicted."""
+    running = Predictor(checkpoint, trials.angle[2, : checkpoint.recipe["history_steps"]].tolist())
+    assert np.isfinite([running.step(4 * sample) for sample in trials.emg[2, :20]]).all()
+
+
+@pytest.mark.parametrize("value", [-0.01, 5.1, float("nan")])
 def test_emg_that_is_not_normalised_is_refused_and_does_not_count(checkpoint, trials, value):
     start = trials.angle[2, : checkpoint.recipe["history_steps"]].tolist()
     spoilt, clean = Predictor(checkpoint, start), Predictor(checkpoint, start)
     for i, sample in enumerate(trials.emg[2, :20]):
         if i == 10:
-            with pytest.raises(ValueError, match="sample 11: emg_triceps is .*, expected 0 to 1.5"):
+            with pytest.raises(ValueError, match="sample 11: emg_triceps is .*, expected 0 to 5"):
                 spoilt.step([sample[0], value])
         np.testing.assert_array_equal(spoilt.step(sample), clean.step(sample))

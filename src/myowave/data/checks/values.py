@@ -15,8 +15,8 @@ from myowave.data.recording import Recording
 
 EMG_LIMIT = 1.5
 """Largest EMG taken as a fraction of a maximum voluntary contraction [-]; more means it was not normalised."""
-TEST_LIMIT = 5.0
-"""The same in a trial that is held out: light loads may train, and a heavy one test; percent would be more."""
+UNSEEN_LIMIT = 5.0
+"""The same of a trial held out, or of a stream: light loads may train and a heavy one test; percent would be more."""
 PERCENT_LIMIT = 200.0
 """Largest EMG that is in percent [-]."""
 STILL = 1e-6
@@ -44,7 +44,7 @@ def emg_problems(recordings: Mapping[str, Recording], forms: Mapping[str, str], 
             )
             continue
         for trial, emg in of.items():
-            limit = TEST_LIMIT if trial in test and form == "fraction" else EMG_LIMIT
+            limit = UNSEEN_LIMIT if trial in test and form == "fraction" else EMG_LIMIT
             outside = np.maximum(-emg, emg - limit)
             n = int(outside.argmax())
             if outside[n] > 0:

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 import torch
 
-from myowave.data.checks.values import EMG_LIMIT
+from myowave.data.checks.values import UNSEEN_LIMIT
 from myowave.learning.checkpoint import Checkpoint
 
 
@@ -146,8 +146,8 @@ class Predictor:
 
 def _check_emg(channels: Sequence[str], emg: Sequence[float], where: str) -> None:
     for name, value in zip(channels, emg, strict=True):
-        if not 0 <= value <= EMG_LIMIT:
+        if not 0 <= value <= UNSEEN_LIMIT:
             raise ValueError(
-                f"{where}: {name} is {value:g}, expected 0 to {EMG_LIMIT:g}. Rectify and smooth the EMG, and divide it "
-                "by its value at maximum voluntary contraction, as was done for the training."
+                f"{where}: {name} is {value:g}, expected 0 to {UNSEEN_LIMIT:g}. Rectify and smooth the EMG, and divide "
+                "it by its value at maximum voluntary contraction, as was done for the training."
             )

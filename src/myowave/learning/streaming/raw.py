@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from myowave.data.checks.values import EMG_LIMIT
+from myowave.data.checks.values import UNSEEN_LIMIT
 from myowave.data.processing.real_time import Excitation, RealTime
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.streaming.reading import RATE_TOLERANCE, Sample, read_samples
@@ -91,9 +91,9 @@ def read_raw_samples(
 
 def _check(channels: Sequence[str], excitations: np.ndarray, where: str, real_time: RealTime) -> None:
     for name, value in zip(channels, excitations, strict=True):
-        if not value <= EMG_LIMIT:
+        if not value <= UNSEEN_LIMIT:
             known = real_time.channels[name]
             raise ValueError(
                 f"{where}: {name}, processed, is {value:.3g} of what counts as 1 ({known.gain:.4g} {known.unit}); "
-                f"expected at most {EMG_LIMIT:g}. Raw EMG is expected in {known.unit}; or look for an artefact there."
+                f"expected at most {UNSEEN_LIMIT:g}. Raw EMG is expected in {known.unit}; or look for an artefact."
             )
