@@ -81,8 +81,10 @@ def test_a_model_is_led_to_whole_trials_by_what_it_lacks(make_trials, base, effe
     lost = fit_from(base, whole.cut(0.5), free, np.array([[0.9 * p.start for p in free]]))
     candidates = [effects["joint_damping"], effects["joint_stiffness"]]
     led = follow.follow(lost, whole, candidates, free)
-    assert led is not None and led.record.pieces is None and not led.model.effects
-    assert led.objective == pytest.approx(make_fit(hidden).objective, rel=0.01), "as where it follows by itself"
+    assert led is not None and led.selection.effects == ("joint_damping",) and led.reportable
+    assert all(fit.record.pieces is None for fit in led.selection.ladder)
+    alone = led.selection.ladder[0]
+    assert alone.objective == pytest.approx(make_fit(hidden).objective, rel=0.01), "as where it follows by itself"
 
 
 def test_where_no_model_follows_no_effect_is_named(runaway, base, effects, identify, monkeypatch, facts):

@@ -128,9 +128,10 @@ def diagnose(
     record = make_record(trials, base, settings.angle_noise_deg, settings.at_rest)
     free = free_parameters(base, identify, record.known, settings.scatter)
     fit = fit_in_stages(base, record.train, free, settings.starts)
-    if not follows(fit) and (led := follow(fit, record.train, effects.values(), free)) is not None:
-        report(f"stages: {base.name} follows whole trials when led there by effects over short pieces")
-        fit = led
+    led = None if follows(fit) else follow(fit, record.train, effects.values(), free)
+    if led is not None:
+        fit = led.selection.ladder[0]
+        report(f"stages: {led.selection.fit.model.name}, found over short pieces, follows whole trials")
     if fit.record.horizon_s is not None:
         why = "it does not follow longer motion" if fit.torque is None else "with the values of the fit to torque"
         report(f"stages: {base.name} is judged over {fit.record.horizon_s:g} s, {why}")
@@ -140,7 +141,9 @@ def diagnose(
         report(f"stages: R2 of the torque of each trial left out: {left_out or 'none'}")
     test = record.take(np.flatnonzero(~record.training))
     report(f"compare: {base.name} leaves {np.degrees(fit.rmse()):.3g} deg; the noise is {np.degrees(record.noise):.3g}")
-    if followed := follows(fit):
+    if led is not None:
+        found, followed = led, True
+    elif followed := follows(fit):
         found = search(fit, effects.values(), record.known)
     else:
         report("stages: from measured states it misses more than the mean angle does, with any effect; none is named")

@@ -2,12 +2,14 @@
 
 A model that lacks much runs away within a second, and what it lacks is why. Over half a second it cannot get far, so
 effects are sought there. With these it is taken to longer pieces and to whole trials; then they are taken away again
-one by one, each fit from the motion of the one before. So the model without any is fitted to whole trials as well, and
-effects are weighed there as in any other arm.
+one by one, each fit from the motion of the one before, so that the model without any is fitted to whole trials as well.
+What is named is what was found over half a second: over whole trials the model without it is far from linear.
 """
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
+from myowave.diagnosis.search.conclude import Findings, conclude
 from myowave.diagnosis.search.score import FAILURES
 from myowave.diagnosis.search.selection import select_effects
 from myowave.identification.free_parameters import Free
@@ -17,9 +19,9 @@ from myowave.identification.stages import lengthen, over_short_pieces
 from myowave.physics.effect import Effect
 
 
-def follow(fit: Fit, whole: Record, effects: Iterable[Effect], free: Sequence[Free]) -> Fit | None:
-    """The fit of the same model to whole trials, reached with effects that are then taken away; None where it does not
-    follow them with any.
+def follow(fit: Fit, whole: Record, effects: Iterable[Effect], free: Sequence[Free]) -> Findings | None:
+    """What a model lacks, by short pieces, with its fits to whole trials; None where it does not follow these with any
+    effect.
 
     Args:
         fit: of the model, which does not follow.
@@ -34,11 +36,11 @@ def follow(fit: Fit, whole: Record, effects: Iterable[Effect], free: Sequence[Fr
         found = select_effects(short, effects, whole.known)
         if not found.effects:
             return None
-        led = lengthen(found.fit, whole, found.fit.free)
-        if led.record.pieces is not None:
+        ladder = [lengthen(found.fit, whole, found.fit.free)]
+        if ladder[0].record.pieces is not None:
             return None
         for rung in found.ladder[-2::-1]:
-            led = refit(led, rung.model, rung.free)
+            ladder.insert(0, refit(ladder[0], rung.model, rung.free))
     except FAILURES:  # no motion is found near the one before
         return None
-    return led
+    return conclude(replace(found, ladder=tuple(ladder), visited={}, weighed={}))
