@@ -5,12 +5,14 @@ import pytest
 import torch
 from scipy.integrate import solve_ivp
 
+from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.physics.joint import STANDARD_GRAVITY
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
+from myowave.settings import Physics
 
 DT = 0.005
 TIME = np.arange(300) * DT
@@ -77,3 +79,14 @@ def test_effects_on_muscles_are_refused_and_those_on_the_joint_and_the_sensor_ac
     assert not acting & {"brachialis", "emg_gain", "fatigue", "vmax_change", "millard_curves", "muscle_damping"}
     with pytest.raises(ValueError, match="acts on muscles, and the arm has none"):
         machine.with_effects([catalogue()["emg_gain"]])
+
+
+def test_a_machine_has_no_constants_of_muscles(machine):
+    arm = {"muscles": {}, "joint": {"mass_kg": MASS, "com_m": COM, "inertia_kg_m2": INERTIA, "grip_m": COM}}
+    physics = Physics.model_validate(arm)
+    assert (
+        set(machine.defaults)
+        == physics.parameters
+        == {*("mass", "com", "inertia", "grip", "load", "tilt", "motor", "braking")}
+    )
+    assert set(build_model("base+joint_damping", physics).defaults) == {*machine.defaults, "joint_damping.c"}

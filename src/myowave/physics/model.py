@@ -48,7 +48,7 @@ class Model:
         """Every parameter of the model with its nominal value; those of effects are 0."""
         muscles = {f"{c}_{m.name}": value for m in self.muscles for c, value in m.nominal.items()}
         groups = {f"{factor}_{group}": 1.0 for group in self.groups for factor in GROUP_CONSTANTS}
-        curves = {f"{c}_{CURVE}": constant.default or 0.0 for c, constant in CURVE_CONSTANTS.items()}
+        curves = {f"{c}_{CURVE}": CURVE_CONSTANTS[c].default or 0.0 for c in CURVE_CONSTANTS if self.muscles}
         joint = {c: float(self.joint[c]) for c in self.joint}
         return muscles | groups | curves | joint | dict.fromkeys(self.effect_parameters, 0.0)
 

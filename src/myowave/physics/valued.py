@@ -181,7 +181,7 @@ def give_values(model: Model, params: Params, like: Tensor) -> Valued:
                 )
             muscle.update({n: v for n, v in changed.items() if n in muscle})
             joint.update({n: v for n, v in changed.items() if n in joint})
-    curve = {c: full[f"{c}_{CURVE}"] for c in CURVE_CONSTANTS}
+    curve = {c: full[f"{c}_{CURVE}"] for c in CURVE_CONSTANTS if model.muscles}
     return Valued(model, muscle, joint, path, effect, curve)
 
 

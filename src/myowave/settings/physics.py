@@ -170,7 +170,7 @@ class Arm(Section):
     @property
     def nominal(self) -> dict[str, float]:
         """Value of each physical constant, by name [SI]."""
-        values = {f"{shape}_{CURVE}": constant.default or 0.0 for shape, constant in CURVE_CONSTANTS.items()}
+        values = {f"{c}_{CURVE}": CURVE_CONSTANTS[c].default or 0.0 for c in CURVE_CONSTANTS if self.muscles}
         values |= values_of(JOINT_CONSTANTS, self.joint, "", self.joint.kind)
         for name, muscle in self.muscles.items():
             of_muscle = values_of(MUSCLE_CONSTANTS, muscle, "", muscle.kind)
