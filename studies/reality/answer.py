@@ -25,21 +25,22 @@ def answer_case(
     settings: DiagnosisSettings,
     say: Callable[[str], None] = lambda line: None,
 ) -> dict[str, Any]:
-    """Diagnose a dataset: verdict, names, classes, sizes with intervals, and errors of whole trials kept for testing.
+    """Diagnose a dataset: verdict, names, classes, sizes with intervals, and errors of whole trials kept for testing,
+    with nothing found and with what was named or, where nothing was, came nearest.
 
     Args:
         effects: the catalogue, without what is withheld.
     """
     found = diagnose(trials, base, effects.values(), identify, settings, say)
     verdict, fits = found.verdict, [rung.fit for rung in found.rungs]
-    named = fits[-1] if verdict.effects else fits[0]
     return {
         "verdict": verdict.kind,
         "names": list(verdict.causes),
         "class": [list(members) for members in verdict.alternatives],
-        "sizes": _sizes(named),
+        "nearest": list(verdict.nearest),
+        "sizes": _sizes(fits[-1]),
         "error_before": held_out_deg(fits[0], trials),
-        "error_after": held_out_deg(named, trials),
+        "error_after": held_out_deg(fits[-1], trials),
         "stages": _stages(found),
     }
 

@@ -1,5 +1,8 @@
 """What was withheld, what was said, and how far trials kept for testing are missed before and after."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import pandas as pd
 from matplotlib.figure import Figure
 
@@ -22,7 +25,7 @@ def draw_reality(table: pd.DataFrame) -> Figure:
     words, errors = axes[0]
     for place, row in enumerate(table.to_dict("records")):
         words.text(0.0, place, "{system} ({kind})\nnot told: {withheld}".format_map(row), va="center", fontsize=9)
-        colour, told = COLOURS[row["grade"]], said(row["verdict"], row["names"], row["class"])
+        colour, told = COLOURS[row["grade"]], said(row)
         words.text(0.47, place, told, va="center", fontsize=9, color=colour, weight="bold")
         words.text(0.99, place, row["grade"], va="center", ha="right", fontsize=9, color=colour)
         pair = [min(error, RUNAWAY) for error in (row["error_before"], row["error_after"])]
@@ -30,8 +33,9 @@ def draw_reality(table: pd.DataFrame) -> Figure:
         errors.plot(pair[:1], [place], "o", color=GREY, label="before" if place == 0 else None)
         errors.plot(pair[1:], [place], "D", color=colour, label="after" if place == 0 else None)
         if pd.notna(row["error_after"]):
-            text = f"{_degrees(row['error_before'])} → {_degrees(row['error_after'])}"
-            errors.annotate(text, (max(pair), place), (8, 0), textcoords="offset points", va="center", fontsize=9)
+            errors.annotate(
+                error_before_after(row), (max(pair), place), (8, 0), textcoords="offset points", va="center", fontsize=9
+            )
     words.set_axis_off()
     words.set_xlim(0, 1)
     words.text(0.0, -0.75, "what moves, and what was withheld", fontsize=10, weight="bold")
@@ -46,15 +50,22 @@ def draw_reality(table: pd.DataFrame) -> Figure:
     return figure
 
 
+def error_before_after(row: Mapping[str, Any]) -> str:
+    """Both errors of a row [deg], one where they are the same."""
+    return " → ".join(dict.fromkeys(_degrees(row[key]) for key in ("error_before", "error_after")))
+
+
 def _degrees(error: float) -> str:
     return f"{error:.2g}" if error < RUNAWAY else "runs away"
 
 
-def said(verdict: str, names: str, classes: str = "") -> str:
-    """The answer in few words, in lines short enough for the picture."""
-    if not names:
-        return PLAIN.get(verdict, verdict)
+def said(row: Mapping[str, Any]) -> str:
+    """The answer of a row in few words, in lines short enough for the picture."""
+    verdict, names, classes = row["verdict"], row["names"], row["class"]
     titles = {name: effect.title for name, effect in catalogue().items()}
+    if not names:
+        near = ", ".join(titles[name] for name in filter(None, row["nearest"].split(", ")))
+        return PLAIN.get(verdict, verdict) + f"\n(nearest: {near})" * bool(near)
 
     def told(name: str) -> str:
         others = max((one.count(" or ") for one in classes.split("; ") if name in one.split(" or ")), default=0)

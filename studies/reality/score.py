@@ -9,7 +9,7 @@ RIVALS = ("lasso", "pysindy")
 GRADES = ("named", "class", "honest", "silent", "wrong")
 COLUMNS = [
     *("system", "kind", "withheld", "verdict", "names", "class", "size_true", "size_found", "size_low", "size_high"),
-    *("error_before", "error_after", "grade", *RIVALS),
+    *("error_before", "error_after", "grade", *RIVALS, "nearest"),
 ]
 
 
@@ -63,6 +63,7 @@ def score_cases(
                 **{key: answer[key] for key in ("error_before", "error_after")},
                 "grade": grade(answer, true),
                 **{rival: _told(answer[rival]) for rival in RIVALS},
+                "nearest": ", ".join(answer["nearest"]),
             }
         )
     return pd.DataFrame(rows, columns=COLUMNS)

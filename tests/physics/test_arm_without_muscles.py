@@ -87,6 +87,6 @@ def test_a_machine_has_no_constants_of_muscles(machine):
     assert (
         set(machine.defaults)
         == physics.parameters
-        == {*("mass", "com", "inertia", "grip", "load", "tilt", "motor", "braking")}
+        == {*("mass", "com", "inertia", "grip", "load", "tilt", "motor", "braking", "drive")}
     )
     assert set(build_model("base+joint_damping", physics).defaults) == {*machine.defaults, "joint_damping.c"}

@@ -119,6 +119,12 @@ JOINT_CONSTANTS = {
         bounds={"ge": 0, "le": 1e4},
         default=0.0,
     ),
+    "drive": Constant(
+        "-",
+        "factor on a motor's torque and back EMF, as of warm windings",
+        bounds={"gt": 0, "le": 10},
+        default=1.0,
+    ),
 }
 OVER_TIME = ("tilt", "motor")
 """Constants of the joint that may be known over time; what is known of them for a trial is then their median."""

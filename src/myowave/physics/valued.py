@@ -61,7 +61,7 @@ class Valued:
         joint = {**self.joint, **{name: self.joint[name] + x for name, x in moved}}
         changed = replace(self, joint=joint)
         made = {
-            "combined": replace(self.combined, tilt=joint["tilt"], motor=joint["motor"]),
+            "combined": replace(self.combined, tilt=joint["tilt"], motor=joint["motor"] * joint["drive"]),
             "curves": self.curves,
             "acting": self.acting,
         }
@@ -97,8 +97,8 @@ class Valued:
             inertia=body.inertia_with(load),
             weight=body.weight_with(load),
             tilt=self.joint["tilt"] if leaning else None,
-            motor=self.joint["motor"] if _counts(self.joint["motor"]) else None,
-            braking=self.joint["braking"] if _counts(self.joint["braking"]) else None,
+            motor=self.joint["motor"] * self.joint["drive"] if _counts(self.joint["motor"]) else None,
+            braking=self.joint["braking"] * self.joint["drive"] if _counts(self.joint["braking"]) else None,
         )
 
     @cached_property

@@ -7,6 +7,7 @@ from myowave.plotting import save
 from myowave.settings.files import read_yaml
 from myowave.workflow.job import job_log
 from studies.reality.figures import draw_reality
+from studies.reality.page import write_page
 from studies.reality.score import score_cases
 
 with job_log("score cases", snakemake.log[0]) as log:
@@ -14,5 +15,6 @@ with job_log("score cases", snakemake.log[0]) as log:
     answers = {Path(path).stem: json.loads(Path(path).read_text()) for path in snakemake.input.answers}
     table = score_cases(cases, answers, read_yaml(Path(snakemake.input.truth), "cases"))
     table.to_csv(snakemake.output.table, index=False)
+    Path(snakemake.output.page).write_text(write_page(table), encoding="utf-8")
     save(draw_reality(table), snakemake.output.picture)
     log.announce(f"reality: {', '.join(f'{count} {grade}' for grade, count in table['grade'].value_counts().items())}")

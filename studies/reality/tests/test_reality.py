@@ -14,6 +14,7 @@ from myowave.physics.simulation import Simulation
 from myowave.settings import DiagnosisSettings, Identify
 from studies.reality.answer import answer_case
 from studies.reality.figures import draw_reality, said
+from studies.reality.page import write_page
 from studies.reality.rivals import lasso
 from studies.reality.score import COLUMNS, GRADES, RIVALS, grade, score_cases
 
@@ -24,8 +25,14 @@ TRUTH = yaml.safe_load((STUDY / "truth.yaml").read_text())
 
 def answer(verdict, names=(), classes=()):
     sizes = {"load_friction.mu": [0.41, 0.38, 0.44]}
-    told = {"verdict": verdict, "names": list(names), "class": [list(c) for c in classes], "sizes": sizes}
-    return {**told, "error_before": 20.0, "error_after": 5.0, **dict.fromkeys(RIVALS, ["joint_damping"])}
+    told = {
+        "verdict": verdict,
+        "names": list(names),
+        "class": [list(c) for c in classes],
+        "sizes": sizes,
+        "nearest": [],
+    }
+    return {**told, "nearest": [], "error_before": 20.0, "error_after": 5.0, **dict.fromkeys(RIVALS, ["joint_damping"])}
 
 
 TWO = {"names": [["a"], ["b", "c"]]}
@@ -74,12 +81,15 @@ def test_the_table_and_the_picture_have_a_row_for_each_case():
     for case in CASES.values():
         assert any(case["withheld"] in text for text in texts)
     assert "friction that grows with the load" in texts
+    page = write_page(table)
+    assert "friction that grows with the load | 0.41, 0.38 to 0.44 (0.4) | 20 → 5 | named | joint damping" in page
 
 
 def test_a_class_is_told_with_the_number_of_others():
-    assert said("partial", "joint_damping", "joint_damping or coulomb_friction") == (
-        "damping of the joint\n   (or 1 other)\nand something else"
-    )
+    row = {"verdict": "partial", "names": "joint_damping", "class": "joint_damping or coulomb_friction", "nearest": ""}
+    assert said(row) == "damping of the joint\n   (or 1 other)\nand something else"
+    row = {"verdict": "unknown", "names": "", "class": "", "nearest": "joint_damping"}
+    assert said(row) == "something unknown\n(nearest: damping of the joint)"
 
 
 def test_a_machine_whose_friction_is_withheld_is_answered_with_it_and_its_size(effects):
