@@ -15,6 +15,7 @@ from typing import Annotated, ParamSpec
 import typer
 
 from myowave.settings import Settings, read_settings
+from myowave.settings.data import Changed
 from myowave.settings.keys import describe, find_keys, list_groups, list_keys
 
 app = typer.Typer(
@@ -259,6 +260,49 @@ def begin_dataset(
     from myowave.starting.new import begin
 
     typer.echo(begin(name, folder, config, (mass, height, sex), arm, force))
+
+
+@app.command()
+@explain_mistakes
+def changed(
+    dataset: Annotated[str, typer.Argument(help="a dataset of the settings, whose trials are prepared")],
+    config: ConfigFiles,
+    reference: Annotated[
+        str, typer.Option(help="trials of the first group, with commas; else those of the settings")
+    ] = "",
+    against: Annotated[str, typer.Option(help="trials of the second group")] = "",
+    electrodes_stayed: Annotated[bool, typer.Option("--electrodes-stayed", help="the electrodes stayed on")] = False,
+    trials: Annotated[
+        Path | None, typer.Option(help="prepared trials; else results/data/DATASET/trials.parquet")
+    ] = None,
+) -> None:
+    """Say what changed between two groups of trials: before and after, with and without."""
+    settings = read_settings(config)
+    block = settings.data.datasets.get(dataset)
+    if block is None:
+        raise ValueError(f"no dataset {dataset!r}; the settings have {', '.join(settings.data.datasets)}.")
+    groups = block.changed
+    if reference or against:
+        names = {"reference": reference, "against": against}
+        groups = Changed.model_validate(
+            {k: [n.strip() for n in v.split(",") if n.strip()] for k, v in names.items()}
+            | {"electrodes_stayed": electrodes_stayed}
+        )
+    if groups is None:
+        raise ValueError(
+            f"data.datasets.{dataset}.changed: found nothing; expected two groups of trials. Add changed: {{reference: "
+            "[trials], against: [trials]}, or give --reference and --against."
+        )
+    prepared = trials or Path(f"results/data/{dataset}/trials.parquet")
+    if not prepared.exists():
+        raise ValueError(
+            f"{prepared}: no such file. Make it with: snakemake --cores 1 results/data/{dataset}/trials.parquet"
+        )
+    from myowave.notebook import tell_changes
+
+    groups = groups.model_copy(update={"electrodes_stayed": groups.electrodes_stayed or electrodes_stayed})
+    physics = settings.physics_of(dataset)
+    typer.echo("\n".join(tell_changes(prepared, physics, groups, settings.diagnosis.scatter, say_aside)))
 
 
 def say_aside(text: str) -> None:

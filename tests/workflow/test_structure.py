@@ -32,7 +32,8 @@ PARTS = {
         "likelihood": ("misfit",),
         "comparison": ("likelihood",),
         "search": ("misfit", "likelihood"),
-        "report": ("misfit", "likelihood", "comparison", "search"),
+        "changed": ("likelihood",),
+        "report": ("misfit", "likelihood", "comparison", "search", "changed"),
     },
 }
 DOORS = {

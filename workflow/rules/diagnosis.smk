@@ -208,3 +208,31 @@ rule list_datasets:
         code=digest("list_datasets"),
     script:
         "../scripts/list_datasets.py"
+
+
+# What changed between two groups of trials, where a dataset asks that.
+rule tell_change:
+    input:
+        trials="results/data/{dataset}/trials.parquet",
+        physics=physics_files,
+        template=page_file("changed.html.j2"),
+        assets=[page_file(name) for name in ("page.html.j2", "tables.html.j2", "style.css")],
+    output:
+        facts=f"{DIAGNOSIS}/changed.json",
+        page=report(
+            f"{DIAGNOSIS}/changed.html",
+            caption="../report/changed.rst",
+            category="3 diagnosis",
+            subcategory="{dataset}",
+            labels={"dataset": "{dataset}", "figure": "what changed"},
+        ),
+    log:
+        "results/logs/tell_change/{dataset}.log",
+    params:
+        physics=physics_section,
+        contents=physics_contents,
+        changed=lambda wildcards: dataset_section(wildcards)["changed"],
+        scatter=section("diagnosis")["scatter"],
+        code=digest("tell_change"),
+    script:
+        "../scripts/tell_change.py"

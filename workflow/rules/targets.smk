@@ -58,7 +58,10 @@ def summaries(wildcards):
 
 
 def verdicts(wildcards):
-    return expand("results/diagnosis/{dataset}/verdict.html", dataset=SETTINGS.targets.diagnosed)
+    diagnosed = SETTINGS.targets.diagnosed
+    return expand("results/diagnosis/{dataset}/verdict.html", dataset=diagnosed) + expand(
+        "results/diagnosis/{dataset}/changed.html", dataset=[name for name in diagnosed if DATASETS[name].changed]
+    )
 
 
 def found_model(summary):

@@ -57,10 +57,12 @@ LARGEST = 1e6  # of residuals: where a torque overflows, its sums are large and 
 
 @dataclass(frozen=True)
 class WindowTorques:
-    """Torques in every window [N m], and the moment of inertia [kg m^2], (..., T, K) each."""
+    """Torques in every window [N m], and the moment of inertia [kg m^2], (..., T, K) each; what is given counts muscles
+    and `effects` on the joint."""
 
     needed: Array
     given: Array
+    effects: Array
     inertia: Array
 
 
@@ -154,9 +156,10 @@ class TorqueBalance:
         inverse, _ = torch.broadcast_tensors(1 / found.inertia, found.total)
         area = self.windows.integrate(inverse)
         needed = (self.moved - self.windows.integrate(found.gravity * inverse)) / area
+        effects = self.windows.integrate(found.effects * inverse) / area
         given = self.windows.integrate((found.driving + found.effects) * inverse) / area
         inertia = self.windows.integrate(torch.ones_like(inverse)) / area
-        return WindowTorques(needed.numpy(), given.numpy(), inertia.numpy())
+        return WindowTorques(needed.numpy(), given.numpy(), effects.numpy(), inertia.numpy())
 
     def unmoved(self, free: Sequence[Free], values: Array) -> Array:
         """int w'' q - w (torque / I) dt of free parameters (..., P), 0 outside trials [rad/s], (..., T K)."""

@@ -70,6 +70,22 @@ def _force_and_length(muscles: Iterable[str] = ("Bi", "Tri")) -> dict[str, Ident
 _IGNORE = "columns of the files that are not needed; * stands for anything, and any other unused column is refused"
 
 
+class Changed(Section):
+    """Two groups of trials to be compared: before and after, with and without, left and right."""
+
+    reference: Annotated[tuple[TrialName, ...], Once] = setting(
+        "trials of the first group; two or more, or there is no control", min_length=1
+    )
+    against: Annotated[tuple[TrialName, ...], Once] = setting("trials of the second group", min_length=1)
+    electrodes_stayed: bool = setting("whether the electrodes stayed on from the first group to the second", "", False)
+
+    @model_validator(mode="after")
+    def _groups_differ(self) -> "Changed":
+        if both := sorted({*self.reference} & {*self.against}):
+            raise ValueError(f"{', '.join(both)} is in both groups; keep it in one")
+        return self
+
+
 class _Dataset(Section):
     """What simulated and measured datasets have in common."""
 
@@ -88,6 +104,12 @@ class _Dataset(Section):
         default=_force_and_length,
         each="constant",
     )
+    changed: Changed | None = setting("what changed between these trials, to be found out; null asks nothing", "", None)
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """Trials that are asked what changed between them."""
+        return () if self.changed is None else (*self.changed.reference, *self.changed.against)
 
 
 def _check_roles(trials: Sequence[str], test: Sequence[str], others: Iterable[str]) -> None:
@@ -131,7 +153,7 @@ class SimulatedDataset(_Dataset):
 
     @model_validator(mode="after")
     def _test_exists(self) -> "SimulatedDataset":
-        _check_roles([str(i + 1) for i in range(self.trials)], self.test, self.conditions)
+        _check_roles([str(i + 1) for i in range(self.trials)], self.test, (*self.conditions, *self.compared))
         return self
 
 
@@ -213,7 +235,8 @@ class RecordedDataset(_Dataset):
 
     @model_validator(mode="after")
     def _roles_fit(self) -> "RecordedDataset":
-        _check_roles(self.trials, self.test, (*self.conditions, *self.cut_s, *self.torque_trials, *self.recordings))
+        others = (*self.conditions, *self.cut_s, *self.torque_trials, *self.recordings, *self.compared)
+        _check_roles(self.trials, self.test, others)
         if wrong := [name for name, (start, end) in self.cut_s.items() if not 0 <= start < end]:
             raise ValueError(f"cut_s of {', '.join(wrong)}: expected [from, to] in seconds, from before to")
         if leaks := sorted({*self.mvc} & {*self.test}):

@@ -1,0 +1,133 @@
+"""How likely the torque of two groups of trials is under a change in the second, all that they share integrated out.
+
+The muscles of each electrode give their activation times a smooth function of angle and velocity, unknown and the same
+in all trials: moment arms, forces and gains are in it, so no error of a muscle model counts that both groups share. On
+top come noise, EMG that differs from trial to trial, and what the recording does not say of the posture.
+
+Sources: Rasmussen & Williams 2006, Gaussian Processes for Machine Learning, Sec. 2.7 (common functions integrated
+out); Kennedy & O'Hagan 2001, J. R. Stat. Soc. B 63 (a discrepancy that repeats).
+
+Shapes: T trials, L windows, C electrodes.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from myowave.diagnosis.changed.windows import Windowed
+from myowave.diagnosis.likelihood.algebra import Component, Residual, log_evidence, most_likely
+
+Array = NDArray[np.float64]
+
+# ASSUME: moment arm times force changes over as much of angle [rad] and velocity [rad/s] as curves of the arm's muscles
+# do: over an elbow's range they are near to parabolas (Murray et al. 1995; Hill 1938).
+SMOOTH_RAD, SMOOTH_RAD_S = 1.2, 4.0
+NEGLIGIBLE = 1e-3  # share of the largest variance below which a direction of such functions is left out
+# ASSUME: what moves the shoulder or the sensor disturbs the torque for about this long [s].
+MEMORY_S = 0.5
+# ASSUME: torque of a relaxed elbow: constant [N m], with the angle [N m/rad], with velocity [N m s/rad] (Hayes & Hatze
+# 1977; Lin et al. 2005, in the middle of the range).
+RELAXED = (0.3, 0.3, 0.2)
+LEAN_RAD = float(np.radians(2.0))  # ASSUME: the lean of the upper arm is known so well in a trial
+LEAN_GAIN = 0.4  # ASSUME: a sensor of it reads between half and all of it; skin moves less than the bone
+# Smallest, where a search starts, largest: torque of one activation from trial to trial, relative to the usual one (5
+# to 30 %: Viitasalo & Komi 1975; Veiersted 1991, cited from memory), and what is left of the EMG's noise in a window.
+# ASSUME: the former is as if the share of muscles with other moment arms changed.
+TRIAL_GAIN, EMG_NOISE = (0.01, 0.05, 0.3), (0.01, 0.1, 1.0)
+STRENGTH = 0.5  # ASSUME: standard deviation of the strength of an electrode's muscles, relative to the fitted one
+SHAPE = (0.01, 0.2, 1.0)  # the same of smooth functions beside the usual curves and paths; curves differ by up to all
+TINY = 1e-6  # squared activation of a silent channel
+
+
+@dataclass(frozen=True)
+class Weighing:
+    """Everything but the change: what stays the same while candidates are weighed.
+
+    Args:
+        by_drive: as `Windowed` has it where nothing has changed.
+        usual: size of the torque of each trial where nothing has changed, (T,) [N m].
+    """
+
+    by_drive: Array
+    usual: Array
+
+    def residual(self, windowed: Windowed) -> Residual:
+        """The torque of the windows less that of the usual muscles, with all that may have made it."""
+        size = float(np.sqrt((windowed.torque**2).mean()))
+        loaded = windowed.sizes / self.usual
+        lasting = [_matern(windowed.time[rows]) for rows in windowed.rows]
+        # ASSUME: a muscle pulls to its own side, so strengths are not negative.
+        strength = np.asarray(nnls(windowed.usual.T, windowed.torque)[0])
+        given = strength[:, None] * windowed.usual
+        share = np.sqrt((given**2).mean(-1) / (windowed.activation**2).mean(-1).clip(TINY))
+        active = share[:, None] * windowed.activation
+
+        def blocks(block: Callable[[int, slice], Array]) -> tuple[Array, ...]:
+            return tuple(block(t, rows) for t, rows in enumerate(windowed.rows))
+
+        def each(r: slice) -> Array:
+            return np.asarray(active[:, r].T @ active[:, r])
+
+        # ASSUME: what is not explained of a torque grows with it. In N m a forearm without weight would need no torque
+        # and leave nothing, and in accelerations one that is heavier than it is would leave less.
+        noise = (0.003 * size, 0.1 * size, size)
+        smooth = smooth_functions(windowed)
+        components = (
+            Component("noise", blocks(lambda t, r: loaded[t] ** 2 * np.eye(len(lasting[t]))), None, None, *noise),
+            Component("lasting noise", blocks(lambda t, r: loaded[t] ** 2 * lasting[t]), None, None, *noise),
+            Component("lean", blocks(lambda t, r: LEAN_RAD**2 * np.outer(windowed.by_tilt[r], windowed.by_tilt[r]))),
+            Component("posture", columns=_posture(windowed)),
+            Component("drive", columns=(np.tile(strength, 2)[:, None] * self.by_drive).T),
+            Component("strength", columns=STRENGTH * given.T),
+            Component("muscles", (), np.concatenate([a[:, None] * smooth for a in active], -1), None, *SHAPE),
+            Component("gain of a trial", blocks(lambda t, r: each(r)), None, None, *TRIAL_GAIN),
+            Component("noise of the EMG", blocks(lambda t, r: each(r) * lasting[t]), None, None, *EMG_NOISE),
+        )
+        left = windowed.torque - given.sum(0)
+        return Residual(tuple(left[rows] for rows in windowed.rows), components)
+
+    def weigh(
+        self, windowed: Windowed, start: Mapping[str, float], further: tuple[Component, ...] = (), *, tune: bool = True
+    ) -> tuple[float, dict[str, float]]:
+        """Log evidence of the torque in units of its size in each trial [nats] and the sizes of what made them.
+
+        Args:
+            start: sizes to start from.
+            further: components beside those of all.
+            tune: whether sizes are sought, or those of the start taken.
+        """
+        residual = self.residual(windowed).with_components(further)
+        if not tune:
+            return log_evidence(residual, start) + windowed.log_size, dict(start)
+        found = most_likely(residual, [c.name for c in further], start)
+        return found.value + windowed.log_size, dict(found.sizes)
+
+
+def _of_trials(windowed: Windowed, values: Array) -> Array:
+    """Root mean square of values (L,) in each trial, (T,)."""
+    return np.sqrt([(values[rows] ** 2).mean() for rows in windowed.rows])
+
+
+def _matern(time: Array) -> Array:
+    """Correlation of what is slow, of order 3/2, (K, K)."""
+    apart = np.sqrt(3) * np.abs(time[:, None] - time) / MEMORY_S
+    return np.asarray((1 + apart) * np.exp(-apart))
+
+
+def smooth_functions(windowed: Windowed) -> Array:
+    """Directions of smooth functions of angle and velocity at the windows, of variance 1, (L, ...)."""
+    q, qdot = windowed.q / SMOOTH_RAD, windowed.qdot / SMOOTH_RAD_S
+    kernel = np.exp(-((q[:, None] - q) ** 2 + (qdot[:, None] - qdot) ** 2) / 2)
+    values, vectors = np.linalg.eigh(kernel)
+    kept = values > NEGLIGIBLE * values[-1]
+    return np.asarray(vectors[:, kept] * np.sqrt(values[kept]))
+
+
+def _posture(windowed: Windowed) -> Array:
+    """What is not known of the posture, in standard deviations: the relaxed joint, gain of the lean's sensor."""
+    constant, stiff, damped = RELAXED
+    columns = [np.full(len(windowed.q), constant), stiff * (windowed.q - 1), damped * windowed.qdot]
+    return np.stack([*columns, LEAN_GAIN * windowed.by_tilt * windowed.read], -1)

@@ -1,0 +1,79 @@
+"""What changed between two groups of trials: the change is named with its size, and where there is none, none is."""
+
+from dataclasses import replace
+
+import pytest
+
+from myowave.data.simulate import simulate_trials
+from myowave.diagnosis.changed.ask import what_changed
+from myowave.diagnosis.report.change import changed_facts, tell_change
+from myowave.settings import Scatter, SimulatedDataset
+
+SCATTER = {"shape": Scatter(absolute=0.15), "delay": Scatter(absolute=0.007)}
+CANDIDATES = ("joint_damping", "hand_load", "gravity_tilt", "extra_delay")
+
+
+@pytest.fixture(scope="module")
+def ask(base, effects):
+    """The question for six trials, of which nobody tells what differs in the third and fourth."""
+
+    def asked(hidden: dict[str, float], against: tuple[str, ...], reference=("1", "2"), names=CANDIDATES, **more):
+        conditions = {name: hidden for name in ("3", "4")}
+        settings = SimulatedDataset(
+            kind="simulated", trials=6, samples=300, test=("6",), seed=3, angle_noise_deg=0.2, conditions=conditions
+        )
+        trials = replace(simulate_trials("elbow", settings, base, {})[0], conditions={})
+        few = [effects[name] for name in names]
+        return what_changed(trials, base, few, reference, against, SCATTER, **{"electrodes_stayed": True, **more})
+
+    return asked
+
+
+@pytest.fixture(scope="module")
+def loaded(ask):
+    return ask({"load": 0.4}, ("3", "4"))
+
+
+def test_a_load_that_nobody_told_is_named_with_its_size(loaded):
+    assert loaded.names == ("hand_load",)
+    found = loaded.of("hand_load")
+    assert found.value == pytest.approx(0.4, rel=0.25)
+    assert found.interval[0] < 0.4 < found.interval[1]
+
+
+def test_the_other_way_round_the_load_is_less(ask):
+    found = ask({"load": 0.4}, ("1", "2"), reference=("3", "4"), names=("hand_load", "joint_damping"))
+    assert found.names == ("hand_load",) and found.of("hand_load").interval[1] < 0
+
+
+def test_a_lean_is_no_load(ask):
+    found = ask({"tilt": 0.2}, ("3", "4"), names=("hand_load", "gravity_tilt"))
+    assert found.names == ("gravity_tilt",) and found.of("gravity_tilt").value == pytest.approx(0.2, abs=0.1)
+
+
+def test_nothing_is_found_where_nothing_changed_nor_in_the_control(loaded, ask):
+    same = ask({"load": 0.4}, ("5",))
+    assert same.names == () and same.arm.unchanged > 0.5
+    assert loaded.control is not None and loaded.control.names == ()
+
+
+def test_electrodes_placed_anew_may_be_what_changed(ask):
+    names = ("hand_load", "emg_gain")
+    found = ask({"load": 0.4}, ("3", "4"), names=names, electrodes_stayed=False)
+    assert "emg_gain" in found.names and "hand_load" in found.names
+    assert "emg_gain" not in ask({"load": 0.4}, ("3", "4"), names=names).names
+
+
+def test_an_effect_with_states_is_said_to_be_left_out(ask):
+    assert ask({"load": 0.4}, ("3",), names=("hand_load", "fatigue", "vmax_change")).left_out == (
+        "fatigue",
+        "vmax_change",
+    )
+
+
+def test_the_first_sentence_tells_what_how_much_and_what_the_control_says(loaded):
+    facts = changed_facts("elbow", loaded)
+    told = tell_change(facts)
+    assert "a load in the hand that nobody noted" in told[0] and "kg" in told[0]
+    assert "split in two" in " ".join(told)
+    assert facts["class"] == ["hand_load"] and facts["changes"][0]["low"] < 0.4 < facts["changes"][0]["high"]

@@ -1,0 +1,28 @@
+"""Find out what changed between two groups of trials, and tell it on a page."""
+
+from pathlib import Path
+
+from myowave.data.store import read_trials, write_json
+from myowave.diagnosis.changed.ask import what_changed
+from myowave.diagnosis.report.change import change_page, changed_facts
+from myowave.models import build_model
+from myowave.physics.effects import catalogue
+from myowave.settings import Physics, Scatter
+from myowave.workflow.job import job_log
+
+inputs, outputs, params = snakemake.input, snakemake.output, snakemake.params
+with job_log(f"what changed in {snakemake.wildcards.dataset}", snakemake.log[0]) as log:
+    physics = Physics.model_validate(params.physics)
+    found = what_changed(
+        read_trials(inputs.trials),
+        build_model("base", physics),
+        catalogue(physics.effect_files).values(),
+        params.changed["reference"],
+        params.changed["against"],
+        {name: Scatter.model_validate(scatter) for name, scatter in params.scatter.items()},
+        electrodes_stayed=params.changed["electrodes_stayed"],
+        report=log.say,
+    )
+    facts = changed_facts(snakemake.wildcards.dataset, found)
+    write_json(facts, outputs.facts)
+    Path(outputs.page).write_text(change_page(facts, Path(inputs.template)), encoding="utf-8")
