@@ -18,10 +18,11 @@ from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search import follow
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.diagnosis.search.rank import count_folds, folds_won, left_out_residuals, rank_effects
-from myowave.identification.output_error import fit_from, refit
+from myowave.identification.free_parameters import free_parameters
+from myowave.identification.output_error import fit_from, fit_simulated, refit
 from myowave.identification.prediction import predict
 from myowave.identification.record import make_record
-from myowave.identification.stages import follows
+from myowave.identification.stages import attempt_torque, fit_like, follows
 from myowave.identification.torque import TorqueFit
 from myowave.physics.effect import Effect, Parameter
 from myowave.settings import DiagnosisSettings
@@ -193,3 +194,17 @@ def test_folds_leave_out_trials_and_not_pieces(make_fit, effects):
     other = replace(fit, normal=replace(normal, residual=residual, vector=vector))
     before, after = (left_out_residuals(f)[rows[0]] for f in (fit, other))
     np.testing.assert_allclose(after, before, atol=1e-12)
+
+
+def test_a_model_asked_for_by_name_is_fitted_where_the_base_stands_on_torque(make_trials, base, effects, identify):
+    record = make_record(make_trials({"joint_damping": {"c": 1.5}}), base).train
+    free = free_parameters(base, identify, ())
+    torque = attempt_torque(base, record, free)
+    standing = replace(fit_simulated(base, record.cut(0.5), torque.fixed, torque.values), torque=torque)
+    damped = base.with_effects([effects["joint_damping"]])
+    fit = fit_like(standing, damped, free_parameters(damped, identify, ()))
+    found = dict(zip((p.name for p in fit.free), fit.values, strict=True))
+    assert found["joint_damping.c"] == pytest.approx(1.5, rel=0.25)
+    with pytest.raises(ValueError, match="not fitted"):
+        tiring = base.with_effects([effects["fatigue"]])
+        fit_like(standing, tiring, free_parameters(tiring, identify, ()))

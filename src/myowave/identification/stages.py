@@ -60,13 +60,11 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
         return found
     # ASSUME: motion that a model does not follow over whole trials tells nothing of constants that nobody measured;
     # torque does, and they stay where it leaves them.
-    standing = None if torque is None else _on_torque(model, pieces, torque)
-    if torque is not None and standing is not None:
-        some = [fixed if p.assumed else p for p, fixed in zip(torque.free, torque.fixed, strict=True)]
-        shortest = _next(model, pieces, some, torque.values)
-        if shortest is None or not follows(shortest):
-            return _scored(model, record, standing)
-        standing = shortest
+    standing = None if torque is None else _from_torque(model, pieces, torque)
+    if standing is not None:
+        if standing.torque is not None:
+            return standing
+        some = standing.free
     else:
         some = [p for p in free if not p.assumed]
         standing = _shortest(model, pieces, some, starts)
@@ -105,6 +103,34 @@ def over_short_pieces(model: Model, record: Record, free: Sequence[Free], values
     pieces = record.cut(HORIZONS_S[0])
     some = pieces.take(range(0, len(pieces.names), -(-len(pieces.names) // ENOUGH_PIECES)))
     return attempt_fit(lambda: fit_simulated(model, some, free, values))
+
+
+def fit_like(standing: Fit, model: Model, free: Sequence[Free]) -> Fit:
+    """A model with further effects, fitted as far as one that stands on torque: to torque, then to short pieces.
+
+    Raises:
+        ValueError: if it has no fit to torque, or no motion.
+    """
+    pieces = standing.record
+    assert standing.torque is not None and pieces.pieces is not None
+    torque = attempt_torque(model, pieces.pieces.whole, free)
+    found = None if torque is None else _from_torque(model, pieces, torque)
+    if found is None:
+        raise ValueError("not fitted: the measured angle says nothing of its states, or it has no motion there")
+    return found
+
+
+def _from_torque(model: Model, pieces: Record, torque: TorqueFit) -> Fit | None:
+    """The fit to short pieces from one to torque; the latter, with its scores, where the model does not follow them."""
+    standing = _on_torque(model, pieces, torque)
+    if standing is None:
+        return None
+    assert pieces.pieces is not None
+    some = [fixed if p.assumed else p for p, fixed in zip(torque.free, torque.fixed, strict=True)]
+    shortest = _next(model, pieces, some, torque.values)
+    if shortest is None or not follows(shortest):
+        return _scored(model, pieces.pieces.whole, standing)
+    return shortest
 
 
 def _hopeless(fit: Fit) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from myowave.diagnosis.changed.ask import Answered, Change
-from myowave.diagnosis.report.numbers import number
+from myowave.diagnosis.report.numbers import number, two_digits
 from myowave.diagnosis.report.templates import fill
 from myowave.diagnosis.report.words import explained, titled
 
@@ -87,7 +87,7 @@ def tell_change(facts: Mapping[str, Any]) -> list[str]:
 def _amount(change: Mapping[str, Any]) -> str:
     at = f" at {change['electrode']}" if change["electrode"] else ""
     unit = "" if change["unit"] == "-" else f" {change['unit']}"
-    low, high = number(change["low"]), number(change["high"])
+    low, high = (two_digits(change[end]) for end in ("low", "high"))
     return f"{change['title']} ({change['effect']}{at}) by {change['value']:+.2g}{unit} (95 %: {low} to {high})"
 
 

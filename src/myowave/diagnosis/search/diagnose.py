@@ -22,7 +22,7 @@ from myowave.identification.free_parameters import free_parameters
 from myowave.identification.output_error import Fit, refit
 from myowave.identification.prediction import Prediction, predict
 from myowave.identification.record import Record, make_record
-from myowave.identification.stages import fit_in_stages, follows
+from myowave.identification.stages import fit_in_stages, fit_like, follows
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import DiagnosisSettings, Identify, Scatter
@@ -184,8 +184,10 @@ def fit_beside(
     """
     wanted = {effect.name for effect in model.effects}
     within = [fit for fit in ladder if {effect.name for effect in fit.model.effects} <= wanted]
-    record = ladder[0].record
-    return refit(within[-1], model, free_parameters(model, identify, record.known, scatter))
+    free = free_parameters(model, identify, ladder[0].record.known, scatter)
+    if within[-1].torque is not None:
+        return fit_like(within[-1], model, free)  # from values of torque alone a refit to motion does not move
+    return refit(within[-1], model, free)
 
 
 def make_rung(fit: Fit, test: Record) -> Rung:
