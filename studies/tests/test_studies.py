@@ -8,7 +8,6 @@ from project_copy import ROOT, Project
 from myowave.settings import parse_settings
 from myowave.settings.files import read_layers
 from studies.held_out.settings import HeldOut
-from studies.scales.settings import Scales
 from studies.section import read_section
 from studies.verdicts.settings import WORLDS, Verdicts
 
@@ -18,7 +17,7 @@ OWN_RULES = {
     for name in STUDIES
     for rule in re.findall(r"^rule (\w+):", (ROOT / f"studies/{name}/Snakefile").read_text(), re.MULTILINE)
 }
-SECTIONS = {"held_out": HeldOut, "verdicts": Verdicts, "scales": Scales}
+SECTIONS = {"held_out": HeldOut, "verdicts": Verdicts}
 SMALLER = {"draws": [1, 2, 3]}
 
 
@@ -35,10 +34,6 @@ def test_a_study_plans_its_own_jobs_and_none_of_the_main_jobs_pages(name, projec
     assert not set(planned) & {"diagnose_dataset", "tell_verdict", "publish_runs"}
 
 
-def changed(changes: dict) -> dict:
-    return {"conditions": {"mine": {"recipe": "rollout", "changes": changes}}}
-
-
 @pytest.mark.parametrize(
     ("name", "settings", "says"),
     [
@@ -48,9 +43,6 @@ def changed(changes: dict) -> dict:
         ("verdicts", {"dataset": "bench_elbow"}, "verdicts.dataset: there is no 'bench_elbow' among simulated ones"),
         ("verdicts", {"effects": ["fatigu"]}, "verdicts.effects: there is no 'fatigu'; did you mean 'fatigue'?"),
         ("verdicts", {"effects": ["fatigue", "fatigue"]}, "fatigue is there more than once"),
-        ("scales", {"datasets": {"case7": {}}}, "scales.datasets.case7: there is no 'case7'"),
-        ("scales", changed({"hiden": 3}), "conditions.mine.changes: hiden: unknown key; did you mean 'hidden'?"),
-        ("scales", changed({"hidden": -3}), "scales.conditions.mine.changes: hidden = -3: expected a whole number"),
     ],
 )
 def test_wrong_settings_of_a_study_are_refused(name, settings, says):

@@ -7,8 +7,6 @@ import yaml
 
 from myowave.settings import parse_settings
 from studies.held_out.settings import HeldOut
-from studies.scales.settings import Scales
-from studies.scales.ways import WAYS
 from studies.section import read_section
 
 ROOT = Path(__file__).parents[2]
@@ -47,16 +45,11 @@ def split(**roles) -> dict:
     return {"like_the_others": {"one": roles}}
 
 
-def of_study(kind=HeldOut, **changes) -> str:
+def of_study(**changes) -> str:
     """The same of the settings of a study."""
-    name = "held_out" if kind is HeldOut else "scales"
-    section = yaml.safe_load((ROOT / f"studies/{name}/settings.yaml").read_text())[name]
-    read_section(kind, name, {**section, **changes}, parse_settings(SHIPPED))
+    section = yaml.safe_load((ROOT / "studies/held_out/settings.yaml").read_text())["held_out"]
+    read_section(HeldOut, "held_out", {**section, **changes}, parse_settings(SHIPPED))
     return ""
-
-
-def condition(**keys) -> dict:
-    return {"kind": Scales, "conditions": {"some": {"recipe": "rollout", **keys}}}
 
 
 VALUES = [
@@ -191,15 +184,11 @@ SESSIONS = {
     "no electrode for a muscle": ({"emg": {"emg_biceps": {"file": "x"}}}, "Tri in arm paper is driven by emg_triceps"),
     "a name with a placeholder": ({"trials": ["{a}", "b", "c"]}, "rename the trial"),
 }  # fmt: skip
-COUNTED = next(name for name, way in WAYS.items() if way.against)
 ALL = [f"load{kg}_{n}" for kg in ("2.75", "5.5") for n in (1, 2, 3)]
 STUDIES = {
     "all trials of a study test": ({"questions": split(train=[], test=ALL)}, "train = .*not empty"),
     "a trial that trains and tests": ({"questions": split(train=ALL, test=ALL[:1])}, "load2.75_1 would train and test"),
     "no such trial in a study": ({"questions": split(train=ALL[1:], test=["load9"])}, "there is no 'load9'"),
-    "ways that nobody knows": (condition(ways=["one", "twice"]), r"conditions.some.ways\[1\]: there is no 'twice'"),
-    "a way without its counterpart": (condition(ways=[COUNTED]), "is compared with .*, which is not among them"),
-    "no such dataset in a comparison": (condition(datasets=["case7"]), "there is no 'case7'"),
     "no such question": ({"questions": {"why": {}}}, "held_out.questions"),
     "no such dataset in a study": ({"dataset": "case7"}, "held_out.dataset: there is no 'case7'"),
     "no such recipe in a study": ({"recipe": "recordde"}, "did you mean 'recorded'"),

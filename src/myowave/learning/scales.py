@@ -1,6 +1,6 @@
 """Whether more scales help, judged by the scatter of seeds, for every dataset, model and recipe.
 
-Seeds see one draw of the data: a finding may be another in the next (`studies/scales` judges over draws).
+Seeds see one draw of the data: a finding may be another in the next (docs/multiresolution.md judged over draws).
 """
 
 import numpy as np
