@@ -91,6 +91,7 @@ def facts() -> Callable[..., dict[str, Any]]:
         "missing_deg": 0.0,
         "missing_Nm": 0.0,
         "emg_noise": 0.0,
+        "probabilities": {"joint_damping": 0.97, "outside": 0.02},
         "emg_motion_deg": 0.0,
         "evidence": {
             "joint_damping": {"without": "base", "delta_bic": 80.0, "folds_won": 4, "folds": 4, "alone": True}

@@ -47,7 +47,7 @@ def filtered(trials):
 
 def clock_drifted(trials):
     time = np.arange(trials.angle.shape[1]) * trials.dt
-    return replace(trials, angle=np.stack([np.interp(1.02 * time, time, angle) for angle in trials.angle]))
+    return replace(trials, angle=np.stack([np.interp(1.005 * time, time, angle) for angle in trials.angle]))
 
 
 def with_coloured_noise(trials):

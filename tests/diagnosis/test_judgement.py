@@ -11,9 +11,7 @@ from myowave.diagnosis.misfit.size import Size
 from myowave.diagnosis.search.conclude import Findings
 from myowave.diagnosis.search.rank import rank_effects
 from myowave.diagnosis.search.selection import Selection
-from myowave.diagnosis.search.verdict import EMG_NOISE, judge
-from myowave.identification.disturbance import Disturbance
-from myowave.identification.whitening import Whitener
+from myowave.diagnosis.search.verdict import judge
 
 NOISE, MISSING = np.radians(0.5), np.radians(0.3)
 
@@ -36,14 +34,13 @@ def usual(fit):
     return replace(fit, values=np.array([p.start for p in fit.free]))
 
 
-def found(selection, *, only_noise=True, slow=0.0, repeated=0.0, emg=0.0):
-    """What a search found: what is certainly left is slow, or repeated in all trials, in variances of independent
-    samples."""
-    size = Size(NOISE, 0.0 if only_noise else MISSING, 1.0, 1.4, 1.0, 100.0)
-    nothing = Whitener(np.zeros((1, 0, 2, 2)), np.zeros((1, 1, 2)), np.ones((1, 1)), NOISE)
-    force = Disturbance(emg, NOISE, 50.0, nothing) if emg else None
-    left = Left(size, slow, Repeated(10.0 + 20.0**0.5 + repeated, 10.0, NOISE**2), only_noise)
-    return Findings(selection, left, force)
+def found(selection, *, only_noise=True, slow=0.0, repeated=0.0):
+    """What a search over pieces found: what is certainly left is slow, or repeated in all trials, in variances of
+    independent samples."""
+    chance = 20.0**0.5 if slow else 0.0
+    size = Size(NOISE, 0.0 if only_noise else MISSING, 1.0 + (slow + chance) / 10.0, 1.4, 1.0, 10.0)
+    left = Left(size, Repeated(10.0 + 20.0**0.5 + repeated, 10.0, NOISE**2), only_noise)
+    return Findings(selection, left)
 
 
 @pytest.fixture
@@ -96,16 +93,6 @@ def test_a_model_that_does_not_follow_is_unknown_whatever_it_leaves(named, weigh
     for selection in (named(), Selection((usual,), (weighed,))):
         verdict = judge(found(selection), follows=False)
         assert verdict.kind == "unknown" and not verdict.follows and not verdict.effects
-
-
-def test_noise_of_the_emg_is_a_cause_beside_effects_or_alone_where_nothing_else_is_left(named, weighed, usual):
-    nothing = Selection((usual,), (weighed,))
-    alone, both = judge(found(nothing, emg=0.02)), judge(found(named(), emg=0.02))
-    assert alone.kind == both.kind == "effect" and alone.emg_noise == both.emg_noise == 0.02
-    assert alone.effects == () and alone.causes == (EMG_NOISE,)
-    assert both.effects == ("joint_damping",) and both.causes == ("joint_damping", EMG_NOISE)
-    unsettled = judge(found(nothing, only_noise=False, slow=50.0, emg=0.02))
-    assert unsettled.kind == "unknown" and unsettled.causes == () and unsettled.emg_noise == 0.0
 
 
 @pytest.mark.parametrize(("errors_away", "kind"), [(1.0, "adequate"), (4.0, "undecidable"), (-4.0, "undecidable")])

@@ -6,10 +6,7 @@ from scipy.signal import butter, filtfilt
 
 from myowave.diagnosis.misfit.repeated import Repeated, repeated_misfit
 from myowave.diagnosis.misfit.size import LEAST_RATIO, Size, size_of, size_of_misfit
-from myowave.diagnosis.search.conclude import search, within_band
-from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
-from myowave.identification.whitening import MotionBand
 
 NOISE_DEG = 0.5
 
@@ -95,18 +92,3 @@ def test_what_noise_often_gives_is_not_certainly_left():
     assert Repeated(58.0, 50.0, 1.0).certain == 0.0 and Repeated(75.0, 50.0, 1.0).certain == pytest.approx(15.0)
     assert Size(0.01, 0.0, 1.1, 1.2, 1.0, 50.0).certain == 0.0
     assert Size(0.01, 0.0, 1.4, 1.2, 1.0, 50.0).certain == pytest.approx(10.0)
-
-
-def test_an_angle_that_has_passed_a_filter_is_judged_by_what_is_slow(make_trials, base, free, effects):
-    trials = make_trials({"joint_damping": {"c": 1.0}}, noise_deg=0.0)
-    random = np.random.default_rng(0)
-    for i, length in enumerate(trials.lengths):
-        white = np.radians(NOISE_DEG) * random.standard_normal(length)
-        trials.angle[i, :length] += filtfilt(*butter(4, 4.0, fs=1 / trials.dt), white)
-    fit = fit_model(base, make_record(trials, base).train, free)
-    size = size_of_misfit(fit)
-    assert fit.record.noise < 0.8 * size.noise, "its finest scales are nearly empty"
-    band = within_band(fit, size).record
-    assert isinstance(band.filter, MotionBand) and band.noise == size.noise
-    found = search(fit, [effects["joint_damping"], effects["gravity_tilt"]])
-    assert found.selection.effects == ("joint_damping",) and found.left.only_noise and found.disturbance is None

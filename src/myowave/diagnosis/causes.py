@@ -5,3 +5,10 @@ EMG_NOISE_TITLE = "noise of the recorded EMG"
 OWN_CURVES = "muscle curves of another shape"  # than the settings or an effect of the catalogue allow
 OUTSIDE = "outside"  # in a class: something like it that the catalogue lacks
 CLOCK_DRIFT, GAIN_PER_TRIAL = "clock_drift", "gain_per_trial"  # of the recorder: causes of misfit that no physics has
+CAUSE_TITLES = {
+    EMG_NOISE: EMG_NOISE_TITLE,
+    OWN_CURVES: OWN_CURVES,
+    OUTSIDE: "something the catalogue lacks",
+    CLOCK_DRIFT: "drift of the clock",
+    GAIN_PER_TRIAL: "a gain of the EMG that differs between trials",
+}

@@ -203,6 +203,19 @@ class Covariance:
                 slopes[c.name] -= float(of_tail @ c.tail)
         return {name: self.sizes[name] ** 2 * slope for name, slope in slopes.items()}
 
+    def made_by(self, name: str) -> Array:
+        """What one component is expected to have made of the values, (L,)."""
+        component, size = self.residual.component(name), self.sizes[name]
+        divided = np.zeros(len(self.residual.stacked))
+        for rows, root in zip(self.residual.rows, self.roots, strict=True):
+            divided[rows] = lapack.dtrtrs(root, self.solved[1][rows], lower=1, trans=1)[0]
+        made = np.zeros(len(divided))
+        for rows, block in zip(self.residual.rows, component.blocks, strict=False):
+            made[rows] = size**2 * block @ divided[rows]
+        return (
+            made if component.columns is None else made + size**2 * component.columns @ (component.columns.T @ divided)
+        )
+
     def posterior(self, columns: Array) -> tuple[Array, Array]:
         """Mean (C,) and covariance (C, C) of amplitudes N(0, 1) that act through further columns (L, C)."""
         covariance: Array = np.asarray(np.linalg.inv(np.eye(columns.shape[1]) + self.inner(columns, columns)))

@@ -131,7 +131,7 @@ def settle(begin: Hypothesis, leader: float = -math.inf, behind: float = 20.0, s
         steps: of the parameters, before causes are weighed again.
     """
     best = begin
-    for _ in range(CLIMBS):
+    for turn in range(CLIMBS):
         if best.total < leader - behind:
             break
         fit = climb(best, steps)
@@ -141,9 +141,10 @@ def settle(begin: Hypothesis, leader: float = -math.inf, behind: float = 20.0, s
             Hypothesis.of(fit, best.looking, best.effects, [best.best], best.prior), expected_emg=best.expected_emg
         )
         gained = found.total - best.total
-        if gained > 0:
+        # Where the first step comes from its evidence is of first order, be it the larger.
+        if gained > 0 or not turn:
             best = found
-        if gained < 2 * LITTLE:
+        if gained < 2 * LITTLE and turn:
             break
     return best
 

@@ -7,16 +7,13 @@ has then shown nothing but that curves differ.
 Shapes: T trials, N samples, M muscles, C columns.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from myowave.diagnosis.misfit.repeated import along_steps, moved_by
+from myowave.diagnosis.misfit.repeated import along_steps
 from myowave.identification.disturbance import forcing_by
-from myowave.identification.least_squares import Normal, gain_of, gather
 from myowave.identification.output_error import Fit
 from myowave.physics.curves import Curves
 from myowave.physics.dynamics import muscle_quantities
@@ -44,21 +41,6 @@ MORE_FORCE = Effect(
 )
 
 
-@dataclass(frozen=True)
-class CurvesOut:
-    """A fit with bumps on the curves, expected at 0, integrated out.
-
-    Args:
-        drop: how much the objective falls by them [rad^2].
-        occam: what they cost: minus twice the logarithm of how much the data narrow them (Laplace).
-        normal: the normal equations with them among the parameters, and what they leave of the residual.
-    """
-
-    drop: float
-    occam: float
-    normal: Normal
-
-
 def bumps(curves: Curves, activation: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
     """Force in units of f0 of one standard deviation of every bump, (..., C); arguments of one shape (...)."""
     lengthening = curves.force_velocity(velocity)
@@ -74,12 +56,6 @@ def _bump(x: Tensor, at: float) -> Tensor:
     return torch.exp(-0.5 * ((x - at) / WIDTH) ** 2)
 
 
-def own_curves(fit: Fit) -> Array:
-    """What one standard deviation of each bump on a curve of each muscle does to what counts of the angle, the starts
-    of the trials fitted, (T, N, C)."""
-    return moved_by(fit, pushes_of_curves(fit))
-
-
 def pushes_of_curves(fit: Fit) -> Array:
     """What each such bump adds to the state within a step, (T, N - 1, K, C)."""
     # ASSUME: a fibre on a compliant tendon is about as long as on a stiff one.
@@ -88,21 +64,3 @@ def pushes_of_curves(fit: Fit) -> Array:
     force = bumps(fibre["curves"], activation, fibre["fibre_length"], fibre["fibre_velocity"])
     pushes = forcing_by(fit, MORE_FORCE)[..., None] * force.numpy()[:, :, None]
     return pushes.reshape(*pushes.shape[:3], pushes.shape[3] * pushes.shape[4])
-
-
-def integrate_out_curves(fit: Fit, variance: float) -> CurvesOut:
-    """A fit with the shapes of the muscles' curves as nuisance parameters, integrated out to first order.
-
-    Args:
-        variance: of an independent sample of the residual [rad^2].
-    """
-    normal, columns = fit.normal, own_curves(fit)
-    (signal, imitation), left = normal.beyond(columns), normal.left
-    information = signal.T @ signal
-    gain = gain_of(information, signal.T @ left, prior=variance)
-    size = gain.estimate
-    residual = normal.residual - (signal @ size)[: normal.residual.size].reshape(normal.residual.shape)
-    slope = np.concatenate([normal.slope, columns], -1)
-    weight, off = np.r_[normal.weight, np.full(len(size), variance)], np.r_[normal.off + imitation @ size, -size]
-    occam = float(np.linalg.slogdet(np.eye(len(size)) + information / variance)[1])
-    return CurvesOut(gain.fall, occam, gather(residual, slope, normal.by_start, weight, off))

@@ -8,7 +8,7 @@ Shapes: T trials, N samples, K numbers of the state, M muscles, C columns, P par
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from operator import itemgetter
 
 import numpy as np
@@ -18,14 +18,11 @@ from scipy.stats import chi2
 from torch import Tensor
 
 from myowave.diagnosis.misfit.size import Size
-from myowave.diagnosis.misfit.terms import OF_SENSOR, excitation_effect, torque_effect, torque_terms
+from myowave.diagnosis.misfit.terms import OF_SENSOR, torque_terms
 from myowave.identification.disturbance import excitation_forcing, forcing_by
 from myowave.identification.least_squares import Normal, gain_of
 from myowave.identification.output_error import Fit
-from myowave.identification.whitening import MotionBand
-from myowave.physics.effect import Effect
 from myowave.physics.effects.constant_torque import EFFECT as CONSTANT_TORQUE
-from myowave.physics.effects.forearm_inertia import EFFECT as FOREARM_INERTIA
 from myowave.physics.trajectory import recur
 
 Array = NDArray[np.float64]
@@ -81,7 +78,7 @@ def repeated_misfit(fit: Fit, size: Size, normal: Normal | None = None) -> Repea
     columns = columns / np.sqrt((columns**2).mean((0, 1))).clip(1e-300)
     # What the fitted parameters can do has been done: the rest of each part of the correction is what it can add.
     (signal, _), left = normal.beyond(columns), normal.left
-    variance = size.noise**2 if isinstance(fit.record.filter, MotionBand) else normal.variance(fit.record.samples)
+    variance = normal.variance(fit.record.samples)
     # ASSUME: no part of the correction makes more than the whole misfit does.
     gain = gain_of(signal.T @ signal, signal.T @ left, prior=variance / max(float((left**2).mean()), 1e-300))
     return Repeated(gain.fall / variance, gain.freedom, variance)
@@ -113,19 +110,6 @@ def along_steps(fit: Fit) -> tuple[Tensor, Tensor, Tensor]:
     """Angle and velocity of a fit's motion (T, N - 1) and its activations (T, N - 1, M) where each step begins."""
     q, v = fit.sensitive.motion.state[:, :-1, :2].unbind(-1)
     return q, v, fit.simulation.drive.activation[..., 0, :].expand(*q.shape, -1)
-
-
-def correcting_effects(fit: Fit) -> dict[str, Effect]:
-    """Effects that are a part of a fit's general correction each, by the same words; of the parts that depend on the
-    moment alone."""
-    names = [muscle.name for muscle in fit.model.muscles]
-    torques = enumerate(torque_terms(names, _middle(fit)).items())
-    effects = {_torque_like(text): torque_effect(f"torque_{n}", text, term) for n, (text, term) in torques}
-    effects[_torque_like(ACCELERATION)] = replace(FOREARM_INERTIA, name="torque_of_inertia")
-    for i, name in enumerate(names):
-        for n, (text, part) in enumerate(_of_excitations(names, i).items()):
-            effects[_excitation_like(name, text)] = excitation_effect(f"excitation_{i}_{n}", text, part, i)
-    return effects | {_angle_that_is(text): effect for text, (_, effect) in OF_SENSOR.items()}
 
 
 def _of_excitations(names: Sequence[str], own: int) -> dict[str, Callable[[Tensor], Tensor]]:

@@ -11,18 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 from scipy.signal import periodogram
 from scipy.stats import f as f_distribution
 
 from myowave.identification.noise import SMALLEST_NOISE_DEG
 from myowave.identification.output_error import Fit
 from myowave.identification.record import Record
-from myowave.identification.spectrum import ABOVE, CORNERS
-from myowave.identification.whitening import MotionBand, let_through
 
 Array = NDArray[np.float64]
 
+ABOVE = (1.5, 3.0)  # just above the band of the motion, in units of its edge
 MOTION = 0.99  # share of the motion's power that lies in its band
 SIGNIFICANCE = 1e-3
 LEAST_RATIO = 1.25  # of powers: what is less is said to be nothing, however many samples there are
@@ -82,8 +80,6 @@ def size_of(residual: Array, motion: Array, record: Record, fitted: float = 0.0,
     within = power[(frequency > 0) & (frequency <= edge)]
     above = (frequency > ABOVE[0] * edge) & (frequency <= ABOVE[1] * edge)
     beside = power[above]
-    if isinstance(record.filter, MotionBand) and len(beside):
-        beside = beside / _passed(frequency[above] / edge, beside)
     floor = np.radians(SMALLEST_NOISE_DEG) ** 2
     free = max(2.0, 2.0 * len(within) - fitted)
     density = within.sum() * 2 / free + floor
@@ -102,21 +98,6 @@ def spectrum(values: Array, record: Record) -> tuple[Array, Array]:
     found = [periodogram(joined, 1 / record.dt, detrend=False) for joined in record.joined(values).values()]
     frequency, power = (np.concatenate(parts) for parts in zip(*found, strict=True))
     return frequency, power / (2 * record.dt)
-
-
-def _passed(place: Array, density: Array) -> Array:
-    """Share of the noise's power that a filter lets through just above the motion's band.
-
-    Args:
-        place: frequencies in units of the band's edge, (F,).
-        density: of the noise there [rad^2].
-    """
-
-    def unlikely(log_corner: float) -> float:  # Whittle's likelihood, with the noise that is then most likely
-        through = let_through(place, np.exp(log_corner)) ** 2
-        return float(np.log(through).sum() + len(density) * np.log((density / through).mean()))
-
-    return let_through(place, np.exp(minimize_scalar(unlikely, bounds=np.log(CORNERS), method="bounded").x)) ** 2
 
 
 def _edge(motions: list[Array], dt: float) -> float:

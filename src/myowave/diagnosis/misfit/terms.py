@@ -72,23 +72,6 @@ def torque_effect(name: str, text: str, term: OfJoint) -> Effect:
     return Effect(name, "joint", f"c {text}", torque, {"c": parameter}, source=SOURCE)
 
 
-def excitation_effect(name: str, text: str, part: Callable[[Tensor], Tensor], to: int) -> Effect:
-    """An effect that adds to one muscle's excitation a share x of something made of all.
-
-    Args:
-        part: of the excitations (..., M), (...).
-        to: the muscle's place among them.
-    """
-
-    def more(excitation: Tensor, side: Tensor, *, x: Tensor) -> Tensor:
-        one = torch.zeros_like(side)
-        one[..., to] = 1.0
-        return excitation + x * one * part(excitation)[..., None]
-
-    parameter = Parameter("-", -1.0, 1.0, 0.1, "share")
-    return Effect(name, "excitation", f"u + x {text}", more, {"x": parameter}, source=SOURCE)
-
-
 # What a sensor may add to the angle, of angle and velocity, by how it is written, and effects that do.
 OF_SENSOR: Mapping[str, tuple[Callable[[Tensor, Tensor], Tensor], Effect]] = {
     "off": (lambda q, v: torch.ones_like(q), replace(angle_offset.EFFECT, name="sensor_off")),

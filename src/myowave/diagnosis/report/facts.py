@@ -1,10 +1,11 @@
 """A diagnosis as verdict.json: numbers, names, kinds and units. `tell` makes all sentences of these."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from myowave.diagnosis.causes import EMG_NOISE, EMG_NOISE_TITLE, OWN_CURVES
+from myowave.diagnosis.causes import CAUSE_TITLES, CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, OWN_CURVES
 from myowave.diagnosis.misfit.size import size_of_misfit
 from myowave.diagnosis.misfit.where import locate
 from myowave.diagnosis.search.diagnose import Diagnosis
@@ -13,6 +14,7 @@ from myowave.identification.noise import is_bound
 from myowave.identification.output_error import Fit
 from myowave.physics.constants import CURVE, constant_of, constant_unit
 
+LEAST = 0.01  # of probabilities that are told
 AT_BOUND = 1e-3  # of the way between its bounds: nearer than this a value is at one
 
 
@@ -59,6 +61,7 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
         "missing_deg": float(np.degrees(verdict.missing)),
         "missing_Nm": last.missing.rms if verdict.structure_left else 0.0,
         "emg_noise": verdict.emg_noise,
+        "probabilities": _likely(verdict.probabilities),
         "emg_motion_deg": float(np.degrees(verdict.emg_motion)),
         "evidence": _evidence(diagnosis),
         "scored": len(diagnosis.selection.rankings[0]),
@@ -66,8 +69,15 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
         "formula": diagnosis.draft.formula,
         "failed": dict(diagnosis.failed),
         "noise_is_bound": is_bound(diagnosis.noise_deg),
-        "titles": {c.name: c.effect.title for c in diagnosis.selection.rankings[0]} | {EMG_NOISE: EMG_NOISE_TITLE},
+        "titles": {c.name: c.effect.title for c in diagnosis.selection.rankings[0]}
+        | {c: CAUSE_TITLES[c] for c in (EMG_NOISE, CLOCK_DRIFT, GAIN_PER_TRIAL)},
     }
+
+
+def _likely(probabilities: Mapping[str, float]) -> dict[str, float]:
+    """Those worth telling, the likeliest first."""
+    order = sorted(probabilities, key=lambda name: -probabilities[name])
+    return {name: float(probabilities[name]) for name in order if probabilities[name] > LEAST}
 
 
 def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:

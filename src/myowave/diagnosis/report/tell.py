@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from myowave.diagnosis.causes import EMG_NOISE, EMG_NOISE_TITLE, OWN_CURVES
+from myowave.diagnosis.causes import CAUSE_TITLES, OWN_CURVES
 from myowave.diagnosis.comparison.names import EMG_ONLY, HORIZON_BASELINES, NOISE, POSTURE, POSTURE_LOAD
 from myowave.diagnosis.report.advice import AS_GOOD, SESSION, added, base_of, disagrees, needs_others, next_steps, todo
 from myowave.diagnosis.report.ladder import PLAIN, shown_network
@@ -137,7 +137,7 @@ def _named(verdict: Verdict) -> str:
     classes = {c[0]: c for c in verdict["alternatives"]}
 
     def title(name: str) -> str:
-        return EMG_NOISE_TITLE if name == EMG_NOISE else verdict["titles"].get(name) or name
+        return CAUSE_TITLES.get(name) or verdict["titles"].get(name) or name
 
     causes = verdict["effects"] or verdict["nearest"]
     return " and ".join(" or ".join(map(title, classes.get(name, [name]))) for name in causes)
@@ -174,6 +174,10 @@ def _headline(verdict: Verdict) -> str:
         case "unknown":
             what = OWN_CURVES if verdict["rest"] and not named else "something that no effect explains"
             return f"Missing: {what}. It moves the arm by {left}."
+        case "undecidable" if not verdict["outside_usual_range"]:
+            likeliest = max(verdict["probabilities"], key=lambda name: verdict["probabilities"][name])
+            title = CAUSE_TITLES.get(likeliest) or verdict["titles"].get(likeliest) or likeliest
+            return f"These trials cannot tell: {title} may be missing, or nothing is."
         case "undecidable":
             return f"These trials cannot tell: {tell_masked(verdict['outside_usual_range'])}."
     raise AssertionError(kind)
@@ -223,7 +227,14 @@ def _strength(verdict: Verdict) -> list[str]:
         f"Outside the catalogue, {' or '.join(stand_ins)} would do as well as {name}."
         for name, stand_ins in verdict["stand_ins"].items()
     ]
-    return [claim.strip(), *effects, *others]
+    return [claim.strip() + _probabilities(verdict), *effects, *others]
+
+
+def _probabilities(verdict: Verdict) -> str:
+    """How likely each name is, where the evidence of whole trials was weighed."""
+    titles = {**verdict["titles"], **CAUSE_TITLES}
+    said = [f"{titles.get(name) or name} {min(p, 0.99):.0%}" for name, p in verdict["probabilities"].items()]
+    return f" By the evidence of the trials: {'; '.join(said)}." if said else ""
 
 
 def _evidence(verdict: Verdict, effect: str) -> str:

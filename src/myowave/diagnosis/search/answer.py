@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, OUTSIDE, OWN_CURVES
-from myowave.diagnosis.likelihood.columns import CURVES, DRIFT, EMG, GAINS, REPEATS, SLOW, TISSUE
+from myowave.diagnosis.likelihood.columns import COLOURED, CURVES, DRIFT, EMG, GAINS, NOISE, REPEATS, SLOW, TISSUE
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
+from myowave.diagnosis.misfit.size import size_of_misfit
 from myowave.diagnosis.search.by_evidence import Posterior
 
 Array = NDArray[np.float64]
@@ -23,6 +24,8 @@ NAMED = 0.95
 LIKELY = 0.5
 UNLIKELY = 1e-4  # of noise: what is left is then not noise
 SURPRISING = 6e-5  # 4 standard deviations
+FAR = 3.0  # standard deviations
+ANYTHING = "something that the catalogue lacks"
 NAME_OF = {
     EMG: EMG_NOISE,
     CURVES: OWN_CURVES,
@@ -57,6 +60,52 @@ class Answer:
     usual: float
 
     @property
+    def missing(self) -> float:
+        """How far what no effect explains moves the arm, root mean square [rad]."""
+        strange = [n for n in self.best.best.sizes if NAME_OF.get(n) in (OUTSIDE, OWN_CURVES)]
+        made = sum((self.best.covariance.made_by(name) for name in strange), np.zeros(1))
+        known = float(np.sqrt((made**2).sum() / self.best.fit.record.samples))
+        return known if strange else size_of_misfit(self.best.fit).missing
+
+    @property
+    def unusual(self) -> dict[str, tuple[str, ...]]:
+        """Constants that data took far from where they are expected, if that is beyond belief, and what that may stand
+        for."""
+        if self.usual > SURPRISING:
+            return {}
+        mean, _ = self.best.estimate
+        off = {p.name: abs(m - p.start) / p.deviation for p, m in zip(self.best.fit.free, mean, strict=True)}
+        return {name: (ANYTHING,) for name in off if off[name] > FAR} or {max(off, key=lambda n: off[n]): (ANYTHING,)}
+
+    @property
+    def of_curves(self) -> bool:
+        """Whether muscle curves of another shape are named."""
+        return (OWN_CURVES,) in self.named
+
+    @property
+    def emg_noise(self) -> float:
+        """Of the recorded EMG [-]; 0 where it is not named."""
+        if not any(EMG_NOISE in members for members in self.named):
+            return 0.0
+        return self.best.best.sizes.get(EMG, 0.0)
+
+    @property
+    def emg_motion(self) -> float:
+        """How far that noise takes the simulated motion from the measured one, root mean square [rad]."""
+        power = sum(float(np.trace(block)) for block in self.best.residual.component(EMG).blocks)
+        return self.emg_noise * float(np.sqrt(power / self.best.fit.record.samples))
+
+    @property
+    def angle_noise(self) -> float:
+        """Of the angle, what its filter has left of it [rad]."""
+        covariance, samples = self.best.covariance, self.best.fit.record.samples
+        of_sensor = [self.best.residual.component(n) for n in ("floor", NOISE, COLOURED) if n in covariance.sizes]
+        power = sum(covariance.sizes[c.name] ** 2 * np.trace(block) for c in of_sensor for block in c.blocks)
+        above = sum(covariance.sizes[c.name] ** 2 * c.tail.sum() for c in of_sensor if c.tail is not None)
+        rest = samples - len(self.best.residual.stacked)
+        return float(np.sqrt((power + above * rest / max(len(self.best.residual.tail), 1)) / samples))
+
+    @property
     def intervals(self) -> dict[str, tuple[float, float]]:
         """95 % of each parameter of the best model."""
         mean, covariance = self.best.estimate
@@ -71,14 +120,13 @@ def answer_of(posterior: Posterior) -> Answer:
     rows = [
         (p, frozenset({*effects, *(NAME_OF[c] for c in on if c in NAME_OF)})) for p, effects, on in posterior.weights()
     ]
-    probabilities = {
-        name: sum(p for p, names in rows if name in names) for name in {n for _, names in rows for n in names}
-    }
+    names = {name for _, some in rows for name in some}
+    probabilities = {name: min(1.0, sum(p for p, some in rows if name in some)) for name in names}
     sure = [name for name, p in probabilities.items() if p >= NAMED]
     classes: list[tuple[str, ...]] = [(name,) for name in sorted(sure, key=lambda n: -probabilities[n])]
     weight: dict[str, float] = {}
-    for p, names in rows:
-        if rest := names - set(sure):
+    for p, some in rows:
+        if rest := some - set(sure):
             first = max(rest, key=lambda n: probabilities[n])
             weight[first] = weight.get(first, 0.0) + p
     something = sum(weight.values())
@@ -86,18 +134,23 @@ def answer_of(posterior: Posterior) -> Answer:
         classes.append(_smallest(weight))
     best = posterior.best
     white, usual = p_of_noise(best), p_of_constants(best)
-    # What does not leave noise names nothing.
-    named = tuple(c for c in classes if c != (OUTSIDE,)) if white > UNLIKELY else ()
-    beyond = len(named) < len(classes) or probabilities.get(OUTSIDE, 0.0) > LIKELY or white < UNLIKELY
-    return Answer(_kind(named, something, usual, beyond=beyond), named, probabilities, best, white, usual)
+    # What leaves more than noise names nothing, nor what takes constants nobody has.
+    sound = white > UNLIKELY and (usual > SURPRISING or not classes)
+    named = tuple(c for c in classes if c != (OUTSIDE,)) if sound else ()
+    if sound and probabilities.get(OUTSIDE, 0.0) > LIKELY:  # what has no name may look like any of a recorder's doings
+        named = tuple(c for c in named if not set(c) & set(NAME_OF.values()))
+    beyond = len(named) < len(classes) or probabilities.get(OUTSIDE, 0.0) > LIKELY or not sound
+    return Answer(
+        _kind(named, max(weight.values(), default=0.0), usual, beyond=beyond), named, probabilities, best, white, usual
+    )
 
 
-def _kind(named: tuple[tuple[str, ...], ...], something: float, usual: float, *, beyond: bool) -> Kind:
+def _kind(named: tuple[tuple[str, ...], ...], likeliest: float, usual: float, *, beyond: bool) -> Kind:
     if beyond:
         return "partial" if named else "unknown"
     if named:
         return "class" if any(len(members) > 1 for members in named) else "effect"
-    return "undecidable" if something > LIKELY or usual < SURPRISING else "adequate"
+    return "undecidable" if likeliest > LIKELY or usual < SURPRISING else "adequate"
 
 
 def _smallest(weight: Mapping[str, float]) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ Shapes: L values of all trials, C columns.
 import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import torch
@@ -32,6 +33,7 @@ from myowave.diagnosis.likelihood.hypothesis import Hypothesis, climb, settle, w
 from myowave.diagnosis.likelihood.sensor import Sensor, knots_of
 from myowave.diagnosis.search.rank import fresh_starts
 from myowave.diagnosis.search.score import FAILURES, ScoreTest, score_effects
+from myowave.diagnosis.search.selection import select_effects, without_effect
 from myowave.identification.expected_emg import expected_excitation
 from myowave.identification.free_parameters import bounds, scales
 from myowave.identification.least_squares import scaled_slope
@@ -61,11 +63,15 @@ class Posterior:
     Args:
         models: by the names of their effects.
         parts: each part of the general correction beside the effects of some model, to first order: log posterior.
+        screened: what effects promise from the models that led on, by the names of their effects.
+        prior: logarithm of how likely an effect is before any trial.
     """
 
     base: Hypothesis
     models: Mapping[tuple[frozenset[str], bool], Hypothesis]
     parts: Mapping[tuple[frozenset[str], str], float]
+    screened: Mapping[frozenset[str], "Screened"]
+    prior: float
 
     @property
     def best(self) -> Hypothesis:
@@ -114,26 +120,68 @@ def weigh_models(fit: Fit, effects: Iterable[Effect], known: Collection[str] = (
     models: dict[tuple[frozenset[str], bool], Hypothesis] = {(frozenset(), False): base}
     base = _of_other_emg(base, plain, models)
     parts: dict[tuple[frozenset[str], str], float] = {}
+    seen: dict[frozenset[str], Screened] = {}
+    if base.on & STRANGE:  # far from the truth no first order shows the way: from least squares, too
+        _add(models, _by_least_squares(plain, base, tuple(catalogue.values()), known, prior))
     top = base
     for depth in range(MOST_EFFECTS):
-        screened = screen(top, catalogue, known)
+        screened = seen[frozenset(top.effects)] = screen(top, catalogue, known)
         share = prior + math.log(OUTSIDE * max(len(catalogue), 1) / max(len(screened.parts), 1))
         parts |= {(frozenset(top.effects), n): v + top.prior + share for n, v in screened.parts.items()}
         found = [
             *_fit_singles(top, screened, prior, models),
             *(_fit_pairs(top, screened, catalogue, prior) if not depth else ()),
         ]
-        for model in found:
-            key = frozenset(model.effects), model.expected_emg
-            if key not in models or model.total > models[key].total:
-                models[key] = model
+        _add(models, found)
         best = max(models.values(), key=lambda model: model.total)
         if len(best.effects) <= len(top.effects):
             break
         best = with_likely_memory(settle(best, steps=12))
         models[frozenset(best.effects), best.expected_emg] = best
         top = _of_other_emg(best, plain, models)
-    return Posterior(models[frozenset(), False], models, parts)
+        _add(models, _with_one_less(top))
+    return Posterior(models[frozenset(), False], models, parts, seen, prior)
+
+
+def _add(models: dict[tuple[frozenset[str], bool], Hypothesis], found: Iterable[Hypothesis]) -> None:
+    """Keep the most likely of each model."""
+    for model in found:
+        key = frozenset(model.effects), model.expected_emg
+        if key not in models or model.total > models[key].total:
+            models[key] = model
+
+
+def _by_least_squares(
+    plain: Fit, base: Hypothesis, effects: tuple[Effect, ...], known: Collection[str], prior: float
+) -> list[Hypothesis]:
+    """The models that a search by BIC leads through, settled."""
+    try:
+        ladder = select_effects(plain, effects, known).ladder
+        names = [tuple(e.name for e in rung.model.effects[len(plain.model.effects) :]) for rung in ladder]
+        begun = [
+            Hypothesis.of(rung, base.looking, added, [base.best], prior * len(added))
+            for rung, added in zip(ladder[1:], names[1:], strict=True)
+        ]
+        return [settle(model) for model in begun]
+    except FAILURES:
+        return []
+
+
+def _with_one_less(model: Hypothesis) -> list[Hypothesis]:
+    """The models that lack one of the effects of a model with several, settled."""
+    found = []
+    for effect in model.fit.model.effects:
+        rest = tuple(name for name in model.effects if name != effect.name)
+        fit = (
+            attempt_fit(partial(without_effect, model.fit, effect, {}))
+            if rest and effect.name in model.effects
+            else None
+        )
+        if fit is not None:
+            prior = model.prior * len(rest) / len(model.effects)
+            begun = Hypothesis.of(fit, model.looking, rest, [model.best], prior)
+            found.append(replace(settle(begun, model.total), expected_emg=model.expected_emg))
+    return found
 
 
 def screen(model: Hypothesis, catalogue: Mapping[str, Effect], known: Collection[str] = ()) -> Screened:
@@ -282,7 +330,7 @@ def _through_likely_sensor(fit: Fit) -> Hypothesis:
     if highest.mean() > FILTERED * lowest.mean():
         return best
     sets = [frozenset[str](), frozenset({EMG}), frozenset({COLOURED}), best.on]
-    tried: dict[float | None, float] = {None: best.best.value + COST}
+    tried: dict[float | None, Weighed] = {None: replace(best.best, value=best.best.value + COST)}
     corners = (CORNERS * view.edge_hz).tolist()
     for finer in (0.5, 0.25, 0.125):
         for corner_hz in corners:
@@ -290,12 +338,13 @@ def _through_likely_sensor(fit: Fit) -> Hypothesis:
                 looking = Looking(replace(view, sensor=Sensor(corner_hz, knots)), fit.record.dt)
                 residual = residual_of(fit, looking, pushes)
                 known = [on & frozenset(residual.optional) for on in sets]
-                tried[corner_hz] = max(most_likely(residual, on, best.best.sizes).value for on in known)
-        corner = max(tried, key=lambda c: tried[c])
+                found = [most_likely(residual, on) for on in known]
+                tried[corner_hz] = max(found, key=lambda state: state.value)
+        corner = max(tried, key=lambda c: tried[c].value)
         corners = [] if corner is None else [corner * (CORNERS[1] / CORNERS[0]) ** sign for sign in (finer, -finer)]
-    corner = max(tried, key=lambda c: tried[c])
+    corner = max(tried, key=lambda c: tried[c].value)
     looking = Looking(replace(view, sensor=Sensor(corner, knots)), fit.record.dt)
-    return best if corner is None else Hypothesis.of(fit, looking, seeds=[best.best], pushes=pushes)
+    return best if corner is None else Hypothesis.of(fit, looking, seeds=[tried[corner]], pushes=pushes)
 
 
 def _of_other_emg(

@@ -8,7 +8,6 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.misfit.left import angle_noise_deg
 from myowave.diagnosis.misfit.where import MissingTorque, misfit_by, missing_torque
 from myowave.diagnosis.search.conclude import Findings, conclude, search
 from myowave.diagnosis.search.draft import MOST_TERMS, Draft, draft_effect
@@ -94,10 +93,12 @@ class Diagnosis:
 
     @property
     def noise_deg(self) -> float:
-        """Noise of the angle, see `misfit.left`."""
-        found = self.found
-        follows = self.verdict.follows
-        return angle_noise_deg(found.selection.fit, found.left, found.disturbance, self.record, follows=follows)
+        """Noise of the angle [deg]; of a filtered one what the filter has left of it."""
+        if self.found.answer is not None:
+            return float(np.degrees(self.found.answer.angle_noise))
+        # What a model leaves that does not follow is not noise.
+        left = self.found.left if self.verdict.follows else None
+        return float(np.degrees(self.record.noise if left is None else left.size.noise))
 
 
 def diagnose(

@@ -1,16 +1,15 @@
 """What the evidence allows to say, and not more."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field
 
-from myowave.diagnosis.causes import EMG_NOISE
-from myowave.diagnosis.misfit.size import size_of_misfit
+from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, EMG_NOISE_TITLE, GAIN_PER_TRIAL, OUTSIDE, OWN_CURVES
+from myowave.diagnosis.search.answer import Answer, Kind
 from myowave.diagnosis.search.conclude import Findings
 from myowave.identification.output_error import Fit
 
-Kind = Literal["adequate", "effect", "class", "partial", "unknown", "undecidable"]
-
+# What may stand in for an effect, in words.
+STAND_INS = {OUTSIDE: "something like it", OWN_CURVES: OWN_CURVES, EMG_NOISE: EMG_NOISE_TITLE}
 CERTAINLY_OUTSIDE = 2.0  # standard errors
 
 
@@ -34,28 +33,32 @@ class Verdict:
         emg_noise: of the recorded EMG [-], where it explains what effects do not; 0 where there is no need for it.
         emg_motion: how far that noise takes the simulated motion from the measured one [rad, root mean square].
         masked: with undecidable, {parameter outside its usual range: effects that would explain it}.
+        recorder: what else the recorder did, of `diagnosis.causes`.
+        probabilities: of every name that was weighed, see `answer.Answer`; none where only pieces were fitted.
         follows: whether the base model, or one with effects, follows the trials at all; where none does, none is named.
     """
 
     kind: Kind
     effects: tuple[str, ...]
     alternatives: tuple[tuple[str, ...], ...]
-    stand_ins: Mapping[str, tuple[str, ...]]
     nearest: tuple[str, ...]
     absorbed: Mapping[str, tuple[str, ...]]
     explained: float
     structure_left: bool
     missing: float
-    emg_noise: float
     masked: Mapping[str, tuple[str, ...]]
+    stand_ins: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    emg_noise: float = 0.0
     follows: bool = True
     emg_motion: float = 0.0
     of_curves: bool = False
+    recorder: tuple[str, ...] = ()
+    probabilities: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def causes(self) -> tuple[str, ...]:
-        """All that is named: effects, and noise of the EMG."""
-        return (*self.effects, *((EMG_NOISE,) if self.emg_noise else ()))
+        """All that is named: effects, noise of the EMG, and what else the recorder did."""
+        return (*self.effects, *((EMG_NOISE,) if self.emg_noise else ()), *self.recorder)
 
 
 def judge(found: Findings, *, follows: bool = True) -> Verdict:
@@ -64,41 +67,68 @@ def judge(found: Findings, *, follows: bool = True) -> Verdict:
     Args:
         follows: see `Verdict`.
     """
-    selection, fit = found.selection, found.selection.fit
+    selection, answer = found.selection, found.answer
     absorbed = {c.name: c.score.absorbed_by for c in selection.rankings[-1] if c.score.absorbed}
-    alternatives = tuple(c for c in selection.classes.values() if len(c) > 1)
+    if answer is not None:
+        return _by_evidence(found, answer, absorbed)
+    assert found.left is not None
     left = not found.left.only_noise or not follows or (bool(selection.effects) and not found.reportable)
-    masked = _masked(fit, absorbed)
-    emg = found.disturbance.emg if found.disturbance is not None and not left else 0.0
-    named = selection.effects
-    stand_ins = {effect: others.names for effect, others in found.stand_ins.items() if others.names}
+    masked = _masked(selection.fit, absorbed)
+    alternatives = tuple(c for c in selection.classes.values() if len(c) > 1)
     kind: Kind
     if left:
-        kind = "partial" if named and follows and found.reportable else "unknown"
-    elif named or emg:
-        kind = "class" if alternatives or stand_ins else "effect"
+        kind = "partial" if selection.effects and follows and found.reportable else "unknown"
+    elif selection.effects:
+        kind = "class" if alternatives else "effect"
     else:
         kind = "undecidable" if masked else "adequate"
     unnamed = kind == "unknown"
-    # Where something outside the catalogue does better than an effect, that is missing, and no rest beside the effect.
-    refuted = any(others.better for others in found.stand_ins.values())
-    missing = found.left.missing(fit)
-    missing = max(missing, size_of_misfit(selection.ladder[0]).missing) if refuted else missing
     return Verdict(
         kind=kind,
-        effects=() if unnamed else named,
+        effects=() if unnamed else selection.effects,
         alternatives=() if unnamed else alternatives,
-        stand_ins={} if unnamed else stand_ins,
-        nearest=named if unnamed else (),
+        nearest=selection.effects if unnamed else (),
         absorbed=absorbed,
         explained=found.explained,
         structure_left=left,
-        missing=missing if left else 0.0,
-        emg_noise=emg,
+        missing=found.left.missing(selection.fit) if left else 0.0,
         masked=masked,
         follows=follows,
-        emg_motion=found.disturbance.motion if found.disturbance is not None and emg else 0.0,
-        of_curves=left and found.left.of_curves,
+    )
+
+
+def _by_evidence(found: Findings, answer: Answer, absorbed: Mapping[str, tuple[str, ...]]) -> Verdict:
+    """The verdict on whole trials."""
+    selection = found.selection
+    effects = tuple(name for name in selection.effects if any(name in members for members in answer.named))
+    own = {name: next(members for members in answer.named if name in members) for name in effects}
+    kind: Kind = answer.kind
+    masked = _masked(selection.fit, absorbed) | answer.unusual
+    if kind == "adequate" and masked:
+        kind = "undecidable"
+    left = kind in ("partial", "unknown") or answer.of_curves
+    if answer.of_curves:
+        kind = "partial" if effects else "unknown"
+    return Verdict(
+        kind=kind,
+        effects=effects,
+        alternatives=tuple(c for name, c in selection.classes.items() if name in effects and len(c) > 1),
+        stand_ins={
+            name: tuple(STAND_INS[other] for other in members if other in STAND_INS)
+            for name, members in own.items()
+            if any(other in STAND_INS for other in members)
+        },
+        nearest=() if kind != "unknown" else answer.best.effects,
+        absorbed=absorbed,
+        explained=found.explained,
+        structure_left=left,
+        missing=answer.missing if left else 0.0,
+        emg_noise=answer.emg_noise,
+        masked=masked if kind == "undecidable" else {},
+        emg_motion=answer.emg_motion,
+        of_curves=answer.of_curves,
+        recorder=tuple(c for c in (CLOCK_DRIFT, GAIN_PER_TRIAL) if any(c in members for members in answer.named)),
+        probabilities=answer.probabilities,
     )
 
 
