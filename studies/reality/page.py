@@ -6,9 +6,10 @@ from studies.reality.figures import error_before_after, said
 
 HEAD = """# What it says where nobody here made the truth
 
-Machines and persons that others recorded, with something known of them withheld. No setting was chosen by these
-answers; what is true is read by the scorer alone. Written by `snakemake reality --cores 2`, whose table is
-`results/reality.csv`.
+Machines and persons that others recorded, with something known of them withheld. What is true is read by the scorer
+alone. One setting came in after an answer had been seen: that a motor's gain is known to 10 % only. With the gain held
+as told, a load that nobody put there was named beside or instead of the friction of servo and weight. Written by
+`snakemake reality --cores 2`, whose table is `results/reality.csv`.
 
 ![What was withheld, what was said, and the error before and after.](reality.png)
 
