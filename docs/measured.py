@@ -1,6 +1,6 @@
 """Write every number of README and of docs/ that the main job measures: `make readme`, after `make run`.
 
-It reads results/ and docs/study.md, writes docs/numbers.json and three pictures, and fills the blocks between
+It reads results/ and docs/study_cases.csv, writes docs/numbers.json and three pictures, and fills the blocks between
 `<!-- numbers: NAME -->` and `<!-- end -->`. A test holds the blocks to docs/numbers.json.
 """
 
@@ -68,7 +68,7 @@ def collect(results: Path) -> dict[str, Any]:
             "torque_r2": _mean_r2(torque),
             "ahead_deg": dict(zip(ahead["predictor"], ahead["rmse_deg"], strict=True)),
         },
-        "study": _study((ROOT / "docs/study.md").read_text(encoding="utf-8")),
+        "study": _study(pd.read_csv(ROOT / "docs/study_cases.csv", keep_default_na=False)),
         "minutes": sum(job["s"].sum() for job in jobs) / 60,
     }
 
@@ -95,21 +95,16 @@ def _networks(summary: pd.DataFrame, scales: pd.DataFrame) -> Iterator[dict[str,
         }
 
 
-def _study(page: str) -> dict[str, list[int]]:
-    """[right, of so many that could be seen, wrong names, sets] by what is missing: nothing, something of the
-    catalogue, something outside."""
-    counts = {"nothing": [0] * 4, "catalogue": [0] * 4, "outside": [0] * 4}
-    for line in page.splitlines():
-        cells = [cell.strip() for cell in line.strip("|").split("|")]
-        if len(cells) < 6 or not cells[2].isdigit():
-            continue
-        kind = "nothing" if "nothing missing" in cells[0] else "outside" if "not in the" in cells[0] else "catalogue"
-        sets, seen = int(cells[2]), int(cells[3])
-        right, wrong = (float(cells[i].split()[0]) / 100 for i in (4, 5))
-        counts[kind] = [
-            a + b for a, b in zip(counts[kind], (round(right * seen), seen, round(wrong * sets), sets), strict=True)
-        ]
-    return counts
+def _study(cases: pd.DataFrame) -> dict[str, Any]:
+    """Grades of the answers of the diagnosis itself, which is the first judge, by what there was to be found."""
+    rows = cases[cases["judge"] == cases["judge"].iloc[0]]
+    clean, shows, out = (rows[name] for name in ("hidden", "shows", "taken_out"))
+    kinds = {"nothing": clean == "", "catalogue": (shows != "") & (out == ""), "outside": out != ""}
+    return {
+        "sets": len(rows),
+        "wrong_names": int(rows["wrong_name"].sum()),
+        **{kind: rows[some]["grade"].value_counts().sort_index().to_dict() for kind, some in kinds.items()},
+    }
 
 
 def blocks(numbers: dict[str, Any]) -> dict[str, str]:
@@ -118,8 +113,7 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
     best, exact = _network(numbers, PERSON), _network(numbers, "case3")["parameter_error_pct"]
     r2, ahead = person["torque_r2"], person["ahead_deg"]
     before, after = simulator["errors_deg"]
-    (clean, of_clean, *_), (seen, of_seen, *_) = study["nothing"], study["catalogue"]
-    wrong, sets = (sum(counts[i] for counts in study.values()) for i in (2, 3))
+    clean, seen = study["nothing"], study["catalogue"]
     texts = {
         "caption": f"""
             *A person curls a dumbbell. Trained on four trials, a network predicts two it has never seen from EMG, the
@@ -141,8 +135,9 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
             Networks and diagnoses take {numbers["minutes"]:.0f} minutes of one core. After a change the same command
             makes anew only what depends on it.""",
         "trust": f"""
-            Of {sets} arms simulated by this software, {clean} of {of_clean} with nothing missing were judged right,
-            {seen} of {of_seen} effects large enough to be seen were found, and {wrong} got a wrong name. No verdict on
+            Of {study["sets"]} simulated arms {clean.get("right", 0)} of {sum(clean.values())} with nothing hidden were
+            judged right, {seen.get("right", 0) + seen.get("class", 0)} of {sum(seen.values())} effects that show were
+            named or put in a class, and {study["wrong_names"]} got a wrong name. No verdict on
             a person has been checked against a truth. There the muscles explain less of the torque
             (R² {r2["base"]:.2f}) than posture, speed and the known load do ({r2["posture, speed and load"]:.2f}), so
             believe a name only where the page says that the model follows.""",

@@ -22,7 +22,7 @@ def draw_reliability(rows: pd.DataFrame) -> Figure:
     figure, axes = canvas(1, 2, width=13.0, height=5.2, width_ratios=(1, 1.7))
     _reliability(axes[0, 0], rows, judges)
     _grades(axes[0, 1], rows, judges)
-    best = rows[rows["judge"] == judges[-1]]
+    best = rows[rows["judge"] == judges[0]]
     title(figure, f"A name that is not true in {best['wrong_name'].sum()} of {len(best)} sets")
     figure.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower right", ncols=len(GRADES))
     return figure
@@ -30,7 +30,7 @@ def draw_reliability(rows: pd.DataFrame) -> Figure:
 
 def _reliability(axis: Axes, rows: pd.DataFrame, judges: list[str]) -> None:
     axis.plot([0.5, 1], [0.5, 1], color=GREY, lw=1, ls=":", zorder=0)
-    for judge, colour, marker in zip(judges, (RED, BLUE, *CYCLE), "so^v", strict=False):
+    for judge, colour, marker in zip(judges, (BLUE, RED, *CYCLE), "so^v", strict=False):
         found = [f for f in reliability(rows[rows["judge"] == judge].to_dict("records")) if f[2]]
         if not found:
             continue

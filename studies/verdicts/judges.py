@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE, OWN_CURVES
+from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE
 from myowave.diagnosis.scoring import Answer, answer, grade, is_wrong
 from myowave.diagnosis.search.answer import answer_of
 from myowave.diagnosis.search.by_evidence import weigh_models
@@ -42,30 +42,10 @@ class Judged:
 Judge = Callable[[Fit, Iterable[Effect]], Judged]
 
 
-def by_rules(fit: Fit, effects: Iterable[Effect]) -> Judged:
-    """What the diagnosis says: certain of each name that it gives."""
-    found = search(fit, effects)
-    verdict, last = judge(found), found.selection.fit
-    named = answer(verdict.causes, verdict.alternatives, [c for c, others in verdict.stand_ins.items() if others])
-    if verdict.of_curves:
-        named = (*named, (OWN_CURVES,))
-    kind = "effect" if verdict.of_curves and verdict.kind == "unknown" else verdict.kind
-    errors = last.standard_errors()
-    return Judged(
-        kind,
-        named,
-        {members[0]: 1.0 for members in named if len(members) == 1},
-        found.selection.effects,
-        {n: (v - TWO_SIDED * errors[n], v + TWO_SIDED * errors[n]) for n, v in _estimated(last).items()},
-    )
-
-
-def _estimated(fit: Fit) -> dict[str, float]:
-    return {p.name: fit.parameters[p.name] for p in fit.free}
-
-
 def by_evidence(fit: Fit, effects: Iterable[Effect]) -> Judged:
-    """What the one likelihood says; where it names nothing as what is left is no noise, it gives no probability."""
+    """What the diagnosis says; where it names nothing, as what is left is no noise, it gives no probability."""
+    if fit.record.pieces is not None:
+        return _over_pieces(fit, effects)
     found = answer_of(weigh_models(fit, effects))
     given = {} if found.kind == "unknown" else {k: p for k, p in found.probabilities.items() if k != OUTSIDE}
     present = {effect.name for effect in fit.model.effects}
@@ -73,7 +53,23 @@ def by_evidence(fit: Fit, effects: Iterable[Effect]) -> Judged:
     return Judged(found.kind, found.named, given, more, found.intervals, found.white)
 
 
-JUDGES: dict[str, Judge] = {"rules": by_rules, "evidence": by_evidence}
+def _over_pieces(fit: Fit, effects: Iterable[Effect]) -> Judged:
+    """The same over pieces of trials, where no model follows whole ones: certain of each name."""
+    found = search(fit, effects)
+    verdict, last = judge(found), found.selection.fit
+    named = answer(verdict.causes, verdict.alternatives)
+    errors = last.standard_errors()
+    values = {p.name: last.parameters[p.name] for p in last.free}
+    return Judged(
+        verdict.kind,
+        named,
+        {members[0]: 1.0 for members in named if len(members) == 1},
+        found.selection.effects,
+        {n: (v - TWO_SIDED * errors[n], v + TWO_SIDED * errors[n]) for n, v in values.items()},
+    )
+
+
+JUDGES: dict[str, Judge] = {"evidence": by_evidence}
 
 
 def judge_set(drawn: Drawn, name: str, fit: Fit, catalogue: Mapping[str, Effect]) -> dict[str, Any]:

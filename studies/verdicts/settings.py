@@ -54,7 +54,7 @@ class Verdicts(StudySection):
     )
     sets: Mapping[WorldName, Count] = setting("sets of each world, in each draw")
     draws: Annotated[tuple[Whole, ...], Once] = setting(
-        "seeds: the first was looked at while the method was made, the last drawn when it was done", min_length=1
+        "seeds of the draws; 1 was looked at while the method was made", min_length=1
     )
     angle_noises_deg: Annotated[tuple[Real, ...], Once] = setting(
         "noises of the angle in the world that is as assumed", "deg", min_length=1

@@ -41,22 +41,15 @@ def read_rows(path: str | Path) -> pd.DataFrame:
 
 def write_page(rows: pd.DataFrame, date: str, commit: str) -> str:
     """The page of the study in Markdown."""
-    sets, draws = len(rows) // rows["judge"].nunique(), sorted(rows["draw"].unique())
-    fresh = len(rows[rows["draw"] == draws[-1]]) // rows["judge"].nunique()
+    judges = list(dict.fromkeys(rows["judge"]))
     head = (
-        f"{sets} simulated arms in {len(NAMES)} worlds, {date}, at commit {commit}. {fresh} of them were drawn after "
-        "the method was done; the others were looked at while it was made. Written by `snakemake -s "
-        "studies/verdicts/Snakefile --cores 2`; [every set](study_cases.csv)."
+        f"{len(rows) // len(judges)} simulated arms in {rows['world'].nunique()} worlds, {date}, judged at commit "
+        f"{commit}. All were drawn with seeds that nobody had looked at when the method was done. `rules` is the judge "
+        "of before, on the same sets. `snakemake -s studies/verdicts/Snakefile --cores 2` makes them anew; [every "
+        "set](study_cases.csv)."
     )
-    parts = [
-        "# How often the diagnosis is right",
-        head,
-        "![What names are worth.](study.png)",
-        HOW.strip(),
-        *tables(rows),
-    ]
-    if len(draws) > 1:
-        parts += ["## Only those drawn afterwards", *list(tables(rows[rows["draw"] == draws[-1]]))[:2]]
+    parts = ["# How often the diagnosis is right", head, "![What names are worth.](study.png)", HOW.strip()]
+    parts += tables(rows)
     return "\n\n".join(parts) + "\n"
 
 

@@ -12,7 +12,7 @@ from studies.verdicts.figures import draw_reliability
 from studies.verdicts.summary import read_rows, write_page
 
 with job_log("summarize sets", snakemake.log[0]):
-    rows = pd.concat([read_rows(path) for path in snakemake.input.cases])
+    rows = pd.concat([read_rows(path) for path in (*snakemake.input.cases, snakemake.input.before)])
     rows.to_csv(snakemake.output.cases, index=False)
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
     page = write_page(rows, f"{date.today():%d %B %Y}", commit or "unknown")
