@@ -33,7 +33,7 @@ def draw_scales(cases: pd.DataFrame, subject: pd.DataFrame) -> Figure:
     for axis in axes[0]:
         axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
     findings = pd.concat([judge_scales(cases), judge_scales(subject)])
-    helped = (findings["finding"] == "helps").sum()
+    helped = findings["finding"].str.startswith("helps").sum()
     title(
         figure,
         f"More scales help beyond the scatter of seeds in {helped} of {len(findings)} pairs of dataset and recipe",

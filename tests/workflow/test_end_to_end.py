@@ -23,6 +23,7 @@ TINY = {
     "learning": {"seeds": 2, "recipes": {"rollout": {"epochs": 8, "hidden": 4, "simulated_trials": 2}}},
 }
 CONFIG = ("--configfile", "config.yaml", "mine.yaml")
+BASELINES = {"hold", "ridge", "trees", "gru_plain", "cnn"}
 KEYS = ["dataset", "model", "recipe", "scales", "seed"]
 COLUMNS = [
     *KEYS,
@@ -56,6 +57,9 @@ def verdict(run) -> dict:
 def test_the_summary_has_a_row_for_each_seed_of_each_combination(run, verdict):
     table = pd.read_csv(run.folder / "results/summary.csv")
     assert list(table.columns[: len(COLUMNS)]) == COLUMNS
+    baselines = table[table["recipe"].isin(BASELINES)]
+    assert set(baselines.groupby("recipe").size()) == {4} and set(baselines["recipe"]) == BASELINES
+    table = table[~table["recipe"].isin(BASELINES)]
     keys = set(table[["dataset", "model", "scales", "seed"]].itertuples(index=False, name=None))
     expected = {("case1", "base", 2, 0), ("case1", "base", 2, 1)}
     models = {"base+joint_damping", verdict["model"]}
@@ -98,7 +102,8 @@ def test_a_network_trained_on_demand_is_shown_beside_the_others(run):
     learned = run.folder / "results/learning/bench_elbow"
     more = learned / "base+vmax_change/rollout/2-scale"
     more.mkdir(parents=True)
-    shutil.copy(learned / "base+joint_damping/rollout/2-scale/evaluation.csv", more)
+    for name in ("evaluation.csv", "scale-0.pt"):  # what has no checkpoint holds no model
+        shutil.copy(learned / "base+joint_damping/rollout/2-scale" / name, more)
     try:
         planned = run.planned("--cores", "2", "results/diagnosis/bench_elbow/verdict.html", *CONFIG)
     finally:

@@ -68,7 +68,11 @@ def test_changed_physics_reruns_all_that_stands_on_it(finished):
 
 def test_changed_networks_rerun_training_and_what_follows_but_no_diagnosis(finished):
     with edited(finished, "src/myowave/learning/network.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "):
-        assert set(finished.planned(*CONFIG)) == LEARNING | WATCHING | {"draw_models"}
+        assert set(finished.planned(*CONFIG)) == LEARNING | WATCHING | {
+            "draw_models",
+            "score_baselines",
+            "list_datasets",
+        }
 
 
 def test_nothing_is_made_again_after_a_move_comments_and_changes_of_what_no_job_uses(finished, tmp_path):

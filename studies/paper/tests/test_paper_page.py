@@ -55,7 +55,8 @@ def test_every_printed_value_is_on_the_page():
 
 
 @pytest.mark.parametrize(
-    ("gain", "finding"), [(0.05, "helps in 8"), (-0.05, "harms in 8"), (0.0, "scatter of seeds in 8")]
+    ("gain", "finding"),
+    [(0.05, "helps in this draw in 8"), (-0.05, "harms in this draw in 8"), (0.0, "scatter of seeds in 8")],
 )
 def test_the_finding_on_scales_follows_the_numbers(gain, finding):
     assert finding in page(gain)

@@ -44,7 +44,11 @@ def test_the_printed_errors_are_of_500_samples():
 
 @pytest.mark.parametrize(
     ("gain", "scatter", "finding"),
-    [(0.2, 0.05, "helps"), (-0.2, 0.05, "harms"), (0.01, 0.3, "not more than the scatter of seeds")],
+    [
+        (0.2, 0.05, "helps in this draw"),
+        (-0.2, 0.05, "harms in this draw"),
+        (0.01, 0.3, "not more than the scatter of seeds"),
+    ],
 )
 def test_scales_are_judged_by_the_scatter_of_seeds(gain, scatter, finding):
     judged = judge_scales(runs(gain, scatter))

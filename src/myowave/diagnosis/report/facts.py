@@ -12,7 +12,7 @@ from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import Candidate
 from myowave.identification.noise import is_bound
 from myowave.identification.output_error import Fit
-from myowave.physics.constants import CURVE, constant_of, constant_unit
+from myowave.physics.constants import CURVE, GROUP_CONSTANTS, constant_of, constant_unit
 
 LEAST = 0.01  # of probabilities that are told
 AT_BOUND = 1e-3  # of the way between its bounds: nearer than this a value is at one
@@ -104,7 +104,9 @@ def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
 
 
 def _meaning(constant: str) -> str:
-    owner = constant.partition("_")[2]
+    kind, _, owner = constant.partition("_")
+    if kind in GROUP_CONSTANTS:
+        return f"{kind} of the {owner}"
     return constant_of(constant).meaning + f" of {owner}" * (bool(owner) and owner != CURVE)
 
 

@@ -7,8 +7,6 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
-from myowave.physics.constants import GROUP_CONSTANTS
-
 
 @dataclass(frozen=True)
 class Kind:
@@ -107,10 +105,8 @@ def titled(effect: str, titles: Mapping[str, str]) -> Markup:
 
 
 def in_words(parameter: str, meaning: str) -> str:
-    """A parameter by what it means, with the name that settings know it by; a group's by its own words."""
-    kind, _, group = parameter.partition("_")
-    words = f"{kind} of the {group}" if kind in GROUP_CONSTANTS and group else meaning
-    return f"{words} ({parameter})"
+    """A parameter by what it means, with the name that settings know it by."""
+    return f"{meaning} ({parameter})"
 
 
 def plain(effect: str, titles: Mapping[str, str]) -> str:
