@@ -22,7 +22,7 @@ include: "../workflow/rules/data.smk"
 
 
 from myowave.workflow.digest import PACKAGE
-from studies.section import read_section
+from studies.shared import read_section
 
 
 def own_section(kind):

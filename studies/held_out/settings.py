@@ -7,7 +7,7 @@ from pydantic import Field, ValidationError
 from myowave.settings import Baseline, RecordedDataset, Settings
 from myowave.settings.keys import explain, unless_known
 from myowave.settings.section import Name, Once, Section, TrialName, Whole, WithoutNull, setting
-from studies.section import StudySection
+from studies.shared import StudySection
 
 Question = Literal["like_the_others", "unseen_load", "few_trials", "unseen_lean"]
 

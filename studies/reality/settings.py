@@ -6,7 +6,7 @@ from myowave.settings import Settings
 from myowave.settings.configuration import shipped_effects
 from myowave.settings.keys import unless_known
 from myowave.settings.section import Name, Once, Section, WithoutNull, setting
-from studies.section import StudySection
+from studies.shared import StudySection
 
 
 class Case(Section):

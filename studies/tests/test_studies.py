@@ -8,8 +8,7 @@ from project_copy import ROOT, Project
 from myowave.settings import parse_settings
 from myowave.settings.files import read_layers
 from studies.held_out.settings import HeldOut
-from studies.section import read_section
-from studies.verdicts.settings import WORLDS, Verdicts
+from studies.shared import read_section
 
 STUDIES = sorted(path.parent.name for path in (ROOT / "studies").glob("*/Snakefile"))
 OWN_RULES = {
@@ -17,8 +16,7 @@ OWN_RULES = {
     for name in STUDIES
     for rule in re.findall(r"^rule (\w+):", (ROOT / f"studies/{name}/Snakefile").read_text(), re.MULTILINE)
 }
-SECTIONS = {"held_out": HeldOut, "verdicts": Verdicts}
-SMALLER = {"draws": [1, 2, 3]}
+SECTIONS = {"held_out": HeldOut}
 
 
 def test_plain_snakemake_does_not_know_the_studies():
@@ -40,9 +38,6 @@ def test_a_study_plans_its_own_jobs_and_none_of_the_main_jobs_pages(name, projec
         ("held_out", {"dataset": "case7"}, "held_out.dataset: there is no 'case7'"),
         ("held_out", {"recipe": "recordd"}, "held_out.recipe: there is no 'recordd'; did you mean 'recorded'?"),
         ("held_out", {"question": {}}, "held_out.question: unknown key; did you mean 'questions'?"),
-        ("verdicts", {"dataset": "bench_elbow"}, "verdicts.dataset: there is no 'bench_elbow' among simulated ones"),
-        ("verdicts", {"effects": ["fatigu"]}, "verdicts.effects: there is no 'fatigu'; did you mean 'fatigue'?"),
-        ("verdicts", {"effects": ["fatigue", "fatigue"]}, "fatigue is there more than once"),
     ],
 )
 def test_wrong_settings_of_a_study_are_refused(name, settings, says):
@@ -50,8 +45,3 @@ def test_wrong_settings_of_a_study_are_refused(name, settings, says):
     own = config.pop(name)
     with pytest.raises(ValueError, match=re.escape(says)):
         read_section(SECTIONS[name], name, own | settings, parse_settings(config))
-
-
-def test_verdicts_draw_and_judge_each_world_in_each_draw(project):
-    planned = project.planned("-s", "studies/verdicts/Snakefile", *project.lay_over({"verdicts": SMALLER}))
-    assert planned["draw_sets"] == planned["judge_sets"] == 3 * len(WORLDS)

@@ -1,1 +1,1 @@
-"""The verdict benchmark: how often the diagnosis is right, on simulated arms that the model does not assume."""
+"""How often the diagnosis is right, on simulated arms that the model does not assume."""

@@ -1,73 +1,98 @@
-"""Judge sets that were kept and count: `python -m studies.verdicts FOLDER [--judge NAME ...] [--again]`.
+"""Judge the diagnosis as it is: on simulated sets in a folder, of which each is judged once.
 
-Each set is judged once by each judge; several processes may share a folder.
+    python -m studies.verdicts FOLDER --draw SEED       draw the sets of a seed that the folder lacks, judge, count
+    python -m studies.verdicts FOLDER --judge NAME      keep answers under a name, beside those of other code
+    python -m studies.verdicts FOLDER --page docs       write the page, its picture and the table of all sets, too
+
+Several processes may share a folder. A seed whose answers have been looked at is spent: it serves development, and the
+page is made with one that nobody has seen.
 """
 
 import argparse
 import json
 import os
+import subprocess
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import date
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 import torch
 
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
+from myowave.plotting import save
 from myowave.settings.configuration import read_settings
-from studies.verdicts.judges import JUDGES, judge_set
-from studies.verdicts.sets import read_sets
-from studies.verdicts.summary import tables
+from studies.verdicts.cases import list_cases
+from studies.verdicts.figures import draw_reliability
+from studies.verdicts.judge import judge_set
+from studies.verdicts.sets import draw_set, read_set, write_set
+from studies.verdicts.summary import tables, write_page
 
 ROOT = Path(__file__).parents[2]
+DATASET = "case1"
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m studies.verdicts", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m studies.verdicts", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--judge", nargs="+", default=list(JUDGES), choices=list(JUDGES))
-    parser.add_argument("--only", default="*", help="pattern of the sets' names")
-    parser.add_argument("--again", action="store_true", help="forget earlier answers of these judges")
+    parser.add_argument("--draw", type=int, metavar="SEED", help="draw the sets of this seed first")
+    parser.add_argument("--judge", default="evidence", metavar="NAME", help="keep answers under this name")
+    parser.add_argument("--only", default="*", metavar="PATTERN", help="sets whose names are like this")
+    parser.add_argument("--again", action="store_true", help="forget earlier answers under this name")
+    parser.add_argument("--page", type=Path, metavar="FOLDER", help="write the page there")
     given = parser.parse_args()
     torch.set_num_threads(1)
     warnings.filterwarnings("ignore")
-    files = sorted(given.folder.glob(f"{given.only}.pkl"))
-    base, effects = build_model("base", read_settings([ROOT / "config.yaml"]).physics_of("case1")), catalogue()
-    if given.again:
-        for path in files:
-            for judge in given.judge:
-                path.with_suffix(f".{judge}.json").unlink(missing_ok=True)
-    rows: list[dict[str, Any]] = []
-    for path in files:
-        for judge in given.judge:
-            kept = path.with_suffix(f".{judge}.json")
-            try:
-                os.close(os.open(kept, os.O_CREAT | os.O_EXCL))
-            except FileExistsError:
-                continue
-            try:
-                found = [judge_set(drawn, judge, drawn.fit(base), effects) for drawn in read_sets(path)]
-            except BaseException:
-                kept.unlink()
-                raise
-            kept.write_text(json.dumps(found))
-            for row in found:
-                print(
-                    path.stem,
-                    judge,
-                    row["shows"] or "-",
-                    "|",
-                    row["named"] or row["verdict"],
-                    "|",
-                    row["grade"],
-                    flush=True,
-                )
-    for path in files:
-        for judge in given.judge:
-            text = path.with_suffix(f".{judge}.json").read_text()
-            rows += json.loads(text) if text else []
-    print(*tables(pd.DataFrame(rows)), sep="\n\n")
+    settings = read_settings([ROOT / "config.yaml"])
+    base, effects = build_model("base", settings.physics_of(DATASET)), catalogue()
+    given.folder.mkdir(parents=True, exist_ok=True)
+    for case in [] if given.draw is None else list_cases(base, effects, given.draw):
+        path = given.folder / f"{case.name}.pkl"
+        with taken(path) as ours:
+            if ours and path.match(f"{given.only}.pkl"):
+                drawn = draw_set(case, settings.data.datasets[DATASET], settings.diagnosis, base, effects)
+                write_set(drawn, path)
+    for path in sorted(given.folder.glob(f"{given.only}.pkl")):
+        answer = path.with_suffix(f".{given.judge}.json")
+        if given.again:
+            answer.unlink(missing_ok=True)
+        with taken(answer) as ours:
+            if ours and path.stat().st_size and (drawn := read_set(path)):
+                row = judge_set(drawn, given.judge, drawn.fit(base), effects)
+                answer.write_text(json.dumps(row))
+                found = row["shows"] or "-", row["named"] or row["verdict"], row["grade"]
+                print(path.stem, *found, sep=" | ", flush=True)
+    texts = [path.read_text() for path in sorted(given.folder.glob(f"{given.only}.*.json"))]
+    rows = pd.DataFrame([json.loads(text) for text in texts if text])
+    if rows.empty:
+        parser.error(f"{given.folder} has no sets like {given.only}; --draw SEED draws some.")
+    print(*tables(rows), sep="\n\n")
+    if given.page is not None:
+        ask = ["git", "rev-parse", "--short", "HEAD"]
+        commit = subprocess.run(ask, capture_output=True, text=True, check=False).stdout.strip() or "unknown"
+        (given.page / "study.md").write_text(write_page(rows, f"{date.today():%-d %B %Y}", commit), encoding="utf-8")
+        rows.to_csv(given.page / "study_cases.csv", index=False)
+        save(draw_reliability(rows), given.page / "study.png")
+
+
+@contextmanager
+def taken(path: Path) -> Iterator[bool]:
+    """Whether a file is ours to write: it was not there, and other processes leave it to us. Empty, it goes again."""
+    try:
+        os.close(os.open(path, os.O_CREAT | os.O_EXCL))
+    except FileExistsError:
+        yield False
+        return
+    try:
+        yield True
+    finally:
+        if not path.stat().st_size:
+            path.unlink()
 
 
 if __name__ == "__main__":

@@ -20,9 +20,20 @@ from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
 from myowave.settings import SimulatedDataset
 from studies.verdicts import simulator
-from studies.verdicts.settings import Verdicts
 from studies.verdicts.worlds import FINER, NOISES, World, record, sample_and_hold
 
+SETS = {  # of each world in a draw: with a hidden effect, and without any
+    "as_assumed": (4, 3),
+    "other_curves": (4, 3),
+    "other_constants": (3, 2),
+    "other_sensors": (4, 9),  # one of each sensor
+    "other_solver": (2, 1),
+    "outside": (5, 0),
+    "all_at_once": (4, 3),
+    "other_simulator": (5, 5),
+}
+STRENGTHS = (0.5, 1.0)  # see `hidden_values`
+NOISE_DEG, NOISES_DEG = 1.0, (0.3, 1.0, 3.0)  # of the angle; of the world that is as assumed in turn
 TURNS, SEEDS = 1000, 10_000  # of an attempt and of a draw: more than a world has cases
 
 
@@ -31,7 +42,7 @@ class Case:
     """A dataset of the study.
 
     Args:
-        world: one of `settings.WORLDS`.
+        world: one of `worlds.WORLDS`.
         hidden: effects with their parameters by short name.
         taken_out: effects that the catalogue lacks.
         draw: seed; with the number of the case in its world it decides all that is drawn.
@@ -69,25 +80,24 @@ class Case:
         return np.random.default_rng([self.seed, zlib.crc32(f"{self.world} {self.label}".encode())])
 
 
-def list_cases(base: Model, catalogue: Mapping[str, Effect], plan: Verdicts) -> Iterator[Case]:
-    """All cases: in each world effects in an order of its own, with strengths and noises that go round, and sets
-    without any effect."""
-    possible = [name for name in plan.effects or catalogue if not base.refuses(catalogue[name])]
-    for draw in plan.draws:
-        for world, count in plan.sets.items():
-            choice = [name for name in possible if name in simulator.EFFECTS or world != "other_simulator"]
-            order = np.random.default_rng([draw, zlib.crc32(world.encode())]).permutation(choice)
-            noises = plan.angle_noises_deg if world == "as_assumed" else (plan.angle_noise_deg,)
-            for i in range(count.hidden):
-                chosen = [str(order[i % len(order)])]
-                out = tuple(chosen) if world == "outside" or (world == "all_at_once" and i % 2) else ()
-                if world == "outside" and i % 2:  # two at once, of which one is not in the catalogue
-                    chosen.append(str(order[-1 - i % len(order)]))
-                strength = plan.strengths[(i + i // len(plan.strengths)) % len(plan.strengths)]
-                hidden = {name: hidden_values(base, catalogue[name], strength, i) for name in dict.fromkeys(chosen)}
-                yield Case(world, hidden, out, draw, i, strength, noises[i % len(noises)])
-            for i in range(count.clean):
-                yield Case(world, {}, (), draw, i, 0.0, noises[i % len(noises)])
+def list_cases(base: Model, catalogue: Mapping[str, Effect], draw: int) -> Iterator[Case]:
+    """All cases of a draw: in each world effects in an order of its own, with strengths and noises that go round, and
+    sets without any effect."""
+    possible = [name for name, effect in catalogue.items() if not base.refuses(effect)]
+    for world, (hidden, clean) in SETS.items():
+        choice = [name for name in possible if name in simulator.EFFECTS or world != "other_simulator"]
+        order = np.random.default_rng([draw, zlib.crc32(world.encode())]).permutation(choice)
+        noises = NOISES_DEG if world == "as_assumed" else (NOISE_DEG,)
+        for i in range(hidden):
+            chosen = [str(order[i % len(order)])]
+            out = tuple(chosen) if world == "outside" or (world == "all_at_once" and i % 2) else ()
+            if world == "outside" and i % 2:  # two at once, of which one is not in the catalogue
+                chosen.append(str(order[-1 - i % len(order)]))
+            strength = STRENGTHS[(i + i // len(STRENGTHS)) % len(STRENGTHS)]
+            values = {name: hidden_values(base, catalogue[name], strength, i) for name in dict.fromkeys(chosen)}
+            yield Case(world, values, out, draw, i, strength, noises[i % len(noises)])
+        for i in range(clean):
+            yield Case(world, {}, (), draw, i, 0.0, noises[i % len(noises)])
 
 
 def hidden_values(model: Model, effect: Effect, strength: float, turn: int) -> dict[str, float]:

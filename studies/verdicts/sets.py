@@ -5,7 +5,7 @@ What was hidden is known here and to `make_trials` only; a judge gets the fit an
 
 import pickle
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -125,12 +125,19 @@ def displaced(free: Sequence[Free], case: Case) -> tuple[Free, ...]:
     return tuple(replace(p, start=p.start / (1 + p.spread * random.uniform(-1, 1))) for p in free)
 
 
-def write_sets(sets: list[Drawn], path: Path) -> None:
-    """Keep sets, so that another judge need not fit them again."""
-    path.write_bytes(pickle.dumps(sets))
+def write_set(drawn: Drawn | None, path: Path) -> None:
+    """Keep a set as plain values, which code that has moved can read as well."""
+    path.write_bytes(pickle.dumps(None if drawn is None else asdict(drawn)))
 
 
-def read_sets(path: Path) -> list[Drawn]:
-    """Sets that were kept."""
-    sets: list[Drawn] = pickle.loads(path.read_bytes())
-    return sets
+def read_set(path: Path) -> Drawn | None:
+    """A set that was kept; None where none could be drawn."""
+    kept = pickle.loads(path.read_bytes())
+    if kept is None:
+        return None
+    parts = {
+        "case": Case(**kept["case"]),
+        "trials": Trials(**kept["trials"]),
+        "free": tuple(Free(**p) for p in kept["free"]),
+    }
+    return Drawn(**{**kept, **parts})

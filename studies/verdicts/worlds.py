@@ -27,6 +27,17 @@ from myowave.settings import Scatter
 
 Array = NDArray[np.float64]
 
+# As the model assumes, other in one way, in all of these at once, and arms of another simulator.
+WORLDS = {
+    "as_assumed": "as the model assumes",
+    "other_curves": "other muscle curves",
+    "other_constants": "other constants",
+    "other_sensors": "other sensors and filters",
+    "other_solver": "sample-and-hold of EMG in the solver",
+    "outside": "effect not in the catalogue",
+    "all_at_once": "all of these at once",
+    "other_simulator": "another simulator",
+}
 TABLE = np.linspace(0.0, 2.5, 2001)  # fibre lengths, and velocities + 1, at which a drawn curve is tabulated
 FINER = 4  # steps in a sample of the solver with a sample-and-hold
 
@@ -69,12 +80,7 @@ class World:
 def draw_world(
     name: str, base: Model, scatter: Mapping[str, Scatter], random: np.random.Generator, turn: int = 0
 ) -> World:
-    """Draw an arm, a solver or a recorder of a world.
-
-    Args:
-        scatter: of constants that nobody measured.
-        turn: sensors take turns.
-    """
+    """Draw an arm, a solver or a recorder of a world; sensors take turns."""
     world = World(base)
     if name in ("other_curves", "all_at_once"):
         world = replace(world, model=replace(base, curves=draw_curves(random)))

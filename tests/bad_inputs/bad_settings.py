@@ -7,7 +7,7 @@ import yaml
 
 from myowave.settings import parse_settings
 from studies.held_out.settings import HeldOut
-from studies.section import read_section
+from studies.shared import read_section
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = yaml.safe_load((ROOT / "config.yaml").read_text())

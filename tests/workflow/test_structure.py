@@ -153,10 +153,10 @@ def test_the_package_does_not_know_snakemake():
 def test_studies_use_the_package_and_are_used_by_nothing():
     for path in [*MODULES, *(ROOT / "workflow/scripts").glob("*.py")]:
         assert not [name for name in imported(path) if name.split(".")[0] == "studies"], path
-    for study in (path.parent for path in STUDIES.glob("*/Snakefile")):
+    for study in (path.parent for path in STUDIES.glob("*/tests")):
         for path in study.rglob("*.py"):
             used = {".".join(name.split(".")[:2]) for name in imported(path) if name.split(".")[0] == "studies"}
-            assert used <= {f"studies.{study.name}", "studies.section"}, f"{path} imports another study"
+            assert used <= {f"studies.{study.name}", "studies.shared"}, f"{path} imports another study"
 
 
 def test_scripts_belong_to_rules_and_hold_no_logic():

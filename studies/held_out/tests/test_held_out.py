@@ -13,7 +13,7 @@ from studies.held_out.answers import answer, differences, write_page
 from studies.held_out.figures import draw_answers
 from studies.held_out.score import score_baselines, split_trials
 from studies.held_out.settings import HeldOut
-from studies.section import read_section
+from studies.shared import read_section
 
 ROOT = Path(__file__).parents[3]
 

@@ -1,32 +1,27 @@
 """The study makes the worlds that it names, hides what it says, and counts what answers are worth as promised."""
 
+import sys
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 import torch
-import yaml
 
 from myowave.data.simulate import simulate_trials
 from myowave.diagnosis.causes import OWN_CURVES
 from myowave.diagnosis.scoring import grade
-from myowave.settings import Scatter
-from studies.verdicts import simulator
-from studies.verdicts.cases import Case, hidden_values, list_cases, make_trials
+from myowave.settings import DiagnosisSettings, Scatter
+from studies.verdicts import __main__, simulator
+from studies.verdicts.cases import SETS, Case, hidden_values, list_cases, make_trials
 from studies.verdicts.figures import draw_reliability
-from studies.verdicts.judges import JUDGES, Judged, judge_set
-from studies.verdicts.sets import draw_set, read_sets, write_sets
-from studies.verdicts.settings import WORLDS, Verdicts
-from studies.verdicts.summary import GRADES, read_rows, reliability, write_page
-from studies.verdicts.worlds import FINER, World, draw_curves, draw_sensors, draw_world, record, sample_and_hold
+from studies.verdicts.judge import Judged, judge_set
+from studies.verdicts.sets import draw_set, read_set, write_set
+from studies.verdicts.summary import GRADES, reliability, write_page
+from studies.verdicts.worlds import FINER, WORLDS, World, draw_curves, draw_sensors, draw_world, record, sample_and_hold
 
 SCATTER = {"slack": Scatter(relative=0.03), "delay": Scatter(absolute=0.007)}
-PLAN = Verdicts.model_validate(
-    yaml.safe_load((Path(__file__).parents[1] / "settings.yaml").read_text(encoding="utf-8"))["verdicts"]
-)
 
 
 def a_case(world="as_assumed", hidden=None, noise_deg=0.0, out=()):
@@ -41,16 +36,14 @@ def test_every_hidden_value_is_within_its_bounds_and_not_zero(model, effects):
                 assert parameter.low <= value <= parameter.high and value != 0.0
 
 
-def test_every_world_has_its_sets_in_each_draw_and_no_two_are_alike(model, effects):
-    cases = list(list_cases(model, effects, PLAN))
-    assert set(PLAN.sets) == set(WORLDS) and len({case.name for case in cases}) == len(cases)
-    for draw in PLAN.draws:
-        for world, count in PLAN.sets.items():
-            some = [case for case in cases if (case.draw, case.world) == (draw, world)]
-            assert sum(bool(case.hidden) for case in some) == count.hidden and len(some) == count.hidden + count.clean
+def test_every_world_has_its_sets_and_no_two_are_alike(model, effects):
+    cases = list(list_cases(model, effects, 2))
+    assert set(SETS) == set(WORLDS) and len({case.name for case in cases}) == len(cases)
+    for world, (hidden, clean) in SETS.items():
+        some = [case for case in cases if case.world == world]
+        assert sum(bool(case.hidden) for case in some) == hidden and len(some) == hidden + clean
     assert all(set(c.taken_out) <= set(c.hidden) and (c.world == "outside") <= bool(c.taken_out) for c in cases)
-    other = list(list_cases(model, effects, PLAN.model_copy(update={"draws": (1,)})))
-    assert [case.label for case in cases] != [case.label for case in other]
+    assert [case.label for case in cases] != [case.label for case in list_cases(model, effects, 1)]
     assert a_case().seed != Case("as_assumed", {}, (), 2, 3, 1.0, 0.0).seed
 
 
@@ -84,19 +77,42 @@ def test_a_set_says_what_shows_and_what_is_true_of_it(model, effects, settings, 
         a_case(hidden={"joint_damping": {"c": 0.02}}, noise_deg=3.0), longer, settings.diagnosis, model, effects
     )
     assert weak.wanted == set() and weak.true == {"joint_damping"}
-    write_sets([weak], tmp_path / "sets.pkl")
-    assert read_sets(tmp_path / "sets.pkl")[0].signals == weak.signals
+    write_set(weak, tmp_path / "set.pkl")
+    weak = read_set(tmp_path / "set.pkl")
     fit = weak.fit(model)
     assert np.degrees(fit.rmse()) == pytest.approx(3.0, rel=0.05)  # the noise
     for name, of in (("joint_damping", "right"), ("fatigue", "wrong")):
-        JUDGES["fixed"] = lambda fit, catalogue, name=name: Judged(
-            "effect", ((name,),), {name: 0.97}, (name,), {"f0_Bi": (0.0, 1e9), "joint_damping.c": (1.0, 2.0)}
-        )
-        row = judge_set(weak, "fixed", fit, effects)
+        intervals = {"f0_Bi": (0.0, 1e9), "joint_damping.c": (1.0, 2.0)}
+        said = Judged("effect", ((name,),), {name: 0.97}, (name,), intervals)
+        row = judge_set(weak, "fixed", fit, effects, lambda fit, effects, said=said: said)
         assert row["grade"] == of and row["wrong_name"] == (of == "wrong")
         assert (row["intervals"], row["held"]) == ((2, 1) if of == "right" else (0, 0))
-        assert reliability([row])[-1][2:4] == (1, int(of == "right"))
-    del JUDGES["fixed"]
+        assert reliability(pd.DataFrame([row]))[-1][2:4] == (1, int(of == "right"))
+
+
+def test_each_set_is_drawn_and_judged_once_and_counted_by_judge(model, effects, dataset, monkeypatch, tmp_path, capsys):
+    """By the command, with two cases of which no EMG keeps one in range, and an answer that is made up."""
+    case = a_case(noise_deg=1.0)
+    cases = [case, replace(case, turn=4)]
+    drawn = draw_set(case, dataset, DiagnosisSettings(starts=1), model, effects)
+    calls = []
+
+    def row_of(drawn, judge, fit, effects):
+        calls.append(judge)
+        return {**rows_of(judge, "right", world=drawn.case.world)[0], "verdict": "effect", "named": "a"}
+
+    monkeypatch.setattr(__main__, "list_cases", lambda base, effects, draw: cases)
+    monkeypatch.setattr(__main__, "draw_set", lambda case, *rest: drawn if case.turn == 3 else None)
+    monkeypatch.setattr(__main__, "judge_set", row_of)
+    for more in (["--draw", "1"], ["--draw", "1", "--judge", "other"], ["--judge", "other", "--again"]):
+        monkeypatch.setattr(sys, "argv", ["verdicts", str(tmp_path), *more])
+        __main__.main()
+    assert calls == ["evidence", "other", "other"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "1-as_assumed-clean-003.evidence.json", "1-as_assumed-clean-003.other.json", "1-as_assumed-clean-003.pkl",
+        "1-as_assumed-clean-004.pkl",
+    ]  # fmt: skip
+    assert "| all |  | 1 | 1 / 0 / 0 / 0 / 0 | 1 / 0 / 0 / 0 / 0 |" in capsys.readouterr().out
 
 
 def test_other_curves_are_muscle_curves_and_differ_from_arm_to_arm():
@@ -179,10 +195,9 @@ def rows_of(judge, *grades, world="other_curves", shows="a"):
     ]  # fmt: skip
 
 
-def test_the_page_counts_each_judge_on_the_same_sets(tmp_path):
+def test_the_page_counts_each_judge_on_the_same_sets():
     rows = pd.DataFrame([*rows_of("one", *GRADES), *rows_of("other", *["right"] * 4, "wrong")])
-    rows.to_csv(tmp_path / "rows.csv", index=False)
-    page = write_page(read_rows(tmp_path / "rows.csv"), "1 May 2030", "abc")
+    page = write_page(rows, "1 May 2030", "abc")
     assert "| other muscle curves | an effect shows | 5 | 1 / 1 / 1 / 1 / 1 | 4 / 0 / 0 / 0 / 1 |" in page
     assert "| one | 2 of 5: 40 (" in page and "| other | 4 of 5: 80 (" in page and "95 of 100: 95 (" in page
     assert "5 simulated arms in 1 worlds, 1 May 2030, judged at commit abc" in page
@@ -192,4 +207,6 @@ def test_the_page_counts_each_judge_on_the_same_sets(tmp_path):
 def test_the_picture_shows_all_judges_in_all_worlds():
     rows = pd.DataFrame([*rows_of("one", *GRADES), *rows_of("other", *GRADES, world="outside")])
     left, right = draw_reliability(rows).axes
-    assert len(right.get_yticks()) == 4 and len(left.containers) == 2
+    labels = [label.get_text() for label in right.get_yticklabels()]
+    assert labels == ["effect not in the catalogue, other", "other muscle curves, one"]
+    assert [text.get_text() for text in left.get_legend().get_texts()] == ["one", "other"]

@@ -1,4 +1,4 @@
-"""Who judges a set, and what an answer was worth."""
+"""What the diagnosis says of a set, and what that is worth."""
 
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -25,10 +25,10 @@ class Judged:
 
     Args:
         kind, named: see `scoring.grade`.
-        probabilities: of each name that was weighed, as far as the judge has them.
+        probabilities: of each name that was weighed; none where nothing is named, as what is left is no noise.
         effects: of the model that the intervals are of.
         intervals: low and high of each parameter, of 95 %.
-        nothing_missing: p-value of that; None where the judge has none.
+        nothing_missing: p-value of that; None of pieces of trials.
     """
 
     kind: str
@@ -39,49 +39,44 @@ class Judged:
     nothing_missing: float | None = None
 
 
-Judge = Callable[[Fit, Iterable[Effect]], Judged]
-
-
 def by_evidence(fit: Fit, effects: Iterable[Effect]) -> Judged:
-    """What the diagnosis says; where it names nothing, as what is left is no noise, it gives no probability."""
-    if fit.record.pieces is not None:
-        return _over_pieces(fit, effects)
-    found = answer_of(weigh_models(fit, effects))
-    given = {} if found.kind == "unknown" else {k: p for k, p in found.probabilities.items() if k != OUTSIDE}
-    present = {effect.name for effect in fit.model.effects}
-    more = tuple(e.name for e in found.best.fit.model.effects if e.name not in present)
-    return Judged(found.kind, found.named, given, more, found.intervals, found.white)
-
-
-def _over_pieces(fit: Fit, effects: Iterable[Effect]) -> Judged:
-    """The same over pieces of trials, where no model follows whole ones: certain of each name."""
-    found = search(fit, effects)
-    verdict, last = judge(found), found.selection.fit
+    """What the diagnosis says; over pieces of trials, where no model follows whole ones, it is certain of each name."""
+    if fit.record.pieces is None:
+        found = answer_of(weigh_models(fit, effects))
+        given = {} if found.kind == "unknown" else {k: p for k, p in found.probabilities.items() if k != OUTSIDE}
+        present = {effect.name for effect in fit.model.effects}
+        more = tuple(e.name for e in found.best.fit.model.effects if e.name not in present)
+        return Judged(found.kind, found.named, given, more, found.intervals, found.white)
+    over_pieces = search(fit, effects)
+    verdict, last = judge(over_pieces), over_pieces.selection.fit
     named = answer(verdict.causes, verdict.alternatives)
-    errors = last.standard_errors()
-    values = {p.name: last.parameters[p.name] for p in last.free}
+    values, errors = last.parameters, last.standard_errors()
     return Judged(
         verdict.kind,
         named,
         {members[0]: 1.0 for members in named if len(members) == 1},
-        found.selection.effects,
-        {n: (v - TWO_SIDED * errors[n], v + TWO_SIDED * errors[n]) for n, v in values.items()},
+        over_pieces.selection.effects,
+        {n: (values[n] - TWO_SIDED * e, values[n] + TWO_SIDED * e) for n, e in errors.items()},
     )
 
 
-JUDGES: dict[str, Judge] = {"evidence": by_evidence}
-
-
-def judge_set(drawn: Drawn, name: str, fit: Fit, catalogue: Mapping[str, Effect]) -> dict[str, Any]:
+def judge_set(
+    drawn: Drawn,
+    name: str,
+    fit: Fit,
+    catalogue: Mapping[str, Effect],
+    asked: Callable[[Fit, Iterable[Effect]], Judged] = by_evidence,
+) -> dict[str, Any]:
     """One row: what was hidden, what was found, and what that is worth.
 
     Args:
         name: of the judge.
         fit: the first.
+        asked: who answers.
     """
     case, began = drawn.case, time.process_time()
     try:
-        judged = JUDGES[name](fit, drawn.known_to(catalogue))
+        judged = asked(fit, drawn.known_to(catalogue))
     except FAILURES as error:
         judged = Judged("failed", ((str(error),),), {})
     held, named = _held(drawn, judged), drawn.graded_as(judged.named)
@@ -98,7 +93,7 @@ def judge_set(drawn: Drawn, name: str, fit: Fit, catalogue: Mapping[str, Effect]
         "shows": _worded(drawn.wanted),
         "judge": name,
         "verdict": judged.kind,
-        "named": _said(judged.named),
+        "named": " + ".join(" / ".join(members) for members in judged.named),
         "grade": grade(judged.kind, named, drawn.true, drawn.wanted),
         "wrong_name": is_wrong(named, drawn.true),
         "wrong_emg_noise": EMG_NOISE not in drawn.true and (EMG_NOISE,) in judged.named,
@@ -119,15 +114,11 @@ def _held(drawn: Drawn, judged: Judged) -> list[bool]:
         return []
     truth = {**drawn.constants, **{f"{e}.{p}": v for e, ps in case.hidden.items() for p, v in ps.items()}}
     curved = case.world in ("other_curves", "all_at_once")
-    held = []
-    for name, (low, high) in judged.intervals.items():
-        if name in truth and not (curved and name.endswith("_curve")):
-            held.append(bool(low <= truth[name] <= high))
-    return held
-
-
-def _said(named: Answer) -> str:
-    return " + ".join(" / ".join(members) for members in named)
+    return [
+        bool(low <= truth[name] <= high)
+        for name, (low, high) in judged.intervals.items()
+        if name in truth and not (curved and name.endswith("_curve"))
+    ]
 
 
 def _worded(names: Iterable[str]) -> str:

@@ -1,6 +1,6 @@
-"""The section of the settings that belongs to one study: checked like any other, and against those of the core."""
+"""What studies share: a section of the settings of their own, and tables of Markdown."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
@@ -10,7 +10,7 @@ from myowave.settings.keys import explain
 
 
 class StudySection(Section):
-    """Settings of a study."""
+    """Settings of a study, checked like any others, and against those of the core."""
 
     def problems(self, settings: Settings) -> list[str]:
         """What does not fit the settings of the core, one line each, with the key below the section."""
@@ -35,3 +35,8 @@ def read_section(kind: type[S], name: str, values: Mapping[str, Any], settings: 
         if not problems:
             return section
     raise ValueError("\n".join(f"{name}.{problem}" for problem in problems))
+
+
+def markdown(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table."""
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in [heads, ["---"] * len(heads), *rows])
