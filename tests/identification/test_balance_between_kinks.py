@@ -7,8 +7,8 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from myowave.identification.descent import descend
 from myowave.identification.free_parameters import free_parameters, start_values
+from myowave.identification.least_squares import descend
 from myowave.identification.torque import TorqueBalance, effects_unseen_by_angle
 from myowave.settings import Identify
 

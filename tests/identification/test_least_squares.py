@@ -100,7 +100,7 @@ def test_more_columns_extend_the_normal_equations_as_if_they_had_been_there(make
         matrix=few.matrix[:-1, :-1],
         vector=few.vector[:-1],
         weight=few.weight[:-1],
-        off=few.off[:-1],
+        further_slope=few.further_slope[part],
     )
     again = fewer.extended(few.slope[..., len(free) - 1 :])
     np.testing.assert_allclose(again.matrix, few.matrix, rtol=1e-9)
@@ -116,7 +116,7 @@ def test_what_was_fitted_is_the_trace_of_the_hat_matrix(known):
     projected = without_starts(by_start, slope)
     matrix = np.einsum("tnp,tnq->pq", projected, slope) + np.diag(weight)
     none = np.zeros(0)
-    normal = Normal(np.zeros((3, 20)), slope, by_start, matrix, none, none, weight, none)
+    normal = Normal(np.zeros((3, 20)), slope, by_start, none, none, matrix, none, none, weight)
     starts = np.zeros((3, 20, 3, 2))
     starts[range(3), :, range(3)] = by_start
     samples = np.concatenate([starts.reshape(60, 6), slope.reshape(60, 4)], -1)

@@ -11,7 +11,7 @@ from myowave.data.trials import TORQUE
 from myowave.identification.free_parameters import free_parameters
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
-from myowave.identification.torque import COARSE_S, TorqueBalance, fit_torque, leave_out, shares_given, windows_of
+from myowave.identification.torque import COARSE_S, TorqueBalance, fit_torque, leave_out, windows_of
 from myowave.identification.windows import between
 from myowave.physics.dynamics import torques
 from myowave.physics.motion import simulate
@@ -60,7 +60,7 @@ def test_torque_is_that_of_an_upper_arm_that_leans_over_time(exact, base, free):
     assert dict(zip((p.name for p in free), fit.values, strict=True))["f0_Bi"] == pytest.approx(240, rel=0.03)
     true = np.array([TRUE.get(p.name, p.start) for p in free])
     told, untold = (
-        shares_given(TorqueBalance.of(base, r), free, true) for r in (leaning, replace(leaning, course=None))
+        TorqueBalance.of(base, r).shares_given(free, true) for r in (leaning, replace(leaning, course=None))
     )
     assert min(told.values()) > 0.99 > 0.9 > max(untold.values())
     last = leaning.take([1])
@@ -84,7 +84,7 @@ def test_the_share_of_a_trial_does_not_depend_on_the_unit_of_torque(exact_motion
     usual = np.array([base.defaults[n] for n in names])
     double = usual * [2.0 if n.startswith("f0") or n == "mass" else 1.0 for n in names]
     np.testing.assert_allclose(balance.residual(free, double), balance.residual(free, usual), atol=1e-9)
-    assert shares_given(balance, free, double) == pytest.approx(shares_given(balance, free, usual))
+    assert balance.shares_given(free, double) == pytest.approx(balance.shares_given(free, usual))
 
 
 def test_a_trial_that_is_left_out_is_not_fitted(exact_motion, base, free):
@@ -92,8 +92,8 @@ def test_a_trial_that_is_left_out_is_not_fitted(exact_motion, base, free):
     emg[1] *= 0.7
     record = replace(exact_motion, emg=emg)
     fit, rest = fit_torque(base, record, free), fit_torque(base, record.take([0, 2]), free)
-    expected = shares_given(TorqueBalance.of(base, record.take([1])), free, rest.values)
-    own = shares_given(TorqueBalance.of(base, record.take([1])), free, fit.values)
+    expected = TorqueBalance.of(base, record.take([1])).shares_given(free, rest.values)
+    own = TorqueBalance.of(base, record.take([1])).shares_given(free, fit.values)
     assert leave_out(base, record, free)[record.names[1]] == pytest.approx(expected[record.names[1]], abs=0.01)
     assert own != pytest.approx(expected, abs=0.02)
 
@@ -165,6 +165,6 @@ def test_what_moves_and_what_pulls_are_weighed_over_the_same_windows(rate_hz):
     windows = windows_of(SimpleNamespace(lengths=[samples], dt=dt))
     moved = windows.integrate(between(time[None] ** 3, [samples], windows.positions(samples)), derivative=2)[0]
     merged = windows.merged(coarse)
-    pulled = merged.integrate(6 * dt * merged.positions(samples, coarse))
+    pulled = merged.integrate(6 * dt * merged.positions(samples))
     assert len(pulled) <= len(moved) and len(moved) == windows.inside.shape[1]
     torch.testing.assert_close(moved[: len(pulled)], pulled, rtol=1e-2, atol=1e-4)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from myowave.identification.least_squares import correlations
 from myowave.identification.noise import correlation_time
 from myowave.identification.output_error import fit_model
-from myowave.identification.uncertainty import correlations
 
 
 def estimates_in_noise(fit, colour, count, seed):

@@ -4,23 +4,23 @@ Shapes: T trials, N samples, K numbers of the state, R restarts, L steps.
 """
 
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 from torch import Tensor
 
 from myowave.identification.record import Record
-from myowave.identification.sensor import unobserve
-from myowave.identification.smoothing import smooth
-from myowave.physics.drive import Drive
 from myowave.physics.model import Model, Params
 from myowave.physics.motion import initial_state, observe, step
 from myowave.physics.simulation import Simulation
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+CORRECTIONS = 3  # of what a sensor does beyond an offset, a factor and a delay
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,19 +45,50 @@ class Along:
     def motion(self) -> tuple[Array, Array, Array]:
         """The joint's angle, unsmoothed and smoothed, and its velocity (T, N): those whose observation is the measured
         angle, if the model has effects on the sensor."""
-        record = self.record
-        if not self.model.on("observation"):
-            q, qdot = record.motion.numpy().transpose(2, 0, 1)
-            return record.angle, q, qdot
+        if self.model.on("observation"):
+            angle = self._behind_sensor()
+            return angle, *self.record.smoothed(angle)
+        q, qdot = self.record.motion.numpy().transpose(2, 0, 1)
+        return self.record.angle, q, qdot
 
-        def sensor(q: Array, qdot: Array) -> Array:
-            angle, velocity = (torch.from_numpy(np.ascontiguousarray(x)) for x in (q, qdot))
-            seen: Array = observe(self.simulation.along_time, angle, velocity, record.dt).numpy()
-            return seen
+    def _behind_sensor(self) -> Array:
+        """Angle of the joint [rad], (T, N), that a sensor reports as the measured one.
 
-        smoother = partial(smooth, lengths=record.lengths, dt=record.dt, window=record.window)
-        angle = unobserve(sensor, smoother, record.angle, record.lengths, record.dt)
-        return angle, *smoother(angle)
+        To first order a sensor is an offset, a factor and a delay; what it does to an arm at rest and to a steady
+        motion tells these three. They are inverted, and what is left, small if a sensor is not too bent, is corrected
+        for. The measured angle as it is if the sensor has no inverse.
+        """
+        record, still = self.record, np.zeros_like(self.record.angle)
+        time = still + np.arange(still.shape[1]) * record.dt
+        offset = self._seen(still, still)
+        factor = self._seen(still + 1, still) - offset
+        if not (np.abs(factor) > 0).all():
+            return record.angle
+        ahead = time - (self._seen(time, still + 1) - offset) / factor
+        joint = self._later((record.angle - offset) / factor, ahead)
+        for _ in range(CORRECTIONS):
+            left = record.motion[..., 0].numpy() - self._seen(*record.smoothed(joint))
+            joint = joint + self._later(left / factor, ahead)
+        return joint if np.isfinite(joint).all() else record.angle
+
+    def _seen(self, q: Array, qdot: Array) -> Array:
+        """What the sensor reports of a motion of the joint, (T, N) each."""
+        angle, velocity = (torch.from_numpy(np.ascontiguousarray(x)) for x in (q, qdot))
+        return observe(self.simulation.along_time, angle, velocity, self.record.dt).numpy()
+
+    def _later(self, values: Array, ahead: Array) -> Array:
+        """values(t + ahead), (T, N), cubic between samples, straight beyond the ends of a trial."""
+        if not ahead.any():
+            return values
+        moved, slope = values.copy(), self.record.smoothed(values)[1]
+        for i, length in enumerate(self.record.lengths):
+            time = np.arange(length) * self.record.dt
+            at = time + ahead[i, :length]
+            inside = at.clip(0.0, time[-1])
+            edge = np.where(at < inside, slope[i, 0], slope[i, length - 1])
+            moved[i, :length] = make_interp_spline(time, values[i, :length], k=3)(inside) + (at - inside) * edge
+            moved[i, length:] = moved[i, length - 1]
+        return moved
 
     @cached_property
     def state(self) -> Tensor:
@@ -77,8 +108,6 @@ class Along:
     def predict(self, trial: Index, start: Index, steps: int) -> Array:
         """Angle as the sensor sees it, simulated from the state at samples of the measured motion [rad].
 
-        The EMG that drives it is that of the whole trial, so the muscles know what came before the restart.
-
         Args:
             trial, start: of each restart, (R,).
             steps: L; those beyond a trial's end mean nothing.
@@ -86,17 +115,9 @@ class Along:
         Returns:
             (R, L + 1), from the restart on; not finite where the motion diverges.
         """
-        record, drive = self.record, self.simulation.drive
-        known = {name: values[trial] for name, values in record.known.items()}
-        restarted = Simulation(self.model, {**known, **self.params}, record.emg[trial, :2], record.dt)
-        shape = (len(record.names), *drive.activation.shape[-3:])
-        excitation, activation = (x.expand(shape) for x in (drive.excitation, drive.activation))
-        pieces = drive.pieces.expand(len(record.names), 1, -1)[trial].squeeze(-2)
-        states = [self.state[trial, start]]
+        part = self.record.stretches(trial, start, steps + 1)
+        simulation, states = part.simulation(self.model, self.params), [self.state[trial, start]]
         for n in range(steps):
-            at = np.minimum(start + n, shape[1] - 1)
-            course = None if drive.course is None else drive.course[trial, at]
-            now = Drive(excitation[trial, at], activation[trial, at], pieces, course)
-            states.append(step(restarted.valued, states[-1], now))
+            states.append(step(simulation.valued, states[-1], simulation.drive.at(n)))
         q, qdot = torch.stack(states, -2)[..., :2].unbind(-1)
-        return observe(restarted.along_time, q, qdot, record.dt).numpy()
+        return observe(simulation.along_time, q, qdot, part.dt).numpy()

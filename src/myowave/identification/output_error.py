@@ -9,10 +9,9 @@ Noise on the angle averages out, every effect may take part, and where the physi
 simulator of these trials that it can be. The angle and velocity at the start of each trial are estimated with the
 parameters; nobody measures them (`least_squares`).
 
-Shapes: B starts of the search, T trials, N samples, K numbers of a state, P free parameters.
+Shapes: B starts of the search, T trials, N samples, K numbers of a state, P free parameters, S numbers of a start.
 """
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -22,11 +21,10 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from myowave.identification.free_parameters import Free, bind_values, moved, scales, start_values, within
-from myowave.identification.least_squares import Normal, bounded_step, normal_equations
+from myowave.identification.least_squares import Normal, bounded_step, covariance, normal_equations
 from myowave.identification.noise import correlation_time
 from myowave.identification.record import Record
-from myowave.identification.torque import TorqueFit, with_torque
-from myowave.identification.uncertainty import covariance
+from myowave.identification.torque import TorqueFit, measured_torque
 from myowave.physics.model import Model, Params
 from myowave.physics.motion import resting_states, simulate
 from myowave.physics.simulation import Simulation
@@ -45,34 +43,96 @@ DAMPING, DAMPING_UP, DAMPING_DOWN, DAMPING_MOST = 1e-4, 10.0, 0.1, 1e8
 
 
 @dataclass(frozen=True)
-class Fit:
-    """A fitted model.
+class Problem:
+    """What is to be explained, by what, and what of it may change.
 
     Args:
-        simulation: the model with its fitted parameters and the EMG of the trials.
-        values: the free parameters, (P,); `free` says which.
-        starts: angle and velocity at the start of each trial, (T, 2).
-        angle: simulated [rad], (T, N).
-        normal: residuals and derivatives at the solution.
-        sensitive: the solved motion.
-        record: what was fitted.
-        converged: whether no step could gain anything any more.
-        torque: the fit to torque that all values are taken from, where no motion of the model follows the trials.
+        simulation: of the model with any values of its parameters, driven by the EMG of the trials.
+        record: the measured motion, its noise, and what is known of the trials.
+        free: what is estimated, with its bounds and what is known of it beforehand; it moves in units of its scales.
     """
 
     simulation: Simulation
-    free: tuple[Free, ...]
-    values: Array
-    starts: Array
-    normal: Normal
-    sensitive: Sensitive
     record: Record
-    converged: bool = False
-    torque: TorqueFit | None = None
+    free: tuple[Free, ...]
+
+    @classmethod
+    def of(cls, model: Model, record: Record, free: Sequence[Free], values: Array) -> "Problem":
+        """With values (..., P)."""
+        return Problem(record.simulation(model, bind_values(free, values)), record, tuple(free))
 
     @property
     def model(self) -> Model:
         return self.simulation.model
+
+    def at(self, values: Array) -> "Problem":
+        """The same with other values (..., P)."""
+        simulation = self.simulation.with_params(bind_values(self.free, values))
+        return Problem(simulation, self.record, self.free)
+
+    def solve(self, starts: Array, guess: Tensor, iterations: int = 25, near: Tensor | None = None) -> Sensitive:
+        """The motion near a guess, with derivatives that are 0 for parameters that are fixed.
+
+        Args:
+            near: Jacobian of the steps of a motion nearby.
+        """
+        q0, qdot0 = (torch.from_numpy(starts[..., i].copy()) for i in range(2))
+        newton = Newton(iterations, TOLERANCE, rescue=False)
+        wrt = {p.name: p.scale for p in self.free if not p.fixed}
+        result = solve(self.simulation, q0, qdot0, guess=guess, wrt=wrt, newton=newton, near=near)
+        if len(wrt) == len(self.free):
+            return result
+        count, place = len(self.free), [i for i, p in enumerate(self.free) if not p.fixed]
+        by_parameter = result.by_start.new_zeros(count, *result.by_start.shape[1:])
+        by_parameter[place] = result.by_parameter
+        tangent = result.tangent.new_zeros(*result.tangent.shape[:-1], count + 2)
+        tangent[..., [*place, count, count + 1]] = result.tangent
+        return replace(result, by_parameter=by_parameter, tangent=tangent)
+
+    def normal_at(self, result: Sensitive, values: Array) -> Normal:
+        """Residuals and their derivatives along a motion."""
+        measured = measured_torque(self.model, self.record, self.free, values)
+        return normal_equations(result, self.record, self.free, values, measured)
+
+    def moved(
+        self, values: Array, starts: Array, result: Sensitive, step: Array, shift: Array
+    ) -> tuple[Array, Array, Tensor]:
+        """Values, starts and a guess of the state after a step of the parameters and a shift of the starts (..., S)."""
+        shift = np.concatenate([shift, np.zeros_like(shift)], -1)[..., :2]  # where the velocity is known it stays
+        change = np.broadcast_to((step * scales(self.free))[..., None, :], (*shift.shape[:-1], len(self.free)))
+        both = torch.from_numpy(np.concatenate([change, shift], -1))
+        guess = result.motion.state + torch.einsum("...tnkp,...tp->...tnk", result.tangent, both)
+        return moved(self.free, values, step), starts + shift, guess
+
+    def fit_at(self, values: Array, starts: Array, guess: Tensor, near: Tensor | None = None) -> "Fit | None":
+        """The fit at given values, or None where no motion was found near the guess; see `solve`."""
+        here = self.at(values)
+        result = here.solve(starts, guess, near=near)
+        if not result.gap < TOLERANCE:
+            return None
+        normal = here.normal_at(result, values)
+        return Fit(here.simulation, here.record, here.free, values, starts, normal, result)
+
+
+@dataclass(frozen=True)
+class Fit(Problem):
+    """A fitted model: the problem with an answer.
+
+    Args:
+        values: the free parameters, (P,).
+        starts: angle and velocity at the start of each trial, (T, 2).
+        normal: residuals and derivatives at the solution.
+        sensitive: the solved motion.
+        converged: whether no step could gain anything any more.
+        torque: the fit to torque that all values are taken from, where no motion of the model follows the trials.
+    """
+
+    values: Array
+    starts: Array
+    normal: Normal
+    sensitive: Sensitive
+    converged: bool = False
+    torque: TorqueFit | None = None
 
     @property
     def params(self) -> Params:
@@ -81,6 +141,7 @@ class Fit:
 
     @property
     def angle(self) -> Array:
+        """Simulated [rad], (T, N)."""
         return self.sensitive.motion.angle.numpy()
 
     @property
@@ -130,7 +191,7 @@ class Fit:
         )
 
     def covariance(self) -> Array:
-        """Covariance of the free parameters (P, P), see `uncertainty`."""
+        """Covariance of the free parameters (P, P), see `least_squares`."""
         return self.torque.covariance if self.torque else covariance(self.normal, self.record, self.free)
 
     def standard_errors(self) -> dict[str, float]:
@@ -140,22 +201,23 @@ class Fit:
         """Root mean square of the residual [rad]."""
         return float(np.sqrt(self.rss / self.record.samples))
 
+    def next_step(self, damping: float = DAMPING) -> tuple[Array, Array]:
+        """A step of the parameters (P,), in units of their scales, and the shift of the starts with it, both damped."""
+        step = bounded_step(self.normal.matrix, self.normal.vector, self.free, self.values, damping)
+        return step, self.normal.starts_after(step) / (1 + damping)
+
 
 @dataclass(frozen=True)
-class LiftedSearch:
+class LiftedSearch(Problem):
     """Where searches stand before their motion is simulated, B of them as one batch.
 
     Args:
-        simulation: of the model with any parameters.
         values: (B, P).
         starts: angle and velocity at the start of each trial, (B, T, 2).
         guess: the state along each trial, a motion but for gaps, (B, T, N, K).
         error: `Normal.objective` that the last step started from (B,); infinite before the first.
     """
 
-    simulation: Simulation
-    record: Record
-    free: tuple[Free, ...]
     values: Array
     starts: Array
     guess: Tensor
@@ -164,21 +226,19 @@ class LiftedSearch:
     @classmethod
     def begin(cls, model: Model, record: Record, free: Sequence[Free], values: Array) -> "LiftedSearch":
         """From the measured motion, smoothed, for every row of values (B, P)."""
-        free, measured = tuple(free), record.motion.expand(len(values), -1, -1, -1)
-        simulation = record.simulation(model, bind_values(free, values))
-        guess = resting_states(simulation, measured[..., 0], measured[..., 1])
-        return cls(simulation, record, free, values, record.starts_of(guess), guess, np.full(len(values), np.inf))
+        problem, measured = Problem.of(model, record, free, values), record.motion.expand(len(values), -1, -1, -1)
+        guess = resting_states(problem.simulation, measured[..., 0], measured[..., 1])
+        error = np.full(len(values), np.inf)
+        return cls(problem.simulation, record, problem.free, values, record.starts_of(guess), guess, error)
 
     def lifted(self) -> "LiftedSearch":
         """A Gauss-Newton step of the parameters that closes the gaps of the guess at the same time."""
-        simulation = self.simulation.with_params(bind_values(self.free, self.values))
-        result = _solve(simulation, self.free, self.starts, self.guess, iterations=1)
-        normal = normal_equations(result, self.record, self.free, self.values)
-        normal = with_torque(normal, simulation.model, self.record, self.free, self.values)
+        here = self.at(self.values)
+        result = here.solve(self.starts, self.guess, iterations=1)
+        normal = here.normal_at(result, self.values)
         step = bounded_step(normal.matrix, normal.vector, self.free, self.values, DAMPING)
-        shift = normal.starts_after(step)
-        values, starts, guess = _move(self.free, self.values, self.starts, result, step, shift)
-        return replace(self, simulation=simulation, values=values, starts=starts, guess=guess, error=normal.objective)
+        after = self.moved(self.values, self.starts, result, step, normal.starts_after(step))
+        return LiftedSearch(here.simulation, self.record, self.free, *after, normal.objective)
 
     def better_half(self) -> "LiftedSearch":
         """The half, but at least two, whose last step started from the smallest error."""
@@ -188,8 +248,7 @@ class LiftedSearch:
 
     def fits(self) -> Iterator[Fit | None]:
         """The fit where each search stands, None where no motion is found near its guess."""
-        for values, starts, guess in zip(self.values, self.starts, self.guess, strict=True):
-            yield _attempt(self.simulation, self.record, self.free, values, starts, guess)
+        return map(self.fit_at, self.values, self.starts, self.guess)
 
 
 def fit_model(
@@ -244,10 +303,9 @@ def _survivors(model: Model, record: Record, free: Sequence[Free], values: Array
 
 def fit_simulated(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit | None:
     """Fit a model from the motion that values (P,) simulate from the measured starts; None where they have none."""
-    free, begin = tuple(free), record.starts_of(record.motion)
-    simulation = record.simulation(model, bind_values(free, values))
-    guess = simulate(simulation, *torch.from_numpy(begin).unbind(-1)).state
-    begun = _attempt(simulation, record, free, values, begin, guess)
+    problem, starts = Problem.of(model, record, free, values), record.starts_of(record.motion)
+    guess = simulate(problem.simulation, *torch.from_numpy(starts).unbind(-1)).state
+    begun = problem.fit_at(values, starts, guess)
     return None if begun is None else polish(begun)
 
 
@@ -259,76 +317,13 @@ def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:
         model: with effects added or taken away.
         free: all that is estimated now.
     """
-    record, free = fit.record, tuple(free)
-    known = fit.parameters
+    known, guess = fit.parameters, fit.sensitive.motion.state
     values = within(free, np.array([known.get(p.name, p.start) for p in free]))
-    simulation, guess = record.simulation(model, bind_values(free, values)), fit.sensitive.motion.state
+    problem = Problem.of(model, fit.record, free, values)
     if model.stateful != fit.model.stateful:
-        guess = resting_states(simulation, guess[..., 0], guess[..., 1])
-    begun = _attempt(simulation, record, free, values, fit.starts, guess)
-    return fit_model(model, record, free) if begun is None else polish(begun)
-
-
-def _solve(
-    simulation: Simulation,
-    free: Sequence[Free],
-    begin: Array,
-    guess: Tensor,
-    iterations: int = 25,
-    near: Tensor | None = None,
-) -> Sensitive:
-    """The motion near a guess, with derivatives that are 0 for parameters that are fixed."""
-    q0, qdot0 = (torch.from_numpy(begin[..., i].copy()) for i in range(2))
-    newton = Newton(iterations, TOLERANCE, rescue=False)
-    wrt = {p.name: p.scale for p in free if not p.fixed}
-    result = solve(simulation, q0, qdot0, guess=guess, wrt=wrt, newton=newton, near=near)
-    if len(wrt) == len(free):
-        return result
-    place = [i for i, p in enumerate(free) if not p.fixed]
-    by_parameter = result.by_start.new_zeros(len(free), *result.by_start.shape[1:])
-    by_parameter[place] = result.by_parameter
-    tangent = result.tangent.new_zeros(*result.tangent.shape[:-1], len(free) + 2)
-    tangent[..., [*place, len(free), len(free) + 1]] = result.tangent
-    return replace(result, by_parameter=by_parameter, tangent=tangent)
-
-
-def _move(
-    free: Sequence[Free], values: Array, begin: Array, result: Sensitive, step: Array, shift: Array
-) -> tuple[Array, Array, Tensor]:
-    """Values, starts and a guess of the state after a step of the parameters and a shift of the starts."""
-    shift = _padded(shift)
-    change = np.broadcast_to((step * scales(free))[..., None, :], (*shift.shape[:-1], len(free)))
-    both = np.concatenate([change, shift], -1)
-    change = torch.einsum("...tnkp,...tp->...tnk", result.tangent, torch.from_numpy(both))
-    return moved(free, values, step), begin + shift, result.motion.state + change
-
-
-def _padded(shift: Array) -> Array:
-    """Changes of angle and velocity at the start (..., 2), where the velocity is known too."""
-    return np.concatenate([shift, np.zeros_like(shift)], -1)[..., :2]
-
-
-def _attempt(
-    simulation: Simulation,
-    record: Record,
-    free: tuple[Free, ...],
-    values: Array,
-    begin: Array,
-    guess: Tensor,
-    near: Tensor | None = None,
-) -> Fit | None:
-    """The fit at given values, or None where no motion was found near the guess.
-
-    Args:
-        simulation: of the model with any parameters.
-        near: Jacobian of the steps of a motion nearby.
-    """
-    simulation = simulation.with_params(bind_values(free, values))
-    result = _solve(simulation, free, begin, guess, near=near)
-    if not result.gap < TOLERANCE:
-        return None
-    normal = with_torque(normal_equations(result, record, free, values), simulation.model, record, free, values)
-    return Fit(simulation, free, values, begin, normal, result, record)
+        guess = resting_states(problem.simulation, guess[..., 0], guess[..., 1])
+    begun = problem.fit_at(values, fit.starts, guess)
+    return fit_model(model, fit.record, free) if begun is None else polish(begun)
 
 
 def polish(fit: Fit) -> Fit:
@@ -343,49 +338,32 @@ def descend(fit: Fit) -> Iterator[Fit]:
     A full step along a curved valley may land on its slope; the next steps from there lead back to the floor, further
     on. So a step that promises more than a residual variance and fails gets these before it is given up (Chamberlain et
     al. 1982, the "watchdog" technique).
+
+    The residual of a model that is far from the truth is slow, so hundreds of samples are worth a few, and its steps
+    may creep along kinks of curves for ever without any gain that counts as evidence: `STANDSTILL`.
     """
     damping = DAMPING
     yield fit
     for _ in range(STEPS):
-        step = _step(fit, damping)
-        promise = gain(fit, *step)
+        step = fit.next_step(damping)
+        promise = fit.normal.gain(*step)
         if fit.converged or promise < GAIN * fit.variance:
             yield replace(fit, converged=True)
             return
         tried = take_step(fit, *step)
-        kept = _kept(fit, tried, promise)
+        kept = tried is not None and fit.objective - tried.objective > KEEPS * promise
         if promise > fit.variance and fit.record.pieces is None and not fit.model.stateful:
             tried = _follow(fit, tried, damping)  # in pieces, and with states, a shorter step costs less
         if tried is not None and tried.objective < fit.objective:
-            if fit.objective - tried.objective < _standstill(tried):
+            if fit.objective - tried.objective < STANDSTILL * tried.independent_variance:
                 yield replace(tried, converged=True)
                 return
-            fit, damping = tried, max(damping * DAMPING_DOWN, 1e-12) if kept > KEEPS else damping
+            fit, damping = tried, max(damping * DAMPING_DOWN, 1e-12) if kept else damping
         elif damping > DAMPING_MOST:
             return
         else:
             damping = max(damping, DAMPING) * DAMPING_UP
         yield fit
-
-
-def _kept(fit: Fit, tried: Fit | None, promise: float) -> float:
-    """How much of its promise a step has kept [-]."""
-    return -math.inf if tried is None else (fit.objective - tried.objective) / promise
-
-
-def _standstill(fit: Fit) -> float:
-    """What a step must gain at least if another is to follow [rad^2].
-
-    The residual of a model that is far from the truth is slow, so hundreds of samples are worth a few, and its steps
-    may creep along kinks of curves for ever without any gain that counts as evidence.
-    """
-    return STANDSTILL * fit.independent_variance
-
-
-def _step(fit: Fit, damping: float) -> tuple[Array, Array]:
-    """A step of the parameters (P,), in units of their scales, and the shift of the starts with it, both damped."""
-    step = bounded_step(fit.normal.matrix, fit.normal.vector, fit.free, fit.values, damping)
-    return step, fit.normal.starts_after(step) / (1 + damping)
 
 
 def _follow(fit: Fit, tried: Fit | None, damping: float) -> Fit | None:
@@ -395,27 +373,15 @@ def _follow(fit: Fit, tried: Fit | None, damping: float) -> Fit | None:
         if tried is None or tried.objective < fit.objective or tried.objective > limit:
             break
         limit = tried.objective
-        tried = take_step(tried, *_step(tried, damping))
+        tried = take_step(tried, *tried.next_step(damping))
     return tried
 
 
 def take_step(fit: Fit, step: Array, shift: Array) -> Fit | None:
     """The fit after a step, or None where no motion was found there."""
-    values, begin, guess = _move(fit.free, fit.values, fit.starts, fit.sensitive, step, shift)
-    return _attempt(fit.simulation, fit.record, fit.free, values, begin, guess, fit.linear.jacobian)
+    return fit.fit_at(*fit.moved(fit.values, fit.starts, fit.sensitive, step, shift), fit.linear.jacobian)
 
 
 def promised(fit: Fit) -> float:
     """The objective that the next full step promises [rad^2]."""
-    return fit.objective - gain(fit, *_step(fit, DAMPING))
-
-
-def gain(fit: Fit, step: Array, shift: Array) -> float:
-    """How much a step of the parameters (P,) and a shift of the starts (T, S) would lower the objective, to first
-    order."""
-    normal = fit.normal
-    left = normal.residual - normal.slope @ step - (normal.by_start @ shift[..., None])[..., 0]
-    nearer = normal.weight @ (normal.off**2 - (normal.off - step) ** 2)
-    if normal.torque_slope is not None:
-        nearer += (normal.torque**2).sum() - ((normal.torque - normal.torque_slope @ step) ** 2).sum()
-    return float(normal.rss - (left**2).sum() + nearer)
+    return fit.objective - fit.normal.gain(*fit.next_step())

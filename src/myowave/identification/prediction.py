@@ -46,7 +46,7 @@ def predict(fit: Fit, record: Record) -> Prediction:
         simulation = record.simulation(fit.model, params)
         angle = solve(simulation, start[:, 0], start[:, 1], guess=guess).motion.angle.numpy()
     else:
-        along = Along(fit.model, record.pieces.whole, params)
+        along = Along(fit.model, record.whole, params)
         angle = along.predict(record.pieces.row, record.pieces.begin, record.angle.shape[1] - 1)
     angle = np.nan_to_num(angle, nan=LARGEST).clip(-LARGEST, LARGEST)  # where the motion diverges
     residual = np.where(record.valid, record.angle - angle, 0.0)

@@ -40,10 +40,6 @@ class Cut:
     begin: NDArray[np.int64]
     horizon_s: float
 
-    def take(self, index: Sequence[int]) -> "Cut":
-        """Some of the pieces."""
-        return replace(self, row=self.row[index], begin=self.begin[index])
-
 
 @dataclass(frozen=True)
 class Record:
@@ -51,7 +47,7 @@ class Record:
 
     Args:
         names: of the trials.
-        emg: one channel per muscle, (T, L + N, M), the first L before those of the motion (`lead`, 0 for trials).
+        emg: one channel per muscle, (T, L + N, M), the first L before those of the motion.
         angle: measured [rad], (T, N).
         valid: False where a shorter trial is padded, (T, N).
         training: which trials may be fitted, (T,).
@@ -64,6 +60,7 @@ class Record:
         torque: of the muscles as a dynamometer measured it [N m], NaN where none did, (T, N); None where none ever did.
         filter: of residuals, which noise of the EMG or a filter of the angle has coloured; None where neither has.
         at_rest: whether every trial is known to start at rest.
+        lead: samples of EMG before the first of the motion, L; 0 for trials.
         pieces: None for whole trials.
     """
 
@@ -77,6 +74,7 @@ class Record:
     noise: float
     window: int
     at_rest: bool = False
+    lead: int = 0
     pieces: Cut | None = None
     filter: Filter | None = None
     torque: NDArray[np.float64] | None = None
@@ -85,6 +83,11 @@ class Record:
     def white(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
         """Residuals or derivatives of the angle, (..., T, N, C), through the filter."""
         return columns if self.filter is None else self.filter.innovations(columns) * self.valid[..., None]
+
+    @property
+    def whole(self) -> "Record":
+        """The trials, whole."""
+        return self if self.pieces is None else self.pieces.whole
 
     @property
     def trials(self) -> tuple[str, ...]:
@@ -103,11 +106,6 @@ class Record:
         return None if self.pieces is None else self.pieces.horizon_s
 
     @property
-    def lead(self) -> int:
-        """Samples of EMG before the first of the motion."""
-        return 0 if self.pieces is None else round(LEAD_S / self.dt)
-
-    @property
     def rows_by_trial(self) -> dict[str, NDArray[np.intp]]:
         """The rows of each trial, in the order of time."""
         return {name: np.flatnonzero([name == other for other in self.trials]) for name in dict.fromkeys(self.trials)}
@@ -123,60 +121,6 @@ class Record:
         """Number of measured samples."""
         return int(self.valid.sum())
 
-    def take(self, index: Sequence[int] | NDArray[np.intp]) -> "Record":
-        """Some of the trials; padding that all of them have is cut."""
-        index = list(index)
-        longest = int(self.valid[index].sum(axis=1).max())
-        return replace(
-            self,
-            names=tuple(self.names[i] for i in index),
-            emg=self.emg[index, : self.lead + longest],
-            angle=self.angle[index, :longest],
-            valid=self.valid[index, :longest],
-            training=self.training[index],
-            known={name: values[index] for name, values in self.known.items()},
-            pieces=None if self.pieces is None else self.pieces.take(index),
-            filter=None if self.filter is None else self.filter.take(index, longest),
-            torque=None if self.torque is None else self.torque[index, :longest],
-            course=None if self.course is None else self.course[index, :longest],
-        )
-
-    def cut(self, horizon_s: float) -> "Record":
-        """The trials in pieces as long as a horizon, or a little longer, so that no short rest is left.
-
-        Each piece has a start of its own. EMG goes back `LEAD_S` before it, as muscles answer late.
-        """
-        # ASSUME: states of effects (fatigue, activation that lags) are at rest where a piece begins, as in a trial.
-        assert self.pieces is None, "the record is in pieces already"
-        lead = round(LEAD_S / self.dt)
-        counts = np.maximum(1, (self.lengths * self.dt / horizon_s + 1e-9).astype(int))
-        cuts = [np.linspace(0, n, k + 1).round().astype(int) for n, k in zip(self.lengths, counts, strict=True)]
-        row = np.repeat(np.arange(len(cuts)), counts)
-        begin, end = (np.concatenate([c[part] for c in cuts]) for part in (slice(None, -1), slice(1, None)))
-        span = np.arange(int((end - begin).max()))
-        valid = span < (end - begin)[:, None]
-        at = row[:, None], np.minimum(begin[:, None] + span, end[:, None] - 1)
-        # As in whole trials, EMG before the first sample of a trial holds the first value.
-        past = (begin[:, None] + np.arange(-lead, len(span))).clip(0, end[:, None] - 1)
-        return replace(
-            self,
-            names=tuple(f"{self.names[i]} from {n * self.dt:.4g} s" for i, n in zip(row, begin, strict=True)),
-            emg=self.emg[row[:, None], past],
-            angle=self.angle[at],
-            valid=valid,
-            training=self.training[row],
-            known={name: values[row] for name, values in self.known.items()},
-            at_rest=False,
-            pieces=Cut(self, row, begin, horizon_s),
-            course=None if self.course is None else self.course[at],
-            torque=None,  # said once, of whole trials, by the fit to torque
-        )
-
-    @property
-    def values(self) -> int:
-        """Number of values that count: samples, or the waves of a band."""
-        return self.samples if self.filter is None else self.filter.counted(self.samples)
-
     @property
     def lengths(self) -> NDArray[np.int64]:
         """Measured samples of each trial, (T,)."""
@@ -185,6 +129,71 @@ class Record:
     @property
     def train(self) -> "Record":
         return self.take(np.flatnonzero(self.training))
+
+    def take(self, index: Sequence[int] | NDArray[np.intp]) -> "Record":
+        """Some of the trials; padding that all of them have is cut."""
+        row, cut = np.asarray(index), self.pieces
+        longest = int(self.lengths[row].max())
+        return replace(
+            self._part(row, np.arange(longest)[None], np.arange(self.lead + longest)[None]),
+            names=tuple(self.names[i] for i in row),
+            pieces=None if cut is None else replace(cut, row=cut.row[row], begin=cut.begin[row]),
+            filter=None if self.filter is None else self.filter.take(list(row), longest),
+        )
+
+    def cut(self, horizon_s: float) -> "Record":
+        """The trials in pieces as long as a horizon, or a little longer, so that no short rest is left.
+
+        Each piece has a start of its own.
+        """
+        # ASSUME: states of effects (fatigue, activation that lags) are at rest where a piece begins, as in a trial.
+        assert self.pieces is None, "the record is in pieces already"
+        counts = np.maximum(1, (self.lengths * self.dt / horizon_s + 1e-9).astype(int))
+        cuts = [np.linspace(0, n, k + 1).round().astype(int) for n, k in zip(self.lengths, counts, strict=True)]
+        row = np.repeat(np.arange(len(cuts)), counts)
+        begin, end = (np.concatenate([c[part] for c in cuts]) for part in (slice(None, -1), slice(1, None)))
+        longest = int((end - begin).max())
+        return replace(
+            self.stretches(row, begin, longest, end - 1),
+            names=tuple(f"{self.names[i]} from {n * self.dt:.4g} s" for i, n in zip(row, begin, strict=True)),
+            valid=np.arange(longest) < (end - begin)[:, None],
+            at_rest=False,
+            pieces=Cut(self, row, begin, horizon_s),
+            torque=None,  # said once, of whole trials, by the fit to torque
+        )
+
+    def stretches(
+        self, row: NDArray[np.intp], begin: NDArray[np.int64], samples: int, last: NDArray[np.int64] | None = None
+    ) -> "Record":
+        """Stretches of whole trials, with the EMG of `LEAD_S` before them, as muscles answer late.
+
+        Args:
+            row: the trial of each, (R,); `begin` is its first sample there, and what `last` has stays beyond that.
+        """
+        lead = round(LEAD_S / self.dt)
+        last = self.angle.shape[1] - 1 if last is None else last[:, None]
+        # As in whole trials, EMG before the first sample of a trial holds the first value.
+        past = (begin[:, None] + np.arange(-lead, samples)).clip(0, last)
+        return replace(self._part(row, past[:, lead:], past), lead=lead)
+
+    def _part(self, row: NDArray[np.intp], sample: NDArray[np.intp], past: NDArray[np.intp]) -> "Record":
+        """Some rows (R,) at some samples (R, n), with the EMG at others (R, L + n)."""
+        at = row[:, None], sample
+        return replace(
+            self,
+            emg=self.emg[row[:, None], past],
+            angle=self.angle[at],
+            valid=self.valid[at],
+            training=self.training[row],
+            known={name: values[row] for name, values in self.known.items()},
+            torque=None if self.torque is None else self.torque[at],
+            course=None if self.course is None else self.course[at],
+        )
+
+    @property
+    def values(self) -> int:
+        """Number of values that count: samples, or the waves of a band."""
+        return self.samples if self.filter is None else self.filter.counted(self.samples)
 
     def starts_of(self, guess: Tensor) -> NDArray[np.float64]:
         """Angle and velocity at the first sample of a guess of the state (..., T, N, K): (..., T, 2)."""
@@ -204,7 +213,11 @@ class Record:
             last = self.pieces.begin[:, None] + self.lengths[:, None] - 1
             samples = np.minimum(self.pieces.begin[:, None] + np.arange(self.angle.shape[1]), last)
             return self.pieces.whole.motion[self.pieces.row[:, None], samples]
-        return torch.from_numpy(np.stack(smooth(self.angle, self.lengths, self.dt, self.window), -1))
+        return torch.from_numpy(np.stack(self.smoothed(self.angle), -1))
+
+    def smoothed(self, angle: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """An angle (T, N) [rad] along the trials without its noise, and its velocity [rad/s]."""
+        return smooth(angle, self.lengths, self.dt, self.window)
 
 
 def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at_rest: bool = False) -> Record:

@@ -8,6 +8,7 @@ stands on the longest that works.
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from myowave.identification.torque import TorqueFit, fit_torque, leave_out
 from myowave.physics.model import Model
 
 Array = NDArray[np.float64]
+Found = TypeVar("Found", Fit, TorqueFit)
 
 HORIZONS_S = (0.5, 1.0, 2.0)
 ENOUGH = 0.5  # share of the motion to be explained over longer pieces; what misses more is far from linear
@@ -43,14 +45,15 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
         ValueError: if the model has no motion even over the shortest horizon from its usual values.
     """
     pieces = record.cut(HORIZONS_S[0])
+    certain = [p for p in free if not p.assumed]
     # Constants that nobody measured may make up for much: only where these do not help either is there no hope.
-    for some in ([p for p in free if not p.assumed], free):
+    for some in (certain, free):
         torque = attempt_torque(model, record, some)
         standing = None if torque is None else _on_torque(model, pieces, torque)
         if standing is None or not _hopeless(standing):
             break
     else:
-        return _scored(model, record, standing)
+        return _scored(standing)
     if len(some) < len(free):  # else it is that of the last pass
         torque = attempt_torque(model, record, free)
     # Torque diverges nowhere, so its values often lead to a lower valley than any that are spread about the usual ones.
@@ -60,20 +63,18 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
         return found
     # ASSUME: motion that a model does not follow over whole trials tells nothing of constants that nobody measured;
     # torque does, and they stay where it leaves them.
-    standing = None if torque is None else _from_torque(model, pieces, torque)
-    if standing is not None:
-        if standing.torque is not None:
-            return standing
-        some = standing.free
-    else:
-        some = [p for p in free if not p.assumed]
-        standing = _shortest(model, pieces, some, starts)
-    standing = lengthen(standing, record, some)
-    if standing.record.pieces is not None:
-        return standing
+    shortest = None if torque is None else _from_torque(model, pieces, torque)
+    if shortest is None:
+        usual = np.array([p.start for p in certain])
+        shortest = _next(model, pieces, certain, usual) or fit_model(model, pieces, certain, starts=starts)
+    if shortest.torque is not None:
+        return shortest
+    longest = lengthen(shortest, record, shortest.free)
+    if longest.record.pieces is not None:
+        return longest
     # Over whole trials it does follow now, so what was fixed is estimated like the rest.
-    freed = attempt_fit(lambda: refit(standing, model, free))
-    return standing if freed is None or explained(freed) < explained(standing) else freed
+    freed = attempt_fit(lambda: refit(longest, model, free))
+    return longest if freed is None or explained(freed) < explained(longest) else freed
 
 
 def lengthen(fit: Fit, record: Record, free: Sequence[Free]) -> Fit:
@@ -111,10 +112,8 @@ def fit_like(standing: Fit, model: Model, free: Sequence[Free]) -> Fit:
     Raises:
         ValueError: if it has no fit to torque, or no motion.
     """
-    pieces = standing.record
-    assert standing.torque is not None and pieces.pieces is not None
-    torque = attempt_torque(model, pieces.pieces.whole, free)
-    found = None if torque is None else _from_torque(model, pieces, torque)
+    torque = attempt_torque(model, standing.record.whole, free)
+    found = None if torque is None else _from_torque(model, standing.record, torque)
     if found is None:
         raise ValueError("not fitted: the measured angle says nothing of its states, or it has no motion there")
     return found
@@ -125,12 +124,22 @@ def _from_torque(model: Model, pieces: Record, torque: TorqueFit) -> Fit | None:
     standing = _on_torque(model, pieces, torque)
     if standing is None:
         return None
-    assert pieces.pieces is not None
     some = [fixed if p.assumed else p for p, fixed in zip(torque.free, torque.fixed, strict=True)]
     shortest = _next(model, pieces, some, torque.values)
-    if shortest is None or not follows(shortest):
-        return _scored(model, pieces.pieces.whole, standing)
-    return shortest
+    return _scored(standing) if shortest is None or not follows(shortest) else shortest
+
+
+def _on_torque(model: Model, pieces: Record, torque: TorqueFit) -> Fit | None:
+    """The motion over pieces with the values of a fit to torque; only where a piece starts is estimated."""
+    fit = attempt_fit(lambda: fit_simulated(model, pieces, torque.fixed, torque.values))
+    return None if fit is None else replace(fit, torque=torque)
+
+
+def _scored(standing: Fit) -> Fit:
+    """A fit that stands on torque, with the scores of each trial left out."""
+    assert standing.torque is not None
+    scores = leave_out(standing.model, standing.record.whole, standing.torque.free)
+    return replace(standing, torque=replace(standing.torque, left_out=scores))
 
 
 def _hopeless(fit: Fit) -> bool:
@@ -140,34 +149,10 @@ def _hopeless(fit: Fit) -> bool:
     return not follows(fit) and predict(fit, fit.record).rmse > BEYOND_NOISE * fit.record.noise
 
 
-def _scored(model: Model, record: Record, standing: Fit) -> Fit:
-    """A fit that stands on torque, with the scores of each trial left out."""
-    assert standing.torque is not None
-    return replace(standing, torque=replace(standing.torque, left_out=leave_out(model, record, standing.torque.free)))
-
-
 def follows(fit: Fit) -> bool:
     """Whether a model that was fitted to pieces of trials predicts them from measured states, too, better than a
     constant angle does. Pieces are fitted from starts of their own, which can make up for much over a short horizon."""
-    if fit.record.horizon_s is None:
-        return True
-    return share_explained(fit.record, predict(fit, fit.record).residual) > 0
-
-
-def attempt_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit | None:
-    """The fit to torque, or None where trials are too short for it, the model has states that no angle shows, or its
-    sums are not finite."""
-    try:
-        found = fit_torque(model, record, free)
-    except (ValueError, np.linalg.LinAlgError):
-        return None
-    return found if np.isfinite(found.values).all() and np.isfinite(found.covariance).all() else None
-
-
-def _on_torque(model: Model, pieces: Record, torque: TorqueFit) -> Fit | None:
-    """The motion over pieces with the values of a fit to torque; only where a piece starts is estimated."""
-    fit = attempt_fit(lambda: fit_simulated(model, pieces, torque.fixed, torque.values))
-    return None if fit is None else replace(fit, torque=torque)
+    return fit.record.pieces is None or share_explained(fit.record, predict(fit, fit.record).residual) > 0
 
 
 def explained(fit: Fit) -> float:
@@ -183,19 +168,18 @@ def share_explained(record: Record, residual: Array) -> float:
     return 1.0 - float((residual**2).sum()) / max(float((((angle - mean) * valid) ** 2).sum()), 1e-300)
 
 
-def _shortest(model: Model, pieces: Record, free: Sequence[Free], starts: int) -> Fit:
-    """The fit over the shortest horizon, from the usual values."""
-    fit = _next(model, pieces, free, np.array([p.start for p in free]))
-    return fit_model(model, pieces, free, starts=starts) if fit is None else fit
-
-
 def _next(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit | None:
     """The fit from given values (P,): from the measured motion, else from the one that the values simulate."""
     fit = attempt_fit(lambda: fit_from(model, record, free, values[None]))
     return fit or attempt_fit(lambda: fit_simulated(model, record, free, values))
 
 
-def attempt_fit(fit: Callable[[], Fit | None]) -> Fit | None:
+def attempt_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit | None:
+    """The fit to torque, or None where there is none."""
+    return attempt_fit(lambda: fit_torque(model, record, free))
+
+
+def attempt_fit(fit: Callable[[], Found | None]) -> Found | None:
     """A fit, or None where it fails: its motion diverges, or its sums are not finite."""
     try:
         found = fit()

@@ -22,7 +22,7 @@ Shapes: ... copies of the parameters, T trials, N samples, n steps, D points in 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property
 from itertools import islice
 
 import numpy as np
@@ -31,9 +31,8 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from myowave.identification.along import Along
-from myowave.identification.descent import descend, linearise
 from myowave.identification.free_parameters import Free, bind_values, expected, scales
-from myowave.identification.least_squares import Normal, pseudo_inverse
+from myowave.identification.least_squares import Residual, descend, linearise, pseudo_inverse
 from myowave.identification.noise import correlation_time
 from myowave.identification.record import Record
 from myowave.identification.windows import Windows, between, between_kinks, gauss
@@ -76,9 +75,6 @@ class TorqueBalance:
         position: of these in samples, (n, D, 1).
         moved: int w'' q dt of the angle as measured [rad/s], (T, K).
         windows: test functions in these steps.
-        inside: which of them count, (T, K).
-        measured: torque of the muscles over each window as a dynamometer measured it [N m], NaN where none did, (T, K);
-            None where none ever did.
     """
 
     model: Model
@@ -89,27 +85,19 @@ class TorqueBalance:
     position: Tensor
     moved: Tensor
     windows: Windows
-    inside: NDArray[np.bool_]
-    measured: Array | None = None
 
     @classmethod
     def along(cls, along: Along) -> "TorqueBalance":
         """Along the smoothed motion of whole trials; states of effects are those of the parameters there."""
-        record = along.record
-        coarse, windows = _coarse(record), windows_of(record)
-        samples, merged = record.angle.shape[1], windows.merged(coarse)
-        position = merged.positions(samples, coarse)
+        record, windows = along.record, windows_of(along.record)
+        merged, samples = windows.merged(_coarse(record)), record.angle.shape[1]
+        position = merged.positions(samples)
         angle, *motion = along.motion
         moved = windows.integrate(between(angle, record.lengths, windows.positions(samples)), 2)
         q, qdot = (between(x, record.lengths, position) for x in motion)
-        count = merged.integrate(q).shape[-1]
         *_, states = unpack(along.model, between_samples(along.state, position[..., None]))
-        measured = None
-        if record.torque is not None:
-            told = between_samples(torch.from_numpy(record.torque)[..., None], position[..., None])[..., 0]
-            measured = (merged.integrate(told) / merged.integrate(torch.ones_like(told))).numpy()
-        moved, inside = moved[:, :count], windows.inside[:, :count]
-        return cls(along.model, record, q, qdot, states, position[..., None], moved, merged, inside, measured)
+        count = merged.integrate(q).shape[-1]
+        return cls(along.model, record, q, qdot, states, position[..., None], moved[:, :count], merged)
 
     @classmethod
     def of(cls, model: Model, record: Record) -> "TorqueBalance":
@@ -135,10 +123,33 @@ class TorqueBalance:
         windows = Windows.over(lengths, dt, half, max(1, half // WIDE_OVERLAP), points, weights)
         position = windows.positions(record.angle.shape[1])
         q, qdot = (between(record.angle, lengths, position, n) / dt**n for n in range(2))
-        moved = windows.integrate(q, 2)
-        return cls(model, record, q, qdot, {}, position[..., None], moved, windows, windows.inside)
+        return cls(model, record, q, qdot, {}, position[..., None], windows.integrate(q, 2), windows)
 
-    def _along(self, params: Params) -> Torques:
+    @property
+    def inside(self) -> NDArray[np.bool_]:
+        """Which windows count, (T, K)."""
+        return self.windows.inside[:, : self.moved.shape[1]]
+
+    def mean(self, values: Tensor) -> Array:
+        """Means of values (T, n, D, F) over the windows, (T, K, F)."""
+        area = self.windows.integrate(torch.ones_like(values[..., 0]))[..., None]
+        return (torch.stack([self.windows.integrate(each) for each in values.unbind(-1)], -1) / area).numpy()
+
+    @cached_property
+    def measured(self) -> Array | None:
+        """Torque of the muscles over each window as a dynamometer measured it [N m], NaN where none did, (T, K); None
+        where none ever did."""
+        if self.record.torque is None:
+            return None
+        told = between_samples(torch.from_numpy(self.record.torque)[..., None], self.position)
+        return self.mean(told)[..., 0]
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """Windows over which a dynamometer measured, (T, K)."""
+        return np.zeros_like(self.inside) if self.measured is None else self.inside & np.isfinite(self.measured)
+
+    def _at_points(self, params: Params) -> Torques:
         """Torques of the model at every point, (..., T, n, D)."""
         simulation = self.record.simulation(self.model, params)
         excitation, activation = simulation.activate(self.position)
@@ -152,25 +163,20 @@ class TorqueBalance:
 
     def torques(self, params: Params) -> WindowTorques:
         """Torques over every window; what overflows is not finite."""
-        found = self._along(params)
+        found, integrate = self._at_points(params), self.windows.integrate
         inverse, _ = torch.broadcast_tensors(1 / found.inertia, found.total)
-        area = self.windows.integrate(inverse)
-        needed = (self.moved - self.windows.integrate(found.gravity * inverse)) / area
-        effects = self.windows.integrate(found.effects * inverse) / area
-        given = self.windows.integrate((found.driving + found.effects) * inverse) / area
-        inertia = self.windows.integrate(torch.ones_like(inverse)) / area
+        area = integrate(inverse)
+        needed = (self.moved - integrate(found.gravity * inverse)) / area
+        effects = integrate(found.effects * inverse) / area
+        given = integrate((found.driving + found.effects) * inverse) / area
+        inertia = integrate(torch.ones_like(inverse)) / area
         return WindowTorques(needed.numpy(), given.numpy(), effects.numpy(), inertia.numpy())
 
     def unmoved(self, free: Sequence[Free], values: Array) -> Array:
         """int w'' q - w (torque / I) dt of free parameters (..., P), 0 outside trials [rad/s], (..., T K)."""
-        found = self._along(bind_values(free, values))
+        found = self._at_points(bind_values(free, values))
         residual = self.moved - self.windows.integrate(found.total / found.inertia)
         return (residual * torch.from_numpy(self.inside)).flatten(-2).numpy()
-
-    @property
-    def seen(self) -> NDArray[np.bool_]:
-        """Windows over which a dynamometer measured, (T, K)."""
-        return np.zeros_like(self.inside) if self.measured is None else self.inside & np.isfinite(self.measured)
 
     def residual(self, free: Sequence[Free], values: Array) -> Array:
         """What is not given of the needed torque and, where a dynamometer measured, of that torque, in units of the
@@ -183,15 +189,22 @@ class TorqueBalance:
             left.append(np.where(self.seen, self.measured - found.given, 0.0))
         return np.nan_to_num(np.concatenate(left, -1) / size, nan=LARGEST).clip(-LARGEST, LARGEST)
 
-    @property
-    def count(self) -> int:
-        """Residuals that count."""
-        return int(self.inside.sum() + self.seen.sum())
+    def scaled(self, free: Sequence[Free], values: Array) -> Residual:
+        """The residual (..., R) as a function of values (..., P), in units of what is independent in it at some."""
+        now, count = self.residual(free, values), int(self.inside.sum() + self.seen.sum())
+        deviation = np.sqrt((now**2).sum() / count * correlation_time(now, count))
+        return lambda values: (self.residual(free, values) / deviation).reshape(*values.shape[:-1], -1)
 
-    def mean(self, values: Tensor) -> Array:
-        """Means of values (T, n, D, F) over the windows, (T, K, F)."""
-        area = self.windows.integrate(torch.ones_like(values[..., 0]))[..., None]
-        return (torch.stack([self.windows.integrate(each) for each in values.unbind(-1)], -1) / area).numpy()
+    def shares_given(self, free: Sequence[Free], values: Array) -> dict[str, float]:
+        """Share of the needed torque about its mean that is given [-], by trial; not of trials without a window."""
+        result = self.torques(bind_values(free, values))
+        found = {}
+        for name, inside, needed, given in zip(
+            self.record.names, self.inside, result.needed, result.given, strict=True
+        ):
+            if inside.any() and (variance := needed[inside].var()) > 0:
+                found[name] = float(1 - ((needed - given)[inside] ** 2).mean() / variance)
+        return found
 
 
 def _coarse(record: Record) -> int:
@@ -224,29 +237,16 @@ class TorqueFit:
     free: tuple[Free, ...]
     values: Array
     covariance: Array
-
     left_out: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def fixed(self) -> tuple[Free, ...]:
         """The parameters, fixed at these values."""
-        errors = np.sqrt(np.diag(self.covariance))
-        pairs = zip(self.free, self.values, errors, strict=True)
+        found = zip(self.free, self.values, np.sqrt(np.diag(self.covariance)), strict=True)
         return tuple(
-            replace(p, start=float(v), deviation=float(e) or np.inf, fixed=True, beforehand=p.known)
-            for p, v, e in pairs
+            replace(p, start=float(value), deviation=float(error) or np.inf, fixed=True, beforehand=p.known)
+            for p, value, error in found
         )
-
-
-def shares_given(balance: TorqueBalance, free: Sequence[Free], values: Array) -> dict[str, float]:
-    """Share of the needed torque about its mean that a model gives [-], by trial; not of trials without a window."""
-    result = balance.torques(bind_values(free, values))
-    found = {}
-    for trial, inside in enumerate(balance.inside):
-        if inside.any() and (variance := result.needed[trial, inside].var()) > 0:
-            left = (result.needed - result.given)[trial, inside]
-            found[balance.record.names[trial]] = float(1 - (left**2).mean() / variance)
-    return found
 
 
 def fit_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit:
@@ -257,24 +257,26 @@ def fit_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit:
         free: what to estimate; what is known of it beforehand counts as further samples.
 
     Raises:
-        ValueError: if no trial is long enough, nothing drives the arm, or the model has effects that no angle shows.
+        ValueError: if no trial is long enough, nothing drives the arm, the model has effects that no angle shows, or
+            sums are not finite.
     """
-    free = tuple(free)
     balance = TorqueBalance.of(model, record)
     if not balance.torques({}).given.any():  # an effect may brake it, but what is left is all of what is needed
         raise ValueError("nothing drives the arm, so there is no torque to compare")
-    values = torque_values(balance, free, np.array([p.start for p in free]))
-    _, slope = linearise(partial(_scaled, balance, free, _variance(balance, free, values)), free, values)
+    values = torque_values(balance, free)
+    _, slope = linearise(balance.scaled(free, values), free, values)
     unit = np.outer(scales(free), scales(free))
-    return TorqueFit(free, values, pseudo_inverse(slope.T @ slope + np.diag(expected(free)[1])) * unit)
+    covariance = pseudo_inverse(slope.T @ slope + np.diag(expected(free)[1])) * unit
+    if not np.isfinite(covariance).all():
+        raise ValueError("the torque of the muscles is not finite")
+    return TorqueFit(tuple(free), values, covariance)
 
 
-def torque_values(balance: TorqueBalance, free: Sequence[Free], start: Array) -> Array:
-    """The values (P,) that give the needed torque best, from some to start from (P,)."""
-    values = start
+def torque_values(balance: TorqueBalance, free: Sequence[Free]) -> Array:
+    """The values (P,) that give the needed torque best, from the usual ones."""
+    values = np.array([p.start for p in free])
     for _ in range(ROUNDS):
-        residual = partial(_scaled, balance, free, _variance(balance, free, values))
-        for found, gained in islice(descend(residual, free, values[None]), STEPS):
+        for found, gained in islice(descend(balance.scaled(free, values), free, values[None]), STEPS):
             values = found[0]
             if 0 < gained[0] < GAIN:
                 break
@@ -287,30 +289,29 @@ def leave_out(model: Model, record: Record, free: Sequence[Free]) -> dict[str, f
     for trial in range(len(record.names) if len(record.names) > 1 else 0):
         rest, alone = record.take(np.delete(np.arange(len(record.names)), trial)), record.take([trial])
         try:
-            fitted = torque_values(TorqueBalance.of(model, rest), free, np.array([p.start for p in free]))
-            found |= shares_given(TorqueBalance.of(model, alone), free, fitted)
+            fitted = torque_values(TorqueBalance.of(model, rest), free)
+            found |= TorqueBalance.of(model, alone).shares_given(free, fitted)
         except ValueError:  # a trial, or all others, too short for a window
             continue
     return found
 
 
-def with_torque(normal: Normal, model: Model, record: Record, free: Sequence[Free], values: Array) -> Normal:
-    """Normal equations with the measured torque as further residuals, in the units of the angle's noise; unchanged
-    where none was measured, or where torque hangs on states that no angle shows.
+def measured_torque(model: Model, record: Record, free: Sequence[Free], values: Array) -> tuple[Array, Array] | None:
+    """Torque that a dynamometer measured less what a model gives, (..., R), and derivatives of the latter, (..., R, P),
+    in units of the angle's noise; None where none was measured, or where it hangs on states that no angle shows.
 
-    Measured torque depends on the parameters alone, not on where a simulated motion has got to, and tells forces from
-    masses: a motion stays the same if both grow by one factor, a torque does not.
+    It depends on the parameters alone, not on where a simulated motion has got to, and tells forces from masses: a
+    motion stays the same if both grow by one factor, a torque does not.
 
     Args:
         values: of the parameters, (..., P).
     """
     if record.torque is None or record.pieces is not None or effects_unseen_by_angle(model):
-        return normal
+        return None
     balance = TorqueBalance.of(model, record)
-    seen = balance.seen
-    if balance.measured is None or not seen.any():
-        return normal
-    measured = balance.measured[seen]
+    if balance.measured is None or not balance.seen.any():
+        return None
+    measured, seen = balance.measured[balance.seen], balance.seen
     weight = record.noise / (ACCURACY * np.sqrt((measured**2).mean()))
 
     def left(values: Array) -> Array:
@@ -318,23 +319,4 @@ def with_torque(normal: Normal, model: Model, record: Record, free: Sequence[Fre
         return np.nan_to_num((measured - given[..., seen]) * weight, nan=LARGEST).clip(-LARGEST, LARGEST)
 
     residual, change = linearise(left, free, values)
-    slope = -change
-    return replace(
-        normal,
-        matrix=normal.matrix + np.swapaxes(slope, -1, -2) @ slope,
-        vector=normal.vector + (np.swapaxes(slope, -1, -2) @ residual[..., None])[..., 0],
-        torque=residual,
-        torque_slope=slope,
-    )
-
-
-def _variance(balance: TorqueBalance, free: Sequence[Free], values: Array) -> float:
-    """Of what is independent in the residual of values (P,)."""
-    residual = balance.residual(free, values)
-    return float((residual**2).sum() / balance.count * correlation_time(residual, balance.count))
-
-
-def _scaled(balance: TorqueBalance, free: Sequence[Free], variance: float, values: Array) -> Array:
-    """The residual of values (..., P) in units of what is independent in it, (..., R)."""
-    residual = balance.residual(free, values) / np.sqrt(variance)
-    return residual.reshape(*values.shape[:-1], -1)
+    return residual, -change

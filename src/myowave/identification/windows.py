@@ -41,6 +41,7 @@ class Windows:
         dt: length of a step [s].
         inside: which lie within the recorded part, (T, K).
         points: where in a step values are known, fractions of it, (D,), and their `weights`, which add up to 1.
+        coarse: samples in a step.
     """
 
     half: int
@@ -49,6 +50,7 @@ class Windows:
     inside: NDArray[np.bool_]
     points: Tensor
     weights: Tensor
+    coarse: int = 1
 
     @classmethod
     def over(cls, lengths: Lengths, dt: float, half: int, stride: int, points: Tensor, weights: Tensor) -> "Windows":
@@ -58,12 +60,12 @@ class Windows:
 
     def merged(self, coarse: int) -> "Windows":
         """The same windows in steps of so many samples, with two points each."""
-        points, weights = gauss(2)
-        return Windows(self.half // coarse, self.stride // coarse, self.dt * coarse, self.inside, points, weights)
+        half, stride, dt = self.half // coarse, self.stride // coarse, self.dt * coarse
+        return Windows(half, stride, dt, self.inside, *gauss(2), coarse)
 
-    def positions(self, samples: int, coarse: int = 1) -> Tensor:
-        """Where values are known in trials of so many samples, in samples, (steps, D), in steps of so many of them."""
-        return (torch.arange((samples - 1) // coarse, dtype=torch.float64)[:, None] + self.points) * coarse
+    def positions(self, samples: int) -> Tensor:
+        """Where values are known in trials of so many samples, in samples, (steps, D)."""
+        return (torch.arange((samples - 1) // self.coarse, dtype=torch.float64)[:, None] + self.points) * self.coarse
 
     def integrate(self, values: Tensor, derivative: int = 0) -> Tensor:
         """int w values dt, or that of a derivative of w by time, over every window: (..., steps, D) to (..., K)."""

@@ -20,12 +20,12 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.identification.descent import descend as weak_descent
 from myowave.identification.free_parameters import Free, bind_values
+from myowave.identification.least_squares import correlations
+from myowave.identification.least_squares import descend as weak_descent
 from myowave.identification.output_error import LIFTED_STEPS, Fit, LiftedSearch, descend
 from myowave.identification.record import make_record
 from myowave.identification.torque import TorqueBalance, effects_unseen_by_angle
-from myowave.identification.uncertainty import correlations
 from myowave.physics.model import Model
 
 WEAK_STEPS = 8
@@ -111,7 +111,7 @@ class Identification:
 
     def uncertainty(self) -> tuple[Tensor, Tensor]:
         """Standard errors of the values (S, P), SI units, and how far they are confounded, correlations (S, P, P); see
-        `identification.uncertainty`. Not a number where the motion diverges."""
+        `identification.least_squares`. Not a number where the motion diverges."""
         size = len(self._free)
         covariances = [np.full((size, size), np.nan) if fit is None else fit.covariance() for fit in self._fitted()]
         errors = np.sqrt([np.diag(c) for c in covariances])

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.comparison.names import EMG_ONLY, NOISE, POSTURE
@@ -91,7 +92,9 @@ def test_r2_and_rmse_are_those_computed_by_hand(make_trials, along):
     needed = np.tile([1.0, 2.0, 6.0, 50.0], (4, 1))
     given = needed + [1.0, -1.0, 2.0, 99.0]
     given[2, 0] = np.nan
-    rows = score("m", needed, given, replace(TorqueBalance.along(one), inside=inside))
+    balance = TorqueBalance.along(one)
+    windows = replace(balance.windows, inside=inside)
+    rows = score("m", needed, given, replace(balance, windows=windows, moved=torch.from_numpy(needed)))
     # Squares left: 1 + 1 + 4 over 3; about the mean 3: 4 + 1 + 9 over 3. The fourth window is not inside.
     assert rows[0]["rmse_Nm"] == pytest.approx(np.sqrt(2)) and rows[0]["r2"] == pytest.approx(1 - 6 / 14)
     assert np.isnan(rows[1]["rmse_Nm"]) and np.isnan(rows[1]["r2"]), "a trial without a window"

@@ -113,6 +113,7 @@ def _menu(fit: Fit) -> Record:
         training=np.ones(len(MENU), dtype=bool),
         known=known,
         course=None,
+        lead=0,
         pieces=None,
         filter=None,
     )

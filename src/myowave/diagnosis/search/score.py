@@ -175,7 +175,7 @@ def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
     values = np.concatenate([fit.values, np.zeros(len(free))])
     # The motion is that of the fit, so its normal equations hold, with a few columns more.
     normal = fit.normal.extended(record.white(scaled_slope(added, scales(free), record.valid)))
-    return Fit(simulation, everything, values, fit.starts, normal, sensitive, record)
+    return Fit(simulation, record, everything, values, fit.starts, normal, sensitive)
 
 
 def best_within(information: Array, product: Array, free: tuple[Free, ...]) -> tuple[Array, float]:
