@@ -1,27 +1,53 @@
 """The command `myowave`: what a person asks for outside of the workflow. Heavy imports stay inside the commands."""
 
-import functools
 import itertools
 import json
 import math
 import os
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from contextlib import ExitStack
 from io import TextIOWrapper
 from pathlib import Path
-from typing import Annotated, ParamSpec
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
-from myowave.settings import Settings, read_settings
-from myowave.settings.data import Changed
+from myowave.settings import Settings, dump, parse_settings, read_settings
+from myowave.settings.files import lay_over
 from myowave.settings.keys import describe, find_keys, list_groups, list_keys
 
+
+class Commands(TyperGroup):
+    """Commands that end with a message and status 2, and no traceback, where the user's input is wrong."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError:  # who read the answers has enough of them
+            raise
+        except OSError as error:
+            if error.filename is None:  # what was to be written has no place, nor has what is left of it at the end
+                os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+            where = error.filename or "the output"
+            say_aside(f"{where}: {error.strerror}. Correct the name, or what may be done with it.")
+        except ValueError as error:
+            say_aside(str(error))
+        raise typer.Exit(2)
+
+
+def say_aside(text: str) -> None:
+    """A line beside the answers."""
+    typer.echo(text, err=True)
+
+
 app = typer.Typer(
-    no_args_is_help=True, pretty_exceptions_enable=False, help="Elbow motion from EMG and what its physics misses."
+    cls=Commands,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="Elbow motion from EMG and what its physics misses.",
 )
-P = ParamSpec("P")
 ConfigFiles = Annotated[
     list[Path],
     typer.Option(
@@ -31,33 +57,12 @@ ConfigFiles = Annotated[
         help="configuration to read; given again, it is laid over those before",
     ),
 ]
-
-
-def explain_mistakes(command: Callable[P, None]) -> Callable[P, None]:
-    """End with the message and status 2, and no traceback, where the user's input is wrong."""
-
-    @functools.wraps(command)
-    def wrapped(*args: P.args, **kwargs: P.kwargs) -> None:
-        try:
-            command(*args, **kwargs)
-        except BrokenPipeError:  # who read the answers has enough of them
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            raise typer.Exit(0) from None
-        except OSError as error:
-            if error.filename is None:  # what was to be written has no place, nor has what is left of it at the end
-                os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-            where = error.filename or "the output"
-            typer.echo(f"{where}: {error.strerror}. Correct the name, or what may be done with it.", err=True)
-            raise typer.Exit(2) from None
-        except ValueError as error:
-            typer.echo(str(error), err=True)
-            raise typer.Exit(2) from None
-
-    return wrapped
+MASS = typer.Option(help="of the body, kg")
+HEIGHT = typer.Option(help="of the body, m")
+SEX = typer.Option(help="f or m: whose table of body segments is taken")
 
 
 @app.command("settings")
-@explain_mistakes
 def list_settings(
     words: Annotated[
         list[str] | None, typer.Argument(help="a group, such as learning.sweep, or words, such as noise")
@@ -78,7 +83,6 @@ def list_settings(
 
 
 @app.command("effects")
-@explain_mistakes
 def list_effects(config: ConfigFiles) -> None:
     """List the physical effects that a model may have: where they act, their equation and parameters."""
     settings = read_settings(config)
@@ -94,7 +98,6 @@ def list_effects(config: ConfigFiles) -> None:
 
 
 @app.command()
-@explain_mistakes
 def predict(
     config: ConfigFiles,
     dataset: Annotated[str, typer.Option(help="whose trial and network are taken")] = "",
@@ -161,8 +164,6 @@ def predict(
         trial = trial or name_of_trial(dataset, Path(emg), config)
     for file in (output, picture):
         refuse_to_overwrite(file, [checkpoint, Path("/dev/stdin" if emg == "-" else emg or checkpoint)])
-    if emg == "-" and sys.stdin is None:
-        raise ValueError("standard input is closed; name a file with --emg, or pipe EMG into the command.")
     if isinstance(sys.stdin, TextIOWrapper):
         sys.stdin.reconfigure(errors=STRANGE)
     with ExitStack() as files:
@@ -192,7 +193,6 @@ def predict(
 
 
 @app.command("plan")
-@explain_mistakes
 def plan_trials(dataset: Annotated[str, typer.Option(help="whose verdict is in results/")]) -> None:
     """Say what to record next, as a person at a table does it, and which question that decides."""
     from myowave.diagnosis.report.advice import plan
@@ -206,13 +206,7 @@ def plan_trials(dataset: Annotated[str, typer.Option(help="whose verdict is in r
     typer.echo("\n".join([tell(verdict).headline, *plan(verdict)]))
 
 
-MASS = typer.Option(help="of the body, kg")
-HEIGHT = typer.Option(help="of the body, m")
-SEX = typer.Option(help="f or m: whose table of body segments is taken")
-
-
 @app.command("subject")
-@explain_mistakes
 def describe_subject(
     mass: Annotated[float, MASS],
     height: Annotated[float, HEIGHT],
@@ -226,7 +220,6 @@ def describe_subject(
 
 
 @app.command("geometry")
-@explain_mistakes
 def sample_geometry(
     model: Annotated[Path, typer.Argument(help="a model of OpenSim, .osim")],
     coordinate: Annotated[str, typer.Option(help="the elbow's angle in it, such as r_elbow_flex")],
@@ -243,7 +236,6 @@ def sample_geometry(
 
 
 @app.command("new")
-@explain_mistakes
 def begin_dataset(
     name: Annotated[str, typer.Argument(help="of the dataset, such as my_arm")],
     folder: Annotated[Path, typer.Option("--from", help="folder with its recordings")],
@@ -262,9 +254,8 @@ def begin_dataset(
     typer.echo(begin(name, folder, config, (mass, height, sex), arm, force))
 
 
-@app.command()
-@explain_mistakes
-def changed(
+@app.command("changed")
+def ask_what_changed(
     dataset: Annotated[str, typer.Argument(help="a dataset of the settings, whose trials are prepared")],
     config: ConfigFiles,
     reference: Annotated[
@@ -272,42 +263,45 @@ def changed(
     ] = "",
     against: Annotated[str, typer.Option(help="trials of the second group")] = "",
     electrodes_stayed: Annotated[bool, typer.Option("--electrodes-stayed", help="the electrodes stayed on")] = False,
-    trials: Annotated[
-        Path | None, typer.Option(help="prepared trials; else results/data/DATASET/trials.parquet")
-    ] = None,
 ) -> None:
     """Say what changed between two groups of trials: before and after, with and without."""
     settings = read_settings(config)
-    block = settings.data.datasets.get(dataset)
-    if block is None:
-        raise ValueError(f"no dataset {dataset!r}; the settings have {', '.join(settings.data.datasets)}.")
-    groups = block.changed
+    groups = settings.dataset(dataset).changed
     if reference or against:
-        names = {"reference": reference, "against": against}
-        groups = Changed.model_validate(
-            {k: [n.strip() for n in v.split(",") if n.strip()] for k, v in names.items()}
-            | {"electrodes_stayed": electrodes_stayed}
-        )
+        wanted = {"reference": named(reference), "against": named(against), "electrodes_stayed": electrodes_stayed}
+        block = {"data": {"datasets": {dataset: {"changed": wanted}}}}
+        groups = parse_settings(lay_over(dump(settings), block)).dataset(dataset).changed
     if groups is None:
         raise ValueError(
             f"data.datasets.{dataset}.changed: found nothing; expected two groups of trials. Add changed: {{reference: "
             "[trials], against: [trials]}, or give --reference and --against."
         )
-    prepared = trials or Path(f"results/data/{dataset}/trials.parquet")
+    prepared = Path("results/data", dataset, "trials.parquet")
     if not prepared.exists():
-        raise ValueError(
-            f"{prepared}: no such file. Make it with: snakemake --cores 1 results/data/{dataset}/trials.parquet"
-        )
-    from myowave.notebook import tell_changes
+        raise ValueError(f"{prepared}: no such file. Make it with: snakemake --cores 1 {prepared}")
+    from myowave.data.store import read_trials
+    from myowave.diagnosis.changed.ask import what_changed
+    from myowave.diagnosis.report.change import changed_facts, tell_change
+    from myowave.models import build_model
+    from myowave.physics.effects import catalogue
 
-    groups = groups.model_copy(update={"electrodes_stayed": groups.electrodes_stayed or electrodes_stayed})
     physics = settings.physics_of(dataset)
-    typer.echo("\n".join(tell_changes(prepared, physics, groups, settings.diagnosis.scatter, say_aside)))
+    found = what_changed(
+        read_trials(prepared),
+        build_model("base", physics),
+        catalogue(physics.effect_files).values(),
+        groups.reference,
+        groups.against,
+        settings.diagnosis.scatter,
+        electrodes_stayed=groups.electrodes_stayed or electrodes_stayed,
+        report=say_aside,
+    )
+    typer.echo("\n".join(tell_change(changed_facts(dataset, found))))
 
 
-def say_aside(text: str) -> None:
-    """A line beside the answers."""
-    typer.echo(text, err=True)
+def named(texts: str) -> list[str]:
+    """Names that are separated by commas."""
+    return [name.strip() for name in texts.split(",") if name.strip()]
 
 
 def read_angles(option: str, text: str) -> list[float]:
@@ -329,7 +323,6 @@ def refuse_to_overwrite(output: Path | None, inputs: Iterable[Path]) -> None:
 
 
 @app.command()
-@explain_mistakes
 def ui(
     config: ConfigFiles,
     port: Annotated[int, typer.Option(min=1, max=65535, help="port on 127.0.0.1")] = 5000,

@@ -11,11 +11,8 @@ import pandas as pd
 
 from myowave.data import trials
 from myowave.data.importing import import_trials
-from myowave.data.store import read_trials
-from myowave.diagnosis.changed.ask import what_changed
 from myowave.diagnosis.comparison.compare import compare_models
 from myowave.diagnosis.comparison.summary import summarize
-from myowave.diagnosis.report.change import changed_facts, tell_change
 from myowave.diagnosis.report.facts import verdict_facts
 from myowave.diagnosis.report.figures import draw_diagnosis
 from myowave.diagnosis.report.ladder import join_ladder, join_parameters
@@ -27,9 +24,8 @@ from myowave.diagnosis.search import diagnose as search
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.plotting import save
-from myowave.settings import MeasuredDataset, Physics, Scatter
-from myowave.settings.configuration import read_settings
-from myowave.settings.data import Changed, force_and_length
+from myowave.settings import MeasuredDataset, Physics, read_settings
+from myowave.settings.data import force_and_length
 from myowave.settings.files import read_yaml
 
 TEMPLATE = Path(__file__).parents[2] / "workflow/report/verdict.html.j2"
@@ -135,34 +131,3 @@ def diagnose(
         say,
     )
     return Diagnosed(trials, physics, found)
-
-
-def tell_changes(
-    prepared: Path,
-    physics: Physics,
-    groups: Changed,
-    scatter: Mapping[str, Scatter],
-    say: Callable[[str], None] = lambda line: None,
-) -> list[str]:
-    """Sentences on what changed between two groups of prepared trials, the answer first.
-
-    Args:
-        prepared: results/data/DATASET/trials.parquet.
-        scatter: of what nobody measured.
-
-    Raises:
-        ValueError: if a trial is not there, or too short.
-    """
-    effects = catalogue(physics.effect_files).values()
-    recorded = read_trials(prepared)
-    found = what_changed(
-        recorded,
-        build_model("base", physics),
-        effects,
-        groups.reference,
-        groups.against,
-        scatter,
-        electrodes_stayed=groups.electrodes_stayed,
-        report=say,
-    )
-    return tell_change(changed_facts(recorded.dataset, found))

@@ -53,7 +53,7 @@ BESIDE = {
     "plotting.py": (),
     "scores.py": (),
     "tracking": ("data", "learning", "diagnosis"),
-    "cli.py": ("physics", "learning", "diagnosis"),
+    "cli.py": ("physics", "data", "learning", "diagnosis"),
     "notebook.py": ("physics", "data", "diagnosis"),
     "__init__.py": ("data",),  # loaded when it is asked for
 }

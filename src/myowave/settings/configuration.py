@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import ValidationError, model_validator
 
 from myowave.physics.constants import CURVE, GROUP_CONSTANTS, JOINT_CONSTANTS, MUSCLE_CONSTANTS
-from myowave.settings.data import Data, force_and_length
+from myowave.settings.data import Data, Dataset, force_and_length
 from myowave.settings.dataset_check import check_dataset
 from myowave.settings.diagnosis import DiagnosisSettings
 from myowave.settings.files import read_layers
@@ -60,6 +60,20 @@ class Settings(Section):
     def _muscles_of(self, dataset: str) -> bool:
         arm = self.physics.arms.get(self.data.datasets[dataset].arm)
         return arm is None or bool(arm.muscles)
+
+    def dataset(self, name: str) -> Dataset:
+        """A dataset by its name.
+
+        Raises:
+            ValueError: if there is none of that name.
+        """
+        if name not in self.data.datasets:
+            meant = did_you_mean(name, self.data.datasets) or "."
+            raise ValueError(
+                f"There is no dataset {name!r} in the settings{meant} There are {', '.join(self.data.datasets)}; "
+                "--config names further files of settings."
+            )
+        return self.data.datasets[name]
 
     def physics_of(self, dataset: str) -> Physics:
         """The physics of one dataset: its own arm, and no other."""

@@ -140,14 +140,7 @@ def _trials_with(dataset: str, trial: str, config: Sequence[Path]) -> Trials:
 
 
 def _settings_of(dataset: str, config: Sequence[Path]) -> MeasuredDataset | RecordedDataset:
-    datasets = read_settings(list(config)).data.datasets
-    if dataset not in datasets:
-        meant = did_you_mean(dataset, datasets) or "."
-        raise ValueError(
-            f"There is no dataset {dataset!r} in {' and '.join(map(str, config))}{meant} There are "
-            f"{', '.join(datasets)}; --config names further files of settings."
-        )
-    settings = datasets[dataset]
+    settings = read_settings(config).dataset(dataset)
     if not isinstance(settings, MeasuredDataset | RecordedDataset):
         raise ValueError(f"{dataset} is simulated: only the trials in results/data/{dataset} can be predicted.")
     return settings
