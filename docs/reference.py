@@ -67,20 +67,11 @@ def settings_page() -> str:
         "what it does not name stays as it is.",
     ]
 
-    def group_of(key: Key) -> str:
-        return next((g for g in (key.name, *_above(key.name)) if g in groups), key.name.partition(".")[0])
-
-    for group, members in groupby(keys, group_of):
+    for group, members in groupby(keys, lambda key: key.group):
         title = f"## {group}\n\n{groups[group][1][:1].upper()}{groups[group][1][1:]}." if group in groups else ""
         parts += [title] if title and title not in parts else []
         parts += [_setting(key) for key in members if key.name != group]
     return "\n\n".join(parts) + "\n"
-
-
-def _above(name: str) -> list[str]:
-    """The groups that a key may be in, the narrowest first."""
-    parts = name.split(".")
-    return [".".join(parts[:n]) for n in range(len(parts) - 1, 0, -1)]
 
 
 def _setting(key: Key) -> str:

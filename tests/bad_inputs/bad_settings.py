@@ -96,8 +96,8 @@ VALUES = [
     ("targets.datasets", ["case1", "case1"], ("targets.datasets", "case1 is there more than once")),
     ("targets.without_networks", ["human_curls"] * 2, ("human_curls is there more than once",)),
     ("targets.recipes", ["rollout", "rollout"], ("targets.recipes", "rollout is there more than once")),
-    ("targets.own_recipes", {"case7": ["rollout"]}, ("targets.own_recipes.case7", "no 'case7'")),
-    ("targets.own_recipes", {"case1": ["rollot"]}, ("own_recipes.case1[0]", "did you mean 'rollout'?")),
+    ("targets.own_recipes", {"case7": ["rollout"]}, ("targets.own_recipes", "no 'case7'")),
+    ("targets.own_recipes", {"case1": ["rollot"]}, ("own_recipes.case1", "did you mean 'rollout'?")),
     ("targets.own_recipes", {"case1": []}, ("own_recipes.case1 = []", "list of texts")),
     ("learning.recipes.rollout.optimiser", "kept", ("'kept'", "adam or soap")),
     ("targets.scales", [1, 1, 2], ("targets.scales", "1 is there more than once")),
@@ -181,7 +181,7 @@ SESSIONS = {
     "an offset of turns": ({"angle": {"file": "x", "offset_deg": 720}}, "at most 360"),
     "an unknown format": ({"angle": {"file": "x", "format": "xls"}}, "'xls': expected csv or"),
     "an unknown form": ({"emg": {"emg_biceps": {"file": "x", "form": "smooth"}}}, "'smooth': expected raw or envelope"),
-    "no electrode for a muscle": ({"emg": {"emg_biceps": {"file": "x"}}}, "Tri in arm paper is driven by emg_triceps"),
+    "no electrode for a muscle": ({"emg": {"emg_biceps": {"file": "x"}}}, "emg_triceps, which drives Tri in arm paper"),
     "a name with a placeholder": ({"trials": ["{a}", "b", "c"]}, "rename the trial"),
 }  # fmt: skip
 ALL = [f"load{kg}_{n}" for kg in ("2.75", "5.5") for n in (1, 2, 3)]

@@ -89,10 +89,10 @@ def test_a_configuration_without_a_table_stays_as_it_is():
         (TABLE.replace("1.4", "heavy"), "row 3, column mass: 'heavy' is not a number"),
         (TABLE.replace("bob", "ann"), "row 3: subject 'ann' is there already"),
         (TABLE.replace("bob", "case1"), "case1 .* is also in data.datasets"),
-        (TABLE.replace(",test,", ",tests,"), "column test is missing"),
+        (TABLE.replace(",test,", ",tests,"), "row 2: nothing in column test"),
         (TABLE.replace("1.4,,", "1.4,,,7"), "row 3: more cells than columns"),
-        (TABLE.replace("bob,data/bob/*.csv,trial3,1.4,,", "bob"), "row 3: files, test is empty"),
-        (TABLE.replace("bob,", ","), "row 3: subject is empty"),
+        (TABLE.replace("bob,data/bob/*.csv,trial3,1.4,,", "bob"), "row 3: nothing in column files, test"),
+        (TABLE.replace("bob,", ","), "row 3: nothing in column subject"),
         (TABLE.replace("bob,data", 'bob,"data'), "is not a CSV table in UTF-8"),
     ],
 )

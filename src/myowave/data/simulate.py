@@ -153,9 +153,6 @@ def simulate_trials(
     observed = observed + np.radians(settings.angle_noise_deg) * random.standard_normal(observed.shape)
     if settings.recorder_noise:
         emg = np.clip(emg + settings.recorder_noise * random.standard_normal(emg.shape), 0.0, 1.0)
-    if settings.recorded_as == "rectified":
-        # ASSUME: raw EMG is Gaussian noise whose size is the drive, white up to the sampling rate.
-        emg = emg * np.abs(random.standard_normal(emg.shape)) * math.sqrt(math.pi / 2)
     provenance = {"source": "simulated", "seed": settings.seed, "draws": dict(zip(names, draws, strict=True))}
     truth = {
         "dataset": dataset,

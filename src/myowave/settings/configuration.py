@@ -12,7 +12,7 @@ from myowave.settings.dataset_check import check_dataset
 from myowave.settings.diagnosis import DiagnosisSettings
 from myowave.settings.files import read_layers
 from myowave.settings.keys import did_you_mean, explain, unless_known
-from myowave.settings.learning import Learning
+from myowave.settings.learning import Learning, Sweep
 from myowave.settings.physics import Arms, Physics
 from myowave.settings.section import Section, setting
 from myowave.settings.subjects import add_subjects
@@ -43,23 +43,12 @@ class Settings(Section):
     @model_validator(mode="after")
     def _agree(self) -> "Settings":
         problems = [problem for path, name, known in self._named() for problem in unless_known(path, name, known)]
-        for name, dataset in self.data.datasets.items():
-            if dataset.arm in self.physics.arms:
-                problems += check_dataset(f"data.datasets.{name}", dataset, self.physics_of(name))
-        problems += [
-            f"targets.datasets: the arm of {name} has no muscles, so there is no EMG for a network; name it under "
-            "without_networks."
-            for name in self.targets.datasets
-            if name in self.data.datasets and not self._muscles_of(name)
-        ]
-        problems += [*self._problems_of_scales(), *self._problems_of_sweep(), *self._problems_of_scatter()]
+        if not problems:  # what is called by a name is there
+            problems = [*self._problems_of_datasets(), *self._problems_of_scatter()]
+            problems += self._problems_of_sweep(self.learning.sweep) if self.learning.sweep else []
         if problems:
             raise ValueError("\n".join(problems))
         return self
-
-    def _muscles_of(self, dataset: str) -> bool:
-        arm = self.physics.arms.get(self.data.datasets[dataset].arm)
-        return arm is None or bool(arm.muscles)
 
     def dataset(self, name: str) -> Dataset:
         """A dataset by its name.
@@ -87,43 +76,43 @@ class Settings(Section):
     def _named(self) -> Iterator[tuple[str, str, Collection[str]]]:
         """What is called by a name: where, the name, and the names that there are."""
         targets, sweep, datasets, recipes = self.targets, self.learning.sweep, self.data.datasets, self.learning.recipes
-        for key in ("datasets", "without_networks", "follow_verdict"):
-            yield from _items(f"targets.{key}", getattr(targets, key), datasets)
-        for key in ("models", "own_recipes"):
-            yield from ((f"targets.{key}.{name}", name, datasets) for name in getattr(targets, key))
-        yield from _items("targets.recipes", targets.recipes, recipes)
+        for key in ("datasets", "without_networks", "follow_verdict", "models", "own_recipes"):
+            yield from ((f"targets.{key}", name, datasets) for name in getattr(targets, key))
+        yield from (("targets.recipes", name, recipes) for name in targets.recipes)
         for dataset, names in targets.own_recipes.items():
-            yield from _items(f"targets.own_recipes.{dataset}", names, recipes)
+            yield from ((f"targets.own_recipes.{dataset}", name, recipes) for name in names)
         if sweep is not None:
             yield "learning.sweep.dataset", sweep.dataset, datasets
             yield "learning.sweep.recipe", sweep.recipe, recipes
         yield from ((f"data.datasets.{name}.arm", of.arm, self.physics.arms) for name, of in datasets.items())
         if not self.physics.effect_files:  # their effects are known once they are loaded: a job finds out
-            yield from self._effects_named()
+            shipped = shipped_effects()
+            for dataset, models in targets.models.items():
+                added = (effect for model in models for effect in model.split("+")[1:])
+                yield from ((f"targets.models.{dataset}", effect, shipped) for effect in added)
+            for name, of in datasets.items():
+                hidden = getattr(of, "hidden_effect", ())
+                yield from ((f"data.datasets.{name}.hidden_effect", effect, shipped) for effect in hidden)
 
-    def _effects_named(self) -> Iterator[tuple[str, str, Collection[str]]]:
-        shipped = shipped_effects()
-        for dataset, models in self.targets.models.items():
-            for effect in (effect for model in models for effect in model.split("+")[1:]):
-                yield f"targets.models.{dataset}", effect, shipped
-        for name, of in self.data.datasets.items():
-            for effect in getattr(of, "hidden_effect", ()):
-                yield f"data.datasets.{name}.hidden_effect", effect, shipped
-
-    def _problems_of_scales(self) -> list[str]:
-        sweep, levels = self.learning.sweep, self.data.wavelet.levels
-        scales = max([*self.targets.scales, *([sweep.scales] if sweep else [])])
-        if scales <= levels + 1:
-            return []
-        return [
-            f"targets.scales, learning.sweep.scales: {scales} scales need data.wavelet.levels of {scales - 1}, which "
-            f"is {levels}."
+    def _problems_of_datasets(self) -> list[str]:
+        problems = [
+            f"targets.datasets: the arm of {name} has no muscles, so there is no EMG for a network; name it under "
+            "without_networks."
+            for name in self.targets.datasets
+            if not self.physics_of(name).muscles
         ]
+        for name, dataset in self.data.datasets.items():
+            problems += check_dataset(f"data.datasets.{name}", dataset, self.physics_of(name))
+        sweep, levels = self.learning.sweep, self.data.wavelet.levels
+        if (scales := max([*self.targets.scales, *([sweep.scales] if sweep else [])])) > levels + 1:
+            problems.append(
+                f"targets.scales, learning.sweep.scales: {scales} scales need data.wavelet.levels of {scales - 1}, "
+                f"which is {levels}."
+            )
+        return problems
 
-    def _problems_of_sweep(self) -> list[str]:
-        sweep = self.learning.sweep
-        if sweep is None or sweep.recipe not in self.learning.recipes:
-            return []
+    def _problems_of_sweep(self, sweep: Sweep) -> list[str]:
+        """Settings that are none of the recipe's, and ranges with an end that is no value of theirs."""
         recipe, problems = self.learning.recipes[sweep.recipe], []
         for name, dimension in sweep.dimensions.items():
             where = f"learning.sweep.dimensions.{name}"
@@ -141,22 +130,16 @@ class Settings(Section):
     def _problems_of_scatter(self) -> list[str]:
         """A constant may be named as such, or as that of one muscle or group of any arm."""
         constants = sorted({*MUSCLE_CONSTANTS, *GROUP_CONSTANTS, *JOINT_CONSTANTS})
-        arms = list(self.physics.arms.values())
-        full = sorted({parameter for arm in arms for parameter in arm.parameters})
-        muscle = next((name for arm in arms for name in arm.muscles), "Bi")
+        full = sorted({name for arm in self.physics.arms.values() for name in arm.nominal})
+        curves = [name for name in full if name.endswith(f"_{CURVE}")]
         of_datasets = ((f"data.datasets.{name}", of.scatter) for name, of in self.data.datasets.items())
         return [
-            f"{where}.scatter.{name}: there is no {name!r}{did_you_mean(name, [*constants, *full]) or '.'} "
-            f"Known: {', '.join(constants)}, each also for one muscle or group, as slack_{muscle}; "
-            f"{', '.join(p for p in full if p.endswith('_' + CURVE))}."
+            f"{where}.scatter.{name}: there is no {name!r}{did_you_mean(name, [*constants, *full]) or '.'} Known: "
+            f"{', '.join(constants)}, each also for one muscle or group, as slack_Bi; {', '.join(curves)}."
             for where, scatter in (("diagnosis", self.diagnosis.scatter), *of_datasets)
             for name in scatter
-            if name not in constants and name not in full
+            if name not in (*constants, *full)
         ]
-
-
-def _items(path: str, names: Iterable[str], known: Collection[str]) -> Iterator[tuple[str, str, Collection[str]]]:
-    yield from ((f"{path}[{i}]", name, known) for i, name in enumerate(names))
 
 
 def shipped_effects() -> list[str]:

@@ -22,7 +22,7 @@ from myowave.settings.recording import (
     RawTorque,
     TextLayout,
 )
-from myowave.settings.section import FilePath, Name, Once, Real, Section, TrialName, Whole, dump, setting
+from myowave.settings.section import FilePath, Name, Once, Real, Section, TrialName, Whole, setting
 
 
 class Identify(Section):
@@ -48,23 +48,21 @@ class Identify(Section):
         return self
 
 
-def force_and_length(arm: Arm) -> dict[str, Identify]:
-    """What is usually identified of an arm: strength and length of each group, f0 and l0 of a muscle without one."""
+def force_and_length(arm: Arm | None = None) -> dict[str, Identify]:
+    """What is usually identified of an arm, by default the paper's: strength and length of each group, f0 and l0 of a
+    muscle without one."""
     # ASSUME: fibres and tendons of a person are within 15 % of the model's, as where CEINMS calibrates a model to one
     # (Pizzolato et al. 2015, J. Biomech. 48, 3929-3936).
-    length = Identify(start_spread=0.05, low=0.85, high=1.15)
-    of_groups = {
-        name: choice for g in arm.groups for name, choice in ((f"strength_{g}", _FORCE), (f"length_{g}", length))
+    of_group = {"strength": Identify(start_spread=0.2), "length": Identify(start_spread=0.05, low=0.85, high=1.15)}
+    of_muscle = {"f0": Identify(start_spread=0.2), "l0": Identify(start_spread=0.1)}
+    groups = arm.groups if arm else ()
+    single = [name for name, muscle in arm.muscles.items() if muscle.group is None] if arm else ["Bi", "Tri"]
+    return {
+        f"{kind}_{owner}": choice
+        for owners, kinds in ((groups, of_group), (single, of_muscle))
+        for owner in owners
+        for kind, choice in kinds.items()
     }
-    single = [name for name, muscle in arm.muscles.items() if muscle.group is None]
-    return of_groups | _force_and_length(single)
-
-
-_FORCE, _LENGTH = Identify(start_spread=0.2), Identify(start_spread=0.1)
-
-
-def _force_and_length(muscles: Iterable[str] = ("Bi", "Tri")) -> dict[str, Identify]:
-    return {name: choice for m in muscles for name, choice in ((f"f0_{m}", _FORCE), (f"l0_{m}", _LENGTH))}
 
 
 _IGNORE = "columns of the files that are not needed; * stands for anything, and any other unused column is refused"
@@ -101,7 +99,7 @@ class _Dataset(Section):
     identify: dict[str, Identify] = setting(
         "physical constants to identify; where none are named, strength and length of each group of muscles, f0 and "
         "l0 of a muscle without one",
-        default=_force_and_length,
+        default=force_and_length,
         each="constant",
     )
     changed: Changed | None = setting("what changed between these trials, to be found out; null asks nothing", "", None)
@@ -142,13 +140,6 @@ class SimulatedDataset(_Dataset):
     )
     recorder_noise: Real = setting(
         "standard deviation of noise on the recorded EMG, which did not drive the arm", "-", 0.0, ge=0, le=1
-    )
-
-    recorded_as: Literal["envelope", "rectified"] = setting(
-        "envelope: the drive itself, as a processed recording; rectified: wide-band noise of mean 1 that the drive "
-        "carries, as raw EMG after rectification; the drive moves the arm in either case",
-        "",
-        "envelope",
     )
 
     @model_validator(mode="after")
@@ -216,15 +207,11 @@ class RecordedDataset(_Dataset):
     def files(self) -> tuple[str, ...]:
         """Paths or patterns of all files that are named, each once."""
         signals = [*self.emg.values(), self.angle, *self.signals.values(), self.motor, self.keep]
-        names = [self.recordings.get(name, name) for name in self.trials]
-        patterns = [signal.file.replace(TRIAL, name) for name in names for signal in signals if signal]
-        patterns += [
-            self.torque.file.replace(TRIAL, self.recordings.get(name, name))
-            for name in self.torque_trials
-            if self.torque
-        ]
-        patterns += [channel.file.replace(TRIAL, name) for name in self.mvc for channel in self.emg.values()]
-        return tuple(dict.fromkeys(patterns))
+        named = [(name, signal) for name in self.trials for signal in signals]
+        named += [(name, self.torque) for name in self.torque_trials]
+        named += [(name, channel) for name in self.mvc for channel in self.emg.values()]
+        files = (signal.file.replace(TRIAL, self.recordings.get(name, name)) for name, signal in named if signal)
+        return tuple(dict.fromkeys(files))
 
     @property
     def torque_trials(self) -> tuple[str, ...]:
@@ -273,13 +260,12 @@ class Data(Section):
     )
 
 
-HIDDEN = ("hidden_effect", "hidden_constants", "recorder_noise")
+HIDDEN = {"hidden_effect", "hidden_constants", "recorder_noise"}
 
 
 def public(dataset: SimulatedDataset | MeasuredDataset | RecordedDataset) -> dict[str, Any]:
     """A dataset as plain data without what is hidden in it: all that a rule may know but simulation and scoring."""
-    values = dump(dataset)
-    return {key: value for key, value in values.items() if key not in HIDDEN}
+    return dataset.model_dump(mode="json", exclude=HIDDEN)
 
 
 def real_dataset(values: dict[str, Any]) -> MeasuredDataset | RecordedDataset:

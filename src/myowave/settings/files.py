@@ -3,28 +3,18 @@
 import argparse
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import yaml
-from yaml.nodes import CollectionNode, MappingNode, Node, ScalarNode
+from yaml.nodes import MappingNode, ScalarNode
 
-_SECTIONS = "physics and data"
 LARGEST_BYTES = 1e9
 """Of a file that is read whole: an hour of 16 channels at 1 kHz as text is half of it, and takes some GB of memory."""
-LARGEST = 200_000  # values in a file with its aliases written out; the configuration that ships has a thousand
 
 
 class _Loader(yaml.SafeLoader):  # type: ignore[misc]
-    """Refuses a key that is there twice, of which YAML would keep the last in silence, and aliases that become huge."""
-
-    def get_single_node(self) -> Node | None:
-        node = super().get_single_node()
-        if node is not None and _size(node, {}) > LARGEST:
-            problem = "aliases within aliases make it huge; write out what you mean"
-            raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark)
-        return node
+    """Refuses a key that is there twice, of which YAML would keep the last in silence."""
 
     def compose_mapping_node(self, anchor: Any) -> MappingNode:
         node = super().compose_mapping_node(anchor)
@@ -44,15 +34,14 @@ def require_regular(path: Path, largest: float = LARGEST_BYTES) -> None:
         raise ValueError(f"{path}: {size / 1e9:.2g} GB; expected at most {largest / 1e9:.2g} GB. Split or thin it.")
 
 
-def read_yaml(path: Path, such_as: str = _SECTIONS) -> dict[str, Any]:
+def read_yaml(path: Path, such_as: str = "physics and data") -> dict[str, Any]:
     """The sections in a YAML file.
 
     Args:
         such_as: sections that are expected in it, for the message.
 
     Raises:
-        ValueError: for a file that cannot be read, is not YAML, holds no sections or a key twice, or becomes huge where
-            its aliases are written out.
+        ValueError: for a file that cannot be read, is not YAML, or holds no sections or a key twice.
     """
     require_regular(path)
     try:
@@ -65,8 +54,6 @@ def read_yaml(path: Path, such_as: str = _SECTIONS) -> dict[str, Any]:
         raise ValueError(f"{path} is not valid YAML, {_at(error.problem_mark)}: {error.problem}. Correct it.") from None
     except (yaml.YAMLError, ValueError) as error:
         raise ValueError(f"{path} is not valid YAML: {' '.join(str(error).split())}") from None
-    except RecursionError:
-        raise ValueError(f"{path}: sections within sections without end; expected a few levels.") from None
     if not isinstance(values, dict):
         found = "nothing" if values is None else type(values).__name__
         raise ValueError(f"{path}: expected sections such as {such_as}; found {found}.")
@@ -75,8 +62,8 @@ def read_yaml(path: Path, such_as: str = _SECTIONS) -> dict[str, Any]:
 
 def lay_over(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
     """Two configurations as one: mappings are joined, everything else is taken from above."""
-    both = {k: lay_over(below[k], above[k]) for k in below.keys() & above.keys() if _mappings(below[k], above[k])}
-    return {**below, **above, **both}
+    both = [k for k in below.keys() & above.keys() if isinstance(below[k], Mapping) and isinstance(above[k], Mapping)]
+    return {**below, **above} | {k: lay_over(below[k], above[k]) for k in both}
 
 
 def read_layers(paths: Iterable[Path], option: str = "--config") -> dict[str, Any]:
@@ -115,20 +102,6 @@ def check_command_line(arguments: Sequence[str] | None = None) -> None:
         read_layers(dict.fromkeys([*named, *own]), "--configfile")
     except ValueError as error:
         sys.exit(f"The configuration has problems; nothing was run.\n{error}")
-
-
-def _mappings(*values: object) -> bool:
-    return all(isinstance(value, Mapping) for value in values)
-
-
-def _size(node: Node, known: dict[Node, float]) -> float:
-    """Values at and below a node, those of an alias counted wherever it stands; infinite where one holds itself."""
-    if node not in known:
-        known[node] = float("inf")
-        children = node.value if isinstance(node, CollectionNode) else ()
-        flat = chain.from_iterable(children) if isinstance(node, MappingNode) else children
-        known[node] = 1 + sum(_size(child, known) for child in flat)
-    return known[node]
 
 
 def _at(mark: Any) -> str:

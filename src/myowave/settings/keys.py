@@ -14,9 +14,9 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from myowave.settings.section import BOUNDS, without_secrets
+from myowave.settings.section import without_secrets
 
-Schema = Mapping[str, Any]
+Schema = Mapping[str, Any]  # of a key, with all that stands below it
 
 TO_FILL_IN = "FILL IN"  # what `myowave new` writes where only a person knows
 
@@ -29,13 +29,7 @@ _TYPES = {
     "null": "null",
 }
 _MANY = {"number": "numbers", "integer": "whole numbers", "string": "texts"}
-_IN_WORDS = {
-    "minimum": "at least {:g}",
-    "exclusiveMinimum": "above {:g}",
-    "maximum": "at most {:g}",
-    "exclusiveMaximum": "below {:g}",
-    "pattern": "matching {}",
-}
+_BOUNDS = {"ge": "at least", "gt": "above", "le": "at most", "lt": "below"}  # as pydantic calls them
 
 
 @dataclass(frozen=True)
@@ -46,6 +40,7 @@ class Key:
         name: from the top, with dots; `<name>` stands for a key that the user chooses.
         allowed: what values it takes, in words.
         default: None where the key must be given, empty for a section.
+        section: whether it holds keys.
     """
 
     name: str
@@ -53,6 +48,13 @@ class Key:
     allowed: str
     default: str | None
     meaning: str
+    section: bool
+
+    @property
+    def group(self) -> str:
+        """What it is listed under: the section that the first two parts of its name are, else the first part."""
+        parts = self.name.split(".")
+        return ".".join(parts[:2]) if self.section or len(parts) > 2 else parts[0]
 
 
 # ---- the table
@@ -60,15 +62,12 @@ class Key:
 
 def list_keys(model: type[BaseModel]) -> list[Key]:
     """All keys below a model, in the order they are written down; a section comes before what it holds."""
-    schema = _schema_of(model)
-    return list(dict.fromkeys(_keys_inside(schema, schema, "", "")))
+    return list(dict.fromkeys(_keys_inside(_schema_of(model), "", "")))
 
 
 def list_groups(keys: Sequence[Key]) -> dict[str, tuple[int, str]]:
-    """{group: (number of its keys, meaning)} in the order of config.yaml: sections, and what sections hold by name."""
-    names = {key.name for key in keys}
-    leaves = [name for name in names if not any(other.startswith(f"{name}.") for other in names)]
-    counts = Counter(_group_of(name, leaves) for name in leaves)
+    """{group: (number of its keys, meaning)} in the order of config.yaml."""
+    counts = Counter({key.name: key.group for key in keys if not key.section}.values())
     return {key.name: (counts[key.name], key.meaning) for key in keys if key.name in counts}
 
 
@@ -78,12 +77,12 @@ def find_keys(keys: Sequence[Key], words: Sequence[str]) -> list[Key]:
     Raises:
         ValueError: where nothing is found.
     """
-    group = [key for key in keys if list(words) == [key.name] or f"{key.name}.".startswith(f"{' '.join(words)}.")]
+    asked = " ".join(words)
+    group = [key for key in keys if asked == key.name or key.name.startswith(f"{asked}.")]
     wanted = [word.lower() for word in words]
     found = group or [k for k in keys if all(word in f"{k.name} {k.unit} {k.meaning}".lower() for word in wanted)]
     if not found:
         parts = sorted({part for key in keys for part in key.name.split(".") if part.isidentifier()})
-        asked = " ".join(words)
         raise ValueError(f"No setting has {asked!r} in its name or meaning{did_you_mean(asked, parts) or '.'}")
     return found
 
@@ -95,27 +94,23 @@ def describe(key: Key) -> tuple[str, str]:
     return facts, f"{key.meaning}: {key.allowed}"
 
 
-def _keys_inside(node: Schema, root: Schema, path: str, each: str) -> Iterator[Key]:
+def _keys_inside(node: Schema, path: str, each: str) -> Iterator[Key]:
     """Keys of the sections that may stand at a place: itself, values of a mapping, members of a union."""
-    for section in _alternatives(node, root):
+    for section in _alternatives(node):
         for name, field in section.get("properties", {}).items():
-            default = None if name in section.get("required", ()) else _default(field, root)
+            default = None if name in section.get("required", ()) else _default(field)
             here = f"{path}.{name}".removeprefix(".")
-            yield Key(here, field.get("unit", ""), _allowed(field, root), default, field.get("description", ""))
-            yield from _keys_inside(field, root, here, field.get("each", "name"))
+            inside = list(_keys_inside(field, here, field.get("each", "name")))
+            about = field.get("description", "")
+            yield Key(here, field.get("unit", ""), _allowed(field), default, about, section=bool(inside))
+            yield from inside
         if values := _values(section):
-            yield from _keys_inside(values, root, f"{path}.<{each}>", each)
+            yield from _keys_inside(values, f"{path}.<{each}>", each)
 
 
-def _group_of(name: str, leaves: Sequence[str]) -> str:
-    """The first two parts of a key's name; its section where these are the key itself."""
-    two = ".".join(name.split(".")[:2])
-    return name.partition(".")[0] if two in leaves else two
-
-
-def _default(field: Schema, root: Schema) -> str:
+def _default(field: Schema) -> str:
     if "default" not in field:
-        return "{}" if any(_values(node) for node in _alternatives(field, root)) else ""
+        return "{}" if any(map(_values, _alternatives(field))) else ""
     value = field["default"]
     return value if isinstance(value, str) else json.dumps(value)
 
@@ -130,7 +125,7 @@ def explain(error: ValidationError, model: type[BaseModel]) -> list[str]:
 
 def in_words(bounds: Mapping[str, float]) -> list[str]:
     """Bounds as pydantic calls them, each in words."""
-    return [_IN_WORDS[BOUNDS[name]].format(limit) for name, limit in bounds.items()]
+    return [f"{_BOUNDS[name]} {limit:g}" for name, limit in bounds.items()]
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
@@ -151,49 +146,49 @@ def unless_known(path: str, name: str, known: Collection[str], whose: str = "", 
 
 
 def _explain_one(problem: Mapping[str, Any], root: Schema) -> str:
-    kind, said = problem["type"], problem["msg"].removeprefix("Value error, ")
+    kind, said, value = problem["type"], problem["msg"].removeprefix("Value error, "), problem["input"]
     if not problem["loc"]:  # a check across keys: its message says where
         return said
-    path, *nodes = _follow([str(part) for part in problem["loc"]], root)
+    path, nodes = _follow([str(part) for part in problem["loc"]], root)
     shown = ".".join(path)
     if kind == "extra_forbidden":
-        siblings = [name for section in _alternatives(nodes[-2], root) for name in section.get("properties", ())]
+        siblings = [name for section in _alternatives(nodes[-2]) for name in section.get("properties", ())]
         return f"{shown}: unknown key{did_you_mean(path[-1], siblings) or '.'} Known here: {', '.join(siblings)}."
     if kind == "missing":
-        return f"{shown}: is missing; give {_expected(nodes, root)}."
+        return f"{shown}: is missing; give {_expected(nodes)}."
     if kind.startswith("union_tag"):
         union = nodes[-1]["discriminator"]
         name = union["propertyName"]
-        return f"{shown}.{name} = {problem['input'].get(name)!r}: expected {' or '.join(union['mapping'])}."
-    if problem["input"] == TO_FILL_IN:
-        return f"{shown}: is still to fill in; give {_expected(nodes, root)}."
-    found = "" if kind == "value_error" and isinstance(problem["input"], Mapping) else f" = {_short(problem['input'])}"
-    return f"{shown}{found}: {said if kind == 'value_error' else f'expected {_expected(nodes, root)}.'}"
+        return f"{shown}.{name} = {value.get(name)!r}: expected {' or '.join(union['mapping'])}."
+    if value == TO_FILL_IN:
+        return f"{shown}: is still to fill in; give {_expected(nodes)}."
+    found = "" if kind == "value_error" and isinstance(value, Mapping) else f" = {_short(value)}"
+    return f"{shown}{found}: {said if kind == 'value_error' else f'expected {_expected(nodes)}.'}"
 
 
 def _short(value: Any) -> str:
     return textwrap.shorten(without_secrets(repr(value)), 80, placeholder=" ...")
 
 
-def _expected(nodes: Sequence[Schema], root: Schema) -> str:
+def _expected(nodes: Sequence[Schema]) -> str:
     """What is allowed at the last of some nodes; unit and meaning are those of the key that it belongs to."""
     key = next((node for node in reversed(nodes) if node.get("description") and "unit" in node), {})
     place = next(node for node in reversed(nodes) if node)
     unit = f" [{key['unit']}]" if key.get("unit") else ""
-    return _allowed(place, root) + unit + (f" ({key['description']})" if key else "")
+    return _allowed(place) + unit + (f" ({key['description']})" if key else "")
 
 
-def _follow(location: Sequence[str], root: Schema) -> tuple[Any, ...]:
+def _follow(location: Sequence[str], root: Schema) -> tuple[list[str], list[Schema]]:
     """The location as the user wrote it, without tags of unions that pydantic puts in, and the nodes passed."""
-    path, nodes = [], [root]
+    path: list[str] = []
+    nodes = [root]
     for part in location:
-        node = nodes[-1]
-        if part in node.get("discriminator", {}).get("mapping", {}):
-            nodes.append(_resolved({"$ref": node["discriminator"]["mapping"][part]}, root))
+        if part in (tags := nodes[-1].get("discriminator", {}).get("mapping", {})):
+            nodes.append(tags[part])
         else:
             path.append(part)
-            nodes.append(next((_below(section, part, root) for section in _alternatives(node, root)), {}))
-    return path, *nodes
+            nodes.append(next((_below(section, part) for section in _alternatives(nodes[-1])), {}))
+    return path, nodes
 
 
 # ---- the schema
@@ -201,18 +196,26 @@ def _follow(location: Sequence[str], root: Schema) -> tuple[Any, ...]:
 
 @cache
 def _schema_of(model: type[BaseModel]) -> Schema:
-    return model.model_json_schema()
+    """The JSON schema of a model, with the definition of each section put where the schema refers to it."""
+    schema = model.model_json_schema()
+
+    def whole(part: Any) -> Any:
+        if isinstance(part, str) and part.startswith("#/$defs/"):
+            return whole(schema["$defs"][part.rpartition("/")[2]])
+        if isinstance(part, list):
+            return [whole(item) for item in part]
+        if not isinstance(part, dict):
+            return part
+        inside = {name: whole(item) for name, item in part.items() if name != "$defs"}
+        return {**inside.pop("$ref", {}), **inside}  # what the reference says of unit and meaning counts more
+
+    return whole(schema)
 
 
-def _resolved(node: Schema, root: Schema) -> Schema:
-    """A node with the definition that it refers to; what it says of unit and meaning counts more."""
-    return {**root["$defs"][node["$ref"].rpartition("/")[2]], **node} if "$ref" in node else node
-
-
-def _alternatives(node: Schema, root: Schema) -> list[Schema]:
+def _alternatives(node: Schema) -> list[Schema]:
     """What may stand at a place, but null."""
     options = node.get("oneOf") or node.get("anyOf") or [node]
-    return [_resolved(option, root) for option in options if option.get("type") != "null"]
+    return [option for option in options if option.get("type") != "null"]
 
 
 def _values(section: Schema) -> Schema:
@@ -221,31 +224,31 @@ def _values(section: Schema) -> Schema:
     return named if isinstance(named, Mapping) else {}
 
 
-def _below(section: Schema, part: str, root: Schema) -> Schema:
+def _below(section: Schema, part: str) -> Schema:
     """The node of a key, of a value of a mapping, or of an item of a list; empty where there is none."""
-    inside = section.get("properties", {}).get(part) or _values(section) or section.get("items", {})
-    return _resolved(inside, root)
+    return section.get("properties", {}).get(part) or _values(section) or section.get("items", {})
 
 
-def _allowed(node: Schema, root: Schema) -> str:
+def _allowed(node: Schema) -> str:
     """What values a node takes, in words."""
-    node = _resolved(node, root)
-    bounds = [text.format(node[name]) for name, text in _IN_WORDS.items() if name in node]
+    bounds = in_words(node.get("bounds", {}))
+    if "pattern" in node:
+        bounds.append(f"matching {node['pattern']}")
     if "minLength" in node or "minProperties" in node or ("minItems" in node and "items" in node):
         bounds.append("not empty")
-    return ", ".join([_kind(node, root), *bounds])
+    return ", ".join([_kind(node), *bounds])
 
 
-def _kind(node: Schema, root: Schema) -> str:
+def _kind(node: Schema) -> str:
     if union := node.get("discriminator"):
         return f"a section with {union['propertyName']}: {' or '.join(union['mapping'])}"
     if "anyOf" in node:
-        return " or ".join(_kind(_resolved(option, root), root) for option in node["anyOf"])
+        return " or ".join(map(_kind, node["anyOf"]))
     if "const" in node or "enum" in node:
         return " or ".join(str(value) for value in node.get("enum", [node.get("const")]))
     if node["type"] == "array":
         item = node.get("items") or node["prefixItems"][0]
-        return f"a list of {_MANY.get(item.get('type', ''), _allowed(item, root))}"
+        return f"a list of {_MANY.get(item.get('type', ''), _allowed(item))}"
     if node["type"] == "object":
-        return f"a section of name: {_allowed(values, root)}" if (values := _values(node)) else "a section"
+        return f"a section of name: {_allowed(values)}" if (values := _values(node)) else "a section"
     return _TYPES[node["type"]]

@@ -5,27 +5,14 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from myowave.settings.section import (
-    ModelName,
-    Name,
-    Once,
-    Real,
-    Section,
-    Whole,
-    WithoutNull,
-    setting,
-)
+from myowave.settings.section import ModelName, Name, Once, Real, Section, Whole, WithoutNull, setting
 
 
 class Inputs(Section):
     """What a network or a baseline sees of a trial."""
 
     rate_hz: Real | None = setting(
-        "about how many samples a second it sees, of trials that have more; null: all",
-        "Hz",
-        None,
-        gt=0,
-        le=2500,
+        "about how many samples a second it sees, of trials that have more; null: all", "Hz", None, gt=0, le=2500
     )
     known_inputs: Annotated[tuple[Name, ...], Once] | None = setting(
         "what it is told beside EMG of what is known and differs between training trials, such as [load] or "
@@ -178,7 +165,7 @@ class Sweep(Section):
     dataset: Name = setting("dataset")
     model: ModelName = setting("physical model", default="base")
     recipe: Name = setting("recipe to improve")
-    scales: Annotated[int, Field(ge=1, le=5)] = setting("number of scales", "-", 1)
+    scales: Whole = setting("number of scales", "-", 1, ge=1, le=5)
     dimensions: Annotated[dict[Name, Dimension], WithoutNull] = setting(
         "ranges to search, {numeric setting of the recipe: range}; null instead of a range: not searched",
         each="setting",

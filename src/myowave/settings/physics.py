@@ -163,13 +163,8 @@ class Arm(Section):
         return tuple(dict.fromkeys(path.file for path in self.tables.values()))
 
     @property
-    def parameters(self) -> set[str]:
-        """Names of all physical constants: `f0_Bi`, ..., `strength_flexors`, ..., `onset_curve`, ..., `mass`, ..."""
-        return set(self.nominal)
-
-    @property
     def nominal(self) -> dict[str, float]:
-        """Value of each physical constant, by name [SI]."""
+        """Value of each physical constant [SI]: `f0_Bi`, `strength_flexors`, `onset_curve`, `mass` and so on."""
         values = {f"{c}_{CURVE}": CURVE_CONSTANTS[c].default or 0.0 for c in CURVE_CONSTANTS if self.muscles}
         values |= values_of(JOINT_CONSTANTS, self.joint, "", self.joint.kind)
         for name, muscle in self.muscles.items():

@@ -86,14 +86,16 @@ def without_null(value: Any) -> Any:
 
 
 WithoutNull = BeforeValidator(without_null)  # of a mapping: a file laid over another can only replace keys
-BOUNDS = {"ge": "minimum", "gt": "exclusiveMinimum", "le": "maximum", "lt": "exclusiveMaximum"}  # as JSON schemas say
 
 
 def setting(meaning: str, unit: str = "", default: Any = ..., *, each: str = "name", **bounds: Any) -> Any:
-    """A key of the configuration; `each` names what the keys of a mapping stand for."""
+    """A key of the configuration; `each` names what the keys of a mapping stand for.
+
+    Bounds are those of pydantic's Field. They are also written into the schema, from which people are told of them.
+    """
     source = {"default_factory": default} if callable(default) else {"default": default}
-    # Said once more, as the schema that pydantic makes of a number or null is without them.
-    extra = {"unit": unit, "each": each} | {BOUNDS[name]: limit for name, limit in bounds.items() if name in BOUNDS}
+    numbers = {name: limit for name, limit in bounds.items() if name in ("ge", "gt", "le", "lt")}
+    extra = {"unit": unit, "each": each, "bounds": numbers}
     return Field(**source, description=meaning, json_schema_extra=extra, **bounds)
 
 

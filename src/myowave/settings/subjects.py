@@ -17,7 +17,7 @@ from typing import Any
 from myowave.physics.anthropometry import forearm_with_hand
 
 WORD = "subjects"  # in targets, stands for all subjects of the table
-_NAMED, _ARM = ("subject", "files", "test"), "arm"
+_NEEDED = ("subject", "files", "test")
 _BODY = ("body_mass", "height", "sex")
 
 
@@ -27,23 +27,26 @@ def add_subjects(config: Mapping[str, Any]) -> dict[str, Any]:
     Raises:
         ValueError: if the table cannot be read, or a subject is named twice or as another dataset is.
     """
-    data, targets = config.get("data"), config.get("targets") or {}
+    data, targets = config.get("data"), config.get("targets")
     if not isinstance(data, Mapping) or not isinstance(table := data.get("subjects"), str):
-        return dict(config)  # what is no section or no path is for the settings to refuse
-    subjects = read_subjects(Path(table))
+        return dict(config)
     datasets = data.get("datasets") or {}
     if not isinstance(datasets, Mapping) or not isinstance(targets, Mapping):
-        return dict(config)
+        return dict(config)  # what is no section is for the settings to refuse
+    subjects = read_subjects(Path(table))
     if both := sorted(set(subjects) & set(datasets)):
         raise ValueError(f"data.subjects: {', '.join(both)} in {table} is also in data.datasets; rename one.")
-    targets = dict(targets)
-    for key in ("datasets", "without_networks", "follow_verdict"):
-        if isinstance(targets.get(key), list):
-            targets[key] = [name for entry in targets[key] for name in (subjects if entry == WORD else [entry])]
-    if isinstance(models := targets.get("models"), Mapping) and (for_all := models.get(WORD)):
-        others = {name: value for name, value in models.items() if name != WORD}
-        targets["models"] = others | dict.fromkeys(subjects, for_all)
-    return {**config, "targets": targets, "data": {**data, "subjects": None, "datasets": {**datasets, **subjects}}}
+    named = {key: _for_all(value, [*subjects]) for key, value in targets.items()}
+    return {**config, "targets": named, "data": {**data, "subjects": None, "datasets": {**datasets, **subjects}}}
+
+
+def _for_all(value: Any, subjects: list[str]) -> Any:
+    """A list, or a mapping by dataset, with the names of all subjects where it says `subjects`."""
+    if isinstance(value, list):
+        return [name for entry in value for name in (subjects if entry == WORD else [entry])]
+    if isinstance(value, Mapping):
+        return {name: of for entry, of in value.items() for name in (subjects if entry == WORD else [entry])}
+    return value
 
 
 def read_subjects(path: Path) -> dict[str, dict[str, Any]]:
@@ -55,64 +58,54 @@ def read_subjects(path: Path) -> dict[str, dict[str, Any]]:
     if not path.is_file():
         raise ValueError(f"data.subjects: there is no table {path}, looked up from {Path.cwd()}.")
     try:
-        return _read_rows(path)
+        rows = list(csv.DictReader(path.read_text(encoding="utf-8-sig").splitlines(), strict=True))
     except (UnicodeDecodeError, csv.Error) as error:
         raise ValueError(f"data.subjects: {path} is not a CSV table in UTF-8 ({error}). Save it as such.") from None
-
-
-def _read_rows(path: Path) -> dict[str, dict[str, Any]]:
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        reader = csv.DictReader(file, strict=True)
-        if missing := [name for name in _NAMED if name not in (reader.fieldnames or ())]:
-            raise ValueError(f"{path}: column {', '.join(missing)} is missing; found {reader.fieldnames}.")
-        subjects: dict[str, dict[str, Any]] = {}
-        for row in reader:
-            where = f"{path}, row {reader.line_num}"
-            if empty := [name for name in _NAMED if not (row[name] or "").strip()]:
-                raise ValueError(f"{where}: {', '.join(empty)} is empty; every subject needs {', '.join(_NAMED)}.")
-            if row["subject"] in subjects:
-                raise ValueError(f"{where}: subject {row['subject']!r} is there already; a subject has one row.")
-            subjects[row["subject"]] = _dataset(row, where)
+    subjects: dict[str, dict[str, Any]] = {}
+    for number, row in enumerate(rows, 2):
+        where = f"{path}, row {number}"
+        if None in row:
+            raise ValueError(f"{where}: more cells than columns; quote cells that hold a comma.")
+        cells = {column: cell.strip() for column, cell in row.items() if (cell or "").strip()}
+        if empty := [name for name in _NEEDED if name not in cells]:
+            raise ValueError(f"{where}: nothing in column {', '.join(empty)}; a subject needs {', '.join(_NEEDED)}.")
+        if (name := cells["subject"]) in subjects:
+            raise ValueError(f"{where}: subject {name!r} is there already; a subject has one row.")
+        subjects[name] = _dataset(cells, where)
     return subjects
 
 
-def _dataset(row: Mapping[str, str], where: str) -> dict[str, Any]:
-    constants = _forearm(row, where)
+def _dataset(cells: Mapping[str, str], where: str) -> dict[str, Any]:
+    """A dataset from the cells of a row that are not empty, by column."""
+    constants = _forearm(cells, where)
     conditions: dict[str, dict[str, float]] = {}
-    for column, cell in row.items():
-        if column in (*_NAMED, _ARM, *_BODY) or not cell:
-            continue
-        if column is None:
-            raise ValueError(f"{where}: more cells than columns; quote cells that hold a comma.")
-        trial, _, constant = column.rpartition(".")
-        known = conditions.setdefault(trial, {}) if trial else constants
-        known[constant] = _number(cell, f"{where}, column {column}")
-    test = row["test"].split()
-    return ({_ARM: row[_ARM]} if row.get(_ARM) else {}) | {
-        "kind": "measured",
-        "files": [row["files"]],
-        "test": test,
-        "constants": constants,
-        "conditions": conditions,
-    }
+    for column in cells:
+        if column not in (*_NEEDED, *_BODY, "arm"):
+            trial, _, constant = column.rpartition(".")
+            known = conditions.setdefault(trial, {}) if trial else constants
+            known[constant] = _number(cells, column, where)
+    dataset = {"kind": "measured", "files": [cells["files"]], "test": cells["test"].split()}
+    dataset |= {"arm": cells["arm"]} if "arm" in cells else {}
+    return dataset | {"constants": constants, "conditions": conditions}
 
 
-def _forearm(row: Mapping[str, str], where: str) -> dict[str, float]:
+def _forearm(cells: Mapping[str, str], where: str) -> dict[str, float]:
     """Constants of the forearm, where the row has the body's measures."""
-    given = [name for name in _BODY if row.get(name)]
+    given = [name for name in _BODY if name in cells]
     if not given:
         return {}
-    if missing := [name for name in _BODY if name not in given]:
+    if missing := [name for name in _BODY if name not in cells]:
         raise ValueError(f"{where}: {', '.join(given)} without {', '.join(missing)}; fill in all three, or none.")
-    mass, height = (_number(row[name], f"{where}, column {name}") for name in _BODY[:2])
+    mass, height = (_number(cells, name, where) for name in _BODY[:2])
     try:
-        return {name: estimate.value for name, estimate in forearm_with_hand(mass, height, row["sex"]).items()}
+        return {name: estimate.value for name, estimate in forearm_with_hand(mass, height, cells["sex"]).items()}
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
 
 
-def _number(cell: str, where: str) -> float:
+def _number(cells: Mapping[str, str], column: str, where: str) -> float:
     try:
-        return float(cell)
+        return float(cells[column])
     except ValueError:
-        raise ValueError(f"{where}: {cell!r} is not a number; give it in SI units, or leave the cell empty.") from None
+        found = f"{where}, column {column}: {cells[column]!r} is not a number"
+        raise ValueError(f"{found}; give it in SI units, or leave the cell empty.") from None
