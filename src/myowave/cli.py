@@ -214,9 +214,9 @@ def describe_subject(
     name: Annotated[str, typer.Option(help="of the arm in the settings")] = "me",
 ) -> None:
     """Print settings of a person's forearm with hand, each value with its standard deviation and source."""
-    from myowave.starting.subject import Body, subject_settings
+    from myowave.starting.subject import subject_settings
 
-    typer.echo(subject_settings(Body(mass, height, sex), name), nl=False)
+    typer.echo(subject_settings(mass, height, sex, name), nl=False)
 
 
 @app.command("geometry")

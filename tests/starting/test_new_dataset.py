@@ -3,6 +3,7 @@
 import re
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,14 +15,15 @@ from typer.testing import CliRunner
 from myowave.cli import app
 from myowave.data.importing import import_trials
 from myowave.starting.block import held_out
-from myowave.starting.new import new_dataset
-from myowave.starting.subject import Body
+from myowave.starting.new import begin
 
 ROOT = Path(__file__).parents[2]
 
 
 def new(folder, name="mine", **choices):
-    return new_dataset(name, Path(folder), **choices)
+    """What the command says, and the text of the file that it writes."""
+    said = begin(name, Path(folder), force=True, **choices)
+    return SimpleNamespace(said=said, text=Path(f"{name}.yaml").read_text())
 
 
 def table(path, columns, head="", separator=","):
@@ -53,12 +55,10 @@ def test_what_no_unit_and_no_name_says_is_left_to_fill_in_with_what_was_found(wo
             path.write_text(path.read_text().replace(".", ","))
     made = new("german")
     assert "emg_channel1: # mV, 1000 Hz" in made.text and "column: Trizeps" in made.text
-    assert (
-        'angle: # FILL IN file and column, one of\n        # {file: "german/EMG_{trial}.csv", column: Bizeps}'
-        in made.text
-    )
+    assert "angle: # FILL IN file and column, one of\n" in made.text
+    assert "        # {file: 'german/EMG_{trial}.csv', column: Bizeps} # mV" in made.text
     assert "angle: # FILL IN" in made.said and "data.datasets.mine.angle" in made.said
-    chosen = '{file: "german/Winkel_{trial}.csv", column: Beugung}'
+    chosen = "{file: 'german/Winkel_{trial}.csv', column: Beugung}"
     assert f"# {chosen} # unknown unit, 100 Hz, 10 to 110" in made.text
     text = filled(made.text.replace("angle: # FILL IN", f"angle: {chosen[:-1]}, unit: deg}} #", 1))
     text = "\n".join(
@@ -234,7 +234,7 @@ def test_maximum_contractions_set_what_counts_as_one(workplace, laid_over):
 
 def test_the_persons_forearm_is_in_the_arm(workplace, laid_over):
     write_session(workplace / "curls")
-    light, heavy = (laid_over(new("curls", body=Body(m, 1.7, "f")).text).physics_of("mine").joint for m in (50, 90))
+    light, heavy = (laid_over(new("curls", person=(m, 1.7, "f")).text).physics_of("mine").joint for m in (50, 90))
     assert heavy.mass_kg / light.mass_kg == pytest.approx(90 / 50, rel=1e-3)
 
 
@@ -322,7 +322,7 @@ def test_a_persons_forearm_and_a_brachioradialis_go_together_and_each_strength_i
     write_session(workplace / "curls")
     for trial in "abc":
         noraxon(workplace / f"curls/{trial}/brachioradialis.csv", "x", burst(7), EMG_HZ, "uV")
-    settings = laid_over(new("curls", body=Body(70, 1.7, "f")).text)
+    settings = laid_over(new("curls", person=(70, 1.7, "f")).text)
     arm, dataset = settings.physics_of("mine"), settings.data.datasets["mine"]
     assert arm.muscles["BRD"].emg == "emg_brachioradialis" and arm.muscles["BIClong"].emg == "emg_biceps"
     assert {"strength_brachioradialis", "strength_flexors"} <= set(dataset.identify) and dataset.arm == "mine"

@@ -11,7 +11,7 @@ from myowave.diagnosis.search.diagnose import diagnose
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.settings import RecordedDataset
-from myowave.starting.new import new_dataset
+from myowave.starting.new import begin
 
 
 def seconds_of(seconds):
@@ -21,7 +21,8 @@ def seconds_of(seconds):
 
 def test_trials_of_two_seconds_get_an_answer(workplace, laid_over):
     write_session(Path("curls"), ("a", "b", "c", "d"), seconds_of(2.2))
-    settings = laid_over(new_dataset("mine", Path("curls")).text)
+    begin("mine", Path("curls"))
+    settings = laid_over(Path("mine.yaml").read_text())
     dataset, physics = settings.data.datasets["mine"], settings.physics_of("mine")
     prepared, _ = import_trials("mine", dataset, ".", physics.tables)
     base, effects = build_model("base", physics), catalogue(()).values()

@@ -4,9 +4,10 @@ import glob
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+import yaml
 
 from myowave.data.processing.units import TO_MICROVOLTS
 from myowave.data.readers import ENDINGS, ending_of
@@ -15,21 +16,30 @@ from myowave.data.trials import ANGLES, EMG_PREFIX
 from myowave.settings.keys import TO_FILL_IN
 from myowave.settings.recording import TRIAL
 from myowave.starting.signals import Found, Recorded
-from myowave.starting.writing import inline_list, scalar
 
 _GRID_HZ = 100.0  # of the trials, where the angle was recorded faster
 _TOP_HZ, _NYQUIST_SHARE = 450.0, 0.45  # of the band of raw EMG that is kept
 _MOST_RAD = 6.3  # an angle without a unit that never exceeds this is taken to be in rad
 
 
-@dataclass(frozen=True)
-class Block:
+class Block(NamedTuple):
     """A dataset's block of settings: `recorded` or `measured`, its trials, channels, and lines below its name."""
 
     kind: str
-    trials: tuple[str, ...]
-    channels: tuple[str, ...]
-    lines: tuple[str, ...]
+    trials: Sequence[str]
+    channels: Sequence[str]
+    lines: Sequence[str]
+
+
+def dataset_block(folder: Path, recorded: Recorded) -> Block:
+    """The block of a measured dataset where each trial is one file with time_s, emg_MUSCLE and an angle, ready to be
+    taken as it is; else that of a recorded one."""
+    names = [one.signal.name for one in recorded.signals]
+    emg, patterns = [name for name in names if name.startswith(EMG_PREFIX)], recorded.naming.patterns
+    timed = recorded.signals[0].signal.time is not None
+    if len(patterns) == 1 and patterns[0].endswith(TIDY_ENDINGS) and emg and timed and {*names} & {*ANGLES}:
+        return _tidy_block(folder, recorded, emg)
+    return _raw_block(folder, recorded)
 
 
 def shown(path: Path) -> str:
@@ -38,63 +48,10 @@ def shown(path: Path) -> str:
     return str(path) if relative.startswith("..") else Path(relative).as_posix()
 
 
-def is_tidy(recorded: Recorded) -> bool:
-    """Whether each trial is one file with time_s, emg_MUSCLE and an angle, ready to be taken as it is."""
-    names = [one.signal.name for one in recorded.signals]
-    patterns = recorded.naming.patterns
-    return (
-        len(patterns) == 1
-        and patterns[0].endswith(TIDY_ENDINGS)
-        and any(name in ANGLES for name in names)
-        and any(name.startswith(EMG_PREFIX) for name in names)
-        and recorded.signals[0].signal.time is not None
-    )
-
-
-def tidy_block(folder: Path, recorded: Recorded) -> Block:
-    """The block of a measured dataset."""
-    names = [one.signal.name for one in recorded.signals]
-    emg = tuple(name for name in names if name.startswith(EMG_PREFIX))
-    spare = [name for name in names if name not in (*emg, *ANGLES)]
-    naming = recorded.naming
-    files = [naming.patterns[0].replace(TRIAL, trial) for trial in naming.trials]
-    trials = tuple(Path(file).stem for file in files)
-    lines = [
-        "      kind: measured # one file per trial; EMG is a fraction of a maximum contraction",
-        f"      files: {inline_list(glob.escape(shown(folder / file)) for file in files)}",
-        *_roles(trials),
-        *([f"      ignore_columns: {inline_list(spare)}"] if spare else []),
-    ]
-    return Block("measured", trials, emg, tuple(lines))
-
-
-def raw_block(folder: Path, recorded: Recorded) -> Block:
-    """The block of a recorded dataset."""
-    emg, angles, naming = _named(recorded.emg), recorded.angles, recorded.naming
-    mvc = [name for name in naming.mvc if all(_file(folder, one, name).is_file() for one in emg.values())]
-    used = [*emg.values(), *(angles if len(angles) == 1 else [])]
-    unused = [one for one in recorded.signals if one not in used]
-    beside = any(not one.alone for one in unused)
-    lines = [
-        "      kind: recorded # raw EMG and angles, processed here",
-        f"      trials: {inline_list(naming.trials)} # GUESSED from the names",
-        *([f"      mvc: {inline_list(mvc)} # GUESSED: maximum contractions"] if mvc else []),
-        *_emg_lines(folder, emg, recorded),
-        *_angle_lines(folder, angles, recorded),
-        *_processing_lines(emg.values(), angles, bool(mvc)),
-        *_roles(naming.trials),
-        *(['      ignore_columns: ["*"] # columns that are named nowhere above'] if beside else []),
-    ]
-    lines += [f"      # not used: {_where(folder, one)} # {one.facts}" for one in unused[:20]]
-    return Block("recorded", naming.trials, tuple(emg), tuple(lines))
-
-
-def _roles(trials: Sequence[str]) -> list[str]:
-    return [
-        f"      test: {inline_list(held_out(trials))} # GUESSED: the last of each condition. Never used for training",
-        "      conditions: # FILL IN the mass in the hand in each trial [kg]; 0 is an empty hand",
-        *(f"        {scalar(name)}: {{load: {TO_FILL_IN}}}" for name in trials),
-    ]
+def flow(value: Any) -> str:
+    """A value as YAML on one line, quoted where it must be."""
+    text = yaml.safe_dump([value], default_flow_style=True, width=float("inf"), allow_unicode=True, sort_keys=False)
+    return text.strip()[1:-1]
 
 
 def held_out(trials: Sequence[str]) -> list[str]:
@@ -108,6 +65,49 @@ def held_out(trials: Sequence[str]) -> list[str]:
     return [names[-1] for names in conditions.values() if len(names) > 1] or [trials[-1]]
 
 
+def _tidy_block(folder: Path, recorded: Recorded, emg: Sequence[str]) -> Block:
+    spare = [one.signal.name for one in recorded.signals if one.signal.name not in (*emg, *ANGLES)]
+    files = [recorded.naming.patterns[0].replace(TRIAL, trial) for trial in recorded.naming.trials]
+    trials = [Path(file).stem for file in files]
+    lines = [
+        "kind: measured # one file per trial; EMG is a fraction of a maximum contraction",
+        f"files: {flow([glob.escape(shown(folder / file)) for file in files])}",
+        *_role_lines(trials),
+        *([f"ignore_columns: {flow(spare)}"] if spare else []),
+    ]
+    return Block("measured", trials, emg, lines)
+
+
+def _raw_block(folder: Path, recorded: Recorded) -> Block:
+    emg, angles, naming = _named(recorded.emg), recorded.angles, recorded.naming
+    mvc = [
+        name
+        for name in naming.mvc
+        if all((folder / one.pattern.replace(TRIAL, name)).is_file() for one in emg.values())
+    ]
+    used = [*emg.values(), *(angles if len(angles) == 1 else [])]
+    unused = [one for one in recorded.signals if one not in used]
+    lines = [
+        "kind: recorded # raw EMG and angles, processed here",
+        f"trials: {flow(list(naming.trials))} # GUESSED from the names",
+        *([f"mvc: {flow(mvc)} # GUESSED: maximum contractions"] if mvc else []),
+        *_emg_lines(folder, emg, recorded),
+        *_angle_lines(folder, angles, recorded),
+        *_processing_lines(emg.values(), angles, bool(mvc)),
+        *_role_lines(naming.trials),
+    ]
+    if not all(one.alone for one in unused):
+        lines.append('ignore_columns: ["*"] # columns that are named nowhere above')
+    lines += _choices(folder, unused[:20], "# not used:")
+    return Block("recorded", naming.trials, list(emg), lines)
+
+
+def _role_lines(trials: Sequence[str]) -> Iterator[str]:
+    yield f"test: {flow(held_out(trials))} # GUESSED: the last of each condition. Never used for training"
+    yield "conditions: # FILL IN the mass in the hand in each trial [kg]; 0 is an empty hand"
+    yield from (f"  {flow(name)}: {{load: {TO_FILL_IN}}}" for name in trials)
+
+
 def _named(emg: Sequence[Found]) -> dict[str, Found]:
     """EMG by the names of channels: those of their muscles, a muscle that is there twice counted on, or numbers."""
     named: dict[str, Found] = {}
@@ -117,75 +117,70 @@ def _named(emg: Sequence[Found]) -> dict[str, Found]:
     return named
 
 
-def _file(folder: Path, found: Found, trial: str) -> Path:
-    return folder / found.pattern.replace(TRIAL, trial)
-
-
-def _keys(folder: Path, found: Found) -> list[str]:
+def _keys(folder: Path, found: Found) -> dict[str, str]:
     """What says where a signal is."""
     parts = [glob.escape(part) for part in found.pattern.split(TRIAL)]
     pattern = TRIAL.join(part.replace("{", "?").replace("}", "?") for part in parts)
-    keys = [f"file: {scalar(f'{glob.escape(shown(folder))}/{pattern}')}"]
+    keys = {"file": f"{glob.escape(shown(folder))}/{pattern}"}
     if not found.alone:
-        keys.append(f"column: {scalar(found.signal.name)}")
+        keys["column"] = found.signal.name
     if ENDINGS.get(ending_of(Path(found.pattern))) != found.form:
-        keys.append(f"format: {found.form}")
+        keys["format"] = found.form
     return keys
 
 
-def _where(folder: Path, found: Found) -> str:
-    return "{" + ", ".join(_keys(folder, found)) + "}"
+def _choices(folder: Path, signals: Sequence[Found], before: str = "  #") -> Iterator[str]:
+    """Comments that say where signals are and what is known of them."""
+    yield from (f"{before} {flow(_keys(folder, one))} # {one.facts}" for one in signals)
 
 
-def _rate_lines(found: Found) -> Iterator[str]:
+def _key_lines(folder: Path, found: Found, unit: str) -> Iterator[str]:
+    """Lines of where a signal is, of its unit where the file does not say it, and its rate where nothing does."""
+    yield from (f"{key}: {flow(value)}" for key, value in _keys(folder, found).items())
+    if not found.said_by_file:
+        yield f"unit: {unit}"
     if found.rate is None:
         yield "rate_hz: null # FILL IN samples a second, or under layout the time_column: the file tells neither"
 
 
 def _emg_lines(folder: Path, emg: Mapping[str, Found], recorded: Recorded) -> Iterator[str]:
-    yield "      emg: # GUESSED, all of it" if emg else "      emg: # FILL IN, such as emg_biceps: {...} with one of"
-    for found in () if emg else recorded.signals:
-        yield f"        # {_where(folder, found)} # {found.facts}"
+    if not emg:
+        yield "emg: # FILL IN, such as emg_biceps: {...} with one of"
+        yield from _choices(folder, recorded.signals)
+        return
+    yield "emg: # GUESSED, all of it"
     for name, found in emg.items():
-        yield f"        {name}: # {found.facts}" + ("" if found.muscle else "; FILL IN the muscle instead of channel")
-        keys = _keys(folder, found)
-        if not found.said_by_file:
-            told = (
-                f"{found.unit} # GUESSED: its name ends so"
-                if found.unit in TO_MICROVOLTS
-                else "au # FILL IN uV, mV or V"
-            )
-            keys.append(f"unit: {told}")
-        keys += _rate_lines(found)
+        yield f"  {name}: # {found.facts}" + ("" if found.muscle else "; FILL IN the muscle instead of channel")
+        by_name = found.unit in TO_MICROVOLTS
+        unit = f"{found.unit} # GUESSED: its name ends so" if by_name else "au # FILL IN uV, mV or V"
+        yield from (f"    {line}" for line in _key_lines(folder, found, unit))
         if found.span[0] >= 0:
-            keys.append("form: envelope # GUESSED: it is never below 0")
-        yield from (f"          {key}" for key in keys)
+            yield "    form: envelope # GUESSED: it is never below 0"
 
 
 def _angle_lines(folder: Path, angles: Sequence[Found], recorded: Recorded) -> Iterator[str]:
     if len(angles) != 1:
-        yield "      angle: # FILL IN file and column, one of"
-        yield from (f"        # {_where(folder, one)} # {one.facts}" for one in angles or recorded.signals)
+        yield "angle: # FILL IN file and column, one of"
+        yield from _choices(folder, angles or recorded.signals)
         return
     (angle,) = angles
-    yield "      angle: # GUESSED. FILL IN sign and offset: 0 is the forearm hanging straight, positive in flexion"
     low, high = angle.span
     unit = angle.unit or ("rad" if max(-low, high) <= _MOST_RAD else "deg")
     in_degrees = 57.29578 if unit == "rad" else 1.0
-    keys = [*_keys(folder, angle), *([] if angle.said_by_file else [f"unit: {unit} # GUESSED"]), *_rate_lines(angle)]
-    keys.append(f"sign: 1 # {in_degrees * low:.0f} to {in_degrees * high:.0f} deg in the first trial")
-    keys.append("offset_deg: 0.0 # where 180 is the straight arm: sign: -1, offset_deg: 180")
-    yield from (f"        {key}" for key in keys)
+    yield "angle: # GUESSED. FILL IN sign and offset: 0 is the forearm hanging straight, positive in flexion"
+    yield from (f"  {line}" for line in _key_lines(folder, angle, f"{unit} # GUESSED"))
+    yield f"  sign: 1 # {in_degrees * low:.0f} to {in_degrees * high:.0f} deg in the first trial"
+    yield "  offset_deg: 0.0 # where 180 is the straight arm: sign: -1, offset_deg: 180"
 
 
 def _processing_lines(emg: Any, angles: Sequence[Found], mvc: bool) -> Iterator[str]:
-    keys = []
+    keys: dict[str, Any] = {}
     slowest = min((one.rate for one in emg if one.rate and one.span[0] < 0), default=None)
     if slowest is not None and _NYQUIST_SHARE * slowest < _TOP_HZ:
-        keys.append(f"band_pass_hz: [20, {int(_NYQUIST_SHARE * slowest)}]")
+        keys["band_pass_hz"] = [20, int(_NYQUIST_SHARE * slowest)]
     if any(one.rate is not None and one.rate > _GRID_HZ for one in angles[:1]):
-        keys.append(f"rate_hz: {_GRID_HZ:g}")
+        keys["rate_hz"] = _GRID_HZ
     if mvc:
-        keys.append("normalise: mvc")
+        keys["normalise"] = "mvc"
     if keys:
-        yield f"      processing: {{{', '.join(keys)}}}"
+        yield f"processing: {flow(keys)}"

@@ -1,47 +1,25 @@
 """A musculoskeletal model of OpenSim, sampled over one of its coordinates. The only door to the package opensim."""
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from myowave.settings.keys import did_you_mean
 
 INSTALL = "pip install 'myowave[opensim]'"
+COLUMNS = ("muscle", "angle_deg", "length_m", "moment_arm_m")
 LEAST_ARM_M = 1e-3
 """A muscle whose moment arm stays below this does not cross the joint [m]."""
 
 
-@dataclass(frozen=True)
-class SampledMuscle:
-    """A muscle along a coordinate.
-
-    Args:
-        name: as the model has it.
-        constants: of the muscle, as settings have them, {f0_N: ...}.
-        length: of the muscle-tendon unit [m], (N,).
-        arm: moment arm [m], positive where it raises the angle, (N,).
-    """
-
-    name: str
-    constants: Mapping[str, float]
-    length: tuple[float, ...]
-    arm: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class SampledModel:
-    """Muscles at rising angles [deg], (N,)."""
-
-    angle_deg: tuple[float, ...]
-    muscles: tuple[SampledMuscle, ...]
-
-
-def sample_model(path: Path, coordinate: str, names: Sequence[str], step_deg: float, sign: int = 1) -> SampledModel:
+def sample_model(
+    path: Path, coordinate: str, names: Sequence[str], step_deg: float, sign: int = 1
+) -> tuple[pd.DataFrame, dict[str, dict[str, float]]]:
     """Sample the muscles of a model over the range of a coordinate; all others stay at their defaults.
 
     Args:
@@ -50,6 +28,11 @@ def sample_model(path: Path, coordinate: str, names: Sequence[str], step_deg: fl
         names: muscles; none for all that move it.
         step_deg: largest distance of angles [deg].
         sign: -1 where the coordinate falls in flexion; the angle is sign * coordinate.
+
+    Returns:
+        A row for each muscle and angle, angles rising: the muscle as the model has it, angle_deg, length_m of the
+        muscle-tendon unit, and moment_arm_m, positive where it raises the angle. Constants of each muscle as settings
+        have them, {f0_N: ...}.
 
     Raises:
         ValueError: if the package opensim is missing, the file is no model, or a name is none in it.
@@ -69,26 +52,23 @@ def sample_model(path: Path, coordinate: str, names: Sequence[str], step_deg: fl
     if moved.getMotionType() != opensim.Coordinate.Rotational:
         raise ValueError(f"{path}: coordinate {coordinate} is no angle; expected one that turns, in rad.")
     in_model = model.getMuscles()
-    chosen = [_one(path, "muscle", in_model, name) for name in names or _names(in_model)]
+    muscles = {name: _one(path, "muscle", in_model, name) for name in names or _names(in_model)}
     moved.setLocked(state, False)
-    ends = sorted((sign * moved.getRangeMin(), sign * moved.getRangeMax()))
-    count = max(3, math.ceil(math.degrees(ends[1] - ends[0]) / step_deg - 1e-9)) + 1
-    angles = np.linspace(ends[0], ends[1], count)
-    length, arm = np.zeros((2, len(chosen), count))
-    for n, angle in enumerate(angles):
+    low, high = sorted((sign * moved.getRangeMin(), sign * moved.getRangeMax()))
+    count = max(3, math.ceil(math.degrees(high - low) / step_deg - 1e-9)) + 1
+    rows = []
+    for angle in np.linspace(low, high, count):
         moved.setValue(state, float(sign * angle))
         model.realizePosition(state)
-        for m, muscle in enumerate(chosen):
-            length[m, n] = muscle.getLength(state)
-            arm[m, n] = sign * muscle.computeMomentArm(state, moved)
-    crossing = [m for m in range(len(chosen)) if names or np.abs(arm[m]).max() >= LEAST_ARM_M]
-    if not crossing:
-        raise ValueError(f"{path}: none of its {len(chosen)} muscles moves {coordinate}; name another coordinate.")
-    sampled = [
-        SampledMuscle(chosen[m].getName(), _constants(chosen[m]), tuple(length[m].tolist()), tuple(arm[m].tolist()))
-        for m in crossing
-    ]
-    return SampledModel(tuple(np.degrees(angles).tolist()), tuple(sampled))
+        for name, muscle in muscles.items():
+            arm = sign * muscle.computeMomentArm(state, moved)
+            rows.append((name, math.degrees(angle), muscle.getLength(state), arm))
+    table = pd.DataFrame(rows, columns=COLUMNS)
+    if not names:
+        table = table.groupby("muscle").filter(lambda one: one["moment_arm_m"].abs().max() >= LEAST_ARM_M)
+    if table.empty:
+        raise ValueError(f"{path}: none of its {len(muscles)} muscles moves {coordinate}; name another coordinate.")
+    return table, {name: _constants(muscles[name]) for name in table["muscle"].unique()}
 
 
 def _opensim(path: Path) -> Any:

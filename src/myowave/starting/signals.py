@@ -3,9 +3,11 @@
 What a unit or a word says is a guess, and whoever uses it says so; what they do not say is left to the person.
 """
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -15,8 +17,8 @@ from myowave.data.readers import RawRecording, Signal, read_raw
 from myowave.settings.recording import TRIAL
 from myowave.starting.files import Naming, format_of, name_trials
 
-MUSCLES = ("biceps", "triceps", "brachioradialis", "brachialis", "anconeus")
-_SHORT = {"brachiorad": "brachioradialis"}
+# By what their names have in them.
+MUSCLES = {"brachiorad": "brachioradialis", **{m: m for m in ("biceps", "triceps", "brachialis", "anconeus")}}
 _TRIED = 6  # ways to name trials whose files are read
 
 
@@ -40,9 +42,8 @@ class Found:
     def unit(self) -> str:
         """The unit that the file or the end of the signal's name says (`biceps_uV`); empty for none."""
         ends = {unit.lower(): unit for unit in (*TO_MICROVOLTS, *TO_RADIANS)}
-        last = self.signal.name.replace("_", " ").split()[-1:]
-        said = ends.get(plain_unit(last[0]).lower(), "") if last and last[0] != self.signal.name else ""
-        return self.said_by_file or said
+        last = re.split("[_ ]+", self.signal.name.strip())[-1]
+        return self.said_by_file or ("" if last == self.signal.name else ends.get(plain_unit(last).lower(), ""))
 
     @property
     def said_by_file(self) -> str:
@@ -58,8 +59,7 @@ class Found:
     def muscle(self) -> str | None:
         """The muscle that its name speaks of, or that of its file where it is alone there."""
         text = f"{self.signal.name} {self.pattern if self.alone else ''}".lower()
-        found = next((word for word in (*MUSCLES, *_SHORT) if word in text), None)
-        return found and _SHORT.get(found, found)
+        return next((muscle for part, muscle in MUSCLES.items() if part in text), None)
 
     @property
     def span(self) -> tuple[float, float]:
@@ -118,55 +118,43 @@ def read_folder(folder: Path, files: Sequence[PurePosixPath]) -> Recorded:
     Raises:
         ValueError: if no way makes two trials.
     """
-    reading, namings = _Reading(folder), name_trials(files)[:_TRIED]
+    skipped: list[str] = []
+
+    @cache
+    def read(file: str) -> tuple[str, RawRecording] | None:
+        try:
+            form = format_of(folder / file)
+            return form, read_raw(folder / file, form)
+        except ValueError as error:
+            skipped.append(str(error))
+            return None
+
+    def reads(naming: Naming, trial: str) -> list[tuple[str, tuple[str, RawRecording] | None]]:
+        return [(pattern, read(pattern.replace(TRIAL, trial))) for pattern in naming.patterns]
+
+    def held(naming: Naming, trial: str) -> tuple[object, ...]:
+        """What files of a trial hold: formats, names and units of signals."""
+        return tuple(r and (r[0], *((s.name, s.unit) for s in r[1].signals)) for _, r in reads(naming, trial))
+
+    def recorded(naming: Naming) -> Recorded:
+        first = [(pattern, *r) for pattern, r in reads(naming, naming.trials[0]) if r]
+        found = [Found(p, form, signal, len(raw.signals) == 1) for p, form, raw in first for signal in raw.signals]
+        return Recorded(naming, tuple(found), tuple(skipped))
+
+    namings = name_trials(files)[:_TRIED]
     for naming in namings:
-        if len({reading.signature(naming, trial) for trial in (*naming.trials[:2], naming.trials[-1])}) == 1:
-            return reading.recorded(naming)
+        if len({held(naming, trial) for trial in (*naming.trials[:2], naming.trials[-1])}) == 1:
+            return recorded(naming)
     for naming in namings:
-        signatures = {trial: reading.signature(naming, trial) for trial in naming.trials}
-        usual, count = Counter(signatures.values()).most_common(1)[0]
-        if count >= 2 and 2 * count > len(signatures):
-            trials = tuple(trial for trial, signature in signatures.items() if signature == usual)
-            others = [p.replace(TRIAL, trial) for trial in signatures if trial not in trials for p in naming.patterns]
-            return reading.recorded(replace(naming, trials=trials, left_out=(*naming.left_out, *others)))
+        usual, count = Counter(held(naming, trial) for trial in naming.trials).most_common(1)[0]
+        if count >= 2 and 2 * count > len(naming.trials):
+            trials = tuple(trial for trial in naming.trials if held(naming, trial) == usual)
+            others = [p.replace(TRIAL, t) for t in naming.trials if t not in trials for p in naming.patterns]
+            return recorded(replace(naming, trials=trials, left_out=(*naming.left_out, *others)))
     listed = ", ".join(map(str, files[:3])) + (", ..." if len(files) > 3 else "")
     raise ValueError(
         f"{len(files)} recordings ({listed}), but not two trials: expected the same files for each trial, with the "
         "same signals, such as trial1.csv and trial2.csv, or trial1/emg.csv and trial2/emg.csv. Rename them, or put "
         "each trial into a folder of its own. One long recording is cut into trials by cut_s, see docs/real_arm.md."
-        + "".join(f"\n{reason}" for reason in reading.skipped[:3])
+        + "".join(f"\n{reason}" for reason in skipped[:3])
     )
-
-
-class _Reading:
-    """Files read so far, and why others were not."""
-
-    def __init__(self, folder: Path):
-        self._folder = folder
-        self._files: dict[str, tuple[str, RawRecording] | None] = {}
-        self.skipped: list[str] = []
-
-    def read(self, file: str) -> tuple[str, RawRecording] | None:
-        """Format and content of a file; None where it cannot be read."""
-        if file not in self._files:
-            try:
-                form = format_of(self._folder / file)
-                self._files[file] = form, read_raw(self._folder / file, form)
-            except ValueError as error:
-                self._files[file] = None
-                self.skipped.append(str(error))
-        return self._files[file]
-
-    def signature(self, naming: Naming, trial: str) -> tuple[object, ...]:
-        """What files of a trial hold: formats, names and units of signals."""
-        reads = [self.read(pattern.replace(TRIAL, trial)) for pattern in naming.patterns]
-        return tuple(read and (read[0], *((one.name, one.unit) for one in read[1].signals)) for read in reads)
-
-    def recorded(self, naming: Naming) -> Recorded:
-        """What the first trial holds."""
-        found = []
-        for pattern in naming.patterns:
-            if read := self.read(pattern.replace(TRIAL, naming.trials[0])):
-                form, raw = read
-                found += [Found(pattern, form, signal, len(raw.signals) == 1) for signal in raw.signals]
-        return Recorded(naming, tuple(found), tuple(self.skipped))
