@@ -15,33 +15,26 @@ import numpy as np
 import pandas as pd
 
 from myowave.diagnosis.report.tell import tell
-from myowave.learning.tables import join_histories
+from myowave.learning.tables import join_histories, read_evaluations
 from myowave.scores import median_over_seeds
 
-COORDINATES = ("dataset", "model", "recipe", "scales")
+COORDINATES = ["dataset", "model", "recipe", "scales"]
 CURVE_POINTS = 60  # a curve in the browser needs no more
 
 
 @dataclass(frozen=True)
 class RunContent:
-    """What goes into one run.
+    """What goes into one run, which begins and ends when its results were made."""
 
-    Args:
-        key: what the run stands for, beginning with its dataset; the same when its files are made again.
-        finished: when its results were written [s since 1970]; they took `duration_s` [s], where it is known.
-        curves: indexed by epoch over all scales; columns are names of metrics.
-        artifacts: files by their path within the run.
-    """
-
-    key: str
+    key: str  # what the run stands for; the same when its files are made again
     name: str
     params: Mapping[str, Any]
     metrics: Mapping[str, float]
     description: str
-    finished: float
+    finished: float  # s since 1970
     duration_s: float = 0.0
-    curves: pd.DataFrame = field(default_factory=pd.DataFrame)
-    artifacts: Mapping[str, Path] = field(default_factory=dict)
+    curves: pd.DataFrame = field(default_factory=pd.DataFrame)  # indexed by epoch over all scales
+    artifacts: Mapping[str, Path] = field(default_factory=dict)  # files by their path within the run
 
 
 def digest(runs: Iterable[RunContent]) -> str:
@@ -65,28 +58,26 @@ def read_results(results: Path, recipes: Mapping[str, Mapping[str, Any]]) -> Ite
     Raises:
         OSError, ValueError: for a file that is missing or cut short.
     """
-    networks: dict[str, list[Path]] = {}
-    for path in sorted(results.glob("learning/*/*/*/*-scale/evaluation.csv")):
-        if path.parts[-3] in recipes:
-            networks.setdefault(path.parts[-5], []).append(path.parent)
+    folders = [path.parent for path in sorted(results.glob("learning/*/*/*/*-scale/evaluation.csv"))]
+    networks = [folder for folder in folders if folder.parent.name in recipes]
+    networks.sort(key=lambda folder: "kind" in recipes[folder.parent.name])  # what has a kind is a baseline
     verdicts = {path.parent.name for path in results.glob("diagnosis/*/verdict.json")}
-    for dataset in sorted(verdicts | set(networks)):
-        folders = sorted(networks.get(dataset, []), key=lambda folder: "kind" in recipes[folder.parent.name])
-        seeds = [run for folder in folders for run in _seeds(folder, recipes[folder.parent.name])]
-        yield (_overview(results, dataset, folders), *seeds)
+    for dataset in sorted(verdicts | {folder.parts[-4] for folder in networks}):
+        own = {
+            folder: read_evaluations([folder / "evaluation.csv"]) for folder in networks if folder.parts[-4] == dataset
+        }
+        seeds = [run for folder, table in own.items() for run in _seeds(folder, table, recipes[folder.parent.name])]
+        yield (_overview(results, dataset, own), *seeds)
 
 
-def _seeds(folder: Path, recipe: Mapping[str, Any]) -> Iterator[RunContent]:
+def _seeds(folder: Path, table: pd.DataFrame, recipe: Mapping[str, Any]) -> Iterator[RunContent]:
     """A run for each seed of the network in a folder."""
-    table = pd.read_csv(folder / "evaluation.csv")
-    # What has a kind is a baseline, which leaves no history.
     curves = pd.DataFrame({"seed": []}) if "kind" in recipe else _curves(folder, int(table["scales"].iloc[0]))
     for _, row in table.iterrows():
-        where = {name: row[name] for name in COORDINATES}
-        name = "{dataset} {model} {recipe} {scales}-scale".format(**where)
+        where = row[COORDINATES].to_dict()
         yield RunContent(
-            key="{dataset}/{model}/{recipe}/{scales}-scale".format(**where) + f"/seed-{row['seed']}",
-            name=f"{name} seed {row['seed']}",
+            key="{dataset}/{model}/{recipe}/{scales}-scale/seed-{seed}".format(**row),
+            name="{dataset} {model} {recipe} {scales}-scale seed {seed}".format(**row),
             params={**where, **recipe, "seed": row["seed"]},
             metrics=row.drop([*COORDINATES, "seed"]).to_dict(),
             description=f"Made by `snakemake --cores 2 results/learning/{'/'.join(folder.parts[-4:])}/evaluation.csv`.",
@@ -105,12 +96,13 @@ def _curves(folder: Path, scales: int) -> pd.DataFrame:
     return thin.rename(columns=lambda name: name if name == "seed" else f"curve/{name}")
 
 
-def _overview(results: Path, dataset: str, networks: list[Path]) -> RunContent:
+def _overview(results: Path, dataset: str, networks: Mapping[Path, pd.DataFrame]) -> RunContent:
     """The run of a dataset: its verdict, the scores of its best network, tables and pictures."""
     diagnosis, pictures = results / "diagnosis" / dataset, results / "figures" / dataset
     made = [folder / "evaluation.csv" for folder in networks]
     files = {"/".join(path.parts[-4:]): path for path in made}
-    params, told, name = {"dataset": dataset}, [], dataset
+    files |= {f"figures/{file.relative_to(pictures)}": file for file in sorted(pictures.rglob("*.png"))}
+    name, params, told = dataset, {"dataset": dataset}, []
     metrics: dict[str, float] = {}
     seconds = 0.0
     if (path := diagnosis / "verdict.json").exists():
@@ -125,10 +117,9 @@ def _overview(results: Path, dataset: str, networks: list[Path]) -> RunContent:
         metrics |= {key: verdict[key] for key in ("missing_deg", "missing_Nm") if key in verdict}
         story = tell(verdict)
         told += [story.headline, story.where, story.which, "The whole story is in verdict.html, attached."]
-        files |= {file.name: file for file in (diagnosis / "verdict.html", path, *sorted(diagnosis.glob("*.csv")))}
+        files |= {file.name: file for file in (*diagnosis.glob("verdict.*"), *sorted(diagnosis.glob("*.csv")))}
     if networks:
-        rows = pd.concat([pd.read_csv(folder / "evaluation.csv") for folder in networks])
-        by_network = rows.groupby([*COORDINATES[1:]], sort=False)
+        by_network = pd.concat(networks.values()).groupby(COORDINATES[1:], sort=False)
         scores = pd.DataFrame({where: median_over_seeds(seeds) for where, seeds in by_network}).T
         best = scores["val_r2"].fillna(-np.inf).idxmax()  # the first where none was validated; baselines come last
         params |= dict(zip(COORDINATES[1:], best, strict=True))
@@ -136,14 +127,5 @@ def _overview(results: Path, dataset: str, networks: list[Path]) -> RunContent:
         seconds = float(scores["seconds"].sum())
         shown = scores[["val_r2", "test_r2", "test_rmse_deg"]].rename_axis(COORDINATES[1:]).reset_index()
         told.append(f"Networks, medians over seeds:\n\n{shown.to_markdown(index=False, floatfmt='.4g')}")
-    files |= {f"figures/{file.relative_to(pictures)}": file for file in sorted(pictures.rglob("*.png"))}
-    return RunContent(
-        key=dataset,
-        name=name,
-        params=params,
-        metrics=metrics,
-        description="\n\n".join(told),
-        finished=max(path.stat().st_mtime for path in made),
-        duration_s=seconds,
-        artifacts={name: path for name, path in files.items() if path.exists()},
-    )
+    finished = max(path.stat().st_mtime for path in made)
+    return RunContent(dataset, name, params, metrics, "\n\n".join(told), finished, seconds, artifacts=files)

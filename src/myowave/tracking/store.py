@@ -16,7 +16,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
-from itertools import chain
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -30,12 +30,12 @@ os.environ.setdefault("MLFLOW_HTTP_REQUEST_MAX_RETRIES", "1")  # 7 of them keep 
 
 import mlflow
 from mlflow.entities import Metric, Param, Run
+from mlflow.store.artifact.local_artifact_repo import LocalArtifactRepository
 
 logging.getLogger("alembic").setLevel(logging.WARNING)  # progress of creating the tables, of no use to a reader
 logging.getLogger("mlflow.store.db.utils").setLevel(logging.CRITICAL)  # likewise, and tracebacks of what notes say
 
 EXPERIMENT = "myowave"
-_SQLITE, _ARTIFACTS = "sqlite:///", "mlflow-artifacts:/"
 _COLUMNS = (
     *("metrics.`test_r2`", "metrics.`test_rmse_deg`", "metrics.`heldout_rmse_deg`"),
     *("params.`recipe`", "params.`model`", "params.`scales`", "params.`verdict`"),
@@ -43,68 +43,48 @@ _COLUMNS = (
 _NAME = "attributes.`Run Name`"
 _TABLE = {"selectedColumns": _COLUMNS, "columnOrder": [_NAME], "columnWidths": {_NAME: 400}}  # of the first page
 _BATCH, _ALL = 1000, 50_000  # MLflow's limits for metrics in one call, and for runs in one answer
-_PARAM_LENGTH = 500  # MLflow's limit for the text of a parameter is higher; longer ones cannot be read in a table
 _AGAIN = "delete it and publish again: `snakemake --cores 1 publish` makes it of the files in results/"
 
 
-def publish(datasets: Iterable[tuple[RunContent, ...]], uri: str, *, needed: bool = False) -> str:
-    """Project results into the MLflow store and say what was done.
-
-    Results never depend on MLflow: where it fails, the returned note says why.
-
-    Args:
-        datasets: the runs of each, that of the dataset first.
-        uri: `tracking.uri` of the settings.
-        needed: whether a failure is an error, as where nothing else was asked for.
+def publish(datasets: Iterable[tuple[RunContent, ...]], uri: str) -> str:
+    """Project results, of each dataset first its own run, into the MLflow store, and say what was done.
 
     Raises:
-        ValueError: with the note, if it was needed and failed.
+        ValueError: if it failed, with a note for results, which never depend on MLflow.
     """
     try:
         with _only_writer(uri):
             done = _publish(datasets, uri)
-            page = start_page(uri) if is_server(uri) else ""
+            browse = "with `make ui`" if _file_of(uri) else f"at {uri}{start_page(uri)}"
     except Exception as error:  # whatever a store or a server may raise; training must not fail because of it
-        note = without_secrets(
+        note = (
             f"**Not published** to tracking.uri = {uri}. {_reason(error, uri)}\n\n"
             "The results are complete without it; `snakemake --cores 1 publish` shows them later.\n"
         )
-        if needed:
-            raise ValueError(note) from None
-        return note
+        raise ValueError(without_secrets(note)) from None
     lost = f", {done['lost']} whose files are gone kept as they are" if done["lost"] else ""
     return without_secrets(
         f"{done['written']} runs written to {uri}, {done['replaced']} of them in place of older ones, {done['kept']} "
-        f"there already{lost}. Browse them {f'at {uri}{page}' if page else 'with `make ui`'}\n"
+        f"there already{lost}. Browse them {browse}\n"
     )
 
 
-def is_server(uri: str) -> bool:
-    """Whether the store is a server, rather than a file or database."""
-    return uri.startswith(("http://", "https://"))
-
-
 def serve(uri: str, port: int = 5000) -> None:
-    """Replace this process by the MLflow UI, reachable from this machine only.
-
-    Raises:
-        ValueError: if there is no store yet, or none that can be opened.
-    """
-    if is_server(uri):
+    """Replace this process by the MLflow UI, reachable from this machine only; a ValueError where it shows nothing."""
+    path = _file_of(uri)
+    if path is None:
         raise ValueError(without_secrets(f"tracking.uri is the server {uri}; open that address in a browser."))
-    if not _file_of(uri).exists():
-        raise ValueError(
-            f"There is no MLflow store at {_file_of(uri)} yet; it is made by `make run`, or from existing results by "
-            "`snakemake --cores 1 publish`."
-        )
+    if not path.exists():
+        make = "`make run`, or from existing results by `snakemake --cores 1 publish`"
+        raise ValueError(f"There is no MLflow store at {path} yet; it is made by {make}.")
     try:
-        _check(_file_of(uri))
+        _check(path)
         page = start_page(uri)
     except Exception as error:  # whatever a store may raise
         raise ValueError(without_secrets(f"{uri} cannot be shown. {_reason(error, uri)}")) from None
     print(f"Results in the browser: http://127.0.0.1:{port}{page} (stop with Ctrl-C)", flush=True)
     os.environ["MLFLOW_SERVER_ENABLE_JOB_EXECUTION"] = "false"  # starts in half the time
-    where = ["--backend-store-uri", uri, "--artifacts-destination", str(_artifact_folder(uri).resolve())]
+    where = ["--backend-store-uri", uri, "--artifacts-destination", str(_artifacts(path).resolve())]
     command = ["mlflow", "ui", *where, "--host", "127.0.0.1", "--port", str(port), "--workers", "1"]
     os.execv(sys.executable, [sys.executable, "-m", *command])
 
@@ -118,55 +98,54 @@ def start_page(uri: str) -> str:
 
 def _publish(datasets: Iterable[tuple[RunContent, ...]], uri: str) -> Counter[str]:
     """Numbers of runs written, replaced and kept, and of those there whose files are gone."""
-    client = mlflow.MlflowClient(tracking_uri=uri)
-    experiment = _experiment(client, uri)
+    client, path = mlflow.MlflowClient(tracking_uri=uri), _file_of(uri)
+    experiment = _experiment(client, path)
     there: dict[str, list[Run]] = {}
     for run in client.search_runs([experiment], max_results=_ALL):
-        if run.info.status == "RUNNING" and not is_server(uri):  # only one writes a file at a time: it was killed
+        if run.info.status == "RUNNING" and path:  # only one writes a file at a time: it was killed
             client.set_terminated(run.info.run_id, "KILLED")
         there.setdefault(run.data.tags.get("key", ""), []).append(run)
     done: Counter[str] = Counter()
     for runs in datasets:
         tags = {"content": digest(runs)}
-        before = [there.pop(run.key, []) for run in runs]
-        if all(_is_current(found, tags["content"]) for found in before):
+        before = [run for content in runs for run in there.pop(content.key, [])]
+        found = [(run.data.tags["key"], run.data.tags.get("content"), run.info.status) for run in before]
+        if found == [(run.key, tags["content"], "FINISHED") for run in runs]:
             done["kept"] += len(runs)
             continue
-        for run in chain(*before):
+        for run in before:
             client.delete_run(run.info.run_id)
-            if not is_server(uri):
-                shutil.rmtree(_artifacts_of(run, uri).parent, ignore_errors=True)
+            if path:
+                shutil.rmtree(_artifacts(path, run).parent, ignore_errors=True)
             done["replaced"] += 1
         for content in runs:
-            run_id = _write(client, experiment, content, tags, uri)
+            run_id = _write(client, experiment, content, tags, path)
             tags.setdefault("mlflow.parentRunId", run_id)  # of the first, which is that of the dataset
             done["written"] += 1
     done["lost"] = sum(map(len, there.values()))
     return done
 
 
-def _is_current(runs: list[Run], content: str) -> bool:
-    return len(runs) == 1 and runs[0].data.tags.get("content") == content and runs[0].info.status == "FINISHED"
-
-
-def _write(client: mlflow.MlflowClient, experiment: str, content: RunContent, tags: Mapping[str, str], uri: str) -> str:
+def _write(
+    client: mlflow.MlflowClient, experiment: str, content: RunContent, tags: Mapping[str, str], path: Path | None
+) -> str:
     """Write one run; its state is FINISHED only when all of it is there."""
     tags = {**tags, "key": content.key, "mlflow.note.content": content.description}
     started = round(1000 * (content.finished - content.duration_s))
     run = client.create_run(experiment, start_time=started, tags=tags, run_name=content.name)
     run_id, state = run.info.run_id, "FAILED"
+    keep = (
+        LocalArtifactRepository(str(_artifacts(path, run))).log_artifact
+        if path
+        else partial(client.log_artifact, run_id)
+    )
     try:
-        client.log_batch(run_id, params=[Param(k, str(v)[:_PARAM_LENGTH]) for k, v in content.params.items()])
+        client.log_batch(run_id, params=[Param(k, str(v)) for k, v in content.params.items()])
         metrics = list(_metrics(content))
         for start in range(0, len(metrics), _BATCH):
             client.log_batch(run_id, metrics=metrics[start : start + _BATCH])
-        for name, path in content.artifacts.items():
-            if is_server(uri):
-                client.log_artifact(run_id, str(path), name.rpartition("/")[0] or None)
-            else:
-                target = _artifacts_of(run, uri) / name
-                target.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(path, target)
+        for name, file in content.artifacts.items():
+            keep(str(file), name.rpartition("/")[0] or None)
         state = "FINISHED"
     finally:
         client.set_terminated(run_id, state, end_time=round(1000 * content.finished))
@@ -183,41 +162,33 @@ def _metrics(content: RunContent) -> Iterator[Metric]:
             yield Metric(name, float(value), 0, int(epoch))
 
 
-def _experiment(client: mlflow.MlflowClient, uri: str) -> str:
+def _experiment(client: mlflow.MlflowClient, path: Path | None) -> str:
     """Id of the experiment, made where it is not there, with the columns that its table begins with."""
     found = client.get_experiment_by_name(EXPERIMENT)
     if found is not None and found.lifecycle_stage == "deleted":
         client.restore_experiment(found.experiment_id)
-    where = None if is_server(uri) else f"{_ARTIFACTS}{EXPERIMENT}"  # below the folder that `serve` names
+    where = f"mlflow-artifacts:/{EXPERIMENT}" if path else None  # below the folder that `serve` names
     experiment = found.experiment_id if found else client.create_experiment(EXPERIMENT, artifact_location=where)
     client.set_experiment_tag(experiment, "mlflow.experimentKind", "custom_model_development")
     client.set_experiment_tag(experiment, "mlflow.sharedViewState.table", json.dumps(_TABLE))
     return experiment
 
 
-def _artifact_folder(uri: str) -> Path:
-    """Where artifacts lie: beside the sqlite file, so that both can be moved."""
-    return _file_of(uri).parent / "mlartifacts"
-
-
-def _artifacts_of(run: Run, uri: str) -> Path:
-    return _artifact_folder(uri) / EXPERIMENT / run.info.run_id / "artifacts"
+def _artifacts(path: Path, run: Run | None = None) -> Path:
+    """Where artifacts lie, those of one run or all: beside the sqlite file, so that both can be moved."""
+    folder = path.parent / "mlartifacts"
+    return folder / EXPERIMENT / run.info.run_id / "artifacts" if run else folder
 
 
 @contextmanager
 def _only_writer(uri: str) -> Iterator[None]:
     """Wait until no other process of this machine writes the sqlite store; make it where there is none.
 
-    MLflow needs seconds to make its tables, and never opens a file again in which it was killed meanwhile: so they are
-    made in a draft.
-
-    Raises:
-        ValueError: for a file that is something else.
+    MLflow needs seconds to make its tables, and never opens a file in which that was cut off: they are made in a draft.
     """
-    if is_server(uri):
+    if (path := _file_of(uri)) is None:
         yield
         return
-    path = _file_of(uri)
     _check(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.with_name(f".{path.name}.publishing").open("a") as lock:  # "w" would empty whatever is called so
@@ -226,7 +197,7 @@ def _only_writer(uri: str) -> Iterator[None]:
             draft = path.with_name(f".{path.name}.draft")
             for ending in ("", "-journal"):
                 draft.with_name(draft.name + ending).unlink(missing_ok=True)
-            mlflow.MlflowClient(tracking_uri=f"{_SQLITE}{draft}").search_experiments(max_results=1)
+            mlflow.MlflowClient(tracking_uri=f"sqlite:///{draft}").search_experiments(max_results=1)
             draft.replace(path)
         yield
 
@@ -238,9 +209,9 @@ def _check(path: Path) -> None:
     try:
         with closing(sqlite3.connect(path)) as database:
             theirs = database.execute("SELECT 1 FROM sqlite_master WHERE name = 'experiments'").fetchone()
-    except sqlite3.OperationalError:  # in use, or not to be read
-        raise
-    except sqlite3.DatabaseError:
+    except sqlite3.DatabaseError as error:
+        if isinstance(error, sqlite3.OperationalError):  # in use, or not to be read
+            raise
         theirs = None
     if not theirs:
         raise ValueError(f"{path} is no MLflow store. Name another file in tracking.uri; if it was one, {_AGAIN}.")
@@ -251,9 +222,9 @@ def _reason(error: Exception, uri: str) -> str:
     if isinstance(error, ValueError):
         return str(error)
     what = f"{type(error).__name__}: {str(error).strip().partition(chr(10))[0][:200]}"
-    return f"{what}. " + ("Start the server, or correct the address." if is_server(uri) else f"If damaged, {_AGAIN}.")
+    return f"{what}. " + (f"If damaged, {_AGAIN}." if _file_of(uri) else "Start the server, or correct the address.")
 
 
-def _file_of(uri: str) -> Path:
-    """The file of a sqlite store."""
-    return Path(uri.removeprefix(_SQLITE))
+def _file_of(uri: str) -> Path | None:
+    """The file of a sqlite store; None where the address is that of a server."""
+    return None if uri.startswith(("http://", "https://")) else Path(uri.removeprefix("sqlite:///"))
