@@ -4,24 +4,15 @@ import errno
 import io
 import os
 import sys
-from dataclasses import dataclass
 
 import pytest
 
-from myowave.workflow.job import check_writable, follow, job_log
+from myowave.workflow.job import check_writable, job_log
 
 
 class Terminal(io.StringIO):
     def isatty(self) -> bool:
         return True
-
-
-@dataclass
-class Report:
-    epoch: int
-
-    def summary(self) -> str:
-        return f"loss {1 / self.epoch:.1e}"
 
 
 def test_a_users_mistake_ends_the_job_with_its_message_and_no_traceback(tmp_path):
@@ -47,12 +38,12 @@ def test_what_is_announced_is_in_the_log_and_on_the_terminal(tmp_path, monkeypat
 
 
 @pytest.mark.parametrize("terminal", [Terminal(), io.StringIO()])
-def test_following_hands_on_every_report_logs_the_last_and_draws_only_on_a_terminal(tmp_path, monkeypatch, terminal):
+def test_progress_logs_little_and_its_end_and_draws_only_on_a_terminal(tmp_path, monkeypatch, terminal):
     monkeypatch.setattr(sys, "stderr", terminal)
-    path = tmp_path / "train.log"
-    with job_log("train case1", path) as log:
-        assert [report.epoch for report in follow(map(Report, range(1, 101)), 100, log)] == list(range(1, 101))
-    lines = path.read_text().splitlines()
+    with job_log("train case1", tmp_path / "train.log") as log:
+        for epoch in range(1, 101):
+            log.progress(epoch, 100, f"loss {1 / epoch:.1e}")
+    lines = (tmp_path / "train.log").read_text().splitlines()
     assert lines[-1] == "100/100 (100%) loss 1.0e-02"
     assert len(lines) < 10, "a fast job writes few lines"
     assert ("train case1" in terminal.getvalue()) == terminal.isatty()

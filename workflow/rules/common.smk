@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 from myowave.settings import dump, parse_settings, public
-from myowave.workflow.digest import digest_files, digest_script
+from myowave.workflow.digest import PACKAGE, digest_files, digest_script
 
 try:
     SETTINGS = parse_settings(config)

@@ -1,7 +1,5 @@
 # A search for better settings of a recipe: `snakemake sweep --cores 2`. The search itself, a journal file, is no output of
 # any rule: Snakemake deletes outputs before a job, and a search is to be continued.
-from myowave.workflow.digest import digest_module
-
 SWEEP = SETTINGS.learning.sweep
 SWEEP_PHYSICS = SETTINGS.physics_of(SWEEP.dataset)
 SWEPT = NETWORK.format(**dump(SWEEP))
@@ -24,7 +22,7 @@ judged_section = dict(
     contents=digest_files(SWEEP_PHYSICS.files),
     identify=public(DATASETS[SWEEP.dataset])["identify"],
     recipe=dump(SETTINGS.learning.recipes[SWEEP.recipe]),
-    code=digest_module("learning/sweep/objective.py"),
+    code=digest_script(PACKAGE / "learning/sweep/objective.py"),
 )
 
 

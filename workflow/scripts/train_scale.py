@@ -9,7 +9,7 @@ from myowave.learning.task import Task
 from myowave.learning.training import train_scale
 from myowave.models import build_model
 from myowave.settings import Identify, Physics, Wavelet, parse_recipe
-from myowave.workflow.job import follow, job_log
+from myowave.workflow.job import job_log
 
 where, params = snakemake.wildcards, snakemake.params
 level, total = int(where.level), int(where.scales)
@@ -27,7 +27,8 @@ with job_log(label, snakemake.log[0]) as log:
     )
     before = Checkpoint.load(snakemake.input.coarser) if snakemake.input.coarser else None
     rows = []
-    for report in follow(train_scale(task, level, before), task.epochs(level), log):
+    for report in train_scale(task, level, before):
+        log.progress(report.epoch, task.epochs(level), report.summary())
         rows += report.rows()
     report.checkpoint.save(snakemake.output.checkpoint)
     write_table(pd.DataFrame(rows), snakemake.output.history)

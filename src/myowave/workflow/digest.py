@@ -4,7 +4,7 @@ It covers the rule's script and every module of ours that the script imports, di
 an edit in the network reruns no diagnosis, one in the physics no import of recordings. Ours is what lies in the folders
 `roots`: of this package, and for a study of the studies as well. Comments, layout and docstrings do not count, as they
 change no result; neither do the packages of `BESIDE`.
-A package that imports modules by name, as the catalogue of effects does, uses all that stand beside it.
+The catalogue of effects imports its modules by name: it uses all that stand beside it.
 """
 
 import ast
@@ -22,6 +22,7 @@ PACKAGE = Path(__file__).parents[1]
 _ROOTS = (PACKAGE.parent,)
 # A rule's settings are in its params, and its log is no result.
 BESIDE = ("myowave.settings", "myowave.workflow")
+CATALOGUE = PACKAGE / "physics/effects/__init__.py"
 
 
 def digest_script(script: Path, *, roots: tuple[Path, ...] = _ROOTS) -> str:
@@ -41,11 +42,6 @@ def digest_script(script: Path, *, roots: tuple[Path, ...] = _ROOTS) -> str:
         digest.update(name.encode())
         digest.update(_read(used[name]).digest.encode())
     return digest.hexdigest()[:16]
-
-
-def digest_module(path: str) -> str:
-    """As `digest_script`, of a module of the package by its path below it, such as `learning/training.py`."""
-    return digest_script(PACKAGE / path)
 
 
 def digest_files(paths: Iterable[str | Path]) -> dict[str, str]:
@@ -78,9 +74,7 @@ def _imports_of(path: Path, roots: tuple[Path, ...]) -> frozenset[Path]:
             continue
         for place in (root.joinpath(*parts[:depth]) for root in roots for depth in range(1, len(parts) + 1)):
             found |= {file for file in (place / "__init__.py", place.with_suffix(".py")) if file.is_file()}
-    if path.name == "__init__.py" and _read(path).by_name:
-        found |= set(path.parent.glob("[!_]*.py"))
-    return frozenset(found)
+    return frozenset(found | set(path.parent.glob("[!_]*.py") if path == CATALOGUE else ()))
 
 
 def _below(file: Path, roots: tuple[Path, ...]) -> str:
@@ -89,12 +83,10 @@ def _below(file: Path, roots: tuple[Path, ...]) -> str:
 
 
 class _Read(NamedTuple):
-    """What is kept of a file: the digest of its statements, the dotted names that it imports, and whether it calls
-    `importlib.import_module`, with which a package may import any module beside it."""
+    """What is kept of a file: the digest of its statements, and the dotted names that it imports."""
 
     digest: str
     imports: list[str]
-    by_name: bool
 
 
 @cache
@@ -110,8 +102,7 @@ def _read(path: Path) -> _Read:
             return _Read(**content)
     tree = ast.parse(text, str(path))
     imports = sorted(set(_names_imported(tree)))
-    by_name = any(isinstance(node, ast.Attribute) and node.attr == "import_module" for node in ast.walk(tree))
-    found = _Read(_digest_statements(tree), imports, by_name)
+    found = _Read(_digest_statements(tree), imports)
     with suppress(OSError):  # a folder that nobody may write to
         kept.parent.mkdir(exist_ok=True)
         draft = kept.with_suffix(f".{os.getpid()}")  # other processes may be reading
@@ -138,7 +129,8 @@ def _digest_statements(tree: ast.Module) -> str:
     """Digest of a module's statements without docstrings, which are taken out of the tree."""
     for node in _statements(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            node.body = [s for s in node.body if not _is_docstring(s)] or [ast.Pass()]
+            does = [s for s in node.body if not (isinstance(s, ast.Expr) and isinstance(s.value, ast.Constant))]
+            node.body = does or [ast.Pass()]
     return hashlib.sha256(ast.dump(tree).encode()).hexdigest()
 
 
@@ -151,11 +143,3 @@ def _statements(tree: ast.Module) -> Iterator[ast.AST]:
             block = getattr(node, name, ())
             stack += block if isinstance(block, list) else ()
         yield node
-
-
-def _is_docstring(statement: ast.stmt) -> bool:
-    return (
-        isinstance(statement, ast.Expr)
-        and isinstance(statement.value, ast.Constant)
-        and isinstance(statement.value.value, str)
-    )

@@ -4,10 +4,10 @@ import errno
 import os
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TextIO
 
 from tqdm import tqdm
 
@@ -17,20 +17,15 @@ _DISK = (
     errno.EDQUOT,
     errno.EROFS,
     errno.EFBIG,
-)  # full, over its quota, only to be read, a file too large
+)  # full, over its quota, read-only, too large a file
 
 
 class JobLog:
-    """The log of one job, and its bar where stderr is a terminal.
+    """The opened log of one job, and its bar, which is drawn where stderr is a terminal."""
 
-    Args:
-        label: what the job works on, for people: "train case1 base rollout 3-scale, scale -2".
-        log: opened log file.
-    """
-
-    def __init__(self, label: str, log: TextIO):
+    def __init__(self, log: TextIO, bar: "tqdm[None]"):
         self._log = log
-        self._bar = tqdm(desc=label, disable=None, leave=False, dynamic_ncols=True)
+        self._bar = bar
         self._logged = float("-inf")
 
     def say(self, text: str) -> None:
@@ -52,10 +47,6 @@ class JobLog:
         self._bar.set_postfix_str(text, refresh=False)
         self._bar.update(done - self._bar.n)
 
-    def close(self) -> None:
-        """Take the bar off the terminal."""
-        self._bar.close()
-
 
 @contextmanager
 def job_log(label: str, path: str | Path) -> Iterator[JobLog]:
@@ -66,12 +57,20 @@ def job_log(label: str, path: str | Path) -> Iterator[JobLog]:
     is ours, and goes to the log with its traceback.
 
     Args:
-        label: what the job works on.
+        label: what the job works on, for people: "train case1 base rollout 3-scale, scale -2".
         path: the log file.
     """
+    bar = tqdm(desc=label, disable=None, leave=False, dynamic_ncols=True)
     try:
-        with _opened_log(label, Path(path)) as log:
-            yield log
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        with bar, Path(path).open("w", encoding="utf-8") as file:
+            log = JobLog(file, bar)
+            log.say(label)
+            try:
+                yield log
+            except ValueError as error:
+                log.say(f"{label}: {error}")
+                raise SystemExit(1) from None
     except OSError as error:
         if error.errno not in _DISK:
             raise
@@ -84,25 +83,3 @@ def check_writable(folder: str | Path) -> None:
     """Raise a ValueError where a folder is there and may not be written."""
     if Path(folder).exists() and not os.access(folder, os.W_OK):
         raise ValueError(f"{Path(folder).resolve()} cannot be written; nothing was run. Allow writing there.")
-
-
-@contextmanager
-def _opened_log(label: str, path: Path) -> Iterator[JobLog]:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8") as file:
-        log = JobLog(label, file)
-        log.say(label)
-        try:
-            yield log
-        except ValueError as error:
-            log.say(f"{label}: {error}")
-            raise SystemExit(1) from None
-        finally:
-            log.close()
-
-
-def follow(reports: Iterable[Any], total: int, log: JobLog) -> Iterator[Any]:
-    """Hand on reports that have `epoch` (from 1) and `summary()`, showing each as progress."""
-    for report in reports:
-        log.progress(report.epoch, total, report.summary())
-        yield report
