@@ -32,11 +32,11 @@ localrules:
 rule all:
     default_target: True
     input:
-        summaries,
+        SUMMARIES,
         "results/tracking/published.md",
-        figures_of_data,
-        figures_of_learning,
-        verdicts,
+        FIGURES_OF_DATA,
+        FIGURES_OF_LEARNING,
+        VERDICTS,
         "results/index.html",
 
 

@@ -1,5 +1,4 @@
 # The configuration, checked; and what rules of several files are given of it and of the code.
-import os
 import sys
 from pathlib import Path
 
@@ -10,20 +9,16 @@ try:
     SETTINGS = parse_settings(config)
 except ValueError as error:
     sys.exit(
-        f"The configuration has problems; nothing was run.\n{error}\n`myowave settings WORD` finds keys, `myowave settings --all` lists all."
+        f"The configuration has problems; nothing was run.\n{error}\n"
+        "`myowave settings WORD` finds keys, `myowave settings --all` lists all."
     )
-
-# The files after --configfile, relative to this folder.
-CONFIG_FILES = [os.path.relpath(path) for path in workflow.overwrite_configfiles]
 
 # Jobs see their rule's params, not the configuration: it may hold what is hidden in a dataset.
 config.clear()
 
 DATASETS = SETTINGS.data.datasets
-SIMULATED, MEASURED, RECORDED = (
-    [name for name, dataset in DATASETS.items() if dataset.kind == kind]
-    for kind in ("simulated", "measured", "recorded")
-)
+SIMULATED = [name for name, dataset in DATASETS.items() if dataset.kind == "simulated"]
+RECORDED = [name for name, dataset in DATASETS.items() if dataset.kind == "recorded"]
 
 # The coordinates of a network are the folders of its results.
 RUNS = "{dataset}/{model}/{recipe}"
@@ -63,11 +58,6 @@ def identify_section(wildcards):
     return dataset_section(wildcards)["identify"]
 
 
-def diagnosis_section(wildcards):
-    """The diagnosis, with what is known of the dataset's constants."""
-    return dump(SETTINGS.diagnosis_of(wildcards.dataset))
-
-
 def physics_section(wildcards):
     """The physics of the dataset: its own arm, and no other."""
     return dump(SETTINGS.physics_of(wildcards.dataset))
@@ -81,16 +71,6 @@ def physics_files(wildcards):
 def physics_contents(wildcards):
     """Digests of these files: dates alone miss a file put back."""
     return digest_files(physics_files(wildcards))
-
-
-def table_section(wildcards):
-    """Tables of path lengths of the dataset's arm, by muscle: all that bounds its angles."""
-    return {muscle: dump(path) for muscle, path in SETTINGS.physics_of(wildcards.dataset).tables.items()}
-
-
-def table_files(wildcards):
-    """Files of these tables."""
-    return SETTINGS.physics_of(wildcards.dataset).table_files
 
 
 def truth_of(dataset):

@@ -10,8 +10,18 @@ def recordings(wildcards):
         sys.exit(str(error))
 
 
+def table_section(wildcards):
+    """Tables of path lengths of the dataset's arm, by muscle: all that bounds its angles."""
+    return {muscle: dump(path) for muscle, path in SETTINGS.physics_of(wildcards.dataset).tables.items()}
+
+
+def table_files(wildcards):
+    """Files of these tables."""
+    return SETTINGS.physics_of(wildcards.dataset).table_files
+
+
 def contents(wildcards):
-    """Digests of the recordings and of the tables of the dataset's arm: dates alone miss a file put back."""
+    """Digests of the recordings and of these tables: dates alone miss a file put back."""
     return digest_files([*recordings(wildcards), *table_files(wildcards)])
 
 
@@ -44,7 +54,7 @@ rule import_trials:
     log:
         "results/logs/import_trials/{dataset}.log",
     wildcard_constraints:
-        dataset=one_of([*MEASURED, *RECORDED]),
+        dataset=one_of([name for name in DATASETS if name not in SIMULATED]),
     params:
         dataset=dataset_section,
         contents=contents,

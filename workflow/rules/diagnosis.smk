@@ -5,7 +5,6 @@ from myowave.diagnosis.report.contents import FIGURE_NAMES, COMPARISON_NAMES, TA
 
 DIAGNOSIS = "results/diagnosis/{dataset}"
 DIAGNOSIS_PICTURES = "results/figures/{dataset}/diagnosis"
-DIAGNOSIS_TIME = "results/benchmarks/diagnose_dataset/{dataset}.tsv"
 DIAGNOSIS_TABLES = expand(f"{DIAGNOSIS}/{{table}}.csv", table=TABLE_NAMES, allow_missing=True)
 # What stands inside the pages.
 PAGE_PARTS = (
@@ -19,6 +18,10 @@ PAGE_PARTS = (
     "uplot/LICENSE",
 )
 COMPARISON_TABLES = expand(f"{DIAGNOSIS}/{{table}}.csv", table=COMPARISON_NAMES, allow_missing=True)
+
+
+# The files after --configfile, relative to this folder.
+CONFIG_FILES = [os.path.relpath(path) for path in workflow.overwrite_configfiles]
 
 
 def page_file(name):
@@ -39,14 +42,14 @@ checkpoint diagnose_dataset:
     log:
         "results/logs/diagnose_dataset/{dataset}.log",
     benchmark:
-        DIAGNOSIS_TIME
+        "results/benchmarks/diagnose_dataset/{dataset}.tsv"
     threads: 1
     params:
         physics=physics_section,
         contents=physics_contents,
         identify=identify_section,
         models=lambda wildcards: models_of(wildcards.dataset),
-        diagnosis=diagnosis_section,
+        diagnosis=lambda wildcards: dump(SETTINGS.diagnosis_of(wildcards.dataset)),
         code=digest("diagnose_dataset"),
     script:
         "../scripts/diagnose_dataset.py"

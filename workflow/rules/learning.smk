@@ -123,6 +123,14 @@ rule judge_scales:
         "../scripts/judge_scales.py"
 
 
+def of_scales(pattern):
+    """An input function: the pattern for every number of scales of a recipe, and every level."""
+    numbers = [(scales, level) for scales in TARGETS.scales for level in range(scales)]
+    return lambda wildcards: sorted(
+        {pattern.format(**wildcards, scales=scales, level=level) for scales, level in numbers}
+    )
+
+
 rule draw_models:
     input:
         evaluations=of_scales(f"results/learning/{NETWORK}/evaluation.csv"),

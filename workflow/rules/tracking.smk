@@ -10,8 +10,8 @@ def published(recipes):
 rule publish_runs:
     input:
         evaluations=evaluations,
-        figures=figures_of_learning,
-        verdicts=verdicts,
+        figures=FIGURES_OF_LEARNING,
+        verdicts=VERDICTS,
     output:
         note="results/tracking/published.md",
     log:
