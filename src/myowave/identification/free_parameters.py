@@ -86,14 +86,13 @@ def free_parameters(
     ]
     # ASSUME: muscles of a group differ from the model as their group does, by the group's factors.
     grouped = {f"{c}_{muscle.name}" for muscle in model.muscles if muscle.group for c in muscle.nominal}
-    assumed = [
-        free
-        for name, value in model.defaults.items()
-        if name not in known
-        and name not in identify
-        and (of := _scatter_of(name, scatter or {}, alone=name not in grouped)) is not None
-        and (free := _assumed(name, value, of)) is not None
-    ]
+    scatter, assumed = scatter or {}, []
+    for name, value in model.defaults.items():
+        of_constant = None if name in grouped else scatter.get(name.partition("_")[0])
+        of = scatter.get(name, of_constant)
+        deviation = of.absolute + of.relative * abs(value) if of else 0.0
+        if deviation and name not in known and name not in identify:
+            assumed.append(_assumed(name, value, deviation))
     of_effects = (p for effect in model.effects for p in effect_parameters(model, effect, known))
     return (*constants, *assumed, *(_narrowed(p, identify.get(p.name)) for p in of_effects))
 
@@ -107,16 +106,8 @@ def effect_parameters(model: Model, effect: Effect, known: Collection[str] = ())
     )
 
 
-def _scatter_of(name: str, scatter: Mapping[str, Scatter], *, alone: bool) -> Scatter | None:
-    """What is known of one parameter: by its own name, else by that of the constant where it stands `alone`."""
-    return scatter.get(name, scatter.get(name.partition("_")[0]) if alone else None)
-
-
-def _assumed(name: str, value: float, scatter: Scatter) -> Free | None:
-    """A constant that nobody measured; None where its scatter is 0."""
-    deviation = scatter.absolute + scatter.relative * abs(value)
-    if not deviation:
-        return None
+def _assumed(name: str, value: float, deviation: float) -> Free:
+    """A constant that nobody measured."""
     allowed = constant_of(name).bounds
     # ASSUME: no constant is farther than this from where it is expected; what is has another cause.
     low, high = value - FARTHEST * deviation, value + FARTHEST * deviation
@@ -128,6 +119,7 @@ def _assumed(name: str, value: float, scatter: Scatter) -> Free | None:
 
 
 def _constant(name: str, value: float, choice: Identify) -> Free:
+    """A constant to identify."""
     low, high = choice.low, choice.high
     if choice.literature:
         high = float(np.mean(choice.literature))  # where Eq. 41 ends

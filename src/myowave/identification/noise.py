@@ -31,16 +31,6 @@ def is_bound(noise_deg: float) -> bool:
     return noise_deg <= BOUND * SMALLEST_NOISE_DEG
 
 
-def residual_variance(rss: float, samples: int, fitted: int) -> float:
-    """Variance of the noise that a residual shows [rad^2].
-
-    Args:
-        rss: sum of squares of so many samples [rad^2].
-        fitted: parameters and numbers of starts that were fitted to it, which are counted off.
-    """
-    return rss / (samples - fitted)
-
-
 def correlation_time(residual: Array, samples: int) -> float:
     """How many samples of a residual (T, N), 0 where padded, are worth one independent sample; 1 for white noise.
 

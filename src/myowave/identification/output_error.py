@@ -1,13 +1,11 @@
 """Fit a model to trials by output error: the parameters whose simulated motion is nearest to the measured one.
 
 The motion and its derivatives come from `physics.trajectory.solve`, all samples at once. That allows two stages:
-1. *Lifted* Gauss-Newton steps, that start from the measured motion and close the gaps to a simulated one and move the
-   parameters together. Linearised near the data rather than near a wrong simulation, they reach the right basin
-   from far away. Several starts run as one batch, and after each step the better half goes on.
+1. *Lifted* Gauss-Newton steps, that start from the measured motion, and close the gaps to a simulated one while they
+   move the parameters. Linearised near the data rather than near a wrong simulation, they reach the right basin from
+   far away. Several starts run as one batch, and after each step the better half goes on.
 2. Levenberg-Marquardt on simulated motions, with bounds, until a step would gain nothing that noise allows to see.
-Noise on the angle averages out, every effect may take part, and where the physics is wrong the fit becomes the best
-simulator of these trials that it can be. The angle and velocity at the start of each trial are estimated with the
-parameters; nobody measures them (`least_squares`).
+The angle and velocity at the start of each trial are estimated with the parameters; nobody measures them.
 
 Shapes: B starts of the search, T trials, N samples, K numbers of a state, P free parameters, S numbers of a start.
 """
@@ -86,7 +84,7 @@ class Problem:
         by_parameter = result.by_start.new_zeros(count, *result.by_start.shape[1:])
         by_parameter[place] = result.by_parameter
         tangent = result.tangent.new_zeros(*result.tangent.shape[:-1], count + 2)
-        tangent[..., [*place, count, count + 1]] = result.tangent
+        tangent[..., [*place, -2, -1]] = result.tangent
         return replace(result, by_parameter=by_parameter, tangent=tangent)
 
     def normal_at(self, result: Sensitive, values: Array) -> Normal:
@@ -257,7 +255,6 @@ def fit_model(
     free: Sequence[Free],
     *,
     starts: int = 1,
-    seed: int = 0,
     further: Sequence[Array] = (),
 ) -> Fit:
     """Fit a model from scratch.
@@ -272,7 +269,7 @@ def fit_model(
         ValueError: if the model is not able to move from any of the starts.
     """
     usual = np.array([p.start for p in free])
-    around = start_values(free, range(seed + 1, seed + starts))
+    around = start_values(free, range(1, starts))
     return fit_from(model, record, free, np.concatenate([usual[None], around, *(v[None] for v in further)]))
 
 

@@ -8,14 +8,10 @@ With test functions w (see `windows`), inertia I and gravity of the model, the m
 on every window. Nothing is simulated, so nothing diverges: a fit converges from any start. But it takes the measured
 motion for the true one and cannot follow states that no angle shows; `output_error` does, from near by.
 
-There are two balances. That `along` a smoothed motion, in windows of 0.3 s, is for recorded trials and says how much
-of the torque a model gives. Both sides are homogeneous: a forearm without mass needs no torque, and muscles without
-force give none, so what is left in N m falls to nothing along with both. Residuals are therefore weighed against the
-torque that they explain, and masses stay where they are expected, as all constants do that nobody measured.
-
-That `between_kinks` takes the measured angle as it is, as one curve, in windows of 1 s, with steps cut where the
-delayed EMG has its kinks. Its residual int w'' q - w (torque / I) dt of an exact motion is small enough to identify
-parameters to 0.02 %.
+There are two balances. That `along` a smoothed motion, in windows of 0.3 s, is for recorded trials. A forearm without
+mass needs no torque, and muscles without force give none, so what is left is weighed against the torque that is needed:
+in N m it would fall to nothing along with both. That `between_kinks` takes the measured angle as it is, in windows of
+1 s, with steps cut where the delayed EMG has its kinks; an exact motion identifies parameters to 0.02 %.
 
 Shapes: ... copies of the parameters, T trials, N samples, n steps, D points in a step, K windows, P free parameters.
 """
@@ -190,10 +186,17 @@ class TorqueBalance:
         return np.nan_to_num(np.concatenate(left, -1) / size, nan=LARGEST).clip(-LARGEST, LARGEST)
 
     def scaled(self, free: Sequence[Free], values: Array) -> Residual:
-        """The residual (..., R) as a function of values (..., P), in units of what is independent in it at some."""
+        """The residual as a function of values (..., P), in units of what is independent in it at some, and how far
+        they are from where they are expected, as further samples of variance 1: (..., R)."""
         now, count = self.residual(free, values), int(self.inside.sum() + self.seen.sum())
         deviation = np.sqrt((now**2).sum() / count * correlation_time(now, count))
-        return lambda values: (self.residual(free, values) / deviation).reshape(*values.shape[:-1], -1)
+        usual, weight = expected(free)
+
+        def residual(values: Array) -> Array:
+            left = (self.residual(free, values) / deviation).reshape(*values.shape[:-1], -1)
+            return np.concatenate([left, np.sqrt(weight) * (values - usual) / scales(free)], -1)
+
+        return residual
 
     def shares_given(self, free: Sequence[Free], values: Array) -> dict[str, float]:
         """Share of the needed torque about its mean that is given [-], by trial; not of trials without a window."""
@@ -230,8 +233,7 @@ class TorqueFit:
 
     Args:
         values: (P,), and their `covariance` (P, P), SI units; `free` says of what.
-        left_out: share of the torque of each trial that is given where the others alone are fitted [-], as `leave_out`
-            gives it; empty where nobody asked.
+        left_out: see `leave_out`; empty where nobody asked.
     """
 
     free: tuple[Free, ...]
@@ -266,7 +268,7 @@ def fit_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit:
     values = torque_values(balance, free)
     _, slope = linearise(balance.scaled(free, values), free, values)
     unit = np.outer(scales(free), scales(free))
-    covariance = pseudo_inverse(slope.T @ slope + np.diag(expected(free)[1])) * unit
+    covariance = pseudo_inverse(slope.T @ slope) * unit
     if not np.isfinite(covariance).all():
         raise ValueError("the torque of the muscles is not finite")
     return TorqueFit(tuple(free), values, covariance)

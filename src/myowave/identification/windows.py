@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from torch import Tensor
@@ -18,17 +19,14 @@ from torch import Tensor
 Array = NDArray[np.float64]
 Lengths = Sequence[int] | NDArray[np.int64]
 
+TEST = Polynomial([1.0, 0.0, -1.0]) ** 3
 UNIT = np.array([0.0, 1.0])
 SPLINE = 5  # order of the curve through the measured angles
 
 
 def window(s: Tensor, derivative: int = 0) -> Tensor:
-    """The test function, or its first or second derivative by s, at places from -1 to 1."""
-    if derivative == 0:
-        return (1 - s**2) ** 3
-    if derivative == 1:
-        return -6 * s * (1 - s**2) ** 2
-    return -6 * (1 - s**2) ** 2 + 24 * s**2 * (1 - s**2)
+    """The test function, or a derivative of it by s, at places from -1 to 1."""
+    return torch.from_numpy(TEST.deriv(derivative)(s.numpy()))
 
 
 @dataclass(frozen=True)
