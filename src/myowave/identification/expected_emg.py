@@ -1,9 +1,8 @@
 """The excitation to expect behind a noisy recording.
 
-What a fit takes for the excitation has the recording's noise in it, and so have the derivatives by which it moves its
-parameters; the force that the noise leaves unexplained goes with them, and estimates are off by a share that no number
-of samples lowers (errors in variables). With the expected excitation in the recording's place that force goes with
-nothing that the model knows (regression calibration: Carroll et al. 2006, Measurement Error in Nonlinear Models, 4).
+Noise of the excitation is also in the derivatives by which a fit moves its parameters, so estimates are off by a share
+that no number of samples lowers (errors in variables). The force that the expected excitation leaves unexplained goes
+with nothing that the model knows (regression calibration: Carroll et al. 2006, Measurement Error in Nonlinear Models).
 
 Shapes: T trials, N samples, M muscles.
 """

@@ -200,7 +200,7 @@ class Fit(Problem):
         return float(np.sqrt(self.rss / self.record.samples))
 
     def next_step(self, damping: float = DAMPING) -> tuple[Array, Array]:
-        """A step of the parameters (P,), in units of their scales, and the shift of the starts with it, both damped."""
+        """A damped step of the parameters (P,), in units of their scales, and the shift of the starts with it."""
         step = bounded_step(self.normal.matrix, self.normal.vector, self.free, self.values, damping)
         return step, self.normal.starts_after(step) / (1 + damping)
 
@@ -262,8 +262,7 @@ def fit_model(
     Args:
         record: all trials in it are fitted.
         free: what to estimate.
-        starts: searches, the first from `Free.start`, the others up to `Free.spread` away.
-        further: values (P,) that more searches start from.
+        starts: searches, the first from `Free.start`, the others up to `Free.spread` away; more from `further` (P,).
 
     Raises:
         ValueError: if the model is not able to move from any of the starts.
@@ -312,7 +311,6 @@ def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:
     Args:
         fit: parameters that both have start from here; others from `Free.start`.
         model: with effects added or taken away.
-        free: all that is estimated now.
     """
     known, guess = fit.parameters, fit.sensitive.motion.state
     values = within(free, np.array([known.get(p.name, p.start) for p in free]))
@@ -334,10 +332,7 @@ def descend(fit: Fit) -> Iterator[Fit]:
 
     A full step along a curved valley may land on its slope; the next steps from there lead back to the floor, further
     on. So a step that promises more than a residual variance and fails gets these before it is given up (Chamberlain et
-    al. 1982, the "watchdog" technique).
-
-    The residual of a model that is far from the truth is slow, so hundreds of samples are worth a few, and its steps
-    may creep along kinks of curves for ever without any gain that counts as evidence: `STANDSTILL`.
+    al. 1982, the "watchdog" technique). Steps that creep along kinks of curves end at `STANDSTILL`.
     """
     damping = DAMPING
     yield fit

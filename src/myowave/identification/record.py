@@ -92,13 +92,12 @@ class Record:
     @property
     def trials(self) -> tuple[str, ...]:
         """The trial that each row is, or is a piece of, (T,)."""
-        return self.names if self.pieces is None else tuple(self.pieces.whole.names[i] for i in self.pieces.row)
+        return self.names if self.pieces is None else tuple(self.whole.names[i] for i in self.pieces.row)
 
     @property
     def begin_s(self) -> NDArray[np.float64]:
         """When each row begins in its trial [s], (T,)."""
-        begin = 0 if self.pieces is None else self.pieces.begin
-        return np.full(len(self.names), self.dt) * begin
+        return np.zeros(len(self.names)) if self.pieces is None else self.pieces.begin * self.dt
 
     @property
     def horizon_s(self) -> float | None:
@@ -210,9 +209,8 @@ class Record:
     def motion(self) -> Tensor:
         """State (q, qdot) of the measured motion, smoothed, (T, N, 2)."""
         if self.pieces is not None:
-            last = self.pieces.begin[:, None] + self.lengths[:, None] - 1
-            samples = np.minimum(self.pieces.begin[:, None] + np.arange(self.angle.shape[1]), last)
-            return self.pieces.whole.motion[self.pieces.row[:, None], samples]
+            within = np.minimum(np.arange(self.angle.shape[1]), self.lengths[:, None] - 1)
+            return self.whole.motion[self.pieces.row[:, None], self.pieces.begin[:, None] + within]
         return torch.from_numpy(np.stack(self.smoothed(self.angle), -1))
 
     def smoothed(self, angle: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

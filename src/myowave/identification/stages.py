@@ -1,9 +1,9 @@
 """Fit a model in stages where whole trials are too much for it: torque, short horizons, then longer ones.
 
 A model that is far from the truth runs away from the measured motion within a second or two, and where a motion
-diverges no step of a fit means anything. So the fit starts where nothing can diverge, in the torque along the measured
-motion, goes on to short predictions from starts of their own, and then to longer ones, each from the values before. It
-stands on the longest that works.
+diverges no step of a fit means anything. So the fit starts in the torque along the measured motion, where nothing can
+diverge, and goes on to short predictions from starts of their own, and then to longer ones. It stands on the longest
+that works.
 """
 
 from collections.abc import Callable, Sequence
@@ -34,7 +34,6 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
 
     Args:
         record: whole trials; all of them are fitted.
-        free: what to estimate.
         starts: searches side by side, as in `fit_model`.
 
     Returns:

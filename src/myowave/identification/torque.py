@@ -256,7 +256,6 @@ def fit_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit:
 
     Args:
         record: whole trials.
-        free: what to estimate; what is known of it beforehand counts as further samples.
 
     Raises:
         ValueError: if no trial is long enough, nothing drives the arm, the model has effects that no angle shows, or
