@@ -29,14 +29,12 @@ from torch import Tensor, nn
 
 from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
-from myowave.learning.adam import Adam
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import predict_trials, r_squared
 from myowave.learning.loss import Noise
-from myowave.learning.methods.rollout.loss import RolloutLoss
-from myowave.learning.methods.rollout.training import BETAS, DATA_SEED, OPTIMISERS, clip_gradients
+from myowave.learning.methods.rollout.training import BETAS, DATA_SEED, OPTIMISERS, RolloutLoss, clip_gradients
 from myowave.learning.network import Architecture, Network, Scaling, initialise
-from myowave.learning.soap import Soap
+from myowave.learning.optimisers import Adam
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
@@ -89,7 +87,7 @@ class Ours:
 
     loss: RolloutLoss
     weights: list[Tensor]
-    optimiser: Adam | Soap
+    optimiser: Adam
 
     @classmethod
     def of(cls, trials: Trials, recipe: RolloutRecipe, seeds: int) -> "Ours":

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.learning.residual import Pieces, Residual
+from myowave.learning.methods.paper.residual import Pieces, Residual
 from myowave.physics.model import Model
 
 STEPS = 8  # of Gauss-Newton, from the truth
@@ -27,7 +27,7 @@ def least_residual(model: Model, trials: Trials, names: Iterable[str], *, averag
     """
     names, train = tuple(names), trials.select(trials.train)
     cpu = torch.device("cpu")
-    residual = Residual.of(model, train, names, cpu, averaged=averaged)
+    residual = Residual(model, train, names, cpu, averaged=averaged)
     length = min(train.lengths)
     pieces = Pieces(torch.arange(len(train.names)), torch.zeros(len(train.names), dtype=torch.long), length)
     q = pieces.of(torch.from_numpy(train.angle))[None]

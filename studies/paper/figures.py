@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from myowave.learning.scales import judge_scales
+from myowave.learning.tables import judge_scales
 from myowave.plotting import CYCLE, GREY, MEASURED, canvas, shade, shade_between, title
 from studies.paper.tables import PARAMETERS, PRINTED_TEST
 

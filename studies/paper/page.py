@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from myowave.learning.scales import judge_scales
+from myowave.learning.tables import judge_scales
 from studies.paper.tables import PARAMETERS, PRINTED_TEST
 
 Rows = Sequence[Mapping[str, str]]

@@ -7,10 +7,9 @@ from pathlib import Path
 
 import torch
 
-from myowave.learning.band import Band
+from myowave.learning.band import Band, Seen
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.network import Architecture, Scaling, initialise
-from myowave.learning.seen import Seen
 from myowave.learning.streaming.command import predict_lines, start_angles
 from myowave.learning.streaming.predictor import Predictor
 
@@ -98,6 +97,7 @@ def pipe(path, _):
 
 LOADED = {"known": {"load": 0.0}, "told": ("load",)}
 VERSION, UNUSABLE = "another version of myowave", "this checkpoint cannot be used: "
+UNFIT, NUMBERS = UNUSABLE + "its weights, channels, seeds", UNUSABLE + "some of its numbers"
 CHECKPOINTS = {
     "empty": (lambda *_: b"", "not a checkpoint"),
     "text": (lambda *_: b"hello", "not a checkpoint"),
@@ -116,39 +116,39 @@ CHECKPOINTS = {
     "an architecture that is none": (put(architecture="gru"), VERSION),
     "another field of the architecture": (inside("architecture", layers=2), VERSION),
     "no band where there is one": (put(band={"width": 3}), VERSION),
-    "no weights": (put(weights={}), UNUSABLE + "weights have other shapes"),
-    "weights missing": (lambda _, c: c["weights"].clear(), UNUSABLE + "weights have other shapes"),
-    "a weight more": (lambda _, c: c["weights"].update(gate=torch.ones(2)), UNUSABLE + "weights have other shapes"),
-    "a weight of another shape": (weight("hidden", lambda w: w[:, :3]), UNUSABLE + "weights have other shapes"),
-    "weights of one seed": (weight("hidden", lambda w: w[:1]), UNUSABLE + "weights have other shapes"),
-    "a weight that is NaN": (weight("hidden", first(float("nan"))), UNUSABLE + "weights are no finite numbers"),
-    "an infinite weight": (weight("output", first(float("inf"))), UNUSABLE + "weights are no finite numbers"),
+    "no weights": (put(weights={}), UNFIT),
+    "weights missing": (lambda _, c: c["weights"].clear(), UNFIT),
+    "a weight more": (lambda _, c: c["weights"].update(gate=torch.ones(2)), UNFIT),
+    "a weight of another shape": (weight("hidden", lambda w: w[:, :3]), UNFIT),
+    "weights of one seed": (weight("hidden", lambda w: w[:1]), UNFIT),
+    "a weight that is NaN": (weight("hidden", first(float("nan"))), NUMBERS),
+    "an infinite weight": (weight("output", first(float("inf"))), NUMBERS),
     "an unknown cell": (inside("architecture", method="lstm"), UNUSABLE + "there is no such method"),
-    "too few delays": (inside("architecture", delays=[0.08]), UNUSABLE + "a delay for each channel"),
-    "too many delays": (inside("architecture", delays=[0.08] * 3), UNUSABLE + "a delay for each channel"),
-    "a negative delay": (inside("architecture", delays=[-0.08, 0.08]), UNUSABLE + "a delay for each channel"),
-    "a delay that is NaN": (inside("architecture", delays=[float("nan"), 0.08]), UNUSABLE + "a delay for each channel"),
-    "no history": (inside("architecture", history=0), UNUSABLE + "it needs at least one sample"),
-    "more hidden units": (inside("architecture", hidden=7), UNUSABLE + "weights have other shapes"),
-    "an input more": (inside("architecture", given=LOADED), UNUSABLE + "weights have other shapes"),
-    "a seed more": (put(seeds=(0, 1, 2)), UNUSABLE + "weights have other shapes"),
-    "a seed twice": (put(seeds=(0, 0)), UNUSABLE + "seeds are none, or some are there twice"),
-    "no seeds": (put(seeds=()), UNUSABLE + "seeds are none"),
-    "another arm's channels": (put(channels=("emg_a",)), UNUSABLE + "channels and their number differ"),
-    "a channel twice": (put(channels=("emg_a", "emg_a")), UNUSABLE + "channels and their number differ"),
-    "a scaling of nothing": (inside("scaling", angle_std=0.0), UNUSABLE + "the scaling of inputs and angles"),
-    "a scaling that is NaN": (inside("scaling", angle_mean=float("nan")), UNUSABLE + "the scaling of inputs"),
-    "a scaling of one input": (inside("scaling", input_mean=(0.4,)), UNUSABLE + "the scaling of inputs"),
-    "a negative scaling": (inside("scaling", input_std=(0.2, -0.2)), UNUSABLE + "the scaling of inputs"),
-    "no time between samples": (put(dt=0.0), UNUSABLE + "the time between samples"),
-    "a time that is NaN": (put(dt=float("nan")), UNUSABLE + "the time between samples"),
-    "a scale of none": (put(level=3), UNUSABLE + "the scale is none of those"),
-    "a parameter more": (put(names=("f0_Bi",)), UNUSABLE + "parameters and their values differ"),
-    "a parameter that is NaN": (put(values=torch.full((2, 2), float("nan"))), UNUSABLE + "parameters are no finite"),
-    "errors of another shape": (put(errors=torch.ones(1)), UNUSABLE + "parameters and their values differ"),
-    "a band of no width": (inside("band", factor=0.0), UNUSABLE + "the band has no width"),
-    "a band that is NaN": (inside("band", floor=float("nan")), UNUSABLE + "the band has no width"),
-    "ranges of another network": (inside("seen", low=(0.0,)), UNUSABLE + "ranges of the training trials"),
+    "too few delays": (inside("architecture", delays=[0.08]), UNFIT),
+    "too many delays": (inside("architecture", delays=[0.08] * 3), UNFIT),
+    "a negative delay": (inside("architecture", delays=[-0.08, 0.08]), NUMBERS),
+    "a delay that is NaN": (inside("architecture", delays=[float("nan"), 0.08]), NUMBERS),
+    "no history": (inside("architecture", history=0), NUMBERS),
+    "more hidden units": (inside("architecture", hidden=7), UNFIT),
+    "an input more": (inside("architecture", given=LOADED), UNFIT),
+    "a seed more": (put(seeds=(0, 1, 2)), UNFIT),
+    "a seed twice": (put(seeds=(0, 0)), UNFIT),
+    "no seeds": (put(seeds=()), UNFIT),
+    "another arm's channels": (put(channels=("emg_a",)), UNFIT),
+    "a channel twice": (put(channels=("emg_a", "emg_a")), UNFIT),
+    "a scaling of nothing": (inside("scaling", angle_std=0.0), NUMBERS),
+    "a scaling that is NaN": (inside("scaling", angle_mean=float("nan")), NUMBERS),
+    "a scaling of one input": (inside("scaling", input_mean=(0.4,)), UNFIT),
+    "a negative scaling": (inside("scaling", input_std=(0.2, -0.2)), NUMBERS),
+    "no time between samples": (put(dt=0.0), NUMBERS),
+    "a time that is NaN": (put(dt=float("nan")), NUMBERS),
+    "a scale of none": (put(level=3), NUMBERS),
+    "a parameter more": (put(names=("f0_Bi",)), UNFIT),
+    "a parameter that is NaN": (put(values=torch.full((2, 2), float("nan"))), NUMBERS),
+    "errors of another shape": (put(errors=torch.ones(1)), UNFIT),
+    "a band of no width": (inside("band", factor=0.0), NUMBERS),
+    "a band that is NaN": (inside("band", floor=float("nan")), NUMBERS),
+    "ranges of another network": (inside("seen", low=(0.0,)), UNFIT),
 }  # fmt: skip
 
 # ------------------------------------------------------------------------------------------------------ streams

@@ -3,7 +3,7 @@
 import numpy as np
 import torch
 
-from myowave.learning.adam import Adam
+from myowave.learning.optimisers import Adam
 
 BETAS, RATES = (0.9, 0.99), [0.01, 0.02, 0.005, 0.01]
 

@@ -10,10 +10,9 @@ import torch
 from typer.testing import CliRunner
 
 from myowave.cli import app
-from myowave.learning.band import Band, band_about, calibrate
+from myowave.learning.band import Band, Seen, band_about, calibrate, gather
 from myowave.learning.evaluation import evaluate, predict_trials, tabulate_predictions
 from myowave.learning.figures import draw_predictions
-from myowave.learning.seen import Seen, gather
 from myowave.learning.training import train_scale, train_scales
 
 

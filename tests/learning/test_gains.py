@@ -7,7 +7,7 @@ import torch
 
 from myowave.learning.inputs import Given
 from myowave.learning.loss import Noise
-from myowave.learning.methods.rollout.loss import RolloutLoss
+from myowave.learning.methods.rollout.training import RolloutLoss
 from myowave.learning.task import begin_stage
 from myowave.learning.training import train_scale
 
@@ -27,7 +27,7 @@ def stage(rollout):
 def windows(stage, gains):
     """Windows of the first epoch as the network sees them."""
     loss = RolloutLoss(stage.network, stage.corpus, 10, torch.Generator().manual_seed(0), gains, STILL)
-    return loss._disturb(loss._cut(stage.corpus, loss._draw(stage.corpus, 64)))
+    return loss._disturb(loss._cut(stage.corpus, 64)[0])
 
 
 def as_emg(stage, x):
@@ -36,7 +36,7 @@ def as_emg(stage, x):
 
 
 def test_each_window_channel_and_seed_has_one_factor_over_its_whole_length(stage):
-    recorded, seen = (as_emg(stage, windows(stage, g).x) for g in (STILL, gains(0.2)))
+    recorded, seen = (as_emg(stage, windows(stage, g)) for g in (STILL, gains(0.2)))
     factor = seen / recorded
     assert factor.shape == (2, 64, recorded.shape[1], 2)
     torch.testing.assert_close(factor, factor[:, :, :1].expand_as(factor), rtol=1e-3, atol=1e-3)
@@ -57,7 +57,7 @@ def known_windows(stage, gains=None, shifts=None):
     loss = RolloutLoss(
         known, replace(stage.corpus, x=x), 10, torch.Generator().manual_seed(0), gains or STILL, shifts or STILL
     )
-    return loss._disturb(loss._cut(loss._corpus, loss._draw(loss._corpus, 64))).x
+    return loss._disturb(loss._cut(loss._corpus, 64)[0])
 
 
 def test_gains_leave_what_is_known_as_it_is(stage):

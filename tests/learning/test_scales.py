@@ -8,8 +8,8 @@ import pytest
 import torch
 
 from myowave.data.wavelets import decompose, project
-from myowave.learning.adam import Adam
 from myowave.learning.methods.paper.windowed import predict_teacher_forced
+from myowave.learning.optimisers import Adam
 from myowave.learning.prediction import predict_free_running
 from myowave.learning.task import begin_stage
 from myowave.learning.training import train_scale, train_scales

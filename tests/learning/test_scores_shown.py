@@ -7,7 +7,7 @@ import torch
 
 from myowave.learning.evaluation import evaluate, tabulate_parameters
 from myowave.learning.figures import draw_metrics, draw_predictions
-from myowave.learning.scales import judge_scales
+from myowave.learning.tables import judge_scales
 from myowave.learning.training import train_scale
 from myowave.scores import median_over_seeds
 

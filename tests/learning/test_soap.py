@@ -3,8 +3,7 @@
 import pytest
 import torch
 
-from myowave.learning.adam import Adam
-from myowave.learning.soap import EVERY, Soap
+from myowave.learning.optimisers import EVERY, Adam, Soap
 
 BETAS, STEPS = (0.9, 0.99), 3 * EVERY
 STIFF = torch.tensor([1.0, 10.0, 100.0])

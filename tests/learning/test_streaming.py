@@ -354,11 +354,11 @@ CHECKPOINTS = {
     "a field missing": (other_content(lambda c: c.pop("dt")), "another version of myowave"),
     "a field more": (other_content(lambda c: c.update(mood="good")), "another version of myowave"),
     "a recipe that is none": (other_content(lambda c: c.update(recipe="{")), "another version of myowave"),
-    "no weights": (other_content(lambda c: c.update(weights={})), "weights have other shapes"),
-    "a seed more": (other_content(lambda c: c.update(seeds=(0, 1, 2))), "weights have other shapes"),
+    "no weights": (other_content(lambda c: c.update(weights={})), "do not fit each other"),
+    "a seed more": (other_content(lambda c: c.update(seeds=(0, 1, 2))), "do not fit each other"),
     "another arm's channels": (
         other_content(lambda c: c.update(channels=("emg_a",))),
-        "channels and their number",
+        "do not fit each other",
     ),
 }
 

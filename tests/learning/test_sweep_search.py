@@ -8,7 +8,7 @@ import pytest
 from sweep_worker import FIRST, SWEEP, error_of, objective, start, table_of
 
 from myowave.learning.sweep.figures import draw_search
-from myowave.learning.sweep.search import HeldOutError, best_settings, open_search, tabulate, try_first, work
+from myowave.learning.sweep.search import best_settings, open_search, tabulate, try_first, work
 from myowave.settings import Sweep
 
 
@@ -110,7 +110,7 @@ def test_hopeless_trials_stop_early_and_diverged_ones_at_once(journal):
         for left in (2, 1, 0):
             reached.append(left)
             error = float(len(reached)) if len(reached) < 20 else math.nan
-            yield HeldOutError(left, (error, error))
+            yield left, (error, error)
 
     search, trials = run(journal, 14, worse_each_time)
     assert [t.state.name for t in trials] == ["COMPLETE"] * 5 + ["PRUNED"] * 9
@@ -130,7 +130,7 @@ def test_an_error_in_the_objective_ends_the_worker_and_is_not_counted(journal):
 
 
 def test_a_search_without_a_result_says_where_to_look(journal):
-    search, _ = run(journal, 2, lambda settings: iter([HeldOutError(1, (math.inf, 1.0))]))
+    search, _ = run(journal, 2, lambda settings: iter([(1, (math.inf, 1.0))]))
     with pytest.raises(ValueError, match="learning.sweep.dimensions"):
         best_settings(search)
 

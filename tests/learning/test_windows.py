@@ -43,7 +43,7 @@ def test_a_window_holds_the_samples_it_says(corpus, trials):
 
 
 def test_validation_predicts_all_that_does_not_train_and_nothing_else(corpus, network, trials):
-    held_out = Validation.of(corpus, network, LENGTHS)
+    held_out = Validation(corpus, network, LENGTHS)
     for i, (usable, length) in enumerate(zip(USABLE.tolist(), LENGTHS, strict=True)):
         predicted = held_out.angle[i][held_out.valid[i]]
         torch.testing.assert_close(predicted, torch.from_numpy(trials.angle[i, usable:length]), rtol=0, atol=1e-6)

@@ -20,7 +20,7 @@ SMALL_SWEEP = {
     "scales": 2,
     "epochs": 6,
     "seeds": 2,
-    "dimensions": {"beta": None, "history_steps": {"low": 2, "high": 5}, "hidden": {"low": 4, "high": 12}},
+    "dimensions": {"history_steps": {"low": 2, "high": 5}, "hidden": {"low": 4, "high": 12}},
 }
 
 

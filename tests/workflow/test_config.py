@@ -64,7 +64,7 @@ physics:
 data: {datasets: {me: {kind: measured, files: [data/bench_elbow/*.csv], test: [trial3]}}}
 learning:
   recipes: {rollout: {method: rollout, epochs: 5}}
-  sweep: {dataset: me, recipe: rollout, dimensions: {beta: {low: 0.001, high: 1.0, log: true}}}
+  sweep: {dataset: me, recipe: rollout, dimensions: {learning_rate: {low: 0.001, high: 1.0, log: true}}}
 """
 
 

@@ -1,7 +1,6 @@
 """Judge for every dataset, model and recipe whether more scales help."""
 
-from myowave.learning.scales import judge_scales
-from myowave.learning.tables import read_evaluations
+from myowave.learning.tables import judge_scales, read_evaluations
 from myowave.workflow.job import job_log
 
 with job_log("judge scales", snakemake.log[0]) as log:

@@ -8,31 +8,31 @@ normalised by the spread (Lei et al. 2018, J. Am. Stat. Assoc. 113, Sec. 5.2; Vo
 of neighbouring samples are alike, so that samples count as the independent ones they are worth. Noise of EMG and of
 parameters is in those errors.
 
-Shapes: S seeds, T trials, N samples, K of them at the end of a trial.
+The band says nothing where a network was never trained: what the training trials covered is `Seen`.
+
+Shapes: S seeds, N samples, K of them held out of a trial, X inputs: EMG channels and what is known beside them.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from myowave.data.trials import Trials
 from myowave.identification.noise import correlation_time
+from myowave.learning.inputs import Known, given_inputs
 
 Array = NDArray[np.float64]
 
-LEVEL = 0.9
-"""Share of the samples that the band is to hold."""
+MARGIN = 0.05  # share of a range by which it may be left before it counts as left
+LEVEL = 0.9  # share of the samples that the band is to hold
 
 
 @dataclass(frozen=True)
 class Band:
-    """A band about the mean of all seeds.
-
-    Args:
-        factor: by which the scale of the error is multiplied [-].
-        floor: error that is there even where all seeds agree [rad].
-    """
+    """A band about the mean of all seeds: the scale of the error times a `factor` [-], where `floor` [rad] is the error
+    that is there even where all seeds agree."""
 
     factor: float
     floor: float
@@ -43,26 +43,20 @@ class Band:
 
 
 def band_about(predicted: Array, band: Band, given: int) -> tuple[Array, Array]:
-    """Lower and upper end of the band [rad], (..., N), about predictions of all seeds (S, ..., N).
-
-    Args:
-        given: samples at the start whose angle is known; there the band has no width.
-    """
+    """Lower and upper end of the band [rad], (..., N), about predictions of all seeds (S, ..., N), of which the first
+    `given` samples are known."""
     mean, half = predicted.mean(0), band.half_width(predicted.std(0))
     half[..., :given] = 0.0
     return mean - half, mean + half
 
 
 def calibrate(errors: Sequence[Array], spreads: Sequence[Array]) -> Band:
-    """The band that held-out samples ask for.
+    """The band that held-out samples ask for, infinitely wide where a prediction is not finite. Where errors are worth
+    fewer than 9 independent samples no band can promise 90 %: then it holds the largest error seen.
 
     Args:
         errors: measured angle less the mean of the seeds [rad], of each trial (K,).
         spreads: standard deviation of the seeds [rad], likewise.
-
-    Returns:
-        Infinitely wide where a prediction is not finite. Where errors are worth fewer than 9 independent samples no
-        band can promise 90 %: then it holds the largest error seen.
     """
     error, spread = np.concatenate(errors), np.concatenate(spreads)
     if not np.isfinite([error, spread]).all():
@@ -71,8 +65,35 @@ def calibrate(errors: Sequence[Array], spreads: Sequence[Array]) -> Band:
     floor = float(max(np.sqrt(np.mean(error**2)), 1e-9))
     scores = error / np.hypot(spread, floor)
     padded = np.zeros((len(errors), max(map(len, errors))))
-    for row, score in zip(padded, np.split(scores, np.cumsum([len(e) for e in errors])[:-1]), strict=True):
-        row[: len(score)] = score
+    padded[np.arange(padded.shape[1]) < [[len(e)] for e in errors]] = scores
     count = len(scores) / max(correlation_time(padded, len(scores)), 1.0)
     level = min(np.ceil((count + 1) * LEVEL) / count, 1.0)
     return Band(float(np.quantile(np.abs(scores), level, method="higher")), floor)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Ranges of the training trials: of each input, in its own unit, then of the angle [rad] and its speed [rad/s]."""
+
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+    @classmethod
+    def of(cls, trials: Trials, known: Known) -> "Seen":
+        """Of some trials, all of which count, and of what is known of them."""
+        each = zip(given_inputs(trials, known), trials.angle, trials.lengths, strict=True)
+        quantities = np.concatenate([gather(inputs[:n], angle[:n], trials.dt) for inputs, angle, n in each])
+        return cls(tuple(quantities.min(0).tolist()), tuple(quantities.max(0).tolist()))
+
+    def outside(self, quantities: ArrayLike) -> NDArray[np.bool_]:
+        """Whether each of the quantities (..., X + 2), see `gather`, is not within its range."""
+        low, high = np.array(self.low), np.array(self.high)
+        margin = MARGIN * (high - low) + 1e-9
+        values = np.asarray(quantities)
+        return ~((values >= low - margin) & (values <= high + margin))  # what is no number is outside as well
+
+
+def gather(inputs: ArrayLike, angle: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
+    """Inputs (N, X), angle (N,) [rad] and its speed [rad/s] side by side, (N, X + 2); the first speed is 0."""
+    speed = np.diff(angle, prepend=angle[:1]) / dt
+    return np.column_stack([inputs, angle, speed])

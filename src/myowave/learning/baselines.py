@@ -41,13 +41,13 @@ RATE, DECAY, GAIN = 3e-3, 1e-3, 0.2  # of AdamW; of the gains of EMG, log-normal
 
 
 @dataclass(frozen=True)
-class Seen:
+class Standardised:
     """Trials as a baseline sees them.
 
     Args:
-        x: standardised inputs of each trial, (N_i, X) each, the first `channels` of them EMG.
-        z: standardised angles, (N_i,) each.
-        zero: standardised value of an EMG of 0, (channels,).
+        x: inputs of each trial, (N_i, X) each, the first `channels` of them EMG.
+        z: angles, (N_i,) each.
+        zero: value of an EMG of 0, (channels,).
         train: which of the trials train.
     """
 
@@ -84,7 +84,7 @@ def predict_baseline(baseline: Baseline, trials: Trials, model: Model, seeds: Se
     inputs = (given.see(given_inputs(trials, given.known)) - scaling.input_mean) / scaling.input_std
     angle = (trials.angle - scaling.angle_mean) / scaling.angle_std
     channels = slice(len(trials.channels))
-    seen = Seen(
+    seen = Standardised(
         tuple(x[:n] for x, n in zip(inputs, trials.lengths, strict=True)),
         tuple(z[:n] for z, n in zip(angle, trials.lengths, strict=True)),
         -np.array(scaling.input_mean[channels]) / scaling.input_std[channels],
@@ -112,7 +112,7 @@ def _lagged(x: Array, lags: Iterable[int]) -> Array:
     return np.concatenate([x[np.maximum(at - lag, 0)] for lag in lags], axis=1)
 
 
-def _ridge(seen: Seen, seeds: Sequence[int]) -> list[Array]:
+def _ridge(seen: Standardised, seeds: Sequence[int]) -> list[Array]:
     """Linear in the inputs of all samples within reach; seeds agree."""
     reach = range(round(REACH_S / seen.dt) + 1)
     x = [_lagged(values, reach) for values in seen.x]
@@ -131,22 +131,19 @@ def _ridge(seen: Seen, seeds: Sequence[int]) -> list[Array]:
     return [np.tile(values @ weights, (len(seeds), 1)) for values in x]
 
 
-def _trees(seen: Seen, seeds: Sequence[int]) -> list[Array]:
+def _trees(seen: Standardised, seeds: Sequence[int]) -> list[Array]:
     """Boosted regression trees."""
     lags = np.unique(np.linspace(0, round(REACH_S / seen.dt), TREE_LAGS).astype(int)).tolist()
     x = [_lagged(values, lags) for values in seen.x]
     data = np.concatenate([x[t] for t in seen.train]), np.concatenate([seen.z[t] for t in seen.train])
-    fits = [
-        HistGradientBoostingRegressor(
-            max_iter=150,
-            learning_rate=0.1,
-            max_leaf_nodes=15,
-            max_features=0.5,
-            early_stopping=False,
-            random_state=seed,
-        ).fit(*data)
-        for seed in seeds
-    ]
+    settings = {
+        "max_iter": 150,
+        "learning_rate": 0.1,
+        "max_leaf_nodes": 15,
+        "max_features": 0.5,
+        "early_stopping": False,
+    }
+    fits = [HistGradientBoostingRegressor(**settings, random_state=seed).fit(*data) for seed in seeds]
     return [np.stack([fit.predict(values) for fit in fits]) for values in x]
 
 
@@ -155,94 +152,92 @@ Run = Callable[[Weights, Tensor], Tensor]
 
 
 def _convolution(weights: Weights, x: Tensor) -> Tensor:
-    """Dilated causal layers, the first sample held before it: inputs (S, X, B, K) to angles (S, B, K)."""
+    """Dilated causal layers, the first sample held before it: inputs (S, B, X, K) to angles (S, B, K)."""
+    seeds = len(x)
+    x = x.transpose(0, 1).flatten(1, 2)  # the seeds are groups of channels
     for i, dilation in enumerate(DILATIONS):
-        reach = (KERNEL - 1) * dilation
-        held = torch.cat((x[..., :1].expand(*x.shape[:-1], reach), x), dim=-1)
-        taps = torch.cat([held[..., k * dilation : k * dilation + x.shape[-1]] for k in range(KERNEL)], dim=1)
-        made = F.gelu(torch.baddbmm(weights[f"bias{i}"], weights[f"layer{i}"], taps.flatten(2))).unflatten(
-            2, x.shape[2:]
-        )
+        kernel, bias = (weights[f"{name}{i}"].flatten(0, 1) for name in ("layer", "bias"))
+        held = F.pad(x, ((KERNEL - 1) * dilation, 0), mode="replicate")
+        made = F.gelu(F.conv1d(held, kernel, bias, dilation=dilation, groups=seeds))
         x = made if i == 0 else x + made
-    return _read_out(weights, x)
+    return _read_out(weights, x.unflatten(1, (seeds, -1)).transpose(0, 1))
 
 
 def _gru(weights: Weights, x: Tensor) -> Tensor:
-    """Gated recurrent units that see no angle: inputs (S, X, B, K) to angles (S, B, K)."""
-    driven = torch.baddbmm(weights["bias0"], weights["layer0"], x.flatten(2)).unflatten(2, x.shape[2:])
-    hidden, states = driven.new_zeros(len(driven), WIDTH, x.shape[2]), []
-    for now in driven.unbind(-1):
-        back = torch.bmm(weights["layer1"], hidden)
-        reset, update = torch.sigmoid(now[:, : 2 * WIDTH] + back[:, : 2 * WIDTH]).chunk(2, dim=1)
-        candidate = torch.tanh(now[:, 2 * WIDTH :] + reset * back[:, 2 * WIDTH :])
-        hidden = torch.lerp(candidate, hidden, update)
+    """Gated recurrent units that see no angle: inputs (S, B, X, K) to angles (S, B, K)."""
+    x = x.movedim(3, 1).transpose(2, 3)  # (S, K, X, B): what a step works on is then one block
+    driven = (weights["input"].unsqueeze(1) @ x + weights["bias"].unsqueeze(1)).transpose(0, 1).contiguous()
+    parts = driven.split((2 * WIDTH, WIDTH), dim=2)
+    hidden, states = driven.new_zeros(len(x), WIDTH, x.shape[-1]), []
+    for gates, candidate in zip(*(part.unbind(0) for part in parts), strict=True):
+        gates_back, candidate_back = torch.bmm(weights["hidden"], hidden).split((2 * WIDTH, WIDTH), dim=1)
+        reset, update = torch.sigmoid(gates + gates_back).split(WIDTH, dim=1)
+        hidden = torch.lerp(torch.tanh(torch.addcmul(candidate, reset, candidate_back)), hidden, update)
         states.append(hidden)
-    return _read_out(weights, torch.stack(states, dim=-1))
+    return _read_out(weights, torch.stack(states, dim=-1).transpose(1, 2))
 
 
 def _read_out(weights: Weights, x: Tensor) -> Tensor:
-    return torch.baddbmm(weights["bias"], weights["output"], x.flatten(2)).unflatten(2, x.shape[2:]).squeeze(1)
-
-
-def _layers(kind: str, inputs: int) -> dict[str, tuple[int, int]]:
-    """Rows and columns of the weights."""
-    if kind == "gru":
-        return {"layer0": (3 * WIDTH, inputs), "layer1": (3 * WIDTH, WIDTH), "output": (1, WIDTH)}
-    widths = [inputs, *[WIDTH] * (len(DILATIONS) - 1)]
-    layers = {f"layer{i}": (WIDTH, KERNEL * width) for i, width in enumerate(widths)}
-    return layers | {"output": (1, WIDTH)}
+    """Angles (S, B, K) from the last layer (S, B, H, K)."""
+    return torch.einsum("sbhk,sh->sbk", x, weights["output"]) + weights["output_bias"].unsqueeze(-1)
 
 
 def _start(kind: str, inputs: int, seed: int) -> Weights:
     """Fresh weights of a seed."""
-    random, weights = torch.Generator().manual_seed(seed), {}
-    for name, (rows, columns) in _layers(kind, inputs).items():
-        reach = 1 / math.sqrt(columns)
-        weights[name] = reach * (2 * torch.rand(rows, columns, generator=random) - 1)
-        weights["bias" + name.removeprefix("layer").removeprefix("output")] = torch.zeros(rows, 1)
-    return weights
+    random = torch.Generator().manual_seed(seed)
+
+    def uniform(rows: int, columns: int) -> Tensor:
+        return (2 * torch.rand(rows, columns, generator=random) - 1) / math.sqrt(columns)
+
+    if kind == "gru":
+        weights = {"input": uniform(3 * WIDTH, inputs), "hidden": uniform(3 * WIDTH, WIDTH)}
+        weights["bias"] = torch.zeros(3 * WIDTH, 1)
+    else:
+        widths = {f"layer{i}": WIDTH if i else inputs for i in range(len(DILATIONS))}
+        weights = {name: uniform(WIDTH, KERNEL * n).unflatten(1, (KERNEL, n)).mT for name, n in widths.items()}
+        weights |= {f"bias{i}": torch.zeros(WIDTH) for i in range(len(DILATIONS))}
+    return weights | {"output": uniform(1, WIDTH)[0], "output_bias": torch.zeros(1)}
 
 
-def _train(kind: str) -> Callable[[Seen, Sequence[int]], list[Tensor]]:
+def _train(kind: str) -> Callable[[Standardised, Sequence[int]], list[Tensor]]:
     run = TRAINED[kind]
 
-    def predict(seen: Seen, seeds: Sequence[int]) -> list[Tensor]:
+    def predict(seen: Standardised, seeds: Sequence[int]) -> list[Tensor]:
         each = [_start(kind, seen.x[0].shape[1], seed) for seed in seeds]
         weights = {name: torch.stack([of[name] for of in each]).requires_grad_() for name in each[0]}
         randoms = [np.random.default_rng([seed, 17]) for seed in seeds]
         optimiser = torch.optim.AdamW(weights.values(), lr=RATE, weight_decay=DECAY)
         schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, STEPS)
         for _ in range(STEPS):
-            x, z = (
-                torch.stack(part).float() for part in zip(*(_draw(seen, random) for random in randoms), strict=True)
-            )
+            drawn = zip(*(_draw(seen, random) for random in randoms), strict=True)
+            x, z = (torch.from_numpy(np.stack(part)).float() for part in drawn)
             optimiser.zero_grad()
             (run(weights, x) - z).square().mean((1, 2)).sum().backward()
             optimiser.step()
             schedule.step()
         with torch.no_grad():
-            whole = [torch.from_numpy(x.T.copy()).float()[None, :, None].expand(len(seeds), -1, -1, -1) for x in seen.x]
+            whole = (torch.from_numpy(x.T.copy()).float().expand(len(seeds), 1, -1, -1) for x in seen.x)
             return [run(weights, x)[:, 0] for x in whole]
 
     return predict
 
 
-def _draw(seen: Seen, random: np.random.Generator) -> tuple[Tensor, Tensor]:
-    """Pieces of training trials under other gains of their EMG: inputs (X, B, K) and angles (B, K)."""
+def _draw(seen: Standardised, random: np.random.Generator) -> tuple[Array, Array]:
+    """Pieces of training trials under other gains of their EMG: inputs (B, X, K) and angles (B, K)."""
     length = min(round(PIECE_S / seen.dt), *(len(seen.z[t]) for t in seen.train))
     places = np.array([len(seen.z[t]) - length + 1 for t in seen.train], dtype=float)
     count = int(np.clip(1.25 * sum(len(seen.z[t]) for t in seen.train) / length, *PIECES))
     chosen = random.choice(seen.train, size=count, p=places / places.sum())
     pieces = [(t, random.integers(len(seen.z[t]) - length + 1)) for t in chosen]
-    x = np.stack([seen.x[t][at : at + length].T for t, at in pieces], axis=1)
+    x = np.stack([seen.x[t][at : at + length].T for t, at in pieces])
     channels = len(seen.zero)
-    gain, zero = np.exp(GAIN * random.standard_normal((channels, count, 1))), seen.zero[:, None, None]
-    x[:channels] = zero + gain * (x[:channels] - zero)
-    return torch.from_numpy(x), torch.from_numpy(np.stack([seen.z[t][at : at + length] for t, at in pieces]))
+    gain, zero = np.exp(GAIN * random.standard_normal((channels, count, 1))), seen.zero[:, None]
+    x[:, :channels] = zero + gain.transpose(1, 0, 2) * (x[:, :channels] - zero)
+    return x, np.stack([seen.z[t][at : at + length] for t, at in pieces])
 
 
 TRAINED: Mapping[str, Run] = {"gru": _gru, "convolution": _convolution}
-PREDICTORS: Mapping[str, Callable[[Seen, Sequence[int]], Sequence[Array | Tensor]]] = {
+PREDICTORS: Mapping[str, Callable[[Standardised, Sequence[int]], Sequence[Array | Tensor]]] = {
     "ridge": _ridge,
     "trees": _trees,
     **{kind: _train(kind) for kind in TRAINED},

@@ -17,13 +17,8 @@ from myowave.learning.network import Network
 
 
 def apply_cell(network: Network, hidden: Tensor, driven: Tensor, recurrent: Tensor | None = None) -> Tensor:
-    """The next hidden state (S, B, H): between the old one and a candidate, as the update gate says.
-
-    Args:
-        hidden: h_(i-1), (S, B, H).
-        driven: (S, B, G).
-        recurrent: (S, B, G) where it is already known.
-    """
+    """The next hidden state (S, B, H): between the old one and a candidate, as the update gate says; `driven` is
+    (S, B, G), and `recurrent` (S, B, G) where it is already known."""
     h, recurrent = hidden.shape[-1], recur(network, hidden) if recurrent is None else recurrent
     # Split, not sliced: the gradient of a split is one copy, that of each slice fills an array of its own.
     (gates, candidate), (gates_driven, candidate_driven) = (x.split((2 * h, h), dim=-1) for x in (recurrent, driven))
@@ -53,12 +48,8 @@ def see(network: Network, driven: Tensor, z: Tensor, v: Tensor) -> Tensor:
 
 
 def warm_up(network: Network, driven: Tensor, z: Tensor, v: Tensor) -> Tensor:
-    """Hidden state (S, B, H) after history cells, from 0, over samples where the angle is known.
-
-    Args:
-        driven: (S, B, m, G).
-        z, v: standardised angle and step, (S, B, m).
-    """
+    """Hidden state (S, B, H) after history cells, from 0, driven (S, B, m, G), of samples whose standardised angle and
+    step are known (S, B, m)."""
     hidden = driven.new_zeros(*driven.shape[:2], network.architecture.hidden)
     for driven_i in see(network, driven, z, v).unbind(2):
         hidden = apply_cell(network, hidden, driven_i)

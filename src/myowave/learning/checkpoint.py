@@ -18,10 +18,9 @@ from torch import Tensor
 
 from myowave.data.store import replacing
 from myowave.data.trials import Trials
-from myowave.learning.band import Band
+from myowave.learning.band import Band, Seen
 from myowave.learning.inputs import Given
 from myowave.learning.network import Architecture, Network, Scaling
-from myowave.learning.seen import Seen
 from myowave.settings.files import require_regular
 from myowave.settings.learning import RECIPES
 
@@ -33,17 +32,12 @@ class Checkpoint:
     """A trained network with its identified parameters, for all seeds.
 
     Args:
-        dataset, dataset_digest: what it was trained on; see `digest_trials`.
-        model: name of the physical model.
-        model_digest: of the model's constants and curves' names.
-        recipe: settings of the recipe.
-        level, scales: trained at scale [-level], of that many scales.
+        dataset, model, recipe: what it was trained on and how, each with its digest or settings.
+        level, scales: trained at scale [-level], of that many scales, for `epochs` and `seconds` through all so far.
         seeds: numbers of the seeds S.
-        epochs: through all scales so far; `seconds` likewise.
         dt: sampling interval [s]; `channels` the EMG channels, in the network's order.
-        weights: of the network, leading axis S.
-        names, values, errors: identified parameters and their standard errors, (S, P), SI units.
-        correlations: between the identified parameters, (S, P, P).
+        names, values, errors, correlations: identified parameters, their standard errors, (S, P), SI units, and how
+            they are correlated, (S, P, P).
         physics_mse: how far motion simulated with the values misses the training trials [rad^2], (S,); infinite where
             it diverges, NaN where nobody simulated it.
         val_mse, val_r2: on the validation windows, (S,); no weight was trained on them, but the identification of the
@@ -159,54 +153,39 @@ class Checkpoint:
                 )
 
 
-def _shapes(checkpoint: Checkpoint) -> dict[str, tuple[int, ...]]:
-    """Shapes of the weights that the architecture asks for."""
-    a, one = checkpoint.architecture, len(checkpoint.seeds)
-    rows = {"hidden": a.hidden, "input": a.inputs, "angle": a.features, "bias": 1}
-    outputs = {"output": (one, a.hidden, 1), "output_bias": (one, 1, 1), "state_bias": (one, 1, a.hidden)}
-    return {**{name: (one, n, a.gates) for name, n in rows.items()}, **outputs}
-
-
-def _finite(*values: Any) -> bool:
-    return all(bool(torch.isfinite(torch.as_tensor(value)).all()) for value in values)
-
-
-def _scaled(s: Scaling, inputs: int) -> bool:
-    sizes = (*s.input_std, s.angle_std, s.step_std, s.bend_std, s.duration)
+def _fits(c: Checkpoint) -> bool:
+    a, one, given = c.architecture, len(c.seeds), len(c.architecture.given.told)
     return (
-        len(s.input_mean) == len(s.input_std) == inputs
-        and min(sizes) > 0
-        and _finite(s.input_mean, s.angle_mean, sizes)
+        {name: tuple(weight.shape) for name, weight in c.weights.items()}
+        == {name: (one, *shape) for name, shape in a.shapes.items()}
+        and a.channels == len(c.channels) == len(set(c.channels))
+        and len(a.delays) in (0, a.channels)
+        and len(c.scaling.input_mean) == len(c.scaling.input_std) == a.channels + given
+        and 0 < one == len(set(c.seeds))
+        and c.values.shape == c.errors.shape == (one, len(c.names))
+        and c.correlations.shape == (*c.values.shape, len(c.names))
+        and len(c.seen.low) == len(c.seen.high) == a.channels + len(a.known) + 2
+    )
+
+
+def _usable(c: Checkpoint) -> bool:
+    s, band = c.scaling, () if c.band is None else (c.band.factor, c.band.floor)  # which may be infinitely wide
+    positive = (*s.input_std, s.angle_std, s.step_std, s.bend_std, s.duration, c.dt)
+    numbers = (*c.weights.values(), c.values, s.input_mean, s.angle_mean, positive)
+    return (
+        all(bool(torch.as_tensor(values).isfinite().all()) for values in numbers)
+        and all(value > 0 for value in (*positive, *band))
+        and all(0 <= delay <= 1 for delay in c.architecture.delays)
+        and c.architecture.history >= 1
+        and 0 <= c.level < c.scales
     )
 
 
 # What must hold of a checkpoint, by what is said where it does not; each may build on those before.
 _SOUND: Mapping[str, Callable[[Checkpoint], bool]] = {
     "there is no such method to train a network": lambda c: c.architecture.method in RECIPES,
-    "channels and their number differ": lambda c: c.architecture.channels == len(c.channels) == len(set(c.channels)),
-    "a delay for each channel is expected, or none, of 0 to 1 s": lambda c: (
-        len(c.architecture.delays) in (0, len(c.channels)) and all(0 <= delay <= 1 for delay in c.architecture.delays)
-    ),
-    "it needs at least one sample of known angle": lambda c: c.architecture.history >= 1,
-    "seeds are none, or some are there twice": lambda c: 0 < len(c.seeds) == len(set(c.seeds)),
-    "weights have other shapes than its network": lambda c: (
-        {k: tuple(w.shape) for k, w in c.weights.items()} == _shapes(c)
-    ),
-    "weights are no finite numbers": lambda c: _finite(*c.weights.values()),
-    "the scaling of inputs and angles does not fit": lambda c: _scaled(
-        c.scaling, c.architecture.channels + len(c.architecture.given.told)
-    ),
-    "the time between samples is no positive number": lambda c: _finite(c.dt) and c.dt > 0,
-    "the scale is none of those that were trained": lambda c: 0 <= c.level < c.scales,
-    "parameters and their values differ in number": lambda c: (
-        c.values.shape == c.errors.shape == (len(c.seeds), len(c.names))
-        and c.correlations.shape == (*c.values.shape, len(c.names))
-    ),
-    "parameters are no finite numbers": lambda c: _finite(c.values),
-    "the band has no width": lambda c: c.band is None or (c.band.factor > 0 and c.band.floor > 0),
-    "ranges of the training trials do not fit its inputs": lambda c: (
-        len(c.seen.low) == len(c.seen.high) == c.architecture.channels + len(c.architecture.known) + 2
-    ),
+    "its weights, channels, seeds, parameters and scaling do not fit each other": _fits,
+    "some of its numbers are not finite, or out of range": _usable,
 }
 
 

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from myowave.data.trials import Trials
-from myowave.learning.band import band_about
+from myowave.learning.band import band_about, gather
 from myowave.learning.checkpoint import Checkpoint, digest_trials
 from myowave.learning.inputs import given_inputs
 from myowave.learning.prediction import predict_motion
-from myowave.learning.seen import gather
 
 CONFOUNDED = 0.95  # correlation of two identified parameters above which a note names the pair
 
@@ -49,16 +48,13 @@ def predict_trials(checkpoint: Checkpoint, trials: Trials) -> Tensor:
 def evaluate(
     checkpoint: Checkpoint, trials: Trials, predicted: Tensor, *, recipe: str, truth: Mapping[str, float] | None = None
 ) -> pd.DataFrame:
-    """Rows of summary.csv, one per seed.
+    """Rows of summary.csv, one per seed, columns as in docs/results.md.
 
     Args:
         trials: at scale [0].
         predicted: from `predict_trials`.
         recipe: name of the recipe.
         truth: true values of parameters where they are known.
-
-    Returns:
-        Columns as in README, "Results". Test metrics are over predicted samples only, the mean over test trials.
     """
     columns: dict[str, Any] = {
         "dataset": checkpoint.dataset,
@@ -66,36 +62,35 @@ def evaluate(
         "recipe": recipe,
         "scales": checkpoint.scales,
         "seed": list(checkpoint.seeds),
+        **score_trials(trials, predicted, checkpoint.network.history),
+        **_band_and_range(checkpoint, trials, predicted),
+        "val_r2": checkpoint.val_r2.tolist(),
+        "epochs": checkpoint.epochs,
+        "seconds": checkpoint.seconds,
     }
-    columns |= score_trials(trials, predicted, checkpoint.network.history)
-    columns |= _band_and_range(checkpoint, trials, predicted)
-    columns |= {"val_r2": checkpoint.val_r2.tolist(), "epochs": checkpoint.epochs, "seconds": checkpoint.seconds}
     for i, name in enumerate(checkpoint.names):
-        columns[name] = checkpoint.values[:, i].tolist()
-        columns[f"{name}_se"] = checkpoint.errors[:, i].tolist()
-        columns[f"{name}_error_pct"] = _error_pct(checkpoint.values[:, i], (truth or {}).get(name)).tolist()
+        values, true = checkpoint.values[:, i].numpy(), (truth or {}).get(name)
+        columns[name], columns[f"{name}_se"] = values, checkpoint.errors[:, i].numpy()
+        columns[f"{name}_error_pct"] = 100 * (values / true - 1) if true else math.nan  # a truth of 0 has none
     return pd.DataFrame(columns)
 
 
 def score_trials(trials: Trials, predicted: Tensor, given: int) -> dict[str, list[float]]:
     """Test metrics by name, (S,) each: over all samples but the first `given`, the mean over test trials."""
-    measured, columns = torch.from_numpy(trials.angle), {}
+    ends = [(t, slice(given, trials.lengths[t])) for t in trials.index(trials.test)]
+    parts = [(torch.from_numpy(trials.angle[t, end]), predicted[:, t, end]) for t, end in ends]
     metrics = {"test_mse": mean_square_error, "test_r2": r_squared, "test_nmse": normalised_mean_square_error}
-    for name, metric in metrics.items():
-        ends = [(t, trials.lengths[t]) for t in trials.index(trials.test)]
-        scores = [metric(measured[t, given:end], predicted[:, t, given:end]) for t, end in ends]
-        columns[name] = torch.stack(scores).mean(0).tolist()
-    columns["test_rmse_deg"] = np.degrees(np.sqrt(columns["test_mse"])).tolist()
-    return columns
+    scores = {name: torch.stack([metric(*part) for part in parts]).mean(0) for name, metric in metrics.items()}
+    scores["test_rmse_deg"] = scores["test_mse"].sqrt().rad2deg()
+    return {name: values.tolist() for name, values in scores.items()}
 
 
 def _band_and_range(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -> dict[str, float]:
     """Share of the predicted test samples whose angle the band holds, and of those at which EMG, another input, or the
     angle or speed of the prediction is not within the range of the training trials; means over test trials, of the mean
     of all seeds. Without a band the first is not a number."""
-    given, known = checkpoint.network.history, checkpoint.architecture.known
-    inputs, mean = given_inputs(trials, known), predicted.mean(0).numpy()
-    low, high = _ends(checkpoint, predicted)
+    given, mean = checkpoint.network.history, predicted.mean(0).numpy()
+    inputs, (low, high) = given_inputs(trials, checkpoint.architecture.known), _ends(checkpoint, predicted)
     inside, outside = [], []
     for t in trials.index(trials.test):
         end = trials.lengths[t]
@@ -117,16 +112,9 @@ def _ends(checkpoint: Checkpoint, predicted: Tensor) -> tuple[NDArray[np.float64
     return band_about(predicted.numpy(), checkpoint.band, checkpoint.network.history)
 
 
-def _error_pct(values: Tensor, truth: float | None) -> Tensor:
-    """Error in % of the truth; NaN where it is unknown, or 0."""
-    return 100 * (values / truth - 1) if truth else torch.full_like(values, float("nan"))
-
-
 def tabulate_predictions(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -> pd.DataFrame:
-    """Long table trial, seed, time_s, angle_rad, predicted_rad, low_rad, high_rad, role (train or test).
-
-    The band from low to high is one about the mean of all seeds.
-    """
+    """Long table trial, seed, time_s, angle_rad, predicted_rad, low_rad, high_rad, role (train or test); the band from
+    low to high is one about the mean of all seeds."""
     low, high = _ends(checkpoint, predicted)
     frames = [
         pd.DataFrame(
@@ -149,19 +137,12 @@ def tabulate_predictions(checkpoint: Checkpoint, trials: Trials, predicted: Tens
 
 def tabulate_parameters(checkpoint: Checkpoint) -> pd.DataFrame:
     """One row per seed and identified parameter: value, standard error, and a note on identifiability."""
-    rows = []
-    for s, seed in enumerate(checkpoint.seeds):
-        for i, name in enumerate(checkpoint.names):
-            rows.append(
-                {
-                    "seed": seed,
-                    "parameter": name,
-                    "value": float(checkpoint.values[s, i]),
-                    "standard_error": float(checkpoint.errors[s, i]),
-                    "note": _identifiability(checkpoint, s, i),
-                }
-            )
-    return pd.DataFrame(rows)
+    rows = [
+        (seed, name, float(checkpoint.values[s, i]), float(checkpoint.errors[s, i]), _identifiability(checkpoint, s, i))
+        for s, seed in enumerate(checkpoint.seeds)
+        for i, name in enumerate(checkpoint.names)
+    ]
+    return pd.DataFrame(rows, columns=["seed", "parameter", "value", "standard_error", "note"])
 
 
 def _identifiability(checkpoint: Checkpoint, seed: int, parameter: int) -> str:

@@ -4,11 +4,13 @@ As in Taneja et al. 2023, Figs. 8, 10 and 11. Tables come in as the rules write 
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from io import StringIO
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -18,6 +20,7 @@ from myowave.scores import median_over_seeds
 
 ALIKE = 5.0  # %: seeds whose parameters scatter less are said to agree
 LINES = ("-", "--", ":", "-.", (0, (1, 4)))  # of baselines
+BAND = {"color": MODEL, "alpha": 0.22, "linewidth": 0, "label": "90 % band"}
 LEAST_SPAN = 0.01  # of a value: to both sides of it an axis shows at least that, as less is no finding
 
 
@@ -39,24 +42,28 @@ def draw_metrics(summary: pd.DataFrame, histories: dict[int, pd.DataFrame], base
         shade(loss, epochs, smooth.to_numpy(), spread.to_numpy(), color=color, label=f"{scales}-scale")
     loss.set(xlabel="epoch", ylabel="log10 of training loss [rad$^2$]", title="training loss")
     loss.legend()
-    groups = summary.groupby("scales")
     for axis, column, label in ((mse, "test_mse", "test MSE [rad$^2$]"), (r2, "test_r2", "test R$^2$ [-]")):
-        median = groups[column].median()
-        axis.plot(median.index, median, color=CYCLE[0], marker="o")
-        axis.plot(summary["scales"], summary[column], ".", color=GREY, markersize=5, zorder=3)
-        for (name, rivals), style in zip(rivals_of(baselines).groupby("recipe"), LINES, strict=False):
+        _each_seed(axis, summary, column, summary.groupby("scales")[column].median(), marker="o")
+        for (name, rivals), style in zip(_worth_drawing(baselines).groupby("recipe"), LINES, strict=False):
             axis.axhline(rivals[column].median(), color=GREY, linestyle=style, label=name)
-        axis.set(xlabel="number of scales", ylabel=label, title=f"{label.split(' [')[0]}: median and each seed")
-        axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axis.set(ylabel=label, title=f"{label.split(' [')[0]}: median and each seed")
     if r2.get_legend_handles_labels()[1]:
         r2.legend(title="baselines")
-    median = pd.Series({scales: median_over_seeds(rows)["test_r2"] for scales, rows in groups})
-    scores = f"{_range(median)} (median of seeds) with {_words(median.index)} scales"
-    title(figure, f"{_what(summary)}: test R$^2$ is {scores}{_beaten(median.max(), baselines)}")
+    shown = {scales: median_over_seeds(rows)["test_r2"] for scales, rows in summary.groupby("scales")}
+    scores = f"{_list(f'{v:.4f}' for v in shown.values())} (median of seeds) with {_list(shown)} scales"
+    title(figure, f"{_what(summary)}: test R$^2$ is {scores}{_beaten(max(shown.values()), baselines)}")
     return figure
 
 
-def rivals_of(baselines: pd.DataFrame) -> pd.DataFrame:
+def _each_seed(axis: Axes, summary: pd.DataFrame, column: str, middle: pd.Series, **style: Any) -> None:
+    """A column against the number of scales: every seed, and the middle of all."""
+    axis.errorbar(middle.index, middle, color=CYCLE[0], **style)
+    axis.plot(summary["scales"], summary[column], ".", color=GREY, markersize=5, zorder=3)
+    axis.set_xlabel("number of scales")
+    axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+
+
+def _worth_drawing(baselines: pd.DataFrame) -> pd.DataFrame:
     """Rows of baselines whose median test R2 is above 0."""
     return baselines.groupby("recipe").filter(lambda rows: rows["test_r2"].median() > 0)
 
@@ -77,35 +84,24 @@ def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame
         predictions: {number of scales: columns trial, seed, time_s, angle_rad, predicted_rad, role}.
         summary: rows of summary.csv of the same runs.
     """
-    panels = sorted(predictions)
-    trials = sorted(predictions[panels[0]].query("role == 'test'")["trial"].unique())
-    figure, axes = canvas(
-        len(trials),
-        len(panels),
-        width=max(6.5, 4.0 * len(panels)),
-        height=2.7 * len(trials) + 1.2,
-        sharex=True,
-        sharey=True,
-    )
-    for column, scales in enumerate(panels):
-        table = predictions[scales].query("role == 'test'")
-        for row, trial in enumerate(trials):
-            axis = axes[row, column]
-            rows = table[table["trial"] == trial]
-            wide = np.rad2deg(rows.pivot(index="time_s", columns="seed", values="predicted_rad"))
-            measured = np.rad2deg(rows.groupby("time_s")["angle_rad"].first())
-            axis.plot(measured.index, measured, color=MEASURED, label="measured", linewidth=2.0)
-            axis.plot(wide.index, wide.mean(axis=1), color=MODEL, label="predicted, mean of seeds", linestyle="--")
-            ends = np.rad2deg(rows.groupby("time_s")[["low_rad", "high_rad"]].first())
-            axis.fill_between(
-                ends.index, ends["low_rad"], ends["high_rad"], color=MODEL, alpha=0.22, linewidth=0, label="90 % band"
-            )
-            axis.set_xlabel("time [s]" if row == len(trials) - 1 else "")
-            axis.set_ylabel(f"trial {str(trial).removeprefix('trial')}\nangle [deg]" if column == 0 else "")
-        shown = median_over_seeds(summary[summary["scales"] == scales])
-        coverage = shown["band_coverage"]
+    tested = {scales: predictions[scales].query("role == 'test'") for scales in sorted(predictions)}
+    trials = sorted(next(iter(tested.values()))["trial"].unique())
+    width, height = max(6.5, 4.0 * len(tested)), 2.7 * len(trials) + 1.2
+    figure, axes = canvas(len(trials), len(tested), width=width, height=height, sharex=True, sharey=True)
+    for column, (scales, table) in enumerate(tested.items()):
+        for axis, trial in zip(axes[:, column], trials, strict=True):
+            angles = ["angle_rad", "predicted_rad", "low_rad", "high_rad"]  # the prediction is the mean of seeds
+            shown = np.rad2deg(table[table["trial"] == trial].groupby("time_s")[angles].mean())
+            axis.plot(shown["angle_rad"], color=MEASURED, label="measured", linewidth=2.0)
+            axis.plot(shown["predicted_rad"], color=MODEL, label="predicted, mean of seeds", linestyle="--")
+            axis.fill_between(shown.index, shown["low_rad"], shown["high_rad"], **BAND)
+            if column == 0:
+                axis.set_ylabel(f"trial {str(trial).removeprefix('trial')}\nangle [deg]")
+        axes[-1, column].set_xlabel("time [s]")
+        scores = median_over_seeds(summary[summary["scales"] == scales])
+        coverage = scores["band_coverage"]
         axes[0, column].set_title(
-            f"{scales}-scale: R$^2$ {shown['test_r2']:.4f}, {shown['test_rmse_deg']:.3g} deg\n"
+            f"{scales}-scale: R$^2$ {scores['test_r2']:.4f}, {scores['test_rmse_deg']:.3g} deg\n"
             + ("no band" if np.isnan(coverage) else f"the band holds {coverage:.0%}")
         )
     handles, names = axes[0, 0].get_legend_handles_labels()
@@ -133,8 +129,7 @@ def draw_prediction(told: Sequence[str], given: Sequence[str], what: str) -> Fig
         axis.plot(at, pd.to_numeric(samples["angle"], errors="coerce"), color=MEASURED, label="measured", linewidth=2.0)
     axis.plot(time, predicted["angle"], color=MODEL, linestyle="--", label="predicted")
     if "low" in predicted:
-        band = {"color": MODEL, "alpha": 0.22, "linewidth": 0, "label": "90 % band"}
-        axis.fill_between(time, predicted["low"], predicted["high"], **band)
+        axis.fill_between(time, predicted["low"], predicted["high"], **BAND)
     axis.set(xlabel="time [s]", ylabel="elbow angle [deg]")
     figure.legend(loc="outside lower center", ncols=3)
     title(figure, what)
@@ -154,28 +149,23 @@ def draw_parameters(summary: pd.DataFrame, names: list[str]) -> Figure:
         title(figure, f"{_what(summary)}: nothing is identified")
         return figure
     known = all(summary[f"{name}_error_pct"].notna().all() for name in names)
-    for axis, name in zip(axes[0], names, strict=True):
-        column = f"{name}_error_pct" if known else name
-        groups = summary.groupby("scales")[column]
-        axis.errorbar(
-            groups.mean().index, groups.mean(), yerr=groups.std(ddof=0), fmt="o", color=CYCLE[0], capsize=4, zorder=3
-        )
-        axis.plot(summary["scales"], summary[column], ".", color=GREY, markersize=5)
+    columns = [f"{name}_error_pct" if known else name for name in names]
+    groups = summary.groupby("scales")[columns]
+    middle, spread = groups.mean(), groups.std(ddof=0)
+    for axis, name, column in zip(axes[0], names, columns, strict=True):
+        _each_seed(axis, summary, column, middle[column], yerr=spread[column], fmt="o", capsize=4)
         if known:
             axis.axhline(0.0, color=MEASURED, linewidth=0.8)
         else:
-            middle, half = float(np.mean(axis.get_ylim())), float(np.ptp(axis.get_ylim())) / 2
-            axis.set_ylim(middle + np.array([-1, 1]) * max(half, LEAST_SPAN * abs(middle)))
-        axis.set(xlabel="number of scales", title=name, ylabel="error [%]" if known else f"value [{_unit(name)}]")
-        axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+            centre, half = float(np.mean(axis.get_ylim())), float(np.ptp(axis.get_ylim())) / 2
+            axis.set_ylim(centre + np.array([-1, 1]) * max(half, LEAST_SPAN * abs(centre)))
+        axis.set(title=name, ylabel="error [%]" if known else f"value [{_unit(name)}]")
         axis.set_xlim(summary["scales"].min() - 0.5, summary["scales"].max() + 0.5)
     if known:
-        worst = max(abs(summary.groupby("scales")[f"{n}_error_pct"].mean()).max() for n in names)
+        worst = float(middle.abs().max().max())
         finding = f"largest mean error of an identified parameter is {worst:.2g} %"
     else:
-        groups = summary.groupby("scales")[names]
-        worst = float((groups.std(ddof=0) / groups.mean().abs()).max().max())
-        differ = max(100 * worst, 0.001)
+        differ = max(100 * float((spread / middle.abs()).max().max()), 0.001)
         agree = "agree on the parameters within" if differ < ALIKE else "differ in a parameter by up to"
         finding = f"seeds {agree} {differ:.2g} % (1 SD); the truth is not known"
     title(figure, f"{_what(summary)}: {finding}")
@@ -187,12 +177,8 @@ def _what(summary: pd.DataFrame) -> str:
     return f"{first['dataset']}, {first['model']}, recipe {first['recipe']}"
 
 
-def _range(values: pd.Series) -> str:
-    return " / ".join(f"{v:.4f}" for v in values)
-
-
-def _words(values: pd.Index) -> str:
-    return " / ".join(str(v) for v in values)
+def _list(values: Iterable[object]) -> str:
+    return " / ".join(map(str, values))
 
 
 def _unit(name: str) -> str:

@@ -13,7 +13,7 @@ Shapes: S seeds, P parameters.
 
 from collections.abc import Iterator, Sequence
 from functools import partial
-from itertools import islice
+from itertools import islice, zip_longest
 
 import numpy as np
 import torch
@@ -32,7 +32,7 @@ WEAK_STEPS = 8
 
 
 class Identification:
-    """The parameters of all seeds and how far their search is.
+    """The parameters of all seeds and how far their search is; see `methods`.
 
     Args:
         trials: training trials, all their samples.
@@ -45,7 +45,7 @@ class Identification:
         self._model, self._free = model, tuple(free)
         self._record = make_record(trials, model)
         self._values = values.numpy().copy()
-        self._fits: list[Fit | None] | None = None
+        self._fits: list[Fit | None] | None = None  # None where a motion diverges
         self._steps = self._search(finest)
         self.done = False
 
@@ -64,6 +64,14 @@ class Identification:
         """How far the physics misses the training trials [rad^2], (S,); infinite where its motion diverges."""
         errors = [np.inf if fit is None else fit.rmse() ** 2 for fit in self._fitted()]
         return torch.tensor(errors, dtype=torch.float64)
+
+    def uncertainty(self) -> tuple[Tensor, Tensor]:
+        """Standard errors of the values (S, P), SI units, and how far they are confounded, correlations (S, P, P); see
+        `identification.least_squares`. Not a number where the motion diverges."""
+        unknown = np.full((len(self._free), len(self._free)), np.nan)
+        covariances = [unknown if fit is None else fit.covariance() for fit in self._fitted()]
+        errors = np.sqrt([np.diag(c) for c in covariances])
+        return torch.from_numpy(errors), torch.from_numpy(np.stack([correlations(c) for c in covariances]))
 
     def step(self) -> None:
         """The next step of every seed's search; `done` once there is none."""
@@ -86,19 +94,12 @@ class Identification:
             self._values = search.values
             yield
         self._fits = list(search.fits())
-        descents = {}
-        for seed, fit in enumerate(self._fits):
-            if fit is not None:
-                descents[seed] = descend(fit)
-                next(descents[seed])  # the fit as it is
-            elif unseen:  # else they stay what explains the measured motion best
-                self._values[seed] = start[seed]
-        while descents:
-            for seed, descent in list(descents.items()):
-                fit = next(descent, None)
-                if fit is None:
-                    del descents[seed]
-                else:
+        if unseen:  # else values stay what explains the measured motion best where that of the model diverges
+            self._values = np.where([[fit is None] for fit in self._fits], start, self._values)
+        descents = {seed: descend(fit) for seed, fit in enumerate(self._fits) if fit is not None}
+        for fits in zip_longest(*descents.values()):
+            for seed, fit in zip(descents, fits, strict=True):
+                if fit is not None:
                     self._fits[seed], self._values[seed] = fit, fit.values
             yield
 
@@ -106,13 +107,5 @@ class Identification:
         return LiftedSearch.begin(self._model, self._record, self._free, self._values)
 
     def _fitted(self) -> list[Fit | None]:
-        """The fit of each seed where its search stands; None where its motion diverges."""
+        """The fit of each seed where its search stands."""
         return list(self._begin().fits()) if self._fits is None else self._fits
-
-    def uncertainty(self) -> tuple[Tensor, Tensor]:
-        """Standard errors of the values (S, P), SI units, and how far they are confounded, correlations (S, P, P); see
-        `identification.least_squares`. Not a number where the motion diverges."""
-        size = len(self._free)
-        covariances = [np.full((size, size), np.nan) if fit is None else fit.covariance() for fit in self._fitted()]
-        errors = np.sqrt([np.diag(c) for c in covariances])
-        return torch.from_numpy(errors), torch.from_numpy(np.stack([correlations(c) for c in covariances]))

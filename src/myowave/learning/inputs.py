@@ -28,8 +28,7 @@ from myowave.settings import Inputs
 
 LOAD = "load"
 Array = TypeVar("Array", Tensor, NDArray[np.float64])
-Known = Mapping[str, float]
-"""{known input: its value in a trial that does not name it}"""
+Known = Mapping[str, float]  # known input: its value in a trial that does not name it
 NOTHING: Known = MappingProxyType({})
 
 
@@ -55,8 +54,11 @@ class Given:
         known = {name: value for name, value in differ.items() if name in wanted}
         if settings.emg_over == "maximum" or LOAD not in trials.known(model.defaults):
             return cls(known, tuple(known))
-        told = tuple(known)
-        return cls(known | {LOAD: model.defaults[LOAD]}, told, holding_torque(trials, model))
+        # ASSUME: what else is known of the forearm is the same in all trials.
+        constants = {name: trials.condition(name, model.defaults[name]).mean() for name in model.joint}
+        body = forearm({name: torch.tensor(value) for name, value in constants.items()})
+        without, with_one = float(body.weight_with(0.0)), float(body.weight_with(1.0))
+        return cls(known | {LOAD: model.defaults[LOAD]}, tuple(known), (without, with_one - without))
 
     def see(self, inputs: Array) -> Array:
         """What the network sees of EMG and all that is known, (..., C + K): EMG and what it is told."""
@@ -73,22 +75,8 @@ class Given:
         return seen
 
 
-def holding_torque(trials: Trials, model: Model) -> tuple[float, float]:
-    """Torque that holds the level forearm without a load [N m], and what each kg of load adds [N m/kg]."""
-    # ASSUME: what else is known of the forearm is the same in all trials.
-    constants = {name: trials.condition(name, model.defaults[name]).mean() for name in model.joint}
-    body = forearm({name: torch.tensor(value) for name, value in constants.items()})
-    without, with_one = float(body.weight_with(0.0)), float(body.weight_with(1.0))
-    return without, with_one - without
-
-
 def known_inputs(trials: Trials, defaults: Mapping[str, float]) -> Known:
-    """What is known beside EMG over time, or differs between trials.
-
-    Args:
-        trials: the training trials.
-        defaults: values of the physical model for trials whose conditions do not name a constant.
-    """
+    """What is known beside EMG over time, or differs between the training trials; `defaults` are those of the model."""
     differ = {
         name: defaults[name]
         for name, values in trials.known(defaults).items()
@@ -110,20 +98,12 @@ def given_inputs(trials: Trials, known: Known) -> NDArray[np.float64]:
 
 
 def to_tensors(trials: Trials, device: torch.device, known: Known = NOTHING) -> tuple[Tensor, Tensor]:
-    """Inputs (T, N, C + K) and angle (T, N) [rad] of trials, float64; copies, so that trials stay as they are.
-
-    Args:
-        known: inputs beside EMG, `network.architecture.known`.
-    """
+    """Inputs (T, N, C + K) and angle (T, N) [rad] of trials, float64; copies, so that trials stay as they are."""
     return torch.tensor(given_inputs(trials, known), device=device), torch.tensor(trials.angle, device=device)
 
 
 def known_of(trials: Trials, donors: NDArray[np.int64], known: Known, samples: int) -> NDArray[np.float64]:
-    """Known inputs of trials that are simulated with the constants of others, (len(donors), samples, K).
-
-    Args:
-        donors: positions of the trials whose constants they have.
-    """
+    """Known inputs of trials that are simulated with the constants of those at `donors`, (len(donors), samples, K)."""
     # ASSUME: a trial with EMG that nobody recorded holds an angle that is known over time at its median.
     constant = {signal: parameter for parameter, signal in trials.over_time.items()}
     values = np.empty((len(donors), samples, len(known)))

@@ -1,11 +1,9 @@
 """The recurrent network: what it looks like, its weights for all seeds at once, and what it sees of EMG and angle.
 
-Every weight has a leading axis for seeds, so that one matrix product serves all of them.
-
-Inputs and outputs are standardised with numbers of the training trials (`Scaling`). The output of the paper's network
-is the angle itself (Eq. 13), and it sees the time t_n. That of a rollout is an increment on linear extrapolation,
-q_n = 2 q_(n-1) - q_(n-2) + net: then the network has to learn a small, smooth acceleration only, and the history cell
-also sees the last step q_i - q_(i-1).
+Every weight has a leading axis for seeds, so that one matrix product serves all of them. Inputs and outputs are
+standardised with numbers of the training trials (`Scaling`). The output of the paper's network is the angle itself
+(Eq. 13), and it sees the time t_n. That of a rollout is an increment on linear extrapolation, q_n = 2 q_(n-1) - q_(n-2)
++ net: then the network has to learn a small, smooth acceleration only, and the history cell also sees the last step.
 
 Shapes: S seeds, B windows, N samples, C channels, K known inputs, X inputs, Q angle features, H hidden units, G = 3 H.
 """
@@ -22,7 +20,6 @@ from torch import Tensor
 from myowave.data.trials import Trials
 from myowave.learning.inputs import Given, Known, given_inputs, unit_of
 
-ALONE = Given()  # EMG, and nothing beside it
 Weights = Mapping[str, Tensor]
 Array = TypeVar("Array", Tensor, np.ndarray)
 
@@ -33,8 +30,7 @@ class Architecture:
 
     Args:
         method: that trains it, see `methods`.
-        hidden: units H.
-        channels: number of EMG channels C.
+        hidden, channels: number of units H and of EMG channels C.
         history: samples with a known angle before the first prediction.
         given: what it is given beside EMG, see `inputs`.
         delays: [s] after which it sees the channels; () where it sees them at once.
@@ -49,7 +45,6 @@ class Architecture:
 
     @property
     def known(self) -> Known:
-        """All that is given beside EMG."""
         return self.given.known
 
     @property
@@ -69,9 +64,18 @@ class Architecture:
         return 2 if self.increments else 1
 
     @property
-    def gates(self) -> int:
-        """Width G of all gates together."""
-        return 3 * self.hidden
+    def shapes(self) -> dict[str, tuple[int, int]]:
+        """Shapes of the weights of one seed, by name."""
+        h, gates = self.hidden, 3 * self.hidden
+        return {
+            "hidden": (h, gates),
+            "input": (self.inputs, gates),
+            "angle": (self.features, gates),
+            "bias": (1, gates),
+            "output": (h, 1),
+            "output_bias": (1, 1),
+            "state_bias": (1, h),
+        }
 
 
 @dataclass(frozen=True)
@@ -96,8 +100,9 @@ class Scaling:
     duration: float
 
     @classmethod
-    def of(cls, trials: Trials, given: Given = ALONE) -> "Scaling":
+    def of(cls, trials: Trials, given: Given | None = None) -> "Scaling":
         """Scaling of some trials, all of which count, and of what is given of them."""
+        given = given or Given()
         seen = given.see(given_inputs(trials, given.known))
         inputs = np.concatenate([x[:n] for x, n in zip(seen, trials.lengths, strict=True)])
         angle = [q[:n] for q, n in zip(trials.angle, trials.lengths, strict=True)]
@@ -137,12 +142,10 @@ class Network:
 
     @property
     def history(self) -> int:
-        """Samples with a known angle before the first prediction."""
         return self.architecture.history
 
     @property
     def seeds(self) -> int:
-        """Number of seeds S."""
         return self.weights["hidden"].shape[0]
 
     @property
@@ -158,21 +161,15 @@ class Network:
         return replace(self, weights={name: w.detach().clone().requires_grad_() for name, w in self.weights.items()})
 
     def encode_inputs(self, inputs: Tensor, dt: float) -> Tensor:
-        """Inputs x_n = [e_n, told, t_n], standardised, (T, N, X), float32, from those of `given_inputs` (T, N, C + K)
-        `dt` apart [s]."""
+        """Inputs x_n = [e_n, told, t_n], standardised, (T, N, X), float32, from `given_inputs` `dt` apart [s]."""
         scaling, inputs = self.scaling, self.architecture.given.see(inputs)
         if delays := self.architecture.delays:
             at_once = [0.0] * (inputs.shape[-1] - len(delays))
             inputs = delayed(inputs, [*(d / dt for d in delays), *at_once])
-        mean, std = (
-            torch.as_tensor(v, dtype=inputs.dtype, device=inputs.device)
-            for v in (scaling.input_mean, scaling.input_std)
-        )
-        x = (inputs - mean) / std
+        x = (inputs - inputs.new_tensor(scaling.input_mean)) / inputs.new_tensor(scaling.input_std)
         if not self.architecture.increments:
-            time = torch.arange(inputs.shape[-2], dtype=inputs.dtype, device=inputs.device) * dt
-            fraction = (time / scaling.duration).unsqueeze(-1).expand(*inputs.shape[:-1], 1)
-            x = torch.cat([x, fraction], dim=-1)
+            time = torch.arange(x.shape[-2], dtype=x.dtype, device=x.device) * dt
+            x = torch.cat([x, (time / scaling.duration).unsqueeze(-1).expand(*x.shape[:-1], 1)], dim=-1)
         return x.float()
 
     def encode_angle(self, angle: Tensor) -> tuple[Tensor, Tensor]:
@@ -196,8 +193,7 @@ class Network:
 def delayed(inputs: Tensor, samples: Sequence[float]) -> Tensor:
     """Inputs (..., N, C) as they were some samples before, each by its own: linear between samples, and as the first
     before them."""
-    last = inputs.shape[-2] - 1
-    parts = []
+    last, parts = inputs.shape[-2] - 1, []
     for channel, shift in zip(inputs.unbind(-1), samples, strict=True):
         place = (torch.arange(last + 1, dtype=inputs.dtype, device=inputs.device) - shift).clamp(min=0.0)
         before = place.floor().long()
@@ -208,23 +204,11 @@ def delayed(inputs: Tensor, samples: Sequence[float]) -> Tensor:
 
 def initialise(architecture: Architecture, seeds: Sequence[int]) -> dict[str, Tensor]:
     """Fresh weights; those of a seed depend on that seed only."""
-    each = [_initialise_one(architecture, seed) for seed in seeds]
-    return {name: torch.stack([weights[name] for weights in each]) for name in each[0]}
-
-
-def _initialise_one(architecture: Architecture, seed: int) -> dict[str, Tensor]:
-    random = torch.Generator().manual_seed(seed)
-    h, g = architecture.hidden, architecture.gates
-
-    def uniform(rows: int, columns: int) -> Tensor:
-        return (2 * torch.rand(rows, columns, generator=random) - 1) / math.sqrt(h)
-
-    return {
-        "hidden": uniform(h, g),
-        "input": uniform(architecture.inputs, g),
-        "angle": uniform(architecture.features, g),
-        "bias": torch.zeros(1, g),
-        "output": uniform(h, 1),
-        "output_bias": torch.zeros(1, 1),
-        "state_bias": torch.zeros(1, h),
-    }
+    randoms, weights = [torch.Generator().manual_seed(seed) for seed in seeds], {}
+    for name, shape in architecture.shapes.items():
+        if name.endswith("bias"):
+            weights[name] = torch.zeros(len(seeds), *shape)
+        else:
+            drawn = torch.stack([torch.rand(shape, generator=random) for random in randoms])
+            weights[name] = (2 * drawn - 1) / math.sqrt(architecture.hidden)
+    return weights

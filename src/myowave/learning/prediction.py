@@ -11,28 +11,20 @@ from torch import Tensor
 
 from myowave.data.trials import Trials
 from myowave.learning.inputs import to_tensors
-from myowave.learning.methods import METHODS
+from myowave.learning.methods import RUNS
 from myowave.learning.network import Network
 
 
 def predict_motion(network: Network, trials: Trials) -> Tensor:
-    """Free-running prediction of trials from their EMG and known inputs, (S, T, N) [rad], on the
-    CPU."""
+    """Free-running prediction of trials from their EMG and known inputs, (S, T, N) [rad], on the CPU."""
     inputs, angle = to_tensors(trials, network.device, network.architecture.known)
     return predict_free_running(network, inputs, angle, trials.dt).cpu()
 
 
 @torch.no_grad()
 def predict_free_running(network: Network, inputs: Tensor, angle: Tensor, dt: float) -> Tensor:
-    """Predict trials from EMG, what is known beside it, and the first `network.history` angles.
-
-    Args:
-        inputs: (T, N, C + K), see `given_inputs`.
-        angle: [rad], (T, n) with n at least `network.history`; what comes after is not read.
-
-    Returns:
-        (S, T, N) [rad]; the first `network.history` samples are those given.
-    """
+    """Predict trials, (S, T, N) [rad], from inputs (T, N, C + K), see `given_inputs`, and the first `network.history`
+    angles [rad], which are those of the prediction; later ones are not read."""
     given = angle[:, : network.history].double().expand(network.seeds, -1, -1)
     x, (z, v) = network.encode_inputs(inputs, dt), network.encode_angle(given)
     # In float64, a trial of thousands of samples comes out the same in any order of summation, as `streaming` needs.
@@ -43,4 +35,4 @@ def predict_free_running(network: Network, inputs: Tensor, angle: Tensor, dt: fl
 
 def run_free(network: Network, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
     """Free run of windows: inputs (B, K, X), standardised history (S, B, m); standardised predictions (S, B, K - m)."""
-    return METHODS[network.architecture.method].run(network, x, z, v)
+    return RUNS[network.architecture.method](network, x, z, v)

@@ -1,15 +1,17 @@
-"""The tables that training and evaluation leave in results/learning/, read back and put together.
+"""The tables that training and evaluation leave in results/learning/, read back, put together and judged.
 
 Paths end in `{dataset}/{model}/{recipe}/{scales}-scale/{file}`.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from myowave.data.store import read_table
 
+CLEAR = 2.0  # standard errors from 0 from which a difference is more than the scatter of seeds
 _SCORES = ["dataset", "model", "recipe", "scales", "seed", "epochs", "seconds"]  # of any seed, diverged ones included
 
 
@@ -23,8 +25,7 @@ def read_evaluations(paths: Iterable[str | Path]) -> pd.DataFrame:
 
 
 def _read_evaluation(path: str | Path) -> pd.DataFrame:
-    """The rows of an evaluation, one for each seed whose parameters stand beside it."""
-    seeds = Path(path).with_name("parameters.csv")
+    seeds = Path(path).with_name("parameters.csv")  # beside it, where a network was evaluated
     try:
         table = pd.read_csv(path)
         whole = Path(path).read_bytes().endswith(b"\n") and table[_SCORES].notna().all(axis=None)
@@ -46,16 +47,38 @@ def join_histories(folder: Path, scales: int) -> pd.DataFrame:
     parts, done = [], 0
     for level in reversed(range(scales)):
         history, _ = read_table(folder / f"history-{level}.parquet")
-        history["epoch"] += done
-        done = history["epoch"].max()
-        parts.append(history)
+        parts.append(history.assign(epoch=history["epoch"] + done))
+        done = parts[-1]["epoch"].max()
     return pd.concat(parts, ignore_index=True)
 
 
-def read_predictions(paths: Iterable[str | Path]) -> Mapping[int, pd.DataFrame]:
+def read_predictions(paths: Iterable[str | Path]) -> dict[int, pd.DataFrame]:
     """{number of scales: its predictions}."""
     return {_scales(path): read_table(path)[0] for path in paths}
 
 
 def _scales(path: str | Path) -> int:
     return int(Path(path).parent.name.removesuffix("-scale"))
+
+
+def judge_scales(summary: pd.DataFrame) -> pd.DataFrame:
+    """Whether more scales help: test R2 of the most scales less that of the fewest, seed by seed, with its standard
+    error, of each dataset, model and recipe in rows of evaluation.csv that was trained with several.
+
+    Seeds see one draw of the data: a finding may be another in the next (docs/multiresolution.md judged over draws).
+    """
+    rows = []
+    for (dataset, model, recipe), group in summary.groupby(["dataset", "model", "recipe"]):
+        wide = group.pivot(index="seed", columns="scales", values="test_r2")
+        most, fewest = wide.columns.max(), wide.columns.min()
+        if most == fewest:
+            continue
+        gain = (wide[most] - wide[fewest]).dropna().to_numpy()
+        mean = gain.mean() if len(gain) else np.nan
+        error = gain.std(ddof=1) / np.sqrt(len(gain)) if len(gain) > 1 else np.nan
+        clear = abs(mean) > CLEAR * error
+        finding = f"{'helps' if mean > 0 else 'harms'} in this draw" if clear else "not more than the scatter of seeds"
+        counted = f"{(gain > 0).sum()} of {len(gain)}"
+        rows.append((dataset, model, recipe, f"{most} against {fewest}", mean, error, counted, finding))
+    labels = ["dataset", "model", "recipe", "scales"]
+    return pd.DataFrame(rows, columns=[*labels, "gain_r2", "standard_error", "seeds_that_gain", "finding"])

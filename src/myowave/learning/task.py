@@ -19,11 +19,6 @@ from myowave.physics.model import Model
 from myowave.settings import Identify, Recipe
 
 
-def choose_device() -> torch.device:
-    """Where networks train: an accelerator if there is one."""
-    return torch.device("cuda" if torch.cuda.is_available() else "cpu")
-
-
 @dataclass(frozen=True)
 class Task:
     """Networks of one dataset, model and recipe, to be trained at one scale after the other, all seeds at once.
@@ -43,7 +38,7 @@ class Task:
     total: int
     seeds: Sequence[int]
     band: bool = True
-    device: torch.device = field(default_factory=choose_device)
+    device: torch.device = field(default_factory=lambda: torch.device("cuda" if torch.cuda.is_available() else "cpu"))
 
     def epochs(self, level: int) -> int:
         """Epochs at scale [-level]: an equal share, the remainder at scale [0]."""
@@ -81,12 +76,9 @@ class Stage:
     """Training at one scale as it begins.
 
     Args:
-        trials: training trials at this scale.
+        trials: training trials at this scale; `corpus` as the network sees them.
         network: its weights are leaves that take gradients.
-        corpus: the trials as the network sees them.
-        free: what is identified.
-        start: where its search began at the coarsest scale, (S, P), SI units.
-        values: where it goes on at this scale, (S, P).
+        free: what is identified; its search began at `start` (S, P) at the coarsest scale, goes on from `values`.
         before: checkpoint of the next coarser scale; None at the coarsest.
     """
 
@@ -102,7 +94,6 @@ class Stage:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the identified parameters."""
         return tuple(parameter.name for parameter in self.free)
 
 

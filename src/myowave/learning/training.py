@@ -6,7 +6,7 @@ identified, is up to the method: see `methods`.
 
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,13 +14,12 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from myowave.learning.band import Band, calibrate
+from myowave.learning.band import Band, Seen, calibrate
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.loss import Losses
-from myowave.learning.methods import METHODS, Parameters
+from myowave.learning.methods import TRAININGS, Parameters
 from myowave.learning.network import Network
 from myowave.learning.prediction import predict_motion, run_free
-from myowave.learning.seen import Seen
 from myowave.learning.task import Stage, Task, begin_stage
 from myowave.learning.windows import Validation
 
@@ -45,21 +44,15 @@ class EpochReport:
     seeds: tuple[int, ...]
     losses: Losses
     val_mse: Tensor
-    values: Mapping[str, Tensor]
+    values: dict[str, Tensor]
     checkpoint: Checkpoint | None = None
 
     def rows(self) -> list[dict[str, float]]:
         """One row per seed for the history table."""
-        columns = {
-            "loss": self.losses.total,
-            "data_loss": self.losses.data,
-            "residual_loss": self.losses.residual,
-            "val_mse": self.val_mse,
-            **self.values,
-        }
-        lists = {name: value.tolist() for name, value in columns.items()}
+        parts = {"loss": self.losses.total, "data_loss": self.losses.data, "residual_loss": self.losses.residual}
+        columns = {name: value.tolist() for name, value in (parts | {"val_mse": self.val_mse} | self.values).items()}
         return [
-            {"epoch": self.epoch, "seed": seed, **{name: values[i] for name, values in lists.items()}}
+            {"epoch": self.epoch, "seed": seed, **{name: column[i] for name, column in columns.items()}}
             for i, seed in enumerate(self.seeds)
         ]
 
@@ -91,7 +84,7 @@ def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Ite
     """
     started, recipe = time.perf_counter(), task.recipe
     stage = begin_stage(task, level, before)
-    training = METHODS[recipe.method].begin(stage)
+    training = TRAININGS[recipe.method](stage)
     stopping = _EarlyStopping(stage)
     epochs, done = task.epochs(level), sum(task.epochs(coarser) for coarser in range(level + 1, task.total))
     for epoch in range(1, epochs + 1):
@@ -111,18 +104,16 @@ def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Ite
 class _EarlyStopping:
     """Validation, and the weights with the lowest error of each seed; the last ones where nothing is kept to validate.
 
-    It stops only weights: parameters are the last ones, "final converged values" in the paper.
-
-    Args:
-        mse, r2: of a free run of the validation windows now, [rad^2] and [-], (S,); not a number without any.
-        best_mse, best_r2: with the best weights.
+    It stops only weights: parameters are the last ones, "final converged values" in the paper. `mse` [rad^2] and `r2`
+    (S,) are of a free run of the validation windows now, not a number without any; `best_mse` and `best_r2` with the
+    best weights.
     """
 
     def __init__(self, stage: Stage) -> None:
         network, recipe = stage.network, stage.task.recipe
         self._network, self._patience = network, math.inf if recipe.patience is None else recipe.patience
         kept = recipe.validation_fraction > 0
-        self._windows = Validation.of(stage.corpus, network, stage.trials.lengths) if kept else None
+        self._validation = Validation(stage.corpus, network, stage.trials.lengths) if kept else None
         self.weights = {name: value.detach().clone() for name, value in network.weights.items()}
         self.mse, self.r2 = self._validate()
         self.best_mse, self.best_r2 = torch.full_like(self.mse, math.inf), torch.full_like(self.mse, -math.inf)
@@ -132,10 +123,9 @@ class _EarlyStopping:
         """Validate, and take the weights of seeds whose error has fallen, of all where none is judged; whether no seed
         has improved for as many epochs as the recipe has patience."""
         self.mse, self.r2 = self._validate()
-        better = self.mse < self.best_mse if self._windows else torch.ones_like(self.mse, dtype=torch.bool)
-        self.best_mse, self.best_r2 = (
-            torch.where(better, now, best) for now, best in ((self.mse, self.best_mse), (self.r2, self.best_r2))
-        )
+        better = self.mse < self.best_mse if self._validation else torch.ones_like(self.mse, dtype=torch.bool)
+        self.best_mse = torch.where(better, self.mse, self.best_mse)
+        self.best_r2 = torch.where(better, self.r2, self.best_r2)
         self._epoch = torch.where(better, epoch, self._epoch)
         for name, value in self._network.weights.items():
             self.weights[name] = torch.where(better[:, None, None], value.detach(), self.weights[name])
@@ -143,26 +133,23 @@ class _EarlyStopping:
 
     @torch.no_grad()
     def _validate(self) -> tuple[Tensor, Tensor]:
-        network, windows = self._network, self._windows
-        if windows is None:
+        network = self._network
+        if self._validation is None:
             unknown = torch.full((network.seeds,), math.nan, dtype=torch.float64, device=network.device)
             return unknown, unknown
-        z, v = (given.expand(network.seeds, -1, -1) for given in (windows.z, windows.v))
-        return windows.score(network.to_rad(run_free(network, windows.x, z, v)))
+        return self._validation.score(network.to_rad(run_free(network, *self._validation.windows)))
 
 
 def _checkpoint(
     stage: Stage, parameters: Parameters, stopping: _EarlyStopping, epochs: int, seconds: float
 ) -> Checkpoint:
     before, values = stage.before, parameters.values
-    errors, correlations = torch.full_like(values, math.nan), torch.full((*values.shape, values.shape[1]), math.nan)
-    physics_mse, band = values.new_full(values.shape[:1], math.nan), None
     if stage.level == 0:
-        if stage.task.band:
-            by = band_by_ends if stage.task.recipe.validation_fraction else band_by_trials
-            band = by(replace(stage.network, weights=stopping.weights), stage)
-        errors, correlations = parameters.uncertainty()
-        physics_mse = parameters.mse
+        band = _band(replace(stage.network, weights=stopping.weights), stage) if stage.task.band else None
+        (errors, correlations), physics_mse = parameters.uncertainty(), parameters.mse
+    else:
+        band, errors, physics_mse = None, torch.full_like(values, math.nan), values.new_full(values.shape[:1], math.nan)
+        correlations = errors.unsqueeze(-1).expand(*values.shape, values.shape[1]).clone()
     return Checkpoint(
         **stage.task.labels,
         level=stage.level,
@@ -186,22 +173,19 @@ def _checkpoint(
     )
 
 
-def band_by_ends(network: Network, stage: Stage) -> Band:
-    """The band by the ends of the training trials, which no weight was trained on."""
-    predicted = predict_motion(network, stage.trials)
-    mean, spread = predicted.mean(0).numpy(), predicted.std(0, correction=0).numpy()
-    ends = [slice(begin, end) for begin, end in zip(stage.corpus.usable.tolist(), stage.trials.lengths, strict=True)]
-    errors = [stage.trials.angle[t, end] - mean[t, end] for t, end in enumerate(ends)]
-    return calibrate(errors, [spread[t, end] for t, end in enumerate(ends)])
-
-
-def band_by_trials(network: Network, stage: Stage) -> Band | None:
-    """The band by whole training trials, each predicted by networks that were trained without it; None where there is
-    only one trial."""
-    # ASSUME: a trial is missed by a few networks that lack one trial as a new trial is by all that have every one.
-    if len(stage.trials.names) < 2:
+def _band(network: Network, stage: Stage) -> Band | None:
+    """The band by angles that no weight was trained on: the ends of training trials, or, where nothing is kept for
+    validation, whole training trials, each predicted by networks that were trained without it. None by a single one."""
+    trials = stage.trials
+    if stage.task.recipe.validation_fraction:
+        predicted, begins = predict_motion(network, trials).numpy(), stage.corpus.usable.tolist()
+        ends = [(t, slice(*at)) for t, at in enumerate(zip(begins, trials.lengths, strict=True))]
+        apart = [(trials.angle[t, end], predicted[:, t, end]) for t, end in ends]
+    elif len(trials.names) > 1:
+        # ASSUME: a trial is missed by a few networks that lack one trial as a new trial is by all that have every one.
+        apart = list(hold_out_each(replace(stage.task, seeds=stage.task.seeds[:FOLD_SEEDS])))
+    else:
         return None
-    apart = list(hold_out_each(replace(stage.task, seeds=stage.task.seeds[:FOLD_SEEDS])))
     return calibrate([angle - each.mean(0) for angle, each in apart], [each.std(0) for _, each in apart])
 
 

@@ -19,13 +19,8 @@ BLOCK = 16  # windows of an epoch are a multiple of this: a few more than a mult
 
 @dataclass(frozen=True)
 class Corpus:
-    """Trials as the network sees them.
-
-    Args:
-        x: inputs, (T, N, X).
-        z, v: standardised angle and step, (S or 1, T, N).
-        usable: samples of each trial that windows may be cut from, (T,), beginning with the first.
-    """
+    """Trials as the network sees them: inputs (T, N, X), standardised angle and step (S or 1, T, N), and how many of
+    the first samples of each windows may be cut from, (T,)."""
 
     x: Tensor
     z: Tensor
@@ -39,11 +34,8 @@ class Corpus:
         return cls(network.encode_inputs(inputs, dt), z, v, usable.to(inputs.device))
 
     def draw(self, count: int, length: int, random: torch.Generator) -> tuple[Tensor, Tensor]:
-        """Trial and first sample of windows, (B,) each, all places equally likely.
-
-        Args:
-            random: on the CPU, so that a seed means the same on every device.
-        """
+        """Trial and first sample of windows, (B,) each, all places equally likely; by numbers of the CPU, so that a
+        seed means the same on every device."""
         places = (self.usable.cpu() - length + 1).clamp(min=0)
         ends = places.cumsum(0)
         assert ends[-1] > 0, "no trial is long enough for a window"
@@ -84,31 +76,17 @@ def count_training_samples(trials: Trials, fraction: float, history: int) -> lis
     return counts
 
 
-@dataclass(frozen=True)
 class Validation:
-    """One window per trial, from the end of its training part to its end.
+    """One window per trial of a corpus, from the end of its usable samples to that of all."""
 
-    Args:
-        x: (B, K, X); `z`, `v` of the history (1, B, m); `angle` [rad] and `valid` of the predicted samples, (B, K - m).
-    """
-
-    x: Tensor
-    z: Tensor
-    v: Tensor
-    angle: Tensor
-    valid: Tensor
-
-    @classmethod
-    def of(cls, corpus: Corpus, network: Network, lengths: tuple[int, ...]) -> "Validation":
-        """From a corpus of trials that have these lengths."""
-        history = network.history
-        total = torch.tensor(lengths, device=corpus.x.device)
-        predicted = int((total - corpus.usable).max())
-        start = corpus.usable - history
-        trial = torch.arange(len(lengths), device=corpus.x.device)
-        x, z, v = corpus.cut(trial, start, history + predicted)
-        valid = torch.arange(predicted, device=corpus.x.device) < (total - corpus.usable).unsqueeze(-1)
-        return cls(x, z[..., :history], v[..., :history], network.to_rad(z[0, :, history:]), valid)
+    def __init__(self, corpus: Corpus, network: Network, lengths: tuple[int, ...]) -> None:
+        m, kept = network.history, torch.tensor(lengths, device=corpus.x.device) - corpus.usable
+        longest = int(kept.max())
+        trial = torch.arange(len(lengths), device=kept.device)
+        x, z, v = corpus.cut(trial, corpus.usable - m, m + longest)
+        self.windows = x, *(given[..., :m].expand(network.seeds, -1, -1) for given in (z, v))
+        self.angle = network.to_rad(z[0, :, m:])  # of the predicted samples (B, K - m), of which `valid` count
+        self.valid = torch.arange(longest, device=kept.device) < kept.unsqueeze(-1)
 
     def score(self, predicted: Tensor) -> tuple[Tensor, Tensor]:
         """Mean square error [rad^2] and R2 of predictions (S, B, K - m) [rad], each (S,)."""

@@ -39,7 +39,6 @@ class Recipe(Inputs):
     history_steps: Whole = setting("past samples of known angle that a prediction starts from", "-", 4, ge=1, le=100)
     epochs: Whole = setting("epochs of all scales together", "-", 1500, ge=1, le=1_000_000)
     learning_rate: Real = setting("initial step of the optimiser", "-", 3e-3, gt=0, le=1)
-    beta: Real = setting("weight of the physics residual in the network's loss, Eq. 16", "-", 0.0, ge=0, le=1e12)
     validation_fraction: Real = setting(
         "share of the training trials, at their ends, kept for early stopping and for the 90 % band about predictions, "
         "which only the identification sees; 0: they all train, to the last epoch, and the band is made of errors on "
@@ -108,6 +107,7 @@ class PaperRecipe(Recipe):
     """The method of the paper: one-step predictions, and parameters that move with the weights on one loss, by Adam."""
 
     method: Literal["paper"] = setting("one-step predictions, as the paper prints them", default="paper")
+    beta: Real = setting("weight of the physics residual in the network's loss, Eq. 16", "-", 0.0, ge=0, le=1e12)
     history_noise: Real = setting("noise added to the history while training", "rad", 0.0, ge=0, le=1)
     residual: Literal["time", "sequence", "averaged", "measured", "split"] = setting(
         "what the residual of Eq. 38 is: time, with derivatives of the network by its input t_n; sequence, with "

@@ -7,7 +7,7 @@ import torch
 
 from myowave.identification.free_parameters import free_parameters
 from myowave.learning.methods.paper.joint_identification import Form
-from myowave.learning.scales import judge_scales
+from myowave.learning.tables import judge_scales
 from myowave.settings import Identify
 from studies.paper import tables
 

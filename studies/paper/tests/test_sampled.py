@@ -6,7 +6,7 @@ import torch
 
 from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
-from myowave.learning.residual import Pieces, Residual
+from myowave.learning.methods.paper.residual import Pieces, Residual
 from myowave.settings import SimulatedDataset
 from studies.paper.sampled import sampled
 
@@ -30,7 +30,7 @@ def left(model, trials: Trials, *, averaged: bool) -> float:
     bend = (q[..., 2:] - 2 * q[..., 1:-1] + q[..., :-2]) / trials.dt**2
     names = ("f0_Bi", "l0_Bi", "f0_Tri", "l0_Tri")
     params = {name: torch.tensor([[model.defaults[name]]], dtype=torch.float64) for name in names}
-    residual = Residual.of(model, trials, names, torch.device("cpu"), averaged=averaged)
+    residual = Residual(model, trials, names, torch.device("cpu"), averaged=averaged)
     return float(residual.along_sequence(params, pieces, q, bend).abs().max())
 
 

@@ -1,72 +1,29 @@
 """The methods of training, one for each class of recipes.
 
-Only this module chooses between them. A further method is a further entry of `METHODS`, a package beside `rollout` and
-`paper`, and a class of recipes in `settings.learning`.
+A method is two entries of this module, a package beside `rollout` and `paper`, and a class of recipes in
+`settings.learning`. Its training begins with a stage. `learn(epoch, done, val_mse)` is the next epoch: it moves weights
+and parameters, and returns the losses; `epoch` counts from 1 in this scale, `done` is the share of the epochs of all
+scales that went before, and `val_mse` (S,) the network's error on the validation windows [rad^2]. Its `parameters` have
+`values` (S, P) in SI units; `mse` (S,), how far motion simulated with them misses the training trials [rad^2], infinite
+where it diverges and NaN where nobody simulates it; and `uncertainty()`, standard errors (S, P) and correlations
+(S, P, P), NaN where they are not known.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Protocol
 
 from torch import Tensor
 
-from myowave.learning.loss import Losses
+from myowave.learning.identification import Identification
+from myowave.learning.methods.paper.joint_identification import JointIdentification
 from myowave.learning.methods.paper.training import PaperTraining
 from myowave.learning.methods.paper.windowed import run_windowed
 from myowave.learning.methods.rollout.rollout import roll_out
 from myowave.learning.methods.rollout.training import RolloutTraining
 from myowave.learning.network import Network
-from myowave.learning.task import Stage
 
+Parameters = Identification | JointIdentification
 
-class Parameters(Protocol):
-    """What identifies the parameters of the physics, for all seeds."""
+TRAININGS: Mapping[str, type[RolloutTraining | PaperTraining]] = {"rollout": RolloutTraining, "paper": PaperTraining}
 
-    @property
-    def values(self) -> Tensor:
-        """As they are now, (S, P), SI units."""
-
-    @property
-    def mse(self) -> Tensor:
-        """How far motion simulated with the values misses the training trials [rad^2], (S,).
-
-        Infinite where it diverges, NaN where nobody simulates it.
-        """
-
-    def uncertainty(self) -> tuple[Tensor, Tensor]:
-        """Standard errors (S, P) of the values and their correlations (S, P, P); NaN where they are not known."""
-
-
-class Training(Protocol):
-    """How a network learns and parameters are identified at one scale."""
-
-    @property
-    def parameters(self) -> Parameters: ...
-
-    def learn(self, epoch: int, done: float, val_mse: Tensor) -> Losses:
-        """The next epoch: moves the weights, and the parameters.
-
-        Args:
-            epoch: from 1, within this scale.
-            done: share of the epochs of all scales that went before.
-            val_mse: error of the network on the validation windows [rad^2], (S,).
-        """
-
-
-@dataclass(frozen=True)
-class Method:
-    """A way to train and run a network.
-
-    Args:
-        begin: training at one scale.
-        run: the network, free running, from the beginning of windows: see `prediction.run_free`.
-    """
-
-    begin: Callable[[Stage], Training]
-    run: Callable[[Network, Tensor, Tensor, Tensor], Tensor]
-
-
-METHODS: Mapping[str, Method] = {
-    "rollout": Method(RolloutTraining, roll_out),
-    "paper": Method(PaperTraining, run_windowed),
-}
+RUNS: Mapping[str, Callable[[Network, Tensor, Tensor, Tensor], Tensor]] = {"rollout": roll_out, "paper": run_windowed}
+"""Free runs of windows: see `prediction.run_free`."""

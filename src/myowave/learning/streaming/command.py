@@ -3,13 +3,16 @@
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+import numpy as np
+
 from myowave.data.processing.real_time import RealTime
 from myowave.learning.checkpoint import Checkpoint
-from myowave.learning.inputs import NOTHING
-from myowave.learning.streaming.drift import Drift
+from myowave.learning.inputs import NOTHING, unit_of
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.streaming.raw import read_raw_samples
-from myowave.learning.streaming.reading import Sample, read_samples
+from myowave.learning.streaming.reading import read_samples
+
+Say = Callable[[str], None]
 
 
 def start_angles(checkpoint: Checkpoint, start_deg: Sequence[float]) -> list[float]:
@@ -39,8 +42,8 @@ def predict_lines(
     fixed: Mapping[str, float] = NOTHING,
     *,
     deg: bool = False,
-    say: Callable[[str], None] | None = None,
-    warn: Callable[[str], None] | None = None,
+    say: Say | None = None,
+    warn: Say | None = None,
     raw: RealTime | None = None,
 ) -> Iterator[str]:
     """A line of prediction for each line of EMG, as soon as it is there.
@@ -63,50 +66,73 @@ def predict_lines(
         ValueError: naming the line, at the first that is no sample of EMG.
     """
     unit, scale = ("deg", math.degrees(1)) if deg else ("rad", 1.0)
-    inputs = checkpoint.architecture.known
+    inputs, history = checkpoint.architecture.known, predictor.history
     columns = [name for name in inputs if name not in fixed]
-    from_column, drift = False, Drift(checkpoint, warn)
+    watch = watch_range(checkpoint, warn) if warn else None
     samples = (
         read_samples(lines, checkpoint.channels, checkpoint.dt, source, columns)
         if raw is None
         else read_raw_samples(lines, raw, checkpoint.dt, source, columns)
     )
+    from_column = say is not None
     for i, sample in enumerate(samples):
-        if i == 0 and say is not None:
-            from_column = _start_is_measured(checkpoint, sample, say)
-        measured = _known_angle(sample) if from_column and i < predictor.history else None
+        measured = None
+        if say is not None and from_column and i < history:
+            try:
+                measured = sample.measured()
+            except ValueError as error:
+                if i:
+                    raise ValueError(
+                        f"{error} The prediction starts from it; correct it, or give --start-deg."
+                    ) from None
+                from_column = False
+                say(
+                    f"{error} Assumed: at rest at {math.degrees(checkpoint.scaling.angle_mean):.1f} deg, the mean of "
+                    f"the training trials, for the first {history} samples; --start-deg says otherwise."
+                )
+            if i == 0 and sample.angle is not None and from_column:
+                say(f"Start: the first {history} angles of the column {sample.angle[0]}; later ones are not looked at.")
         known = {**fixed, **dict(zip(columns, sample.known, strict=True))}
-        angle = scale * predictor.step(sample.emg, sample.where, [known[name] for name in inputs], measured)
-        drift.watch([*sample.emg, *(known[name] for name in inputs)], float(angle.mean()) / scale, sample.where)
-        several, banded = len(angle) > 1, checkpoint.band is not None and len(angle) == len(checkpoint.seeds)
+        told = [known[name] for name in inputs]
+        angles = predictor.step(sample.emg, sample.where, told, measured)
+        angle, spread = float(angles.mean()), float(angles.std())
+        if watch is not None:
+            watch([*sample.emg, *told], angle, sample.where)
+        numbers = {"angle": f"{scale * angle:.9g}"}
+        if len(angles) > 1:
+            numbers["spread"] = f"{scale * spread:.3g}"
+        if checkpoint.band is not None and len(angles) == len(checkpoint.seeds):
+            half = float(checkpoint.band.half_width(spread)) if i >= history else 0.0
+            numbers |= {"low": f"{scale * (angle - half):.9g}", "high": f"{scale * (angle + half):.9g}"}
         if i == 0:
-            names = ["angle", *(["spread"] if several else []), *(["low", "high"] if banded else [])]
-            yield ",".join(["time_s", *(f"{name}_{unit}" for name in names)])
-        numbers = f"{sample.time:.9g},{angle.mean():.9g}" + (f",{angle.std():.3g}" if several else "")
-        if banded and checkpoint.band is not None:
-            half = scale * float(checkpoint.band.half_width(angle.std() / scale)) if i >= predictor.history else 0.0
-            numbers += f",{angle.mean() - half:.9g},{angle.mean() + half:.9g}"
-        yield numbers
+            yield ",".join(["time_s", *(f"{name}_{unit}" for name in numbers)])
+        yield ",".join([f"{sample.time:.9g}", *numbers.values()])
 
 
-def _start_is_measured(checkpoint: Checkpoint, first: Sample, say: Callable[[str], None]) -> bool:
-    """Whether the start is measured, by the first sample; what was decided is said."""
-    history = checkpoint.network.history
-    try:
-        first.measured()
-    except ValueError as error:
-        say(
-            f"{error} Assumed: at rest at {math.degrees(checkpoint.scaling.angle_mean):.1f} deg, the mean of the "
-            f"training trials, for the first {history} samples; --start-deg says otherwise."
-        )
-        return False
-    name = first.angle[0] if first.angle else ""
-    say(f"Start: the first {history} angles of the column {name}; later ones are not looked at.")
-    return True
+def watch_range(checkpoint: Checkpoint, warn: Say) -> Callable[[Sequence[float], float, str], None]:
+    """What looks at each sample - its EMG and known inputs, predicted angle [rad], and what messages call it - and says
+    once of each quantity that it has left the range of the training trials."""
+    seen, turn = checkpoint.seen, math.degrees(1)
+    quantities = [  # name, unit, and what a value in SI units is multiplied with
+        *((name, "", 1.0) for name in checkpoint.channels),
+        *((name, f" {unit_of(name)}", 1.0) for name in checkpoint.architecture.known),
+        ("the predicted angle", " deg", turn),
+        ("the predicted speed", " deg/s", turn),
+    ]
+    said: set[int] = set()
+    before = math.nan
 
+    def watch(inputs: Sequence[float], angle: float, where: str) -> None:
+        nonlocal before
+        speed = 0.0 if math.isnan(before) else (angle - before) / checkpoint.dt
+        before, values = angle, [*inputs, angle, speed]
+        for i in sorted({*np.flatnonzero(seen.outside(values)).tolist()} - said):
+            said.add(i)
+            name, unit, factor = quantities[i]
+            value, low, high = (factor * v for v in (values[i], seen.low[i], seen.high[i]))
+            warn(
+                f"{where}: {name} is {value:.4g}{unit}; in the training trials it went from {low:.4g} to {high:.4g}. "
+                "From here on the prediction may be off by more than its band. (Said once.)"
+            )
 
-def _known_angle(sample: Sample) -> float:
-    try:
-        return sample.measured()
-    except ValueError as error:
-        raise ValueError(f"{error} The prediction starts from it; correct it, or give --start-deg.") from None
+    return watch

@@ -18,10 +18,7 @@ from myowave.learning.checkpoint import Checkpoint
 
 
 class Predictor:
-    """Motion from a stream of EMG, for every seed.
-
-    The angle must be known for the first `history` samples; from then on each call takes one sample of EMG and returns
-    the angle. Equal to `prediction.predict_free_running` on the same samples.
+    """Motion from a stream of EMG, for every seed; equal to `prediction.predict_free_running` on the same samples.
 
     Args:
         checkpoint: a trained network.
@@ -47,13 +44,11 @@ class Predictor:
         self._weights = {name: value[chosen].double().cpu().numpy() for name, value in network.weights.items()}
         self._network, self._channels, self._dt, self._count = network, checkpoint.channels, dt, 0
         self._mean, self._std = np.array(network.scaling.input_mean), np.array(network.scaling.input_std)
-        given = torch.tensor(list(angles[: network.history]), dtype=torch.float64)
-        self._angles = given.numpy()
+        self._angles = np.array(angles[: network.history], dtype=np.float64)
         self._z, self._v = np.zeros((2, len(chosen), 1, 1))
-        self._start = np.zeros((len(chosen), 1, network.architecture.hidden))
-        self._hidden = self._start
+        self._hidden = self._start = np.zeros((len(chosen), 1, network.architecture.hidden))
         longest = max(network.architecture.delays, default=0.0)
-        self._seen: deque[np.ndarray] = deque(maxlen=math.ceil(longest / dt) + 2)
+        self._inputs: deque[np.ndarray] = deque(maxlen=math.ceil(longest / dt) + 2)
         self._past: deque[np.ndarray] = deque(maxlen=network.history)  # what drove the last history cells
 
     @property
@@ -79,27 +74,19 @@ class Predictor:
             ValueError: for another number of channels or known inputs, or EMG that is not normalised; the sample then
                 does not count.
         """
-        takes = len(self._channels), len(self._network.architecture.known)
-        if (len(emg), len(known)) != takes:
-            raise ValueError(
-                f"a sample has {len(emg)} channels and {len(known)} known inputs; the network takes {takes[0]} and "
-                f"{takes[1]}: {', '.join((*self._channels, *self._network.architecture.known))}."
-            )
         n, weights, scaling = self._count, self._weights, self._network.scaling
-        _check_emg(self._channels, emg, where or f"sample {n + 1}")
-        given = n < self._network.history
-        driven = self._encode([*emg, *known]) @ weights["input"] + weights["bias"]
+        self._check(emg, known, where or f"sample {n + 1}")
+        driven = self._encode(np.array([*emg, *known], dtype=np.float64)) @ weights["input"] + weights["bias"]
         recurrent = self._remember() @ weights["hidden"]
+        given = n < self.history
         if given:
-            if measured is not None:
-                self._angles[n] = measured
+            self._angles[n] = self._angles[n] if measured is None else measured
             two = torch.from_numpy(self._angles[max(n - 1, 0) : n + 1])
             self._z, self._v = (np.full_like(self._z, float(values[-1])) for values in self._network.encode_angle(two))
         else:
             output = self._cell(driven, recurrent) @ weights["output"] + weights["output_bias"]
             self._z, self._v = self._network.move(output, self._z, self._v)
-        increments = self._network.architecture.increments
-        features = np.concatenate((self._z, self._v), axis=-1) if increments else self._z
+        features = np.concatenate((self._z, self._v), axis=-1)[..., : self._network.architecture.features]
         seen = driven + features @ weights["angle"]
         self._past.append(seen)
         self._hidden = self._cell(seen, recurrent)
@@ -108,25 +95,19 @@ class Predictor:
             return np.full(len(self._z), self._angles[n])
         return self._z[:, 0, 0] * scaling.angle_std + scaling.angle_mean
 
-    def _encode(self, inputs: Sequence[float]) -> np.ndarray:
-        """As `Network.encode_inputs`, of one sample: (1, X)."""
-        seen = self._network.architecture.given.see(np.asarray(inputs, dtype=np.float64))
-        x = (self._delayed(seen) - self._mean) / self._std
-        if not self._network.architecture.increments:
+    def _encode(self, inputs: np.ndarray) -> np.ndarray:
+        """As `Network.encode_inputs`, of EMG and known inputs of one sample: (1, X)."""
+        architecture = self._network.architecture
+        self._inputs.append(architecture.given.see(inputs))
+        x = self._inputs[-1].copy()
+        sample = np.arange(self._count + 1 - len(self._inputs), self._count + 1)
+        for c, delay in enumerate(architecture.delays):  # as `network.delayed`
+            at = max(self._count - delay / self._dt, 0.0)
+            x[c] = np.interp(at, sample, [seen[c] for seen in self._inputs])
+        x = (x - self._mean) / self._std
+        if not architecture.increments:
             x = np.append(x, self._count * self._dt / self._network.scaling.duration)
         return x.astype(np.float32).astype(np.float64)[None]
-
-    def _delayed(self, inputs: np.ndarray) -> np.ndarray:
-        """As `network.delayed`: inputs (C + K,) of some time ago, of which this sample is the newest."""
-        delays = self._network.architecture.delays
-        if not delays:
-            return inputs
-        self._seen.append(inputs)
-        seen, late = np.array(self._seen), inputs.copy()
-        sample = np.arange(self._count + 1 - len(seen), self._count + 1)
-        for c, delay in enumerate(delays):
-            late[c] = np.interp(max(self._count - delay / self._dt, 0.0), sample, seen[:, c])
-        return late
 
     def _remember(self) -> np.ndarray:
         """h_(n-1), (S, 1, H); where the state is not handed on, after going through the history again."""
@@ -143,11 +124,16 @@ class Predictor:
         candidate = np.tanh(driven[..., 2 * h :] + gates[..., :h] * recurrent[..., 2 * h :])
         return candidate + gates[..., h:] * (self._hidden - candidate) + self._weights["state_bias"]
 
-
-def _check_emg(channels: Sequence[str], emg: Sequence[float], where: str) -> None:
-    for name, value in zip(channels, emg, strict=True):
-        if not 0 <= value <= UNSEEN_LIMIT:
+    def _check(self, emg: Sequence[float], known: Sequence[float], where: str) -> None:
+        names = tuple(self._network.architecture.known)
+        if (len(emg), len(known)) != (len(self._channels), len(names)):
             raise ValueError(
-                f"{where}: {name} is {value:g}, expected 0 to {UNSEEN_LIMIT:g}. Rectify and smooth the EMG, and divide "
-                "it by its value at maximum voluntary contraction, as was done for the training."
+                f"a sample has {len(emg)} channels and {len(known)} known inputs; the network takes "
+                f"{len(self._channels)} and {len(names)}: {', '.join((*self._channels, *names))}."
             )
+        for name, value in zip(self._channels, emg, strict=True):
+            if not 0 <= value <= UNSEEN_LIMIT:
+                raise ValueError(
+                    f"{where}: {name} is {value:g}, expected 0 to {UNSEEN_LIMIT:g}. Rectify and smooth the EMG, and "
+                    "divide it by its value at maximum voluntary contraction, as was done for the training."
+                )

@@ -57,27 +57,23 @@ def read_raw_samples(
     Raises:
         ValueError: naming the line, at the first that is no sample, or whose EMG cannot be.
     """
-    channels, step = tuple(real_time.channels), 1 / real_time.rate
-    excitation = Excitation(real_time)
+    count, started, before = 0, 0.0, np.empty(0)
+    for n, sample in enumerate(_excite(lines, real_time, source, known)):
+        now = np.array(sample.emg)
+        if n == 0:
+            started, before = sample.time, now
+        while (ago := n - count * dt * real_time.rate) > -SAME:  # in raw samples
+            emg = now - max(ago, 0.0) * (now - before)
+            yield replace(sample, time=started + count * dt, emg=emg.tolist())
+            count += 1
+        before = now
+
+
+def _excite(lines: Iterable[str], real_time: RealTime, source: str, known: Sequence[str]) -> Iterator[Sample]:
+    """Samples at the amplifier's rate, their EMG as a fraction of what counts as 1."""
+    excitation, step, first = Excitation(real_time), 1 / real_time.rate, 0.0
     waiting: deque[Sample] = deque()
-    taken, count, before, started = 0, 0, np.empty(0), 0.0
-
-    def pass_on(rows: np.ndarray) -> Iterator[Sample]:
-        """The network's samples that lie at these excitations (n, C), or between the one before and them."""
-        nonlocal taken, count, before, started
-        for row in rows:
-            sample = waiting.popleft()
-            _check(channels, row, sample.where, real_time)
-            started = sample.time if taken == 0 else started
-            before = row if taken == 0 else before
-            while (ago := taken - count * dt / step) > -SAME:
-                emg = row - max(ago, 0.0) * (row - before)
-                yield replace(sample, time=started + count * dt, emg=emg.tolist())
-                count += 1
-            before, taken = row, taken + 1
-
-    first, n = 0.0, 0
-    for n, sample in enumerate(read_samples(lines, channels, step, source, known, ROUNDED, thins=False)):
+    for n, sample in enumerate(read_samples(lines, [*real_time.channels], step, source, known, ROUNDED, thins=False)):
         first = sample.time if n == 0 else first
         if abs(sample.time - first - n * step) > RATE_TOLERANCE * n * step + step:
             raise ValueError(
@@ -85,15 +81,18 @@ def read_raw_samples(
                 f"{real_time.rate:g} Hz, as it was recorded for the training. Resample it to that rate."
             )
         waiting.append(sample)
-        yield from pass_on(excitation.push(np.array(sample.emg)))
-    yield from pass_on(excitation.finish())
+        for row in excitation.push(np.array(sample.emg)):
+            yield _excited(waiting.popleft(), row, real_time)
+    for row in excitation.finish():
+        yield _excited(waiting.popleft(), row, real_time)
 
 
-def _check(channels: Sequence[str], excitations: np.ndarray, where: str, real_time: RealTime) -> None:
-    for name, value in zip(channels, excitations, strict=True):
+def _excited(sample: Sample, excitations: np.ndarray, real_time: RealTime) -> Sample:
+    for (name, known), value in zip(real_time.channels.items(), excitations, strict=True):
         if not value <= UNSEEN_LIMIT:
-            known = real_time.channels[name]
             raise ValueError(
-                f"{where}: {name}, processed, is {value:.3g} of what counts as 1 ({known.gain:.4g} {known.unit}); "
-                f"expected at most {UNSEEN_LIMIT:g}. Raw EMG is expected in {known.unit}; or look for an artefact."
+                f"{sample.where}: {name}, processed, is {value:.3g} of what counts as 1 ({known.gain:.4g} "
+                f"{known.unit}); expected at most {UNSEEN_LIMIT:g}. Raw EMG is expected in {known.unit}; or look for "
+                "an artefact."
             )
+    return replace(sample, emg=excitations.tolist())

@@ -2,7 +2,7 @@
 
 import csv
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from myowave.data.trials import ANGLES
@@ -15,15 +15,8 @@ WIDEST = 2 * math.pi  # rad, of an angle over time
 
 @dataclass(frozen=True)
 class Sample:
-    """One sample.
-
-    Args:
-        time: [s].
-        emg: of each channel [-].
-        known: inputs beside EMG, SI units.
-        where: what messages call its line.
-        angle: name and text of the column with a measured angle, where there is one; not looked at.
-    """
+    """One sample: time [s], EMG of each channel [-], known inputs in SI units, what messages call its line, and name
+    and text of the column with a measured angle, where there is one."""
 
     time: float
     emg: Sequence[float]
@@ -41,10 +34,7 @@ class Sample:
             raise ValueError(f"There is no column {' or '.join(ANGLES)}.")
         name, text = self.angle
         limit = math.pi if name == "angle_rad" else 180.0
-        try:
-            angle = float(text)
-        except ValueError:
-            angle = math.nan
+        angle = _float(text)
         if not abs(angle) <= limit:
             raise ValueError(f"{self.where}: {name} is {text!r}, expected a number from {-limit:.4g} to {limit:.4g}.")
         return angle if name == "angle_rad" else math.radians(angle)
@@ -65,11 +55,8 @@ def read_samples(
     Args:
         lines: CSV, the first line naming the columns: the channels, the known inputs, `time_s` where it is known, and
             `angle_rad` or `angle_deg` where it was measured. Others are not read.
-        channels: EMG to read, in this order.
-        dt: sampling interval that is expected [s].
+        dt: sampling interval that is expected [s]; `tolerance` the relative difference that counts as rounding.
         source: what the lines come from, for messages.
-        known: further inputs to read, in this order.
-        tolerance: relative difference from the sampling interval that counts as rounding.
         thins: whether a whole multiple of the rate is taken.
 
     Raises:
@@ -77,6 +64,37 @@ def read_samples(
     """
     numbered = ((f"{source}, line {n}", line) for n, line in enumerate(lines, 1))
     header = [name.strip().removeprefix("\ufeff") for name in _cells(*next(numbered, (source, "")))]
+    _check_header(header, channels, known, source)
+    angle = next((name for name in ANGLES if name in header), None)
+    wanted = [name for name in ("time_s", *channels, *known) if name in header]
+    before, every, count = math.nan, 1, 0
+    for where, line in numbered:
+        if not (row := _cells(where, line)):
+            continue
+        if len(row) != len(header):
+            raise ValueError(f"{where}: {len(row)} values, but the first line names {len(header)} columns.")
+        cells = dict(zip(header, row, strict=True))
+        numbers = {name: _number(name, cells[name], where) for name in wanted}
+        time = numbers.get("time_s", before + dt if count else 0.0)
+        if count == 1 and thins and 0 < time - before < dt:
+            every = round(dt / (time - before))  # as `data.thinning`: the first sample, and then one of so many
+        step = dt / every
+        if count and abs(time - before - step) > tolerance * step + 1e-6:
+            taken = f", and one of {every} lines is taken" if every > 1 else ""
+            raise ValueError(
+                f"{where}: time_s goes from {before:g} to {time:g}, but the network was trained on samples {dt:g} s "
+                f"apart{taken}. Resample the EMG to that interval, or to a whole multiple of that rate."
+            )
+        before, count = time, count + 1
+        if (count - 1) % every:
+            continue
+        for name in known:
+            _check_known(name, numbers[name], where)
+        emg, told = ([numbers[name] for name in names] for names in (channels, known))
+        yield Sample(time, emg, told, where, (angle, cells[angle]) if angle else None)
+
+
+def _check_header(header: Sequence[str], channels: Sequence[str], known: Sequence[str], source: str) -> None:
     if missing := [name for name in channels if name not in header]:
         raise ValueError(
             f"{source}, line 1: no column {', '.join(missing)}; found {', '.join(header) or 'nothing'}. The first line "
@@ -91,31 +109,39 @@ def read_samples(
         )
     if repeated := [name for name in ("time_s", *channels, *known) if header.count(name) > 1]:
         raise ValueError(f"{source}, line 1: {', '.join(repeated)} is there more than once; keep one of each.")
-    angle = next((name for name in ANGLES if name in header), None)
-    before, every, count = None, 1, 0
-    for where, line in numbered:
-        if not (row := _cells(where, line)):
-            continue
-        numbers = _read_numbers(row, header, ["time_s", *channels, *known], where)
-        time = numbers.pop("time_s", 0.0 if before is None else before + dt)
-        if count == 1 and thins and before is not None and 0 < time - before < dt:
-            every = round(dt / (time - before))  # as `data.thinning`: the first sample, and then one of so many
-        _check_rate(before, time, dt, every, where, tolerance)
-        before, count = time, count + 1
-        if (count - 1) % every:
-            continue
-        _check_known({name: numbers[name] for name in known}, where)
-        measured = (angle, row[header.index(angle)]) if angle else None
-        yield Sample(time, [numbers[name] for name in channels], [numbers[name] for name in known], where, measured)
+
+
+def _cells(where: str, line: str) -> list[str]:
+    """The cells of one line; each is read by itself, so that a stray quote keeps no later line waiting."""
+    try:
+        return next(csv.reader([line], strict=True), [])
+    except csv.Error as error:
+        raise ValueError(
+            f"{where}: found {line.rstrip()[:80]!r}, which is no line of CSV ({error}). What was predicted before is "
+            "written; correct the line."
+        ) from None
+
+
+def _number(name: str, text: str, where: str) -> float:
+    number = _float(text)
+    if not math.isfinite(number):
+        raise ValueError(
+            f"{where}: {name} is {text!r}, expected a number. What was predicted before is written; correct the line, "
+            "or leave it and those before it out."
+        )
+    return number
+
+
+def _float(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def read_known(option: str, texts: Sequence[str], names: Sequence[str]) -> dict[str, float]:
-    """Values of known inputs that hold for the whole run, by name.
-
-    Args:
-        option: what the user calls it, for messages.
-        texts: each `name=value`.
-        names: known inputs of the network.
+    """Values of known inputs, of these names, that hold for the whole run, from texts such as `load=2.5`; messages call
+    them by the option.
 
     Raises:
         ValueError: for a name that is none of them, one given twice, or a value that cannot be.
@@ -131,61 +157,14 @@ def read_known(option: str, texts: Sequence[str], names: Sequence[str]) -> dict[
             )
         if name in values:
             raise ValueError(f"{option}: {name} is given more than once; keep one.")
-        try:
-            values[name] = float(number)
-        except ValueError:
-            values[name] = math.nan
-        _check_known({name: values[name]}, f"{option} {text!r}")
+        values[name] = _float(number)
+        _check_known(name, values[name], f"{option} {text!r}")
     return values
 
 
-def _check_known(values: Mapping[str, float], where: str) -> None:
-    for name, value in values.items():
-        constant = constant_behind(name)
-        bounds = constant.bounds if constant else {"ge": -WIDEST, "le": WIDEST}
-        low, high = bounds.get("ge", bounds.get("gt", -math.inf)), bounds.get("le", bounds.get("lt", math.inf))
-        if not low <= value <= high:
-            raise ValueError(f"{where}: {name} is {value:g}, expected {low:.4g} to {high:.4g} {unit_of(name)}.")
-
-
-def _cells(where: str, line: str) -> list[str]:
-    """The cells of one line; each is read by itself, so that a stray quote keeps no later line waiting."""
-    try:
-        return next(csv.reader([line], strict=True), [])
-    except csv.Error as error:
-        raise ValueError(
-            f"{where}: found {line.rstrip()[:80]!r}, which is no line of CSV ({error}). What was predicted before is "
-            "written; correct the line."
-        ) from None
-
-
-def _read_numbers(row: Sequence[str], header: Sequence[str], names: Sequence[str], where: str) -> dict[str, float]:
-    """The numbers in these columns, by name, of those that the header has."""
-    if len(row) != len(header):
-        raise ValueError(f"{where}: {len(row)} values, but the first line names {len(header)} columns.")
-    numbers = {}
-    for name in names:
-        if name not in header:
-            continue
-        text = row[header.index(name)]
-        try:
-            number = float(text)
-        except ValueError:
-            number = math.nan
-        if not math.isfinite(number):
-            raise ValueError(
-                f"{where}: {name} is {text!r}, expected a number. What was predicted before is written; correct the "
-                "line, or leave it and those before it out."
-            )
-        numbers[name] = number
-    return numbers
-
-
-def _check_rate(before: float | None, time: float, dt: float, every: int, where: str, tolerance: float) -> None:
-    step = dt / every
-    if before is not None and abs(time - before - step) > tolerance * step + 1e-6:
-        taken = f", and one of {every} lines is taken" if every > 1 else ""
-        raise ValueError(
-            f"{where}: time_s goes from {before:g} to {time:g}, but the network was trained on samples {dt:g} s apart"
-            f"{taken}. Resample the EMG to that interval, or to a whole multiple of that rate."
-        )
+def _check_known(name: str, value: float, where: str) -> None:
+    constant = constant_behind(name)
+    bounds = constant.bounds if constant else {"ge": -WIDEST, "le": WIDEST}
+    low, high = bounds.get("ge", bounds.get("gt", -math.inf)), bounds.get("le", bounds.get("lt", math.inf))
+    if not low <= value <= high:
+        raise ValueError(f"{where}: {name} is {value:g}, expected {low:.4g} to {high:.4g} {unit_of(name)}.")

@@ -6,13 +6,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from myowave.data.importing import import_trials
 from myowave.data.store import read_table, read_trials
 from myowave.data.thinning import thin
-from myowave.data.trials import Trials
+from myowave.data.trials import TIME, Trials
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.inputs import given_inputs
 from myowave.settings import MeasuredDataset, RecordedDataset
@@ -86,14 +85,11 @@ def trial_lines(dataset: str, trial: str, checkpoint: Checkpoint, config: Sequen
             f"{dataset}, trial {trial}: no {', '.join(missing)}, which the network takes; there are "
             f"{', '.join(one.channels)}. Name a network of this dataset with --checkpoint."
         )
-    known = {
-        name: value
-        for name, value in checkpoint.architecture.known.items()
-        if name in one.signals or name in one.conditions.get(trial, {})
-    }
+    there = {*one.signals, *one.conditions.get(trial, {})}
+    known = {name: value for name, value in checkpoint.architecture.known.items() if name in there}
     inputs = given_inputs(one, known)[0, : one.lengths[0]]
     table = pd.DataFrame(inputs, columns=[*one.channels, *known])
-    table.insert(0, "time_s", np.arange(len(table)) * one.dt)
+    table.insert(0, TIME, one.time[: len(table)])
     table["angle_rad"] = one.angle[0, : len(table)]
     return iter(table.to_csv(index=False).splitlines(keepends=True))
 
@@ -109,7 +105,7 @@ def name_of_trial(dataset: str, path: Path, config: Sequence[Path]) -> str:
         return path.stem
     patterns = [signal.file for signal in (*settings.emg.values(), settings.angle)]
     for pattern in patterns:
-        if match := re.fullmatch(re.escape(pattern).replace(re.escape("{trial}"), "(.+)"), str(path)):
+        if match := re.fullmatch("(.+)".join(map(re.escape, pattern.split("{trial}"))), str(path)):
             return match[1]
     raise ValueError(
         f"{path} is not where data.datasets.{dataset} looks for recordings: {patterns[0]}. Put the files of the trial "

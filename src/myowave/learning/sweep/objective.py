@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from myowave.learning.sweep.search import HeldOutError, Settings
+from myowave.learning.sweep.search import Judgement, Settings
 from myowave.learning.task import Task
 from myowave.learning.training import hold_out_each
 
 
-def judge(settings: Settings, task: Task, epochs: int | None) -> Iterator[HeldOutError]:
+def judge(settings: Settings, task: Task, epochs: int | None) -> Iterator[Judgement]:
     """Train with these settings and each trial held out in turn; yield the root mean square error [deg] of those held
     out so far, the mean over them, after each.
 
@@ -26,4 +26,4 @@ def judge(settings: Settings, task: Task, epochs: int | None) -> Iterator[HeldOu
     task, errors = replace(task, recipe=task.recipe.changed(shorter | dict(settings))), []
     for angle, predicted in hold_out_each(task):
         errors.append(np.rad2deg(np.sqrt(np.square(predicted - angle).mean(axis=1))))
-        yield HeldOutError(len(task.scales[0].names) - len(errors), tuple(np.mean(errors, axis=0).tolist()))
+        yield len(task.scales[0].names) - len(errors), np.mean(errors, axis=0).tolist()

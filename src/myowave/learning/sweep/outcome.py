@@ -18,9 +18,8 @@ _EDGE = 0.05  # share of a range that counts as its edge
 
 
 def search_name(sweep: Sweep, judged: Mapping[str, Any], data: Path) -> str:
-    """A name that is the same only where errors of trials can be compared.
-
-    Ranges, number of trials and of workers may change between runs; what a trial is judged by may not.
+    """A name that is the same only where errors of trials can be compared: ranges, number of trials and of workers may
+    change between runs, what a trial is judged by may not.
 
     Args:
         judged: settings that the error depends on, and the digest of the code.
@@ -43,9 +42,8 @@ def override_text(sweep: Sweep, recipe: Recipe, best: Settings, table: pd.DataFr
     """
     name = sweep.recipe + BEST
     figure = f"results/figures/{sweep.dataset}/{sweep.model}/{name}/metrics.png"
-    both = [sweep.recipe, name]
     values = {
-        "targets": {"recipes": both, "own_recipes": {sweep.dataset: list(both)}},
+        "targets": {"recipes": [sweep.recipe, name], "own_recipes": {sweep.dataset: [sweep.recipe, name]}},
         "learning": {"recipes": {name: dump(recipe.changed(best))}},
     }
     return (
@@ -67,12 +65,8 @@ def edge_of(dimension: Dimension, value: float) -> str:
 
 
 def summary_text(sweep: Sweep, default: Settings, best: Settings, table: pd.DataFrame) -> str:
-    """What the search found, in Markdown: best and default settings, ranges, and where a range was too narrow.
-
-    Args:
-        default: settings of the recipe that was to be improved.
-        table: of the trials, see `search.tabulate`.
-    """
+    """What the search found, in Markdown: best settings, those of the recipe that was to be improved, ranges, and where
+    one was too narrow; from `search.tabulate`."""
     rows, advice = [], []
     for name, dimension in sweep.dimensions.items():
         edge = edge_of(dimension, best[name])
@@ -93,11 +87,11 @@ def _finding(table: pd.DataFrame) -> str:
     done = table[table["state"] == "complete"]
     default = done.loc[done["is_default"], "error"]
     least = done["error"].min()
-    against = ""
-    if len(default):
-        gained = 100 * (1 - least / default.iloc[0])
-        against = (
-            f", of the default {default.iloc[0]:.4g} deg ({gained:.1f} % less, as the best of so many it flatters)"
-        )
     tried = table["state"].isin(["complete", "pruned"]).sum()
-    return f"Best of {tried} settings: error on held-out data {least:.4g} deg{against}."
+    found = f"Best of {tried} settings: error on held-out data {least:.4g} deg"
+    if default.empty:
+        return f"{found}."
+    gained = 100 * (1 - least / default.iloc[0])
+    return (
+        f"{found}, of the default {default.iloc[0]:.4g} deg ({gained:.1f} % less, as the best of so many it flatters)."
+    )

@@ -4,13 +4,11 @@ Workers are independent processes, on one machine or on many that share a file s
 Whatever is killed, the search stays whole: a trial has the name of its worker, and a worker that starts again marks
 what it was killed in as failed and tries it anew. Nobody else can know that such a trial is dead.
 
-What is judged is a generator: it yields a score after each recording that was held out, and knows nothing of trials,
-pruning or storage.
+What is judged is a generator that yields after each recording that was held out, and knows nothing of storage.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import optuna
@@ -28,32 +26,14 @@ UNPRUNED = 5  # settings tried to the end before any is given up, and chosen at 
 Settings = Mapping[str, float]
 
 
-@dataclass(frozen=True)
-class HeldOutError:
-    """How far a setting misses held-out trials, as far as it has been tried.
-
-    Args:
-        left: how often it will be judged after this; 0 is the last.
-        errors: free-running error on the held-out data, one per seed.
-    """
-
-    left: int
-    errors: tuple[float, ...]
-
-    @property
-    def mean(self) -> float:
-        return sum(self.errors) / len(self.errors)
-
-
-Objective = Callable[[Settings], Iterator[HeldOutError]]
+Judgement = tuple[int, Sequence[float]]
+"""How often a setting will be judged after this, 0 is the last; and by how much it misses the trials that were held out
+so far, running free, for each seed [deg]."""
+Objective = Callable[[Settings], Iterator[Judgement]]
 
 
 def open_search(name: str, journal: str | Path, seed: int = 0) -> optuna.Study:
-    """The search of this name in a journal file, made where it is not there yet.
-
-    Args:
-        seed: another for each worker.
-    """
+    """The search of this name in a journal file, made where it is not there yet; each worker with another seed."""
     Path(journal).parent.mkdir(parents=True, exist_ok=True)
     # Appending takes milliseconds; a lock older than 10 s was left by a worker that was killed.
     backend = JournalFileBackend(str(journal), JournalFileSymlinkLock(str(journal), grace_period=10))
@@ -67,10 +47,8 @@ def open_search(name: str, journal: str | Path, seed: int = 0) -> optuna.Study:
 
 
 def try_first(search: optuna.Study, settings: Settings, sweep: Sweep) -> None:
-    """Let the settings that are to be improved be the first trial, where they are inside the ranges.
-
-    Only one process may do so, so this is called before the workers start.
-    """
+    """Let the settings that are to be improved be the first trial, where they are inside the ranges; before the workers
+    start, as only one process may do so."""
     if all(d.low <= settings[name] <= d.high for name, d in sweep.dimensions.items()):
         search.enqueue_trial({name: settings[name] for name in sweep.dimensions}, skip_if_exists=True)
 
@@ -81,31 +59,20 @@ def count(search: optuna.Study) -> int:
 
 
 def work(search: optuna.Study, sweep: Sweep, objective: Objective, worker: str) -> Iterator[FrozenTrial]:
-    """Try settings until the search has as many trials as asked for; yield each that this worker finished.
-
-    Workers that begin a trial in the same moment may try a few more.
-
-    Args:
-        worker: name of this worker; no two that run may have the same, and a restarted one has the same again.
-    """
-
+    """Try settings until the search has as many trials as asked for, a few more where workers begin one in the same
+    moment; yield each that this worker finished. No two that run may have the same name, a restarted one its own."""
     release(search, worker)
-    finished: list[FrozenTrial] = []
-
-    def judged(trial: Trial) -> float:
+    while count(search) < sweep.trials:
+        trial = search.ask()
         trial.set_user_attr("worker", worker)
         settings = {name: _suggest(trial, name, dimension) for name, dimension in sweep.dimensions.items()}
         try:
-            return _judge(trial, objective(settings))
-        except optuna.TrialPruned:
-            raise
+            error = _judge(trial, objective(settings))
         except BaseException:
+            search.tell(trial, state=TrialState.FAIL)
             search.enqueue_trial(settings)
             raise
-
-    while count(search) < sweep.trials:
-        search.optimize(judged, n_trials=1, callbacks=[lambda _, trial: finished.append(trial)])
-        yield finished.pop()
+        yield search.tell(trial, error, state=TrialState.PRUNED if error is None else TrialState.COMPLETE)
 
 
 def release(search: optuna.Study, worker: str) -> None:
@@ -124,10 +91,8 @@ def describe(trial: FrozenTrial) -> str:
 
 
 def tabulate(search: optuna.Study, sweep: Sweep, default: Settings) -> pd.DataFrame:
-    """One row per trial: number, state, error, settings, error at each judgement and of each seed, duration, worker.
-
-    Columns `after_{n}` are means over seeds and the first n trials that were held out, `seed_{i}` those of the last.
-    """
+    """One row per trial: `after_{n}` are means over seeds and the first n trials that were held out, `seed_{i}` those
+    of each seed over all of them."""
     rows = []
     for trial in search.get_trials(deepcopy=False):
         if not trial.params:  # not begun
@@ -162,17 +127,19 @@ def best_settings(search: optuna.Study) -> dict[str, float]:
     return dict(search.best_params)
 
 
-def _judge(trial: Trial, scores: Iterator[HeldOutError]) -> float:
-    """Follow a trial through its judgements to its error."""
-    for step, score in enumerate(scores):
-        if not math.isfinite(score.mean):
-            raise optuna.TrialPruned("diverged: as hopeless as can be")
-        trial.set_user_attr("errors", list(score.errors))
-        trial.report(score.mean, step)
-        if score.left == 0:
-            return score.mean
+def _judge(trial: Trial, judgements: Iterator[Judgement]) -> float | None:
+    """Follow a trial through its judgements to its error; None where it is given up: it has diverged, or is worse than
+    the median of those before."""
+    for step, (left, errors) in enumerate(judgements):
+        error = sum(errors) / len(errors)
+        if not math.isfinite(error):
+            return None
+        trial.set_user_attr("errors", list(errors))
+        trial.report(error, step)
+        if left == 0:
+            return error
         if trial.should_prune():
-            raise optuna.TrialPruned("worse than the median of those before")
+            return None
     raise AssertionError("the objective ended before its last judgement")
 
 

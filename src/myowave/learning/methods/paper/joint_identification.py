@@ -11,7 +11,7 @@ Shapes: S seeds, P parameters, R raw numbers (P, and more where literature value
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import torch
 from torch import Tensor
@@ -25,56 +25,50 @@ ROUNDING = 1e-9  # the same for a value that a search has found
 
 @dataclass(frozen=True)
 class Form:
-    """How one parameter follows from its raw numbers. `scale` (S,) for a ratio, `low` and `high` limits of any form."""
+    """How one parameter, between `low` and `high`, follows from its raw numbers: sigmoids of them times `sizes` are
+    averaged; where there are none it is a ratio, times a `scale` (S,)."""
 
-    kind: str
-    scale: Tensor
     low: float
     high: float
-    literature: tuple[float, ...] = ()
+    sizes: tuple[float, ...]
+    scale: Tensor
 
     @classmethod
     def of(cls, free: Free, wanted: Identify | None, start: Tensor) -> "Form":
         """The form of a parameter whose search starts from `start` (S,)."""
         if wanted and wanted.literature:
-            return cls("literature", start, 0.0, sum(wanted.literature) / len(wanted.literature), wanted.literature)
+            return cls(0.0, sum(wanted.literature) / len(wanted.literature), wanted.literature, start)
         if wanted and wanted.low is not None and wanted.high is not None:
-            return cls("bounded", start, wanted.low, wanted.high)
+            return cls(wanted.low, wanted.high, (wanted.high - wanted.low,), start)
         if bool((start == 0).all()):
-            return cls("ratio", torch.full_like(start, free.scale), free.low, free.high)
-        return cls("ratio", start, 0.0, math.inf)
-
-    @property
-    def size(self) -> int:
-        return max(1, len(self.literature))
+            return cls(free.low, free.high, (), torch.full_like(start, free.scale))
+        return cls(0.0, math.inf, (), start)
 
     def value(self, raw: Tensor) -> Tensor:
-        """Parameter (..., S) from its raw numbers (..., S, size)."""
-        if self.kind == "ratio":
-            return (self.scale * raw[..., 0]).clamp(self.low, self.high)
-        if self.kind == "bounded":
-            return self.low + (self.high - self.low) * torch.sigmoid(raw[..., 0])
-        return (raw.new_tensor(self.literature) * torch.sigmoid(raw)).mean(-1)
+        """Parameter (..., S) from its raw numbers (..., S, R)."""
+        if self.sizes:
+            return self.low + (raw.new_tensor(self.sizes) * torch.sigmoid(raw)).mean(-1)
+        return (self.scale.to(raw.device) * raw[..., 0]).clamp(self.low, self.high)
 
     def raw(self, value: Tensor, inside: float) -> Tensor:
-        """Raw numbers (S, size) of a value (S,), all the same, at least a share `inside` of the range from its ends."""
-        if self.kind == "ratio":
-            return (value / self.scale).unsqueeze(-1)
-        share = (value - self.low) / (self.high - self.low)
-        return torch.logit(share.clamp(inside, 1 - inside)).unsqueeze(-1).expand(-1, self.size)
+        """Raw numbers (S, R) of a value (S,), all the same, at least a share `inside` of the range from its ends."""
+        if self.sizes:
+            share = (value - self.low) / (self.high - self.low)
+            return torch.logit(share.clamp(inside, 1 - inside)).unsqueeze(-1).expand(-1, len(self.sizes))
+        return (value / self.scale).unsqueeze(-1)
 
 
 class JointIdentification:
-    """Parameters that move with the weights; see `methods.Parameters`.
+    """Parameters that move with the weights; see `methods`.
+
+    `moved` (S, R) is what Adam moves, on the device: raw numbers over the pace, as its steps are of one size whatever
+    the gradient.
 
     Args:
         wanted: constants to identify, by name.
         start: where the search of each seed started at the coarsest scale, (S, P).
         values: where it goes on, (S, P); `start` at the coarsest scale.
         pace: how many times the step of the weights the raw numbers take.
-
-    `moved` (S, R) is what Adam moves, on the device: raw numbers over the pace, as its steps are of one size whatever
-    the gradient.
     """
 
     def __init__(
@@ -86,28 +80,24 @@ class JointIdentification:
         device: torch.device,
         pace: float = 1.0,
     ) -> None:
+        self._forms = {p.name: Form.of(p, wanted.get(p.name), start[:, i]) for i, p in enumerate(free)}
         inside = INSIDE if torch.equal(start, values) else ROUNDING
-        self._names = tuple(p.name for p in free)
-        forms = [Form.of(p, wanted.get(p.name), start[:, i]) for i, p in enumerate(free)]
-        raw = torch.cat([values[:, :0], *(form.raw(values[:, i], inside) for i, form in enumerate(forms))], dim=-1)
-        self._forms = tuple(replace(form, scale=form.scale.to(device)) for form in forms)
-        self._pace = pace
-        self.moved = (raw / pace).to(device).requires_grad_()
+        raw = [form.raw(values[:, i], inside) for i, form in enumerate(self._forms.values())]
+        self._pace, self._sizes = pace, [part.shape[-1] for part in raw]
+        self.moved = (torch.cat([values[:, :0], *raw], dim=-1) / pace).to(device).requires_grad_()
 
-    def _from_raw(self) -> tuple[Tensor, ...]:
-        parts = (self._pace * self.moved).split([form.size for form in self._forms], dim=-1)
-        return tuple(form.value(part) for form, part in zip(self._forms, parts, strict=True))
+    @property
+    def params(self) -> dict[str, Tensor]:
+        """Parameters by name for the physics, each (S, 1); gradients of a loss reach `moved` through them."""
+        parts = (self._pace * self.moved).split(self._sizes, dim=-1)
+        return {
+            name: form.value(part).unsqueeze(-1) for (name, form), part in zip(self._forms.items(), parts, strict=True)
+        }
 
     @property
     def values(self) -> Tensor:
         """The parameters as they are now, (S, P), SI units."""
-        values = [value.detach().unsqueeze(-1) for value in self._from_raw()]
-        return torch.cat([self.moved.detach()[:, :0], *values], dim=-1).cpu()
-
-    @property
-    def params(self) -> dict[str, Tensor]:
-        """Parameters by name for the physics, each (S, 1); gradients of a loss reach `raw` through them."""
-        return {name: value.unsqueeze(-1) for name, value in zip(self._names, self._from_raw(), strict=True)}
+        return torch.cat([self.moved[:, :0], *self.params.values()], dim=-1).detach().cpu()
 
     @property
     def mse(self) -> Tensor:

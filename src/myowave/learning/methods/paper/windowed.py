@@ -8,6 +8,7 @@ hidden units.
 """
 
 import torch
+import torch.nn.functional as F
 from torch import Tensor
 
 from myowave.learning.cells import apply_cell, drive, read_out, see, warm_up
@@ -15,15 +16,7 @@ from myowave.learning.network import Network
 
 
 def run_windowed(network: Network, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
-    """Predict windows from their history, free running.
-
-    Args:
-        x: inputs of all samples, (B, K, X).
-        z, v: standardised angle and step of the history, (S, B, m).
-
-    Returns:
-        Standardised predictions, (S, B, K - m).
-    """
+    """`rollout.roll_out` of this network: inputs (B, K, X), history (S, B, m), predictions (S, B, K - m)."""
     m, driven = network.history, drive(network, x)
     z, v = list(z.unbind(-1)), list(v.unbind(-1))
     for n in range(m, x.shape[1]):
@@ -36,41 +29,50 @@ def run_windowed(network: Network, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
 
 
 def predict_teacher_forced(network: Network, x: Tensor, angle: Tensor) -> Tensor:
-    """Predict every sample from the given angles before it; differentiable in the weights.
+    """Every sample predicted from the given angles before it, (S, T, N) [rad], float64; the first are those given.
 
     Args:
         x: network inputs, (T, N, X).
         angle: [rad], (T, N) or (S, T, N), float64.
-
-    Returns:
-        (S, T, N) [rad], float64; the first `network.history` samples are those given.
     """
-    angle = angle.expand(network.seeds, *angle.shape[-2:])
-    hidden, driven = states_before(network, x, angle)
+    return _predict(network, x, angle, *_states_before(network, x, angle))
+
+
+def predict_with_time_derivatives(network: Network, x: Tensor, angle: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """`predict_teacher_forced` and its first two derivatives by the input t_n, as the text below Eq. 18 takes them,
+    (S, T, N) each [rad, rad/s, rad/s^2], 0 of the first samples.
+
+    Only the current cell sees t_n: EMG and history stay, so this is not the derivative of the motion.
+    """
+    hidden, driven = _states_before(network, x, angle)
+    time = driven.new_zeros(*driven.shape[:2], 1, requires_grad=True)  # beside t_n, of each prediction its own
+    slope = network.weights["input"][:, -1:]  # of `driven` by t_n, the last input
+    value = _predict(network, x, angle, hidden, driven + time * slope)
+    derivatives, along = [], value
+    for _ in range(2):
+        (along,) = torch.autograd.grad(along.sum(), time, create_graph=True)
+        along = along / network.scaling.duration  # as time enters as a fraction of it
+        derivatives.append(F.pad(along.double().squeeze(-1).unflatten(1, (x.shape[0], -1)), (network.history, 0)))
+    return value, *derivatives
+
+
+def _predict(network: Network, x: Tensor, angle: Tensor, hidden: Tensor, driven: Tensor) -> Tensor:
+    """What current cells give from the states before them, after the angles that are given, (S, T, N) [rad]."""
     output = read_out(network, apply_cell(network, hidden, driven)).unflatten(1, (x.shape[0], -1)).double()
-    return torch.cat([angle[..., : network.history], network.to_rad(output)], dim=-1)
+    given = angle[..., : network.history].expand(*output.shape[:2], -1)
+    return torch.cat([given, network.to_rad(output)], dim=-1)
 
 
-def states_before(network: Network, x: Tensor, angle: Tensor) -> tuple[Tensor, Tensor]:
-    """What the current cells of all predicted samples start from where all angles are given.
-
-    Args:
-        x: network inputs, (T, N, X).
-        angle: [rad], (S, T, N).
-
-    Returns:
-        Hidden states (S, T (N - m), H) and what drives the current cells (S, T (N - m), G).
-    """
+def _states_before(network: Network, x: Tensor, angle: Tensor) -> tuple[Tensor, Tensor]:
+    """What the current cells of all predicted samples start from where all angles are given: hidden states
+    (S, T (N - m), H) and what drives the current cells (S, T (N - m), G)."""
     driven, m = drive(network, x), network.history
+    angle = angle.expand(network.seeds, *angle.shape[-2:])
     seen, count = see(network, driven, *network.encode_angle(angle)), x.shape[1] - m
     steps = [seen[:, :, i : i + count].flatten(1, 2) for i in range(m)]
-    hidden = _start(network, steps[0])
+    # The cell after a hidden state of 0 needs no matrix product and no reset gate.
+    _, update, candidate = steps[0].chunk(3, dim=-1)
+    hidden = torch.sigmoid(-update) * torch.tanh(candidate) + network.weights["state_bias"]
     for step in steps[1:]:
         hidden = apply_cell(network, hidden, step)
     return hidden, driven[:, :, m:].flatten(1, 2)
-
-
-def _start(network: Network, driven: Tensor) -> Tensor:
-    """The cell after a hidden state of 0, which needs no matrix product and no reset gate."""
-    _, update, candidate = driven.chunk(3, dim=-1)
-    return torch.sigmoid(-update) * torch.tanh(candidate) + network.weights["state_bias"]

@@ -8,7 +8,6 @@ more gives the next angle, so that a step is a dozen operations.
 Shapes: S seeds, B windows, K samples of a window of which m are history, X inputs, H hidden units.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 import torch
@@ -45,42 +44,26 @@ class Workspace:
         self.current = empty(k - m, s, h + 3, b)  # rows [state of the current cell, z_(n-1), v_(n-1), 1]
         self.features = empty(k, s, 2, b)  # rows [z_n, v_n]
         self.states[0, :, :h], self.states[:, :, -1], self.current[:, :, -1] = 0, 1, 1
-        hidden, gates = self.states[:, :, :h], empty(k, s, 3 * h, b)
-        self.history_cells = _Cell.each(gates, gates, self.recurrent, hidden[:-1], hidden[1:])
-        now = empty(k - m, s, 3 * h, b)
-        self.current_cells = _Cell.each(gates[m:], now, self.recurrent[m:], hidden[m:-1], self.current[:, :, :h])
-        self.gradients = _Gradient.of(empty(s, 4 * h, b)), _Gradient.of(empty(s, 4 * h, b))
+        hidden, driven, now = self.states[:, :, :h], empty(k, s, 3 * h, b), empty(k - m, s, 3 * h, b)
+        of_history = driven, driven, self.recurrent, hidden[:-1], hidden[1:]
+        of_current = driven[m:], now, self.recurrent[m:], hidden[m:-1], self.current[:, :, :h]
+        self.history_cells, self.current_cells = (
+            [_Cell(*step) for step in zip(*(part.unbind(0) for part in parts), strict=True)]
+            for parts in (of_history, of_current)
+        )
+        self.gradients = _Gradient(empty(s, 4 * h, b)), _Gradient(empty(s, 4 * h, b))
 
 
-@dataclass(frozen=True)
 class _Cell:
-    """A cell at one step, as views (S, rows, B) of what it works on.
+    """A cell at one step, as views (S, rows, B) of what it works on: what reset, update and candidate see, in whose
+    place their `values` may come; W_h h_(n-1) of the candidate; h_(n-1); and the new state, without its bias."""
 
-    Args:
-        driven: what reset, update and candidate see; their values may take its place.
-        recurrent: W_h h_(n-1) of the candidate, which reset multiplies.
-        hidden: h_(n-1).
-        new: the state that comes out, without its bias.
-    """
-
-    driven: Tensor
-    driven_gates: Tensor
-    driven_candidate: Tensor
-    gates: Tensor
-    reset: Tensor
-    update: Tensor
-    candidate: Tensor
-    recurrent: Tensor
-    hidden: Tensor
-    new: Tensor
-
-    @classmethod
-    def each(cls, driven: Tensor, values: Tensor, recurrent: Tensor, hidden: Tensor, new: Tensor) -> "list[_Cell]":
-        """The cells of all steps, from arrays (steps, S, rows, B)."""
-        h = hidden.shape[2]
-        seen, gates = driven.split((2 * h, h), dim=2), values[:, :, : 2 * h]
-        parts = (driven, *seen, gates, *values.split(h, dim=2), recurrent, hidden, new)
-        return [cls(*step) for step in zip(*(part.unbind(0) for part in parts), strict=True)]
+    def __init__(self, driven: Tensor, values: Tensor, recurrent: Tensor, hidden: Tensor, new: Tensor) -> None:
+        h = hidden.shape[1]
+        self.driven, self.recurrent, self.hidden, self.new = driven, recurrent, hidden, new
+        self.driven_gates, self.driven_candidate = driven.split((2 * h, h), dim=1)
+        self.gates, self.candidate = values.split((2 * h, h), dim=1)
+        self.reset, self.update = self.gates.split(h, dim=1)
 
     def run(self) -> None:
         torch.sigmoid(self.driven_gates, out=self.gates)
@@ -97,25 +80,15 @@ class _Cell:
         _sigmoid_backward(d.gates, self.gates, grad_input=d.gates)
 
 
-@dataclass(frozen=True)
 class _Gradient:
-    """The gradient by the sums of one step, (S, 4 H, B), and its parts."""
+    """The gradient by the sums of one step, (S, 4 H, B), and views of its parts."""
 
-    whole: Tensor
-    whole_t: Tensor
-    driven: Tensor
-    driven_t: Tensor
-    gates: Tensor
-    reset: Tensor
-    update: Tensor
-    candidate: Tensor
-    recurrent: Tensor
-
-    @classmethod
-    def of(cls, whole: Tensor) -> "_Gradient":
+    def __init__(self, whole: Tensor) -> None:
         h = whole.shape[1] // 4
-        driven = whole[:, : 3 * h]
-        return cls(whole, whole.mT, driven, driven.mT, whole[:, : 2 * h], *whole.split(h, dim=1))
+        self.whole, self.whole_t = whole, whole.mT
+        self.driven, self.gates = whole[:, : 3 * h], whole[:, : 2 * h]
+        self.driven_t = self.driven.mT
+        self.reset, self.update, self.candidate, self.recurrent = whole.split(h, dim=1)
 
 
 _tanh_backward = torch.ops.aten.tanh_backward.grad_input
@@ -123,11 +96,8 @@ _sigmoid_backward = torch.ops.aten.sigmoid_backward.grad_input
 
 
 def roll_out_gru(network: Network, x: Tensor, z: Tensor, v: Tensor, workspace: Workspace) -> Tensor:
-    """`rollout.roll_out`, with the derivatives of weights only.
-
-    Args:
-        workspace: of its own for every shape that rollouts alternate between.
-    """
+    """`rollout.roll_out`, with the derivatives of weights only; a workspace of its own for every shape that rollouts
+    alternate between."""
     weights, (gates, readout) = network.weights, pack(network)
     given = gates, weights["angle"], weights["state_bias"], readout, x, z, v, workspace
     predicted: Tensor = _GRURollout.apply(*given)  # type: ignore[no-untyped-call]
@@ -135,24 +105,15 @@ def roll_out_gru(network: Network, x: Tensor, z: Tensor, v: Tensor, workspace: W
 
 
 def pack(network: Network) -> tuple[Tensor, Tensor]:
-    """The weights of the two large products of a step.
-
-    Returns:
-        From [h, x, 1] to what reset, update, candidate by x and candidate by h see, (S, H + X + 1, 4 H); and from
-        [state of the current cell without its bias, z, v, 1] to the next z and v, (S, H + 3, 2).
-    """
+    """The weights of the two large products of a step: from [h, x, 1] to what reset, update, candidate by x and
+    candidate by h see, (S, H + X + 1, 4 H); and from [state of the current cell without its bias, z, v, 1] to the next
+    z and v, (S, H + 3, 2)."""
     weights, scaling = network.weights, network.scaling
-    w_h, w_x, bias = weights["hidden"], weights["input"], weights["bias"]
+    w_h, driven = weights["hidden"], torch.cat((weights["input"], weights["bias"]), dim=1)
     h = w_h.shape[1]
-    driven = torch.cat((w_x, bias), dim=1)
-    gates = torch.cat(
-        (
-            torch.cat((w_h[..., : 2 * h], driven[..., : 2 * h]), dim=1),
-            F.pad(driven[..., 2 * h :], (0, 0, h, 0)),
-            F.pad(w_h[..., 2 * h :], (0, 0, 0, driven.shape[1])),
-        ),
-        dim=-1,
-    )
+    of_gates = torch.cat((w_h[..., : 2 * h], driven[..., : 2 * h]), dim=1)
+    by_x, by_h = F.pad(driven[..., 2 * h :], (0, 0, h, 0)), F.pad(w_h[..., 2 * h :], (0, 0, 0, driven.shape[1]))
+    gates = torch.cat((of_gates, by_x, by_h), dim=-1)
     output, output_bias = weights["output"], weights["output_bias"]
     carried = output.new_tensor([[1.0, 0.0], [scaling.step, 1.0]]).expand(len(output), 2, 2)
     by_output = output.new_tensor([scaling.step * scaling.bend, scaling.bend])
@@ -164,24 +125,14 @@ class _GRURollout(torch.autograd.Function):
     """The steps of `roll_out_gru` and their derivatives by all weights (the data has none)."""
 
     @staticmethod
-    def forward(
-        ctx: Any,
-        gates: Tensor,
-        angle: Tensor,
-        state_bias: Tensor,
-        readout: Tensor,
-        x: Tensor,
-        z: Tensor,
-        v: Tensor,
-        workspace: Workspace,
-    ) -> Tensor:
+    def forward(ctx: Any, *given: Any) -> Tensor:
+        gates, angle, state_bias, readout, x, z, v, workspace = given
         workspace.fit(x, z, gates)
         h, m = state_bias.shape[-1], z.shape[-1]
         workspace.states[:-1].transpose(0, 1)[:, :, h:-1] = x.movedim(-3, -1)
         workspace.features[:m, :, 0], workspace.features[:m, :, 1] = z.movedim(-1, 0), v.movedim(-1, 0)
-        states, recurrent, features = (
-            part.unbind(0) for part in (workspace.states, workspace.recurrent, workspace.features)
-        )
+        parts = workspace.states, workspace.recurrent, workspace.features
+        states, recurrent, features = (part.unbind(0) for part in parts)
         current, before = workspace.current.unbind(0), workspace.current[:, :, h:-1].unbind(0)
         bias = state_bias.mT.expand_as(recurrent[0]).contiguous()
         to_driven, to_recurrent = gates[..., : 3 * h].mT, gates[..., 3 * h :].mT

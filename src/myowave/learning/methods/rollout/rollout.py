@@ -17,15 +17,8 @@ from myowave.learning.network import Network
 
 
 def roll_out(network: Network, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
-    """Predict windows from their history.
-
-    Args:
-        x: inputs of all samples, (B, K, X) or (S, B, K, X).
-        z, v: standardised angle and step of the history, (S, B, m).
-
-    Returns:
-        Standardised predictions, (S, B, K - m).
-    """
+    """Standardised predictions (S, B, K - m) of windows from the inputs of all samples, (B, K, X) or (S, B, K, X), and
+    the standardised angle and step of the history, (S, B, m)."""
     history, driven = z.shape[-1], drive(network, x)
     hidden = warm_up(network, driven[:, :, :history], z, v)
     z, v = z[..., -1], v[..., -1]

@@ -1,9 +1,10 @@
 """How a network learns from rollouts: its own predictions feed it, and physics tells it what was never measured.
 
 In the first epochs at a scale, a Gauss-Newton search identifies the parameters, a step in each epoch. At scale [0],
-motion is then simulated with them, and half of the windows to train on come from it. Where the recipe has a beta,
-predictions of the measured windows are to obey the equation of motion as well, at every scale. Physics whose own motion
-misses the measured trials by more than their spread has nothing to teach: neither is done with it.
+motion is then simulated with them, and half of the windows to train on come from it. Physics whose own motion misses
+the measured trials by more than their spread has nothing to teach.
+
+Shapes: S seeds, T trials, B windows, K samples of a window of which m are history, X inputs.
 """
 
 import math
@@ -15,16 +16,15 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from myowave.learning.adam import Adam
 from myowave.learning.identification import Identification
 from myowave.learning.inputs import known_of
 from myowave.learning.loss import Losses, Noise
 from myowave.learning.methods.rollout.augmentation import imagine_emg, simulate_imagined
-from myowave.learning.methods.rollout.loss import RolloutLoss, Simulated, Taught
-from myowave.learning.residual import Residual
-from myowave.learning.soap import Soap
+from myowave.learning.methods.rollout.fast import Workspace, roll_out_gru
+from myowave.learning.network import Network
+from myowave.learning.optimisers import Adam, Soap
 from myowave.learning.task import Stage
-from myowave.learning.windows import Corpus
+from myowave.learning.windows import Corpus, count_windows
 from myowave.settings import RolloutRecipe
 
 RISE = 20  # epochs at the beginning of a scale in which the step grows to its full length
@@ -32,11 +32,11 @@ LEAST_TRUST = 0.5  # of physics beside the network, in mean squares; what explai
 CLIP = 1.0  # largest norm of a seed's gradient through a rollout
 DATA_SEED = 20230  # of windows and made-up EMG, which all seeds share
 BETAS = 0.9, 0.99  # of the optimiser: how slowly the two moments of a gradient forget
-OPTIMISERS: Mapping[str, type[Adam | Soap]] = {"adam": Adam, "soap": Soap}  # by the recipe's `optimiser`
+OPTIMISERS: Mapping[str, type[Adam]] = {"adam": Adam, "soap": Soap}  # by the recipe's `optimiser`
 
 
 class RolloutTraining:
-    """An epoch is one step of the optimiser on windows of all training trials; see `methods.Training`."""
+    """An epoch is one step of the optimiser on windows of all training trials; see `methods`."""
 
     def __init__(self, stage: Stage) -> None:
         recipe, finest = stage.task.recipe, stage.level == 0
@@ -55,52 +55,34 @@ class RolloutTraining:
         )
         self._data: Tensor | None = None  # loss on windows of the epoch before
         self._simulates = finest and recipe.simulated_trials > 0
-        self._simulated: Simulated | None = None
-        self._residual: Residual | None = None
-        if recipe.beta:
-            self._residual = Residual.of(stage.task.model, stage.trials, stage.names, stage.task.device, averaged=True)
-        self._physics_mse: Tensor | None = None  # of the parameters that the search ended with, (S,)
+        self._simulated: tuple[Corpus, Tensor, Tensor] | None = None  # see `_simulate`
 
     def learn(self, epoch: int, done: float, val_mse: Tensor) -> Losses:
         """The next epoch; the step falls with a cosine over all scales together."""
         self._optimiser.forget_gradients()
-        losses = self._differentiate(val_mse)
-        self._optimiser.step(
-            self._recipe.learning_rate * (0.5 * (1 + math.cos(math.pi * done)) * min(1.0, epoch / RISE))
-        )
-        return losses
-
-    def _differentiate(self, val_mse: Tensor) -> Losses:
         if not self.parameters.done:
             self.parameters.step()
-        elif self._physics_mse is None and (self._simulates or self._residual is not None):
-            self._physics_mse = self.parameters.mse.to(val_mse.device)
-            self._simulated = self._simulate(self._physics_mse) if self._simulates else None
-        trust = taught = None
-        if self._physics_mse is not None:
+        elif self._simulates:
+            self._simulated, self._simulates = self._simulate(), False
+        if self._simulated is None:
+            losses = self._loss.backward()
+        else:
+            corpus, physics_mse, counts = self._simulated
             known = val_mse if self._data is None else torch.where(val_mse.isnan(), self._data, val_mse)
-            trust = weigh_physics(self._physics_mse, known)
-            taught = self._taught(trust * self._follows(self._physics_mse))
-        losses = self._loss.backward(self._simulated, trust, taught)
+            losses = self._loss.backward(corpus, weigh_physics(physics_mse, known)[:, None] * counts)
         self._data = losses.data.to(val_mse)
         clip_gradients(self._weights)
+        falling = 0.5 * (1 + math.cos(math.pi * done))
+        self._optimiser.step(self._recipe.learning_rate * falling * min(1.0, epoch / RISE))
         return losses
 
-    def _follows(self, physics_mse: Tensor) -> Tensor:
-        """Whether the physics of each seed follows the measured motion, (S,)."""
-        return physics_mse < self._stage.network.scaling.angle_std**2
-
-    def _taught(self, trust: Tensor) -> Taught | None:
-        """What predictions are to obey; None where physics has nothing to teach."""
-        if self._residual is None or not trust.any():
-            return None
-        return Taught(self._residual, self.parameters.params, self._recipe.beta * trust)
-
-    def _simulate(self, physics_mse: Tensor) -> Simulated | None:
-        """Trials that physics makes with the identified parameters, of seeds whose physics follows the measured ones;
-        None where that of no seed does."""
+    def _simulate(self) -> tuple[Corpus, Tensor, Tensor] | None:
+        """Trials that physics makes with the identified parameters; how far it misses the measured ones [rad^2], (S,);
+        and which trials count for which seed, (S, T): none where physics does not follow the measured ones. None where
+        that of no seed does."""
         stage, device = self._stage, self._stage.task.device
-        follows = self._follows(physics_mse)
+        physics_mse = self.parameters.mse
+        follows = physics_mse < stage.network.scaling.angle_std**2
         if not follows.any():
             return None
         emg = imagine_emg(stage.trials, self._recipe.simulated_trials, DATA_SEED)
@@ -112,7 +94,7 @@ class RolloutTraining:
         inputs = torch.from_numpy(np.concatenate([emg, known], axis=-1)).to(device)
         usable = torch.full((len(emg),), emg.shape[1])
         corpus = Corpus.of(stage.network, inputs, angle.to(device), stage.trials.dt, usable)
-        return Simulated(corpus, (inside & follows.unsqueeze(-1)).to(device))
+        return corpus, physics_mse.to(device), (inside & follows.unsqueeze(-1)).to(device)
 
 
 def weigh_physics(physics_mse: Tensor, network_mse: Tensor) -> Tensor:
@@ -134,3 +116,77 @@ def clip_gradients(weights: Iterable[Tensor]) -> None:
     factor = (CLIP / norm.clamp(min=CLIP))[:, None, None]
     for gradient in gradients:
         gradient.mul_(factor)
+
+
+class RolloutLoss:
+    """Draws the windows of each epoch, and predicts them.
+
+    Args:
+        network: its weights take the gradients.
+        corpus: the training trials.
+        steps: samples to predict in each window, fewer where no trial is that long.
+        random: of where windows begin, which all seeds share.
+        gains: on the logarithm of the EMG of measured windows, one for each channel.
+        shifts: on what is known beside the EMG of measured windows, in units of its scaling.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        corpus: Corpus,
+        steps: int,
+        random: torch.Generator,
+        gains: Noise,
+        shifts: Noise,
+    ) -> None:
+        steps = min(steps, int(corpus.usable.max()) - network.history)
+        self._network, self._corpus, self._random = network, corpus, random
+        self._gains, self._shifts = gains, shifts
+        self._length, self._count = network.history + steps, count_windows(corpus.usable, steps)
+        self._workspace = Workspace()
+
+    def backward(self, simulated: Corpus | None = None, counts: Tensor | None = None) -> Losses:
+        """Losses of one epoch; adds gradients to those of the weights.
+
+        Args:
+            simulated: trials that half of the windows are cut from, all their samples usable.
+            counts: how much a window of each of these counts beside a measured one, (S, T).
+        """
+        made = 0 if simulated is None else self._count // 2
+        x, z, v, _ = self._cut(self._corpus, self._count - made)
+        x, weight = self._disturb(x), z.new_ones(z.shape[:2])
+        if simulated is not None and counts is not None:
+            *other, trial = self._cut(simulated, made)
+            x = torch.cat((x, other[0].expand(*x.shape[:-3], *other[0].shape)), dim=-3)
+            z, v = (torch.cat(pair, dim=1) for pair in zip((z, v), other[1:], strict=True))
+            weight = torch.cat((weight, counts[:, trial].to(z)), dim=1)
+        m = self._network.history
+        weight = (weight / (weight.sum(-1, keepdim=True) * (self._length - m))).unsqueeze(-1)
+        history = z[..., :m].contiguous(), v[..., :m].contiguous()
+        predicted = roll_out_gru(self._network, x, *history, self._workspace)
+        loss = (weight * (predicted - z[..., m:]).square()).sum((1, 2))
+        loss.sum().backward()
+        data = loss.detach() * self._network.scaling.angle_std**2
+        return Losses(data, data, torch.zeros_like(data))
+
+    def _cut(self, corpus: Corpus, count: int) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Windows of a corpus: inputs (B, K, X), standardised angle and step (S, B, K), and the trial of each, (B,)."""
+        trial, start = corpus.draw(count, self._length, self._random)
+        x, z, v = corpus.cut(trial, start, self._length)
+        return x, *(values.expand(self._network.seeds, -1, -1) for values in (z, v)), trial
+
+    def _disturb(self, x: Tensor) -> Tensor:
+        """Inputs (B, K, X) with other gains of the EMG, and other values of what is known beside it, (S, B, K, X); as
+        they are where nothing is disturbed."""
+        if not (self._gains.std or self._shifts.std):
+            return x
+        scaling, channels = self._network.scaling, self._network.architecture.channels
+        known = slice(channels, channels + len(self._network.architecture.given.told))
+        x = x.expand(self._network.seeds, *x.shape).clone()
+        if self._gains.std:
+            gain = self._gains.draw(x.shape[1], 1, channels, like=x).exp()
+            zero = x.new_tensor([m / s for m, s in zip(scaling.input_mean, scaling.input_std, strict=True)])[:channels]
+            x[..., :channels] = gain * (x[..., :channels] + zero) - zero
+        if self._shifts.std:
+            x[..., known] += self._shifts.draw(x.shape[1], 1, known.stop - known.start, like=x)
+        return x

@@ -9,7 +9,6 @@ Shapes: S seeds, T trials, N samples, B pieces of trials, K samples of a piece, 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import torch
@@ -40,66 +39,39 @@ class Pieces:
         return values[:, self.trial[:, None], sample] if seeds else values[self.trial[:, None], sample]
 
 
-@dataclass(frozen=True)
 class Residual:
     """The equation of motion along pieces of some trials.
 
     Args:
-        emg: of the model's channels, (T, N, M); see `physics.drive.channels_of`.
-        known: parameters that are known of each trial, (T,).
-        dt: sampling interval [s].
-        points: where between two samples the torque is taken, fractions of dt (D,), and their `weights`, whose sum is
-            1; (0,) and (1,) for the samples only.
-        fixed: whether no parameter to identify changes the activation.
+        names: parameters to identify.
+        averaged: whether the torque is a mean between samples.
+
+    Raises:
+        ValueError: for a model with effects that the residual cannot hold.
     """
 
-    model: Model
-    emg: Tensor
-    known: Mapping[str, Tensor]
-    dt: float
-    points: Tensor
-    weights: Tensor
-    fixed: bool
-
-    @classmethod
-    def of(
-        cls,
-        model: Model,
-        trials: Trials,
-        names: Sequence[str],
-        device: torch.device,
-        *,
-        averaged: bool = False,
-    ) -> "Residual":
-        """For these trials and parameters to identify.
-
-        Raises:
-            ValueError: for a model with effects that the residual cannot hold.
-        """
+    def __init__(
+        self, model: Model, trials: Trials, names: Sequence[str], device: torch.device, *, averaged: bool = False
+    ) -> None:
         if unseen := effects_unseen_by_angle(model):
             raise ValueError(
                 f"model {model.name}: the residual of Eq. 38 cannot hold {', '.join(unseen)}, which has a state of its "
-                "own or acts on the measured angle. Train by rollouts with beta: 0, or leave the effect out."
+                "own or acts on the measured angle. Train by rollouts, or leave the effect out."
             )
-        emg = channels_of(model, trials.channels, torch.from_numpy(trials.emg).to(device))
-        known = {name: torch.from_numpy(value).to(device) for name, value in trials.known(model.defaults).items()}
+        self._model, self._dt = model, trials.dt
+        self._emg = channels_of(model, trials.channels, torch.from_numpy(trials.emg).to(device))
+        self._known = {name: torch.from_numpy(value).to(device) for name, value in trials.known(model.defaults).items()}
+        # Where between two samples the torque is taken, fractions of dt (D,), and how much it counts there.
         points, weights = torch.zeros(1), torch.ones(1)
         if averaged:
-            points, weights = between_kinks(breakpoints(give_values(model, known, emg), trials.dt, 1))
-        return cls(
-            model,
-            emg,
-            known,
-            trials.dt,
-            points.to(emg),
-            weights.to(emg),
-            not any(model.drives(name) for name in names),
-        )
+            points, weights = between_kinks(breakpoints(give_values(model, self._known, self._emg), trials.dt, 1))
+        self._points, self._weights = points.to(self._emg), weights.to(self._emg)
+        self._recorded = None if any(model.drives(name) for name in names) else self._activate({})
 
     @property
     def margin(self) -> int:
         """Samples at either end of a piece without a residual along a sequence."""
-        return STENCIL // 2 if len(self.points) > 1 else 1
+        return STENCIL // 2 if len(self._points) > 1 else 1
 
     def along(self, params: Mapping[str, Tensor], pieces: Pieces, q: Tensor, qdot: Tensor, qddot: Tensor) -> Tensor:
         """I qddot - E - T^MT - (torques of effects) at every sample [N m], (S, B, K), Eq. 38.
@@ -121,10 +93,11 @@ class Residual:
         """
         if self.margin == 1:
             inner = Pieces(pieces.trial, pieces.start + 1, pieces.length - 2)
-            return self.along(params, inner, q[..., 1:-1], (q[..., 2:] - q[..., :-2]) / (2 * self.dt), bend)
+            return self.along(params, inner, q[..., 1:-1], (q[..., 2:] - q[..., :-2]) / (2 * self._dt), bend)
         result = self._between(params, pieces, q)
-        share = self.weights * self.points  # of what comes before a sample; of what comes after, the rest
-        mean = (result.total[..., :-1, :] * share).sum(-1) + (result.total[..., 1:, :] * (self.weights - share)).sum(-1)
+        share = self._weights * self._points  # of what comes before a sample; of what comes after, the rest
+        before, after = result.total[..., :-1, :], result.total[..., 1:, :]
+        mean = (before * share).sum(-1) + (after * (self._weights - share)).sum(-1)
         # ASSUME: the moment of inertia hardly changes within two samples.
         inertia = (result.inertia + torch.zeros_like(result.total))[..., 1:, 0]
         cut = self.margin - 1
@@ -132,32 +105,28 @@ class Residual:
 
     def _between(self, params: Mapping[str, Tensor], pieces: Pieces, q: Tensor) -> Torques:
         """Torques (S, B, K - STENCIL + 1, D) at the points between samples of a sequence."""
-        value, slope = (torch.from_numpy(w).to(q) for w in _interpolation(self.points.cpu().numpy()))
+        value, slope = (torch.from_numpy(w).to(q) for w in _interpolation(self._points.cpu().numpy()))
         nodes = q.unfold(-1, STENCIL, 1)
         inner = Pieces(pieces.trial, pieces.start + STENCIL // 2 - 1, pieces.length - STENCIL + 1)
         activation = self._activation(params, inner)
         valued = self._valued(params, inner).along(2)
-        return torques(valued, nodes @ value, nodes @ slope / self.dt, activation, {})
+        return torques(valued, nodes @ value, nodes @ slope / self._dt, activation, {})
 
     def _valued(self, params: Mapping[str, Tensor], pieces: Pieces) -> Valued:
-        known = {name: value[pieces.trial] for name, value in self.known.items()}
-        return give_values(self.model, known | self._on_device(params), self.emg)
+        known = {name: value[pieces.trial] for name, value in self._known.items()}
+        return give_values(self._model, known | self._on_device(params), self._emg)
 
     def _on_device(self, params: Mapping[str, Tensor]) -> dict[str, Tensor]:
-        return {name: value.to(self.emg.device) for name, value in params.items()}
+        return {name: value.to(self._emg.device) for name, value in params.items()}
 
     def _activation(self, params: Mapping[str, Tensor], pieces: Pieces) -> Tensor:
         """Activation (B, K, D, M) or (S, B, K, D, M) at the points after each sample."""
-        return pieces.of(self._recorded) if self.fixed else pieces.of(self._activate(params), seeds=True)
-
-    @cached_property
-    def _recorded(self) -> Tensor:
-        return self._activate({})
+        return pieces.of(self._activate(params), seeds=True) if self._recorded is None else pieces.of(self._recorded)
 
     def _activate(self, params: Mapping[str, Tensor]) -> Tensor:
-        sample = torch.arange(self.emg.shape[-2], dtype=self.emg.dtype, device=self.emg.device)
-        valued = give_values(self.model, {**self.known, **self._on_device(params)}, self.emg)
-        return activate(valued, self.emg, sample[:, None, None] + self.points[:, None], self.dt)[1]
+        sample = torch.arange(self._emg.shape[-2], dtype=self._emg.dtype, device=self._emg.device)
+        valued = give_values(self._model, {**self._known, **self._on_device(params)}, self._emg)
+        return activate(valued, self._emg, sample[:, None, None] + self._points[:, None], self._dt)[1]
 
 
 def _interpolation(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
