@@ -11,10 +11,9 @@ from dataclasses import replace
 import torch
 
 from myowave.data.trials import Trials
-from myowave.physics.drive import channels_of
 from myowave.physics.dynamics import acceleration
 from myowave.physics.model import Model
-from myowave.physics.simulation import Simulation
+from myowave.physics.simulation import Simulation, channels_of
 
 NUDGE = 1e-6  # of the velocity [rad/s], for its slope
 TOLERANCE = 1e-12  # rad/s

@@ -13,11 +13,10 @@ import torch
 
 from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
-from myowave.physics.drive import channels_of
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
-from myowave.physics.simulation import Simulation
+from myowave.physics.simulation import Simulation, channels_of
 from myowave.settings import SimulatedDataset
 from studies.verdicts import simulator
 from studies.verdicts.worlds import FINER, NOISES, World, record, sample_and_hold

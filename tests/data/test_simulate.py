@@ -17,11 +17,10 @@ from myowave.data.simulate import (
     synthetic_emg,
 )
 from myowave.data.store import write_json, write_trials
-from myowave.physics.drive import channels_of
 from myowave.physics.effects import catalogue
 from myowave.physics.motion import simulate
 from myowave.physics.muscle import EXTENSOR, FLEXOR
-from myowave.physics.simulation import Simulation
+from myowave.physics.simulation import Simulation, channels_of
 from myowave.settings import SimulatedDataset
 
 

@@ -34,7 +34,7 @@ def moved(record, base, params, seconds=0.0):
     position = torch.arange(record.angle.shape[1], dtype=torch.float64)[:, None, None]
     _, activation = simulation.activate(position)
     state = motion.q[..., None], motion.qdot[..., None]
-    given = torques(simulation.valued.along(2), *state, activation, {}).driving[..., 0]
+    given = torques(simulation.valued_along(2), *state, activation, {}).driving[..., 0]
     return replace(record, angle=motion.angle.numpy()), given.numpy()
 
 

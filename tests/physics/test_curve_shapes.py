@@ -132,6 +132,6 @@ def test_a_model_takes_its_shape_from_its_constants_muscles_and_joint_alike(elbo
     assert give_values(elbow, {}, like).curves is elbow.curves, "as published where all are 0"
     valued = give_values(elbow, {"descending_curve": 0.25, "yielding_curve": 0.5}, like)
     expected = elbow.curves.shaped(Shape(**values(descending=0.25, yielding=0.5)))
-    for curves in (valued.curves, valued.curves_of_joint):
+    for curves in (valued.curves, valued.joint_curves):
         torch.testing.assert_close(curves.active_length(LENGTHS).squeeze(), expected.active_length(LENGTHS))
         torch.testing.assert_close(curves.force_velocity(VELOCITIES).squeeze(), expected.force_velocity(VELOCITIES))

@@ -20,7 +20,7 @@ from myowave.physics.muscle import EXTENSOR, FLEXOR
 from myowave.physics.path import SideBySide, StraightPath, TablePath, read_path
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
-from myowave.physics.valued import give_values
+from myowave.physics.valued import along, give_values
 from myowave.settings import parse_settings
 
 ROOT = Path(__file__).parents[2]
@@ -53,7 +53,9 @@ PATHS = {
 
 @pytest.mark.parametrize("name", PATHS)
 def test_the_moment_arm_does_the_virtual_work_of_the_length_at_any_angle(name):
-    q = torch.from_numpy(np.random.default_rng(7).uniform(0.01, 3.0, 200)).requires_grad_()  # also beyond the tables
+    q = torch.from_numpy(
+        np.random.default_rng(7).uniform(-0.5, 3.0, 200)
+    ).requires_grad_()  # also overextended, and beyond the tables
     length, arm = PATHS[name].length_and_arm(q)
     (slope,) = torch.autograd.grad(length.sum(), q)
     torch.testing.assert_close(arm, -slope, rtol=1e-12, atol=1e-15)
@@ -130,8 +132,8 @@ def test_a_model_may_mix_kinds_of_paths_and_moves_alike(elbow, mixed, noisy_emg,
 def test_paths_side_by_side_are_those_of_each_muscle_in_any_batch(mixed):
     scale, l1 = torch.tensor([[1.1], [0.9]], dtype=DOUBLE), torch.tensor([0.2, 0.21, 0.22], dtype=DOUBLE)
     q = torch.linspace(0.1, 2.0, 2 * 3 * 7, dtype=DOUBLE).reshape(2, 3, 7)
-    valued = give_values(mixed, {"scale_Bi": scale, "l1_Tri": l1}, q).along(1)
-    assert isinstance(valued.combined.path, SideBySide)
+    valued = give_values(mixed, along({"scale_Bi": scale, "l1_Tri": l1}, 1, q), q)
+    assert isinstance(valued.path, SideBySide)
     found = muscle_quantities(valued, q, torch.zeros_like(q), torch.zeros(*q.shape, 2, dtype=DOUBLE))["moment_arm"]
     table, triceps = mixed.muscles[0].path, replace(mixed.muscles[1].path, l1=l1[:, None])
     torch.testing.assert_close(found[..., 0], scale[..., None] * table.length_and_arm(q)[1], rtol=0, atol=1e-15)

@@ -18,12 +18,11 @@ import torch
 from numpy.typing import NDArray
 
 from myowave.data.trials import Trials
-from myowave.physics.drive import channels_of
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
 from myowave.physics.muscle import FLEXOR
-from myowave.physics.simulation import Simulation
+from myowave.physics.simulation import Simulation, channels_of
 from myowave.physics.trajectory import solve
 from myowave.settings import SimulatedDataset
 

@@ -15,7 +15,7 @@ from torch import Tensor
 from myowave.identification.record import Record
 from myowave.physics.model import Model, Params
 from myowave.physics.motion import initial_state, observe, step
-from myowave.physics.simulation import Simulation
+from myowave.physics.simulation import Drive, Simulation
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -101,7 +101,7 @@ class Along:
         simulation = self.simulation
         states = [initial_state(simulation, q[:, 0], qdot[:, 0])]
         for n in range(q.shape[-1] - 1):
-            after = step(simulation.valued, states[-1], simulation.drive.at(n))
+            after = step(simulation.valued, states[-1], simulation.drive.part(n))
             states.append(torch.cat([joint[:, n + 1], after[:, 2:]], -1))
         return torch.stack(states, -2)
 

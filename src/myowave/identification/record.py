@@ -17,9 +17,8 @@ from myowave.identification.noise import noise_of
 from myowave.identification.smoothing import choose_window, smooth
 from myowave.identification.whitening import Filter
 from myowave.physics.constants import OVER_TIME
-from myowave.physics.drive import channels_of
 from myowave.physics.model import Model, Params
-from myowave.physics.simulation import Simulation
+from myowave.physics.simulation import Simulation, channels_of
 
 LEAD_S = 0.3  # of EMG before a piece: more than muscles are ever late
 

@@ -32,10 +32,10 @@ from myowave.identification.least_squares import Residual, descend, linearise, p
 from myowave.identification.noise import correlation_time
 from myowave.identification.record import Record
 from myowave.identification.windows import Windows, between, between_kinks, gauss
-from myowave.physics.drive import between_samples, breakpoints
 from myowave.physics.dynamics import Torques, torques
 from myowave.physics.model import Model, Params
 from myowave.physics.motion import unpack
+from myowave.physics.simulation import between_samples
 
 Array = NDArray[np.float64]
 
@@ -114,7 +114,7 @@ class TorqueBalance:
         """Along the measured angle as it is; the model must have no `effects_unseen_by_angle`."""
         assert not effects_unseen_by_angle(model), model.name
         dt, lengths = record.dt, record.lengths
-        points, weights = between_kinks(breakpoints(record.simulation(model, {}).valued, dt, 1))
+        points, weights = between_kinks(record.simulation(model, {}).breakpoints)
         half = int(np.clip(round(WIDE_S / dt), WIDE_FEWEST, (lengths.min() - 1) // 2))
         windows = Windows.over(lengths, dt, half, max(1, half // WIDE_OVERLAP), points, weights)
         position = windows.positions(record.angle.shape[1])
@@ -149,7 +149,7 @@ class TorqueBalance:
         """Torques of the model at every point, (..., T, n, D)."""
         simulation = self.record.simulation(self.model, params)
         excitation, activation = simulation.activate(self.position)
-        valued = simulation.valued.along(2).timed(simulation.course_at(self.position))
+        valued = simulation.valued_along(2).timed(simulation.course_at(self.position))
         for acting in valued.acting["late_activation"]:
             quantities = {"excitation": excitation, "activation": activation, "side": valued.muscle["side"]}
             if acting.effect.stateful:

@@ -14,8 +14,8 @@ from myowave.learning.checkpoint import Checkpoint, digest_model, digest_trials
 from myowave.learning.inputs import Given, to_tensors
 from myowave.learning.network import Architecture, Network, Scaling, initialise
 from myowave.learning.windows import Corpus, count_training_samples
-from myowave.physics.drive import channel_delays
 from myowave.physics.model import Model
+from myowave.physics.simulation import channel_delays
 from myowave.settings import Identify, Recipe
 
 

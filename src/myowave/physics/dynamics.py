@@ -13,8 +13,8 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from myowave.physics import muscle as muscle_physics
 from myowave.physics.joint import gravity_torque
+from myowave.physics.muscle import fibre_state, hill_force
 from myowave.physics.valued import Valued
 
 
@@ -45,30 +45,31 @@ def muscle_quantities(valued: Valued, q: Tensor, qdot: Tensor, activation: Tenso
     Returns:
         The quantities of the stage `muscle` (see `effect`), plus `moment_arm` and `cosine` of the pennation angle.
     """
-    c, combined = valued.muscle, valued.combined
+    c = valued.muscle
     # One muscle after the other in memory: element-wise work then runs along time, several times faster than along M.
     angle = q.expand(len(valued.model.muscles), *q.shape).contiguous().movedim(0, -1)
-    length, arm = combined.path.length_and_arm(angle)
+    length, arm = valued.path.length_and_arm(angle)
     for effect in valued.acting["path"]:
         length, arm = effect({**c, "q": angle, "length_mt": length, "moment_arm": arm})
     velocity = -arm * qdot.unsqueeze(-1)
-    fibre_length, fibre_velocity, cosine = muscle_physics.fibre_state(
-        length, velocity, l0=c["l0"], vmax=c["vmax"], slack=c["slack"], height=combined.height
+    fibre_length, fibre_velocity, cosine = fibre_state(
+        length, velocity, l0=c["l0"], vmax=c["vmax"], slack=c["slack"], height=valued.height
     )
 
+    known = {**c, "curves": valued.curves}
+
     def hill(a: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
-        force = muscle_physics.hill_force(valued.curves, a, length, velocity)
+        force = hill_force(valued.curves, a, length, velocity)
         for effect in valued.acting["fibre"]:
             fibre = {"activation": a, "fibre_length": length, "fibre_velocity": velocity, "force": force}
-            force = effect({**c, **fibre, "curves": valued.curves})
+            force = effect({**known, **fibre})
         return force
 
     return {
-        **c,
+        **known,
         "activation": activation,
         "fibre_length": fibre_length,
         "fibre_velocity": fibre_velocity,
-        "curves": valued.curves,
         "hill": hill,
         "force": hill(activation, fibre_length, fibre_velocity),
         "moment_arm": arm,
@@ -92,25 +93,16 @@ def torques(valued: Valued, q: Tensor, qdot: Tensor, activation: Tensor, states:
         force = tendon({**muscles, "force": force, "state": states[tendon.effect.name]})
     pull = valued.muscle["f0"] * force * muscles["cosine"]
     driving = (pull * muscles["moment_arm"]).sum(-1)
-    if valued.combined.motor is not None:
-        driving = driving + valued.combined.motor
-    if valued.combined.braking is not None:
+    if valued.motor is not None:
+        driving = driving + valued.motor
+    if valued.braking is not None:
         # ASSUME: a motor's current follows its voltage at once (no inductance), so its torque falls with speed.
-        driving = driving - valued.combined.braking * qdot
-    gravity = gravity_torque(q, valued.combined.weight, valued.combined.tilt)
+        driving = driving - valued.braking * qdot
+    gravity = gravity_torque(q, valued.joint["weight"], valued.tilt)
     extra = torch.zeros_like(driving)
+    state = {"q": q, "qdot": qdot, "activation": activation, "torque": driving, "gravity": gravity}
     for effect in valued.acting["joint"]:
-        quantities = {
-            **valued.muscle,
-            **valued.forearm,
-            "curves": valued.curves_of_joint,
-            "q": q,
-            "qdot": qdot,
-            "activation": activation,
-            "torque": driving,
-            "gravity": gravity,
-        }
-        extra = extra + effect(quantities)
+        extra = extra + effect({**valued.muscle, **valued.joint, **state, "curves": valued.joint_curves})
     return Torques(driving, gravity, extra, moment_of_inertia(valued, q))
 
 
@@ -120,9 +112,9 @@ def moment_of_inertia(valued: Valued, q: Tensor) -> Tensor:
 
     Source: Taneja et al. 2023, Eq. 55.
     """
-    inertia = valued.combined.inertia
+    inertia = valued.inertia
     for effect in valued.acting["inertia"]:
-        inertia = inertia + effect({**valued.forearm, "q": q})
+        inertia = inertia + effect({**valued.joint, "q": q})
     return inertia
 
 

@@ -1,11 +1,7 @@
-"""The forearm as a rigid body on a hinge: inertia and gravity (Eqs. 54-56).
-
-A forearm holds tensors that broadcast.
-"""
+"""The forearm as a rigid body on a hinge: inertia and gravity (Eqs. 54-56)."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
 import torch
 from torch import Tensor
@@ -13,34 +9,18 @@ from torch import Tensor
 from myowave.physics.constants import JOINT_CONSTANTS, names_of
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
+_OF_ANY = {name for name, constant in JOINT_CONSTANTS.items() if constant.default is not None}
 
 
 @dataclass(frozen=True)
-class PointMass:
-    """All mass at one distance from the elbow.
+class Forearm:
+    """A forearm on its hinge. It holds tensors that broadcast.
 
-    Source: Taneja et al. 2023, Eqs. 55-56: I = (m + load) l^2, and (m + load) g l.
-    """
-
-    # ASSUME: the mass of the forearm is a point at the wrist, and so is what the hand holds.
-    mass: Tensor
-    length: Tensor
-    kind: ClassVar[str] = "point"
-
-    def inertia_with(self, load: Tensor | float) -> Tensor:
-        """Moment of inertia about the elbow with a load in the hand [kg m^2]."""
-        return (self.mass + load) * self.length**2
-
-    def weight_with(self, load: Tensor | float) -> Tensor:
-        """Moment of the weight about the elbow with a load in the hand and the forearm level [N m]."""
-        return (self.mass + load) * (STANDARD_GRAVITY * self.length)
-
-
-@dataclass(frozen=True)
-class RigidBody:
-    """Mass, distance of its centre `com`, moment of inertia about the elbow, distance of the hand's `grip` [SI].
-
-    A point mass is com = grip = length, inertia = mass length^2.
+    Args:
+        mass: without what the hand holds [kg].
+        com: distance of its centre of mass from the elbow [m].
+        inertia: its moment of inertia about the elbow [kg m^2].
+        grip: distance of what the hand holds from the elbow [m].
     """
 
     # ASSUME: what the hand holds is a point at the grip.
@@ -48,41 +28,39 @@ class RigidBody:
     com: Tensor
     inertia: Tensor
     grip: Tensor
-    kind: ClassVar[str] = "body"
 
     def inertia_with(self, load: Tensor | float) -> Tensor:
-        """As of a point mass."""
+        """Moment of inertia about the elbow with a load in the hand [kg m^2]."""
         return self.inertia + load * self.grip**2
 
     def weight_with(self, load: Tensor | float) -> Tensor:
-        """As of a point mass."""
+        """Moment of the weight about the elbow with a load in the hand and the forearm level [N m]."""
         return STANDARD_GRAVITY * (self.mass * self.com + load * self.grip)
 
 
-Forearm = PointMass | RigidBody
-_OF_ANY = {name for name, constant in JOINT_CONSTANTS.items() if constant.default is not None}
-
-
-def kind_of_forearm(constants: Collection[str]) -> type[Forearm]:
-    """The kind of forearm that the names of a joint's constants describe.
+def kind_of_forearm(constants: Collection[str]) -> str:
+    """`point` or `body`: the kind of forearm that the names of a joint's constants describe.
 
     Raises:
         ValueError: if they are those of no kind.
     """
-    for kind in (PointMass, RigidBody):
-        if set(constants) - _OF_ANY == _own_constants(kind):
+    for kind in ("point", "body"):
+        if set(constants) - _OF_ANY == {"mass", *names_of(JOINT_CONSTANTS, kind)}:
             return kind
     raise ValueError(f"joint: found {', '.join(constants)}; expected mass and either length or com, inertia and grip.")
 
 
 def forearm(constants: Mapping[str, Tensor]) -> Forearm:
-    """The forearm that the constants of a joint describe; see `kind_of_forearm`."""
-    kind = kind_of_forearm(constants)
-    return kind(**{name: constants[name] for name in _own_constants(kind)})
+    """The forearm that the constants of a joint describe; a point mass is Eqs. 55-56 of Taneja et al. 2023.
 
-
-def _own_constants(kind: type[Forearm]) -> set[str]:
-    return {"mass", *names_of(JOINT_CONSTANTS, kind.kind)}
+    Raises:
+        ValueError: as `kind_of_forearm`.
+    """
+    c = constants
+    if kind_of_forearm(c) == "body":
+        return Forearm(c["mass"], c["com"], c["inertia"], c["grip"])
+    # ASSUME: the mass of the forearm is a point at the wrist, and so is what the hand holds.
+    return Forearm(c["mass"], c["length"], c["mass"] * c["length"] ** 2, c["length"])
 
 
 def gravity_torque(q: Tensor, weight: Tensor, tilt: Tensor | None = None) -> Tensor:
@@ -90,7 +68,7 @@ def gravity_torque(q: Tensor, weight: Tensor, tilt: Tensor | None = None) -> Ten
 
     Args:
         q: elbow angle [rad], any shape; at 0 the arm is straight, positive in flexion.
-        weight: moment of the weight with the forearm level [N m], see `PointMass.weight_with`.
+        weight: moment of the weight with the forearm level [N m], see `Forearm.weight_with`.
         tilt: lean of the upper arm [rad], forward positive; None where it hangs vertically.
 
     Source: Taneja et al. 2023, Eq. 56, with the forearm's angle to the vertical q + tilt.

@@ -16,7 +16,7 @@ from myowave.physics.constants import (
     constant_of,
 )
 from myowave.physics.curves import Curves
-from myowave.physics.effect import STAGES, Effect, Parameter
+from myowave.physics.effect import DRIVE_STAGES, STAGES, Effect, Parameter
 from myowave.physics.joint import kind_of_forearm
 from myowave.physics.muscle import Muscle
 
@@ -89,7 +89,7 @@ class Model:
         if not lacking:
             return ""
         if lacking[0] in JOINT_CONSTANTS:
-            kind = kind_of_forearm(self.joint).kind
+            kind = kind_of_forearm(self.joint)
             return f"needs {', '.join(lacking)}, which a forearm of kind {kind} does not have; leave the effect out"
         without = next(m for m in self.muscles if lacking[0] not in m.nominal)
         return (
@@ -135,7 +135,7 @@ class Model:
         """Whether a parameter changes the drive of the muscles: their excitation, or their activation."""
         effect, dot, _ = name.partition(".")
         if dot:
-            return next(e for e in self.effects if e.name == effect).drives
+            return next(e for e in self.effects if e.name == effect).acts_on in DRIVE_STAGES
         return constant_of(name).drives
 
     def with_effects(self, effects: Iterable[Effect]) -> "Model":

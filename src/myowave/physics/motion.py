@@ -10,10 +10,9 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from myowave.physics.drive import Drive
 from myowave.physics.dynamics import acceleration, muscle_quantities
 from myowave.physics.model import Model
-from myowave.physics.simulation import Simulation
+from myowave.physics.simulation import Drive, Instant, Simulation
 from myowave.physics.valued import Valued
 
 BUMP = 1e-6  # of an effect's state, to see how its target depends on it
@@ -81,62 +80,33 @@ class Pull:
         return self.state + closed * gap0 + (1 - lag * closed) * (gap1 - gap0)
 
 
-def _advance_activation(
-    valued: Valued, states: Mapping[str, Tensor], u: tuple[Tensor, ...], a: tuple[Tensor, ...], h: Tensor
-) -> tuple[tuple[Tensor, ...], dict[str, Tensor]]:
-    """Activation at the beginning, middle and end of a piece through effects with states, and their states there."""
-    advanced, side = {}, valued.muscle["side"]
-    for acting in valued.acting["late_activation"]:
-        points = [{"excitation": ui, "activation": ai, "side": side} for ui, ai in zip(u, a, strict=True)]
-        if acting.effect.stateful:
-            begin = states[acting.effect.name]
-            pull = Pull.at(acting.relaxation, begin, points[0])
-            middle, end = pull.relax(h / 2, points[1]), pull.relax(h, points[2])
-            points = [p | {"state": s} for p, s in zip(points, (begin, middle, end), strict=True)]
-            advanced[acting.effect.name] = end
-        a = tuple(acting(p) for p in points)
-    return a, advanced
-
-
 def step(valued: Valued, state: Tensor, drive: Drive) -> Tensor:
-    """The state one sample later.
+    """The state (..., K) one sample later.
 
     Args:
-        valued: its `axes` as in `state`: 0 for one step of (..., T), 1 for all steps of (..., T, N - 1) at once.
-        state: (..., K).
-        drive: of these steps, activation (..., 2 S + 1, M).
+        valued: of `Simulation.valued` for one step of (..., T), of `along_time` for many of (..., T, n) at once.
+        drive: of these steps.
     """
-    model, timed = valued.model, drive.timed(valued)
-    q, qdot, states = unpack(model, state)
-    u, a = drive.excitation.unbind(-2), drive.activation.unbind(-2)
-    for s, h in enumerate(drive.pieces.unbind(-1)):
-        points = slice(2 * s, 2 * s + 3)
-        q, qdot, states = advance(timed[points], states, q, qdot, u[points], a[points], h)
-    return pack(model, q, qdot, states)
+    q, qdot, states = unpack(valued.model, state)
+    instants = drive.instants(valued)
+    for piece, h in enumerate(drive.pieces.unbind(-1)):
+        q, qdot, states = advance(instants[2 * piece : 2 * piece + 3], states, q, qdot, h)
+    return pack(valued.model, q, qdot, states)
 
 
 def advance(
-    timed: Sequence[Valued],
-    states: Mapping[str, Tensor],
-    q: Tensor,
-    qdot: Tensor,
-    u: tuple[Tensor, ...],
-    a: tuple[Tensor, ...],
-    h: Tensor,
+    instants: Sequence[Instant], states: Mapping[str, Tensor], q: Tensor, qdot: Tensor, h: Tensor
 ) -> tuple[Tensor, Tensor, Mapping[str, Tensor]]:
     """q, qdot and the states of effects after a piece of a step.
 
     Args:
-        timed: the model's values at its beginning, middle and end, where what is known over time may differ.
-        u, a: excitation and activation there, (..., M) each.
+        instants: its beginning, middle and end.
         h: its length [s].
     """
-    valued = timed[0]
-    if states:
-        a, advanced = _advance_activation(valued, states, u, a, h.unsqueeze(-1))
-        states = {**states, **advanced}
+    valued = instants[0].valued
+    activation, states = _advance_activation(instants, states, h.unsqueeze(-1))
     tendons = valued.acting["tendon"]
-    begin = muscle_quantities(valued, q, qdot, a[0]) if tendons else {}
+    begin = muscle_quantities(valued, q, qdot, activation[0]) if tendons else {}
     pulls = {t.effect.name: Pull.at(t.relaxation, states[t.effect.name], begin) for t in tendons}
 
     def later(elapsed: Tensor, *end: Tensor) -> Mapping[str, Tensor]:
@@ -150,11 +120,32 @@ def advance(
 
     def accelerate(stage: int, q: Tensor, qdot: Tensor) -> Tensor:
         point = STAGES[stage]
-        at = later(h * (point / 2), q, qdot, a[point]) if point else states
-        return acceleration(timed[point], q, qdot, a[point], at)
+        at = later(h * (point / 2), q, qdot, activation[point]) if point else states
+        return acceleration(instants[point].valued, q, qdot, activation[point], at)
 
     q, qdot = runge_kutta(accelerate, q, qdot, h)
-    return q, qdot, {**states, **later(h, q, qdot, a[2])}
+    return q, qdot, {**states, **later(h, q, qdot, activation[2])}
+
+
+def _advance_activation(
+    instants: Sequence[Instant], states: Mapping[str, Tensor], h: Tensor
+) -> tuple[list[Tensor], Mapping[str, Tensor]]:
+    """Activation at the beginning, middle and end of a piece behind effects with states, and their states at its
+    end."""
+    activation, valued = [instant.activation for instant in instants], instants[0].valued
+    for acting in valued.acting["late_activation"]:
+        points = [
+            {"excitation": instant.excitation, "activation": a, "side": valued.muscle["side"]}
+            for instant, a in zip(instants, activation, strict=True)
+        ]
+        if acting.effect.stateful:
+            begin = states[acting.effect.name]
+            pull = Pull.at(acting.relaxation, begin, points[0])
+            middle, end = pull.relax(h / 2, points[1]), pull.relax(h, points[2])
+            points = [p | {"state": s} for p, s in zip(points, (begin, middle, end), strict=True)]
+            states = {**states, acting.effect.name: end}
+        activation = [acting(point) for point in points]
+    return activation, states
 
 
 STAGES = (0, 1, 1, 2)  # of a Runge-Kutta step: at its beginning, twice in its middle, at its end
@@ -199,21 +190,21 @@ def pack(model: Model, q: Tensor, qdot: Tensor, states: Mapping[str, Tensor]) ->
 
 def initial_state(simulation: Simulation, q0: Tensor, qdot0: Tensor) -> Tensor:
     """State (..., T, K) at the first sample: the joint as given, the states of effects at rest there."""
-    drive = simulation.drive
-    return _resting(simulation.valued, drive.excitation[..., 0, 0, :], drive.activation[..., 0, 0, :], q0, qdot0)
+    first = simulation.drive.part(0).instants(simulation.valued)[0]
+    return _resting(first, q0, qdot0)
 
 
 def resting_states(simulation: Simulation, q: Tensor, qdot: Tensor) -> Tensor:
     """State (..., T, N, K) along a motion (..., T, N), the states of effects as if at rest at every sample."""
     drive = simulation.drive
     u, a = (torch.cat([x[..., 0, :], x[..., -1:, -1, :]], -2) for x in (drive.excitation, drive.activation))
-    return _resting(simulation.along_time, u, a, q, qdot)
+    return _resting(Instant(simulation.along_time, u, a), q, qdot)
 
 
-def _resting(valued: Valued, u: Tensor, a: Tensor, q: Tensor, qdot: Tensor) -> Tensor:
-    states = {}
+def _resting(instant: Instant, q: Tensor, qdot: Tensor) -> Tensor:
+    states, valued, a = {}, instant.valued, instant.activation
     for acting in valued.acting["late_activation"]:
-        quantities = {"excitation": u, "activation": a, "side": valued.muscle["side"]}
+        quantities = {"excitation": instant.excitation, "activation": a, "side": valued.muscle["side"]}
         if acting.effect.stateful:
             states[acting.effect.name] = quantities["state"] = acting.initial(quantities, a)
         a = acting(quantities)
@@ -231,12 +222,12 @@ def simulate(simulation: Simulation, q0: Tensor | float, qdot0: Tensor | float =
     Raises:
         ValueError: for a parameter that the model does not have.
     """
-    emg, drive = simulation.emg, simulation.drive
+    emg = simulation.emg
     q0, qdot0 = (torch.as_tensor(x, dtype=emg.dtype, device=emg.device) for x in (q0, qdot0))
-    batch = batch_shape(simulation, q0, qdot0)
+    batch = simulation.batch_shape(q0, qdot0)
     states = [initial_state(simulation, q0.expand(batch), qdot0.expand(batch))]
     for n in range(emg.shape[-2] - 1 - simulation.lead):
-        states.append(step(simulation.valued, states[-1], drive.at(n)))
+        states.append(step(simulation.valued, states[-1], simulation.drive.part(n)))
     return observed(simulation, torch.stack(states, -2))
 
 
@@ -247,18 +238,6 @@ def observed(simulation: Simulation, state: Tensor) -> Motion:
 
 def observe(valued: Valued, q: Tensor, qdot: Tensor, dt: float) -> Tensor:
     """The angle that a sensor reports [rad] for a motion (..., T, N), through the effects on `observation`."""
-    assert valued.axes == 1
     for effect in valued.acting["observation"]:
         q = effect({"q": q, "qdot": qdot, "dt": dt})
     return q
-
-
-def batch_shape(simulation: Simulation, q0: Tensor, qdot0: Tensor) -> torch.Size:
-    """The shape (..., T) that drive, parameters and initial state broadcast to."""
-    valued = simulation.valued
-    shapes = [v.shape[:-1] for v in valued.muscle.values()] + [v.shape for v in valued.joint.values()]
-    shapes += [v.shape for v in valued.path.values()]
-    for effect in valued.model.effects:
-        values = valued.values(effect)
-        shapes += [v.shape[:-1] if effect.on_muscles(name) else v.shape for name, v in values.items()]
-    return torch.broadcast_shapes(simulation.drive.activation.shape[:-3], q0.shape, qdot0.shape, *shapes)

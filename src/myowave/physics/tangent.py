@@ -1,7 +1,7 @@
-"""Exact derivatives of a step of the integrator by its beginning and by parameters.
+"""Derivatives of a step of the integrator by its beginning and by parameters: by differences, or exact ones.
 
-Each of many steps has parameters of its own, so one pass backwards gives the derivatives of all of them by all
-parameters; differences would cost one evaluation of the model for each parameter.
+Differences cost one evaluation of the step for each number of the state and each parameter. Each of many steps has
+parameters of its own, so one pass backwards gives the derivatives of all of them by all parameters.
 
 Where the state is angle and velocity alone, the acceleration is evaluated at all stages of all Runge-Kutta steps at
 once, and its derivatives by angle, velocity, activation and every parameter make a linear equation: the derivative of a
@@ -12,20 +12,20 @@ Shapes: ... batch, T trials, N samples, n of the steps, S pieces of a step, 4 st
 the state, P parameters.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
-from myowave.physics.drive import Drive, breakpoints
 from myowave.physics.dynamics import acceleration
-from myowave.physics.motion import STAGES, advance, pack, runge_kutta, unpack
-from myowave.physics.simulation import Simulation
-from myowave.physics.valued import Valued, give_values
+from myowave.physics.motion import STAGES, advance, pack, runge_kutta, step, unpack
+from myowave.physics.simulation import Drive, Instant, Simulation
+from myowave.physics.valued import Valued, along, give_values
 
 MOST_POINTS = 100_000  # evaluated at once
 COSTLIER = 3  # evaluations of the muscles for each point where effects have states, about
+BACKWARDS = 3  # evaluations of a step that a pass backwards costs for each number of the state, about
 INSIDE = 1e-3  # of a piece: its ends are kinks, whose derivatives by a delay are those from inside the piece
 NUDGE = 1e-6  # relative step of one-sided differences; their error is far below what a fit needs
 
@@ -57,18 +57,50 @@ def linearise(simulation: Simulation, state: Tensor, wrt: Mapping[str, float]) -
         (..., T, N - 1, K, P).
     """
     simulation.model.check_names(wrt)
-    drive, before = simulation.drive, state[..., :-1, :]
-    steps, size, pieces = before.shape[-2], state.shape[-1], drive.pieces.shape[-1]
     with_states = bool(simulation.model.stateful)
-    evaluated = 4 * pieces * (COSTLIER if with_states else 1)
+    if not wrt or with_states and len(wrt) < BACKWARDS * state.shape[-1]:
+        linear = by_differences(simulation, state)
+        return linear, forcing_of(simulation, linear, wrt)
+    drive, before, size = simulation.drive, state[..., :-1, :], state.shape[-1]
+    evaluated = 4 * drive.pieces.shape[-1] * (COSTLIER if with_states else 1)
     length = max(1, MOST_POINTS // (evaluated * max(1, before[..., 0, 0].numel())))
-    linear = _by_steps if with_states else _by_stages
+    backwards = _by_steps if with_states else _by_stages
     parts = []
-    for first in range(0, steps, length):
-        chunk = slice(first, min(first + length, steps))
-        parts.append(linear(simulation, before[..., chunk, :], drive.part(chunk), chunk, wrt))
+    for first in range(0, before.shape[-2], length):
+        steps = slice(first, min(first + length, before.shape[-2]))
+        parts.append(backwards(simulation, before[..., steps, :], drive.part(steps), steps, wrt))
     after, derivatives = (torch.cat(part, axis) for part, axis in zip(zip(*parts, strict=True), (-2, -3), strict=True))
     return Linear(state, after, derivatives[..., :size]), derivatives[..., size:]
+
+
+def by_differences(simulation: Simulation, state: Tensor) -> Linear:
+    """Where steps from a state (..., T, N, K) lead, and the Jacobian, by differences."""
+    before = state[..., :-1, :]
+    bumps = NUDGE * torch.eye(state.shape[-1], dtype=state.dtype, device=state.device)
+    bumps = bumps.reshape(-1, *(1,) * (state.ndim - 1), state.shape[-1])
+    copies = step(simulation.along_time, torch.cat([before.unsqueeze(0), before + bumps]), simulation.drive)
+    return Linear(state, copies[0], ((copies[1:] - copies[0]) / NUDGE).movedim(0, -1))
+
+
+def forcing_of(simulation: Simulation, linear: Linear, wrt: Mapping[str, float], reach: float = NUDGE) -> Tensor:
+    """What a parameter adds to the state within each step, (..., T, N - 1, K, P), by differences; the model may be
+    richer than that of the steps, see `trajectory.derivatives_of` for the arguments."""
+    forcing = linear.after.new_zeros(*linear.after.shape, len(wrt))
+    for columns, nudged, nudges in nudged_copies(simulation, wrt, reach, linear.at.ndim - 2):
+        moved = step(nudged.along_time, linear.at[..., :-1, :], nudged.drive) - linear.after
+        forcing[..., columns] = (moved / nudges.reshape(-1, *(1,) * linear.after.ndim)).movedim(0, -1)
+    return forcing
+
+
+def nudged_copies(
+    simulation: Simulation, wrt: Mapping[str, float], reach: float, axes: int
+) -> Iterator[tuple[list[int], Simulation, Tensor]]:
+    """Places of parameters in `wrt` with a copy for each, moved by its nudge; first those that change the drive of the
+    muscles, as the others share it."""
+    names, drives = list(wrt), simulation.model.drives
+    for group in ([n for n in wrt if drives(n)], [n for n in wrt if not drives(n)]):
+        if group:
+            yield [names.index(n) for n in group], *simulation.nudged({n: wrt[n] for n in group}, reach, axes)
 
 
 def _by_stages(
@@ -76,66 +108,63 @@ def _by_stages(
 ) -> tuple[Tensor, Tensor]:
     """Where steps of a model without states of effects lead, and the derivatives by their beginning and by parameters,
     (..., T, n, 2) and (..., T, n, 2, 2 + P)."""
-    points, after = _points(simulation.along_time, state, drive)
-    slopes = _slopes(simulation, points, list(wrt))
-    changes = _changes_of_drive(simulation, wrt, steps, state.ndim - 2)
-    if changes is not None:
-        slopes.parameter[changes.columns] += (slopes.activation * changes.activation[..., STAGES, :]).sum(-1)
-    return after, _forced(slopes, drive.pieces)
-
-
-@dataclass(frozen=True)
-class Points:
-    """Where the stages of all pieces are: q, qdot (..., T, n, S, 4), the activation (..., T, n, S, 4, M), and what
-    is known over time, if anything is, (..., T, n, S, 4, V)."""
-
-    q: Tensor
-    qdot: Tensor
-    activation: Tensor
-    course: Tensor | None
-
-
-@dataclass(frozen=True)
-class Slopes:
-    """Derivatives of the acceleration at points (..., T, n, S, 4): by q and qdot of this shape, by the activation (M
-    more, behind), and by parameters (P more, in front)."""
-
-    q: Tensor
-    qdot: Tensor
-    activation: Tensor
-    parameter: Tensor
-
-
-def _points(valued: Valued, state: Tensor, drive: Drive) -> tuple[Points, Tensor]:
-    """The stages of the steps from states (..., T, n, 2), and where these lead."""
     q, qdot = state.unbind(-1)
     seen: list[tuple[Tensor, Tensor]] = []
-    activation, timed = drive.activation.unbind(-2), drive.timed(valued)
+    instants = drive.instants(simulation.along_time)
     places = [2 * piece + point for piece in range(drive.pieces.shape[-1]) for point in STAGES]
     for piece, h in enumerate(drive.pieces.unbind(-1)):
 
         def accelerate(stage: int, q: Tensor, qdot: Tensor, first: int = 4 * piece) -> Tensor:
             seen.append((q, qdot))
-            place = places[first + stage]
-            return acceleration(timed[place], q, qdot, activation[place], {})
+            at = instants[places[first + stage]]
+            return acceleration(at.valued, q, qdot, at.activation, {})
 
         q, qdot = runge_kutta(accelerate, q, qdot, h)
     after = torch.stack(torch.broadcast_tensors(q, qdot), -1)
     q, qdot = (torch.stack(torch.broadcast_tensors(*x), -1).unflatten(-1, (-1, 4)) for x in zip(*seen, strict=True))
+    activation = drive.activation[..., places, :].unflatten(-2, (-1, 4))
     course = None if drive.course is None else drive.course[..., places, :].unflatten(-2, (-1, 4))
-    return Points(q, qdot, drive.activation[..., places, :].unflatten(-2, (-1, 4)), course), after
+    by_q, by_qdot, by_activation, by_parameter = _slopes(simulation, q, qdot, activation, course, list(wrt))
+    for columns, _, change in _changes_of_drive(simulation, wrt, steps, state.ndim - 2):
+        by_parameter[columns] += (by_activation * change[..., STAGES, :]).sum(-1)
+    return after, _forced(by_q, by_qdot, by_parameter, drive.pieces)
 
 
-def _slopes(simulation: Simulation, points: Points, names: Sequence[str]) -> Slopes:
-    """Derivatives at points by the values of parameters that stand in `names`."""
+def _slopes(
+    simulation: Simulation, q: Tensor, qdot: Tensor, activation: Tensor, course: Tensor | None, names: Sequence[str]
+) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Derivatives of the acceleration at the stages of all pieces.
+
+    Args:
+        q, qdot: (..., T, n, S, 4); activation (..., T, n, S, 4, M) and what is known over time (..., T, n, S, 4, V).
+        names: of parameters.
+
+    Returns:
+        Derivatives by q, by qdot, by the activation, of their shapes, and by parameters, (P, ..., T, n, S, 4).
+    """
     with torch.enable_grad():
-        q, qdot = (x.detach().requires_grad_() for x in (points.q, points.qdot))
-        activation = _leaf(points.activation, q.shape, muscles=1)
+        q, qdot = (x.detach().requires_grad_() for x in (q, qdot))
+        a = _leaf(activation, q.shape, muscles=1)
         valued, leaves = _valued_at(simulation, names, q.shape, axes=3)
-        pull = acceleration(valued.timed(points.course), q, qdot, activation.movedim(0, -1), {})
-    slopes = _derivatives(pull, [q, qdot, activation, *leaves])
-    by_parameter = torch.stack(slopes[3:]) if names else points.q.new_zeros(0, *q.shape)
-    return Slopes(slopes[0], slopes[1], slopes[2].movedim(0, -1), by_parameter)
+        pull = acceleration(valued.timed(course), q, qdot, a.movedim(0, -1), {})
+    by_q, by_qdot, by_a, *by_parameter = _derivatives(pull, [q, qdot, a, *leaves])
+    return by_q, by_qdot, by_a.movedim(0, -1), torch.stack(by_parameter)
+
+
+def _forced(by_q: Tensor, by_qdot: Tensor, by_parameter: Tensor, pieces: Tensor) -> Tensor:
+    """Derivatives of the state (..., T, n, 2, 2 + P) by q and qdot at the beginning of the pieces (..., T, 1, S) and by
+    parameters: a linear equation."""
+    by_parameter = torch.nn.functional.pad(by_parameter, (0, 0) * by_q.ndim + (2, 0))
+    q, qdot = torch.zeros_like(by_parameter[..., 0, 0]), torch.zeros_like(by_parameter[..., 0, 0])
+    q[0], qdot[1] = 1.0, 1.0
+    for piece, h in enumerate(pieces.unbind(-1)):
+
+        def accelerate(stage: int, q: Tensor, qdot: Tensor, piece: int = piece) -> Tensor:
+            slope_q, slope_qdot, forcing = (x[..., piece, stage] for x in (by_q, by_qdot, by_parameter))
+            return slope_q * q + slope_qdot * qdot + forcing
+
+        q, qdot = runge_kutta(accelerate, q, qdot, h)
+    return torch.stack([q, qdot], -1).movedim(0, -1)
 
 
 def _by_steps(
@@ -150,22 +179,21 @@ def _by_steps(
         begin = state.detach().movedim(-1, 0).contiguous().requires_grad_()
         u, a = (_leaf(x[..., places, :], shape, muscles=2) for x in (drive.excitation, drive.activation))
         valued, leaves = _valued_at(simulation, list(wrt), shape, axes=1)
-        timed = drive.timed(valued)
+        timed = drive.instants(valued)
+        at = zip(places, u.movedim(0, -1), a.movedim(0, -1), strict=True)
+        instants = [Instant(timed[place].valued, u_at, a_at) for place, u_at, a_at in at]
         q, qdot, states = unpack(model, begin.movedim(0, -1))
         for piece, h in enumerate(drive.pieces.unbind(-1)):
-            at = range(3 * piece, 3 * piece + 3)
-            u_at, a_at = (tuple(x[:, i].movedim(0, -1) for i in at) for x in (u, a))
-            q, qdot, states = advance(timed[2 * piece : 2 * piece + 3], states, q, qdot, u_at, a_at, h)
+            q, qdot, states = advance(instants[3 * piece : 3 * piece + 3], states, q, qdot, h)
         after = pack(model, q, qdot, states)
         numbers = [_derivatives(after[..., k], [begin, u, a, *leaves], kept=k + 1 < size) for k in range(size)]
     by_state, by_u, by_a, *by_parameter = (torch.stack(slopes) for slopes in zip(*numbers, strict=True))
     derivatives = torch.stack([*by_state.unbind(1), *by_parameter], -1).movedim(0, -2)
-    changes = _changes_of_drive(simulation, wrt, steps, state.ndim - 2)
-    if changes is not None:
-        for slope, change in ((by_u, changes.excitation), (by_a, changes.activation)):
+    for columns, *changes in _changes_of_drive(simulation, wrt, steps, state.ndim - 2):
+        for slope, change in zip((by_u, by_a), changes, strict=True):
             slope = slope.movedim((1, 2), (-1, -2)).unflatten(-2, (-1, 3))  # (K, ..., T, n, S, 3, M)
             added = (slope * change.unsqueeze(1)).sum((-1, -2, -3))
-            derivatives[..., [size + column for column in changes.columns]] += added.movedim((0, 1), (-1, -2))
+            derivatives[..., [size + column for column in columns]] += added.movedim((0, 1), (-1, -2))
     return after.detach(), derivatives
 
 
@@ -186,9 +214,9 @@ def _valued_at(
         axes: of the points, behind the batch (..., T).
     """
     values = {n: simulation.params.get(n, simulation.model.defaults[n]) for n in (*simulation.params, *names)}
-    params = {name: _at_points(value, simulation.emg, axes) for name, value in values.items()}
-    leaves = [params[name].expand(shape).contiguous().requires_grad_() for name in names]
-    return give_values(simulation.model, {**params, **dict(zip(names, leaves, strict=True))}, simulation.emg), leaves
+    params = along(values, axes, simulation.emg)
+    leaves = {name: params[name].expand(shape).contiguous().requires_grad_() for name in names}
+    return give_values(simulation.model, params | leaves, simulation.emg), [*leaves.values()]
 
 
 def _derivatives(of: Tensor, by: Sequence[Tensor], *, kept: bool = False) -> list[Tensor]:
@@ -201,33 +229,19 @@ def _derivatives(of: Tensor, by: Sequence[Tensor], *, kept: bool = False) -> lis
     return [torch.zeros_like(x) if slope is None else slope for x, slope in zip(by, found, strict=True)]
 
 
-def _at_points(value: Tensor | float, like: Tensor, axes: int) -> Tensor:
-    """A parameter's value (..., T) as one that is broadcastable to points behind it."""
-    value = torch.as_tensor(value, dtype=like.dtype, device=like.device)
-    return value.reshape(*value.shape, *(1,) * axes) if value.ndim else value
-
-
-@dataclass(frozen=True)
-class Changes:
-    """Derivatives by the parameters that change the drive, at the beginning, middle and end of the pieces of steps,
-    (D, ..., T, n, S, 3, M) for D of P parameters, whose places are `columns`."""
-
-    columns: list[int]
-    excitation: Tensor
-    activation: Tensor
-
-
-def _changes_of_drive(simulation: Simulation, wrt: Mapping[str, float], steps: slice, axes: int) -> Changes | None:
-    """How parameters change the drive of the muscles at fixed times; None where none does.
+def _changes_of_drive(
+    simulation: Simulation, wrt: Mapping[str, float], steps: slice, axes: int
+) -> Iterator[tuple[list[int], Tensor, Tensor]]:
+    """How D of P parameters change excitation and activation at fixed times, at the beginning, middle and end of the
+    pieces of steps: their places in `wrt`, and the two, (D, ..., T, n, S, 3, M). Nothing where none does.
 
     Args:
         axes: of the batch (..., T).
     """
     driving = {name: size for name, size in wrt.items() if simulation.model.drives(name)}
     if not driving:
-        return None
-    dt = simulation.dt
-    split = breakpoints(simulation.valued, dt, simulation.substeps)  # (..., T, S + 1)
+        return
+    split = simulation.breakpoints  # (..., T, S + 1)
     begin, length = split[..., :-1, None], torch.diff(split, dim=-1)[..., None]
     inside = torch.tensor([INSIDE, 0.5, 1 - INSIDE], dtype=split.dtype, device=split.device)
     within = (begin + length * inside).flatten(-2)  # (..., T, 3 S)
@@ -236,25 +250,5 @@ def _changes_of_drive(simulation: Simulation, wrt: Mapping[str, float], steps: s
     nudged, nudges = simulation.nudged(driving, NUDGE, axes)
     pairs = zip(simulation.activate(position), nudged.activate(position), strict=True)
     nudges = nudges.reshape(-1, *(1,) * (axes + 3))
-    changes = ((moved - still) / nudges for still, moved in pairs)
-    columns = [i for i, name in enumerate(wrt) if name in driving]
-    return Changes(columns, *(change.unflatten(-2, (-1, 3)) for change in changes))
-
-
-def _forced(slopes: Slopes, pieces: Tensor) -> Tensor:
-    """Derivatives of the state (..., T, n, 2, 2 + P) by q and qdot at the beginning of the pieces (..., T, 1, S) and by
-    parameters: a linear equation."""
-    by_parameter = torch.nn.functional.pad(slopes.parameter, (0, 0) * slopes.q.ndim + (2, 0))
-    q, qdot = torch.zeros_like(by_parameter[..., 0, 0]), torch.zeros_like(by_parameter[..., 0, 0])
-    q[0], qdot[1] = 1.0, 1.0
-    for piece, h in enumerate(pieces.unbind(-1)):
-        by_q, by_qdot, forcing = slopes.q[..., piece, :], slopes.qdot[..., piece, :], by_parameter[..., piece, :]
-
-        def accelerate(
-            stage: int, q: Tensor, qdot: Tensor, parts: tuple[Tensor, ...] = (by_q, by_qdot, forcing)
-        ) -> Tensor:
-            by_q, by_qdot, forcing = (part[..., stage] for part in parts)
-            return by_q * q + by_qdot * qdot + forcing
-
-        q, qdot = runge_kutta(accelerate, q, qdot, h)
-    return torch.stack([q, qdot], -1).movedim(0, -1)
+    excitation, activation = (((moved - still) / nudges).unflatten(-2, (-1, 3)) for still, moved in pairs)
+    yield [i for i, name in enumerate(wrt) if name in driving], excitation, activation

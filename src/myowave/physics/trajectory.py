@@ -11,18 +11,17 @@ Shapes: ... batch, T trials, N samples, M muscles, K numbers of the state, P par
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
-from myowave.physics.motion import Motion, batch_shape, initial_state, observe, observed, simulate, step
+from myowave.physics.motion import Motion, initial_state, observe, observed, simulate, step
 from myowave.physics.simulation import Simulation
-from myowave.physics.tangent import NUDGE, Linear, linearise
+from myowave.physics.tangent import NUDGE, Linear, by_differences, forcing_of, linearise, nudged_copies
 
 CURVATURE = 10.0  # what a change of size x by Newton's method leaves is at most about this times x^2 [rad, rad/s]
-BACKWARDS = 3  # evaluations of a step that a pass backwards costs for each number of the state, about
 
 
 @dataclass(frozen=True)
@@ -88,16 +87,14 @@ def solve(
     """
     assert simulation.emg.dtype == torch.float64, "sensitivities by differences need double precision"
     wrt = dict(wrt or {})
-    batch = batch_shape(simulation, q0, qdot0)
+    batch = simulation.batch_shape(q0, qdot0)
     q0, qdot0 = q0.expand(batch), qdot0.expand(batch)
     start = initial_state(simulation, q0, qdot0)
     state = simulate(simulation, q0, qdot0).state if guess is None else guess
     state = state.expand(*batch, *state.shape[-2:]).clone()
     state[..., 0, :] = start
-    # Differences by few parameters cost less than a pass backwards.
-    few = not wrt or simulation.model.stateful and len(wrt) < BACKWARDS * state.shape[-1]
     state = _approach(simulation, state, newton, near)
-    linear, forcing = (_differentiate if few else linearise)(simulation, state, wrt)
+    linear, forcing = linearise(simulation, state, wrt)
     change = _closing(linear.jacobian, linear.after, state)
     state, gap = state + change, float(change.abs().amax())
     if newton.iterations > 1:
@@ -135,42 +132,6 @@ def derivatives_of(
     return _derivatives_observed(simulation, linear, wrt, tangent, reach), tangent
 
 
-def forcing_of(simulation: Simulation, linear: Linear, wrt: Mapping[str, float], reach: float = NUDGE) -> Tensor:
-    """What a parameter of a richer model adds to the state within each step, (..., T, N - 1, K, P); see
-    `derivatives_of` for the arguments."""
-    forcing = linear.after.new_zeros(*linear.after.shape, len(wrt))
-    for columns, nudged, nudges in _nudged(simulation, wrt, reach, linear.at.ndim - 2):
-        moved = step(nudged.along_time, linear.at[..., :-1, :], nudged.drive) - linear.after
-        forcing[..., columns] = (moved / nudges.reshape(-1, *(1,) * linear.after.ndim)).movedim(0, -1)
-    return forcing
-
-
-def _nudged(
-    simulation: Simulation, wrt: Mapping[str, float], reach: float, axes: int
-) -> Iterator[tuple[list[int], Simulation, Tensor]]:
-    """Places of parameters in `wrt` with a copy for each, moved by its nudge; first those that change the drive of the
-    muscles, as the others share it."""
-    names, drives = list(wrt), simulation.model.drives
-    for group in ([n for n in wrt if drives(n)], [n for n in wrt if not drives(n)]):
-        if group:
-            yield [names.index(n) for n in group], *simulation.nudged({n: wrt[n] for n in group}, reach, axes)
-
-
-def _differentiate(simulation: Simulation, state: Tensor, wrt: Mapping[str, float]) -> tuple[Linear, Tensor]:
-    """What `linearise` gives, by differences."""
-    linear = _by_differences(simulation, state)
-    return linear, forcing_of(simulation, linear, wrt)
-
-
-def _by_differences(simulation: Simulation, state: Tensor) -> Linear:
-    """Where steps from a state (..., T, N, K) lead, and the Jacobian, by differences."""
-    before = state[..., :-1, :]
-    bumps = NUDGE * torch.eye(state.shape[-1], dtype=state.dtype, device=state.device)
-    bumps = bumps.reshape(-1, *(1,) * (state.ndim - 1), state.shape[-1])
-    copies = step(simulation.along_time, torch.cat([before.unsqueeze(0), before + bumps]), simulation.drive)
-    return Linear(state, copies[0], ((copies[1:] - copies[0]) / NUDGE).movedim(0, -1))
-
-
 def _approach(simulation: Simulation, state: Tensor, newton: Newton, jacobian: Tensor | None) -> Tensor:
     """Close the gaps between the samples of a state whose first sample is right, but for what one more step of Newton's
     method closes.
@@ -180,7 +141,7 @@ def _approach(simulation: Simulation, state: Tensor, newton: Newton, jacobian: T
     gap, enough = math.inf, (newton.tolerance / CURVATURE) ** 0.5
     for _ in range(newton.iterations - 1):
         if jacobian is None:
-            linear = _by_differences(simulation, state)
+            linear = by_differences(simulation, state)
             jacobian, after = linear.jacobian, linear.after
         else:
             after = step(simulation.along_time, state[..., :-1, :], simulation.drive)
@@ -207,7 +168,7 @@ def _derivatives_of_start(
     """d first state / d parameters [and q0, qdot0], (..., T, K, P [+ 2])."""
     start = initial_state(simulation, q0, qdot0)
     begin = start.new_zeros(*start.shape, len(wrt) + (2 if starts else 0))
-    for columns, nudged, nudges in _nudged(simulation, wrt, reach, q0.ndim) if simulation.model.stateful else ():
+    for columns, nudged, nudges in nudged_copies(simulation, wrt, reach, q0.ndim) if simulation.model.stateful else ():
         shifted = initial_state(nudged, q0, qdot0) - start
         begin[..., columns] = (shifted / nudges.reshape(-1, *(1,) * start.ndim)).movedim(0, -1)
     for i, shift in enumerate(((NUDGE, 0.0), (0.0, NUDGE)) if starts else (), start=len(wrt)):

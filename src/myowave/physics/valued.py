@@ -5,51 +5,46 @@ Shapes: ... batch (hypotheses, starts, perturbations), T trials, M muscles.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import torch
 from torch import Tensor
 
-from myowave.physics.constants import CURVE, CURVE_CONSTANTS, GROUP_CONSTANTS, MUSCLE_CONSTANTS, OVER_TIME
+from myowave.physics.constants import CURVE, CURVE_CONSTANTS, GROUP_CONSTANTS, OVER_TIME
 from myowave.physics.curves import Curves, Shape
-from myowave.physics.effect import Acting, Effect, call
-from myowave.physics.joint import Forearm, forearm
+from myowave.physics.effect import Acting
+from myowave.physics.joint import forearm
 from myowave.physics.model import Model, Params
 from myowave.physics.path import Path, SideBySide, StraightPath
 
 
 @dataclass(frozen=True)
 class Valued:
-    """A model with values for all its parameters, stacked for arithmetic. Make it with `give_values`.
+    """A model with values for all its parameters and what follows from them once for all. Made by `give_values`.
 
-    `muscle` values are (..., T, M), `joint` values (..., T), each with `axes` axes of length 1 put in after T. `path`
-    holds the constants that only some muscles have, by full name, `curve` the shapes of the muscle curves, (..., T).
+    Args:
+        muscle: constants of the muscles and their `side`, (..., T, M); not those that only some paths have.
+        joint: constants of the joint, and of any kind of forearm `inertia` without load and `weight` with it, (..., T).
+        acting: the effects with their values, by `Model.places`.
+        path: of all muscles.
+        height: of the fibres over the tendon, see `muscle.fibre_state`; None where no muscle is pennate.
+        curves: of the muscles, for quantities (..., M).
+        joint_curves: the same for quantities (...), as an effect on the joint has them.
+        inertia: of the forearm with its load [kg m^2].
+        tilt, motor, braking: what the joint's constants of this name do; None where they are 0.
     """
 
     model: Model
     muscle: Mapping[str, Tensor]
     joint: Mapping[str, Tensor]
-    path: Mapping[str, Tensor]
-    effect: Mapping[str, Mapping[str, Tensor]]
-    curve: Mapping[str, Tensor]
-    axes: int = 0
-
-    def along(self, axes: int) -> "Valued":
-        """The same values, broadcastable to quantities with `axes` more axes (time, points) after the trials."""
-        assert self.axes == 0
-        effect = {
-            e.name: {n: _insert(v, axes, muscles=e.on_muscles(n)) for n, v in self.values(e).items()}
-            for e in self.model.effects
-        }
-        return replace(
-            self,
-            muscle={n: _insert(v, axes, muscles=True) for n, v in self.muscle.items()},
-            joint={n: _insert(v, axes, muscles=False) for n, v in self.joint.items()},
-            path={n: _insert(v, axes, muscles=False) for n, v in self.path.items()},
-            effect=effect,
-            curve={n: _insert(v, axes, muscles=False) for n, v in self.curve.items()},
-            axes=axes,
-        )
+    acting: Mapping[str, tuple[Acting, ...]]
+    path: Path | SideBySide
+    height: Tensor | None
+    curves: Curves
+    joint_curves: Curves
+    inertia: Tensor
+    tilt: Tensor | None
+    motor: Tensor | None
+    braking: Tensor | None
 
     def timed(self, change: Tensor | None) -> "Valued":
         """The same with the first of the constants `OVER_TIME` changed, by a tensor (..., V) of quantities (...)."""
@@ -57,95 +52,19 @@ class Valued:
         # out.
         if change is None:
             return self
-        moved = zip(OVER_TIME, change.unbind(-1), strict=False)
-        joint = {**self.joint, **{name: self.joint[name] + x for name, x in moved}}
-        changed = replace(self, joint=joint)
-        made = {
-            "combined": replace(self.combined, tilt=joint["tilt"], motor=joint["motor"] * joint["drive"]),
-            "curves": self.curves,
-            "acting": self.acting,
-        }
-        vars(changed).update(made)  # no need to make anew
-        return changed
-
-    def values(self, effect: Effect) -> Mapping[str, Tensor]:
-        """The values of an effect's parameters, by their short names."""
-        return self.effect[effect.name]
-
-    @cached_property
-    def acting(self) -> Mapping[str, tuple[Acting, ...]]:
-        """The effects with their values, by `Model.places`."""
-        places = self.model.places.items()
-        return {place: tuple(Acting(e, self.effect[e.name]) for e in effects) for place, effects in places}
-
-    @cached_property
-    def driving(self) -> Mapping[str, Tensor]:
-        """The side of the muscles and those of their constants that may change their drive."""
-        return {n: v for n, v in self.muscle.items() if n == "side" or MUSCLE_CONSTANTS[n].drives}
-
-    @cached_property
-    def combined(self) -> "Combined":
-        """Combinations of the constants that the equation of motion needs at every step."""
-        c = self.muscle
-        pennate = _counts(c["pennation"])
-        leaning = _counts(self.joint["tilt"])
-        load = self.joint["load"]
-        return Combined(
-            path=self._paths(),
-            height=c["l0"] * torch.sin(c["pennation"]) if pennate else None,
-            forearm=(body := forearm(self.joint)),
-            inertia=body.inertia_with(load),
-            weight=body.weight_with(load),
-            tilt=self.joint["tilt"] if leaning else None,
-            motor=self.joint["motor"] * self.joint["drive"] if _counts(self.joint["motor"]) else None,
-            braking=self.joint["braking"] * self.joint["drive"] if _counts(self.joint["braking"]) else None,
-        )
-
-    @cached_property
-    def forearm(self) -> Mapping[str, Tensor]:
-        """Constants of the joint, and what effects may ask of any kind of forearm."""
-        combined = self.combined
-        return {**self.joint, "inertia": combined.forearm.inertia_with(0.0), "weight": combined.weight}
-
-    @cached_property
-    def curves(self) -> Curves:
-        """The muscle curves, for quantities (..., M)."""
-        return self._shaped({name: value.unsqueeze(-1) for name, value in self.curve.items()})
-
-    @cached_property
-    def curves_of_joint(self) -> Curves:
-        """The same for quantities (...), as an effect on the joint has them."""
-        return self._shaped(self.curve)
-
-    def _shaped(self, shape: Mapping[str, Tensor]) -> Curves:
-        changed = any(_counts(value) for value in shape.values())
-        return self.model.curves.shaped(Shape(**shape)) if changed else self.model.curves
-
-    def _paths(self) -> Path | SideBySide:
-        c, muscles = self.muscle, self.model.muscles
-        if all(isinstance(m.path, StraightPath) for m in muscles):
-            return StraightPath(c["l1"], c["l2"], c["side"])
-
-        def value(i: int, name: str) -> Tensor:
-            return c[name][..., i] if name in c else self.path[f"{name}_{muscles[i].name}"]
-
-        valued = (m.path.with_constants({n: value(i, n) for n in m.path.constants}) for i, m in enumerate(muscles))
-        return SideBySide(tuple(valued))
+        moved = {n: self.joint[n] + x for n, x in zip(OVER_TIME, change.unbind(-1), strict=False)}
+        joint = {**self.joint, **moved}
+        return replace(self, joint=joint, tilt=joint["tilt"], motor=joint["motor"] * joint["drive"])
 
 
-@dataclass(frozen=True)
-class Combined:
-    """Combinations of constants: see `path`, `muscle.fibre_state` (height) and `joint` (forearm, and with its load the
-    moment of inertia and the moment of the weight; tilt, motor and braking, None where they are 0)."""
+def along(params: Params, axes: int, like: Tensor) -> dict[str, Tensor]:
+    """Parameters (..., T) broadcastable to quantities with `axes` more axes (time, points) behind the trials.
 
-    path: Path | SideBySide
-    height: Tensor | None
-    forearm: Forearm
-    inertia: Tensor
-    weight: Tensor
-    tilt: Tensor | None
-    motor: Tensor | None = None
-    braking: Tensor | None = None
+    Args:
+        like: a tensor whose dtype and device the values take.
+    """
+    values = {name: torch.as_tensor(value, dtype=like.dtype, device=like.device) for name, value in params.items()}
+    return {name: v.reshape(*v.shape, *(1,) * axes) if v.ndim else v for name, v in values.items()}
 
 
 def give_values(model: Model, params: Params, like: Tensor) -> Valued:
@@ -159,30 +78,41 @@ def give_values(model: Model, params: Params, like: Tensor) -> Valued:
         ValueError: for a name the model does not have.
     """
     model.check_names(params)
-    full = {n: _value(params.get(n, default), like) for n, default in model.defaults.items()}
+    full = {name: torch.atleast_1d(value) for name, value in along({**model.defaults, **params}, 0, like).items()}
     muscle = {c: _stack([full[f"{c}_{m.name}"] for m in model.muscles], like) for c in model.common_constants}
     muscle |= _scaled(model, muscle, full)
-    path = {f"{c}_{m.name}": full[f"{c}_{m.name}"] for m in model.muscles for c in m.nominal if c not in muscle}
     muscle["side"] = torch.tensor([m.side for m in model.muscles], dtype=like.dtype, device=like.device)
     joint = {c: full[c] for c in model.joint}
-    effect = {}
-    for e in model.effects:
-        values = {}
-        for short in e.parameters:
-            stacked = _stack([full[n] for n in model.names(e, short)], like)
-            values[short] = stacked if e.on_muscles(short) else stacked.squeeze(-1)
-        effect[e.name] = values
-        if e.acts_on == "constants":
-            changed = call(e.function, {**muscle, **joint}, values)
+    acting = {}
+    for effect in model.effects:
+        stacked = {short: _stack([full[n] for n in model.names(effect, short)], like) for short in effect.parameters}
+        values = {short: v if effect.on_muscles(short) else v.squeeze(-1) for short, v in stacked.items()}
+        acting[effect.name] = Acting(effect, values)
+        if effect.acts_on == "constants":
+            changed = acting[effect.name]({**muscle, **joint})
             if strange := sorted(set(changed) - set(muscle) - set(joint)):
                 raise ValueError(
-                    f"effect {e.name!r} returns values for {', '.join(strange)}, which are not constants; "
+                    f"effect {effect.name!r} returns values for {', '.join(strange)}, which are not constants; "
                     f"there are {', '.join((*model.common_constants, *joint))}."
                 )
             muscle.update({n: v for n, v in changed.items() if n in muscle})
             joint.update({n: v for n, v in changed.items() if n in joint})
-    curve = {c: full[f"{c}_{CURVE}"] for c in CURVE_CONSTANTS if model.muscles}
-    return Valued(model, muscle, joint, path, effect, curve)
+    body, drive = forearm(joint), joint["drive"]
+    shape = {c: full[f"{c}_{CURVE}"] for c in CURVE_CONSTANTS if model.muscles}
+    return Valued(
+        model,
+        muscle,
+        joint | {"inertia": body.inertia, "weight": body.weight_with(joint["load"])},
+        {place: tuple(acting[effect.name] for effect in effects) for place, effects in model.places.items()},
+        _paths(model, muscle, full),
+        height=muscle["l0"] * torch.sin(muscle["pennation"]) if _counts(muscle["pennation"]) else None,
+        curves=_shaped(model.curves, {name: value.unsqueeze(-1) for name, value in shape.items()}),
+        joint_curves=_shaped(model.curves, shape),
+        inertia=body.inertia_with(joint["load"]),
+        tilt=joint["tilt"] if _counts(joint["tilt"]) else None,
+        motor=joint["motor"] * drive if _counts(joint["motor"]) else None,
+        braking=joint["braking"] * drive if _counts(joint["braking"]) else None,
+    )
 
 
 def _counts(value: Tensor) -> bool:
@@ -200,8 +130,20 @@ def _scaled(model: Model, muscle: Mapping[str, Tensor], full: Mapping[str, Tenso
     return changed
 
 
-def _value(value: Tensor | float, like: Tensor) -> Tensor:
-    return torch.atleast_1d(torch.as_tensor(value, dtype=like.dtype, device=like.device))
+def _paths(model: Model, muscle: Mapping[str, Tensor], full: Mapping[str, Tensor]) -> Path | SideBySide:
+    """The paths of all muscles; constants that all of them have may have been changed by an effect."""
+    if all(isinstance(m.path, StraightPath) for m in model.muscles):
+        return StraightPath(muscle["l1"], muscle["l2"], muscle["side"])
+
+    def value(i: int, name: str) -> Tensor:
+        return muscle[name][..., i] if name in muscle else full[f"{name}_{model.muscles[i].name}"]
+
+    paths = (m.path.with_constants({n: value(i, n) for n in m.path.constants}) for i, m in enumerate(model.muscles))
+    return SideBySide(tuple(paths))
+
+
+def _shaped(curves: Curves, shape: Mapping[str, Tensor]) -> Curves:
+    return curves.shaped(Shape(**shape)) if any(_counts(value) for value in shape.values()) else curves
 
 
 def _stack(values: Sequence[Tensor], like: Tensor) -> Tensor:
@@ -209,11 +151,3 @@ def _stack(values: Sequence[Tensor], like: Tensor) -> Tensor:
         return like.new_zeros(0)
     # One value after the other in memory, as `dynamics.muscle_quantities` has quantities of muscles.
     return torch.stack(torch.broadcast_tensors(*values)).movedim(0, -1)
-
-
-def _insert(value: Tensor, axes: int, *, muscles: bool) -> Tensor:
-    """Put `axes` axes of length 1 behind the trials; a bare (M,) vector broadcasts as it is."""
-    shape = value.shape
-    if not muscles:
-        return value.reshape(*shape, *(1,) * axes)
-    return value if len(shape) < 2 else value.reshape(*shape[:-1], *(1,) * axes, shape[-1])

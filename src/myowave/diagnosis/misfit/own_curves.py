@@ -60,7 +60,7 @@ def pushes_of_curves(fit: Fit) -> Array:
     """What each such bump adds to the state within a step, (T, N - 1, K, C)."""
     # ASSUME: a fibre on a compliant tendon is about as long as on a stiff one.
     q, v, activation = along_steps(fit)
-    fibre = muscle_quantities(fit.simulation.valued, q, v, activation)
+    fibre = muscle_quantities(fit.simulation.along_time, q, v, activation)
     force = bumps(fibre["curves"], activation, fibre["fibre_length"], fibre["fibre_velocity"])
     pushes = forcing_by(fit, MORE_FORCE)[..., None] * force.numpy()[:, :, None]
     return pushes.reshape(*pushes.shape[:3], pushes.shape[3] * pushes.shape[4])

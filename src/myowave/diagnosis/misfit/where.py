@@ -16,7 +16,6 @@ from scipy.stats import spearmanr
 from myowave.identification.output_error import Fit
 from myowave.identification.windows import window
 from myowave.physics.dynamics import moment_of_inertia
-from myowave.physics.valued import give_values
 
 Array = NDArray[np.float64]
 
@@ -170,7 +169,7 @@ def missing_torque(fit: Fit) -> MissingTorque:
     by_angle, by_velocity = rate[..., 1, 0], rate[..., 1, 1]
     by_angle, by_velocity = (np.concatenate([x, x[..., -1:]], -1) for x in (by_angle, by_velocity))
     motion = fit.sensitive.motion
-    inertia = moment_of_inertia(give_values(fit.model, fit.params, record.emg).along(1), motion.q)
+    inertia = moment_of_inertia(fit.simulation.along_time, motion.q)
     inertia = inertia.expand_as(motion.q).numpy()
     state = motion.state.numpy()
     rows, errors = [], []

@@ -17,10 +17,10 @@ from torch import Tensor
 from myowave.data.trials import Trials
 from myowave.identification.torque import effects_unseen_by_angle
 from myowave.identification.windows import between_kinks
-from myowave.physics.drive import activate, breakpoints, channels_of
 from myowave.physics.dynamics import Torques, torques
 from myowave.physics.model import Model
-from myowave.physics.valued import Valued, give_values
+from myowave.physics.simulation import Simulation, channels_of
+from myowave.physics.valued import Valued, along, give_values
 
 STENCIL = 4  # samples that a motion between two of them follows from
 
@@ -64,7 +64,7 @@ class Residual:
         # Where between two samples the torque is taken, fractions of dt (D,), and how much it counts there.
         points, weights = torch.zeros(1), torch.ones(1)
         if averaged:
-            points, weights = between_kinks(breakpoints(give_values(model, self._known, self._emg), trials.dt, 1))
+            points, weights = between_kinks(Simulation(model, self._known, self._emg, trials.dt).breakpoints)
         self._points, self._weights = points.to(self._emg), weights.to(self._emg)
         self._recorded = None if any(model.drives(name) for name in names) else self._activate({})
 
@@ -81,7 +81,7 @@ class Residual:
             q, qdot, qddot: the motion, (S, B, K) [rad, rad/s, rad/s^2].
         """
         activation = self._activation(params, pieces)[..., 0, :]
-        result = torques(self._valued(params, pieces).along(1), q, qdot, activation, {})
+        result = torques(self._valued(params, pieces, 1), q, qdot, activation, {})
         return result.inertia * qddot - result.total
 
     def along_sequence(self, params: Mapping[str, Tensor], pieces: Pieces, q: Tensor, bend: Tensor) -> Tensor:
@@ -109,15 +109,13 @@ class Residual:
         nodes = q.unfold(-1, STENCIL, 1)
         inner = Pieces(pieces.trial, pieces.start + STENCIL // 2 - 1, pieces.length - STENCIL + 1)
         activation = self._activation(params, inner)
-        valued = self._valued(params, inner).along(2)
+        valued = self._valued(params, inner, 2)
         return torques(valued, nodes @ value, nodes @ slope / self._dt, activation, {})
 
-    def _valued(self, params: Mapping[str, Tensor], pieces: Pieces) -> Valued:
+    def _valued(self, params: Mapping[str, Tensor], pieces: Pieces, axes: int) -> Valued:
+        """The model, for quantities with so many axes behind the pieces."""
         known = {name: value[pieces.trial] for name, value in self._known.items()}
-        return give_values(self._model, known | self._on_device(params), self._emg)
-
-    def _on_device(self, params: Mapping[str, Tensor]) -> dict[str, Tensor]:
-        return {name: value.to(self._emg.device) for name, value in params.items()}
+        return give_values(self._model, along({**known, **params}, axes, self._emg), self._emg)
 
     def _activation(self, params: Mapping[str, Tensor], pieces: Pieces) -> Tensor:
         """Activation (B, K, D, M) or (S, B, K, D, M) at the points after each sample."""
@@ -125,8 +123,8 @@ class Residual:
 
     def _activate(self, params: Mapping[str, Tensor]) -> Tensor:
         sample = torch.arange(self._emg.shape[-2], dtype=self._emg.dtype, device=self._emg.device)
-        valued = give_values(self._model, {**self._known, **self._on_device(params)}, self._emg)
-        return activate(valued, self._emg, sample[:, None, None] + self._points[:, None], self._dt)[1]
+        simulation = Simulation(self._model, {**self._known, **params}, self._emg, self._dt)
+        return simulation.activate(sample[:, None, None] + self._points[:, None])[1]
 
 
 def _interpolation(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -14,10 +14,9 @@ from torch import Tensor
 
 from myowave.data.trials import Trials
 from myowave.data.wavelets import estimate_noise, max_level, project
-from myowave.physics.drive import channels_of
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
-from myowave.physics.simulation import Simulation
+from myowave.physics.simulation import Simulation, channels_of
 
 SMOOTH_S = 0.25  # EMG slower than this is the command, faster is noise
 WARP = (0.6, 1.7)  # range of the factor on time
