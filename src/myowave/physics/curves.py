@@ -2,68 +2,99 @@
 
 Lengths are in units of the optimal fibre length l0, velocities in units of v_max and positive when lengthening,
 forces in units of the maximum isometric force f0. Literals are floats: torch would convert integers at every call.
+
+Sources: Taneja et al. 2023, Eqs. 49-50 (the paper's own); Hill 1938; Thelen 2003, J. Biomech. Eng. 125, 70, Eqs. 3-7
+and Table 1, young adults; De Groote, Kinney, Rao & Fregly 2016, Ann. Biomed. Eng. 44, 2922, with the digits of OpenSim,
+which make the curves 1 at length 1 and f_V exactly 0 at -1 and 1 at 0; Millard et al. 2013 in `millard`.
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import torch
 from torch import Tensor
 
-from myowave.physics.degroote import active_length_degroote, force_velocity_degroote, passive_degroote
-from myowave.physics.millard import active_length_millard, force_velocity_millard, passive_millard
-from myowave.physics.thelen import (
-    ECCENTRIC_FORCE,
-    SHAPE_AF,
-    SLOWING,
-    active_length_thelen,
-    force_velocity_thelen,
-    passive_thelen,
-)
+from myowave.physics.millard import millard_curve
 
 Curve = Callable[[Tensor], Tensor]
 
-# Eq. 50: passive curve of an adult.
-PASSIVE_GAMMA1 = 0.075
-PASSIVE_GAMMA2 = 6.6
+SHAPE_AF = 0.25  # of Hill's hyperbola; his constant a over f0
+ECCENTRIC_FORCE = 1.4  # the largest force when lengthening
+THELEN_STEEPER = 2.0  # slope where lengthening begins, over that where shortening begins
+THELEN_WIDTH = 0.45  # of the bell, gamma
+THELEN_SLOWING = 0.75  # share of v_max that a muscle without activation lacks
+# Three bells (height, centre, width, growth of the width with length).
+DEGROOTE_BELLS = (
+    (0.8150671134243542, 1.055033428970575, 0.162384573599574, 0.063303448465465),
+    (0.433004984392647, 0.716775413397760, -0.029947116970696, 0.200356847296188),
+    (0.1, 1.0, 0.353553390593274, 0.0),
+)
+DEGROOTE_VELOCITY = (-0.3211346127989808, -8.149, -0.374, 0.8825327733249912)
 NO_FORCE = 1e-30  # keeps the derivative of a power finite
-PASSIVE_SLOPE = PASSIVE_GAMMA2 * math.exp(0.4 * PASSIVE_GAMMA2)
 
 
 def active_length_taneja(length: Tensor) -> Tensor:
-    """Active force-length curve of three parabolas, peak 1 at length 1; continuous, its slope jumps at 0.6 and 1.4.
-
-    Source: Taneja et al. 2023, Eq. 49.
-    """
+    """Active force-length curve of three parabolas, peak 1 at length 1; continuous, its slope jumps at 0.6 and 1.4."""
     # ASSUME: no active force outside [0.4, 1.6]; as printed, Eq. 49 rises again there.
     distance = (length - 1.0).abs()
     outer = (0.6 - distance).clamp(min=0.0)
     return torch.where(distance <= 0.4, 1.0 - 4.0 * distance * distance, 9.0 * outer * outer)
 
 
-def passive_taneja(length: Tensor) -> Tensor:
-    """Passive force-length curve: zero up to length 1, exponential to 1.4, then straight, C1 at 1.4.
+def active_length_thelen(length: Tensor) -> Tensor:
+    """Active force-length curve, a bell."""
+    return torch.exp(-((length - 1.0) ** 2) / THELEN_WIDTH)
 
-    Source: Taneja et al. 2023, Eq. 50.
+
+def active_length_degroote(length: Tensor) -> Tensor:
+    """Active force-length curve, a sum of three bells."""
+    # ASSUME: below length 0.2 the curve keeps its value there, about 0; a bell's width is 0 at 0.15.
+    length = length.clamp(min=0.2)
+    bells = (h * torch.exp(-0.5 * ((length - c) / (w + g * length)) ** 2) for h, c, w, g in DEGROOTE_BELLS)
+    return sum(bells, start=torch.zeros_like(length))
+
+
+def exponential_passive(length: Tensor, *, height: float, rate: float, reach: float) -> Tensor:
+    """Passive force-length curve: height (exp(rate strain) - 1) up to the strain `reach`, then straight, C1 there."""
+    # ASSUME: no passive force below length 1, where the formulas are slightly negative.
+    toe = torch.special.expm1(rate * (length.clamp(1.0, 1.0 + reach) - 1.0))
+    beyond = rate * math.exp(rate * reach) * (length - 1.0 - reach).clamp(min=0.0)
+    return height * (toe + beyond)
+
+
+def force_velocity_hyperbolas(velocity: Tensor, *, steeper: float) -> Tensor:
+    """Hill's hyperbola, 0 at -1, 1 at 0, and another one towards 1.4 when lengthening.
+
+    Shortening (1 + v) / (1 - v / Af) and lengthening (1 + v F s) / (1 + v s) both are 1 + k v / (1 + b v).
+
+    Args:
+        steeper: slope where lengthening begins over that where shortening begins, 1 + 1 / Af.
     """
-    toe = torch.special.expm1(PASSIVE_GAMMA2 * (length.clamp(1.0, 1.4) - 1.0))
-    return PASSIVE_GAMMA1 * (toe + PASSIVE_SLOPE * (length - 1.4).clamp(min=0.0))
-
-
-def force_velocity_hill(velocity: Tensor) -> Tensor:
-    """Normalised Hill hyperbola: 0 at -1, 1 at 0, towards 1.4 when lengthening; C1 at 0.
-
-    Shortening (1 + v) / (1 - v / Af) and lengthening (1 + v F s) / (1 + v s) both are 1 + k v / (1 + b v), with the
-    same slope k = 1 + 1 / Af and another b on each side.
-
-    Source: Hill 1938 with the constants of Thelen 2003, whose own curve is twice as steep when lengthening and whose
-    v_max depends on the activation (`thelen`). The paper cites the curve [67] without a formula.
-    """
-    slope = 1 + 1 / SHAPE_AF
+    # ASSUME: no force when shortening faster than v_max.
     velocity = velocity.clamp(min=-1.0)
-    bend = torch.where(velocity > 0, slope / (ECCENTRIC_FORCE - 1), -1 / SHAPE_AF)
-    return 1.0 + slope * velocity / (1.0 + bend * velocity)
+    slope = 1.0 + 1.0 / SHAPE_AF
+    lengthening = velocity > 0
+    steep = torch.where(lengthening, steeper * slope, slope)
+    bend = torch.where(lengthening, steeper * slope / (ECCENTRIC_FORCE - 1.0), -1.0 / SHAPE_AF)
+    return 1.0 + steep * velocity / (1.0 + bend * velocity)
+
+
+def force_velocity_degroote(velocity: Tensor) -> Tensor:
+    """Force-velocity curve, lengthening positive."""
+    # ASSUME: no force when shortening faster than v_max, where the formula is negative.
+    d1, d2, d3, d4 = DEGROOTE_VELOCITY
+    return (d1 * torch.asinh(d2 * velocity + d3) + d4).clamp(min=0.0)
+
+
+# Eq. 50, of an adult; of the others the force is 1 at their `reach`.
+passive_taneja = partial(exponential_passive, height=0.075, rate=6.6, reach=0.4)
+passive_thelen = partial(exponential_passive, height=1.0 / math.expm1(5.0), rate=5.0 / 0.6, reach=0.6)
+passive_degroote = partial(exponential_passive, height=1.0 / math.expm1(4.0), rate=4.0 / 0.6, reach=0.6)
+# The paper cites its curve [67] without a formula: C1 at 0, with the constants of Thelen, whose own is twice as steep.
+force_velocity_hill = partial(force_velocity_hyperbolas, steeper=1.0)
+force_velocity_thelen = partial(force_velocity_hyperbolas, steeper=THELEN_STEEPER)
 
 
 @dataclass(frozen=True)
@@ -150,26 +181,13 @@ def _raised(force: Tensor, power: Tensor) -> Tensor:
     return force.clamp(min=NO_FORCE) ** power
 
 
-MILLARD = Curves(active_length_millard, passive_millard, force_velocity_millard)
+TANEJA = Curves()
+THELEN = Curves(active_length_thelen, passive_thelen, force_velocity_thelen, slowing=THELEN_SLOWING)
 DEGROOTE = Curves(active_length_degroote, passive_degroote, force_velocity_degroote)
-THELEN = Curves(active_length_thelen, passive_thelen, force_velocity_thelen, slowing=SLOWING)
+MILLARD = Curves(*(partial(millard_curve, name) for name in ("active_length", "passive", "force_velocity")))
 
 # What `physics.curves` in config.yaml may name, curve by curve.
-ACTIVE_LENGTH: dict[str, Curve] = {
-    "taneja": active_length_taneja,
-    "millard": active_length_millard,
-    "degroote": active_length_degroote,
-    "thelen": active_length_thelen,
-}
-PASSIVE: dict[str, Curve] = {
-    "taneja": passive_taneja,
-    "millard": passive_millard,
-    "degroote": passive_degroote,
-    "thelen": passive_thelen,
-}
-FORCE_VELOCITY: dict[str, Curve] = {
-    "hill": force_velocity_hill,
-    "millard": force_velocity_millard,
-    "degroote": force_velocity_degroote,
-    "thelen": force_velocity_thelen,
-}
+_FAMILIES = {"taneja": TANEJA, "millard": MILLARD, "degroote": DEGROOTE, "thelen": THELEN}
+ACTIVE_LENGTH = {name: family.active_length for name, family in _FAMILIES.items()}
+PASSIVE = {name: family.passive for name, family in _FAMILIES.items()}
+FORCE_VELOCITY = {name.replace("taneja", "hill"): family.force_velocity for name, family in _FAMILIES.items()}

@@ -39,29 +39,50 @@ class Knot:
     slope: float
 
 
-def active_length_millard(length: Tensor) -> Tensor:
-    """Active force-length curve, 0 outside [0.444, 1.812], plateau around 1; element-wise."""
-    return _look_up("active_length", length)
+# ASSUME: no force outside the active range (OpenSim keeps 0.1 there where fibres have no damping of their own).
+_SHOULDER = 1 - SHALLOW_SLOPE * (1 - PLATEAU - TRANSITION)
+_TOE = min(0.1 / PASSIVE_SLOPE, 0.1 * PASSIVE_STRAIN)
+_NEAR = 0.9  # v_max
+
+# Each curve's knots.
+CURVES = {
+    "active_length": (
+        Knot(SHORTEST, 0.0, 0.0),
+        Knot((SHORTEST + TRANSITION) / 2, _SHOULDER / 2, 1.25 * _SHOULDER / (TRANSITION - SHORTEST)),
+        Knot((TRANSITION + 1 - PLATEAU) / 2, (_SHOULDER + 1) / 2, SHALLOW_SLOPE),
+        Knot(1.0, 1.0, 0.0),
+        Knot((1 + PLATEAU + LONGEST) / 2, 0.5, -1 / (LONGEST - 1 - 2 * PLATEAU)),
+        Knot(LONGEST, 0.0, 0.0),
+    ),
+    "passive": (
+        Knot(1.0, 0.0, 0.0),
+        Knot(1 + _TOE, FOOT_SLOPE * _TOE / 2, FOOT_SLOPE),
+        Knot(1 + PASSIVE_STRAIN, 1.0, PASSIVE_SLOPE),
+    ),
+    "force_velocity": (
+        Knot(-1.0, 0.0, 0.0),
+        Knot(-_NEAR, CONCENTRIC_SLOPE * (1 - _NEAR) / 2, CONCENTRIC_SLOPE),
+        Knot(0.0, 1.0, ISOMETRIC_SLOPE),
+        Knot(_NEAR, ECCENTRIC_FORCE - ECCENTRIC_SLOPE * (1 - _NEAR) / 2, ECCENTRIC_SLOPE),
+        Knot(1.0, ECCENTRIC_FORCE, 0.0),
+    ),
+}
+CURVINESS = {
+    "active_length": (1.0,) * 5,
+    "passive": (PASSIVE_CURVINESS,) * 2,
+    "force_velocity": (CONCENTRIC_CURVINESS,) * 2 + (ECCENTRIC_CURVINESS,) * 2,
+}
 
 
-def passive_millard(length: Tensor) -> Tensor:
-    """Passive force-length curve, 0 below 1, 1 at 1.7, straight beyond; element-wise."""
-    return _look_up("passive", length)
-
-
-def force_velocity_millard(velocity: Tensor) -> Tensor:
-    """Force-velocity curve, 0 at -1, 1 at 0, 1.4 from 1 on, lengthening positive; element-wise."""
-    return _look_up("force_velocity", velocity)
-
-
-def _look_up(curve: str, x: Tensor) -> Tensor:
-    return _table(curve, x.dtype, x.device).value(x)
+def millard_curve(name: str, x: Tensor) -> Tensor:
+    """A curve of `CURVES`, element-wise: active force, 0 outside lengths of 0.444 to 1.812 with a plateau around 1;
+    passive force, 0 below length 1, 1 at 1.7, straight beyond; force-velocity, 0 at -1, 1 at 0, 1.4 from 1 on."""
+    return _table(name, x.dtype, x.device).value(x)
 
 
 @functools.cache
-def _table(curve: str, dtype: torch.dtype, device: torch.device) -> Cubics:
-    build, curviness = _CURVES[curve]
-    return Cubics.through(*_sample(build(), curviness)).to(dtype, device)
+def _table(name: str, dtype: torch.dtype, device: torch.device) -> Cubics:
+    return Cubics.through(*_sample(CURVES[name], CURVINESS[name])).to(dtype, device)
 
 
 def _sample(
@@ -100,45 +121,3 @@ def _parameter_at(across: Polynomial, x: NDArray[np.float64]) -> NDArray[np.floa
     for _ in range(6):
         u = np.clip(u - (across(u) - x) / across.deriv()(u), 0.0, 1.0)
     return u
-
-
-def _active_knots() -> list[Knot]:
-    # ASSUME: no force outside the active range (OpenSim keeps 0.1 there where fibres have no damping of their own).
-    shoulder = 1 - SHALLOW_SLOPE * (1 - PLATEAU - TRANSITION)
-    steep = 1.25 * shoulder / (TRANSITION - SHORTEST)
-    descent = -1 / (LONGEST - 1 - 2 * PLATEAU)
-    return [
-        Knot(SHORTEST, 0.0, 0.0),
-        Knot((SHORTEST + TRANSITION) / 2, shoulder / 2, steep),
-        Knot((TRANSITION + 1 - PLATEAU) / 2, (shoulder + 1) / 2, SHALLOW_SLOPE),
-        Knot(1.0, 1.0, 0.0),
-        Knot((1 + PLATEAU + LONGEST) / 2, 0.5, descent),
-        Knot(LONGEST, 0.0, 0.0),
-    ]
-
-
-def _passive_knots() -> list[Knot]:
-    toe = min(0.1 / PASSIVE_SLOPE, 0.1 * PASSIVE_STRAIN)
-    return [
-        Knot(1.0, 0.0, 0.0),
-        Knot(1 + toe, FOOT_SLOPE * toe / 2, FOOT_SLOPE),
-        Knot(1 + PASSIVE_STRAIN, 1.0, PASSIVE_SLOPE),
-    ]
-
-
-def _velocity_knots() -> list[Knot]:
-    near = 0.9
-    return [
-        Knot(-1.0, 0.0, 0.0),
-        Knot(-near, CONCENTRIC_SLOPE * (1 - near) / 2, CONCENTRIC_SLOPE),
-        Knot(0.0, 1.0, ISOMETRIC_SLOPE),
-        Knot(near, ECCENTRIC_FORCE - ECCENTRIC_SLOPE * (1 - near) / 2, ECCENTRIC_SLOPE),
-        Knot(1.0, ECCENTRIC_FORCE, 0.0),
-    ]
-
-
-_CURVES = {
-    "active_length": (_active_knots, (1.0,) * 5),
-    "passive": (_passive_knots, (PASSIVE_CURVINESS,) * 2),
-    "force_velocity": (_velocity_knots, (CONCENTRIC_CURVINESS,) * 2 + (ECCENTRIC_CURVINESS,) * 2),
-}
