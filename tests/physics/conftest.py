@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from myowave.data.simulate import synthetic_emg
-from myowave.physics.effect_check import trial_elbow
+from myowave.physics.effect_files import trial_elbow
 
 
 @pytest.fixture(scope="session")

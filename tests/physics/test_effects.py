@@ -9,7 +9,7 @@ import torch
 from myowave.physics import effects
 from myowave.physics.curves import DEGROOTE, MILLARD, THELEN
 from myowave.physics.effect import Effect, Parameter
-from myowave.physics.effect_check import check_effect
+from myowave.physics.effect_files import check_effect
 from myowave.physics.effects import SHIPPED, catalogue
 from myowave.physics.model import parse_model
 from myowave.physics.motion import simulate

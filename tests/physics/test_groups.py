@@ -8,7 +8,7 @@ import torch
 import yaml
 
 from myowave.models import build_model
-from myowave.physics.constants import GROUP_CONSTANTS, constant_of, constant_unit
+from myowave.physics.constants import GROUP_CONSTANTS, constant_of
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
@@ -75,9 +75,9 @@ def test_muscles_without_a_group_have_no_factor(elbow):
 
 
 def test_a_factor_is_a_constant_like_any_other(arm26):
-    assert constant_unit("strength_flexors") == "-" and constant_of("f0_BRA").unit == "N"
-    assert constant_of("length_flexors").scales and constant_unit("mass") == "kg"
-    assert constant_unit("length") == "m", "the forearm's, which no group has"
+    assert constant_of("strength_flexors").unit == "-" and constant_of("f0_BRA").unit == "N"
+    assert constant_of("length_flexors").scales and constant_of("mass").unit == "kg"
+    assert constant_of("length").unit == "m", "the forearm's, which no group has"
     arm = parse_settings(CONFIG).physics.arms["arm26"]
     assert arm.parameters == set(arm26.defaults) and arm.groups == arm26.groups == ("extensors", "flexors")
 

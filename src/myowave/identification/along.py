@@ -15,7 +15,7 @@ from torch import Tensor
 from myowave.identification.record import Record
 from myowave.physics.model import Model, Params
 from myowave.physics.motion import initial_state, observe, step
-from myowave.physics.simulation import Drive, Simulation
+from myowave.physics.simulation import Simulation
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -118,6 +118,6 @@ class Along:
         part = self.record.stretches(trial, start, steps + 1)
         simulation, states = part.simulation(self.model, self.params), [self.state[trial, start]]
         for n in range(steps):
-            states.append(step(simulation.valued, states[-1], simulation.drive.at(n)))
+            states.append(step(simulation.valued, states[-1], simulation.drive.part(n)))
         q, qdot = torch.stack(states, -2)[..., :2].unbind(-1)
         return observe(simulation.along_time, q, qdot, part.dt).numpy()

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from myowave.physics.constants import constant_unit
+from myowave.physics.constants import constant_of
 from myowave.plotting import CYCLE, GREY, MEASURED, MODEL, canvas, shade, title
 from myowave.scores import median_over_seeds
 
@@ -182,4 +182,4 @@ def _list(values: Iterable[object]) -> str:
 
 
 def _unit(name: str) -> str:
-    return "SI units" if "." in name else constant_unit(name)  # a dot is in names of effects' parameters
+    return "SI units" if "." in name else constant_of(name).unit  # a dot is in names of effects' parameters

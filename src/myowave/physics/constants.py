@@ -73,26 +73,22 @@ GROUP_CONSTANTS = {
 
 # Shapes of the muscle curves, 0 where the curves are as published; shared by all muscles of an arm: `descending_curve`.
 CURVE = "curve"
+_CURVE_MEANINGS = {
+    "ascending": "relative widening of the active force-length curve below the optimal length",
+    "descending": "the same above the optimal length",
+    "rising": "logarithm of the power that the active force is raised to below optimal length",
+    "falling": "the same above optimal length",
+    "sagging": "the same of the force when shortening",
+    "concentric": "logarithm of the factor on the bend of the shortening force-velocity curve",
+    "yielding": "logarithm of the factor on the slope where lengthening begins",
+    "eccentric": "relative change of what lengthening adds to the force",
+    "passive": "logarithm of the factor on the passive force",
+    "onset": "shift of the passive curve towards longer fibres, in optimal lengths",
+}
+_RELATIVE = ("ascending", "descending", "eccentric")
 CURVE_CONSTANTS = {
-    "ascending": Constant(
-        "-",
-        "relative widening of the active force-length curve below the optimal length",
-        bounds={"gt": -1},
-        default=0.0,
-    ),
-    "descending": Constant("-", "the same above the optimal length", bounds={"gt": -1}, default=0.0),
-    "rising": Constant(
-        "-", "logarithm of the power that the active force is raised to below optimal length", default=0.0
-    ),
-    "falling": Constant("-", "the same above optimal length", default=0.0),
-    "sagging": Constant("-", "the same of the force when shortening", default=0.0),
-    "concentric": Constant(
-        "-", "logarithm of the factor on the bend of the shortening force-velocity curve", default=0.0
-    ),
-    "yielding": Constant("-", "logarithm of the factor on the slope where lengthening begins", default=0.0),
-    "eccentric": Constant("-", "relative change of what lengthening adds to the force", bounds={"gt": -1}, default=0.0),
-    "passive": Constant("-", "logarithm of the factor on the passive force", default=0.0),
-    "onset": Constant("-", "shift of the passive curve towards longer fibres, in optimal lengths", default=0.0),
+    name: Constant("-", meaning, bounds={"gt": -1} if name in _RELATIVE else {}, default=0.0)
+    for name, meaning in _CURVE_MEANINGS.items()
 }
 
 JOINT_CONSTANTS = {
@@ -156,8 +152,3 @@ def is_constant(name: str) -> bool:
         return bool(constant_of(name))
     except KeyError:
         return False
-
-
-def constant_unit(name: str) -> str:
-    """Unit of a constant by its full name."""
-    return constant_of(name).unit

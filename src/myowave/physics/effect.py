@@ -33,7 +33,7 @@ import functools
 import inspect
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Any
 
 import torch
@@ -77,7 +77,8 @@ class Parameter:
     """
 
     unit: str
-    low: float
+    _: KW_ONLY
+    low: float = 0.0
     high: float
     typical: float
     meaning: str
@@ -130,7 +131,7 @@ class Effect:
             raise ValueError(f"{where}: asks for constants of muscles and of the joint; write two effects")
         if self.relaxation is not None:
             self._check_signature("relaxation", self.relaxation, needs_all=False)
-            named = _parameters_of(self.function) | _parameters_of(self.relaxation)
+            named = _names_of(self.function)[1] | _names_of(self.relaxation)[1]
             if missing := set(self.parameters) - named:
                 raise ValueError(f"{where}: declares {sorted(missing)}, which neither function nor relaxation takes")
 
@@ -156,14 +157,9 @@ class Effect:
         )
 
     @property
-    def drives(self) -> bool:
-        """Whether the effect's parameters change the drive of the muscles."""
-        return self.acts_on in DRIVE_STAGES
-
-    @property
     def asks(self) -> frozenset[str]:
         """The quantities that the effect's functions ask for."""
-        return _quantities_of(self.function) | (_quantities_of(self.relaxation) if self.relaxation else frozenset())
+        return _names_of(self.function)[0].union(_names_of(self.relaxation)[0] if self.relaxation else ())
 
     def on_muscles(self, parameter: str) -> bool:
         """Whether a parameter's values have an axis for muscles: (..., M) or (..., 1), not (...)."""
@@ -173,12 +169,13 @@ class Effect:
     def _check_signature(self, label: str, function: Callable[..., Any], *, needs_all: bool) -> None:
         where = f"effect {self.name!r}: {label}({', '.join(inspect.signature(function).parameters)})"
         known = QUANTITIES[self.acts_on] | (STATEFUL_STAGES[self.acts_on] if self.stateful else set())
-        if strange := _quantities_of(function) - known:
+        asked, taken = _names_of(function)
+        if strange := asked - known:
             raise ValueError(
                 f"{where} asks for {sorted(strange)}, which the stage {self.acts_on!r} does not have; "
                 f"it has {', '.join(sorted(known))}. Parameters of the effect go after a bare `*`."
             )
-        taken, declared = _parameters_of(function), set(self.parameters)
+        declared = set(self.parameters)
         if taken - declared or (needs_all and declared - taken):
             raise ValueError(
                 f"{where} takes the parameters {sorted(taken)}, but the effect declares {sorted(declared)}; "
@@ -188,8 +185,7 @@ class Effect:
 
 def call(function: Callable[..., Any], quantities: Mapping[str, Any], parameters: Mapping[str, Tensor]) -> Any:
     """Call an effect's function with the quantities and parameters its signature names."""
-    asked = _quantities_of(function)
-    taken = _parameters_of(function)
+    asked, taken = _names_of(function)
     return function(**{n: quantities[n] for n in asked}, **{n: parameters[n] for n in taken})
 
 
@@ -223,11 +219,3 @@ def _names_of(function: Callable[..., Any]) -> tuple[frozenset[str], frozenset[s
     items = inspect.signature(function).parameters.values()
     parameters = frozenset(p.name for p in items if p.kind is p.KEYWORD_ONLY)
     return frozenset(p.name for p in items) - parameters, parameters
-
-
-def _quantities_of(function: Callable[..., Any]) -> frozenset[str]:
-    return _names_of(function)[0]
-
-
-def _parameters_of(function: Callable[..., Any]) -> frozenset[str]:
-    return _names_of(function)[1]

@@ -1,12 +1,30 @@
-"""Users' own effect files: Python files with one or more `Effect` objects at module level."""
+"""Users' own effect files: Python files with one or more `Effect` objects at module level, each tried before it is
+trusted: on a small elbow, over its bounds."""
 
+import functools
 import importlib.util
+import itertools
 import sys
 import traceback
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
+
+import torch
+from torch import Tensor
 
 from myowave.physics.effect import Effect
-from myowave.physics.effect_check import check_effect
+from myowave.physics.model import Model
+from myowave.physics.motion import simulate
+from myowave.physics.muscle import EXTENSOR, FLEXOR, Muscle
+from myowave.physics.path import StraightPath
+from myowave.physics.simulation import Simulation
+
+TOLERANCE = 1e-9  # rad: how much an effect may move the angle with all parameters at 0
+DT, SAMPLES = 0.01, 4
+ANGLES, VELOCITIES = (0.2, 0.9, 1.6, 2.3), (-3.0, 3.0)  # of the trials' first samples [rad, rad/s]
+COPIES = 3  # leading batch axis
 
 
 def load_effects(path: str | Path) -> list[Effect]:
@@ -49,3 +67,112 @@ def _run(path: Path) -> dict[str, object]:
         found = f"{type(error).__name__}: {error}".removesuffix(": ")
         raise ValueError(f"{path}{at}: reading the effect file raised {found}. Correct the file there.") from error
     return vars(module)
+
+
+def trial_elbow() -> Model:
+    """An elbow with a flexor and an extensor, Table 1 of Taneja et al. 2023, to try effects on."""
+    shared = {"f0": 300.0, "pennation": 0.0, "delay": 0.08, "shape": 0.2}
+    flexor = {**shared, "l0": 0.6, "vmax": 6.0, "slack": 0.55}
+    extensor = {**shared, "l0": 0.4, "vmax": 4.0, "slack": 0.33}
+    biceps = Muscle("Bi", FLEXOR, "emg_biceps", flexor, StraightPath(0.3, 0.8, FLEXOR))
+    triceps = Muscle("Tri", EXTENSOR, "emg_triceps", extensor, StraightPath(0.2, 0.7, EXTENSOR))
+    return Model((biceps, triceps), {"mass": 1.0, "length": 1.0, "load": 0.0, "tilt": 0.0})
+
+
+def check_effect(effect: Effect) -> None:
+    """Try an effect on `trial_elbow`: shapes, nothing changed at 0, finite over the bounds, derivatives at 0 finite.
+
+    Raises:
+        ValueError: if the effect fails; the message says what was found, what was expected and what to do.
+    """
+    base = trial_elbow()
+    where = f"effect {effect.name!r} on {effect.acts_on}"
+    extended = base.with_effects([_watched(effect, where)])
+    parameters = extended.parameters_of(effect)
+
+    zero = {name: torch.zeros(COPIES, 1, dtype=torch.float64, requires_grad=True) for name in parameters}
+    absent, present = _try(base, {}, where), _try(extended, zero, where)
+    if present.shape != (COPIES, *absent.shape):
+        raise ValueError(
+            f"{where}: with parameters of shape ({COPIES}, 1) the angle has shape {tuple(present.shape)} instead of "
+            f"{(COPIES, *absent.shape)}. Return one value for each trial at the joint, or one for each muscle (last "
+            "axis) at a muscle's stage; sum or unsqueeze what your function returns."
+        )
+    moved = (present - absent).abs().max().item()
+    if not moved <= TOLERANCE:
+        raise ValueError(
+            f"{where}: with all parameters at 0 it moves the angle by {moved:.3g} rad within {SAMPLES} samples; "
+            "0 must mean no effect. Write the parameter as the departure from the model without the effect."
+        )
+    slopes = torch.autograd.grad(present.sum(), list(zero.values()), allow_unused=True) if present.requires_grad else ()
+    if lost := [name for name, slope in zip(zero, slopes or [None] * len(zero), strict=True) if slope is None]:
+        raise ValueError(
+            f"{where}: what it returns has no derivative by {', '.join(lost)}; fits and networks need it. Compute with "
+            "torch alone, without detach, item, numpy, float() or no_grad."
+        )
+    for name, slope in zip(zero, slopes, strict=True):
+        if not torch.isfinite(slope).all():
+            raise ValueError(
+                f"{where}: the derivative by {name} at 0 is not finite; avoid roots and divisions by 0 there."
+            )
+    points = _corners(effect, extended)
+    tried = [_try(extended, point, where) for point in points]
+    again = [_try(extended, point, where) for point in reversed(points)]
+    if not all(torch.equal(a, b) for a, b in zip(tried, reversed(again), strict=True) if torch.isfinite(a).all()):
+        raise ValueError(
+            f"{where}: the same arguments gave another angle when it was called again. Keep nothing between calls: no "
+            "global, default argument or random number; an effect with a memory has a relaxation."
+        )
+    for point, angle in zip(points, tried, strict=True):
+        if not torch.isfinite(angle).all():
+            values = ", ".join(f"{name} = {value:g}" for name, value in point.items())
+            raise ValueError(
+                f"{where}: the angle is not finite with {values}, which is within the bounds. Narrow the bounds, or "
+                "guard divisions, roots and exponentials in the function."
+            )
+
+
+def _watched(effect: Effect, where: str) -> Effect:
+    """The effect with functions that may not change their arguments."""
+
+    def watched(function: Callable[..., Any]) -> Callable[..., Any]:
+        @functools.wraps(function)
+        def call(**given: Any) -> Any:
+            before = {name: value.detach().clone() for name, value in given.items() if isinstance(value, Tensor)}
+            result = function(**given)
+            if changed := [
+                n for n, value in before.items() if not torch.equal(value.nan_to_num(), given[n].detach().nan_to_num())
+            ]:
+                raise ValueError(
+                    f"it changes {', '.join(changed)} in place, which others use as well; write x = x + y, not x += y"
+                )
+            return result
+
+        return call
+
+    optional: dict[str, Any] = {
+        name: f and watched(f) for name in ("relaxation", "initial") if (f := getattr(effect, name))
+    }
+    return replace(effect, function=watched(effect.function), **optional)
+
+
+def _corners(effect: Effect, model: Model) -> list[Mapping[str, float]]:
+    """Lowest, typical and highest value of every parameter, in all combinations; the same for all muscles."""
+    choices = [(p.low, p.typical, p.high) for p in effect.parameters.values()]
+    points = [dict(zip(effect.parameters, values, strict=True)) for values in itertools.product(*choices)]
+    return [{full: value for short, value in p.items() for full in model.names(effect, short)} for p in points]
+
+
+def _try(model: Model, params: Mapping[str, Tensor | float], where: str) -> Tensor:
+    """The measured angle (..., T, N) of a short trial from each first sample, the muscles half active."""
+    angle, velocity = torch.tensor(list(itertools.product(ANGLES, VELOCITIES)), dtype=torch.float64).unbind(-1)
+    rising = torch.linspace(0.3, 0.6, SAMPLES, dtype=torch.float64)
+    emg = rising[:, None].expand(len(angle), SAMPLES, len(model.muscles))
+    try:
+        return simulate(Simulation(model, params, emg, DT), angle, velocity).angle
+    except (Exception, SystemExit) as error:  # whatever a user's function may raise
+        shapes = f"q {tuple(angle.shape)}, activation {tuple(emg.shape[::2])}"
+        raise ValueError(
+            f"{where}: calling it (trials without a batch: {shapes}) raised {type(error).__name__}: {error}. "
+            "See the table in myowave/physics/effect.py for what a function gets and returns at this stage."
+        ) from error

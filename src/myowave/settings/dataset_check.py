@@ -3,7 +3,7 @@
 import operator
 from collections.abc import Iterator, Mapping
 
-from myowave.physics.constants import constant_of, constant_unit
+from myowave.physics.constants import constant_of
 from myowave.settings.data import Dataset, RecordedDataset
 from myowave.settings.keys import in_words, unless_known
 from myowave.settings.physics import Arm
@@ -89,7 +89,7 @@ def _problems_of_signals(where: str, dataset: RecordedDataset, arm: Arm) -> list
                 f"{', '.join(dataset.emg) or 'none'}. Add the channel, or name another one as the emg of {driven}."
             )
     for signal, angle in dataset.signals.items():
-        if angle.condition in arm.nominal and (unit := constant_unit(angle.condition)) != "rad":
+        if angle.condition in arm.nominal and (unit := constant_of(angle.condition).unit) != "rad":
             problems.append(
                 f"{where}.signals.{signal}.condition: {angle.condition} is in {unit}, and the signal is an angle; "
                 "expected a constant in rad, such as tilt."

@@ -68,7 +68,7 @@ def torque_effect(name: str, text: str, term: OfJoint) -> Effect:
     def torque(q: Tensor, qdot: Tensor, activation: Tensor, *, c: Tensor) -> Tensor:
         return c * term(q, qdot, activation)
 
-    parameter = Parameter("N m", -LARGEST, LARGEST, 0.5, "coefficient")
+    parameter = Parameter("N m", low=-LARGEST, high=LARGEST, typical=0.5, meaning="coefficient")
     return Effect(name, "joint", f"c {text}", torque, {"c": parameter}, source=SOURCE)
 
 

@@ -12,7 +12,7 @@ from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import Candidate
 from myowave.identification.noise import is_bound
 from myowave.identification.output_error import Fit
-from myowave.physics.constants import CURVE, GROUP_CONSTANTS, constant_of, constant_unit
+from myowave.physics.constants import CURVE, GROUP_CONSTANTS, constant_of
 
 LEAST = 0.01  # of probabilities that are told
 AT_BOUND = 1e-3  # of the way between its bounds: nearer than this a value is at one
@@ -89,7 +89,7 @@ def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
             "value": float(value),
             "se": errors[p.name],
             "assumed": p.assumed,
-            "unit": of_effects[p.name].unit if p.name in of_effects else constant_unit(p.name),
+            "unit": of_effects[p.name].unit if p.name in of_effects else constant_of(p.name).unit,
             "meaning": of_effects[p.name].meaning if p.name in of_effects else _meaning(p.name),
             "low": p.low,
             "high": p.high,

@@ -29,8 +29,8 @@ EFFECT = Effect(
     relaxation=lag,
     initial=at_its_target,
     parameters={
-        "rise": Parameter(unit="s", low=0.0, high=0.3, typical=0.03, meaning="time constant of rising activation"),
-        "decay": Parameter(unit="s", low=0.0, high=0.5, typical=0.06, meaning="time constant of falling activation"),
+        "rise": Parameter("s", high=0.3, typical=0.03, meaning="time constant of rising activation"),
+        "decay": Parameter("s", high=0.5, typical=0.06, meaning="time constant of falling activation"),
     },
     source="Zajac 1989, Crit. Rev. Biomed. Eng. 17; time constants as in Thelen 2003, J. Biomech. Eng. 125",
 )

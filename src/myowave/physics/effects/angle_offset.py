@@ -16,6 +16,6 @@ EFFECT = Effect(
     acts_on="observation",
     equation="q + b",
     function=offset_angle,
-    parameters={"b": Parameter(unit="rad", low=-0.5, high=0.5, typical=0.05, meaning="zero error of the angle sensor")},
+    parameters={"b": Parameter("rad", low=-0.5, high=0.5, typical=0.05, meaning="zero error of the angle sensor")},
     source="calibration error of a goniometer",
 )

@@ -16,6 +16,6 @@ EFFECT = Effect(
     acts_on="observation",
     equation="(1 + s) q",
     function=scaled_angle,
-    parameters={"s": Parameter(unit="-", low=-0.3, high=0.3, typical=0.05, meaning="scale error of the angle sensor")},
+    parameters={"s": Parameter("-", low=-0.3, high=0.3, typical=0.05, meaning="scale error of the angle sensor")},
     source="calibration error of a goniometer",
 )

@@ -48,6 +48,6 @@ EFFECT = Effect(
     acts_on="joint",
     equation="f0 a_flexor f_AL f_V R, a path of its own",
     function=brachialis_torque,
-    parameters={"f0": Parameter(unit="N", low=0.0, high=1500.0, typical=60.0, meaning="strength of the brachialis")},
+    parameters={"f0": Parameter("N", high=1500.0, typical=60.0, meaning="strength of the brachialis")},
     source="Holzbaur, Murray & Delp 2005, Ann. Biomed. Eng. 33 (geometry relative to the biceps)",
 )

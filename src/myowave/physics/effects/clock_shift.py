@@ -31,9 +31,7 @@ EFFECT = Effect(
     equation="q(t - d)",
     function=shifted_angle,
     parameters={
-        "d": Parameter(
-            unit="s", low=-0.2, high=0.2, typical=0.02, meaning="how much later motion is recorded than EMG"
-        ),
+        "d": Parameter("s", low=-0.2, high=0.2, typical=0.02, meaning="how much later motion is recorded than EMG")
     },
     source="two recorders started by hand or by different triggers",
 )

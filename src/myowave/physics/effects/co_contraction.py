@@ -19,9 +19,7 @@ EFFECT = Effect(
     equation="u_i + c mean(u_antagonists)",
     function=with_both_sides,
     parameters={
-        "c": Parameter(
-            unit="-", low=0.0, high=1.0, typical=0.1, meaning="share of the antagonists that a muscle joins unseen"
-        ),
+        "c": Parameter("-", high=1.0, typical=0.1, meaning="share of the antagonists that a muscle joins unseen")
     },
     source="co-activation about the elbow, e.g. Gribble, Mullin, Cothros & Mattar 2003, J. Neurophysiol. 89",
 )

@@ -68,8 +68,6 @@ EFFECT = Effect(
     function=tendon_force,
     relaxation=stretch,
     initial=balanced,
-    parameters={
-        "strain": Parameter(unit="-", low=0.0, high=0.15, typical=0.04, meaning="strain of the tendon at force f0"),
-    },
+    parameters={"strain": Parameter("-", high=0.15, typical=0.04, meaning="strain of the tendon at force f0")},
     source="Zajac 1989, Crit. Rev. Biomed. Eng. 17; strains of 0.033-0.049 in Thelen 2003 and Millard et al. 2013",
 )

@@ -17,7 +17,7 @@ EFFECT = Effect(
     equation="tau",
     function=constant_torque,
     parameters={
-        "tau": Parameter(unit="N m", low=-10.0, high=10.0, typical=0.5, meaning="constant torque, flexing positive"),
+        "tau": Parameter("N m", low=-10.0, high=10.0, typical=0.5, meaning="constant torque, flexing positive")
     },
     source="an external load that depends on nothing",
 )

@@ -20,6 +20,6 @@ EFFECT = Effect(
     acts_on="joint",
     equation="-tau tanh(qdot / 0.1 rad/s)",
     function=friction_torque,
-    parameters={"tau": Parameter(unit="N m", low=0.0, high=5.0, typical=0.5, meaning="dry friction of the joint")},
+    parameters={"tau": Parameter("N m", high=5.0, typical=0.5, meaning="dry friction of the joint")},
     source="Coulomb friction, smooth as in Andersson, Soderberg & Bjorklund 2007, Tribol. Int. 40",
 )

@@ -10,10 +10,6 @@ EFFECT = Effect(
     acts_on="muscle",
     equation="(1 - w) F + w F_degroote",
     function=share_of(DEGROOTE),
-    parameters={
-        "w": Parameter(
-            unit="-", low=0.0, high=1.0, typical=1.0, meaning="share of the curves of De Groote et al. 2016"
-        ),
-    },
+    parameters={"w": Parameter("-", high=1.0, typical=1.0, meaning="share of the curves of De Groote et al. 2016")},
     source="De Groote, Kinney, Rao & Fregly 2016, Ann. Biomed. Eng. 44, 2922",
 )

@@ -21,10 +21,6 @@ EFFECT = Effect(
     acts_on="excitation",
     equation="u_i - x mean(u_antagonists)",
     function=without_crosstalk,
-    parameters={
-        "x": Parameter(
-            unit="-", low=0.0, high=0.5, typical=0.1, meaning="share of the antagonists in each muscle's EMG"
-        ),
-    },
+    parameters={"x": Parameter("-", high=0.5, typical=0.1, meaning="share of the antagonists in each muscle's EMG")},
     source="De Luca & Merletti 1988, Electroencephalogr. Clin. Neurophysiol. 69: up to 17 % between neighbours",
 )

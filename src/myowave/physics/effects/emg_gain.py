@@ -18,13 +18,13 @@ EFFECT = Effect(
     function=rescaled,
     parameters={
         "g": Parameter(
-            unit="-",
+            "-",
             low=-0.7,
             high=2.0,
             typical=0.2,
-            per_muscle=True,
             meaning="how far a muscle's excitation is above its normalised EMG",
-        ),
+            per_muscle=True,
+        )
     },
     source="error of the maximum voluntary contraction; with A = 0 the same as the muscle's strength",
 )

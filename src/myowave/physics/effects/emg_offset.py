@@ -17,14 +17,7 @@ EFFECT = Effect(
     equation="u - b",
     function=without_rest,
     parameters={
-        "b": Parameter(
-            unit="-",
-            low=-0.3,
-            high=0.3,
-            typical=0.05,
-            per_muscle=True,
-            meaning="EMG of the muscle at rest",
-        ),
+        "b": Parameter("-", low=-0.3, high=0.3, typical=0.05, meaning="EMG of the muscle at rest", per_muscle=True)
     },
     source="offset of rectified surface EMG, e.g. De Luca 1997, J. Appl. Biomech. 13",
 )

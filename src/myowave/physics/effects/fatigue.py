@@ -27,10 +27,6 @@ EFFECT = Effect(
     equation="a (1 - k y), dy/dt = (a - y) / 30 s",
     function=fatigued_activation,
     relaxation=accumulation,
-    parameters={
-        "k": Parameter(
-            unit="-", low=0.0, high=1.0, typical=0.4, meaning="loss of activation after long full activation"
-        ),
-    },
+    parameters={"k": Parameter("-", high=1.0, typical=0.4, meaning="loss of activation after long full activation")},
     source="one compartment after Xia & Frey Law 2008, J. Biomech. 41",
 )

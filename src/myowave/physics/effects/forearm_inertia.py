@@ -21,7 +21,7 @@ EFFECT = Effect(
     equation="I (1 + r) without the load",
     function=extra_inertia,
     parameters={
-        "r": Parameter(unit="-", low=-0.8, high=1.0, typical=-0.3, meaning="relative change of the forearm's inertia"),
+        "r": Parameter("-", low=-0.8, high=1.0, typical=-0.3, meaning="relative change of the forearm's inertia")
     },
     source="rigid body on a hinge; Eq. 55 of Taneja et al. 2023 is r = 0, a uniform rod r = -1/3",
 )

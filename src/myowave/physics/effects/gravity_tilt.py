@@ -19,9 +19,7 @@ EFFECT = Effect(
     equation="-weight (sin(q + tilt + phi) - sin(q + tilt))",
     function=tilt_torque,
     parameters={
-        "phi": Parameter(
-            unit="rad", low=-0.8, high=0.8, typical=0.1, meaning="lean of the upper arm, forward positive"
-        ),
+        "phi": Parameter("rad", low=-0.8, high=0.8, typical=0.1, meaning="lean of the upper arm, forward positive")
     },
     source="Eq. 56 of Taneja et al. 2023 with the angle to the vertical q + phi",
 )

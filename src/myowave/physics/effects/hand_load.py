@@ -16,6 +16,6 @@ EFFECT = Effect(
     acts_on="constants",
     equation="load + m",
     function=more_load,
-    parameters={"m": Parameter(unit="kg", low=0.0, high=5.0, typical=0.3, meaning="mass held in the hand")},
+    parameters={"m": Parameter("kg", high=5.0, typical=0.3, meaning="mass held in the hand")},
     source="Eqs. 55-56 of Taneja et al. 2023 with another mass; in one condition the same motion as weaker muscles",
 )

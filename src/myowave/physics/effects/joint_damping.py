@@ -16,8 +16,6 @@ EFFECT = Effect(
     acts_on="joint",
     equation="-c qdot",
     function=damping_torque,
-    parameters={
-        "c": Parameter(unit="N m s/rad", low=0.0, high=10.0, typical=1.0, meaning="viscous coefficient of the joint"),
-    },
+    parameters={"c": Parameter("N m s/rad", high=10.0, typical=1.0, meaning="viscous coefficient of the joint")},
     source="Hayes & Hatze 1977, J. Biomech. 10, passive visco-elastic properties of the elbow",
 )

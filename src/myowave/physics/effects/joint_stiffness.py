@@ -19,8 +19,6 @@ EFFECT = Effect(
     acts_on="joint",
     equation="-k (q - 1.0 rad)",
     function=stiffness_torque,
-    parameters={
-        "k": Parameter(unit="N m/rad", low=0.0, high=10.0, typical=1.0, meaning="passive stiffness of the joint"),
-    },
+    parameters={"k": Parameter("N m/rad", high=10.0, typical=1.0, meaning="passive stiffness of the joint")},
     source="Hayes & Hatze 1977, J. Biomech. 10, passive visco-elastic properties of the elbow",
 )

@@ -25,10 +25,6 @@ EFFECT = Effect(
     acts_on="joint",
     equation="k (exp(-10 q) - exp(10 (q - 2.53 rad)))",
     function=stop_torque,
-    parameters={
-        "k": Parameter(
-            unit="N m", low=0.0, high=10.0, typical=1.0, meaning="torque of the stops at the ends of the range"
-        ),
-    },
+    parameters={"k": Parameter("N m", high=10.0, typical=1.0, meaning="torque of the stops at the ends of the range")},
     source="double exponential as in Riener & Edrich 1999, J. Biomech. 32, and Lemay & Crago 1996, J. Biomech. 29",
 )

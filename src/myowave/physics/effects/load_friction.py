@@ -25,8 +25,6 @@ EFFECT = Effect(
     acts_on="joint",
     equation="-mu |torque - gravity| tanh(qdot / 0.1 rad/s)",
     function=load_friction_torque,
-    parameters={
-        "mu": Parameter(unit="-", low=0.0, high=1.0, typical=0.1, meaning="share of the load lost in friction")
-    },
+    parameters={"mu": Parameter("-", high=1.0, typical=0.1, meaning="share of the load lost in friction")},
     source="Duclusaud et al. 2024, arXiv 2410.08650, extended friction models of servo actuators",
 )

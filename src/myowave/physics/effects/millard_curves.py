@@ -10,8 +10,6 @@ EFFECT = Effect(
     acts_on="muscle",
     equation="(1 - w) F + w F_millard",
     function=share_of(MILLARD),
-    parameters={
-        "w": Parameter(unit="-", low=0.0, high=1.0, typical=1.0, meaning="share of the curves of Millard et al. 2013"),
-    },
+    parameters={"w": Parameter("-", high=1.0, typical=1.0, meaning="share of the curves of Millard et al. 2013")},
     source="Millard, Uchida, Seth & Delp 2013, J. Biomech. Eng. 135, 021005",
 )

@@ -21,13 +21,8 @@ EFFECT = Effect(
     function=shifted_path,
     parameters={
         "d": Parameter(
-            unit="m",
-            low=-0.05,
-            high=0.05,
-            typical=0.01,
-            per_muscle=True,
-            meaning="how much longer a moment arm is",
-        ),
+            "m", low=-0.05, high=0.05, typical=0.01, meaning="how much longer a moment arm is", per_muscle=True
+        )
     },
     source="virtual work, R = -d length / dq; An et al. 1984, J. Biomech. Eng. 106",
 )

@@ -17,8 +17,6 @@ EFFECT = Effect(
     acts_on="muscle",
     equation="F + c v",
     function=damped_force,
-    parameters={
-        "c": Parameter(unit="f0/v_max", low=0.0, high=1.0, typical=0.1, meaning="damping of the muscle fibres")
-    },
+    parameters={"c": Parameter("f0/v_max", high=1.0, typical=0.1, meaning="damping of the muscle fibres")},
     source="Millard, Uchida, Seth & Delp 2013, J. Biomech. Eng. 135, damped equilibrium model (c = 0.1)",
 )

@@ -33,8 +33,6 @@ EFFECT = Effect(
     acts_on="observation",
     equation="tau dy/dt = q - y",
     function=lagging_angle,
-    parameters={
-        "tau": Parameter(unit="s", low=0.0, high=0.3, typical=0.05, meaning="time constant of the angle sensor's lag"),
-    },
+    parameters={"tau": Parameter("s", high=0.3, typical=0.05, meaning="time constant of the angle sensor's lag")},
     source="first-order lag of a sensor or of its filter",
 )

@@ -23,10 +23,6 @@ EFFECT = Effect(
     acts_on="constants",
     equation="sqrt(pennation^2 + s)",
     function=more_pennation,
-    parameters={
-        "s": Parameter(
-            unit="rad^2", low=0.0, high=0.4, typical=0.03, meaning="square of the fibres' angle to the tendon"
-        ),
-    },
+    parameters={"s": Parameter("rad^2", high=0.4, typical=0.03, meaning="square of the fibres' angle to the tendon")},
     source="Eqs. 46-47 of Taneja et al. 2023; fibres of constant height, Scott & Winter 1991, J. Biomech. 24",
 )

@@ -16,8 +16,6 @@ EFFECT = Effect(
     acts_on="joint",
     equation="-d qdot |qdot|",
     function=drag_torque,
-    parameters={
-        "d": Parameter(unit="N m s^2/rad^2", low=0.0, high=5.0, typical=0.2, meaning="drag at 1 rad/s"),
-    },
+    parameters={"d": Parameter("N m s^2/rad^2", high=5.0, typical=0.2, meaning="drag at 1 rad/s")},
     source="Nelson & Olsson 1986, Am. J. Phys. 54, 112-121, The pendulum - rich physics from a simple system",
 )

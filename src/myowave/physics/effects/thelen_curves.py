@@ -10,8 +10,6 @@ EFFECT = Effect(
     acts_on="muscle",
     equation="(1 - w) F + w F_thelen",
     function=share_of(THELEN),
-    parameters={
-        "w": Parameter(unit="-", low=0.0, high=1.0, typical=1.0, meaning="share of the curves of Thelen 2003"),
-    },
+    parameters={"w": Parameter("-", high=1.0, typical=1.0, meaning="share of the curves of Thelen 2003")},
     source="Thelen 2003, J. Biomech. Eng. 125, 70",
 )

@@ -16,6 +16,6 @@ EFFECT = Effect(
     acts_on="constants",
     equation="(1 + r) v_max",
     function=other_vmax,
-    parameters={"r": Parameter(unit="-", low=-0.7, high=3.0, typical=-0.3, meaning="relative change of v_max")},
+    parameters={"r": Parameter("-", low=-0.7, high=3.0, typical=-0.3, meaning="relative change of v_max")},
     source="Eq. 46 of Taneja et al. 2023; v_max of 5-15 l0/s in Zajac 1989, Crit. Rev. Biomed. Eng. 17",
 )
