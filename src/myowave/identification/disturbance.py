@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from myowave.identification.output_error import Fit
 from myowave.physics.effect import Effect
 from myowave.physics.effects.emg_offset import EFFECT as EMG_OFFSET
-from myowave.physics.trajectory import forcing_of
+from myowave.physics.tangent import forcing_of
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,7 @@
-"""Derivatives of a step of the integrator by its beginning and by parameters: by differences, or exact ones.
+"""Derivatives of a step of the integrator by its beginning and by parameters, of the first state, and of what is seen.
 
-Differences cost one evaluation of the step for each number of the state and each parameter. Each of many steps has
-parameters of its own, so one pass backwards gives the derivatives of all of them by all parameters.
+Those of a step are differences, which cost one evaluation for each number of the state and each parameter, or exact:
+each of many steps has parameters of its own, so one pass backwards gives the derivatives of all of them by all.
 
 Where the state is angle and velocity alone, the acceleration is evaluated at all stages of all Runge-Kutta steps at
 once, and its derivatives by angle, velocity, activation and every parameter make a linear equation: the derivative of a
@@ -19,7 +19,7 @@ import torch
 from torch import Tensor
 
 from myowave.physics.dynamics import acceleration
-from myowave.physics.motion import STAGES, advance, pack, runge_kutta, step, unpack
+from myowave.physics.motion import STAGES, advance, initial_state, observe, pack, runge_kutta, step, unpack
 from myowave.physics.simulation import Drive, Instant, Simulation
 from myowave.physics.valued import Valued, along, give_values
 
@@ -86,13 +86,43 @@ def forcing_of(simulation: Simulation, linear: Linear, wrt: Mapping[str, float],
     """What a parameter adds to the state within each step, (..., T, N - 1, K, P), by differences; the model may be
     richer than that of the steps, see `trajectory.derivatives_of` for the arguments."""
     forcing = linear.after.new_zeros(*linear.after.shape, len(wrt))
-    for columns, nudged, nudges in nudged_copies(simulation, wrt, reach, linear.at.ndim - 2):
+    for columns, nudged, nudges in _nudged_copies(simulation, wrt, reach, linear.at.ndim - 2):
         moved = step(nudged.along_time, linear.at[..., :-1, :], nudged.drive) - linear.after
         forcing[..., columns] = (moved / nudges.reshape(-1, *(1,) * linear.after.ndim)).movedim(0, -1)
     return forcing
 
 
-def nudged_copies(
+def derivatives_of_start(
+    simulation: Simulation, q0: Tensor, qdot0: Tensor, wrt: Mapping[str, float], reach: float = NUDGE
+) -> Tensor:
+    """d first state / d (parameters, q0, qdot0), (..., T, K, P + 2), by differences; effects start at rest."""
+    start = initial_state(simulation, q0, qdot0)
+    begin = start.new_zeros(*start.shape, len(wrt) + 2)
+    for columns, nudged, nudges in _nudged_copies(simulation, wrt, reach, q0.ndim) if simulation.model.stateful else ():
+        shifted = initial_state(nudged, q0, qdot0) - start
+        begin[..., columns] = (shifted / nudges.reshape(-1, *(1,) * start.ndim)).movedim(0, -1)
+    begin[..., -2] = (initial_state(simulation, q0 + NUDGE, qdot0) - start) / NUDGE
+    begin[..., -1] = (initial_state(simulation, q0, qdot0 + NUDGE) - start) / NUDGE
+    return begin
+
+
+def derivatives_observed(
+    simulation: Simulation, linear: Linear, wrt: Mapping[str, float], tangent: Tensor, reach: float = NUDGE
+) -> Tensor:
+    """Derivatives of the observed angle (P [+ 2], ..., T, N) from those of the state, by parameters [and the start]."""
+    if not simulation.model.on("observation"):
+        return tangent[..., 0, :].movedim(-1, 0)
+    nudged, nudges = simulation.nudged(wrt, reach, linear.at.ndim - 2)
+    nudges = torch.cat([nudges, nudges.new_full((tangent.shape[-1] - len(wrt),), NUDGE)])
+    nudges = nudges.reshape(-1, *(1,) * (linear.at.ndim - 1))
+    moved = linear.at + nudges.unsqueeze(-1) * tangent.movedim(-1, 0)
+    valued = simulation.along_time
+    parts = ((nudged.along_time, moved[: len(wrt)]), (valued, moved[len(wrt) :]))
+    angles = torch.cat([observe(values, at[..., 0], at[..., 1], simulation.dt) for values, at in parts if len(at)])
+    return (angles - observe(valued, linear.at[..., 0], linear.at[..., 1], simulation.dt)) / nudges
+
+
+def _nudged_copies(
     simulation: Simulation, wrt: Mapping[str, float], reach: float, axes: int
 ) -> Iterator[tuple[list[int], Simulation, Tensor]]:
     """Places of parameters in `wrt` with a copy for each, moved by its nudge; first those that change the drive of the

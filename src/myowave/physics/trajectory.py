@@ -17,9 +17,17 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from myowave.physics.motion import Motion, initial_state, observe, observed, simulate, step
+from myowave.physics.motion import Motion, initial_state, observed, simulate, step
 from myowave.physics.simulation import Simulation
-from myowave.physics.tangent import NUDGE, Linear, by_differences, forcing_of, linearise, nudged_copies
+from myowave.physics.tangent import (
+    NUDGE,
+    Linear,
+    by_differences,
+    derivatives_observed,
+    derivatives_of_start,
+    forcing_of,
+    linearise,
+)
 
 CURVATURE = 10.0  # what a change of size x by Newton's method leaves is at most about this times x^2 [rad, rad/s]
 
@@ -101,9 +109,9 @@ def solve(
         gap = CURVATURE * gap * gap  # infinite where it is no number any more; a power would raise
     if guess is not None and newton.iterations > 1 and newton.rescue and not gap < newton.tolerance:
         return solve(simulation, q0, qdot0, wrt=wrt, newton=Newton(newton.iterations))
-    begin = _derivatives_of_start(simulation, q0, qdot0, wrt, NUDGE, starts=True)
+    begin = derivatives_of_start(simulation, q0, qdot0, wrt)
     tangent = recur(linear.jacobian, torch.nn.functional.pad(forcing, (0, 2)), begin)
-    derivatives = _derivatives_observed(simulation, linear, wrt, tangent, NUDGE)
+    derivatives = derivatives_observed(simulation, linear, wrt, tangent)
     motion = observed(simulation, state)
     return Sensitive(motion, derivatives[: len(wrt)], derivatives[len(wrt) :], tangent, gap, linear)
 
@@ -127,9 +135,9 @@ def derivatives_of(
         d angle / d parameter (P, ..., T, N), and d state / d parameter (..., T, N, K, P).
     """
     assert simulation.model.state_size == linear.at.shape[-1], "the richer model has another state"
-    begin = _derivatives_of_start(simulation, linear.at[..., 0, 0], linear.at[..., 0, 1], wrt, reach, starts=False)
+    begin = derivatives_of_start(simulation, *linear.at[..., 0, :2].unbind(-1), wrt, reach)[..., : len(wrt)]
     tangent = recur(linear.jacobian, forcing_of(simulation, linear, wrt, reach), begin)
-    return _derivatives_observed(simulation, linear, wrt, tangent, reach), tangent
+    return derivatives_observed(simulation, linear, wrt, tangent, reach), tangent
 
 
 def _approach(simulation: Simulation, state: Tensor, newton: Newton, jacobian: Tensor | None) -> Tensor:
@@ -160,36 +168,6 @@ def _closing(jacobian: Tensor, after: Tensor, state: Tensor) -> Tensor:
     """The change of a state (..., T, N, K) that closes the gaps between its samples, to first order."""
     still = torch.zeros_like(state[..., 0, :]).unsqueeze(-1)
     return recur(jacobian, (after - state[..., 1:, :]).unsqueeze(-1), still).squeeze(-1)
-
-
-def _derivatives_of_start(
-    simulation: Simulation, q0: Tensor, qdot0: Tensor, wrt: Mapping[str, float], reach: float, *, starts: bool
-) -> Tensor:
-    """d first state / d parameters [and q0, qdot0], (..., T, K, P [+ 2])."""
-    start = initial_state(simulation, q0, qdot0)
-    begin = start.new_zeros(*start.shape, len(wrt) + (2 if starts else 0))
-    for columns, nudged, nudges in nudged_copies(simulation, wrt, reach, q0.ndim) if simulation.model.stateful else ():
-        shifted = initial_state(nudged, q0, qdot0) - start
-        begin[..., columns] = (shifted / nudges.reshape(-1, *(1,) * start.ndim)).movedim(0, -1)
-    for i, shift in enumerate(((NUDGE, 0.0), (0.0, NUDGE)) if starts else (), start=len(wrt)):
-        begin[..., i] = (initial_state(simulation, q0 + shift[0], qdot0 + shift[1]) - start) / NUDGE
-    return begin
-
-
-def _derivatives_observed(
-    simulation: Simulation, linear: Linear, wrt: Mapping[str, float], tangent: Tensor, reach: float
-) -> Tensor:
-    """Derivatives of the observed angle (P [+ 2], ..., T, N) from those of the state, by parameters [and the start]."""
-    if not simulation.model.on("observation"):
-        return tangent[..., 0, :].movedim(-1, 0)
-    nudged, nudges = simulation.nudged(wrt, reach, linear.at.ndim - 2)
-    nudges = torch.cat([nudges, nudges.new_full((tangent.shape[-1] - len(wrt),), NUDGE)])
-    nudges = nudges.reshape(-1, *(1,) * (linear.at.ndim - 1))
-    moved = linear.at + nudges.unsqueeze(-1) * tangent.movedim(-1, 0)
-    valued = simulation.along_time
-    parts = ((nudged.along_time, moved[: len(wrt)]), (valued, moved[len(wrt) :]))
-    angles = torch.cat([observe(values, at[..., 0], at[..., 1], simulation.dt) for values, at in parts if len(at)])
-    return (angles - observe(valued, linear.at[..., 0], linear.at[..., 1], simulation.dt)) / nudges
 
 
 def recur(jacobian: Tensor, forcing: Tensor, start: Tensor) -> Tensor:
