@@ -17,10 +17,12 @@ from myowave.data.importing import import_trials, prepare
 from myowave.data.processing.sampled import Sampled
 from myowave.data.readers import read_raw
 from myowave.data.recording import RawTrial, Session
+from myowave.data.trials import TORQUE
 from myowave.settings import MeasuredDataset, RecordedDataset
 
 EMG_HZ, ANGLE_HZ, SECONDS = 1000.0, 100.0, 10.0
-SIDES = {"emg_biceps": 1, "emg_triceps": -1}
+SIDES = {"emg_biceps": 1, "emg_triceps": -1, "emg_brachioradialis": 1}
+CHANNELS = ("emg_biceps", "emg_triceps")
 Signals = dict[str, np.ndarray]
 
 # ------------------------------------------------------------------------------------------- a session in memory
@@ -55,20 +57,22 @@ def in_memory(spoil: Callable[[dict[str, Signals]], object], form: str = "raw", 
     spoil(trials)
     raw = {}
     for name, trial in trials.items():
-        emg = {c: Sampled(trial[c], EMG_HZ, 0.0, unit) for c in SIDES}
+        emg = {c: Sampled(values, EMG_HZ, 0.0, unit) for c, values in trial.items() if c in SIDES}
         angles = {k: Sampled(np.radians(trial[k]), ANGLE_HZ, 0.0, "rad") for k in ("angle", "tilt_rad")}
-        torque = Sampled(trial["torque"], ANGLE_HZ, 0.0, "Nm") if "torque" in trial else None
-        raw[name] = RawTrial(emg, angles["angle"], {"tilt_rad": angles["tilt_rad"]}, torque, "deg")
+        signals = {"tilt_rad": angles["tilt_rad"]}
+        if "torque" in trial:
+            signals[TORQUE] = Sampled(trial["torque"], ANGLE_HZ, 0.0, "Nm")
+        raw[name] = RawTrial(emg, angles["angle"], signals, "deg")
     section = RecordedDataset(
         kind="recorded",
         trials=list("abc"),
         test=["c"],
-        emg={c: {"file": "x", "form": form} for c in SIDES},
+        emg={c: {"file": "x", "form": form} for c in emg},
         angle={"file": "x"},
         signals={"tilt_rad": {"file": "x", "condition": "tilt"}},
         **settings,
     )
-    prepared = prepare("me", section, Session(raw, dict.fromkeys(SIDES, form)))
+    prepared = prepare("me", section, Session(raw, dict.fromkeys(emg, form)))
     found = report("me", list(find_faults(prepared, section.processing.notch_hz, SIDES)), prepared.gains)
     return "\n".join(f"{f['trial']} {f['signal']} {f['check']}: {f['found']}. {f['do']}" for f in found["findings"])
 
@@ -78,7 +82,7 @@ def scaled(factor: float, key: str | None = None, trial: str | None = None):
 
     def spoil(trials):
         for name in trial or "abc":
-            for each in (key,) if key else SIDES:
+            for each in (key,) if key else CHANNELS:
                 trials[name][each] *= factor
 
     return spoil
@@ -118,6 +122,14 @@ def swapped(trials, names="abc"):
         one["emg_biceps"], one["emg_triceps"] = one["emg_triceps"], one["emg_biceps"]
 
 
+def beside_a_third(trials):
+    """Biceps and triceps swapped; the brachioradialis is another flexor, and in its place."""
+    for seed, one in enumerate(trials.values()):
+        louder = 1 + 0.3 * np.random.default_rng(100 + seed).standard_normal(len(one["emg_biceps"]))
+        one["emg_brachioradialis"] = one["emg_biceps"] * louder
+    swapped(trials)
+
+
 def both(sign=1.0, trials="abc"):
     def spoil(all_trials):
         for name in trials:
@@ -133,7 +145,7 @@ def smooth(values):
 def as_envelopes(then=lambda trials: None):
     def spoil(trials):
         for trial in trials.values():
-            for channel in SIDES:
+            for channel in CHANNELS:
                 trial[channel] = smooth(trial[channel])
         then(trials)
 
@@ -165,6 +177,10 @@ TOLD_IN_MEMORY = {
     "a spike at the end": (put(6e4, start=9999), "spike: .* at 10.00 s"),
     "a spike in a test trial": (put(6e4, trial="c"), "c emg_biceps spike"),
     "a spike of three samples": (put(np.array([3e4, 6e4, 3e4])), "spike"),
+    "a burst of 100 ms": (
+        put(3e3 * np.random.default_rng(1).standard_normal(100)),
+        "a emg_biceps spike: its envelope reaches .* at 5.0. s, in most trials .*cut_s",
+    ),
     "two spikes": (put(np.array([6e4, *[0.0] * 4, 6e4])), "spike"),
     "a channel that is 0 in a trial": (put(np.zeros(10000), start=0), "a emg_biceps dead channel: .*leave the trial"),
     "a channel that is constant in a trial": (put(np.full(10000, 7.0), start=0), "a emg_biceps dead channel"),
@@ -195,6 +211,7 @@ TOLD_IN_MEMORY = {
     "a leap": (made(stepped(30.0), trials="a"), "a angle jump of the angle: .* at 5.01 s .1 such"),
     "a marker that was lost": (put(0.0, "angle", start=300), "a angle jump of the angle"),
     "channels swapped": (swapped, "EMG against the motion: .*channels swapped"),
+    "channels swapped beside a third that is right": (beside_a_third, "EMG against the motion: .* EMG of emg_biceps"),
     "an arm over the head": (made(lambda t: t + 120, "tilt_rad"), "a tilt_rad lean of the upper arm: .*unit"),
     "a lean that leaps": (made(stepped(30.0), "tilt_rad"), "a tilt_rad jump of the angle"),
     "clipping": (made(lambda x: np.clip(x, -40, 40), "emg_biceps"), "a emg_biceps clipping: stays at"),
@@ -255,7 +272,7 @@ REFUSED_IN_MEMORY = {
 
 def tidy(seed: int) -> pd.DataFrame:
     trial = _good()["abc"[seed]]
-    envelopes = {c: smooth(trial[c])[::10] for c in SIDES}
+    envelopes = {c: smooth(trial[c])[::10] for c in CHANNELS}
     emg = {c: e / e.max() for c, e in envelopes.items()}
     return pd.DataFrame({"time_s": np.round(np.arange(1000) / ANGLE_HZ, 6), **emg, "angle_deg": trial["angle"]})
 
@@ -270,12 +287,12 @@ def of_tidy_files(folder: Path, spoil, only: str = "", **settings) -> str:
         else:
             frame.to_csv(folder / f"{name}.csv", index=False)
     block = MeasuredDataset(kind="measured", files=("trial*.csv",), test=("trial3",), **settings)
-    _, quality = import_trials("elbow", block, folder, channels=SIDES)
+    _, quality = import_trials("elbow", block, folder, channels={c: SIDES[c] for c in CHANNELS})
     return "\n".join(f"{f['trial']} {f['signal']} {f['check']}: {f['found']}. {f['do']}" for f in quality["findings"])
 
 
 def times(factor, *columns):
-    return lambda f: f.assign(**{c: factor * f[c] for c in columns or SIDES})
+    return lambda f: f.assign(**{c: factor * f[c] for c in columns or CHANNELS})
 
 
 def cell(column, row, value):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from sessions import curl, session_section, write_session
 
-from myowave.data.checks.tables import beyond_tables
+from myowave.data.checks.values import beyond_tables
 from myowave.data.importing import import_trials
 from myowave.data.trials import Trials
 from myowave.settings import PathTable, RecordedDataset

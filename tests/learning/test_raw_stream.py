@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from myowave.cli import app
 from myowave.data.importing import prepare
-from myowave.data.processing.real_time import RealTime
+from myowave.data.processing.excitation import RealTime
 from myowave.data.processing.sampled import Sampled
 from myowave.data.recording import RawTrial, Session
 from myowave.learning.inputs import to_tensors

@@ -2,7 +2,7 @@
 
 import re
 import shlex
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from time import ctime, time
 
@@ -22,8 +22,7 @@ def all_files(key: str, patterns: Sequence[str], root: str | Path = ".") -> list
         root: where relative ones start from.
 
     Raises:
-        ValueError: one line for each pattern without a file, link to nothing, and path with braces, which would be
-            placeholders to the workflow.
+        ValueError: one line for each pattern without a file, link to nothing, and file that the workflow cannot use.
     """
     found: dict[Path, None] = {}
     problems = []
@@ -32,27 +31,27 @@ def all_files(key: str, patterns: Sequence[str], root: str | Path = ".") -> list
             found |= dict.fromkeys(look_up(pattern, root))
         except ValueError as error:
             problems.append(str(error))
-    problems += [f"{path} holds braces; rename the file or folder." for path in found if set("{}") & set(str(path))]
-    problems += [
-        f"{path}: its date is in the future ({ctime(path.stat().st_mtime)}), so that all made of it would look older. "
-        f"Give it that of now: touch {shlex.quote(str(path))}"
-        for path in found
-        if path.stat().st_mtime > time() + SKEW_S
-    ]
+    problems += [problem for path in found for problem in _unusable(path)]
     if problems:
         raise ValueError("\n".join(f"{key}: {problem}" for problem in problems))
     return list(found)
 
 
+def _unusable(path: Path) -> Iterator[str]:
+    if set("{}") & set(str(path)):  # they would be placeholders
+        yield f"{path} holds braces; rename the file or folder."
+    if (dated := path.stat().st_mtime) > time() + SKEW_S:
+        yield (
+            f"{path}: its date is in the future ({ctime(dated)}), so that all made of it would look older. Give it "
+            f"that of now: touch {shlex.quote(str(path))}"
+        )
+
+
 def name_trials(paths: Sequence[Path], endings: Collection[str]) -> dict[str, Path]:
     """Trials that are named after their files, one each: {name: path}.
 
-    Args:
-        paths: of the files.
-        endings: that a file may have, such as `.csv`.
-
     Raises:
-        ValueError: one line for each file of another kind, name taken twice, or name that a trial cannot have.
+        ValueError: one line for each file of another ending, name taken twice, or name that a trial cannot have.
     """
     trials: dict[str, Path] = {}
     problems = []
@@ -61,13 +60,11 @@ def name_trials(paths: Sequence[Path], endings: Collection[str]) -> dict[str, Pa
             problems.append(f"{path}: {why}, which is named after its file.")
         elif path.suffix.lower() not in endings:
             problems.append(f"{path}: the ending is {path.suffix!r}; expected {' or '.join(endings)}.")
-        elif path.stem in trials:
+        elif trials.setdefault(path.stem, path) is not path:
             problems.append(
                 f"{path}: another trial is called {path.stem!r} as well ({trials[path.stem]}); trials are named after "
                 "their files, so rename one."
             )
-        else:
-            trials[path.stem] = path
     if problems:
         raise ValueError("\n".join(problems))
     return trials
@@ -77,12 +74,11 @@ def look_up(pattern: str, root: str | Path = ".") -> list[Path]:
     """Files that a path or pattern stands for, in natural order (trial2 before trial10).
 
     Raises:
-        ValueError: if there is none, or a link leads to nothing.
+        ValueError: if there is none, or one is a link to nothing, a pipe, a device or far too large.
     """
     whole = Path(root) / pattern
-    if re.search(r"[*?\[]", pattern) is None:
-        matches = [whole]
-    else:
+    matches = [whole]
+    if _is_pattern(pattern):
         anchor = Path(whole.anchor) if whole.is_absolute() else Path()
         matches = sorted(anchor.glob(str(whole.relative_to(anchor))), key=lambda path: natural(str(path)))
     for path in matches:
@@ -102,12 +98,14 @@ def natural(text: str) -> list[tuple[int, int | str]]:
     return [(0, int(part)) if part.isdigit() else (1, part) for part in re.split(r"(\d+)", text)]
 
 
+def _is_pattern(text: str) -> bool:
+    return re.search(r"[*?\[]", text) is not None
+
+
 def _nothing_found(root: Path, pattern: str) -> str:
     """Where a pattern without a match was looked up, and what is there instead."""
     tried = root.resolve() / pattern
-    folder = tried.parent
-    while re.search(r"[*?\[]", str(folder)) or not folder.is_dir():
-        folder = folder.parent
+    folder = next(one for one in tried.parents if not _is_pattern(str(one)) and one.is_dir())
     inside = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir() if not path.name.startswith("."))
     listed = ", ".join(inside[:12]) + (f" and {len(inside) - 12} more" if len(inside) > 12 else "")
     return (

@@ -8,7 +8,7 @@ a fraction already stays as it is.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,29 +17,19 @@ from numpy.typing import NDArray
 
 from myowave.data.checks.finding import report
 from myowave.data.checks.session import find_faults
-from myowave.data.checks.tables import beyond_tables
-from myowave.data.checks.values import (
-    angle_problems,
-    duplicate_problems,
-    emg_problems,
-    lean_problems,
-    rate_problems,
-    torque_problems,
-)
-from myowave.data.processing.excitation import describe, envelope, lag_of
-from myowave.data.processing.filters import has_hum
-from myowave.data.processing.grid import common_grid, sample_as_it_comes, sample_at
-from myowave.data.processing.real_time import Known, RealTime
-from myowave.data.processing.sampled import Sampled
+from myowave.data.checks.values import beyond_tables, value_problems
+from myowave.data.processing.excitation import Known, RealTime, envelope, known_from
+from myowave.data.processing.sampled import Sampled, common_grid, sample_as_it_comes, sample_at
 from myowave.data.recording import Prepared, RawTrial, Recording, Session
 from myowave.data.session import read_session
-from myowave.data.trials import MOTOR, TORQUE, Trials
+from myowave.data.trials import MOTOR, Trials
 from myowave.settings import MeasuredDataset, PathTable, RecordedDataset
 from myowave.settings.recording import Processing
 
 SHORTEST = 50
 """Fewest samples of a trial [-]; training needs windows, diagnosis degrees of freedom."""
 Dataset = MeasuredDataset | RecordedDataset
+Array = NDArray[np.float64]
 
 
 def import_trials(
@@ -84,60 +74,36 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     Raises:
         ValueError: one line for each problem that the recordings or the processed trials show.
     """
-    processing, tidy = settings.processing, isinstance(settings, MeasuredDataset)
-    if not tidy:  # what counts as 1 needs all of them, where tidy files are checked each by itself
+    processing, forms = settings.processing, session.forms
+    one_by_one = isinstance(settings, MeasuredDataset)  # where what counts as 1 does not need all of them
+    if not one_by_one or not session.trials:
         _refuse(dataset, session.problems)
     raw = {name: _on_one_clock(trial, processing.emg_start_offset_s) for name, trial in session.trials.items()}
-    train = [name for name in raw if name not in settings.test]
-    steps = _Steps(processing, session.forms, _known_before(processing, session.forms, [raw[name] for name in train]))
-    envelopes = {name: steps.envelopes(trial.emg) for name, trial in raw.items()}
     grids = {name: common_grid(trial.all, trial.angle, processing.rate_hz, trial.cut) for name, trial in raw.items()}
     problems = [*session.problems, *_grid_problems(grids, raw)]
-    if not tidy:
+    if not one_by_one:
         _refuse(dataset, problems)
-    gains = _gains(steps, session.mvc, {name: envelopes[name] for name in train}, grids)
-    _refuse(dataset, _gain_problems(gains))
+    train = [name for name in raw if name not in settings.test]
+    known = _known(processing, forms, [raw[name] for name in train or raw])
     recordings = {
-        name: _recording(name, raw[name], envelopes[name], gains, grid, steps)
+        name: _recording(name, raw[name], grid, processing, known)
         for name, grid in grids.items()
         if len(grid) >= SHORTEST
     }
-    problems += [*rate_problems(recordings), *duplicate_problems(recordings)]
-    problems += emg_problems(recordings, steps.known_scale, settings.test)
-    for one in recordings.values():
-        problems += [*angle_problems(one), *torque_problems(one)]
-    problems += [problem for name, trial in raw.items() for problem in lean_problems(name, trial.signals)]
-    _refuse(dataset, problems)
-    signals = {key: [sample_at(raw[name].signals[key], grids[name]) for name in raw] for key in settings.signals}
-    over_time = {s.condition: key for key, s in settings.signals.items() if s.condition}
-    constants = settings.constants
-    if settings.motor is not None:
-        motors = {name: trial.motor for name, trial in raw.items() if trial.motor is not None}
-        signals[MOTOR] = [sample_at(motor, grids[name]) for name, motor in motors.items()]
-        over_time["motor"] = MOTOR
-        constants = {"braking": settings.motor.braking, **constants}
-    trials = Trials.from_sequences(
-        dataset=dataset,
-        dt=float(np.median([recording.dt for recording in recordings.values()])),
-        names=list(recordings),
-        channels=list(session.forms),
-        emg=[recording.emg for recording in recordings.values()],
-        angle=[recording.angle for recording in recordings.values()],
-        signals=signals | _torques(list(recordings.values())),
-        over_time=over_time,
-        test=settings.test,
-        conditions=_conditions(settings, list(raw), signals, over_time),
-        constants=constants,
-        provenance=_provenance(settings, session, steps, gains, next(iter(raw.values())).emg, over_time),
-    )
-    return Prepared(trials, raw, envelopes, gains, grids, session.forms)
-
-
-def _torques(recordings: Sequence[Recording]) -> dict[str, list[NDArray[np.float64]]]:
-    """The torque of each trial, NaN where none was measured; nothing where that is so in all."""
-    measured = [one.torque for one in recordings]
-    filled = [np.full(len(r.angle), np.nan) if t is None else t for r, t in zip(recordings, measured, strict=True)]
-    return {} if all(torque is None for torque in measured) else {TORQUE: filled}
+    gains = _gains(processing, known, session.mvc, [recordings[name] for name in train if name in recordings])
+    _refuse(dataset, _gain_problems(gains))
+    recordings = {name: _divided(one, gains, known) for name, one in recordings.items()}
+    # Of a maximum contraction EMG cannot be far above 1; where the training trials count, a test trial may be.
+    mvc = {c: form for c, form in forms.items() if processing.normalise == "mvc" or form == "fraction"}
+    _refuse(dataset, [*problems, *value_problems(recordings, mvc, settings.test)])
+    known = {channel: replace(one, gain=gains[channel]) for channel, one in known.items()}
+    provenance = {
+        "source": settings.kind,
+        "ignored columns": list(settings.ignore_columns),
+        "sha256": dict(session.sha256),
+        "real_time": {} if {*forms.values()} <= {"fraction"} else RealTime(processing, known).plain(),
+    }
+    return Prepared(_to_trials(dataset, settings, recordings, provenance), recordings, gains, forms)
 
 
 def _refuse(dataset: str, problems: Iterable[str]) -> None:
@@ -153,97 +119,77 @@ def _on_one_clock(trial: RawTrial, offset: float) -> RawTrial:
     return replace(trial, emg=emg)
 
 
-def _known_before(
-    processing: Processing, forms: Mapping[str, str], train: Sequence[RawTrial]
-) -> dict[str, tuple[float, bool]]:
-    """Offset of each channel of raw EMG, and if it hums, by the training trials; a causal filter may know no more."""
-    found, notch_hz = {}, processing.notch_hz
-    for channel in (c for c, form in forms.items() if form == "raw" and processing.phase == "causal"):
-        signals = [trial.emg[channel] for trial in train]
-        hum = notch_hz is not None and any(has_hum(s.values, s.rate, notch_hz) for s in signals)
-        found[channel] = (float(np.median(np.concatenate([s.values for s in signals]))), hum)
-    return found
+def _known(processing: Processing, forms: Mapping[str, str], train: Sequence[RawTrial]) -> dict[str, Known]:
+    """What is known of each channel by the training trials, but for its gain; a causal filter may know no more."""
+    emg = {channel: [trial.emg[channel] for trial in train] for channel in forms}
+    return {
+        channel: known_from(emg[channel], processing)
+        if form == "raw"
+        else Known(form, emg[channel][0].rate, emg[channel][0].unit)
+        for channel, form in forms.items()
+    }
 
 
-@dataclass(frozen=True)
-class _Steps:
-    """What is done to EMG: its processing, the form of each channel, and what is known of it before."""
-
-    processing: Processing
-    forms: Mapping[str, str]
-    before: Mapping[str, tuple[float, bool]]
-
-    @property
-    def known_scale(self) -> dict[str, str]:
-        """Channels of which a maximum contraction counts as 1, with their forms: their EMG cannot be far above.
-
-        Where the training trials count, a test trial may be of any effort.
-        """
-        mvc = self.processing.normalise == "mvc"
-        return {channel: form for channel, form in self.forms.items() if mvc or form == "fraction"}
-
-    def envelopes(self, emg: Mapping[str, Sampled]) -> dict[str, Sampled]:
-        """Envelopes of all channels, in the unit of their EMG."""
-        return {
-            channel: envelope(sampled, self.processing, *self.before.get(channel, (None, None)))
-            if self.forms[channel] == "raw"
-            else sampled
-            for channel, sampled in emg.items()
-        }
-
-    def real_time(self, emg: Mapping[str, Sampled], gains: Mapping[str, float]) -> RealTime:
-        """What a running prediction needs to make the same of raw EMG."""
-        channels = {
-            channel: Known(form, emg[channel].rate, emg[channel].unit, *self.before.get(channel, (0.0, False)), gain)
-            for (channel, form), gain in zip(self.forms.items(), gains.values(), strict=True)
-        }
-        return RealTime(self.processing, channels)
+def _recording(name: str, raw: RawTrial, grid: Array, processing: Processing, known: Mapping[str, Known]) -> Recording:
+    """A trial on its grid, its EMG not yet divided by what counts as 1."""
+    sample = sample_as_it_comes if processing.phase == "causal" else sample_at
+    envelopes = {channel: envelope(sampled, processing, known[channel]) for channel, sampled in raw.emg.items()}
+    emg = {channel: sample(sampled, grid) for channel, sampled in envelopes.items()}
+    signals = {key: sample_at(signal, grid) for key, signal in raw.signals.items()}
+    return Recording(name, raw, envelopes, grid, emg, sample_at(raw.angle, grid), signals)
 
 
 def _gains(
-    steps: _Steps,
+    processing: Processing,
+    known: Mapping[str, Known],
     mvc: Mapping[str, Mapping[str, Sampled]],
-    train: Mapping[str, Mapping[str, Sampled]],
-    grids: Mapping[str, NDArray[np.float64]],
+    train: Sequence[Recording],
 ) -> dict[str, float]:
-    """The envelope of each channel that counts as 1; `train` has the envelopes of the training trials."""
-    if steps.processing.normalise == "mvc":
-        peaks = {c: [e[c].values.max() for e in map(steps.envelopes, mvc.values())] for c in steps.forms}
+    """The envelope of each channel that counts as 1; 1 where it is a fraction already."""
+    if processing.normalise == "mvc":
+        of = [{c: envelope(s, processing, known[c]).values for c, s in emg.items()} for emg in mvc.values()]
     else:
         # ASSUME: in the training trials each muscle was once as active as it can be; where it was not, its EMG is too
         # large by one factor for the whole session, which a fit takes for a weaker muscle.
-        peaks = {c: [e[c].within(grids[n][0], grids[n][-1]).max() for n, e in train.items()] for c in steps.forms}
-    return {c: 1.0 if form == "fraction" else float(max(peaks[c])) for c, form in steps.forms.items()}
+        of = [{c: e.within(one.time[0], one.time[-1]) for c, e in one.envelopes.items()} for one in train]
+    return {c: 1.0 if k.form == "fraction" else float(max(e[c].max() for e in of)) for c, k in known.items()}
 
 
-def _recording(
-    name: str,
-    raw: RawTrial,
-    envelopes: Mapping[str, Sampled],
-    gains: Mapping[str, float],
-    grid: NDArray[np.float64],
-    steps: _Steps,
-) -> Recording:
-    sample = sample_as_it_comes if steps.processing.phase == "causal" else sample_at
-    emg = {channel: sample(sampled, grid) for channel, sampled in envelopes.items()}
-    emg = {
-        c: values if steps.forms[c] == "fraction" else np.maximum(values, 0.0) / gains[c] for c, values in emg.items()
-    }
-    angle = sample_at(raw.angle, grid)
-    origin, first_row = (f"trial {name}", None) if raw.file is None else raw.file
-    return Recording(
-        origin=str(origin),
-        dt=float(grid[-1] - grid[0]) / (len(grid) - 1),
-        channels=tuple(emg),
-        emg=np.stack([*emg.values(), angle], axis=1)[:, :-1],  # of an arm without muscles there is none
-        angle=angle,
-        torque=None if raw.torque is None else sample_at(raw.torque, grid),
-        angle_unit=raw.angle_unit,
-        first_row=first_row,
+def _divided(one: Recording, gains: Mapping[str, float], known: Mapping[str, Known]) -> Recording:
+    """A trial with its EMG as a fraction; splines undershoot a little."""
+    emg = {c: e if known[c].form == "fraction" else np.maximum(e, 0.0) / gains[c] for c, e in one.emg.items()}
+    return replace(one, emg=emg)
+
+
+def _to_trials(
+    dataset: str, settings: Dataset, recordings: Mapping[str, Recording], provenance: Mapping[str, Any]
+) -> Trials:
+    each, constants = list(recordings.values()), settings.constants
+    over_time = {signal.condition: key for key, signal in settings.signals.items() if signal.condition}
+    if settings.motor is not None:
+        over_time["motor"] = MOTOR
+        constants = {"braking": settings.motor.braking, **constants}
+    # ASSUME: a constant that is known over time counts as its median wherever one value stands for a trial.
+    medians = {n: {c: float(np.median(one.signals[k])) for c, k in over_time.items()} for n, one in recordings.items()}
+    conditions = {name: {**settings.conditions.get(name, {}), **medians[name]} for name in recordings}
+    keys = dict.fromkeys(key for one in each for key in one.signals)
+    return Trials.from_sequences(
+        dataset=dataset,
+        dt=float(np.median([one.dt for one in each])),
+        names=list(recordings),
+        channels=list(each[0].emg),
+        emg=[np.stack([*one.emg.values(), one.angle], axis=1)[:, :-1] for one in each],  # of a machine there is none
+        angle=[one.angle for one in each],
+        signals={key: [one.signals.get(key, np.full(len(one.time), np.nan)) for one in each] for key in keys},
+        over_time=over_time,
+        test=settings.test,
+        conditions={name: values for name, values in conditions.items() if values},
+        constants=constants,
+        provenance=provenance,
     )
 
 
-def _grid_problems(grids: Mapping[str, NDArray[np.float64]], raw: Mapping[str, RawTrial]) -> Iterator[str]:
+def _grid_problems(grids: Mapping[str, Array], raw: Mapping[str, RawTrial]) -> Iterator[str]:
     for name, grid in grids.items():
         if len(grid) < SHORTEST:
             angle, file = raw[name].angle, raw[name].file
@@ -262,56 +208,3 @@ def _gain_problems(gains: Mapping[str, float]) -> Iterator[str]:
                 f"{channel}: the EMG never rises above 0, so there is nothing to divide it by. The electrode was off, "
                 "or the column is another one: leave the channel out, or correct it."
             )
-
-
-def _conditions(
-    settings: Dataset,
-    names: Sequence[str],
-    signals: Mapping[str, list[NDArray[np.float64]]],
-    over_time: Mapping[str, str],
-) -> dict[str, dict[str, float]]:
-    """Known constants of each trial, those included that are the median of a signal."""
-    # ASSUME: a constant that is known over time counts as its median wherever one value stands for a trial.
-    known = {}
-    for i, name in enumerate(names):
-        medians = {constant: float(np.median(signals[key][i])) for constant, key in over_time.items()}
-        known[name] = {**settings.conditions.get(name, {}), **medians}
-    return {name: values for name, values in known.items() if values}
-
-
-def _provenance(
-    settings: Dataset,
-    session: Session,
-    steps: _Steps,
-    gains: Mapping[str, float],
-    emg: Mapping[str, Sampled],
-    over_time: Mapping[str, str],
-) -> dict[str, Any]:
-    """Where the trials are from and what was done to them; `emg` is that of a trial as recorded."""
-    processing = settings.processing
-    which = list(session.mvc) or [name for name in session.trials if name not in settings.test]
-    whose = "maximum contractions" if processing.normalise == "mvc" else "the training trials"
-    real_time = {} if set(steps.forms.values()) <= {"fraction"} else steps.real_time(emg, gains).plain()
-    return {
-        "source": settings.kind,
-        "emg": {
-            channel: "a fraction of a maximum contraction as recorded"
-            if steps.forms[channel] == "fraction"
-            else {
-                "processing": describe(processing, sampled.rate)
-                if steps.forms[channel] == "raw"
-                else "an envelope as recorded",
-                "divided by": f"{gains[channel]:.6g} {sampled.unit}, the largest envelope of {whose} "
-                f"({', '.join(which)})",
-                "recorded at": f"{sampled.rate:g} Hz",
-            }
-            for channel, sampled in emg.items()
-        },
-        "emg_lag_s": lag_of(processing),
-        "emg_start_offset_s": processing.emg_start_offset_s,
-        "rate": "the angle's" if processing.rate_hz is None else f"{processing.rate_hz:g} Hz",
-        "conditions from signals": {constant: f"median of {key}" for constant, key in over_time.items()},
-        "ignored columns": list(settings.ignore_columns),
-        "sha256": dict(session.sha256),
-        "real_time": real_time,
-    }

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
@@ -14,16 +15,15 @@ import numpy as np
 
 from myowave.data.checks.signals import Pace, signal_problems
 from myowave.data.files import look_up
-from myowave.data.processing.sampled import Sampled
+from myowave.data.processing.sampled import Sampled, runs_of
 from myowave.data.processing.units import (
     ARBITRARY,
-    PERCENT,
+    TO_EMG,
+    TO_FRACTION,
     TO_MICROVOLTS,
     TO_NEWTON_METRES,
     TO_RADIANS,
     plain_unit,
-    to_microvolts,
-    to_radians,
 )
 from myowave.data.readers import RawRecording, Signal, read_raw
 from myowave.settings import RawSignal, TextLayout
@@ -31,6 +31,7 @@ from myowave.settings.keys import did_you_mean
 from myowave.settings.recording import TRIAL, EmgChannel, RawAngle, RawKeep, RawMotor, RawTorque
 
 
+@dataclass
 class Reading:
     """Files read so far, columns used of them, and problems found: reading goes on, to find all of them.
 
@@ -41,29 +42,28 @@ class Reading:
         ignored: names of columns that are not needed; * stands for anything.
         layout: how tables of text are written.
         recordings: that trials are parts of, where they are not called alike.
+        key: of the dataset that names all signals; None where each has its own.
+        said: problems of files and signals in order, each once.
+        sha256: of each signal's file, by trial and signal.
     """
 
-    def __init__(
-        self,
-        where: str,
-        root: Path,
-        pace: Pace,
-        ignored: Sequence[str],
-        layout: TextLayout,
-        recordings: Mapping[str, str] | None = None,
-    ):
-        self._where, self._root, self._pace, self._ignored, self._layout = where, root, pace, ignored, layout
-        self._recordings = recordings or {}
-        self._files: dict[Path, RawRecording | None] = {}
-        self._used: dict[Path, set[str]] = {}
-        self._digests: dict[Path, str] = {}
-        self.said: dict[str, None] = {}  # problems of files and signals in order, each once
-        self.sha256: dict[str, str] = {}
+    where: str
+    root: Path
+    pace: Pace
+    ignored: Sequence[str]
+    layout: TextLayout
+    recordings: Mapping[str, str] = field(default_factory=dict)
+    key: str | None = None
+    said: dict[str, None] = field(default_factory=dict, init=False)
+    sha256: dict[str, str] = field(default_factory=dict, init=False)
+    _files: dict[Path, RawRecording | None] = field(default_factory=dict, init=False)
+    _used: dict[Path, set[str]] = field(default_factory=dict, init=False)
+    _digests: dict[Path, str] = field(default_factory=dict, init=False)
 
     @property
     def problems(self) -> list[str]:
         """What was found wrong, columns included that nobody uses."""
-        unused = [_unused(path, raw, self._used.get(path, set()), self._ignored) for path, raw in self._files.items()]
+        unused = [_unused(path, raw, self._used.get(path, set()), self.ignored) for path, raw in self._files.items()]
         return [*self.said, *(problem for one in unused for problem in one)]
 
     def say(self, *problems: str) -> None:
@@ -75,86 +75,91 @@ class Reading:
         if path not in self._files:
             self._files[path] = None
             try:
-                self._files[path] = read_raw(path, form, self._layout)
+                self._files[path] = read_raw(path, form, self.layout)
                 self._digests[path] = hashlib.sha256(path.read_bytes()).hexdigest()
             except ValueError as error:
                 self.say(str(error))
         return self._files[path]
 
     def emg(self, trial: str, key: str, channel: EmgChannel) -> Sampled:
-        """EMG [uV], or as it is where its unit is arbitrary or it is a fraction.
+        """EMG [uV], or as it is where its unit is arbitrary; a fraction of 1 where it is one.
 
         Args:
             trial: its name.
-            key: of the dataset that names the signal, for messages; the same in `angle` and `torque`.
+            key: of the dataset that names the signal, for messages; the same in the other methods.
             channel: its settings.
         """
         if channel.form == "fraction":
-            sampled = self._sampled(trial, key, channel, (ARBITRARY, PERCENT), ARBITRARY)
-            return sampled if sampled.unit == ARBITRARY else sampled.with_values(sampled.values / 100, ARBITRARY)
-        sampled = self._sampled(trial, key, channel, (*TO_MICROVOLTS, ARBITRARY, PERCENT))
-        unit = "uV" if sampled.unit in TO_MICROVOLTS else ARBITRARY
-        return sampled.with_values(to_microvolts(sampled.values, sampled.unit), unit)
+            return replace(self._read(trial, key, channel, TO_FRACTION, ARBITRARY)[0], unit=ARBITRARY)
+        sampled, unit = self._read(trial, key, channel, TO_EMG)
+        return replace(sampled, unit="uV" if unit in TO_MICROVOLTS else ARBITRARY)
 
     def angle(self, trial: str, key: str, angle: RawAngle) -> tuple[Sampled, str]:
         """An angle [rad] with sign and offset, and the unit that it was written in."""
-        sampled = self._sampled(trial, key, angle, tuple(TO_RADIANS))
-        values = angle.sign * to_radians(sampled.values, sampled.unit) + angle.offset_deg * TO_RADIANS["deg"]
-        return sampled.with_values(values, "rad"), sampled.unit
+        sampled, unit = self._read(trial, key, angle, TO_RADIANS)
+        turned = angle.sign * sampled.values + angle.offset_deg * TO_RADIANS["deg"]
+        return sampled.with_values(turned, "rad"), unit
 
-    def torque(self, trial: str, key: str, torque: RawTorque) -> Sampled:
+    def torque(self, trial: str, key: str, torque: RawTorque | RawMotor) -> Sampled:
         """A torque [N m] with its sign."""
-        sampled = self._sampled(trial, key, torque, tuple(TO_NEWTON_METRES))
-        return sampled.with_values(torque.sign * sampled.values * TO_NEWTON_METRES[sampled.unit], "Nm")
+        sampled, _ = self._read(trial, key, torque, TO_NEWTON_METRES)
+        return sampled.with_values(torque.sign * sampled.values, "Nm")
 
     def motor(self, trial: str, key: str, motor: RawMotor) -> Sampled:
         """Torque of a motor at rest [N m], recorded or by its duty and the voltage."""
         if motor.volts is None:
-            sampled = self._sampled(trial, key, motor, tuple(TO_NEWTON_METRES))
-            return sampled.with_values(motor.sign * sampled.values * TO_NEWTON_METRES[sampled.unit], "Nm")
-        duty = self._sampled(trial, key, motor, (ARBITRARY,), ARBITRARY)
-        volts = self._sampled(trial, key, motor.model_copy(update={"column": motor.volts, "unit": "V"}), ("V",))
+            return self.torque(trial, key, motor)
+        duty, _ = self._read(trial, key, motor, {ARBITRARY: 1.0}, ARBITRARY)
+        supply = motor.model_copy(update={"column": motor.volts, "unit": "V"})
+        volts, _ = self._read(trial, key, supply, {"V": 1.0})
         return duty.with_values(motor.sign * motor.per_volt * duty.values * volts.values, "Nm")
 
     def kept(self, trial: str, key: str, keep: RawKeep) -> tuple[float, float]:
         """From and to [s] on the recorder's clock, the longest time in which a column has the value that is kept."""
-        sampled = self._sampled(trial, key, keep, (ARBITRARY,), ARBITRARY)
-        inside = np.concatenate([[False], np.isclose(sampled.values, keep.equals), [False]]).astype(int)
-        begin, end = np.flatnonzero(np.diff(inside) > 0), np.flatnonzero(np.diff(inside) < 0)
-        if not len(begin):
-            self.say(
-                f"{self._where}.{key}: {keep.column} is never {keep.equals:g} in trial {trial}. Correct the value."
-            )
+        sampled, _ = self._read(trial, key, keep, {ARBITRARY: 1.0}, ARBITRARY)
+        runs = runs_of(np.isclose(sampled.values, keep.equals))
+        if not runs:
+            self.say(f"{self.where}.{key}: {keep.column} is never {keep.equals:g} in trial {trial}. Correct the value.")
             return sampled.start, sampled.end
-        longest = int(np.argmax(end - begin))
-        return float(sampled.time[begin[longest]]), float(sampled.time[end[longest] - 1])
+        begin, length = max(runs, key=lambda run: run[1])
+        return float(sampled.time[begin]), float(sampled.time[begin + length - 1])
 
-    def _sampled(self, trial: str, key: str, settings: RawSignal, units: tuple[str, ...], unit: str = "") -> Sampled:
-        """One signal in one of `units`, which is `unit` where nobody names one; a stand-in where there is a problem."""
-        where, stand_in = f"{self._where}.{key}", Sampled(np.zeros(1), 1.0, 0.0, units[0])
+    def _read(
+        self, trial: str, key: str, settings: RawSignal, factors: Mapping[str, float], unnamed: str = ""
+    ) -> tuple[Sampled, str]:
+        """One signal and the unit that it was written in; a stand-in where there is a problem.
+
+        Args:
+            factors: of the units that it may be written in, by which it is multiplied.
+            unnamed: its unit where nobody names one.
+        """
+        where, units = f"{self.where}.{self.key or key}", tuple(factors)
+        stand_in = Sampled(np.zeros(1), 1.0, 0.0, units[0]), units[0]
         raw = self._one_file(trial, where, settings)
         if raw is None or (signal := self._column(raw, where, settings)) is None:
             return stand_in
         self._used.setdefault(raw.path, set()).add(signal.name)
-        self.sha256[f"{trial}/{key}"] = self._digests[raw.path]
+        self.sha256[f"{trial}/{self.key or key}"] = self._digests[raw.path]
         said = plain_unit(settings.unit or "")
         written = plain_unit(signal.unit or (signal.angle_unit if signal.angle_unit in units else ""))
-        problems = [
-            *_unit_problems(raw, signal.name, where, written, said or ("" if written else unit), units),
-            *signal_problems(raw, signal, settings.rate_hz, self._pace),
-        ]
+        unit = written or said or unnamed
+        problems = list(signal_problems(raw, signal, settings.rate_hz, self.pace))
+        if written and said and written != said:
+            problems.append(f"{raw.path}: {signal.name} is in {written}, but {where} says {said}. Correct one of them.")
+        elif unit not in units:
+            found = f"{signal.name} is {f'in {unit!r}' if unit else 'without a unit'}; expected {', '.join(units)}"
+            problems.append(f"{raw.path}: {found}. Name it as unit in {where}.")
         self.say(*problems)
         rate = signal.rate or settings.rate_hz or signal.rate_by_time  # a stated rate is exact, times are rounded
         if problems or rate is None:
             return stand_in
-        return Sampled(
-            signal.values, rate, 0.0 if signal.time is None else float(signal.time[0]), written or said or unit
-        )
+        start = 0.0 if signal.time is None else float(signal.time[0])
+        return Sampled(signal.values * factors[unit], rate, start, unit), unit
 
     def _one_file(self, trial: str, where: str, settings: RawSignal) -> RawRecording | None:
-        pattern = settings.file.replace(TRIAL, self._recordings.get(trial, trial))
+        pattern = settings.file.replace(TRIAL, self.recordings.get(trial, trial))
         try:
-            found = look_up(pattern, self._root)
+            found = look_up(pattern, self.root)
         except ValueError as error:
             self.say(f"{where}.file: {error}")
             return None
@@ -186,13 +191,3 @@ def _unused(path: Path, raw: RawRecording | None, used: set[str], ignored: Seque
             f"{path}: column {', '.join(names)} is not used. Name it under emg, angle or signals, or under "
             "ignore_columns; EMG of a dataset that is measured needs a muscle in physics.muscles that it drives."
         )
-
-
-def _unit_problems(
-    raw: RawRecording, name: str, where: str, written: str, said: str, units: tuple[str, ...]
-) -> Iterator[str]:
-    if written and said and written != said:
-        yield f"{raw.path}: {name} is in {written}, but {where} says {said}. Correct one of them."
-    elif (written or said) not in units:
-        found = f"in {written or said!r}" if written or said else "without a unit"
-        yield f"{raw.path}: {name} is {found}; expected {', '.join(units)}. Name it as unit in {where}."

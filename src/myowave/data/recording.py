@@ -1,4 +1,4 @@
-"""What recordings are on their way to `Trials`: read, brought onto one grid, processed."""
+"""What recordings are on their way to `Trials`: read, processed, brought onto one grid."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from myowave.data.processing.sampled import Sampled
 from myowave.data.trials import Trials
 
+Array = NDArray[np.float64]
+
 
 @dataclass(frozen=True, eq=False)
 class RawTrial:
@@ -20,28 +22,23 @@ class RawTrial:
     Args:
         emg: {channel: [uV], or any unit where it is arbitrary or a fraction}.
         angle: elbow angle [rad], with the sign and offset of the settings.
-        signals: further angles [rad].
-        torque: of the muscles, flexing positive [N m]; None where it was not measured.
+        signals: further angles [rad], and torques [N m] where they were measured: `TORQUE`, `MOTOR`.
         angle_unit: in which the angle was written.
         file: that holds all of the trial, with its first row of samples; None where there are several.
-        motor: known torque of a motor on the joint at rest [N m]; None where there is none.
         cut: from and to [s] after the start of the angle: what is kept; None for all.
     """
 
     emg: Mapping[str, Sampled]
     angle: Sampled
     signals: Mapping[str, Sampled] = field(default_factory=dict)
-    torque: Sampled | None = None
     angle_unit: str = "rad"
     file: tuple[Path, int] | None = None
-    motor: Sampled | None = None
     cut: tuple[float, float] | None = None
 
     @property
     def all(self) -> list[Sampled]:
         """Every signal."""
-        further = [signal for signal in (self.torque, self.motor) if signal is not None]
-        return [*self.emg.values(), self.angle, *self.signals.values(), *further]
+        return [*self.emg.values(), self.angle, *self.signals.values()]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,34 +62,41 @@ class Session:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """EMG and motion of one trial.
+    """One trial, processed.
 
     Args:
-        origin: the file it was read from, or the trial's name, as messages begin.
-        dt: time between samples [s].
-        channels: name of each EMG channel, length C.
-        emg: as a fraction of what counts as 1 [-], (N, C).
+        name: of the trial.
+        raw: as recorded, EMG and angle on one clock.
+        envelopes: {channel: in the unit of its EMG}.
+        time: of its samples on the angle's clock [s], (N,).
+        emg: {channel: as a fraction of what counts as 1 [-], (N,)}.
         angle: elbow angle [rad], (N,).
-        torque: of the muscles, as a dynamometer measured it [N m], (N,); None where none did.
-        angle_unit: in which the angle was written.
-        first_row: row of the file that its first sample is in; None where its samples are not those of a file.
+        signals: as in `raw`, (N,) each.
     """
 
-    origin: str
-    dt: float
-    channels: tuple[str, ...]
-    emg: NDArray[np.float64]
-    angle: NDArray[np.float64]
-    torque: NDArray[np.float64] | None = None
-    angle_unit: str = "rad"
-    first_row: int | None = None
+    name: str
+    raw: RawTrial
+    envelopes: Mapping[str, Sampled]
+    time: Array
+    emg: Mapping[str, Array]
+    angle: Array
+    signals: Mapping[str, Array]
+
+    @property
+    def dt(self) -> float:
+        """Time between samples [s]."""
+        return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
+
+    @property
+    def origin(self) -> str:
+        """The file it was read from, or the trial's name, as messages begin."""
+        return f"trial {self.name}" if self.raw.file is None else str(self.raw.file[0])
 
     def at(self, sample: int) -> str:
         """Where a sample stands, as messages begin: `trial2.csv, row 118`, or `trial b, 3.2 s after its start`."""
-        where = (
-            f"{sample * self.dt:.1f} s after its start" if self.first_row is None else f"row {sample + self.first_row}"
-        )
-        return f"{self.origin}, {where}"
+        if self.raw.file is None:
+            return f"{self.origin}, {sample * self.dt:.1f} s after its start"
+        return f"{self.origin}, row {sample + self.raw.file[1]}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,16 +105,12 @@ class Prepared:
 
     Args:
         trials: like any others.
-        raw: {trial: as recorded, on one clock}.
-        envelopes: {trial: {channel: in the unit of its EMG}}.
+        recordings: what they were made of, by name.
         gains: {channel: the envelope that counts as 1, in the unit of its EMG}.
-        grids: {trial: times of its samples [s], (N,)}.
         forms: {channel: raw, envelope or fraction}.
     """
 
     trials: Trials
-    raw: Mapping[str, RawTrial]
-    envelopes: Mapping[str, Mapping[str, Sampled]]
+    recordings: Mapping[str, Recording]
     gains: Mapping[str, float]
-    grids: Mapping[str, NDArray[np.float64]]
     forms: Mapping[str, str]

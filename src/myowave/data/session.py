@@ -7,8 +7,8 @@ A tidy file holds a whole trial: `time_s`, `emg_MUSCLE` as a fraction of a maxim
 from __future__ import annotations
 
 import glob
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from myowave.data.checks.signals import RAW, TIDY
@@ -17,12 +17,11 @@ from myowave.data.files import all_files, name_trials
 from myowave.data.processing.sampled import Sampled
 from myowave.data.reading import Reading
 from myowave.data.recording import RawTrial, Session
-from myowave.data.trials import ANGLES, EMG_PREFIX, TIME, TORQUE
+from myowave.data.trials import ANGLES, EMG_PREFIX, MOTOR, TIME, TORQUE
 from myowave.settings import MeasuredDataset, RecordedDataset, TextLayout
-from myowave.settings.recording import Cut, EmgChannel, ExtraAngle, RawAngle, RawKeep, RawMotor, RawTorque
+from myowave.settings.recording import EmgChannel, RawAngle, RawTorque
 
 TIDY_ENDINGS = (".csv", ".parquet")
-_TIDY_LAYOUT = TextLayout(time_column=TIME)
 
 
 def read_session(
@@ -40,13 +39,19 @@ def read_session(
         channels: EMG columns that there must be in tidy files; None takes those of the first file.
     """
     where, root = f"data.datasets.{dataset}", Path(root)
-    if isinstance(settings, RecordedDataset):
-        reading = Reading(where, root, RAW, settings.ignore_columns, settings.layout, settings.recordings)
-        trials = {name: _read_trial(reading, name, _raw_signals(settings, name)) for name in settings.trials}
-        mvc = {name: _read_emg(reading, name, _raw_signals(settings, name)) for name in settings.mvc}
-        forms = {channel: one.form for channel, one in settings.emg.items()}
-        return Session(trials, forms, mvc, reading.sha256, reading.problems)
-    reading = Reading(where, Path(), TIDY, settings.ignore_columns, _TIDY_LAYOUT)
+    if isinstance(settings, MeasuredDataset):
+        return _read_tidy(dataset, where, settings, root, channels)
+    reading = Reading(where, root, RAW, settings.ignore_columns, settings.layout, settings.recordings)
+    trials = {name: _read_trial(reading, name, settings) for name in settings.trials}
+    mvc = {name: _read_emg(reading, name, settings) for name in settings.mvc}
+    forms = {channel: one.form for channel, one in settings.emg.items()}
+    return Session(trials, forms, mvc, reading.sha256, reading.problems)
+
+
+def _read_tidy(
+    dataset: str, where: str, settings: MeasuredDataset, root: Path, channels: Sequence[str] | None
+) -> Session:
+    reading = Reading(where, Path(), TIDY, settings.ignore_columns, TextLayout(time_column=TIME), key="files")
     paths = name_trials(all_files(f"{where}.files", settings.files, root), TIDY_ENDINGS)
     trials = {}
     for name, path in paths.items():
@@ -59,44 +64,22 @@ def read_session(
         if raw is None or problems:
             continue
         known = len(reading.said)
-        trial = replace(_read_trial(reading, name, _tidy_signals(path, header, emg)), file=(path, raw.first_row))
+        trial = replace(_read_trial(reading, name, _as_recorded(path, header, emg)), file=(path, raw.first_row))
         if len(reading.said) == known:
             trials[name] = trial
     reading.say(*role_problems(dataset, list(paths), settings.test, settings.conditions))
     return Session(trials, dict.fromkeys(channels or (), "fraction"), {}, reading.sha256, reading.problems)
 
 
-@dataclass(frozen=True)
-class _Signals:
-    """Where the signals of a trial are, and the keys of the dataset that say so."""
-
-    emg: Mapping[str, EmgChannel]
-    angle: RawAngle
-    signals: Mapping[str, ExtraAngle] = field(default_factory=dict)
-    torque: RawTorque | None = None
-    motor: RawMotor | None = None
-    keep: RawKeep | None = None
-    cut: Cut | None = None
-    tidy: bool = False
-
-    def key(self, key: str) -> str:
-        return "files" if self.tidy else key
-
-
-def _raw_signals(settings: RecordedDataset, trial: str) -> _Signals:
-    torque = settings.torque if trial in settings.torque_trials else None
-    cut = settings.cut_s.get(trial)
-    return _Signals(settings.emg, settings.angle, settings.signals, torque, settings.motor, settings.keep, cut)
-
-
-def _tidy_signals(path: Path, header: Sequence[str], channels: Sequence[str]) -> _Signals:
+def _as_recorded(path: Path, header: Sequence[str], channels: Sequence[str]) -> RecordedDataset:
+    """Where the signals of a tidy file are, as a dataset of raw recordings says it."""
     file = glob.escape(str(path))
     angle = next(name for name in ANGLES if name in header)
-    return _Signals(
-        {name: EmgChannel(file=file, column=name, form="fraction") for name in channels},
-        RawAngle(file=file, column=angle, unit=ANGLES[angle]),
+    return RecordedDataset.model_construct(
+        trials=(path.stem,),
+        emg={name: EmgChannel(file=file, column=name, form="fraction") for name in channels},
+        angle=RawAngle(file=file, column=angle, unit=ANGLES[angle]),
         torque=RawTorque(file=file, column=TORQUE, unit="Nm") if TORQUE in header else None,
-        tidy=True,
     )
 
 
@@ -111,18 +94,19 @@ def _tidy_problems(path: Path, header: Sequence[str], channels: Sequence[str] | 
         yield f"{path}, header: found {found}; expected either {' or '.join(ANGLES)}."
 
 
-def _read_emg(reading: Reading, trial: str, of: _Signals) -> dict[str, Sampled]:
-    return {name: reading.emg(trial, of.key(f"emg.{name}"), channel) for name, channel in of.emg.items()}
+def _read_emg(reading: Reading, trial: str, settings: RecordedDataset) -> dict[str, Sampled]:
+    return {name: reading.emg(trial, f"emg.{name}", channel) for name, channel in settings.emg.items()}
 
 
-def _read_trial(reading: Reading, trial: str, of: _Signals) -> RawTrial:
-    angle, unit = reading.angle(trial, of.key("angle"), of.angle)
-    signals = {key: reading.angle(trial, f"signals.{key}", signal)[0] for key, signal in of.signals.items()}
-    torque = None if of.torque is None else reading.torque(trial, of.key("torque"), of.torque)
-    motor = None if of.motor is None else reading.motor(trial, of.key("motor"), of.motor)
-    cut = of.cut
-    if of.keep is not None:
-        kept = reading.kept(trial, of.key("keep"), of.keep)
-        low, high = (at - angle.start for at in kept)
+def _read_trial(reading: Reading, trial: str, settings: RecordedDataset) -> RawTrial:
+    angle, unit = reading.angle(trial, "angle", settings.angle)
+    signals = {key: reading.angle(trial, f"signals.{key}", one)[0] for key, one in settings.signals.items()}
+    if settings.motor is not None:
+        signals[MOTOR] = reading.motor(trial, "motor", settings.motor)
+    if settings.torque is not None and trial in settings.torque_trials:
+        signals[TORQUE] = reading.torque(trial, "torque", settings.torque)
+    cut = settings.cut_s.get(trial)
+    if settings.keep is not None:
+        low, high = (at - angle.start for at in reading.kept(trial, "keep", settings.keep))
         cut = (low, high) if cut is None else (max(low, cut[0]), min(high, cut[1]))
-    return RawTrial(_read_emg(reading, trial, of), angle, signals, torque, unit, motor=motor, cut=cut)
+    return RawTrial(_read_emg(reading, trial, settings), angle, signals, unit, cut=cut)

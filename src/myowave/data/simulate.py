@@ -83,8 +83,7 @@ def synthetic_emg(
     Args:
         seed: decides everything; another seed is another subject moving in the same way.
         sides: side of the joint each channel's muscle is on (`FLEXOR` or `EXTENSOR`), length C.
-        trials: number of trials T.
-        samples: samples N a trial.
+        trials, samples: their numbers T and N.
         dt: time between samples [s].
         manoeuvres: how to move in each trial, length T; default all `Manoeuvre()`.
         draw: which draw of this seed to take; another has the same frequencies and other bursts.
@@ -258,17 +257,11 @@ def _true_model(
 ) -> tuple[Model, dict[str, float]]:
     """The base model with the hidden effects, and the values of their parameters by full name."""
     where = f"data.datasets.{dataset}.hidden_effect"
-    unknown = [name for name in settings.hidden_effect if name not in catalogue]
-    if unknown:
+    if unknown := [name for name in settings.hidden_effect if name not in catalogue]:
         raise ValueError(f"{where}: no effect {unknown}; the catalogue has {', '.join(catalogue)}.")
     model = base.with_effects(catalogue[name] for name in settings.hidden_effect)
-    hidden = {
-        f"{effect}.{short}": float(value)
-        for effect, values in settings.hidden_effect.items()
-        for short, value in values.items()
-    }
-    unknown = [name for name in hidden if name not in model.effect_parameters]
-    if unknown:
+    hidden = {f"{e}.{short}": float(value) for e, of in settings.hidden_effect.items() for short, value in of.items()}
+    if unknown := [name for name in hidden if name not in model.effect_parameters]:
         raise ValueError(f"{where}: no parameter {unknown}; there are {', '.join(model.effect_parameters)}.")
     for name, value in hidden.items():
         bounds = model.effect_parameters[name]

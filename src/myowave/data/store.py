@@ -1,9 +1,8 @@
 """Tables on disk: Parquet with the metadata in the schema. The only module that imports pyarrow.
 
-A table of trials is long: one row per sample, columns `trial, time_s, emg_<muscle>..., angle_rad`, and
-further angles such as `tilt_rad` where they were recorded. A table of scales has a `scale` column before them (0, -1,
-..., -J). What is not a column (dataset, dt, test trials, conditions, constants,
-provenance) travels as JSON in the schema metadata, so a file is complete by itself.
+A table of trials is long: one row per sample, columns `trial, time_s, emg_<muscle>..., angle_rad`, and further signals
+such as `tilt_rad` where they were recorded. A table of scales has a `scale` column before them (0, -1, ..., -J). What
+is no column travels as JSON in the schema metadata, so a file is complete by itself.
 """
 
 from __future__ import annotations
@@ -12,6 +11,7 @@ import json
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ import pyarrow.parquet as pq
 from myowave.data.trials import Trials
 
 METADATA_KEY = b"myowave"
+_LABELS = [field.name for field in fields(Trials) if field.name not in ("emg", "angle", "signals", "lengths")]
 
 
 @contextmanager
@@ -80,13 +81,8 @@ def write_trials(trials: Trials, path: str | Path) -> None:
 
 
 def read_trials(path: str | Path) -> Trials:
-    """Read trials written by `write_trials`.
-
-    Raises:
-        ValueError: for a file that holds none.
-    """
-    frame, metadata = read_table(path)
-    _require(metadata, "trials", path)
+    """Read trials written by `write_trials`; a ValueError for a file that holds none."""
+    frame, metadata = _read_kind("trials", path)
     return _from_frame(frame, metadata, path)
 
 
@@ -96,23 +92,14 @@ def write_scales(scales: Mapping[int, Trials], path: str | Path) -> None:
     Args:
         scales: {number of coarsenings: trials at that scale}; level 2 is written as scale -2.
     """
-    frames = []
-    for level, trials in scales.items():
-        frame = _to_frame(trials)
-        frame.insert(0, "scale", np.full(len(frame), -level, dtype=np.int64))
-        frames.append(frame)
-    finest = scales[min(scales)]
-    write_table(pd.concat(frames), path, _to_metadata(finest) | {"kind": "scales"})
+    frames = {-level: _to_frame(trials) for level, trials in scales.items()}
+    table = pd.concat(frames, names=["scale", None]).reset_index("scale")
+    write_table(table, path, _to_metadata(scales[min(scales)]) | {"kind": "scales"})
 
 
 def read_scales(path: str | Path) -> dict[int, Trials]:
-    """Read what `write_scales` wrote: {number of coarsenings: trials at that scale}.
-
-    Raises:
-        ValueError: for a file that holds none.
-    """
-    frame, metadata = read_table(path)
-    _require(metadata, "scales", path)
+    """Read what `write_scales` wrote, {coarsenings: trials at that scale}; a ValueError where there is none."""
+    frame, metadata = _read_kind("scales", path)
     return {-int(scale): _from_frame(rows, metadata, path) for scale, rows in frame.groupby("scale", sort=False)}
 
 
@@ -128,38 +115,19 @@ def _to_frame(trials: Trials) -> pd.DataFrame:
 
 
 def _to_metadata(trials: Trials) -> dict[str, Any]:
-    return {
-        "kind": "trials",
-        "dataset": trials.dataset,
-        "dt_s": trials.dt,
-        "trials": list(trials.names),
-        "channels": list(trials.channels),
-        "signals": list(trials.signals),
-        "over_time": dict(trials.over_time),
-        "test": list(trials.test),
-        "conditions": {name: dict(values) for name, values in trials.conditions.items()},
-        "constants": dict(trials.constants),
-        "provenance": dict(trials.provenance),
-    }
+    """Everything but the samples; mappings and tuples are plain data."""
+    return {"kind": "trials", "signals": list(trials.signals), **{name: getattr(trials, name) for name in _LABELS}}
 
 
 def _from_frame(frame: pd.DataFrame, metadata: Mapping[str, Any], path: str | Path) -> Trials:
     try:
-        channels = metadata["channels"]
-        rows = {name: group for name, group in frame.groupby("trial", sort=False)}
+        labels = {name: metadata[name] for name in _LABELS}
+        rows = [frame[frame["trial"] == name] for name in labels["names"]]
         return Trials.from_sequences(
-            dataset=metadata["dataset"],
-            dt=metadata["dt_s"],
-            names=metadata["trials"],
-            channels=channels,
-            emg=[rows[name][channels].to_numpy() for name in metadata["trials"]],
-            angle=[rows[name]["angle_rad"].to_numpy() for name in metadata["trials"]],
-            test=metadata["test"],
-            conditions=metadata["conditions"],
-            constants=metadata["constants"],
-            provenance=metadata["provenance"],
-            signals={name: [rows[t][name].to_numpy() for t in metadata["trials"]] for name in metadata["signals"]},
-            over_time=metadata["over_time"],
+            emg=[one[labels["channels"]].to_numpy() for one in rows],
+            angle=[one["angle_rad"].to_numpy() for one in rows],
+            signals={name: [one[name].to_numpy() for one in rows] for name in metadata["signals"]},
+            **labels,
         )
     except KeyError as error:
         raise ValueError(
@@ -167,10 +135,11 @@ def _from_frame(frame: pd.DataFrame, metadata: Mapping[str, Any], path: str | Pa
         ) from None
 
 
-def _require(metadata: Mapping[str, Any], kind: str, path: str | Path) -> None:
-    found = metadata.get("kind")
-    if found != kind:
+def _read_kind(kind: str, path: str | Path) -> tuple[pd.DataFrame, dict[str, Any]]:
+    frame, metadata = read_table(path)
+    if (found := metadata.get("kind")) != kind:
         raise ValueError(
             f"{path}: this Parquet file holds {found or 'no myowave table'}, expected {kind}. Recordings of your own "
             "are named under data.datasets in config.yaml and imported, not read directly."
         )
+    return frame, metadata

@@ -18,14 +18,13 @@ def thin(trials: Trials, rate_hz: float | None) -> Trials:
     every = 1 if rate_hz is None else max(1, round(1 / (trials.dt * rate_hz)))
     if every == 1:
         return trials
-    for name, length in zip(trials.names, trials.lengths, strict=True):
-        if length <= every:
-            raise ValueError(
-                f"dataset {trials.dataset!r}, trial {name!r}: of {length} samples {1 / trials.dt:g} a second, "
-                f"{rate_hz:g} a second leave one. Use longer trials, or raise the recipe's rate_hz."
-            )
-    provenance = {**trials.provenance, "thinned": f"1 sample of {every}"}
-    return trials.changed(lambda values: values[::every], dt=trials.dt * every, provenance=provenance)
+    length, name = min(zip(trials.lengths, trials.names, strict=True))
+    if length <= every:
+        raise ValueError(
+            f"dataset {trials.dataset!r}, trial {name!r}: of {length} samples {1 / trials.dt:g} a second, {rate_hz:g} "
+            "a second leave one. Use longer trials, or raise the recipe's rate_hz."
+        )
+    return trials.changed(lambda values: values[::every], dt=trials.dt * every)
 
 
 def thin_scales(scales: Mapping[int, Trials], rate_hz: float | None, levels: int, wavelet: str) -> Mapping[int, Trials]:

@@ -5,7 +5,7 @@ Shapes: T trials, N samples of the longest trial, C EMG channels.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -66,9 +66,8 @@ class Trials:
             object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=np.float64))
         for name in ("names", "channels", "test", "lengths"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
-        self._check_shapes()
-        self._check_labels()
-        self._check_values()
+        if problem := next(self._problems(), None):
+            raise ValueError(f"dataset {self.dataset!r}{problem}")
 
     @classmethod
     def from_sequences(
@@ -97,7 +96,7 @@ class Trials:
             )
         longest = max(lengths)
         return cls(
-            emg=np.stack([np.pad(e, ((0, longest - len(e)), (0, 0)), mode="edge") for e in emgs]),
+            emg=_stack(emgs, longest),
             angle=_stack(angles, longest),
             signals={name: _stack(values, longest) for name, values in (signals or {}).items()},
             lengths=lengths,
@@ -154,14 +153,11 @@ class Trials:
             change: of angles and further signals, samples (N_i,), and of the EMG, (N_i, C).
             **fields: other fields that differ.
         """
-        each = list(enumerate(self.lengths))
-        same = {f: getattr(self, f) for f in ("dataset", "dt", "names", "channels", "test", "conditions", "constants")}
-        return Trials.from_sequences(
-            emg=[change(self.emg[i, :n]) for i, n in each],
-            angle=[change(self.angle[i, :n]) for i, n in each],
-            signals={name: [change(values[i, :n]) for i, n in each] for name, values in self.signals.items()},
-            **{**same, "provenance": self.provenance, "over_time": self.over_time, **fields},
-        )
+        arrays = {"emg": self.emg, "angle": self.angle, **self.signals}
+        each = {name: [change(a[:n]) for a, n in zip(of, self.lengths, strict=True)] for name, of in arrays.items()}
+        same = {name: value for name, value in vars(self).items() if name != "lengths"}
+        same |= {"emg": each.pop("emg"), "angle": each.pop("angle"), "signals": each}
+        return Trials.from_sequences(**{**same, **fields})
 
     def condition(self, parameter: str, default: float) -> NDArray[np.float64]:
         """Value of a known parameter in each trial, (T,): its condition, else the constant, else `default`."""
@@ -182,59 +178,44 @@ class Trials:
         names = sorted(set(self.constants).union(*self.conditions.values()))
         return {name: self.condition(name, defaults[name]) for name in names}
 
-    def _check_shapes(self) -> None:
-        trials, channels = len(self.names), len(self.channels)
-        samples = max(self.lengths, default=0)
-        arrays = {"emg": self.emg, "angle": self.angle, **self.signals}
-        for name, array in arrays.items():
+    def _problems(self) -> Iterator[str]:
+        """What is inconsistent, or not finite."""
+        trials, channels, samples = len(self.names), len(self.channels), max(self.lengths, default=0)
+        for name, array in {"emg": self.emg, "angle": self.angle, **self.signals}.items():
             shape = (trials, samples, channels) if name == "emg" else (trials, samples)
             if array.shape != shape or len(self.lengths) != trials or min(shape[:2]) < 1:
-                raise ValueError(
-                    f"dataset {self.dataset!r}: {name} has shape {array.shape}, expected {shape} for "
-                    f"{trials} trials, at least one, with lengths {self.lengths} and {channels} channels."
+                yield (
+                    f": {name} has shape {array.shape}, expected {shape} for {trials} trials, at least one, with "
+                    f"lengths {self.lengths} and {channels} channels."
                 )
-        if min(self.lengths) < 1:
-            raise ValueError(f"dataset {self.dataset!r}: lengths {self.lengths}; every trial needs a sample.")
-
-    def _check_labels(self) -> None:
+        if min(self.lengths, default=0) < 1:
+            yield f": lengths {self.lengths}; every trial needs a sample."
         for what, labels in (("trial", self.names), ("channel", self.channels), ("test trial", self.test)):
-            repeated = sorted({label for label in labels if labels.count(label) > 1})
-            if repeated:
-                raise ValueError(f"dataset {self.dataset!r}: {what} {repeated} is named more than once; rename one.")
-        foreign = [name for name in self.channels if not name.startswith(EMG_PREFIX)]
-        if foreign:
-            raise ValueError(
-                f"dataset {self.dataset!r}: channels {foreign} do not begin with {EMG_PREFIX!r}; call them "
-                "emg_<muscle>."
-            )
+            if repeated := sorted({label for label in labels if labels.count(label) > 1}):
+                yield f": {what} {repeated} is named more than once; rename one."
+        if foreign := [name for name in self.channels if not name.startswith(EMG_PREFIX)]:
+            yield f": channels {foreign} do not begin with {EMG_PREFIX!r}; call them emg_<muscle>."
         if missing := sorted(set(self.over_time.values()) - set(self.signals)):
-            raise ValueError(
-                f"dataset {self.dataset!r}: over_time names {missing}; the signals are {sorted(self.signals)}."
-            )
-        for where, named in (("test", self.test), ("conditions", tuple(self.conditions))):
-            unknown = [name for name in named if name not in self.names]
-            if unknown:
-                raise ValueError(
-                    f"dataset {self.dataset!r}, {where}: no trial named {unknown}; the trials are {list(self.names)}."
-                )
-
-    def _check_values(self) -> None:
+            yield f": over_time names {missing}; the signals are {sorted(self.signals)}."
+        for where, named in (("test", self.test), ("conditions", self.conditions)):
+            if unknown := [name for name in named if name not in self.names]:
+                yield f", {where}: no trial named {unknown}; the trials are {list(self.names)}."
         if not (np.isfinite(self.dt) and self.dt > 0):
-            raise ValueError(f"dataset {self.dataset!r}: dt is {self.dt}; expected a positive number of seconds.")
+            yield f": dt is {self.dt}; expected a positive number of seconds."
         for name, length, emg, angle in zip(self.names, self.lengths, self.emg, self.angle, strict=True):
             if not (np.isfinite(emg).all() and np.isfinite(angle).all()):
-                raise ValueError(
-                    f"dataset {self.dataset!r}, trial {name!r}: EMG or angle is not finite; a simulation that diverged "
-                    "or a gap in a recording must be removed before it becomes a trial."
+                yield (
+                    f", trial {name!r}: EMG or angle is not finite; a simulation that diverged or a gap in a recording "
+                    "must be removed before it becomes a trial."
                 )
             if (emg[length:] != emg[length - 1]).any() or (angle[length:] != angle[length - 1]).any():
-                raise ValueError(
-                    f"dataset {self.dataset!r}, trial {name!r}: samples after the {length} recorded ones do not hold "
-                    "the last value; build the trials with Trials.from_sequences."
+                yield (
+                    f", trial {name!r}: samples after the {length} recorded ones do not hold the last value; build the "
+                    "trials with Trials.from_sequences."
                 )
 
 
 def _stack(sequences: Sequence[ArrayLike], samples: int) -> NDArray[np.float64]:
     """Sequences of different lengths as rows of one array, the last value held up to `samples`."""
     rows = [np.asarray(values, dtype=np.float64) for values in sequences]
-    return np.stack([np.pad(row, (0, samples - len(row)), mode="edge") for row in rows])
+    return np.stack([row[np.minimum(np.arange(samples), len(row) - 1)] for row in rows])

@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 
 from myowave.data.files import natural
 from myowave.data.readers import ENDINGS, delsys, ending_of, noraxon, vicon
-from myowave.data.readers.text import read_head
+from myowave.data.readers.text import read_lines
 from myowave.settings.recording import TRIAL
 
 _HEAD = 60  # rows in which a text may say which program wrote it
@@ -67,7 +67,7 @@ def format_of(path: Path) -> str:
         ValueError: if a table of text is no text.
     """
     form = ENDINGS[ending_of(path)]
-    lines = read_head(path, _HEAD) if form == "csv" else []
+    lines = read_lines(path, head_only=True)[:_HEAD] if form == "csv" else []
     return next((program for program, wrote in _WRITTEN_BY.items() if any(map(wrote, lines))), form)
 
 

@@ -1,16 +1,16 @@
 """Doubts about EMG: of one channel in one trial, or of a pair of channels."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations, groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
-from myowave.data.checks.finding import Check
+from myowave.data.checks.finding import COPIED, Check
+from myowave.data.checks.values import EMG_LIMIT
 from myowave.data.processing.filters import band_pass
-from myowave.data.processing.sampled import Sampled
-from myowave.data.processing.spectrum import LINE_HEIGHT, line_height, share_of_power
+from myowave.data.processing.sampled import LINE_HEIGHT, Sampled, runs_of
 
 MAINS_HZ = (50.0, 60.0)
 DEAD = 0.01
@@ -19,7 +19,7 @@ SILENT = 1.5
 """Envelope at its 95th over its 5th percentile, below which no contraction is to be seen [-]."""
 SPIKE, SPIKE_SHARE = 10.0, 0.001
 """Largest value over that of all but this share of the samples from which it is an artefact [-]: noise that swells to a
-contraction as short as 0.1 % of a trial has no more than 2."""
+contraction as short as 0.1 % of a trial has no more than 2. Also the largest envelope over that of most trials."""
 CLIPPED_RUN, CLIPPED_RUNS = 3, 3
 """Samples in a row at the largest or smallest value, and how often, that count as clipping."""
 HELD_S = 0.02
@@ -33,6 +33,10 @@ FAST_SHARE = 0.3
 CROSSTALK = 0.5
 """Correlation of two channels' raw EMG, at any shift up to `CROSSTALK_S`, from which they may hold one muscle's [-]."""
 CROSSTALK_S = 0.005
+ABOVE = 1.001
+"""EMG that is more than what counts as 1 [-]; resampled, the largest may move by a little."""
+ENDS_S, ENDS_SHARE = 0.05, 0.001
+"""Difference of the durations of EMG and angle that is told: at least 50 ms, and 0.1 % of them."""
 _BAND_HZ = (20.0, 450.0)
 
 
@@ -45,14 +49,22 @@ class Channel:
         envelope: in the same unit.
         form: raw, envelope or fraction.
         typical: median over the trials of its standard deviation.
+        typical_peak: median over the trials of its largest envelope.
         notch_hz: of mains hum that the processing takes out [Hz].
+        largest: of what counts as 1, once the trial is processed [-].
+        angle: of the elbow in the same trial.
+        earlier: the same channel in trials before, by name.
     """
 
     raw: Sampled
     envelope: Sampled
-    form: str = "raw"
-    typical: float = 0.0
-    notch_hz: float | None = None
+    form: str
+    typical: float
+    typical_peak: float
+    notch_hz: float | None
+    largest: float
+    angle: Sampled
+    earlier: Mapping[str, Sampled] = field(default_factory=dict)
 
 
 def _scatter(of: Channel) -> str:
@@ -74,42 +86,43 @@ def _silent(of: Channel) -> str | None:
 
 
 def _spike(of: Channel) -> str | None:
-    size = np.abs(of.raw.values - np.median(of.raw.values))
+    size, unit = np.abs(of.raw.values - np.median(of.raw.values)), of.raw.unit
     few = max(3, round(SPIKE_SHARE * len(size)))
-    if len(size) <= few or not size.max() > SPIKE * (rest := np.partition(size, -few - 1)[-few - 1]):
-        return None
-    at = of.raw.start + int(size.argmax()) / of.raw.rate
-    return f"reaches {size.max():.3g} {of.raw.unit} at {at:.2f} s, and but for {few} samples {rest:.3g} at most"
+    at = f"at {of.raw.start + int(size.argmax()) / of.raw.rate:.2f} s"
+    if len(size) > few and size.max() > SPIKE * (rest := np.partition(size, -few - 1)[-few - 1]):
+        return f"reaches {size.max():.3g} {unit} {at}, and but for {few} samples {rest:.3g} at most"
+    if of.envelope.values.max() > SPIKE * of.typical_peak > 0 and not _of_another_unit(of):
+        peak = of.envelope.values.max()
+        return f"its envelope reaches {peak:.3g} {unit} {at}, in most trials {of.typical_peak:.3g}"
+    return None
 
 
 def _clipped(of: Channel) -> str | None:
     values = of.raw.values
-    ends = {end: sum(n >= CLIPPED_RUN for _, n in _runs(values == end)) for end in (values.max(), values.min())}
+    ends = {end: sum(n >= CLIPPED_RUN for _, n in runs_of(values == end)) for end in (values.max(), values.min())}
     end, count = max(ends.items(), key=lambda pair: pair[1])
     return f"stays at {end:.4g} {of.raw.unit} {count} times" if count >= CLIPPED_RUNS else None
 
 
 def _hum(of: Channel) -> str | None:
-    values, rate = of.raw.values, of.raw.rate
-    heights = {f: line_height(values, rate, f) for f in MAINS_HZ if f < rate / 2 and f != of.notch_hz}
-    frequency = max(heights, key=heights.__getitem__, default=0.0)
-    if not heights or heights[frequency] <= LINE_HEIGHT:
+    lines = {of.raw.line_height(f): f for f in MAINS_HZ if f < of.raw.rate / 2 and f != of.notch_hz}
+    height = max(lines, default=0.0)
+    if height <= LINE_HEIGHT:
         return None
-    share = share_of_power(values, rate, frequency - 1, frequency + 1)
-    return (
-        f"a line at {frequency:g} Hz, {heights[frequency]:.0f} times its neighbourhood, with {share:.1%} of the power"
-    )
+    frequency = lines[height]
+    share = of.raw.share_of_power(frequency - 1, frequency + 1)
+    return f"a line at {frequency:g} Hz, {height:.0f} times its neighbourhood, with {share:.1%} of the power"
 
 
 def _smoothed(of: Channel) -> str | None:
     if of.raw.values.min() >= 0:
         return "never below 0"
-    slow = share_of_power(of.raw.values, of.raw.rate, 0, SLOW_HZ)
+    slow = of.raw.share_of_power(0, SLOW_HZ)
     return f"only {1 - slow:.0%} of the power is above {SLOW_HZ:g} Hz" if slow > 1 - FAST_SHARE else None
 
 
 def _moved(of: Channel) -> str | None:
-    slow = share_of_power(of.raw.values, of.raw.rate, 0, SLOW_HZ)
+    slow = of.raw.share_of_power(0, SLOW_HZ)
     told = slow > SLOW_SHARE and not _smoothed(of)
     return f"{slow:.0%} of the power is below {SLOW_HZ:g} Hz" if told else None
 
@@ -117,7 +130,7 @@ def _moved(of: Channel) -> str | None:
 def _gap(of: Channel) -> str | None:
     raw = of.raw
     shortest = max(4, round(HELD_S * raw.rate))
-    still = [(start, n + 1) for start, n in _runs(np.diff(raw.values) == 0) if n + 1 >= shortest]
+    still = [(start, n + 1) for start, n in runs_of(np.diff(raw.values) == 0) if n + 1 >= shortest]
     if not still:
         return None
     longest = max(length for _, length in still) / raw.rate
@@ -132,10 +145,41 @@ def _copies(of: Channel) -> str | None:
     return f"{len(starts)} blocks of {how_long} are copies of earlier ones, first {_times(raw, starts)}"
 
 
+def _durations(of: Channel) -> str | None:
+    emg_s, angle_s = (len(s.values) / s.rate for s in (of.raw, of.angle))
+    apart = abs(emg_s - angle_s) > max(ENDS_S, ENDS_SHARE * angle_s)
+    return f"EMG lasts {emg_s:.3f} s, the angle {angle_s:.3f} s" if apart else None
+
+
+def _above_one(of: Channel) -> str | None:
+    return f"reaches {of.largest:.2f} of what counts as 1" if of.largest > ABOVE else None
+
+
+def _far_above_one(of: Channel) -> str | None:
+    return _above_one(of) if of.largest > EMG_LIMIT else None
+
+
+def _little_above_one(of: Channel) -> str | None:
+    return _above_one(of) if of.largest <= EMG_LIMIT else None
+
+
+_LESS_EFFORT = (
+    "The scale comes from trials of less effort: train on one of such effort, or name maximum contractions under mvc. "
+    "If it is a moment only, look for an artefact and cut it off with cut_s."
+)
 DEAD_CHANNEL = Check(
     "dead channel", _dead, "The electrode was off or the column is another one: leave the trial or the channel out."
 )
 CHECKS = (
+    Check("durations", _durations,
+          "Where both were started and stopped together, a rate is wrong or a clock drifts: compare rate_hz with the "
+          "recorder's. Otherwise say processing.emg_start_offset_s; only the common time is used."),
+    Check("EMG above 1", _far_above_one, _LESS_EFFORT),
+    Check("EMG above 1", _little_above_one, _LESS_EFFORT, "note"),
+    COPIED,
+)  # fmt: skip
+"""Of any EMG."""
+LIVE_CHECKS = (
     Check("EMG of another size", _of_another_unit,
           "This trial may be in another unit or of another gain: correct it in the file, or leave the trial out."),
     Check("no contraction", _silent,
@@ -160,7 +204,7 @@ RAW_CHECKS = (
     Check("repeated block", _copies,
           "The recorder filled gaps with copies: cut the trial there with cut_s, or record again."),
 )  # fmt: skip
-"""Of raw EMG besides."""
+"""Of raw EMG that is not dead, besides."""
 
 
 def _shared_by_two(emg: Mapping[str, Sampled]) -> str | None:
@@ -183,7 +227,7 @@ def _shared(a: Sampled, b: Sampled) -> float | None:
     if a.rate != b.rate or abs(a.start - b.start) > 0.5 / a.rate or min(a.values.std(), b.values.std()) == 0:
         return None
     samples = min(len(a.values), len(b.values))
-    x, y = (_standard(band_pass(s.values[:samples], s.rate, _BAND_HZ, "zero")) for s in (a, b))
+    x, y = (_standard(band_pass(s.rate, _BAND_HZ, "zero")(s.values[:samples])) for s in (a, b))
     shift = round(CROSSTALK_S * a.rate)
     values = [float(np.mean(x[max(0, k) : samples + min(0, k)] * y[max(0, -k) : samples - max(0, k)])) for k in
               range(-shift, shift + 1)]  # fmt: skip
@@ -192,12 +236,6 @@ def _shared(a: Sampled, b: Sampled) -> float | None:
 
 def _standard(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return (values - values.mean()) / values.std()
-
-
-def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """(start, length) of each stretch of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
-    return [(int(start), int(end - start)) for start, end in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _repeats(values: NDArray[np.float64], length: int) -> list[int]:

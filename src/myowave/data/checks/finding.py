@@ -4,7 +4,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+import numpy as np
+
 Severity = Literal["warning", "note"]
+SAME = 50
+"""Different values that a signal has which is in two trials alike, from which it was copied [-]."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,23 @@ class Check:
         """The finding in something, if there is one."""
         if found := self.finds(what):
             yield Finding(self.name, found, self.do, trial, signal, self.severity)
+
+
+def _copied(of: Any) -> str | None:
+    """The earlier trial in which a signal is the same, sample for sample; `of` has it as `raw`, and `earlier`."""
+    values = of.raw.values
+    for trial, other in of.earlier.items():
+        samples = min(len(values), len(other.values))
+        if np.array_equal(values[:samples], other.values[:samples]) and len(np.unique(values)) >= SAME:
+            return f"the same samples as in trial {trial}"
+    return None
+
+
+COPIED = Check(
+    "same recording again",
+    _copied,
+    "One file may have been taken twice: correct file or column, unless it is what drove the trials.",
+)
 
 
 def report(dataset: str, findings: Sequence[Finding], gains: Mapping[str, float]) -> dict[str, Any]:

@@ -1,8 +1,11 @@
 """Doubts about angles: of the elbow, and of whatever leans."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
 import numpy as np
 
-from myowave.data.checks.finding import Check
+from myowave.data.checks.finding import COPIED, Check
 from myowave.data.processing.sampled import Sampled
 
 JUMP_DEG, JUMP_DEG_S2 = 2.0, 1.0e4
@@ -17,9 +20,33 @@ LEAN_DEG = 100.0
 """Lean of an upper arm beyond which it is raised above the shoulder [deg]."""
 
 
-def _jumps(angle: Sampled) -> str | None:
+@dataclass(frozen=True, eq=False)
+class Angle:
+    """An angle in one trial.
+
+    Args:
+        raw: as recorded, with the sign and offset of the settings [rad].
+        earlier: the same angle in trials before, by name.
+    """
+
+    raw: Sampled
+    earlier: Mapping[str, Sampled] = field(default_factory=dict)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Its least and its largest [deg]."""
+        return float(np.degrees(self.raw.values.min())), float(np.degrees(self.raw.values.max()))
+
+    @property
+    def span(self) -> str:
+        """Where it goes, in words."""
+        low, high = self.ends
+        return f"goes from {low:.0f} to {high:.0f} deg"
+
+
+def _jumps(of: Angle) -> str | None:
     """Single steps that no arm makes."""
-    steps = np.diff(np.degrees(angle.values))
+    angle, steps = of.raw, np.diff(np.degrees(of.raw.values))
     beyond = np.pad(np.abs(steps[1:-1] - (steps[:-2] + steps[2:]) / 2), 1)
     # A jump shows in its neighbours.
     around = np.lib.stride_tricks.sliding_window_view(np.pad(beyond, 2), 5).max(axis=1)
@@ -34,30 +61,25 @@ def _jumps(angle: Sampled) -> str | None:
 _TURNS = {", half a turn,": 180.0, ", a turn,": 360.0}
 
 
-def _span(angle: Sampled) -> tuple[float, float, str]:
-    low, high = np.degrees(angle.values.min()), np.degrees(angle.values.max())
-    return low, high, f"goes from {low:.0f} to {high:.0f} deg"
+def _negated(of: Angle) -> str | None:
+    low, high = of.ends
+    return of.span if low < STRAIGHT_DEG and high <= -STRAIGHT_DEG else None
 
 
-def _negated(angle: Sampled) -> str | None:
-    low, high, span = _span(angle)
-    return span if low < STRAIGHT_DEG and high <= -STRAIGHT_DEG else None
+def _beyond(of: Angle) -> str | None:
+    low, high = of.ends
+    told = (low < STRAIGHT_DEG or high > BENT_DEG) and not _negated(of)
+    return f"{of.span}; an elbow from {STRAIGHT_DEG:g} to {BENT_DEG:g} deg" if told else None
 
 
-def _beyond(angle: Sampled) -> str | None:
-    low, high, span = _span(angle)
-    told = (low < STRAIGHT_DEG or high > BENT_DEG) and not _negated(angle)
-    return f"{span}; an elbow from {STRAIGHT_DEG:g} to {BENT_DEG:g} deg" if told else None
+def _still(of: Angle) -> str | None:
+    low, high = of.ends
+    return of.span if high - low < LITTLE_DEG and not _beyond(of) and not _negated(of) else None
 
 
-def _still(angle: Sampled) -> str | None:
-    low, high, span = _span(angle)
-    return span if high - low < LITTLE_DEG and not _beyond(angle) and not _negated(angle) else None
-
-
-def _leaning(angle: Sampled) -> str | None:
-    low, high, span = _span(angle)
-    return span if max(-low, high) > LEAN_DEG else None
+def _leaning(of: Angle) -> str | None:
+    low, high = of.ends
+    return of.span if max(-low, high) > LEAN_DEG else None
 
 
 JUMP = Check(
@@ -67,6 +89,7 @@ JUMP = Check(
 )
 ELBOW = (
     JUMP,
+    COPIED,
     Check("sign of the angle", _negated,
           "Flexion counts positive, and 0 is the straight arm: set sign: -1 of the angle, or correct its offset_deg."),
     Check("range of the angle", _beyond, "Correct sign or offset_deg of the angle, so that 0 is the straight arm."),

@@ -48,7 +48,7 @@ def signal_problems(raw: RawRecording, signal: Signal, rate_hz: float | None, pa
     if len(signal.values) < 2:
         yield f"{raw.path}: {len(signal.values)} samples; expected at least {pace.shortest_s:g} s of them."
         return
-    if signal.time is not None and (problem := next(_time_problems(raw, signal, signal.time), None)):
+    if signal.time is not None and (problem := _time_problem(raw, signal, signal.time)):
         yield problem
         return
     stated = {"the file": signal.rate, "rate_hz": rate_hz, "its times": signal.rate_by_time}
@@ -74,40 +74,36 @@ def signal_problems(raw: RawRecording, signal: Signal, rate_hz: float | None, pa
         )
 
 
-def _time_problems(raw: RawRecording, signal: Signal, time: NDArray[np.float64]) -> Iterator[str]:
-    """Samples where time is no number, goes back, leaps, or drifts away from even sampling; time [s], (N,)."""
-    if len(odd := (~np.isfinite(time)).nonzero()[0]):
-        yield (
-            f"{raw.at(odd[0], signal)}: the time is no finite number ({len(odd)} such rows). Fill the gap, or cut the "
-            "file there."
-        )
-        return
+def _time_problem(raw: RawRecording, signal: Signal, time: NDArray[np.float64]) -> str | None:
+    """Where time [s], (N,), is no number, goes back, leaps, or drifts away from even sampling."""
+    if len(odd := np.flatnonzero(~np.isfinite(time))):
+        where = raw.at(odd[0], signal)
+        return f"{where}: the time is no finite number ({len(odd)} such rows). Fill the gap, or cut the file there."
     steps = np.diff(time)
-    if len(back := (steps <= 0).nonzero()[0]):
-        n = back[0]
+    if len(back := np.flatnonzero(steps <= 0)):
+        n, where = back[0], raw.at(back[0] + 1, signal)
         how = f"stays at {time[n]:g}" if steps[n] == 0 else f"goes back from {time[n]:g} to {time[n + 1]:g}"
-        where = raw.at(n + 1, signal)
-        yield (
+        return (
             f"{where}: time {how}. Trials must be sampled at one rate; resample the file, or cut it at "
             f"{where.rpartition(', ')[2]}."
         )
-        return
     step = float(np.median(steps))
     allowed = STEP_TOLERANCE * step + min(_rounding(time), 0.1 * step)  # rounded steps differ by one unit at most
-    if len(uneven := (np.abs(steps - step) > allowed).nonzero()[0]):
+    if len(uneven := np.flatnonzero(np.abs(steps - step) > allowed)):
         n = uneven[0]
-        yield (
+        return (
             f"{raw.at(n + 1, signal)}: time goes from {time[n]:g} to {time[n + 1]:g}, a step of {steps[n]:.4g} s "
             f"({len(uneven)} such rows); expected {step:.4g} s like the others. Resample the file to one rate, or cut "
             "it there."
         )
-    even = time[0] + np.arange(len(time)) * (time[-1] - time[0]) / (len(time) - 1)
-    if len(adrift := (np.abs(time - even) > step / 2).nonzero()[0]):
+    even = np.linspace(time[0], time[-1], len(time))
+    if len(adrift := np.flatnonzero(np.abs(time - even) > step / 2)):
         n = adrift[0]
-        yield (
+        return (
             f"{raw.at(n, signal)}: time is {time[n]:g}, more than half a step off even sampling ({even[n]:.6g}): the "
             "rate drifts. Resample the file to one rate."
         )
+    return None
 
 
 def _rounding(time: NDArray[np.float64]) -> float:

@@ -1,4 +1,4 @@
-"""Whether EMG, angle and torque are those of an elbow, and whether trials go together.
+"""Whether EMG, angles and torque are those of an elbow, and whether trials go together.
 
 What is found makes an answer wrong.
 """
@@ -9,9 +9,12 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
+from myowave.data.checks.finding import Finding
 from myowave.data.checks.signals import RATE_TOLERANCE
-from myowave.data.processing.sampled import Sampled
 from myowave.data.recording import Recording
+from myowave.data.trials import TORQUE, Trials
+from myowave.physics.path import read_path
+from myowave.settings import PathTable
 
 EMG_LIMIT = 1.5
 """Largest EMG taken as a fraction of a maximum voluntary contraction [-]; more means it was not normalised."""
@@ -26,33 +29,71 @@ TORQUE_LIMIT = 300.0
 """Largest torque about an elbow [N m]; more is in another unit."""
 
 
-def emg_problems(recordings: Mapping[str, Recording], forms: Mapping[str, str], test: Collection[str]) -> Iterator[str]:
-    """EMG that is no fraction of a maximum: in one line where a channel is so in most trials, else in each trial.
+def value_problems(
+    recordings: Mapping[str, Recording], forms: Mapping[str, str], test: Collection[str]
+) -> Iterator[str]:
+    """What no recordings of an arm hold.
 
     Args:
+        recordings: by name.
         forms: {channel: raw, envelope or fraction} of those whose maximum contraction is known.
         test: trials that are held out; they may be of more effort than those which train.
     """
-    for name, form in forms.items():
-        of = {trial: one.emg[:, one.channels.index(name)] for trial, one in recordings.items()}
-        typical = float(np.median([emg.max() for emg in of.values()])) if of else 0.0
-        if form == "fraction" and typical > EMG_LIMIT:
-            unit = "in percent" if typical <= PERCENT_LIMIT else "not normalised"
+    yield from _rate_problems(recordings)
+    yield from _duplicate_problems(recordings)
+    for channel, form in forms.items():
+        yield from _emg_problems(recordings, channel, form, test)
+    for one in recordings.values():
+        yield from _elbow_problems(one)
+        yield from _lean_problems(one)
+        yield from _torque_problems(one)
+
+
+def _rate_problems(recordings: Mapping[str, Recording]) -> Iterator[str]:
+    """Trials sampled at another rate than most."""
+    common = float(np.median([recording.dt for recording in recordings.values()])) if recordings else 0.0
+    for recording in recordings.values():
+        if abs(recording.dt / common - 1) > RATE_TOLERANCE:
             yield (
-                f"{name} reaches {typical:.3g} of a maximum contraction in most of the {len(of)} trials; expected 0 to "
-                f"{EMG_LIMIT:g}. It is {unit}: {_PERCENT if unit == 'in percent' else _NORMALISE}"
+                f"{recording.origin}: sampled every {recording.dt:.4g} s; expected {common:.4g} s like the other "
+                "trials. Resample all trials to one rate."
             )
-            continue
-        for trial, emg in of.items():
-            limit = UNSEEN_LIMIT if trial in test and form == "fraction" else EMG_LIMIT
-            outside = np.maximum(-emg, emg - limit)
-            n = int(outside.argmax())
-            if outside[n] > 0:
-                yield (
-                    f"{recordings[trial].at(n)}: {name} is {emg[n]:.3g} of a maximum contraction "
-                    f"({(outside > 0).sum()} samples outside; it spans {emg.min():.3g} to {emg.max():.3g}); expected 0 "
-                    f"to {limit:g}. {_NORMALISE if form == 'fraction' else _ARTEFACT}"
-                )
+
+
+def _duplicate_problems(recordings: Mapping[str, Recording]) -> Iterator[str]:
+    """Trials with the same samples as an earlier one."""
+    seen: dict[bytes, Recording] = {}
+    for recording in recordings.values():
+        content = b"".join(values.tobytes() for values in (*recording.emg.values(), recording.angle))
+        first = seen.setdefault(hashlib.sha256(content).digest(), recording)
+        if first is not recording:
+            yield (
+                f"{recording.origin}: the same samples as {first.origin}. A trial that is there twice counts twice, "
+                "and may both train and test; remove one."
+            )
+
+
+def _emg_problems(recordings: Mapping[str, Recording], channel: str, form: str, test: Collection[str]) -> Iterator[str]:
+    """EMG that is no fraction of a maximum: in one line where it is so in most trials, else in each trial."""
+    typical = float(np.median([one.emg[channel].max() for one in recordings.values()])) if recordings else 0.0
+    if form == "fraction" and typical > EMG_LIMIT:
+        unit = "in percent" if typical <= PERCENT_LIMIT else "not normalised"
+        yield (
+            f"{channel} reaches {typical:.3g} of a maximum contraction in most of the {len(recordings)} trials; "
+            f"expected 0 to {EMG_LIMIT:g}. It is {unit}: {_PERCENT if unit == 'in percent' else _NORMALISE}"
+        )
+        return
+    for name, one in recordings.items():
+        emg = one.emg[channel]
+        limit = UNSEEN_LIMIT if name in test and form == "fraction" else EMG_LIMIT
+        outside = np.maximum(-emg, emg - limit)
+        n = int(outside.argmax())
+        if outside[n] > 0:
+            yield (
+                f"{one.at(n)}: {channel} is {emg[n]:.3g} of a maximum contraction ({(outside > 0).sum()} samples "
+                f"outside; it spans {emg.min():.3g} to {emg.max():.3g}); expected 0 to {limit:g}. "
+                f"{_NORMALISE if form == 'fraction' else _ARTEFACT}"
+            )
 
 
 _NORMALISE = "Rectify and smooth the EMG, and divide it by its value at maximum contraction (percent by 100)."
@@ -60,9 +101,9 @@ _PERCENT = "divide it by 100 in the files, or name % as its unit."
 _ARTEFACT = "Look for an artefact there and cut it off with cut_s, or name a stronger contraction under mvc."
 
 
-def angle_problems(recording: Recording) -> Iterator[str]:
-    """An angle that never moves, is beyond half a turn, or looks like the other unit."""
-    angle, unit = np.degrees(recording.angle), recording.angle_unit
+def _elbow_problems(recording: Recording) -> Iterator[str]:
+    """An elbow that never moves, is beyond half a turn, or looks like the other unit."""
+    angle, unit = np.degrees(recording.angle), recording.raw.angle_unit
     n = int(np.abs(angle).argmax())
     span = f"goes from {angle.min():.4g} to {angle.max():.4g} deg"
     if abs(angle[n]) > 180:
@@ -83,20 +124,21 @@ def angle_problems(recording: Recording) -> Iterator[str]:
         )
 
 
-def lean_problems(trial: str, signals: Mapping[str, Sampled]) -> Iterator[str]:
-    """A further angle [rad] beyond half a turn."""
-    for key, signal in signals.items():
-        degrees = np.degrees(signal.values)
-        if (largest := float(np.abs(degrees).max())) > 180:
+def _lean_problems(recording: Recording) -> Iterator[str]:
+    """A further angle beyond half a turn."""
+    for key, signal in recording.raw.signals.items():
+        degrees = np.degrees(recording.signals[key])
+        largest = float(np.abs(degrees).max())
+        if signal.unit == "rad" and largest > 180:
             yield (
-                f"trial {trial}: {key} goes from {degrees.min():.4g} to {degrees.max():.4g} deg; expected -180 to 180. "
-                f"{largest:.4g} deg are {math.radians(largest):.3g} rad: correct its unit, sign or offset_deg."
+                f"{recording.origin}: {key} goes from {degrees.min():.4g} to {degrees.max():.4g} deg; expected -180 to "
+                f"180. {largest:.4g} deg are {math.radians(largest):.3g} rad: correct its unit, sign or offset_deg."
             )
 
 
-def torque_problems(recording: Recording) -> Iterator[str]:
+def _torque_problems(recording: Recording) -> Iterator[str]:
     """A torque that no elbow gives, or that never changes."""
-    torque = recording.torque
+    torque = recording.signals.get(TORQUE)
     if torque is None:
         return
     n = int(np.abs(torque).argmax())
@@ -113,40 +155,10 @@ def torque_problems(recording: Recording) -> Iterator[str]:
         )
 
 
-def rate_problems(recordings: Mapping[str, Recording]) -> Iterator[str]:
-    """Trials sampled at another rate than most."""
-    common = float(np.median([recording.dt for recording in recordings.values()])) if recordings else 0.0
-    for recording in recordings.values():
-        if abs(recording.dt / common - 1) > RATE_TOLERANCE:
-            yield (
-                f"{recording.origin}: sampled every {recording.dt:.4g} s; expected {common:.4g} s like the other "
-                "trials. Resample all trials to one rate."
-            )
-
-
-def duplicate_problems(recordings: Mapping[str, Recording]) -> Iterator[str]:
-    """Trials with the same samples as an earlier one."""
-    seen: dict[bytes, Recording] = {}
-    for recording in recordings.values():
-        content = recording.emg.tobytes() + recording.angle.tobytes()
-        first = seen.setdefault(hashlib.sha256(content).digest(), recording)
-        if first is not recording:
-            yield (
-                f"{recording.origin}: the same samples as {first.origin}. A trial that is there twice counts twice, "
-                "and may both train and test; remove one."
-            )
-
-
 def role_problems(
     dataset: str, names: Sequence[str], test: Sequence[str], conditions: Collection[str]
 ) -> Iterator[str]:
-    """Trials that the settings name and nobody recorded, and settings that leave none to train on.
-
-    Args:
-        dataset: name of the dataset.
-        names: of the trials that there are.
-        test, conditions: of the trials that test, and of those with conditions.
-    """
+    """Trials that the settings name and nobody recorded, and settings that leave none to train on."""
     for key, named in (("test", test), ("conditions", conditions)):
         for name in named:
             if name not in names:
@@ -156,3 +168,36 @@ def role_problems(
             f"data.datasets.{dataset}.test: every trial ({', '.join(names)}) is a test trial; leave some to train on, "
             "or add recordings."
         )
+
+
+def beyond_tables(trials: Trials, tables: Mapping[str, PathTable]) -> tuple[list[Finding], list[str]]:
+    """What is found of trials that leave the range of a table, and problems of those that leave one too far.
+
+    Args:
+        tables: paths of an arm that are given by a table, by muscle.
+
+    Raises:
+        ValueError: for a faulty table.
+    """
+    ranges = {muscle: np.degrees(read_path(table.file, table.muscle).range) for muscle, table in tables.items()}
+    findings, problems = [], []
+    for trial, angles, length in zip(trials.names, np.degrees(trials.angle), trials.lengths, strict=True):
+        angle = angles[:length]
+        outside = {muscle: np.maximum(low - angle, angle - high) for muscle, (low, high) in ranges.items()}
+        if not any((out > 0).any() for out in outside.values()):
+            continue
+        muscle = max(outside, key=lambda m: outside[m].max() - tables[m].margin_deg)
+        n, table, (low, high) = int(outside[muscle].argmax()), tables[muscle], ranges[muscle]
+        share, distance = np.any([out > 0 for out in outside.values()], axis=0).mean(), outside[muscle][n]
+        found = f"{100 * share:.2g} % of the samples are beyond the tables of path lengths, up to {distance:.3g} deg"
+        found += "; moment arms there are those at the tables' ends"
+        do = "Doubt torques at these angles: extend the tables if the muscles' paths are known there."
+        findings.append(Finding("angle beyond the tables", found, do, trial, "angle", "note"))
+        if distance - table.margin_deg > 1e-9:  # rounding of degrees decides nothing
+            problems.append(
+                f"trial {trial}: the angle is {angle[n]:.4g} deg, {distance:.3g} deg beyond the table of muscle "
+                f"{muscle} ({table.file}, {low:.4g} to {high:.4g} deg); expected at most {table.margin_deg:g} deg "
+                "beyond. Cut the trial, extend the table, or raise the path's margin_deg if the moment arm may be "
+                "taken as constant so far."
+            )
+    return findings, problems

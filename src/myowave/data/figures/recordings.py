@@ -12,18 +12,20 @@ from myowave.plotting import CYCLE, GREY, MEASURED, canvas, title
 
 def draw_recording(prepared: Prepared, quality: Mapping[str, Any], trial: str) -> Figure:
     """Raw EMG of each channel with its envelope, and the angles of one trial; what is not kept of it lies on grey."""
-    raw, grid = prepared.raw[trial], prepared.grids[trial]
+    recording = prepared.recordings[trial]
+    raw, grid = recording.raw, recording.time
     rows = len(raw.emg) + 1
     figure, axes = canvas(rows, 1, width=11, height=1.8 * rows + 1.2, sharex=True)
     for row, (channel, emg) in enumerate(raw.emg.items()):
-        axis, envelope = axes[row, 0], prepared.envelopes[trial][channel]
+        axis, envelope = axes[row, 0], recording.envelopes[channel]
         axis.plot(emg.time, emg.values, color="#c4c4c4", linewidth=0.4, label="raw", rasterized=True)
         axis.plot(envelope.time, envelope.values, color=CYCLE[row % len(CYCLE)], label="envelope")
         axis.axhline(prepared.gains[channel], color=GREY, linestyle=":", linewidth=1.4, label="counts as 1")
         axis.set_ylabel(f"{channel.removeprefix('emg_')}\nEMG [{emg.unit}]")
     last = axes[-1, 0]
     last.plot(raw.angle.time, np.rad2deg(raw.angle.values), color=MEASURED, label="elbow")
-    for color, (name, angle) in zip(CYCLE, raw.signals.items(), strict=False):
+    leans = {name: signal for name, signal in raw.signals.items() if signal.unit == "rad"}
+    for color, (name, angle) in zip(CYCLE, leans.items(), strict=False):
         last.plot(angle.time, np.rad2deg(angle.values), color=color, linestyle="--", label=name.removesuffix("_rad"))
     last.set_ylabel("angle [deg]")
     last.set_xlabel("time on the angle's clock [s]")

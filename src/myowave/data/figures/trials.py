@@ -44,39 +44,26 @@ def draw_trials(trials: Trials) -> Figure:
 
 def draw_scales(scales: Mapping[int, Trials]) -> Figure:
     """The first training trial at each scale: EMG of the first channel, if there is one, and the angle."""
-    finest = scales[0]
+    finest, coarsest = scales[0], max(scales)
     index = finest.index(finest.train)[0]
-    length = finest.lengths[index]
-
-    def signals(trials: Trials) -> list[np.ndarray]:
-        return [*trials.emg[index, :length, :1].T, np.rad2deg(trials.angle[index, :length])]
-
-    names = [f"{channel.removeprefix('emg_')} EMG [-]" for channel in finest.channels[:1]] + ["elbow angle [deg]"]
-    columns = len(names)
-    figure, axes = canvas(len(scales), columns, width=10, height=1.5 * len(scales) + 1.0, sharex=True, sharey="col")
-    for row, level in enumerate(sorted(scales)):
-        time = scales[level].time[:length]
-        pairs = zip(signals(finest), signals(scales[level]), (CYCLE[0], MEASURED)[-columns:], strict=True)
-        for column, (original, signal, color) in enumerate(pairs):
+    time = finest.time[: finest.lengths[index]]
+    angles = {level: np.rad2deg(trials.angle[index, : len(time)]) for level, trials in scales.items()}
+    columns = [("elbow angle [deg]", "motion's", MEASURED, angles)]
+    for channel in finest.channels[:1]:
+        emg = {level: trials.emg[index, : len(time), 0] for level, trials in scales.items()}
+        columns.insert(0, (f"{channel.removeprefix('emg_')} EMG [-]", "EMG's variance", CYCLE[0], emg))
+    size = {"width": 10, "height": 1.5 * len(scales) + 1.0}
+    figure, axes = canvas(len(scales), len(columns), **size, sharex=True, sharey="col")
+    parts = []
+    for column, (name, of, color, signals) in enumerate(columns):
+        for row, level in enumerate(sorted(scales)):
             if level:
-                axes[row, column].plot(time, original, color="#c4c4c4", linewidth=0.8)
-            axes[row, column].plot(time, signal, color=color, linewidth=1.1)
-        axes[row, 0].set_ylabel(f"scale {-level}")
-    for column, name in enumerate(names):
+                axes[row, column].plot(time, signals[0], color="#c4c4c4", linewidth=0.8)
+            axes[row, column].plot(time, signals[level], color=color, linewidth=1.1)
+            axes[row, 0].set_ylabel(f"scale {-level}")
         axes[0, column].set_title(name)
         axes[-1, column].set_xlabel("time [s]")
-    left_out = [_share_left_out(*pair) for pair in zip(signals(finest), signals(scales[max(scales)]), strict=True)]
-    parts = [
-        f"{share:.2g} % of the {of}"
-        for share, of in zip(left_out, ("EMG's variance", "motion's")[-columns:], strict=True)
-    ]
-    title(
-        figure,
-        f"{finest.dataset}, trial {finest.names[index].removeprefix('trial')}: scale {-max(scales)} leaves out "
-        f"{' and '.join(parts)}",
-    )
+        parts.append(f"{100 * np.var(signals[0] - signals[coarsest]) / np.var(signals[0]):.2g} % of the {of}")
+    label = finest.names[index].removeprefix("trial")
+    title(figure, f"{finest.dataset}, trial {label}: scale {-coarsest} leaves out {' and '.join(parts)}")
     return figure
-
-
-def _share_left_out(signal: np.ndarray, coarse: np.ndarray) -> float:
-    return 100 * float(np.var(signal - coarse) / np.var(signal))

@@ -1,54 +1,139 @@
-"""From raw EMG to the envelope whose fraction of a maximum is a muscle's excitation.
+"""From raw EMG to excitation: offset removed, band-pass, notch where asked and needed, rectified, low-pass, divided.
 
-Offset removed, band-pass, notch where asked and needed, rectified, low-pass. Processed with the settings of a dataset.
+A whole recording at once, or sample by sample as it comes. What a filter forwards in time cannot know is kept from the
+training trials: the offset, whether there is hum to take out, and the envelope that counts as 1.
+
+Shapes: C channels, n samples at a time.
 """
 
-import numpy as np
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
-from myowave.data.processing.filters import (
-    BAND_ORDER,
-    ENVELOPE_ORDER,
-    band_pass,
-    lag_s,
-    low_pass,
-    notch,
-    upper_limited,
-)
+import numpy as np
+from numpy.typing import NDArray
+
+from myowave.data.processing.filters import band_pass, lag_s, low_pass, notch
 from myowave.data.processing.sampled import Sampled
 from myowave.settings import Processing
 
+Array = NDArray[np.float64]
 
-def envelope(raw: Sampled, settings: Processing, offset: float | None = None, hum: bool | None = None) -> Sampled:
-    """Envelope of raw EMG, never below 0.
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of a channel before a recording begins.
 
     Args:
-        raw: surface EMG as the electrodes saw it; any unit.
-        settings: the corners, and whether the filters may look ahead.
-        offset: of the amplifier, in the same unit; None takes the median of the whole.
-        hum: whether there is mains hum; None looks for it in the whole.
+        form: `raw`; `envelope` where it is already rectified and smoothed, `fraction` where it is also divided.
+        rate_hz: samples a second [Hz].
+        unit: uV, or au.
+        offset: of the amplifier, in `unit`; 0 for an envelope.
+        hum: whether mains hum is taken out.
+        gain: the envelope that counts as 1, in `unit`.
     """
-    values = raw.values - (np.median(raw.values) if offset is None else offset)
-    if settings.band_pass_hz is not None:
-        values = band_pass(values, raw.rate, settings.band_pass_hz, settings.phase)
-    if settings.notch_hz is not None:
-        values = notch(values, raw.rate, settings.notch_hz, settings.phase, hum)
-    smooth = low_pass(np.abs(values), raw.rate, settings.low_pass_hz, settings.phase)
-    return raw.with_values(np.maximum(smooth, 0.0))  # a filter of second order undershoots a little
+
+    form: str
+    rate_hz: float
+    unit: str
+    offset: float = 0.0
+    hum: bool = False
+    gain: float = 1.0
 
 
-def describe(settings: Processing, rate: float) -> str:
-    """What `envelope` does, in words, for EMG at a rate [Hz]."""
-    how = "forwards and backwards" if settings.phase == "zero" else "causal"
-    steps = ["offset removed"]
-    if settings.band_pass_hz is not None:
-        low, high = upper_limited(settings.band_pass_hz, rate)
-        steps.append(f"band-pass {low:g} to {high:g} Hz (Butterworth, order {BAND_ORDER}, {how})")
-    if settings.notch_hz is not None:
-        steps.append(f"notch at {settings.notch_hz:g} Hz where a line is found")
-    steps += ["rectified", f"low-pass {settings.low_pass_hz:g} Hz (Butterworth, order {ENVELOPE_ORDER}, {how})"]
-    return ", ".join(steps)
+@dataclass(frozen=True)
+class RealTime:
+    """How a dataset's EMG becomes excitation.
+
+    Args:
+        processing: its settings.
+        channels: what is known of each channel.
+    """
+
+    processing: Processing
+    channels: Mapping[str, Known]
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any]) -> "RealTime":
+        """From plain data, as `plain` gives it."""
+        channels = {name: Known(**known) for name, known in content["channels"].items()}
+        return cls(Processing.model_validate(content["processing"]), channels)
+
+    def plain(self) -> dict[str, Any]:
+        """As plain data, which JSON can hold."""
+        channels = {name: dict(vars(known)) for name, known in self.channels.items()}
+        return {"processing": self.processing.model_dump(mode="json"), "channels": channels}
+
+    @property
+    def rate(self) -> float:
+        """Samples a second [Hz]; all channels have the same."""
+        return next(iter(self.channels.values())).rate_hz
 
 
-def lag_of(settings: Processing) -> float:
-    """Time [s] by which the envelope comes after the EMG: 0 without lag."""
-    return 0.0 if settings.phase == "zero" else lag_s(settings.low_pass_hz)
+class Excitation:
+    """Excitations from EMG: of phase zero from a whole recording, of a causal one from samples as they come.
+
+    A causal low-pass starts as if the mean of its first lag had gone on forever before, so that the first answers come
+    when that is over, 56 ms at 4 Hz; from then on there is one for each sample.
+    """
+
+    def __init__(self, real_time: RealTime) -> None:
+        known, settings, rate = list(real_time.channels.values()), real_time.processing, real_time.rate
+        self._raw = np.array([k.form == "raw" for k in known])
+        self._offset, self._gain = np.array([k.offset for k in known]), np.array([k.gain for k in known])
+        self._hum = np.array([k.hum for k in known])[self._raw]
+        self._band = band_pass(rate, settings.band_pass_hz, settings.phase) if settings.band_pass_hz else None
+        self._notch = notch(rate, settings.notch_hz, settings.phase) if settings.notch_hz and self._hum.any() else None
+        self._low = low_pass(rate, settings.low_pass_hz, settings.phase)
+        self._first = max(1, round(lag_s(settings.low_pass_hz) * rate))
+        self._waiting = np.empty((0, len(known)))
+        self._started = False
+
+    def push(self, emg: Array) -> Array:
+        """Excitations (m, C) that further samples of EMG (n, C) make known, the oldest first."""
+        rectified = emg - self._offset
+        raw = rectified[:, self._raw]
+        raw = raw if self._band is None else self._band(raw)
+        raw = raw if self._notch is None else np.where(self._hum, self._notch(raw), raw)
+        rectified[:, self._raw] = np.abs(raw)
+        self._waiting = np.concatenate([self._waiting, rectified])
+        return self.finish() if self._started or len(self._waiting) >= self._first else rectified[:0]
+
+    def finish(self) -> Array:
+        """Excitations (m, C) of samples that still wait, where EMG ends before the first lag is over."""
+        smooth, self._waiting = self._waiting, self._waiting[:0]
+        if len(smooth):
+            self._started = True
+            raw = smooth[:, self._raw]
+            smooth[:, self._raw] = self._low(raw, raw[: self._first].mean(0))
+        return np.maximum(smooth, 0.0) / self._gain  # a filter of second order undershoots a little
+
+
+def envelope(emg: Sampled, processing: Processing, known: Known | None = None) -> Sampled:
+    """Envelope of a recording in the unit of its EMG, never below 0; EMG that is no raw EMG stays as it is.
+
+    Args:
+        emg: as recorded; any unit.
+        processing: the corners, and whether the filters may look ahead.
+        known: of the channel before; offset and hum are found in the whole where there is none, or where the filters
+            see all of it.
+    """
+    if known is None or (known.form == "raw" and processing.phase == "zero"):
+        known = known_from([emg], processing)
+    if known.form != "raw":
+        return emg
+    known = replace(known, rate_hz=emg.rate)
+    excitation = Excitation(RealTime(processing, {"": known}))
+    return emg.with_values(np.concatenate([excitation.push(emg.values[:, None]), excitation.finish()])[:, 0])
+
+
+def known_from(emg: list[Sampled], processing: Processing) -> Known:
+    """What recordings of raw EMG tell of their channel: its offset, and whether it hums."""
+    frequency = processing.notch_hz
+    return Known(
+        "raw",
+        emg[0].rate,
+        emg[0].unit,
+        offset=float(np.median(np.concatenate([one.values for one in emg]))),
+        hum=frequency is not None and any(one.has_hum(frequency) for one in emg),
+    )

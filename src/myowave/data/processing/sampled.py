@@ -1,9 +1,24 @@
-"""A signal sampled at one rate, with a clock of its own."""
+"""Signals sampled at one rate, each with a clock of its own, and how they come onto one grid of times."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+from scipy.signal import welch
+
+from myowave.data.processing.filters import low_pass
+
+Array = NDArray[np.float64]
+
+LINE_HEIGHT = 6.0
+"""Power at a mains frequency over the median of its neighbourhood that counts as a line [-]."""
+_SEGMENT_S = 2.0
+_ANTI_ALIAS_ORDER = 8
+ANTI_ALIAS = 0.4
+"""Corner of the filter before a signal is sampled more coarsely, as a fraction of the new rate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -14,16 +29,16 @@ class Sampled:
         values: (N,), in `unit`.
         rate: samples a second [Hz].
         start: time of the first sample [s].
-        unit: such as uV, rad, or - for a fraction.
+        unit: such as uV, rad, or au for a fraction.
     """
 
-    values: NDArray[np.float64]
+    values: Array
     rate: float
     start: float
     unit: str
 
     @property
-    def time(self) -> NDArray[np.float64]:
+    def time(self) -> Array:
         """Time of each sample [s], (N,)."""
         return self.start + np.arange(len(self.values)) / self.rate
 
@@ -32,11 +47,87 @@ class Sampled:
         """Time of the last sample [s]."""
         return self.start + (len(self.values) - 1) / self.rate
 
-    def within(self, start: float, end: float) -> NDArray[np.float64]:
+    def within(self, start: float, end: float) -> Array:
         """Values at times from `start` to `end` [s]."""
         time = self.time
         return self.values[(time >= start) & (time <= end)]
 
-    def with_values(self, values: NDArray[np.float64], unit: str | None = None) -> "Sampled":
+    def with_values(self, values: Array, unit: str | None = None) -> "Sampled":
         """Other values at the same times."""
         return replace(self, values=values, unit=self.unit if unit is None else unit)
+
+    @cached_property
+    def power(self) -> tuple[Array, Array]:
+        """Frequencies [Hz] and power density, by Welch's method with segments of 2 s."""
+        return welch(self.values, fs=self.rate, nperseg=min(len(self.values), round(_SEGMENT_S * self.rate)))
+
+    def share_of_power(self, low: float, high: float) -> float:
+        """Share of the power from `low` up to `high` [Hz], offset left out; 0 for a signal without any."""
+        frequency, density = self.power
+        total = density[frequency > 0].sum()
+        inside = density[(frequency > 0) & (frequency >= low) & (frequency < high)].sum()
+        return float(inside / total) if total > 0 else 0.0
+
+    def line_height(self, frequency: float) -> float:
+        """Highest power within 0.5 Hz of a frequency over the median 2 to 10 Hz away from it [-]."""
+        frequencies, density = self.power
+        away = np.abs(frequencies - frequency)
+        line, around = density[away <= 0.5], density[(away >= 2) & (away <= 10)]
+        if not len(line) or not len(around) or np.median(around) == 0:
+            return 0.0
+        return float(line.max() / np.median(around))
+
+    def has_hum(self, frequency: float) -> bool:
+        """Whether mains hum at a frequency [Hz] stands out."""
+        return frequency < self.rate / 2 and self.line_height(frequency) >= LINE_HEIGHT
+
+
+def runs_of(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """(start, length) of each stretch of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
+    return [(int(start), int(end - start)) for start, end in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def common_grid(
+    signals: Sequence[Sampled], clock: Sampled, rate: float | None, cut: tuple[float, float] | None
+) -> Array:
+    """Times [s] of a trial: where all signals were recorded, within the cut.
+
+    Args:
+        signals: all of them.
+        clock: the one whose times are taken where `rate` is None, and whose start the cut counts from.
+        rate: samples a second [Hz]; None takes those of the clock.
+        cut: from and to [s] after the start of the clock; None takes all.
+
+    Returns:
+        (N,), evenly spaced; empty where the signals have no time in common.
+    """
+    start, end = max(s.start for s in signals), min(s.end for s in signals)
+    if cut is not None:
+        start, end = max(start, clock.start + cut[0]), min(end, clock.start + cut[1])
+    rate = rate or clock.rate
+    # A whole number of steps after the clock's first sample, so that at the clock's rate its own samples are taken.
+    first = np.ceil((start - clock.start) * rate - 1e-6)
+    last = np.floor((end - clock.start) * rate + 1e-6)
+    return clock.start + np.arange(first, last + 1) / rate
+
+
+def sample_as_it_comes(signal: Sampled, time: Array) -> Array:
+    """A signal at other times [s], (N,), on straight lines between its samples, so that only the next one is needed."""
+    # ASSUME: the low-pass of the envelope is all that a coarser grid needs; a filter without lag would look ahead.
+    return np.interp(time, signal.time, signal.values)
+
+
+def sample_at(signal: Sampled, time: Array) -> Array:
+    """A signal at other times [s], by cubic splines; before a coarser grid it is low-passed without lag.
+
+    Args:
+        signal: longer than 3 samples.
+        time: (N,), evenly spaced, within the signal.
+    """
+    values, rate = signal.values, (len(time) - 1) / (time[-1] - time[0])
+    if rate < 0.99 * signal.rate:
+        values = low_pass(signal.rate, ANTI_ALIAS * rate, "zero", _ANTI_ALIAS_ORDER)(values)
+    elif np.abs((time - signal.start) * signal.rate % 1 - 0.5).min() > 0.5 - 1e-6:
+        return values[np.round((time - signal.start) * signal.rate).astype(int)]  # its own samples
+    return make_interp_spline(signal.time, values, k=3)(time)

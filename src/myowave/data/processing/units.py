@@ -2,19 +2,16 @@
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-TO_RADIANS = {"rad": 1.0, "deg": math.pi / 180}
-"""Factor of each unit of angle."""
-TO_MICROVOLTS = {"uV": 1.0, "mV": 1e3, "V": 1e6, "nV": 1e-3}
-"""Factor of each unit of EMG."""
-TO_NEWTON_METRES = {"Nm": 1.0, "Ncm": 1e-2, "Nmm": 1e-3}
-"""Factor of each unit of torque."""
 ARBITRARY = "au"
-"""Unit of EMG that is no voltage; it is normalised like any other."""
+"""Unit of EMG that is no voltage; it is normalised like any other. Also of what has none, such as a duty."""
 PERCENT = "%"
 """Unit of a fraction that was multiplied by 100; as EMG it counts as arbitrary unless it is a fraction."""
+TO_RADIANS = {"rad": 1.0, "deg": math.pi / 180}
+TO_MICROVOLTS = {"uV": 1.0, "mV": 1e3, "V": 1e6, "nV": 1e-3}
+TO_EMG = {**TO_MICROVOLTS, ARBITRARY: 1.0, PERCENT: 1.0}
+TO_FRACTION = {ARBITRARY: 1.0, PERCENT: 1e-2}
+TO_NEWTON_METRES = {"Nm": 1.0, "Ncm": 1e-2, "Nmm": 1e-3}
+"""Factors of the units that a signal of a kind may be written in."""
 _SPELLINGS = {
     "uV": ("µV", "μV", "microvolts"),  # micro sign and Greek mu
     "mV": ("millivolts",),
@@ -33,13 +30,3 @@ def plain_unit(unit: str) -> str:
     """The one spelling of a unit that is used here: `Volts` and `µV` are `V` and `uV`."""
     unit = unit.strip().strip("[]()")
     return _PLAIN.get(unit, _PLAIN.get(unit.lower(), unit))
-
-
-def to_radians(angle: NDArray[np.float64], unit: str) -> NDArray[np.float64]:
-    """An angle [rad]; `unit` is one of `TO_RADIANS`."""
-    return angle * TO_RADIANS[unit]
-
-
-def to_microvolts(emg: NDArray[np.float64], unit: str) -> NDArray[np.float64]:
-    """EMG [uV], or as it is where the unit is arbitrary."""
-    return emg if unit in (ARBITRARY, PERCENT) else emg * TO_MICROVOLTS[unit]

@@ -1,8 +1,9 @@
 """Readers: one file for each format, each a pure function from a path to raw signals.
 
-A reader knows its format and nothing else: what columns there must be, and whether their values make sense, is for
-`data.checks`; units are converted in `data.processing`. Labels in files may hold people's names: what is kept of a
-recording goes by the names that the settings give. A new format is a new file here and a line in `READERS`.
+A reader knows its format and nothing else, and raises a ValueError that names the file where it is of another one: what
+columns there must be, and whether their values make sense, is for `data.checks`; units are converted in `data.reading`.
+Labels in files may hold people's names: what is kept of a recording goes by the names that the settings give. A new
+format is a new file here and a line in `READERS`.
 """
 
 from collections.abc import Callable

@@ -10,18 +10,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from myowave.data.readers.signals import RawRecording, Signal
-from myowave.data.readers.text import open_text
+from myowave.data.readers.text import read_lines
 
 _SUFFIX = "_emg"
 _UNKNOWN = ("", "n/a")
 
 
 def with_sidecars(recording: RawRecording) -> RawRecording:
-    """The recording with units and rates of the files beside it; what it says itself stays.
-
-    Raises:
-        ValueError: if one of these files cannot be read.
-    """
+    """The recording with units and rates of the files beside it; what it says itself stays."""
     name = recording.path.name.split(".")[0]
     if not name.endswith(_SUFFIX):
         return recording
@@ -42,10 +38,8 @@ def _filled(signal: Signal, row: dict[str, str], rate: float | None) -> Signal:
 
 
 def _channels(path: Path) -> dict[str, dict[str, str]]:
-    if not path.is_file():
-        return {}
-    with open_text(path) as lines:
-        return {row["name"]: row for row in csv.DictReader(lines, delimiter="\t") if row.get("name")}
+    rows = csv.DictReader(read_lines(path) if path.is_file() else [], delimiter="\t")
+    return {row["name"]: row for row in rows if row.get("name")}
 
 
 def _rate(path: Path) -> float | None:

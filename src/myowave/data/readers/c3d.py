@@ -11,11 +11,7 @@ from myowave.data.readers.signals import RawRecording, Signal
 
 
 def read_c3d(path: Path) -> RawRecording:
-    """Read one file. Analog channels keep their names; coordinates of a point are `LElbowAngles.x`, `.y` and `.z`.
-
-    Raises:
-        ValueError: if the package ezc3d is not installed, or the file cannot be read.
-    """
+    """Read one file. Analog channels keep their names; coordinates of a point are `LElbowAngles.x`, `.y` and `.z`."""
     try:
         ezc3d = import_module("ezc3d")
     except ModuleNotFoundError:

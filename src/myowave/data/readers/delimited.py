@@ -9,7 +9,7 @@ from myowave.data.readers.signals import RawRecording
 from myowave.data.readers.text import (
     evenly_sampled,
     read_cells,
-    read_head,
+    read_lines,
     separator_of,
     split_row,
     split_unit,
@@ -30,14 +30,12 @@ def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording
         path: the file.
         layout: how it is written; what is null there is told from the file. A unit may stand in a row of its own, or
             in brackets behind a column's name, which is then the name without it.
-
-    Raises:
-        ValueError: if it cannot be read that way.
     """
     layout = layout or TextLayout()
-    lines = read_head(path, max(layout.header_row or 0, layout.units_row or 0, _HEAD) + 1)
-    separator = _SEPARATORS[layout.separator] if layout.separator else _told_separator(lines, layout.header_row)
-    rows = [split_row(line, separator) for line in lines]
+    lines = read_lines(path)
+    top = lines[: max(layout.header_row or 0, layout.units_row or 0, _HEAD) + 1]
+    separator = _SEPARATORS[layout.separator] if layout.separator else _told_separator(top, layout.header_row)
+    rows = [split_row(line, separator) for line in top]
     header_row, units_row = layout.header_row, layout.units_row
     if header_row is None:
         header_row, told = _told_header(path, rows)
@@ -49,7 +47,7 @@ def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording
     if units_row:
         units = [unit.strip("[]()") for unit in rows[units_row - 1]]
     comma = None if layout.decimal is None else layout.decimal == "comma"
-    signals = to_signals(path, read_cells(path, separator, head, comma=comma), names, units)
+    signals = to_signals(path, read_cells(path, lines, separator, head, comma), names, units)
     signals = with_time(path, signals, layout.time_column)
     if layout.resample_hz is not None:
         signals = tuple(evenly_sampled(signal, layout.resample_hz) for signal in signals)

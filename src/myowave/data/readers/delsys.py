@@ -22,12 +22,12 @@ decimals.
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import zip_longest
 from pathlib import Path
 
 from myowave.data.readers.signals import RawRecording, Signal
-from myowave.data.readers.text import read_cells, read_head, separator_of, split_row, split_unit, to_signals
+from myowave.data.readers.text import read_cells, read_lines, separator_of, split_row, split_unit, to_signals
 
-_LONGEST_HEAD = 1000
 _TIME = re.compile(r"^(X|.*Time Series)\s*[\[(]s[\])]$", re.IGNORECASE)
 _RATE = re.compile(r"^([\d.,]+)\s*Hz$", re.IGNORECASE)
 _INTERVAL = re.compile(r"^[\d.,e-]+\s*s$", re.IGNORECASE)
@@ -36,73 +36,66 @@ _LABEL = re.compile(r"^\W*Label:\s*(.*?)\s*Sampling frequency:\s*([\d.]+)", re.I
 
 
 def read_delsys(path: Path) -> RawRecording:
-    """Read one file.
-
-    Raises:
-        ValueError: if no row names columns of times, `X [s]` or `EMG 1 Time Series (s)`, or columns below are not as
-            many as names.
-    """
-    lines = read_head(path, _LONGEST_HEAD)
+    """Read one file."""
+    lines = read_lines(path)
     header = next((n for n, line in enumerate(lines) if is_header(line)), None)
     if header is None:
         raise ValueError(
             f"{path}: no row begins with X [s] or ... Time Series (s), as Delsys' programs write it before the "
             "samples. Export it as CSV with times, or name its format, such as csv."
         )
-    names, separator = _split(lines[header])
+    rows = [*map(_split, lines[header : header + 3]), [""], [""]]
+    names, below, intervals = rows[:3]
     rates = {found[1]: float(found[2]) for line in lines[:header] if (found := _LABEL.match(line))}
-    below = [_split(line)[0] for line in lines[header + 1 : header + 3]]
     markers = False
-    if below and any(of_rates := [_RATE.match(cell) for cell in below[0]]):
-        names = _with_sensors(names, [_split(line)[0] for line in lines[:header]])
+    if any(of_rates := [_RATE.match(cell) for cell in below]):
+        names = _with_sensors(names, [_split(line) for line in lines[:header]])
         found = zip(names, of_rates, strict=False)
         rates |= {name: float(rate[1].replace(",", ".")) for name, rate in found if rate}
         header += 1
-        if any(_INTERVAL.match(cell) for cell in below[-1]):
-            markers = any(below[-1][len(names) :])
+        if any(map(_INTERVAL.match, intervals)):
+            markers = any(intervals[len(names) :])
             header += 1
     # Rows have cells at the right only where a marker is; that with their names is the widest.
-    cells = read_cells(path, separator, header if markers else header + 1, comma=separator != ",")
+    separator = _separator(lines[header])
+    cells = read_cells(path, lines, separator, header if markers else header + 1, separator != ",")
     if markers or (cells.iloc[:, len(names) :] == "").all(axis=None):
         cells = cells.iloc[int(markers) :, : len(names)]
-    columns = to_signals(path, cells, names)
-    filled = [_filled(cells.iloc[:, n].tolist()) for n in range(len(names))]
-    return RawRecording(path, tuple(_channels(columns, filled, rates)), first_row=header + 2)
+    return RawRecording(path, tuple(_channels(to_signals(path, cells, names), rates)), first_row=header + 2)
 
 
 def is_header(line: str) -> bool:
     """Whether a row names columns, the first of which is one of times."""
-    return _TIME.match(_split(line)[0][0]) is not None
+    return _TIME.match(_split(line)[0]) is not None
+
+
+def _separator(line: str) -> str:
+    return separator_of(line).replace(" ", ",")
+
+
+def _split(line: str) -> list[str]:
+    return split_row(line.rstrip(_separator(line) + " "), _separator(line))
 
 
 def _with_sensors(names: list[str], above: list[list[str]]) -> list[str]:
     """Names of channels with those of their sensors before them, which stand once over all of a sensor's channels."""
     sensors = next((row for row in reversed(above) if not row[0].lower().startswith("sensor mode")), [])
     sensor, full = "", []
-    for n, name in enumerate(names):
-        sensor = (_SERIAL.sub("", sensors[n]) if n < len(sensors) else "") or sensor
+    for name, above_it in zip_longest(names, sensors[: len(names)], fillvalue=""):
+        sensor = _SERIAL.sub("", above_it) or sensor
         full.append(f"{sensor} {name}".strip())
     return full
 
 
-def _split(line: str) -> tuple[list[str], str]:
-    separator = separator_of(line).replace(" ", ",")
-    return split_row(line.rstrip(separator + " "), separator), separator
-
-
-def _filled(cells: list[str]) -> int:
-    """How many cells there are before those that are empty to the end."""
-    return next((n + 1 for n in range(len(cells) - 1, -1, -1) if cells[n]), 0)
-
-
-def _channels(columns: tuple[Signal, ...], filled: list[int], rates: dict[str, float]) -> Iterator[Signal]:
+def _channels(columns: tuple[Signal, ...], rates: dict[str, float]) -> Iterator[Signal]:
     """Each channel with the column of times before it, both without what is empty at the end."""
     time = columns[0]
-    for column, samples in zip(columns, filled, strict=True):
+    for column in columns:
         if _TIME.match(column.name):
             time = column
             continue
         name, unit = split_unit(column.name)
+        samples = next(n for n in range(len(column.values), -1, -1) if column.odd.get(n - 1) != "")
         yield replace(
             column,
             name=name,

@@ -24,9 +24,6 @@ def read_matlab(path: Path) -> RawRecording:
     A vector is a signal of its variable's name, column 2 of a matrix `emg` is `emg(2)`, and a field of a structure is
     `trial.emg`. A variable time (time_s, time_ms, t) of as many samples beside it gives the times, a number fs (rate,
     ...) the samples a second. `fs_emg` and `time_emg` hold for signals with emg in their name.
-
-    Raises:
-        ValueError: if it is no .mat file of version 7 or before, or holds no samples.
     """
     try:
         content = loadmat(path, simplify_cells=True)

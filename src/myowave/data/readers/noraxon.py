@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from myowave.data.readers.signals import RawRecording
-from myowave.data.readers.text import read_cells, read_head, to_signals
+from myowave.data.readers.text import read_cells, read_lines, to_signals
 
 _FIELDS = ["type", "name", "time_units", "begin_time", "frequency", "count", "units"]
 _HEAD = 4  # rows before the first sample
@@ -24,12 +24,9 @@ def is_header(line: str) -> bool:
 
 
 def read_noraxon(path: Path) -> RawRecording:
-    """Read one file, plain or as .csv.gz.
-
-    Raises:
-        ValueError: if it is not such an export, or was cut short.
-    """
-    head = list(csv.reader(read_head(path, _HEAD)))
+    """Read one file, plain or as .csv.gz."""
+    lines = read_lines(path)
+    head = list(csv.reader(lines[:_HEAD]))
     if len(head) < _HEAD or head[0] != _FIELDS or len(head[1]) != len(_FIELDS) or head[3] != ["time", "value"]:
         raise ValueError(
             f"{path}: this is not a signal as Noraxon MR3 exports it (CSV, one file per channel: a row "
@@ -39,7 +36,8 @@ def read_noraxon(path: Path) -> RawRecording:
     about = dict(zip(_FIELDS, head[1], strict=True))
     if about["time_units"] != "s":
         raise ValueError(f"{path}, row 2: times are in {about['time_units']!r}; expected s. Export it in seconds.")
-    time, signal = to_signals(path, read_cells(path, ",", _HEAD), ["time", about["name"]], ["s", about["units"]])
+    cells = read_cells(path, lines, ",", _HEAD)
+    time, signal = to_signals(path, cells, ["time", about["name"]], ["s", about["units"]])
     if len(signal.values) != int(about["count"]):
         raise ValueError(
             f"{path}: {len(signal.values)} samples, but row 2 says {about['count']}; the export was cut short. Export "

@@ -5,57 +5,50 @@ import gzip
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
-from typing import BinaryIO, TextIO, cast
 
 import numpy as np
 import pandas as pd
 
 from myowave.data.readers.signals import Signal
 
-UTF_8, UTF_16 = "utf-8-sig", "utf-16"  # UTF-8 with or without a byte-order mark; UTF-16 has one
-WINDOWS = "cp1252"  # what Western European recorders and spreadsheets write: µ and ° are one byte each
 _HEAD_BYTES = 65_536  # names and units stand there; below them are digits
+_CONTROL = set(range(32)) - set(b"\t\n\r\f")
 _SEPARATORS = "\t;,"
 _UNIT = re.compile(r"^(.*?)\s*[\[(]([^\[\]()]*)[\])]$")  # Biceps [uV] or Biceps (uV)
 _TIMES, _MILLISECONDS = ("time", "time_s", "t", "t_s"), ("time_ms", "t_ms")
 
 
-def open_text(path: Path) -> TextIO:
-    """A text file to read from, in the encoding that its first bytes show; one that ends in .gz is unpacked on the
-    way."""
+def read_lines(path: Path, head_only: bool = False) -> list[str]:
+    """Rows of a text without line ends, in the encoding that its first bytes show; what ends in .gz is unpacked.
+
+    Args:
+        path: the file.
+        head_only: whether the first rows are enough.
+    """
     unpacked = gzip.open if path.suffix.lower() == ".gz" else open
-    with cast(BinaryIO, unpacked(path, "rb")) as content:
-        encoding = _encoding(content.read(_HEAD_BYTES))
-    return cast(TextIO, unpacked(path, "rt", encoding=encoding, newline=""))
+    try:
+        with unpacked(path, "rb") as file:
+            content = file.read(_HEAD_BYTES if head_only else -1)
+        text = content.decode(_encoding(content[:_HEAD_BYTES]), "ignore" if head_only else "strict")
+    except (UnicodeError, gzip.BadGzipFile) as error:
+        raise ValueError(f"{path}: this is not UTF-8 text ({error}). Save it as text, UTF-8.") from None
+    lines = re.split("\r\n|\r|\n", text)
+    return lines if lines[-1] else lines[:-1]
 
 
 def _encoding(head: bytes) -> str:
-    """What text is written in: UTF-8 unless it cannot be."""
+    """What text is written in: UTF-8, with or without a byte-order mark, unless it cannot be."""
     if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return UTF_16
+        return "utf-16"
     try:
-        codecs.getincrementaldecoder(UTF_8)().decode(head)
+        codecs.getincrementaldecoder("utf-8-sig")().decode(head)
     except UnicodeDecodeError:
-        # No text has control characters; what has them is damaged, or no text at all, and is refused as UTF-8.
-        return UTF_8 if set(head) & _CONTROL else WINDOWS
-    return UTF_8
-
-
-_CONTROL = set(range(32)) - set(b"\t\n\r\f")
-
-
-def read_head(path: Path, rows: int) -> list[str]:
-    """The first rows of a file, without line ends.
-
-    Raises:
-        ValueError: if it is no text.
-    """
-    try:
-        with open_text(path) as lines:
-            return [line.rstrip("\r\n") for _, line in zip(range(rows), lines, strict=False)]
-    except (UnicodeError, gzip.BadGzipFile) as error:
-        raise ValueError(f"{path}: this is not UTF-8 text ({error}). Save it as text, UTF-8.") from None
+        # Western European recorders and spreadsheets write µ and ° as one byte each. No text has control characters;
+        # what has them is damaged, or no text at all, and is refused as UTF-8.
+        return "utf-8-sig" if set(head) & _CONTROL else "cp1252"
+    return "utf-8-sig"
 
 
 def separator_of(line: str) -> str:
@@ -75,51 +68,38 @@ def split_unit(name: str) -> tuple[str, str]:
     return (found[1], found[2]) if found else (name.strip(), "")
 
 
-def read_cells(
-    path: Path, separator: str, skip: int = 0, rows: int | None = None, comma: bool | None = None
-) -> pd.DataFrame:
+def read_cells(path: Path, lines: Sequence[str], separator: str, skip: int, comma: bool | None = None) -> pd.DataFrame:
     """Cells below the first `skip` rows, as text without blanks around it; blank rows at the end are left out.
 
     Args:
+        path: the file, for messages.
+        lines: its rows.
         separator: between columns; a single space stands for any number of blanks and tabs.
-        rows: how many; None reads all.
+        skip: rows above the cells.
         comma: whether decimals have commas; None tells it from the cells: where columns are separated otherwise, and
             none of the first rows has a point.
-
-    Raises:
-        ValueError: if the file is empty there, or rows differ in their number of columns.
     """
+    last = next((n for n in range(len(lines), skip, -1) if lines[n - 1].strip(separator + " \t")), skip)
+    if last == skip:
+        raise ValueError(f"{path}: nothing below row {skip}; expected one row per sample.")
     try:
-        with open_text(path) as lines:
-            cells = pd.read_csv(
-                lines,
-                sep=r"\s+" if separator == " " else separator,
-                header=None,
-                skiprows=skip,
-                nrows=rows,
-                dtype=str,
-                keep_default_na=False,
-                skip_blank_lines=False,
-            )
-    except pd.errors.EmptyDataError:
-        raise ValueError(f"{path}: nothing below row {skip}; expected one row per sample.") from None
+        cells = pd.read_csv(
+            StringIO("\n".join(lines[skip:last])),
+            sep=r"\s+" if separator == " " else separator,
+            header=None,
+            dtype=str,
+            keep_default_na=False,
+            skip_blank_lines=False,
+        )
     except pd.errors.ParserError as error:
         raise ValueError(
             f"{path}: rows differ in their number of columns ({str(error).strip().split('C error: ')[-1]}). Say how it "
             "is written under layout, or export it again, with decimals as 0.5 where commas stand between columns."
         ) from None
     cells = cells.fillna("").apply(lambda column: column.str.strip())
-    written = (cells != "").any(axis=1).to_numpy().nonzero()[0]
-    if not len(written):
-        raise ValueError(f"{path}: nothing below row {skip}; expected one row per sample.")
-    cells = cells.iloc[: written[-1] + 1]
-    if comma or (comma is None and separator != "," and not _has_points(cells)):
-        cells = cells.apply(lambda column: column.str.replace(",", ".", regex=False))
-    return cells
-
-
-def _has_points(cells: pd.DataFrame) -> bool:
-    return bool(cells.head(200).apply(lambda column: column.str.contains(".", regex=False)).to_numpy().any())
+    if comma is None:
+        comma = separator != "," and not any("." in line for line in lines[skip : skip + 200])
+    return cells.apply(lambda column: column.str.replace(",", ".", regex=False)) if comma else cells
 
 
 def to_signals(path: Path, cells: pd.DataFrame, names: Sequence[str], units: Sequence[str] = ()) -> tuple[Signal, ...]:
@@ -130,9 +110,6 @@ def to_signals(path: Path, cells: pd.DataFrame, names: Sequence[str], units: Seq
         cells: one row per sample; numbers, or text that may hold one.
         names: of the columns, which may repeat.
         units: of the columns; the last ones may have none.
-
-    Raises:
-        ValueError: if there are more or fewer columns than names.
     """
     if len(cells.columns) != len(names):
         raise ValueError(
@@ -162,9 +139,6 @@ def with_time(path: Path, signals: tuple[Signal, ...], column: str | None = None
         signals: its columns.
         column: the one that holds times [s or ms]; None takes one called time, time_s, time_ms or t, if there is
             one.
-
-    Raises:
-        ValueError: if there is no such column, or its unit is none of time.
     """
     names = [signal.name for signal in signals]
     if column is not None and column not in names:

@@ -19,7 +19,7 @@ from pathlib import Path
 import pandas as pd
 
 from myowave.data.readers.signals import RawRecording, Signal
-from myowave.data.readers.text import open_text, read_cells, separator_of, split_row, to_signals
+from myowave.data.readers.text import read_cells, read_lines, separator_of, split_row, to_signals
 
 _HEADER = re.compile(r"^\W*Frame\W+Sub Frame\b", re.IGNORECASE)
 _SEPARATORS = ",;\t "
@@ -32,13 +32,8 @@ def is_header(line: str) -> bool:
 
 
 def read_vicon(path: Path) -> RawRecording:
-    """Read one file, all of its blocks.
-
-    Raises:
-        ValueError: if no block is in it, or one has no rate, no units or no rows.
-    """
-    with open_text(path) as text:
-        lines = text.read().splitlines()
+    """Read one file, all of its blocks."""
+    lines = read_lines(path)
     headers = [n for n, line in enumerate(lines) if is_header(line)]
     if not headers:
         raise ValueError(
@@ -61,7 +56,7 @@ def _signals(path: Path, lines: Sequence[str], head: int) -> Iterator[Signal]:
     separator = separator_of(lines[head])
     groups, own, units = (split_row(lines[row], separator) for row in (head - 1, head, head + 1))
     names = _names(groups, own, lines[head - 3].strip(_SEPARATORS).lower() == _DEVICES)
-    cells = read_cells(path, separator, head + 2, end - head - 2)
+    cells = read_cells(path, lines[:end], separator, head + 2)
     cells = cells.reindex(columns=range(len(names)), fill_value="")  # rows may end in fewer or more separators
     frame, sub, *columns = to_signals(path, cells, names, units)
     # Frames are those of the cameras, sub-frames the samples of a device within one of them.

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from myowave.data.processing.real_time import RealTime
+from myowave.data.processing.excitation import RealTime
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.inputs import NOTHING, unit_of
 from myowave.learning.streaming.predictor import Predictor

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from myowave.data.checks.values import UNSEEN_LIMIT
-from myowave.data.processing.real_time import Excitation, RealTime
+from myowave.data.processing.excitation import Excitation, RealTime
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.streaming.reading import RATE_TOLERANCE, Sample, read_samples
 
@@ -81,7 +81,7 @@ def _excite(lines: Iterable[str], real_time: RealTime, source: str, known: Seque
                 f"{real_time.rate:g} Hz, as it was recorded for the training. Resample it to that rate."
             )
         waiting.append(sample)
-        for row in excitation.push(np.array(sample.emg)):
+        for row in excitation.push(np.array([sample.emg])):
             yield _excited(waiting.popleft(), row, real_time)
     for row in excitation.finish():
         yield _excited(waiting.popleft(), row, real_time)

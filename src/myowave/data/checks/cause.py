@@ -1,0 +1,169 @@
+"""Doubts about EMG as the cause of motion: its clock, and the side of its muscle. Nothing is corrected in silence."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+from myowave.data.checks.finding import Check
+from myowave.data.processing.sampled import Sampled, sample_at
+from myowave.data.recording import Prepared
+
+Array = NDArray[np.float64]
+
+AHEAD_S = (0.0, 0.25)
+"""Time by which EMG is ahead of the motion it causes [s]: delays of 30 to 150 ms, and what smoothing hides."""
+DRIFT_S = 0.2
+"""Change of that time from the first to the last part of a trial that is told [s]."""
+BETTER = 0.02
+"""Explained variance that another time has to add [-]."""
+_RATE_HZ = 50.0
+_STEP_S = 0.02
+LAGS_S = np.arange(-0.6, 0.6 + _STEP_S / 2, _STEP_S)
+AGAINST, MOST_TRIALS = 0.15, 0.8
+"""Share of the acceleration's scatter that EMG explains before its sign says something, and the share of trials that
+agree [-]. A person's flexors have 0.21 to 0.24, those of simulated arms, each effect of the catalogue in them, 0.8 or
+more."""
+DELAY_S, SMOOTH_S = 0.08, 0.25
+"""Of EMG before the motion, and window of the polynomials that differentiate the angle [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cause:
+    """A session, and what its EMG explains of the motion.
+
+    Args:
+        prepared: the session.
+        sides: of the muscles that each channel drives, 1 for flexors, -1 for extensors, 0 for both.
+    """
+
+    prepared: Prepared
+    sides: Mapping[str, float]
+
+    @cached_property
+    def by_lag(self) -> Array:
+        """R2 of EMG by posture, speed and acceleration at each of `LAGS_S`, (3, lags), all trials and channels pooled:
+        in whole trials, their first and their last third; empty where trials are too short."""
+        each = [
+            _explained(one.raw.angle, envelope)
+            for one in self.prepared.recordings.values()
+            for envelope in one.envelopes.values()
+        ]
+        known = [one for one in each if one is not None]
+        return np.mean(known, axis=0) if known else np.empty((3, 0))
+
+
+def _offset(of: Cause) -> str | None:
+    """EMG that fits the motion best at a time by which it cannot cause it.
+
+    It is a weak test, as that of the drift: what a muscle does is not told by the motion only.
+    """
+    whole, _, _ = of.by_lag
+    if not len(whole):
+        return None
+    best = int(whole.argmax())
+    likely = whole[np.abs(LAGS_S - np.mean(AHEAD_S)) <= np.ptp(AHEAD_S) / 2 + 1e-9].max()
+    if whole[best] <= likely + BETTER:
+        return None
+    return (
+        f"EMG fits the motion best {1000 * LAGS_S[best]:.0f} ms ahead of it (R2 {whole[best]:.2f}, at "
+        f"{1000 * AHEAD_S[0]:.0f} to {1000 * AHEAD_S[1]:.0f} ms {likely:.2f})"
+    )
+
+
+def _drift(of: Cause) -> str | None:
+    """A best time that changes within trials."""
+    _, first, last = of.by_lag
+    if not len(first):
+        return None
+    change = float(LAGS_S[last.argmax()] - LAGS_S[first.argmax()])
+    gain = min(first.max() - first[last.argmax()], last.max() - last[first.argmax()])
+    if abs(change) <= DRIFT_S + _STEP_S / 2 or gain <= BETTER:
+        return None
+    return f"the best fit of EMG to motion moves by {1000 * change:.0f} ms from the first to the last third of trials"
+
+
+def _explained(angle: Sampled, envelope: Sampled) -> Array | None:
+    """R2 at each of `LAGS_S` over the whole trial, its first and its last third, (3, lags); None where too short."""
+    reach = float(LAGS_S.max())
+    start, end = max(angle.start, envelope.start + reach), min(angle.end, envelope.end - reach)
+    time = np.arange(start, end, 1 / _RATE_HZ)
+    if len(time) < 8 * _RATE_HZ:
+        return None
+    q = sample_at(angle, time)
+    speed = np.gradient(q, 1 / _RATE_HZ)
+    acceleration = np.gradient(speed, 1 / _RATE_HZ)
+    x = np.stack([np.ones_like(q), q, q**2, q**3, speed, speed * q, speed**2, acceleration, acceleration * q], axis=1)
+    third = len(time) // 3
+    parts = [slice(None), slice(0, third), slice(len(time) - third, None)]
+    emg = np.stack([np.interp(time - lag, envelope.time, envelope.values) for lag in LAGS_S], axis=1)
+    return np.stack([_r2(x[part], emg[part]) for part in parts])
+
+
+def _r2(x: Array, y: Array) -> Array:
+    """Explained variance of each column of y (N, K) by the columns of x (N, P), (K,)."""
+    left = y - x @ np.linalg.lstsq(x, y, rcond=None)[0]
+    scatter = y.var(axis=0)
+    return 1 - left.var(axis=0) / np.where(scatter > 0, scatter, 1.0)
+
+
+def _against(of: Cause) -> str | None:
+    """Flexors and extensors whose EMG moves the forearm as that of the other side would."""
+    names, degrees = of.prepared.trials.channels, np.degrees(of.prepared.trials.angle)
+    flexors, extensors = ([c for c in names if of.sides.get(c, 0) * side > 0] for side in (1, -1))
+    told = [text for pair in product(flexors or [""], extensors or [""]) for text in _pair_against(of.prepared, *pair)]
+    return "; ".join(told) + f"; the angle goes from {degrees.min():.0f} to {degrees.max():.0f} deg" if told else None
+
+
+def _pair_against(prepared: Prepared, flexor: str, extensor: str) -> Iterator[str]:
+    effort = effort_along_motion(prepared, flexor, extensor)
+    # Muscles that pull together may give extensors the sign of flexors, but not more than half of these have then.
+    against = effort[:, 0] < effort[:, 1] / 2
+    if len(effort) and against[0] and np.abs(effort[0]).max() >= AGAINST and against[1:].mean() >= MOST_TRIALS:
+        both = zip((flexor, extensor), effort[0], strict=True)
+        yield (
+            " and ".join(f"{size:.2f} by the EMG of {name}" for name, size in both if name)
+            + f" of the acceleration towards flexion, in {against[1:].mean():.0%} of the trials the wrong way round"
+        )
+
+
+def effort_along_motion(prepared: Prepared, flexor: str, extensor: str) -> Array:
+    """What the EMG of a flexor and of an extensor does to the motion: of all trials together, then of each, (1 + T, 2).
+
+    The forearm's acceleration is explained by both, gravity at any offset of the angle (sin q, cos q) and the speed:
+    returned are standardised coefficients, positive towards flexion, 0 of a muscle that is not there ("").
+    """
+    # ASSUME: EMG is ahead of the motion by 80 ms; that the muscles' force depends on posture changes no sign.
+    rows = []
+    for one in prepared.recordings.values():
+        window, late = max(5, round(SMOOTH_S / one.dt) | 1), round(DELAY_S / one.dt)
+        if len(one.angle) < 4 * window + late:
+            continue
+        q, speed, acceleration = (savgol_filter(one.angle, window, 3, deriv=n, delta=one.dt) for n in range(3))
+        emg = [savgol_filter(one.emg.get(channel, 0 * q), window, 3) for channel in (flexor, extensor)]
+        force = [np.roll(each, late) for each in emg]
+        x = np.stack([*force, np.sin(q), np.cos(q), speed, acceleration], axis=1)[window + late : -window]
+        rows.append((x - x.mean(0)) / max(x[:, -1].std(), 1e-12))
+    return np.array([_standardised(x)[:2] for x in ([np.concatenate(rows), *rows] if rows else [])]).reshape(-1, 2)
+
+
+def _standardised(x: Array) -> Array:
+    """Coefficients of the last column by the others, times these' standard deviations."""
+    return np.linalg.lstsq(x[:, :-1], x[:, -1], rcond=None)[0] * x[:, :-1].std(0)
+
+
+CAUSE = (
+    Check("offset of clocks", _offset,
+          "The clocks may differ, or motion and EMG may simply go on alike: clap or tap at the start of a recording to "
+          "see it, and say processing.emg_start_offset_s. Nothing was shifted here."),
+    Check("drift of clocks", _drift,
+          "A clock may run faster than the other, or the muscles may be used in another way towards the end: compare "
+          "the stated rates with those of the recorders. Nothing was stretched here."),
+    Check("EMG against the motion", _against,
+          "Are the channels swapped (emg), is the angle counted the other way (sign: -1), or is 180 the straight arm "
+          "(sign: -1 and offset_deg: 180)?"),
+)  # fmt: skip
