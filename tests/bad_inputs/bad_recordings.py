@@ -241,6 +241,17 @@ TOLD_OF_ENVELOPES = {
     "channels swapped": (as_envelopes(swapped), "EMG against the motion"),
 }  # fmt: skip
 
+TOLD_OF_SETTINGS = {
+    "FILL IN left at 0 kg": (
+        {"conditions": {name: {"load": 0.0} for name in "abc"}},
+        "load: said to be 0 kg in each of the 3 trials. Was the hand empty.*under conditions",
+    ),
+    "an offset of clocks that there is not": (
+        {"processing": {"emg_start_offset_s": 0.4}},
+        "offset of clocks: EMG fits the motion best .*emg_start_offset_s",
+    ),
+}
+
 
 def torque(values):
     def spoil(trials):
@@ -257,7 +268,7 @@ REFUSED_IN_MEMORY = {
     "an angle in deg called rad": (made(np.degrees), "trial a, .* expected -180 to 180"),
     "an angle in tenths of a degree": (made(lambda q: 10 * q), "trial a, .* expected -180 to 180. Correct its unit"),
     "a leap by a turn": (made(stepped(360.0), trials="b"), "trial b, .*after its start: the angle is"),
-    "a lean of 573 deg": (made(lambda t: t * 0 + 573, "tilt_rad"), "trial a: tilt_rad goes .* expected -180 to 180"),
+    "a lean of 573 deg": (made(lambda t: t * 0 + 573, "tilt_rad"), "trial a, .*: tilt_rad is 573 deg .*-180 to 180"),
     "the same trial twice": (
         lambda trials: trials.update(b={key: values.copy() for key, values in trials["a"].items()}),
         "trial b: the same samples as trial a",

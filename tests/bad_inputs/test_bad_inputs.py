@@ -39,6 +39,7 @@ REFUSED = [
 TOLD = [
     *cases("session", recordings.TOLD_IN_MEMORY, lambda _, spoil: recordings.in_memory(spoil)),
     *cases("envelopes", recordings.TOLD_OF_ENVELOPES, lambda _, spoil: recordings.in_memory(spoil, "envelope", "au")),
+    *cases("settings of a session", recordings.TOLD_OF_SETTINGS, lambda _, of: recordings.in_memory(dict, **of)),
     *cases("tidy files", recordings.TOLD_TIDY, recordings.of_tidy_files),
     *cases("format", recordings.FORMATS, recordings.of_a_format),
 ]

@@ -101,8 +101,8 @@ def test_raw_recordings_become_a_dataset_that_can_be_prepared(workplace, laid_ov
     assert settings.targets.without_networks == ("mine",) and not settings.targets.datasets
     assert set(dataset.identify) == {f"{k}_{g}" for k in ("strength", "length") for g in ("flexors", "extensors")}
     prepared, _ = import_trials("mine", dataset, ".", settings.physics_of("mine").tables)
-    assert set(prepared.raw["a"].emg) == {"emg_biceps", "emg_triceps"}
-    assert np.degrees(prepared.raw["a"].angle.values).max() == pytest.approx(curl().max(), abs=1e-3)
+    assert set(prepared.recordings["a"].raw.emg) == {"emg_biceps", "emg_triceps"}
+    assert np.degrees(prepared.recordings["a"].raw.angle.values).max() == pytest.approx(curl().max(), abs=1e-3)
 
 
 def test_prepared_files_become_a_measured_dataset_that_can_be_imported(workplace, laid_over):
@@ -126,7 +126,9 @@ def test_tables_with_rows_above_their_names_and_a_row_of_units_are_read(workplac
         (workplace / "tables" / f"{trial}.csv").write_text(rows + body + "\n")
     dataset = laid_over(new("tables").text).data.datasets["mine"]
     prepared, _ = import_trials("mine", dataset)
-    assert prepared.raw["t1"].emg["emg_biceps"].values == pytest.approx(everything(0)["Biceps [uV]"], rel=1e-4)
+    assert prepared.recordings["t1"].raw.emg["emg_biceps"].values == pytest.approx(
+        everything(0)["Biceps [uV]"], rel=1e-4
+    )
 
 
 def test_a_unit_that_a_column_s_name_ends_in_is_taken(workplace, laid_over):
@@ -139,7 +141,7 @@ def test_a_unit_that_a_column_s_name_ends_in_is_taken(workplace, laid_over):
     assert [signal.unit for signal in dataset.emg.values()] == ["uV", "mV"] and dataset.angle.unit == "deg"
     assert made.text.count("# GUESSED: its name ends so") == 2
     prepared, _ = import_trials("mine", dataset)
-    assert prepared.raw["t1"].emg["emg_triceps"].values == pytest.approx(1000 * burst(9), rel=1e-6)
+    assert prepared.recordings["t1"].raw.emg["emg_triceps"].values == pytest.approx(1000 * burst(9), rel=1e-6)
 
 
 def test_a_matlab_file_with_a_rate_for_each_kind_of_signal_needs_none_in_the_settings(workplace, laid_over):
@@ -150,7 +152,10 @@ def test_a_matlab_file_with_a_rate_for_each_kind_of_signal_needs_none_in_the_set
     made = new("matlab")
     assert "rate_hz: null" not in made.text and f"{EMG_HZ:g} Hz" in made.text
     prepared, _ = import_trials("mine", laid_over(made.text).data.datasets["mine"])
-    assert prepared.raw["t1"].emg["emg_biceps"].rate == EMG_HZ and prepared.raw["t1"].angle.rate == ANGLE_HZ
+    assert (
+        prepared.recordings["t1"].raw.emg["emg_biceps"].rate == EMG_HZ
+        and prepared.recordings["t1"].raw.angle.rate == ANGLE_HZ
+    )
 
 
 def filled(text):
@@ -195,8 +200,8 @@ def test_vicons_devices_and_model_outputs_may_be_one_file_or_two(workplace, laid
         dataset = laid_over(filled(made.text)).data.datasets["mine"]
         assert dataset.trials == ("a", "b") and set(dataset.emg) == {"emg_biceps", "emg_triceps"}
         prepared, _ = import_trials("mine", dataset)
-        assert prepared.raw["b"].angle.values == pytest.approx(np.radians(curl()), abs=1e-6)
-        assert prepared.raw["b"].emg["emg_biceps"].values == pytest.approx(burst(1), rel=1e-4, abs=1e-4)
+        assert prepared.recordings["b"].raw.angle.values == pytest.approx(np.radians(curl()), abs=1e-6)
+        assert prepared.recordings["b"].raw.emg["emg_biceps"].values == pytest.approx(burst(1), rel=1e-4, abs=1e-4)
     path = workplace / "one/b.csv"
     lines = path.read_text().splitlines()
     lines[-1] = "1200,0,lost,0,0"
@@ -219,7 +224,7 @@ def test_formats_may_be_mixed_and_what_files_do_not_say_is_guessed_or_asked_for(
     assert "rate_hz: null # FILL IN" in made.text and "samples a second" in made.said
     stated = made.text.replace("rate_hz: null", f"rate_hz: {EMG_HZ}")
     prepared, _ = import_trials("mine", laid_over(stated).data.datasets["mine"])
-    assert prepared.raw["t2"].angle.values == pytest.approx(np.radians(curl()), abs=1e-6)
+    assert prepared.recordings["t2"].raw.angle.values == pytest.approx(np.radians(curl()), abs=1e-6)
 
 
 def test_maximum_contractions_set_what_counts_as_one(workplace, laid_over):

@@ -8,6 +8,7 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from myowave.data.checks.finding import Finding
 from myowave.data.checks.signals import RATE_TOLERANCE
@@ -16,14 +17,17 @@ from myowave.data.trials import TORQUE, Trials
 from myowave.physics.path import read_path
 from myowave.settings import PathTable
 
+Array = NDArray[np.float64]
+
 EMG_LIMIT = 1.5
 """Largest EMG taken as a fraction of a maximum voluntary contraction [-]; more means it was not normalised."""
 UNSEEN_LIMIT = 5.0
 """The same of a trial held out, or of a stream: light loads may train and a heavy one test; percent would be more."""
 PERCENT_LIMIT = 200.0
 """Largest EMG that is in percent [-]."""
-STILL = 1e-6
-"""An angle [rad] or a torque [N m] that stays within this was not measured: an arm trembles even where it holds
+HALF_TURN_DEG = 180.0
+STILL = 5e-5
+"""An angle [deg] or a torque [N m] that stays within this was not measured: an arm trembles even where it holds
 still, and filters leave no more of a constant."""
 TORQUE_LIMIT = 300.0
 """Largest torque about an elbow [N m]; more is in another unit."""
@@ -45,8 +49,7 @@ def value_problems(
         yield from _emg_problems(recordings, channel, form, test)
     for one in recordings.values():
         yield from _elbow_problems(one)
-        yield from _lean_problems(one)
-        yield from _torque_problems(one)
+        yield from _further_problems(one)
 
 
 def _rate_problems(recordings: Mapping[str, Recording]) -> Iterator[str]:
@@ -101,58 +104,50 @@ _PERCENT = "divide it by 100 in the files, or name % as its unit."
 _ARTEFACT = "Look for an artefact there and cut it off with cut_s, or name a stronger contraction under mvc."
 
 
-def _elbow_problems(recording: Recording) -> Iterator[str]:
-    """An elbow that never moves, is beyond half a turn, or looks like the other unit."""
-    angle, unit = np.degrees(recording.angle), recording.raw.angle_unit
-    n = int(np.abs(angle).argmax())
-    span = f"goes from {angle.min():.4g} to {angle.max():.4g} deg"
-    if abs(angle[n]) > 180:
-        in_degrees = "If it was written in deg, name that unit (or call the column angle_deg); else correct"
-        yield (
-            f"{recording.at(n)}: the angle is {angle[n]:.4g} deg (it {span}); expected -180 to 180. "
-            f"{in_degrees if unit == 'rad' else 'Correct its unit,'} sign or offset_deg."
+def _elbow_problems(one: Recording) -> Iterator[str]:
+    """An elbow that is beyond half a turn, never moves, or looks like the other unit."""
+    angle, unit = np.degrees(one.angle), one.raw.angle_unit
+    far = "Correct its unit, sign or offset_deg."
+    if unit == "rad":
+        far = (
+            "If it was written in deg, name that unit (or call the column angle_deg); else correct sign or offset_deg."
         )
-    elif np.ptp(recording.angle) < STILL:
+    still = "The sensor was off, or the column is another one: correct it, or leave the trial out."
+    if problem := _odd(one, "the angle", angle, "deg", HALF_TURN_DEG, far, still):
+        yield problem
+    elif unit == "deg" and np.abs(angle).max() < math.pi:
         yield (
-            f"{recording.origin}: the angle stays at {angle[0]:.4g} deg in all {len(angle)} samples. The sensor was "
-            "off, or the column is another one: correct it, or leave the trial out."
-        )
-    elif unit == "deg" and abs(angle[n]) < math.pi:
-        yield (
-            f"{recording.origin}: the angle {span}, which no elbow motion does. If it was written in rad, name that "
-            "unit (or call the column angle_rad)."
+            f"{one.origin}: the angle goes from {angle.min():.4g} to {angle.max():.4g} deg, which no elbow motion does."
+            " If it was written in rad, name that unit (or call the column angle_rad)."
         )
 
 
-def _lean_problems(recording: Recording) -> Iterator[str]:
-    """A further angle beyond half a turn."""
-    for key, signal in recording.raw.signals.items():
-        degrees = np.degrees(recording.signals[key])
-        largest = float(np.abs(degrees).max())
-        if signal.unit == "rad" and largest > 180:
-            yield (
-                f"{recording.origin}: {key} goes from {degrees.min():.4g} to {degrees.max():.4g} deg; expected -180 to "
-                f"180. {largest:.4g} deg are {math.radians(largest):.3g} rad: correct its unit, sign or offset_deg."
-            )
+def _further_problems(one: Recording) -> Iterator[str]:
+    """A further angle beyond half a turn; a torque that no elbow gives, or that never changes."""
+    for key, values in one.signals.items():
+        problem = None
+        if one.raw.signals[key].unit == "rad":
+            far = "Correct its unit (deg or rad), sign or offset_deg."
+            problem = _odd(one, key, np.degrees(values), "deg", HALF_TURN_DEG, far)
+        elif key == TORQUE:
+            far = "Correct its unit: N cm and N mm are others."
+            still = "The dynamometer was off: remove the column, or leave the trial out of torque.trials."
+            problem = _odd(one, "the torque", values, "N m", TORQUE_LIMIT, far, still)
+        if problem:
+            yield problem
 
 
-def _torque_problems(recording: Recording) -> Iterator[str]:
-    """A torque that no elbow gives, or that never changes."""
-    torque = recording.signals.get(TORQUE)
-    if torque is None:
-        return
-    n = int(np.abs(torque).argmax())
-    if abs(torque[n]) > TORQUE_LIMIT:
-        yield (
-            f"{recording.at(n)}: the torque is {torque[n]:.4g} N m (it goes from {torque.min():.4g} to "
-            f"{torque.max():.4g}); expected -{TORQUE_LIMIT:g} to {TORQUE_LIMIT:g}. Correct its unit: N cm and N mm are "
-            "others."
-        )
-    elif np.ptp(torque) < STILL:
-        yield (
-            f"{recording.origin}: the torque stays at {torque[0]:.4g} N m in all {len(torque)} samples. The "
-            "dynamometer was off: remove the column, or leave the trial out of torque.trials."
-        )
+def _odd(
+    one: Recording, what: str, values: Array, unit: str, limit: float, far: str, still: str | None = None
+) -> str | None:
+    """Values (N,) beyond a limit, or that never change; `far` and `still` say what to do, None lets them be still."""
+    n, span = int(np.abs(values).argmax()), f"it goes from {values.min():.4g} to {values.max():.4g}"
+    if abs(values[n]) > limit:
+        found = f"{what} is {values[n]:.4g} {unit} ({span})"
+        return f"{one.at(n)}: {found}; expected -{limit:g} to {limit:g}. {far}"
+    if still and np.ptp(values) < STILL:
+        return f"{one.origin}: {what} stays at {values[0]:.4g} {unit} in all {len(values)} samples. {still}"
+    return None
 
 
 def role_problems(

@@ -41,7 +41,7 @@ def draw_recording(prepared: Prepared, quality: Mapping[str, Any], trial: str) -
 
 def _told(prepared: Prepared, quality: Mapping[str, Any], trial: str) -> str:
     """What was found in a trial, in a sentence."""
-    grid = prepared.grids[trial]
+    grid = prepared.recordings[trial].time
     warnings = [f for f in quality["findings"] if f["trial"] == trial and f["severity"] == "warning"]
     found = [": ".join(filter(None, (f["signal"].removeprefix("emg_"), f["found"]))) for f in warnings]
     role = "test" if trial in prepared.trials.test else "training"
