@@ -21,18 +21,20 @@ def test_a_wrong_configuration_stops_before_any_job_with_our_message_only(projec
     assert "Traceback" not in done.stdout and not (project.folder / "results").exists()
 
 
-def test_a_dataset_without_networks_is_diagnosed_and_nothing_is_trained(project):
-    planned = project.planned(*project.lay_over({"targets": {"datasets": [], "without_networks": ["bench_elbow"]}}))
-    assert planned["tell_verdict"] == planned["draw_trials"] == 1
-    assert not {"train_scale", "evaluate_model", "summarize_models", "draw_models"} & set(planned)
-
-
-def test_baselines_and_a_sweep_are_made_where_they_are_wanted(project):
-    wanted = project.planned(*project.lay_over({"targets": {"datasets": ["case1"]}}))
-    assert wanted["score_baselines"] == 1
-    names = ("hold", "ridge", "trees", "gru_plain", "cnn")
-    none = {"targets": {"datasets": ["case1"]}, "learning": {"sweep": None, "baselines": dict.fromkeys(names)}}
-    left = project.planned(*project.lay_over(none))
+def test_what_is_trained_diagnosed_and_compared_is_what_the_targets_name(project):
+    targets = {
+        "datasets": ["case1", "case2"],
+        "without_networks": ["bench_elbow"],
+        "scales": [2],
+        "own_recipes": {"case1": ["rollout", "paper_split"]},
+        "follow_verdict": [],
+    }
+    wanted = project.planned(*project.lay_over({"targets": targets}))
+    assert wanted["train_scale"] == 3 * 2 and wanted["evaluate_model"] == wanted["draw_models"] == 3
+    assert wanted["tell_verdict"] == wanted["draw_trials"] == 3 and wanted["import_trials"] == 1
+    assert wanted["score_baselines"] == 2
+    none = {"sweep": None, "baselines": dict.fromkeys(("hold", "ridge", "trees", "gru_plain", "cnn"))}
+    left = project.planned(*project.lay_over({"targets": targets, "learning": none}))
     assert left == {job: count for job, count in wanted.items() if job != "score_baselines"}
 
 
@@ -89,8 +91,12 @@ def test_no_rule_is_told_what_is_hidden_but_the_one_that_puts_it_in(project):
 
 
 def test_a_script_does_not_see_the_configuration(project):
-    spy = "from pathlib import Path\nPath(snakemake.output[0]).write_text(f'config: {snakemake.config}')\n"
-    (project.folder / "workflow/scripts/decompose_scales.py").write_text(spy)
-    done = project.snakemake("--cores", "1", "results/data/case1/scales.parquet", *project.lay_over(HIDDEN))
+    spy = """
+from pathlib import Path
+for path in snakemake.output:
+    Path(path).write_text(f"config: {snakemake.config}")
+"""
+    (project.folder / "workflow/scripts/import_trials.py").write_text(spy)
+    done = project.snakemake("--cores", "1", "results/data/bench_elbow/trials.parquet", *project.lay_over(HIDDEN))
     assert done.returncode == 0, done.stdout
-    assert (project.folder / "results/data/case1/scales.parquet").read_text() == "config: {}"
+    assert (project.folder / "results/data/bench_elbow/trials.parquet").read_text() == "config: {}"

@@ -4,13 +4,14 @@ import json
 import re
 import shlex
 import shutil
+import textwrap
+from pathlib import Path
 
 import pandas as pd
 import pytest
 from project_copy import Project, copy_project
 
 import myowave
-from myowave.data.store import read_trials
 
 TINY = {
     "targets": {
@@ -119,15 +120,23 @@ def test_the_index_leads_to_every_dataset_and_to_the_settings_of_the_run(run):
     assert "hidden_effect" not in page, "nobody is told what is hidden in a dataset"
 
 
-def test_python_says_what_the_rules_say(run, monkeypatch):
+def test_the_six_lines_of_python_say_what_the_rules_say_and_write_the_page(run, monkeypatch):
     monkeypatch.chdir(run.folder)
-    found = myowave.diagnose(read_trials("results/data/case1/trials.parquet"), config=CONFIG[1:]).verdict
-    ruled = json.loads((run.folder / "results/diagnosis/case1/verdict.json").read_text())
+    example = textwrap.dedent(myowave.__doc__.partition("\n\n")[2])
+    assert len(example.splitlines()) == 6
+    names: dict = {}
+    exec(example, names)
+    found, ruled = names["d"].verdict, json.loads(Path("results/diagnosis/bench_elbow/verdict.json").read_text())
+    assert found["verdict"] == "effect" and "joint_damping" in found["effects"]
     assert [found[key] for key in ("verdict", "effects", "model")] == [
         ruled[key] for key in ("verdict", "effects", "model")
     ]
     values = [{name: one["value"] for name, one in v["parameters"]["base"].items()} for v in (found, ruled)]
     assert values[0] == pytest.approx(values[1], rel=1e-9)
+    assert names["d"].tables["parameters"]["model"].iloc[0] == "base"
+    page = Path("bench_elbow.html").read_text()
+    assert "joint_damping" in page and "data:image/png" in page
+    assert "<pre></pre>" not in page and "Typed in the project" not in page, "no workflow made it: there is no command"
 
 
 def test_the_runs_are_in_mlflow(run):

@@ -1,29 +1,12 @@
-"""A diagnosis from Python, as the documentation shows it."""
+"""What Python users meet before anything is computed; tests/workflow/test_end_to_end.py runs the lines of the docs."""
 
 import subprocess
 import sys
-import textwrap
 
 import pytest
 from project_copy import ROOT
 
 import myowave
-
-EXAMPLE = textwrap.dedent(myowave.__doc__.partition("\n\n")[2])
-
-
-def test_the_six_lines_give_a_verdict_and_a_page(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for name in ("data", "config.yaml"):
-        (tmp_path / name).symlink_to(ROOT / name)
-    assert len(EXAMPLE.splitlines()) == 6
-    found = {}
-    exec(EXAMPLE, found)
-    assert found["d"].verdict["verdict"] == "effect" and "joint_damping" in found["d"].verdict["effects"]
-    page = (tmp_path / "bench_elbow.html").read_text()
-    assert "joint_damping" in page and "data:image/png" in page
-    assert "<pre></pre>" not in page and "Typed in the project" not in page, "no workflow made it: there is no command"
-    assert found["d"].tables["parameters"]["model"].iloc[0] == "base"
 
 
 def test_importing_the_package_loads_nothing_heavy():

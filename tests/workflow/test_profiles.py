@@ -24,19 +24,17 @@ def test_long_jobs_have_resources_of_their_own_and_go_alone():
     assert not long & set(SLURM["groups"])
 
 
-def test_jobs_on_slurm_get_the_resources_of_their_rule(project):
-    done = project.snakemake("-n", "--profile", "profiles/slurm", "results/diagnosis/bench_elbow/summary.json")
-    assert done.returncode == 0, done.stdout
-    jobs = dict(re.findall(r"(?:rule|checkpoint) (\w+):\n.*?resources: ([^\n]*)", done.stdout, re.DOTALL))
-    assert "mem_mb=800" in jobs["import_trials"] and "runtime=10" in jobs["import_trials"]
-    assert "runtime=30" in jobs["diagnose_dataset"]
-
-
-def test_memory_follows_the_size_of_a_dataset(project):
+def test_the_main_job_on_slurm_asks_for_what_its_rules_need(project):
+    """And it trains by the paper's own method where the targets name it."""
     trials = project.folder / "results/data/bench_elbow/trials.parquet"
     trials.parent.mkdir(parents=True)
     trials.write_bytes(bytes(2**20))  # 60 trials of 500 samples, which took 2.8 GB
-    target = ("--rerun-triggers", "mtime", "--", "results/diagnosis/bench_elbow/summary.json")
-    done = project.snakemake("-n", "--profile", "profiles/slurm", *target)
-    asked = re.search(r"checkpoint diagnose_dataset:\n.*?mem_mb=(\d+)", done.stdout, re.DOTALL)
-    assert asked and int(asked[1]) > 2800, done.stdout
+    done = project.snakemake("-n", "--profile", "profiles/slurm", "--rerun-triggers", "mtime")
+    assert done.returncode == 0, done.stdout
+    jobs = re.findall(r"(?:rule|checkpoint) (\w+):\n    (.*?resources: [^\n]*)", done.stdout, re.DOTALL)
+    asked = {(rule, re.search("dataset=(\\w+)", text)[1]): text for rule, text in jobs if "dataset=" in text}
+    imports, diagnosis = asked["import_trials", "human_curls"], asked["diagnose_dataset", "bench_elbow"]
+    assert "mem_mb=800" in imports and "runtime=10" in imports and "runtime=30" in diagnosis
+    assert int(re.search(r"mem_mb=(\d+)", diagnosis)[1]) > 2800, "memory follows the size of a dataset"
+    for scales in (1, 3):
+        assert f"results/learning/case1/base/paper_split/{scales}-scale/evaluation.csv" in done.stdout

@@ -24,7 +24,6 @@ CONFIG = ("--configfile", "config.yaml", "mine.yaml")
 LEARNING = {"train_scale", "evaluate_model", "summarize_models", "judge_scales", "publish_runs"}
 WATCHING = {"watch_ladder", "draw_diagnosis", "tell_verdict"}
 DIAGNOSIS = {"diagnose_dataset", "score_verdict"} | WATCHING
-FIGURES = {"draw_trials", "draw_models", "draw_diagnosis", "tell_verdict"}
 
 
 @pytest.fixture(scope="module")
@@ -48,15 +47,17 @@ def edited(project: Project, path: str, old: str, new: str) -> Iterator[None]:
         file.write_text(original)
 
 
-def test_a_recording_put_back_with_an_older_date_is_imported_again(finished):
+def test_a_recording_put_back_with_an_older_date_and_a_setting_rerun_what_reads_them(finished):
     path = finished.folder / "data/bench_elbow/trial2.csv"
     original, date = path.read_bytes(), path.stat().st_mtime_ns
     path.write_bytes(original.replace(b"0.01,", b"0.010,", 1))
     os.utime(path, ns=(date, date - 10**12))
-    planned = finished.planned(*CONFIG)
+    with edited(finished, "config.yaml", "emg_noise: 0.15", "emg_noise: 0.16"):
+        planned = finished.planned(*CONFIG)
     path.write_bytes(original)
     os.utime(path, ns=(date, date))
-    assert planned["import_trials"] == 1 and "simulate_trials" not in planned
+    assert planned["import_trials"] == 1, "the dates alone would miss it"
+    assert planned["simulate_trials"] == 1 and planned["train_scale"] == 3 + 3, "case1 reads neither"
 
 
 def test_changed_physics_reruns_all_that_stands_on_it(finished):
@@ -92,28 +93,15 @@ def test_nothing_is_made_again_after_a_move_comments_and_changes_of_what_no_job_
         assert moved.planned(*CONFIG) == {}
 
 
-def test_publishing_makes_nothing_but_the_store(finished):
-    with edited(finished, "src/myowave/learning/network.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "):
-        assert finished.planned(*CONFIG, "--", "publish") == {"publish": 1}
-
-
-def test_a_changed_page_reruns_only_the_telling(finished):
-    with edited(finished, "workflow/report/verdict.html.j2", "<h1>", "<h1 >"):
-        assert set(finished.planned(*CONFIG)) == {"tell_verdict", "publish_runs"}
-
-
-def test_changed_drawing_reruns_only_figures(finished):
-    with edited(finished, "src/myowave/data/figures/trials.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "):
-        planned = finished.planned(*CONFIG)
-    assert planned and set(planned) <= FIGURES | {"publish_runs"}  # figures are attached to the runs in MLflow
-
-
-def test_a_changed_setting_reruns_only_what_reads_it(finished):
-    with edited(finished, "config.yaml", "emg_noise: 0.15", "emg_noise: 0.16"):
-        planned = finished.planned(*CONFIG)
-    assert planned["simulate_trials"] == 1 and planned["train_scale"] == 3, "only case2 reads it"
-    with edited(finished, "config.yaml", "uri: sqlite:///results/mlflow.db", "uri: sqlite:///results/other.db"):
-        assert set(finished.planned(*CONFIG)) == {"publish_runs"}
+def test_changed_pages_drawings_and_addresses_rerun_only_what_shows(finished):
+    with ExitStack() as edits:
+        for path, old, new in (
+            ("workflow/report/verdict.html.j2", "<h1>", "<h1 >"),
+            ("src/myowave/data/figures/trials.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "),
+            ("config.yaml", "uri: sqlite:///results/mlflow.db", "uri: sqlite:///results/other.db"),
+        ):
+            edits.enter_context(edited(finished, path, old, new))
+        assert set(finished.planned(*CONFIG)) == {"tell_verdict", "draw_trials", "publish_runs"}
 
 
 def test_a_changed_arm_reruns_only_its_datasets(finished):
@@ -125,6 +113,3 @@ def test_a_changed_arm_reruns_only_its_datasets(finished):
     assert planned["train_scale"] == 3 and planned["diagnose_dataset"] == 1, "case1 and case2 have another arm"
     assert not {"simulate_trials", "import_trials"} & set(planned)
     assert planned["compare_models"] == 1, "so does all that compares its physics"
-    with edited(finished, "config.yaml", "joint: {mass_kg: 1.0", "joint: {mass_kg: 1.1"):
-        planned = finished.planned(*CONFIG)
-    assert planned["simulate_trials"] == planned["diagnose_dataset"] == 2 and planned["train_scale"] == 6

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-SUBJECTS, MODELS = 40, ["base", "base+joint_damping", "base+gravity_tilt"]
+SUBJECTS, MODELS = 6, ["base", "base+joint_damping", "base+gravity_tilt"]
 
 
 def test_every_subject_and_model_gets_its_own_jobs(project):
