@@ -101,36 +101,18 @@ def list_effects(config: ConfigFiles) -> None:
 def predict(
     config: ConfigFiles,
     dataset: Annotated[str, typer.Option(help="whose trial and network are taken")] = "",
-    trial: Annotated[
-        str, typer.Option(help="of the dataset; one that was recorded since is read where its settings look for it")
-    ] = "",
-    checkpoint: Annotated[
-        Path | None, typer.Option(exists=True, dir_okay=False, help="scale-0.pt of a trained network")
-    ] = None,
-    emg: Annotated[
-        str,
-        typer.Option(help="CSV (also .gz) or Parquet with the EMG columns; - reads standard input as a stream"),
-    ] = "",
+    trial: Annotated[str, typer.Option(help="of the dataset; also one that was recorded since the import")] = "",
+    checkpoint: Annotated[Path | None, typer.Option(exists=True, help="scale-0.pt of a trained network")] = None,
+    emg: Annotated[str, typer.Option(help="CSV (.gz) or Parquet with the EMG; - is a stream, standard input")] = "",
     seed: Annotated[int | None, typer.Option(help="one seed; else the mean of all, with its spread (1 SD)")] = None,
     start_deg: Annotated[
         str,
-        typer.Option(
-            help="angle at the start: one where the arm rests, or the first measured, with commas; else those of the "
-            "column angle_rad or angle_deg"
-        ),
+        typer.Option(help="of rest, or the first measured, with commas; else the column angle_rad or angle_deg"),
     ] = "",
     deg: Annotated[bool, typer.Option("--deg", help="angles in degrees; else in radians")] = False,
-    known: Annotated[
-        list[str] | None,
-        typer.Option(help="NAME=VALUE that holds for the whole run and is no column, as load=2.5"),
-    ] = None,
+    known: Annotated[list[str] | None, typer.Option(help="NAME=VALUE that is no column, as load=2.5")] = None,
     raw: Annotated[
-        bool,
-        typer.Option(
-            "--raw",
-            help="the EMG is raw, in uV, at the rate at which it was recorded; it is processed as that of the training "
-            "trials, for networks whose dataset has phase: causal",
-        ),
+        bool, typer.Option("--raw", help="the EMG is raw, in uV, at its own rate; for datasets with phase: causal")
     ] = False,
     output: Annotated[Path | None, typer.Option(dir_okay=False, help="file to write; else the terminal")] = None,
     picture: Annotated[Path | None, typer.Option(dir_okay=False, help="PNG to draw, beside what was measured")] = None,
@@ -243,9 +225,7 @@ def begin_dataset(
     mass: Annotated[float | None, MASS] = None,
     height: Annotated[float | None, HEIGHT] = None,
     sex: Annotated[str | None, SEX] = None,
-    arm: Annotated[
-        str | None, typer.Option(help="an arm of the settings; else arm26, with the person's forearm")
-    ] = None,
+    arm: Annotated[str | None, typer.Option(help="of the settings; else arm26, with the person's forearm")] = None,
     force: Annotated[bool, typer.Option(help="write over a file that is there")] = False,
 ) -> None:
     """Write settings for a folder of recordings into NAME.yaml, and say what was guessed and what to fill in."""
@@ -258,9 +238,7 @@ def begin_dataset(
 def ask_what_changed(
     dataset: Annotated[str, typer.Argument(help="a dataset of the settings, whose trials are prepared")],
     config: ConfigFiles,
-    reference: Annotated[
-        str, typer.Option(help="trials of the first group, with commas; else those of the settings")
-    ] = "",
+    reference: Annotated[str, typer.Option(help="trials of the first group, with commas; else the settings'")] = "",
     against: Annotated[str, typer.Option(help="trials of the second group")] = "",
     electrodes_stayed: Annotated[bool, typer.Option("--electrodes-stayed", help="the electrodes stayed on")] = False,
 ) -> None:

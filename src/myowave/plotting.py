@@ -15,20 +15,10 @@ from matplotlib.rcsetup import cycler
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
-BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, RED, PINK = (
-    "#000000",
-    "#E69F00",
-    "#56B4E9",
-    "#009E73",
-    "#F0E442",
-    "#0072B2",
-    "#D55E00",
-    "#CC79A7",
-)
+BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
+BLUE, RED, PINK, GREY = "#0072B2", "#D55E00", "#CC79A7", "#6b6b6b"
 CYCLE = (BLUE, RED, GREEN, PINK, ORANGE, SKY, BLACK)
-MEASURED = BLACK
-MODEL = RED
-GREY = "#6b6b6b"
+MEASURED, MODEL = BLACK, RED
 
 STYLE: dict[Any, Any] = {
     "figure.dpi": 110,

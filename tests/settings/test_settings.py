@@ -264,3 +264,9 @@ def test_the_command_explains_a_wrong_file_without_a_traceback(tmp_path, text, s
         [sys.executable, "-m", "myowave.cli", "effects", "--config", str(path)], capture_output=True, text=True
     )
     assert done.returncode == 2 and says in done.stderr and "Traceback" not in done.stderr
+
+
+def test_a_newcomer_sees_on_one_screen_what_to_change():
+    screen, _, science = (ROOT / "config.yaml").read_text().partition("# ---- What follows")
+    assert len(screen.splitlines()) <= 50 and set(yaml.safe_load(screen)) == {"targets", "data"}
+    assert "recipes:" in science and len({key.name for key in list_keys(Settings) if not key.section}) <= 180

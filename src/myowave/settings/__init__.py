@@ -5,40 +5,27 @@ frozen objects or says, one line per problem, which key is wrong, what was found
 settings` lists the keys. Nothing heavy is imported here: the Snakefile reads this package at every start.
 """
 
-from myowave.settings.configuration import Settings, parse_settings, read_settings, shipped_effects
-from myowave.settings.data import (
-    Data,
-    Dataset,
-    Identify,
-    MeasuredDataset,
-    RecordedDataset,
-    SimulatedDataset,
-    Wavelet,
-    public,
-)
+from myowave.settings.configuration import Settings, parse_settings, read_settings
+from myowave.settings.data import Identify, MeasuredDataset, RecordedDataset, SimulatedDataset, Wavelet, public
 from myowave.settings.diagnosis import DiagnosisSettings, Scatter
 from myowave.settings.learning import (
     SEARCHABLE,
     Baseline,
     Dimension,
     Inputs,
-    Learning,
     PaperRecipe,
     Recipe,
     RolloutRecipe,
     Sweep,
     parse_recipe,
 )
-from myowave.settings.physics import Arm, Arms, CurveSettings, JointSettings, MuscleSettings, PathTable, Physics
-from myowave.settings.recording import EmgChannel, Processing, RawSignal, TextLayout
+from myowave.settings.physics import CurveSettings, MuscleSettings, PathTable, Physics
+from myowave.settings.recording import Processing, RawSignal, TextLayout
 from myowave.settings.section import Section, dump
-from myowave.settings.targets import Targets
-from myowave.settings.tracking import Tracking
 
 __all__ = [
-    "SEARCHABLE", "Arm", "Arms", "Baseline", "CurveSettings", "Data", "Dataset", "DiagnosisSettings", "Dimension",
-    "EmgChannel", "Identify", "Inputs", "JointSettings", "Learning", "MeasuredDataset", "MuscleSettings", "PathTable",
-    "PaperRecipe", "Physics", "Processing", "RawSignal", "Recipe", "RecordedDataset", "RolloutRecipe", "Scatter",
-    "Section", "Settings", "SimulatedDataset", "Sweep", "Targets", "TextLayout", "Tracking", "Wavelet", "dump",
-    "parse_recipe", "parse_settings", "public", "read_settings", "shipped_effects",
+    "SEARCHABLE", "Baseline", "CurveSettings", "DiagnosisSettings", "Dimension", "Identify", "Inputs",
+    "MeasuredDataset", "MuscleSettings", "PaperRecipe", "PathTable", "Physics", "Processing", "RawSignal", "Recipe",
+    "RecordedDataset", "RolloutRecipe", "Scatter", "Section", "Settings", "SimulatedDataset", "Sweep", "TextLayout",
+    "Wavelet", "dump", "parse_recipe", "parse_settings", "public", "read_settings",
 ]  # fmt: skip

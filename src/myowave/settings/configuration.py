@@ -14,10 +14,19 @@ from myowave.settings.files import read_layers
 from myowave.settings.keys import did_you_mean, explain, unless_known
 from myowave.settings.learning import Learning, Sweep
 from myowave.settings.physics import Arms, Physics
-from myowave.settings.section import Section, setting
+from myowave.settings.section import Address, Section, setting
 from myowave.settings.subjects import add_subjects
 from myowave.settings.targets import Targets
-from myowave.settings.tracking import Tracking
+
+
+class Tracking(Section):
+    """Where MLflow shows the results; they are on disk with or without it."""
+
+    uri: Address = setting(
+        "MLflow store: sqlite:///FILE, or the http(s) address of a server",
+        default="sqlite:///results/mlflow.db",
+        pattern=r"^(sqlite:///.+|https?://\S+)$",
+    )
 
 
 class Settings(Section):

@@ -16,11 +16,6 @@ def _refuse_bool(value: Any) -> Any:
     return value
 
 
-def _name_of_trial(value: Any) -> Any:
-    """Trials may be called 1, 2, ...: YAML reads those as numbers."""
-    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
-
-
 def odd_name(name: str) -> str:
     """Why a trial cannot be called so; empty where it can."""
     if name.strip() and not _ODD.search(name):
@@ -66,13 +61,12 @@ def _each_once(values: Sequence[Any]) -> Sequence[Any]:
 
 
 def _effects_once(model: str) -> str:
-    _each_once(model.split("+"))
-    return model
+    return "+".join(_each_once(model.split("+")))
 
 
 Real = Annotated[float, BeforeValidator(_refuse_bool)]
 Whole = Annotated[int, BeforeValidator(_refuse_bool)]
-TrialName = Annotated[str, BeforeValidator(_name_of_trial), AfterValidator(_plain_name)]
+TrialName = Annotated[str, Field(coerce_numbers_to_str=True), AfterValidator(_plain_name)]  # YAML reads 1 as a number
 FilePath = Annotated[str, AfterValidator(_plain_path)]
 Address = Annotated[str, BeforeValidator(_without_secret)]
 Once = AfterValidator(_each_once)  # of a list
