@@ -7,7 +7,7 @@ import pytest
 import torch
 import yaml
 
-from myowave.diagnosis.comparison.names import EMG_ONLY, HOLD, POSTURE
+from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, POSTURE
 from myowave.identification.free_parameters import Free, free_parameters
 from myowave.models import build_model
 from myowave.physics.effect import Effect
@@ -71,7 +71,6 @@ def facts() -> Callable[..., dict[str, Any]]:
             "base": {"train": 3.3, "heldout": 6.4, "fitted": 3.3, "noise": 0.5},
             "base+joint_damping": {"train": 0.5, "heldout": 1.7, "fitted": 0.5, "noise": 0.5},
         },
-        "fitted_deg": 0.5,
         "parameters": {
             "base": {"f0": parameter(200.0, se=5.0)},
             "base+joint_damping": {"f0": parameter(300.0, se=2.0), "joint_damping.c": c},
@@ -82,14 +81,12 @@ def facts() -> Callable[..., dict[str, Any]]:
         "absorbed": {},
         "outside_usual_range": {},
         "explained": 1.0,
-        "structure_left": False,
         "rest": "",
         "models_that_leave_more": ["base"],
         "follows": True,
         "stands_on": "motion",
         "torque_left_out": {},
         "missing_deg": 0.0,
-        "missing_Nm": 0.0,
         "emg_noise": 0.0,
         "probabilities": {"joint_damping": 0.97, "outside": 0.02},
         "emg_motion_deg": 0.0,

@@ -177,7 +177,6 @@ def predict(
 @app.command("plan")
 def plan_trials(dataset: Annotated[str, typer.Option(help="whose verdict is in results/")]) -> None:
     """Say what to record next, as a person at a table does it, and which question that decides."""
-    from myowave.diagnosis.report.advice import plan
     from myowave.diagnosis.report.tell import tell
 
     path = Path("results/diagnosis", dataset, "verdict.json")
@@ -185,7 +184,8 @@ def plan_trials(dataset: Annotated[str, typer.Option(help="whose verdict is in r
         there = ", ".join(sorted(p.parent.name for p in Path("results/diagnosis").glob("*/verdict.json")))
         raise ValueError(f"There is no verdict {path}; there are {there or 'none'}. `make run` makes it.")
     verdict = json.loads(path.read_text(encoding="utf-8"))
-    typer.echo("\n".join([tell(verdict).headline, *plan(verdict)]))
+    told = tell(verdict)
+    typer.echo(f"{told['headline']}\n{told['plan']}")
 
 
 @app.command("subject")

@@ -74,8 +74,7 @@ def test_only_scoring_brings_in_the_truth(damped):
 def test_every_table_has_rows_for_every_model(damped):
     models = {rung.name for rung in damped.rungs}
     for name, table in TABLES.items():
-        if name != "next_trials":  # nothing is left to ask here
-            assert set(table(damped)["model"]) == models, name
+        assert set(table(damped)["model"]) == models, name
     predictions = predictions_table(damped)
     assert set(predictions["role"]) == {"train", "test"}
     error = np.degrees(predictions["angle_rad"] - predictions["predicted_rad"])

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from myowave.diagnosis.report.index import Entry, read_entries, read_entry, write_index
+from myowave.diagnosis.report.index import write_index
 from myowave.plotting import canvas, save
 
 COLUMNS = ["source", "model", "train_rmse_deg", "heldout_rmse_deg", "heldout_r2", "seeds", "failed_seeds"]
@@ -23,15 +23,19 @@ LADDER = pd.DataFrame(
 )
 
 
-@pytest.fixture(scope="module")
-def entry(facts, tmp_path_factory):
+@pytest.fixture
+def entry(facts, tmp_path):
+    """The folder of a diagnosis, as the rules write it."""
     figure, _ = canvas(width=1.0, height=1.0)
-    save(figure, picture := tmp_path_factory.mktemp("index") / "glance.png")
 
-    def make(name: str, kind: str = "effect", **changes) -> Entry:
+    def make(name: str, kind: str = "effect", **changes) -> Path:
         found = {} if kind == "effect" else {"effects": [], "model": "base"}
-        verdict = facts(dataset=name, verdict=kind, **found | changes)
-        return Entry(verdict, LADDER, picture, {"kind": "measured", "test": ["trial3"]})
+        folder = tmp_path / "diagnosis" / str(abs(hash(name)))
+        folder.mkdir(parents=True)
+        (folder / "verdict.json").write_text(json.dumps(facts(dataset=name, verdict=kind, **found | changes)))
+        LADDER.to_csv(folder / "watch.csv", index=False)
+        save(figure, tmp_path / f"figures/{folder.name}/diagnosis/glance.png")
+        return folder
 
     return make
 
@@ -41,10 +45,13 @@ def template(pytestconfig) -> Path:
     return pytestconfig.rootpath / "workflow/report/index.html.j2"
 
 
-@pytest.fixture(scope="module")
+SETTINGS = {"kind": "measured", "test": ["trial3"]}
+
+
+@pytest.fixture
 def page(template, entry) -> str:
-    entries = [entry("anna"), entry("ben", "adequate"), entry("cleo", "partial", horizon_s=0.5)]
-    return write_index(entries, [("summary.csv", "summary.csv")], template)
+    folders = [entry("anna"), entry("ben", "adequate"), entry("cleo", "partial", horizon_s=0.5)]
+    return write_index(dict.fromkeys(folders, SETTINGS), [("summary.csv", "summary.csv")], template)
 
 
 def rows_of(page: str, table: str) -> list[list[str]]:
@@ -56,10 +63,10 @@ def rows_of(page: str, table: str) -> list[list[str]]:
 
 def test_a_row_has_picture_verdict_errors_and_what_to_do(page):
     anna, ben, cleo = rows_of(page, "datasets")
-    assert anna[0] == "anna" and anna[2] == "missing: damping of the joint ( joint_damping )"
+    assert anna[0] == "anna" and anna[2] == "missing: damping of the joint"
     assert anna[3] == "6.4 deg, 1.7 deg with what was found"
     assert anna[4].split() == ["1.4", "deg", "R2", "0.99"], "the network with the model that was found"
-    assert anna[5].startswith("train with what was found")
+    assert anna[5].startswith("train a network with what was found")
     assert ben[2:4] == ["adequate", "6.4 deg"] and ben[4].split()[0] == "2.5"
     assert "more" in cleo[2] and cleo[3].startswith("6.4 deg over 0.5 s from each measured state")
     assert page.count("data:image/png") == 3
@@ -76,13 +83,13 @@ def test_links_lead_to_the_pages_and_to_what_belongs_to_all(page):
 
 
 def test_the_index_needs_no_network_and_escapes_what_comes_from_data(template, entry):
-    page = write_index([entry("<script>alert(1)</script>")], [], template)
+    page = write_index({entry("<script>alert(1)</script>"): SETTINGS}, [], template)
     assert "<script>alert" not in page and "default-src 'none'" in page
     assert not re.search(r'src="(?!data:)|@import|url\(', page)
 
 
 def test_without_datasets_there_is_still_a_page(template):
-    assert rows_of(write_index([], [], template), "datasets") == []
+    assert rows_of(write_index({}, [], template), "datasets") == []
 
 
 def test_noise_of_the_emg_stands_beside_effects_in_words(template, entry):
@@ -90,24 +97,19 @@ def test_noise_of_the_emg_stands_beside_effects_in_words(template, entry):
         entry("anna", effects=["joint_damping", "emg_noise"], emg_noise=0.02),
         entry("ben", effects=["emg_noise"], model="base", emg_noise=0.02),
     ]
-    page = write_index(entries, [], template)
-    assert page.count("noise of the recorded EMG (<code>emg_noise</code>)") == 2
-    assert "damping of the joint (<code>joint_damping</code>); noise of the recorded EMG" in page
+    page = write_index(dict.fromkeys(entries, SETTINGS), [], template)
+    anna, ben = (row[2] for row in rows_of(page, "datasets"))
+    assert anna == "missing: damping of the joint and noise of the recorded EMG"
+    assert ben == "missing: noise of the recorded EMG"
 
 
-def test_a_diagnosis_of_another_run_is_read_from_its_folder_and_one_of_another_version_is_refused(
-    tmp_path, template, entry
-):
-    written, folder = entry("anna"), tmp_path / "diagnosis/anna"
-    folder.mkdir(parents=True)
-    (folder / "verdict.json").write_text(json.dumps(written.verdict))
-    LADDER.to_csv(folder / "watch.csv", index=False)
-    read = write_index([read_entry(folder, {})], [], template)
-    assert rows_of(read, "datasets")[0][2:5] == rows_of(write_index([written], [], template), "datasets")[0][2:5]
-    assert "<pre>" not in read, "nobody knows the settings of that run"
-    old = {key: value for key, value in written.verdict.items() if key != "rmse_deg"}
-    (folder / "verdict.json").write_text(json.dumps(old))
-    with pytest.raises(ValueError, match=f"{folder}.*another version.*remove it"):
-        read_entry(folder, {})
+def test_a_diagnosis_of_another_run_has_no_settings_and_one_of_another_version_is_said_and_left_out(template, entry):
     said: list[str] = []
-    assert list(read_entries({folder: {}}, said.append)) == [] and "Left out of the index" in said[0]
+    other, old, cut = entry("anna"), entry("ben"), entry("cleo")
+    (old / "verdict.json").write_text(json.dumps({"verdict": "effect", "dataset": "ben"}))
+    (cut / "watch.csv").unlink()
+    page = write_index(dict.fromkeys((other, old, cut), {}), [], template, said.append)
+    assert [row[0] for row in rows_of(page, "datasets")] == ["anna"]
+    assert "<pre>" not in page, "nobody knows the settings of that run"
+    assert len(said) == 2 and all("another version" in line and "remove it" in line for line in said)
+    assert str(old) in said[0] and str(cut) in said[1]

@@ -19,8 +19,8 @@ def test_a_ladder_says_over_what_its_errors_are_and_which_noise_makes_them():
             .get_legend_handles_labels()[1]
         )
 
-    assert {"physical model, held out", "network, recorded, 1-scale, held out"} < set(labels())
+    assert {"muscle model, held out", "network, recorded, 1-scale, held out"} < set(labels())
     told = labels(horizon_s=0.5)
-    assert "physical model over 0.5 s, held out" in told
+    assert "muscle model over 0.5 s, held out" in told
     assert "network, recorded, 1-scale, held out, whole trials" in told
     assert {"noise of the angle", "and of the EMG"} < set(told)

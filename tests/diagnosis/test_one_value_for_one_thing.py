@@ -10,7 +10,7 @@ import pytest
 
 from myowave.diagnosis.report.cells import accuracy_cells, parameter_cells
 from myowave.diagnosis.report.ladder import join_parameters, shown_network
-from myowave.diagnosis.report.tell import Told, tell, tell_network
+from myowave.diagnosis.report.tell import tell, tell_network
 
 ROOT = Path(__file__).parents[2]
 NUMBER = r"((?:at most |under |over )?-?\d[\d.]*(?: deg| N m)?)"
@@ -22,16 +22,12 @@ SAID = {  # thing: how a page may say it
 }
 
 
-def words_of(told: Told) -> str:
-    parts = [told.headline, *told.lead, told.todo, *told.next, told.compare, told.torque, told.horizons, told.where]
-    return " ".join([*parts, told.missing, told.which, told.parameters, told.score])
-
-
 def said(verdict: dict, ladder: pd.DataFrame, parameters: pd.DataFrame) -> dict[str, set[str]]:
     """All values that a page gives, by what they are of."""
     found: dict[str, set[str]] = defaultdict(set)
     network = shown_network(ladder, verdict["model"])
-    text = f"{words_of(tell(verdict))} {tell_network(ladder, verdict['model'])}"
+    told = [part for part in tell(verdict).values() if isinstance(part, str)]
+    text = " ".join([*told, tell_network(ladder, verdict["model"])])
     for thing, pattern in SAID.items():
         for match in re.finditer(pattern, text, re.IGNORECASE):
             found[thing].add(match.groups()[-1])
@@ -40,16 +36,14 @@ def said(verdict: dict, ladder: pd.DataFrame, parameters: pd.DataFrame) -> dict[
     cells = accuracy_cells(verdict, ladder)
     for row in cells.to_dict("records"):
         thing = f"{row['what']} from {row['starts from']} over {row['error over']}"
-        for part in ("training trials", "held-out trials"):
+        for part in ("training error", "held-out error"):
             found[f"{thing}, {part}"].add(row[part])
-        if row["what"].startswith("noise"):
-            found["noise of the angle"].add(row["training trials"])
         if network is not None and row["what"] == f"{network['source']}, on {network['model']}":
-            found["error of the network"].add(row["held-out trials"])
+            found["error of the network"].add(row["held-out error"])
             found["R2 of the network"].add(row["held-out R2"])
     own = f"muscle model {verdict['model']}"
-    if headline := re.search(rf"(?:misses held-out trials by|held-out trials within) {NUMBER}", text):
-        found[f"{own} from measured angle and speed over whole trials, held-out trials"].add(headline[1])
+    if headline := re.search(rf"(?:on held-out trials is then|held-out trials within) {NUMBER}", text):
+        found[f"{own} from measured angle and speed over whole trials, held-out error"].add(headline[1])
     mine = parameters[(parameters["model"] == verdict["model"]) & (parameters["source"] == "physics")]
     for row in parameter_cells(mine).to_dict("records"):
         found[re.search(r"\((\S+)\)$", row["parameter"])[1]].add(row["value ± SE"])

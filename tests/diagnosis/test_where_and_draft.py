@@ -8,6 +8,7 @@ import pytest
 import torch
 
 from myowave.diagnosis.misfit.where import locate, misfit_by, missing_torque
+from myowave.diagnosis.report.figures.where import draw_missing_torque
 from myowave.diagnosis.report.tell import tell
 from myowave.diagnosis.search.draft import LIBRARY, draft_effect
 from myowave.diagnosis.search.next_trial import propose_trials
@@ -57,23 +58,8 @@ def test_parts_of_the_data_add_up_to_the_whole(make_fit):
     assert locate(misfit)
 
 
-HALVES = (("trial", "trial1"), ("direction", "flexion"), ("direction", "extension"))
-
-
 @pytest.fixture
-def describe(facts):
-    """What is said of a table of errors beside a noise of the angle [deg]."""
-
-    def told(misfit: pd.DataFrame, noise: float) -> str:
-        errors = {"train": 3.3, "heldout": 6.4, "fitted": 3.3, "noise": noise}
-        worst = misfit["rmse_deg"].max()
-        return tell(facts(where=locate(misfit), worst_part_deg=worst, rmse_deg={"base": errors}, model="base")).where
-
-    return told
-
-
-@pytest.fixture
-def told_of(describe):
+def told_of(facts):
     """What is said of errors [deg] of trials, of flexion and extension, and of ranges of other factors."""
 
     def told(*, trial=(1, 1), rmse=(1, 1), mean=(0, 0), noise=0.5, **bins: list[float]) -> str:
@@ -82,7 +68,10 @@ def told_of(describe):
             rows.append(("direction", part, np.nan, np.nan, error, shift))
         for factor, values in bins.items():
             rows += [(f"{factor} [deg]", "", 10.0 * i, 10.0 * (i + 1), value, 0.0) for i, value in enumerate(values)]
-        return describe(pd.DataFrame(rows, columns=["factor", "part", "low", "high", "rmse_deg", "mean_deg"]), noise)
+        misfit = pd.DataFrame(rows, columns=["factor", "part", "low", "high", "rmse_deg", "mean_deg"])
+        errors = {"train": 3.3, "heldout": 6.4, "fitted": 3.3, "noise": noise}
+        worst = misfit["rmse_deg"].max()
+        return tell(facts(where=locate(misfit), worst_part_deg=worst, rmse_deg={"base": errors}, model="base"))["where"]
 
     return told
 
@@ -94,43 +83,46 @@ def test_below_the_noise_nothing_is_found(told_of):
     assert "grows with pitch" in told_of(trial=[0.1, 0.3], rmse=[0.2, 0.1], pitch=[0.1, 0.3, 0.6, 1.0])
 
 
-def test_muscles_that_share_a_channel_are_told_together(describe):
-    rows = [
-        (f"activation {muscle} [-]", "", 0.1 * i, 0.1 * (i + 1), error, 0.0)
-        for muscle, errors in {"BIC": [1, 2, 3, 4], "BRA": [1, 2, 3, 4], "BRD": [4, 4, 4, 4]}.items()
-        for i, error in enumerate(errors)
-    ]
-    rows += [(factor, part, np.nan, np.nan, 1.0, 0.0) for factor, part in HALVES]
-    told = describe(pd.DataFrame(rows, columns=["factor", "part", "low", "high", "rmse_deg", "mean_deg"]), 0.1)
-    assert "grows with activation of BIC and BRA, from 1 deg (0 to 0.1) to 4 deg (0.3 to 0.4)" in told
-    assert "BRD" not in told
+def test_muscles_that_share_an_activation_are_told_together(make_fit):
+    fit = make_fit({"joint_damping": {"c": 1.0}})
+    biceps, triceps = fit.model.muscles
+    model = replace(fit.model, muscles=(biceps, replace(biceps, name="Bra"), triceps))
+    record = replace(fit.record, emg=fit.record.emg[..., [0, 0, 1]])
+    parts = misfit_by(fit_model(model, record, ()))
+    activations = [factor for factor in parts["factor"].unique() if factor.startswith("activation")]
+    assert activations == ["activation of Bi and Bra [-]", "activation of Tri [-]"]
 
 
 def test_the_finding_names_what_the_error_grows_with_from_end_to_end(told_of):
     told = told_of(pitch=[1, 1.4, 1.3, 2], roll=[1, 2, 1, 1.2])
-    assert told.startswith("The misfit grows with pitch, from 1 deg (0 to 10 deg) to 2 deg (30 to 40 deg).")
+    assert told.startswith("The misfit grows with pitch, from 1.0 deg (0 to 10 deg) to 2.0 deg (30 to 40 deg).")
     assert "roll" not in told, "a difference between neighbours is no finding"
 
 
 def test_the_finding_names_the_extremes_where_there_is_no_trend(told_of):
     told = told_of(trial=[1, 3], pitch=[1, 1.1, 2, 1.2])
-    assert "largest at pitch 20 to 30 deg (2 deg) and smallest at 0 to 10 deg (1 deg)" in told
-    assert "largest in trial 2 (3 deg), smallest in trial 1 (1 deg)" in told
+    assert "largest at pitch 20 to 30 deg (2.0 deg) and smallest at 0 to 10 deg (1.0 deg)" in told
+    assert "largest in trial 2 (3.0 deg), smallest in trial 1 (1.0 deg)" in told
 
 
 def test_the_finding_says_which_of_arm_and_model_runs_ahead(told_of):
-    assert "ahead of the model, by 1.5 deg in flexion and 1 in extension" in told_of(rmse=[2, 2], mean=[1.5, -1.0])
+    assert "ahead of the model, by 1.5 deg in flexion and 1.0 deg in extension" in told_of(
+        rmse=[2, 2], mean=[1.5, -1.0]
+    )
     assert "behind the model" in told_of(rmse=[2, 2], mean=[-1.5, 1.0])
     assert told_of(pitch=[1, 1, 1, 1.1]) == "The misfit is the same everywhere. The noise is 0.5 deg."
 
 
-def test_short_trials_have_a_coarser_map_whose_cells_are_filled(make_fit):
-    found = missing_torque(make_fit({"joint_damping": {"c": 1.0}}))
-    short = replace(found, points=found.points.iloc[::4])
-    for whole in (found, short):
-        assert whole.map()["windows"].sum() > 0.8 * len(whole.points) and whole.map()["windows"].min() >= 3
-        assert np.polyfit(whole.map()["velocity_rad_s"], whole.map()["torque_Nm"], 1)[0] < 0, "what is missing brakes"
-    assert len(short.map()) < len(found.map())
+def test_the_map_of_a_damper_shows_that_it_brakes_and_short_trials_have_a_coarser_one(make_fit):
+    points = missing_torque(make_fit({"joint_damping": {"c": 1.0}})).points.assign(model="base")
+    cells = []
+    for windows in (points, points.iloc[::4]):
+        (drawn,) = draw_missing_torque(windows).axes[0].collections
+        velocity, torque = drawn.get_offsets()[:, 1], drawn.get_array()
+        assert np.polyfit(velocity, torque, 1)[0] < 0, "what is missing brakes"
+        cells.append(len(torque))
+    assert cells[1] < cells[0]
+    assert draw_missing_torque(points.iloc[:0]).axes, "of trials too short for a window there is a picture, too"
 
 
 def test_the_draft_is_an_effect_file_that_runs_and_says_what_was_found(make_fit, tmp_path):

@@ -6,16 +6,18 @@ from typing import get_args
 import pytest
 
 from myowave.diagnosis.report.numbers import degrees
-from myowave.diagnosis.report.tell import tell, tell_masked
-from myowave.diagnosis.report.words import GLOSSARY, KINDS, explained, kind_of
+from myowave.diagnosis.report.tell import noise, tell
+from myowave.diagnosis.report.words import GLOSSARY, explained
 from myowave.diagnosis.search.verdict import Kind
 
 TITLES = {"joint_damping": "damping of the joint", "fatigue": "muscles that tire"}
 
 
-def test_every_kind_of_verdict_has_words():
-    assert set(get_args(Kind)) == set(KINDS)
-    assert kind_of({"verdict": "effect", "follows": False}).label == "does not follow the motion"
+@pytest.mark.parametrize("kind", get_args(Kind))
+def test_every_kind_of_verdict_has_words(kind, facts):
+    told = tell(facts(verdict=kind))
+    assert told["headline"] and told["lead"] and told["label"]
+    assert tell(facts(verdict=kind, follows=False, horizon_s=0.5))["label"] == "does not follow the motion"
 
 
 def test_an_effect_stands_by_its_title_where_it_is_first_named():
@@ -40,21 +42,26 @@ def test_terms_are_explained_once_in_a_text_and_text_is_escaped():
 
 def test_numbers_in_text_have_two_digits_and_no_power_of_ten():
     assert [degrees(x) for x in (6.4752, 0.00283, 37.9, 120.4)] == ["6.5 deg", "0.0028 deg", "38 deg", "120 deg"]
-    assert degrees(9.4e-5) == "under 0.0001 deg", "nobody could measure it"
+    assert degrees(9.4e-5) == "under 0.001 deg", "nobody could measure it"
+    assert degrees(1.04) == "1.0 deg"
 
 
 def test_a_noise_that_is_all_floor_is_said_to_be_a_bound(facts):
-    assert tell(facts()).noise == "0.5 deg" and tell(facts(noise_is_bound=True)).noise == "at most 0.5 deg"
+    assert noise(facts()) == "0.5 deg" and noise(facts(noise_is_bound=True)) == "at most 0.5 deg"
 
 
-def test_parameters_that_hide_the_same_effect_are_told_together():
-    one, two = {"f0_Bi": ["hand_load"]}, {"f0_Bi": ["hand_load"], "f0_Tri": ["hand_load"]}
-    assert tell_masked(one) == "f0_Bi is outside its usual range, or hand_load is there"
-    assert tell_masked(two) == "f0_Bi and f0_Tri are outside their usual range, or hand_load is there"
-    assert tell_masked(one | {"l0_Bi": ["a", "b"]}).endswith("; l0_Bi is outside its usual range, or a or b is there")
+def test_parameters_that_hide_the_same_effect_are_told_together(facts):
+    def told(**masked: list[str]) -> str:
+        return tell(facts(verdict="undecidable", effects=[], outside_usual_range=masked))["headline"]
+
+    assert told(f0_Bi=["x"]) == "These trials cannot tell: f0_Bi is outside its usual range, or x is there."
+    assert "f0_Bi and f0_Tri are outside their usual range, or x is there." in told(f0_Bi=["x"], f0_Tri=["x"])
+    assert told(f0_Bi=["a", "b"], l0_Bi=["x"]).endswith(
+        "or a or b is there; l0_Bi is outside its usual range, or x is there."
+    )
 
 
 def test_torque_that_is_missing_is_told_with_its_size(facts):
-    missing = tell(facts()).missing
-    assert "base lacks a torque of 0.5 N m RMS" in missing
+    missing = tell(facts())["missing"]
+    assert "The model base lacks a torque of 0.5 N m RMS" in missing
     assert "base+joint_damping lacks no torque that noise would not show, under 0.04 N m" in missing

@@ -10,6 +10,7 @@ DIAGNOSIS_TABLES = expand(f"{DIAGNOSIS}/{{table}}.csv", table=TABLE_NAMES, allow
 PAGE_PARTS = (
     "page.html.j2",
     "tables.html.j2",
+    "sentences.j2",
     "style.css",
     "print.js",
     "motion.js",
@@ -124,6 +125,7 @@ rule draw_diagnosis:
         comparison=COMPARISON_TABLES,
         predictions=f"{DIAGNOSIS}/predictions.parquet",
         ladder=f"{DIAGNOSIS}/watch.csv",
+        ranking=f"{DIAGNOSIS}/ranking.csv",
     output:
         figures=[
             report(
@@ -199,7 +201,7 @@ rule list_datasets:
         ladders=expand(f"{DIAGNOSIS}/watch.csv", dataset=SETTINGS.targets.diagnosed),
         pictures=expand(f"{DIAGNOSIS_PICTURES}/glance.png", dataset=SETTINGS.targets.diagnosed),
         template=page_file("index.html.j2"),
-        assets=[page_file(name) for name in ("page.html.j2", "style.css")],
+        assets=[page_file(name) for name in ("page.html.j2", "sentences.j2", "style.css")],
     output:
         index="results/index.html",
     log:
@@ -219,7 +221,7 @@ rule tell_change:
         trials="results/data/{dataset}/trials.parquet",
         physics=physics_files,
         template=page_file("changed.html.j2"),
-        assets=[page_file(name) for name in ("page.html.j2", "tables.html.j2", "style.css")],
+        assets=[page_file(name) for name in ("page.html.j2", "tables.html.j2", "changed.j2", "style.css")],
     output:
         facts=f"{DIAGNOSIS}/changed.json",
         page=report(

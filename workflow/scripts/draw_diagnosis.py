@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from myowave.diagnosis.report.cells import read_ranking
 from myowave.diagnosis.report.figures import draw_diagnosis
 from myowave.diagnosis.report.motion import read_beside
 from myowave.plotting import save
@@ -16,6 +17,7 @@ with job_log(f"draw diagnosis of {snakemake.wildcards.dataset}", snakemake.log[0
     networks = Path("results/learning", snakemake.wildcards.dataset)
     verdict, ladder = json.loads(Path(inputs.verdict).read_text(encoding="utf-8")), pd.read_csv(inputs.ladder)
     predictions = read_beside(inputs.predictions, ladder, verdict["model"], networks)
-    figures = draw_diagnosis(tables | {"ladder": ladder}, predictions, verdict)
+    tables |= {"ladder": ladder, "ranking": read_ranking(inputs.ranking)}
+    figures = draw_diagnosis(tables, predictions, verdict)
     for path in snakemake.output.figures:
         save(figures[Path(path).stem], path)

@@ -19,4 +19,4 @@ with job_log(f"verdict of {snakemake.wildcards.dataset}", snakemake.log[0]) as l
     command = adding_command(summary["dataset"], summary["model"], **snakemake.params.run)
     verdict = {**add_truth(summary, truth), **compared, "command": command}
     write_json(verdict, snakemake.output.verdict)
-    log.say(tell(verdict).headline)
+    log.say(tell(verdict)["headline"])

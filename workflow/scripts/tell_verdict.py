@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from myowave.diagnosis.report.cells import with_texts
+from myowave.diagnosis.report.cells import read_ranking
 from myowave.diagnosis.report.motion import read_beside
 from myowave.diagnosis.report.page import Story, write_page
 from myowave.workflow.job import job_log
@@ -18,7 +18,7 @@ with job_log(f"tell verdict of {snakemake.wildcards.dataset}", snakemake.log[0])
         verdict=verdict,
         ladder=ladder,
         parameters=pd.read_csv(inputs.parameters),
-        ranking=with_texts(pd.read_csv(inputs.ranking)),
+        ranking=read_ranking(inputs.ranking),
         predictions=read_beside(inputs.predictions, ladder, verdict["model"], networks),
         images={Path(path).stem: Path(path) for path in inputs.figures},
         draft=Path(inputs.draft).read_text(encoding="utf-8"),

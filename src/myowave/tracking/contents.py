@@ -114,9 +114,9 @@ def _overview(results: Path, dataset: str, networks: Mapping[Path, pd.DataFrame]
         params |= {"verdict": verdict["verdict"], "missing": missing or "-", "physics": verdict["model"]}
         metrics |= ladder.loc[verdict["model"]].to_dict()
         metrics |= {"base_heldout_rmse_deg": ladder["heldout_rmse_deg"].iloc[0]}
-        metrics |= {key: verdict[key] for key in ("missing_deg", "missing_Nm") if key in verdict}
+        metrics |= {"missing_deg": verdict["missing_deg"]}
         story = tell(verdict)
-        told += [story.headline, story.where, story.which, "The whole story is in verdict.html, attached."]
+        told += [story["headline"], story["where"], story["which"], "The whole story is in verdict.html, attached."]
         files |= {file.name: file for file in (*diagnosis.glob("verdict.*"), *sorted(diagnosis.glob("*.csv")))}
     if networks:
         by_network = pd.concat(networks.values()).groupby(COORDINATES[1:], sort=False)

@@ -8,8 +8,8 @@ import pytest
 import torch
 
 from myowave.data.trials import Trials
+from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, POSTURE, SAME_SPEED
 from myowave.diagnosis.comparison.horizons import HORIZONS_S, Restarts, baselines, compare_horizons, emg_features
-from myowave.diagnosis.comparison.names import EMG_ONLY, HOLD, POSTURE, SAME_SPEED
 from myowave.diagnosis.comparison.torque import compare_torque
 from myowave.identification.along import Along
 from myowave.identification.record import make_record

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from myowave.diagnosis.comparison.names import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
+from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
 from myowave.diagnosis.comparison.summary import summarize
 from myowave.diagnosis.report.figures.comparisons import draw_horizons, draw_torque
 from myowave.diagnosis.report.tell import tell
@@ -22,20 +22,22 @@ def torque_of(posture: float, base: float, found: float) -> pd.DataFrame:
 
 @pytest.fixture
 def tell_torque(facts):
-    return lambda torque, model="base+joint_damping": tell(facts(model=model, **summarize(torque, SHORT))).torque
+    return lambda torque, model="base+joint_damping": tell(facts(model=model, **summarize(torque, SHORT)))["torque"]
 
 
 @pytest.fixture
 def asks_for_others(facts):
     """Whether the trials are said to tell too little, so that others are listed to record."""
-    return lambda torque, model="base+joint_damping": bool(tell(facts(model=model, **summarize(torque, SHORT))).session)
+    return lambda torque, model="base+joint_damping": bool(
+        tell(facts(model=model, **summarize(torque, SHORT)))["session"]
+    )
 
 
 @pytest.fixture
 def tell_horizons(facts):
-    return lambda horizons, model="base+joint_damping": (
-        tell(facts(model=model, **summarize(torque_of(0.6, 0.7, 0.7), horizons))).horizons
-    )
+    return lambda horizons, model="base+joint_damping": tell(
+        facts(model=model, **summarize(torque_of(0.6, 0.7, 0.7), horizons))
+    )["horizons"]
 
 
 def test_the_sentence_names_what_posture_and_the_muscles_explain(tell_torque, asks_for_others):
@@ -86,7 +88,11 @@ def test_the_second_sentence_names_the_best_rival(tell_horizons):
     rows = [(p, h, held, e + h) for p, e in errors.items() for h in (0.2, 0.5) for held in (False, True)]
     rows += [("base", np.inf, True, 12.0), ("base+joint_damping", np.inf, True, 0.7)]
     text = tell_horizons(pd.DataFrame(rows, columns=SHORT.columns))
-    assert "0.5 s after" in text and "base misses by 3.5 deg" in text and "base+joint_damping misses by 0.9 deg" in text
+    assert (
+        "0.5 s after" in text
+        and "the model base misses by 3.5 deg" in text
+        and "base+joint_damping misses by 0.9 deg" in text
+    )
     assert "(posture and speed) by 5.5 deg" in text
 
 

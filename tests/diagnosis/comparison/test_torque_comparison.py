@@ -7,8 +7,7 @@ import pytest
 import torch
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.comparison.names import EMG_ONLY, NOISE, POSTURE
-from myowave.diagnosis.comparison.regression import fit_linear, polynomial
+from myowave.diagnosis.comparison.baselines import EMG_ONLY, NOISE, POSTURE, fit_linear, polynomial
 from myowave.diagnosis.comparison.torque import compare_torque, score
 from myowave.identification.along import Along
 from myowave.identification.record import make_record

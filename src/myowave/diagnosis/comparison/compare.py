@@ -5,7 +5,7 @@ what is wrong. So the same fitted models are asked first for the torque along th
 short horizons from measured states, then for whole trials (`horizons`). Nothing is fitted again.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import pandas as pd
 
@@ -31,10 +31,6 @@ def compare_models(
     """
     models = {name: build(name) for name in errors["model"].unique()}
     record = make_record(trials, next(iter(models.values())), float(errors["noise_deg"].iloc[0]))
-    along = [Along(model, record, _values(parameters, name)) for name, model in models.items()]
+    values = {name: dict(zip(p["parameter"], p["value"], strict=True)) for name, p in parameters.groupby("model")}
+    along = [Along(model, record, values.get(name, {})) for name, model in models.items()]
     return {"torque": compare_torque(along), "horizons": compare_horizons(along, errors)}
-
-
-def _values(parameters: pd.DataFrame, model: str) -> Mapping[str, float]:
-    rows = parameters[parameters["model"] == model]
-    return dict(zip(rows["parameter"], rows["value"], strict=True))

@@ -14,8 +14,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from myowave.diagnosis.comparison.names import EMG_ONLY, HOLD, POSTURE, SAME_SPEED
-from myowave.diagnosis.comparison.regression import fit_linear, polynomial
+from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, POSTURE, SAME_SPEED, fit_linear, polynomial
 from myowave.identification.along import Along
 from myowave.identification.record import Record
 
@@ -58,7 +57,7 @@ class Restarts:
 def compare_horizons(models: list[Along], errors: pd.DataFrame) -> pd.DataFrame:
     """Error against the horizon, on training and on held-out trials: predictor, horizon_s, held_out, rmse_deg.
 
-    The predictors are the models, then four to compare with, in the words of `names`:
+    The predictors are the models, then four to compare with, in the words of the module `baselines`:
     - `hold the angle`: q(t + h) = q(t);
     - `go on at the same speed`: q(t) + h qdot(t);
     - `posture and speed`: q(t + h) - q(t) as a polynomial of degree 3 in q(t) and qdot(t), one for each horizon;
@@ -73,17 +72,21 @@ def compare_horizons(models: list[Along], errors: pd.DataFrame) -> pd.DataFrame:
         rmse_deg is inf where a prediction overflows (beyond 1e6 rad); a row is missing where no trial is long enough.
     """
     record = models[0].record
-    restarts = Restarts.every(record, RESTART_S)
-    steps = {h: max(1, round(h / record.dt)) for h in HORIZONS_S}
-    rows: list[tuple[str, float, bool, float]] = []
+    restarts, steps = Restarts.every(record, RESTART_S), _steps(record)
+    predicted: dict[str, dict[float, Array]] = {}
     for along in models:
         motion = along.predict(restarts.trial, restarts.start, max(steps.values()))
-        predicted = {h: motion[:, n] for h, n in steps.items()}
-        rows += _score(along.model.name, predicted, record, restarts)
-        rows += _whole_trials(along.model.name, errors, record)
-    for name, predicted in baselines(record, restarts).items():
-        rows += _score(name, predicted, record, restarts)
-    return pd.DataFrame(rows, columns=COLUMNS)
+        predicted[along.model.name] = {horizon: motion[:, n] for horizon, n in steps.items()}
+    held_out = ~record.training[restarts.trial]
+    rows: list[tuple[str, float, bool, float]] = []
+    for name, angles in (predicted | baselines(record, restarts)).items():
+        for horizon, angle in angles.items():
+            left = angle - restarts.target(record, steps[horizon])
+            for part in (False, True):
+                scored = restarts.reach(record, steps[horizon]) & (held_out == part)
+                if scored.any():
+                    rows.append((name, horizon, part, _rmse(left[scored])))
+    return pd.DataFrame([*rows, *_whole_trials(errors, record)], columns=COLUMNS)
 
 
 def baselines(record: Record, restarts: Restarts) -> dict[str, dict[float, Array]]:
@@ -91,8 +94,7 @@ def baselines(record: Record, restarts: Restarts) -> dict[str, dict[float, Array
     every = Restarts.every(record, record.dt)
     q, qdot = _state(record, restarts)
     found: dict[str, dict[float, Array]] = {HOLD: {}, SAME_SPEED: {}, POSTURE: {}, EMG_ONLY: {}}
-    for horizon in HORIZONS_S:
-        steps = max(1, round(horizon / record.dt))
+    for horizon, steps in _steps(record).items():
         found[HOLD][horizon] = q
         found[SAME_SPEED][horizon] = q + steps * record.dt * qdot
         training = record.training[every.trial] & every.reach(record, steps)
@@ -101,6 +103,11 @@ def baselines(record: Record, restarts: Restarts) -> dict[str, dict[float, Array
             coefficients = fit_linear(features(record, every, steps), change, training)
             found[name][horizon] = q + features(record, restarts, steps) @ coefficients
     return found
+
+
+def _steps(record: Record) -> dict[float, int]:
+    """The horizons, each in samples."""
+    return {horizon: max(1, round(horizon / record.dt)) for horizon in HORIZONS_S}
 
 
 def posture_features(record: Record, restarts: Restarts, steps: int) -> Array:
@@ -124,26 +131,13 @@ def _state(record: Record, restarts: Restarts) -> tuple[Array, Array]:
     return q.numpy(), qdot.numpy()
 
 
-def _score(
-    name: str, predicted: dict[float, Array], record: Record, restarts: Restarts
-) -> Iterator[tuple[str, float, bool, float]]:
-    """A row for each horizon and for training and held-out trials."""
-    held_out = ~record.training[restarts.trial]
-    for horizon, angle in predicted.items():
-        steps = max(1, round(horizon / record.dt))
-        for part in (False, True):
-            rows = restarts.reach(record, steps) & (held_out == part)
-            if rows.any():
-                yield name, horizon, part, _rmse(angle[rows] - restarts.target(record, steps)[rows])
-
-
-def _whole_trials(name: str, errors: pd.DataFrame, record: Record) -> Iterator[tuple[str, float, bool, float]]:
+def _whole_trials(errors: pd.DataFrame, record: Record) -> Iterator[tuple[str, float, bool, float]]:
     """Rows of free running over whole trials, every sample counted once; none where the fits are to pieces."""
-    errors = errors[errors["horizon_s"].isna()]
     samples = dict(zip(record.names, record.lengths, strict=True))
-    for role, rows in errors[errors["model"] == name].groupby("role", sort=False):
-        weights = rows["trial"].astype(str).map(samples)
-        yield name, WHOLE_TRIAL_S, role == "test", float(np.sqrt(np.average(rows["rmse_deg"] ** 2, weights=weights)))
+    whole = errors[errors["horizon_s"].isna()]
+    for (model, role), trials in whole.groupby(["model", "role"], sort=False):
+        weights = trials["trial"].astype(str).map(samples)
+        yield model, WHOLE_TRIAL_S, role == "test", float(np.sqrt(np.average(trials["rmse_deg"] ** 2, weights=weights)))
 
 
 def _rmse(left: Array) -> float:

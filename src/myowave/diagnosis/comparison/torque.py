@@ -12,8 +12,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from myowave.diagnosis.comparison.names import EMG_ONLY, NOISE, POSTURE, POSTURE_LOAD
-from myowave.diagnosis.comparison.regression import fit_linear, polynomial
+from myowave.diagnosis.comparison.baselines import EMG_ONLY, NOISE, POSTURE, POSTURE_LOAD, fit_linear, polynomial
 from myowave.identification.along import Along
 from myowave.identification.torque import TorqueBalance, windows_of
 
@@ -79,17 +78,12 @@ def score(name: str, needed: Array, given: Array, balance: TorqueBalance) -> lis
     rows = []
     for trial, label in enumerate(balance.record.names):
         inside = balance.inside[trial]
-        left, variance = (needed - given)[trial, inside], _variance(needed[trial, inside])
-        if not inside.any():
-            rmse, r2 = np.nan, np.nan
-        elif not (np.abs(left) < OVERFLOWN_NM).all():
+        rmse, r2 = np.nan, np.nan
+        if inside.any():
+            left, variance = (needed - given)[trial, inside], float(needed[trial, inside].var())
             rmse, r2 = np.inf, -np.inf
-        else:
-            rmse = float(np.sqrt((left**2).mean()))
-            r2 = 1 - rmse**2 / variance if variance > 0 else np.nan
+            if (np.abs(left) < OVERFLOWN_NM).all():
+                rmse = float(np.sqrt((left**2).mean()))
+                r2 = 1 - rmse**2 / variance if variance > 0 else np.nan
         rows.append(dict(zip(COLUMNS, (name, label, not balance.record.training[trial], rmse, r2), strict=True)))
     return rows
-
-
-def _variance(values: Array) -> float:
-    return float(values.var()) if len(values) else 0.0

@@ -3,8 +3,8 @@
 Shapes: T trials, N samples.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -21,8 +21,6 @@ Array = NDArray[np.float64]
 
 BINS = 4  # of as many samples each
 WINDOW_S = 0.25  # half the width of a test function
-MOST_MAP_BINS, WINDOWS_A_CELL = 8, 5  # the map is as fine as so many windows in a cell, on average, allow
-FEWEST = 3  # windows in a cell of the map
 CONTRAST = 1.15  # worst bin over best: less is no finding
 TREND = 0.8  # rank correlation of four bins with at most two neighbours exchanged
 SHIFT = 0.2  # mean error over RMSE from which the arm is said to run ahead or behind
@@ -46,22 +44,6 @@ class MissingTorque:
         """Root mean square of the missing torque less what noise by itself would show [N m]."""
         return float(np.sqrt(max((self.points["torque_Nm"] ** 2).mean() - self.standard_error**2, 0.0)))
 
-    def map(self) -> pd.DataFrame:
-        """Mean over cells of angle and velocity: angle_rad, velocity_rad_s (centres), torque_Nm, windows."""
-        points = self.points
-        cells = []
-        bins = int(np.clip(np.sqrt(len(points) / WINDOWS_A_CELL), 2, MOST_MAP_BINS))
-        q_edges, v_edges = (
-            np.linspace(points[c].min(), points[c].max() + 1e-9, bins + 1) for c in ("angle_rad", "velocity_rad_s")
-        )
-        i = np.digitize(points["angle_rad"], q_edges) - 1
-        j = np.digitize(points["velocity_rad_s"], v_edges) - 1
-        for (a, b), group in points.groupby([i, j]):
-            if len(group) >= FEWEST:
-                centre = (q_edges[a] + q_edges[a + 1]) / 2, (v_edges[b] + v_edges[b + 1]) / 2
-                cells.append((*centre, group["torque_Nm"].mean(), len(group)))
-        return pd.DataFrame(cells, columns=["angle_rad", "velocity_rad_s", "torque_Nm", "windows"])
-
 
 def misfit_by(fit: Fit) -> pd.DataFrame:
     """RMSE of a fit in parts of its data.
@@ -69,31 +51,39 @@ def misfit_by(fit: Fit) -> pd.DataFrame:
     Returns:
         Columns factor, part, low, high, samples, rmse_deg, mean_deg.
     """
-    valid = fit.record.valid
+    record, valid = fit.record, fit.record.valid
     residual = np.degrees(fit.residual)
     q, velocity = fit.sensitive.motion.state[..., :2].numpy().transpose(2, 0, 1)
-    rows = [_row("trial", name, left) for name, left in fit.record.joined(residual).items()]
+    rows = [_row("trial", name, left) for name, left in record.joined(residual).items()]
     for part, where in (("flexion", velocity > STILL_RAD_S), ("extension", velocity < -STILL_RAD_S)):
         rows.append(_row("direction", part, residual[where & valid]))
-    factors = {"speed [deg/s]": np.degrees(np.abs(velocity)), "angle [deg]": np.degrees(q)}
-    factors |= _activations(fit)
-    factors["time [s]"] = fit.record.begin_s[:, None] + np.arange(residual.shape[1]) * fit.record.dt
-    for factor, signal in factors.items():
+    time = record.begin_s[:, None] + np.arange(residual.shape[1]) * record.dt
+    factors = {"speed [deg/s]": np.degrees(np.abs(velocity)), "angle [deg]": np.degrees(q), **_activations(fit)}
+    for factor, signal in (factors | {"time [s]": time}).items():
         edges = np.quantile(signal[valid], np.linspace(0, 1, BINS + 1))
         edges[0] = 0.0 if factor.startswith("speed") else edges[0]  # the slowest sample says less than standing still
-        for low, high in zip(edges[:-1], edges[1:], strict=True):
-            inside = valid & (signal >= low) & ((signal < high) | (high == edges[-1]))
+        bins = np.searchsorted(edges[1:-1], signal, side="right")
+        for place, (low, high) in enumerate(pairwise(edges)):
+            inside = valid & (bins == place)
             if inside.any():
                 rows.append(_row(factor, f"{low:.3g} to {high:.3g}", residual[inside], low, high))
     return pd.DataFrame(rows)
 
 
 def _activations(fit: Fit) -> dict[str, Array]:
-    """The activation of every muscle at every sample, (T, N), by its name and unit."""
+    """The activation of every muscle at every sample, (T, N), by name and unit; muscles that share one are named
+    together."""
     drive = fit.simulation.drive
     activation = torch.cat([drive.activation[..., 0, :], drive.activation[..., -1:, -1, :]], -2)
     activation = activation.expand(len(fit.record.names), *activation.shape[-2:]).numpy()
-    return {f"activation {m.name} [-]": activation[..., i] for i, m in enumerate(fit.model.muscles)}
+    alike: dict[bytes, list[int]] = {}
+    for place in range(activation.shape[-1]):
+        alike.setdefault(activation[..., place].tobytes(), []).append(place)
+    names = [muscle.name for muscle in fit.model.muscles]
+    return {
+        f"activation of {' and '.join(names[i] for i in places)} [-]": activation[..., places[0]]
+        for places in alike.values()
+    }
 
 
 def locate(misfit: pd.DataFrame) -> list[dict[str, Any]]:
@@ -103,24 +93,22 @@ def locate(misfit: pd.DataFrame) -> list[dict[str, Any]]:
         misfit: as `misfit_by` gives it.
 
     Returns:
-        Findings with their `kind` and two `parts`, each {"part", "low", "high", "rmse_deg", "mean_deg"}: `trend`, from
-        the lowest to the highest part `of` some factors, and `extremes`, the worst and the best of these; `shift`, the
-        arm ahead of the model in flexion and extension alike (mean_deg > 0 while the angle grows), or behind it;
-        `direction` and `trial`, the worst and the best.
+        Findings with their `kind`, what they are `of` and its `unit`, and two `parts`, each {"part", "low", "high",
+        "rmse_deg", "mean_deg"}: `trend`, from the lowest to the highest part of a factor, and `extremes`, the worst and
+        the best of these; `shift`, the arm ahead of the model in flexion and extension alike (mean_deg > 0 while the
+        angle grows), or behind it; `direction` and `trial`, the worst and the best.
     """
     halves, trials = (misfit[misfit["factor"] == factor] for factor in ("direction", "trial"))
     ahead = halves["mean_deg"].to_numpy() * [1, -1]  # measured less simulated: positive while the angle grows is ahead
-    if (np.abs(ahead) > SHIFT * halves["rmse_deg"]).all() and ahead.prod() > 0:
-        return [*_by_range(misfit), _finding("shift", halves), *_contrast("trial", trials)]
-    return [*_by_range(misfit), *_contrast("direction", halves), *_contrast("trial", trials)]
+    shifted = (np.abs(ahead) > SHIFT * halves["rmse_deg"]).all() and ahead.prod() > 0
+    by_direction = [_finding("shift", halves)] if shifted else _contrast("direction", halves)
+    return [*_by_range(misfit[misfit["low"].notna()]), *by_direction, *_contrast("trial", trials)]
 
 
-def _by_range(misfit: pd.DataFrame) -> list[dict[str, Any]]:
+def _by_range(ranges: pd.DataFrame) -> list[dict[str, Any]]:
     """With what the error grows or falls; where there is no such trend, where it is largest and smallest."""
     trends, extremes = [], []
-    ranges = misfit[misfit["low"].notna()]
-    for factors in sharing(ranges, "factor", ("low", "high", "rmse_deg")):
-        parts = ranges[ranges["factor"] == factors[0]]
+    for _, parts in ranges.groupby("factor", sort=False):
         errors = parts["rmse_deg"].to_numpy()
         contrast = errors.max() / max(errors.min(), 1e-12)
         if contrast <= CONTRAST:
@@ -128,9 +116,9 @@ def _by_range(misfit: pd.DataFrame) -> list[dict[str, Any]]:
         order = spearmanr(np.arange(len(errors)), errors).statistic
         across = np.log(errors[-1] / max(errors[0], 1e-12))
         if abs(order) >= TREND - 1e-9 and abs(across) > np.log(contrast) / 2:
-            trends.append((contrast, _finding("trend", parts.iloc[[0, -1]], factors)))
+            trends.append((contrast, _finding("trend", parts.iloc[[0, -1]])))
         elif abs(errors.argmax() - errors.argmin()) > 1:  # between neighbours a difference is no finding
-            extremes.append((contrast, _finding("extremes", _extremes(parts), factors)))
+            extremes.append((contrast, _finding("extremes", _extremes(parts))))
     ordered = [sorted(found, key=lambda pair: -pair[0]) for found in (trends, extremes)]
     return [finding for _, finding in ordered[0][:2] or ordered[1][:1]]
 
@@ -146,10 +134,10 @@ def _extremes(parts: pd.DataFrame) -> pd.DataFrame:
     return parts.loc[[parts["rmse_deg"].idxmax(), parts["rmse_deg"].idxmin()]]
 
 
-def _finding(kind: str, parts: pd.DataFrame, of: Sequence[str] = ()) -> dict[str, Any]:
-    columns = ["part", "low", "high", "rmse_deg", "mean_deg"]
-    known = parts[columns].astype(object)
-    return {"kind": kind, "of": list(of), "parts": known.where(known.notna(), None).to_dict("records")}
+def _finding(kind: str, parts: pd.DataFrame) -> dict[str, Any]:
+    of, _, unit = parts["factor"].iloc[0].removesuffix("]").partition(" [")
+    known = parts[["part", "low", "high", "rmse_deg", "mean_deg"]].astype(object)
+    return {"kind": kind, "of": of, "unit": unit, "parts": known.where(known.notna(), None).to_dict("records")}
 
 
 def missing_torque(fit: Fit) -> MissingTorque:
@@ -189,16 +177,3 @@ def _row(factor: str, part: str, residual: Array, low: float = np.nan, high: flo
     rmse, mean = (np.sqrt((residual**2).mean()), residual.mean()) if len(residual) else (0.0, 0.0)
     about = {"factor": factor, "part": part, "low": low, "high": high, "samples": len(residual)}
     return {**about, "rmse_deg": rmse, "mean_deg": mean}
-
-
-def sharing(table: pd.DataFrame, name: str, shown: Sequence[str]) -> list[list[str]]:
-    """The names of a table, together where the same stands under them, as of muscles that share a channel.
-
-    Args:
-        name: column of the names.
-        shown: columns that are compared.
-    """
-    found: dict[str, list[str]] = {}
-    for one, rows in table.groupby(name, sort=False):
-        found.setdefault(rows[list(shown)].to_csv(index=False), []).append(str(one))
-    return [*found.values()]

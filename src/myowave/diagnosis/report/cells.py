@@ -1,19 +1,23 @@
 """Tables of a diagnosis as text for its page: columns as they are headed, and a row of cells for each row."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from myowave.diagnosis.comparison.names import HORIZON_BASELINES
-from myowave.diagnosis.report.advice import base_of
+from myowave.diagnosis.comparison.baselines import HORIZON_BASELINES
 from myowave.diagnosis.report.ladder import NETWORK, PHYSICS
 from myowave.diagnosis.report.numbers import NOTHING, degrees, estimate, number, r2_text
-from myowave.diagnosis.report.tell import noise
-from myowave.diagnosis.report.words import in_words
+from myowave.diagnosis.report.tell import base_of
 
-RANKING_TEXTS = ("absorbed_by", "confused_with", "reason", "estimate")
+
+def read_ranking(path: str | Path) -> pd.DataFrame:
+    """The table `ranking` of its file; texts are empty where nothing stands."""
+    texts = ["absorbed_by", "confused_with", "reason", "estimate"]
+    table = pd.read_csv(path, dtype=dict.fromkeys(texts, object))
+    return table.fillna(dict.fromkeys(texts, ""))
 
 
 def accuracy_cells(verdict: Mapping[str, Any], ladder: pd.DataFrame) -> pd.DataFrame:
@@ -31,7 +35,7 @@ def accuracy_cells(verdict: Mapping[str, Any], ladder: pd.DataFrame) -> pd.DataF
         rows.append((f"muscle model {base}", "the best start of each piece", pieces, degrees(first["fitted"]), "", ""))
     for row in ladder[ladder["source"] == PHYSICS].to_dict("records"):
         errors = degrees(row["train_rmse_deg"]), degrees(row["heldout_rmse_deg"])
-        rows.append((f"muscle model {row['model']}", state, pieces, *errors, _r2(row["heldout_r2"])))
+        rows.append((f"muscle model {row['model']}", state, pieces, *errors, r2_text(row["heldout_r2"])))
     if horizon is not None and ahead["horizon_s"] is not None:
         rmse, at = ahead["rmse_deg"], f"the end of {ahead['horizon_s']:g} s"
         rival = min((name for name in HORIZON_BASELINES if name in rmse), key=lambda name: rmse[name])
@@ -42,16 +46,19 @@ def accuracy_cells(verdict: Mapping[str, Any], ladder: pd.DataFrame) -> pd.DataF
     for row in ladder[ladder["source"] != PHYSICS].to_dict("records"):
         failed = str(row["failed_seeds"] or "").replace("nan", "")
         of = f"{row['source']}, on {row['model']}" if row["source"].startswith(NETWORK) else row["source"]
-        what = of + f"; {failed} of {row['seeds']:.0f} failed" * bool(failed)
+        what = of + f"; {failed}" * bool(failed)
         error = degrees(row["heldout_rmse_deg"]) if np.isfinite(row["heldout_rmse_deg"]) else "runs away"
-        rows.append((what, "first angles", whole, "", error, _r2(row["heldout_r2"])))
-    rows.append(("noise of the measured angle", "", "", noise(verdict), "", ""))
-    heads = ["what", "starts from", "error over", "training trials", "held-out trials", "held-out R2"]
+        rows.append((what, "first angles", whole, "", error, r2_text(row["heldout_r2"])))
+    heads = ["what", "starts from", "error over", "training error", "held-out error", "held-out R2"]
     return pd.DataFrame(rows, columns=heads)
 
 
 def ranking_cells(rows: pd.DataFrame) -> pd.DataFrame:
-    """The catalogue weighed at one model; without columns in which nothing stands."""
+    """The catalogue weighed at one model; without columns in which nothing stands.
+
+    Args:
+        rows: of the table `ranking` of `tables`.
+    """
     absorbed = "absorbed by " + rows["absorbed_by"].str.replace(" ", ", ").replace("", "parameters together")
     tried = rows["rmse_deg"].notna()
     cells = pd.DataFrame(
@@ -61,7 +68,7 @@ def ranking_cells(rows: pd.DataFrame) -> pd.DataFrame:
             "delta BIC": rows["delta_bic"].map(number),
             "error of the fit [deg]": rows["rmse_deg"].map(number),
             "folds won": (rows["folds_won"].astype(str) + " of " + rows["folds"].astype(str)).where(tried, "not tried"),
-            "estimate": rows["estimate"].str.replace("+-", "±"),
+            "estimate": rows["estimate"],
             "smallest detectable": rows["smallest_detectable"].map(number),
             "like": rows["confused_with"].str.replace(" ", ", ").where(rows["status"] != "absorbed", absorbed),
             "why not": rows["reason"],
@@ -78,10 +85,10 @@ def parameter_cells(parameters: pd.DataFrame, *, models: bool = False) -> pd.Dat
         models: whether they are of several models and networks, which are then named.
     """
     scatter = parameters["scatter"].mask(parameters["scatter"] <= NOTHING * parameters["value"].abs(), 0.0)
-    of = {"model": parameters["model"], "from": parameters["source"].replace(PHYSICS, "physical model")}
+    of = {"model": parameters["model"], "from": parameters["source"].replace(PHYSICS, "muscle model")}
     cells = pd.DataFrame(
         {
-            "parameter": [in_words(r.parameter, r.meaning) for r in parameters.itertuples()],
+            "parameter": [f"{r.meaning} ({r.parameter})" for r in parameters.itertuples()],
             **(of if models else {}),
             "value ± SE": [estimate(r.value, r.se, (r.low, r.high)) for r in parameters.itertuples()],
             "unit": parameters["unit"].fillna("").replace("-", ""),
@@ -95,12 +102,3 @@ def parameter_cells(parameters: pd.DataFrame, *, models: bool = False) -> pd.Dat
         }
     )
     return cells.loc[:, (cells != "").any()]
-
-
-def with_texts(table: pd.DataFrame, columns: Iterable[str] = RANKING_TEXTS) -> pd.DataFrame:
-    """A table that was read from its file, where a column without any text holds numbers that are not there."""
-    return table.assign(**{name: table[name].astype(object).fillna("") for name in columns if name in table})
-
-
-def _r2(value: float) -> str:
-    return "" if pd.isna(value) else r2_text(value)

@@ -3,7 +3,7 @@
 The workflow names its files by them at every start, so nothing heavy is imported here.
 """
 
-TABLE_NAMES = ("ladder", "ranking", "parameters", "errors", "misfit", "missing_torque", "next_trials")
+TABLE_NAMES = ("ladder", "ranking", "parameters", "errors", "misfit", "missing_torque")
 # Of the rule that compares models with trials, after the fits.
 COMPARISON_NAMES = ("torque", "horizons")
 FIGURE_NAMES = ("glance", *COMPARISON_NAMES, "missing_torque", "ranking", "ladder")

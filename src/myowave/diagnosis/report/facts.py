@@ -1,6 +1,5 @@
 """A diagnosis as verdict.json: numbers, names, kinds and units. `tell` makes all sentences of these."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -44,7 +43,6 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
             }
             for rung in diagnosis.tried
         },
-        "fitted_deg": float(np.degrees(last.fit.rmse())),
         "parameters": {rung.name: parameters_of(rung.fit) for rung in diagnosis.tried},
         "missing_torque_Nm": {rung.name: rung.missing.rms for rung in (diagnosis.rungs[0], found)},
         "torque_noise_Nm": {rung.name: rung.missing.standard_error for rung in (diagnosis.rungs[0], found)},
@@ -52,16 +50,16 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
         "absorbed": {name: list(by) for name, by in verdict.absorbed.items()},
         "outside_usual_range": {name: list(by) for name, by in verdict.masked.items()},
         "explained": verdict.explained,
-        "structure_left": verdict.structure_left,
         "rest": OWN_CURVES if verdict.of_curves else "",
         "models_that_leave_more": _leave_more(diagnosis),
         "follows": verdict.follows,
         "stands_on": "torque" if torque else "motion",
         "torque_left_out": dict(torque.left_out) if torque else {},
         "missing_deg": float(np.degrees(verdict.missing)),
-        "missing_Nm": last.missing.rms if verdict.structure_left else 0.0,
         "emg_noise": verdict.emg_noise,
-        "probabilities": _likely(verdict.probabilities),
+        "probabilities": {
+            name: float(p) for name, p in sorted(verdict.probabilities.items(), key=lambda pair: -pair[1]) if p > LEAST
+        },
         "emg_motion_deg": float(np.degrees(verdict.emg_motion)),
         "evidence": _evidence(diagnosis),
         "scored": len(diagnosis.selection.rankings[0]),
@@ -74,21 +72,17 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _likely(probabilities: Mapping[str, float]) -> dict[str, float]:
-    """Those worth telling, the likeliest first."""
-    order = sorted(probabilities, key=lambda name: -probabilities[name])
-    return {name: float(probabilities[name]) for name in order if probabilities[name] > LEAST}
-
-
 def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
     """Value, standard error, bounds, unit and meaning of each free parameter; whether it ended at a bound, and whether
-    it is free only as nobody measured it."""
+    it is free only as nobody measured it: then what is expected before any trial, and the standard deviation of that.
+    """
     errors, of_effects = fit.standard_errors(), fit.model.effect_parameters
     return {
         p.name: {
             "value": float(value),
             "se": errors[p.name],
             "assumed": p.assumed,
+            **dict(zip(("expected", "deviation"), p.known if p.assumed else (None, None), strict=True)),
             "unit": of_effects[p.name].unit if p.name in of_effects else constant_of(p.name).unit,
             "meaning": of_effects[p.name].meaning if p.name in of_effects else _meaning(p.name),
             "low": p.low,

@@ -8,23 +8,13 @@ import pandas as pd
 
 from myowave.scores import median_over_seeds
 
+ERROR = "heldout_rmse_deg"
 COLUMNS = [
-    "source",
-    "model",
-    "effects",
-    "named",
-    "train_rmse_deg",
-    "heldout_rmse_deg",
-    "noise_deg",
-    "heldout_r2",
-    "missing_torque_Nm",
-    "seeds",
-    "failed_seeds",
+    *("source", "model", "effects", "named", "train_rmse_deg", ERROR, "noise_deg", "heldout_r2", "missing_torque_Nm"),
+    *("seeds", "failed_seeds"),
 ]
-PARAMETER_COLUMNS = [
-    *("source", "model", "parameter", "unit", "low", "high", "value", "se", "scatter", "true", "error_pct"),
-    *("assumed", "if_right", "meaning", "at_bound"),
-]
+NUMBERS = ["low", "high", "value", "se", "scatter", "true", "error_pct"]
+PARAMETER_COLUMNS = ["source", "model", "parameter", "unit", *NUMBERS, "assumed", "if_right", "meaning", "at_bound"]
 PHYSICS, NETWORK, PLAIN = "physics", "network", "without physics"  # what the sources of rows begin with
 LAST = 99  # effects of a predictor that has no model
 FAILED_R2 = 0.0  # a network that predicts the held-out trials no better than their mean angle has failed
@@ -42,33 +32,36 @@ def join_ladder(
         plain: the same of predictors without physics, which come last.
 
     Returns:
-        Columns `COLUMNS`: `seeds` is the number of seeds of a network, `failed_seeds` names those that failed.
+        Columns `COLUMNS`: `seeds` is the number of seeds of a network, `failed_seeds` says which of them failed.
     """
-    physics = rungs.assign(source=PHYSICS, failed_seeds="")
-    networks = [
-        {
-            "source": source,
-            "model": table["model"].iloc[0],
-            "effects": table["model"].iloc[0].count("+") if source.startswith(NETWORK) else LAST,
-            "named": False,
-            "heldout_rmse_deg": float(np.degrees(np.sqrt(median_over_seeds(table)["test_mse"]))),
-            "noise_deg": rungs["noise_deg"].iloc[0],
-            "heldout_r2": median_over_seeds(table)["test_r2"],
-            "seeds": len(table),
-            "failed_seeds": _names(table["seed"][~(table["test_r2"] > FAILED_R2)]),
-        }
-        for source, table in (
-            *((source_of(table), table) for table in evaluations),
-            *((f"{PLAIN}, {table['recipe'].iloc[0]}", table) for table in plain),
+    rows = rungs.assign(source=PHYSICS, failed_seeds="").to_dict("records")
+    for source, table in (
+        *((source_of(table), table) for table in evaluations),
+        *((f"{PLAIN}, {table['recipe'].iloc[0]}", table) for table in plain),
+    ):
+        scores, model = median_over_seeds(table), table["model"].iloc[0]
+        rows.append(
+            {
+                "source": source,
+                "model": model,
+                "effects": model.count("+") if source.startswith(NETWORK) else LAST,
+                "named": False,
+                ERROR: float(np.degrees(np.sqrt(scores["test_mse"]))),
+                "noise_deg": rungs["noise_deg"].iloc[0],
+                "heldout_r2": scores["test_r2"],
+                "seeds": len(table),
+                "failed_seeds": _failures(table),
+            }
         )
-    ]
-    joined = pd.concat([physics, pd.DataFrame(networks, columns=COLUMNS)]) if networks else physics
-    return joined.reindex(columns=COLUMNS).sort_values("effects", kind="stable", ignore_index=True)
+    return pd.DataFrame(rows, columns=COLUMNS).sort_values("effects", kind="stable", ignore_index=True)
 
 
-def _names(seeds: pd.Series) -> str:
-    """Seeds in words, so that a table read from its file has a text; empty where there are none."""
-    return f"seeds {', '.join(map(str, seeds))}" if len(seeds) else ""
+def _failures(table: pd.DataFrame) -> str:
+    """Which seeds of a network failed, in words."""
+    failed = table["seed"][~(table["test_r2"] > FAILED_R2)].astype(str)
+    if len(failed) == len(table) > 1:
+        return f"all {len(table)} seeds failed"
+    return f"{len(failed)} of {len(table)} seeds failed ({', '.join(failed)})" if len(failed) else ""
 
 
 def join_parameters(verdict: Mapping[str, Any], evaluations: Sequence[pd.DataFrame]) -> pd.DataFrame:
@@ -99,12 +92,9 @@ def join_parameters(verdict: Mapping[str, Any], evaluations: Sequence[pd.DataFra
                 "at_bound": False,
             }
             rows.append({"source": source, "model": model, "parameter": name, **known.get(name, {}), **own})
-    joined = pd.DataFrame(rows, columns=PARAMETER_COLUMNS)
+    joined = pd.DataFrame(rows, columns=PARAMETER_COLUMNS).astype(dict.fromkeys(NUMBERS, float))
     joined["if_right"] = joined["model"].isin(verdict["models_that_leave_more"])
-    numbers = ["low", "high", "value", "se", "scatter", "true", "error_pct"]
-    joined[numbers] = joined[numbers].astype(float)
-    order = joined["model"].str.count(r"\+")
-    return joined.iloc[np.argsort(order, kind="stable")].reset_index(drop=True)
+    return joined.sort_values("model", key=lambda m: m.str.count(r"\+"), kind="stable", ignore_index=True)
 
 
 def of_networks(ladder: pd.DataFrame) -> pd.DataFrame:

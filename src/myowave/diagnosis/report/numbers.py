@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-LEAST_DEG = 0.0001  # no error smaller than this is told
+LEAST_DEG = 0.001  # no error smaller than this is told
 Z95 = 1.96  # half a 95 % interval in standard errors
 ANYWHERE = (-np.inf, np.inf)
 NOTHING = 1e-9  # a smaller share of a value is no scatter but rounding
@@ -16,23 +16,22 @@ def degrees(value: float) -> str:
 
 def two_digits(value: float) -> str:
     """A number in text, with two significant digits and no power of ten for large ones; tables have one digit more."""
+    if 1 <= abs(value) < 9.95:
+        return f"{value:.1f}"
     return f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}"
 
 
-def number(value: float | None, least: float = -np.inf) -> str:
-    """Three digits; empty where there is none.
-
-    Args:
-        least: what is smaller is under this.
-    """
+def number(value: float | None) -> str:
+    """Three digits; empty where there is none."""
     if value is None or pd.isna(value):
         return ""
-    if value < least:
-        return f"under {least}"
     return f"{value:.3g}" if np.isfinite(value) else "runs away"
 
 
 def r2_text(value: float) -> str:
+    """R2 in two digits, or as many as tell it from 1; empty where there is none."""
+    if np.isnan(value):
+        return ""
     if value > 0.99995:
         return "over 0.9999"
     return f"{value:.2f}" if value < 0.995 else f"{value:.4f}"

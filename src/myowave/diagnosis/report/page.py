@@ -12,13 +12,12 @@ from typing import Any
 
 import pandas as pd
 
-from myowave.diagnosis.report.advice import SESSION_NOTE, base_of
 from myowave.diagnosis.report.cells import accuracy_cells, parameter_cells, ranking_cells
 from myowave.diagnosis.report.contents import COMPARISON_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.motion import list_motion
-from myowave.diagnosis.report.tell import tell, tell_network
+from myowave.diagnosis.report.tell import base_of, is_quiet, leaves_more, tell, tell_network
 from myowave.diagnosis.report.templates import fill
-from myowave.diagnosis.report.words import GLOSSARY, explained, kind_of, named, titled
+from myowave.diagnosis.report.words import GLOSSARY, explained, named, titled
 
 PIXELS = 1.9  # of a picture in one of the page
 FILES = ("verdict.json", "watch.csv", *(f"{name}.csv" for name in (*COMPARISON_NAMES, *TABLE_NAMES)))
@@ -61,7 +60,8 @@ def write_page(story: Story, template: Path) -> str:
     assumed = story.parameters["assumed"].astype(bool)
     content = {
         "verdict": verdict,
-        "told": tell(verdict),
+        "told": tell(verdict, template.parent),
+        "quiet": is_quiet(verdict),
         "network": tell_network(story.ladder, found),
         "explained": partial(explained, titles=titles),
         "titled": partial(titled, titles=titles),
@@ -73,9 +73,7 @@ def write_page(story: Story, template: Path) -> str:
         "doubts": story.doubts,
         "accuracy": accuracy_cells(verdict, story.ladder),
         "rankings": [(m, ranking_cells(rows)) for m, rows in story.ranking.groupby("model", sort=False)],
-        "session_note": SESSION_NOTE,
-        "draft": story.draft if verdict["formula"] != "0" else "",
-        "draft_is_news": kind_of(verdict).unexplained,
+        "draft": story.draft if leaves_more(verdict) and verdict["formula"] != "0" else "",
         "several": story.ladder["model"].nunique() > 1,
         "parameters": parameter_cells(story.parameters[of_found & ~assumed]),
         "assumed": parameter_cells(story.parameters[of_found & assumed]),

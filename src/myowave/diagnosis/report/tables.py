@@ -1,33 +1,24 @@
 """A diagnosis as tables: plain data, from which pictures and pages are drawn."""
 
-from typing import Any
-
 import numpy as np
 import pandas as pd
 
 from myowave.diagnosis.evidence import EVIDENCE
 from myowave.diagnosis.report.facts import parameters_of
+from myowave.diagnosis.report.numbers import estimate
 from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.rank import Candidate
 from myowave.diagnosis.search.score import confusion
+from myowave.identification.output_error import Fit
 from myowave.identification.record import Record
 
 CONFUSED = 0.8  # one effect imitates at least this much of another
 
 
-def proposals_table(diagnosis: Diagnosis) -> pd.DataFrame:
-    """Every trial of the menu for every open question."""
-    rows = [
-        (question, p.trial, p.separation, p.now, p.separates)
-        for question, proposals in diagnosis.proposals.items()
-        for p in proposals
-    ]
-    return pd.DataFrame(rows, columns=["question", "trial", "separation", "now", "separates"])
-
-
 def ranking_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Every candidate at every rung: score, refitted error, evidence, folds, value, what it may be confused with."""
     rows = []
+    added = {fit.model.name: fit for fit in diagnosis.selection.ladder}
     for fit, ranking in zip(diagnosis.selection.ladder, diagnosis.selection.rankings, strict=True):
         scores = {c.name: c.score for c in ranking if not c.score.failure}
         for c in ranking:
@@ -44,7 +35,7 @@ def ranking_table(diagnosis: Diagnosis) -> pd.DataFrame:
                     "delta_bic": c.delta_bic,
                     "folds_won": c.folds_won,
                     "folds": c.folds,
-                    **_estimates(c),
+                    "estimate": _estimates(c, added.get(f"{fit.model.name}+{c.name}", c.fit)),
                     "visible_share": c.score.visible,
                     "smallest_detectable": c.detectable,
                     "absorbed_by": " ".join(c.score.absorbed_by) if c.score.absorbed else "",
@@ -76,34 +67,22 @@ def ladder_table(diagnosis: Diagnosis) -> pd.DataFrame:
 
 
 def parameters_table(diagnosis: Diagnosis) -> pd.DataFrame:
-    """Every estimated parameter of every model: value, standard error, bounds, unit; of those that nobody measured what
-    is expected before any trial, and the standard deviation of that."""
-    rows = []
-    for rung in diagnosis.tried:
-        known = {p.name: p.known for p in rung.fit.free if p.assumed}
-        for name, entry in parameters_of(rung.fit).items():
-            expected, deviation = known.get(name, (np.nan, np.nan))
-            rows.append({"model": rung.name, "parameter": name, **entry, "expected": expected, "deviation": deviation})
-    return pd.DataFrame(rows)
+    """Every estimated parameter of every model, see `facts.parameters_of`."""
+    return pd.DataFrame(
+        {"model": rung.name, "parameter": name, **entry}
+        for rung in diagnosis.tried
+        for name, entry in parameters_of(rung.fit).items()
+    )
 
 
 def errors_by_trial(diagnosis: Diagnosis) -> pd.DataFrame:
     """RMSE and R2 of every model on every trial; no `horizon_s` where these are whole trials."""
-    rows = []
-    for (model, trial, role), motion in predictions_table(diagnosis).groupby(["model", "trial", "role"], sort=False):
-        measured, left = motion["angle_rad"], np.degrees(motion["angle_rad"] - motion["predicted_rad"]).to_numpy()
-        rows.append(
-            {
-                "model": model,
-                "trial": trial,
-                "role": role,
-                "rmse_deg": np.sqrt((left**2).mean()),
-                "r2": 1 - (left**2).mean() / np.degrees(measured.std(ddof=0)) ** 2,
-                "noise_deg": diagnosis.noise_deg,
-                "horizon_s": diagnosis.record.horizon_s,
-            }
-        )
-    return pd.DataFrame(rows)
+    motion = predictions_table(diagnosis)
+    motion["square"] = np.degrees(motion["angle_rad"] - motion["predicted_rad"]) ** 2
+    trials = motion.groupby(["model", "trial", "role"], sort=False)
+    mse, variance = trials["square"].mean(), np.degrees(trials["angle_rad"].std(ddof=0)) ** 2
+    errors = pd.DataFrame({"rmse_deg": np.sqrt(mse), "r2": 1 - mse / variance}).reset_index()
+    return errors.assign(noise_deg=diagnosis.noise_deg, horizon_s=diagnosis.record.horizon_s)
 
 
 def predictions_table(diagnosis: Diagnosis) -> pd.DataFrame:
@@ -127,8 +106,8 @@ def misfit_table(diagnosis: Diagnosis) -> pd.DataFrame:
 
 
 def missing_torque_table(diagnosis: Diagnosis) -> pd.DataFrame:
-    """Missing torque of every model in cells of angle and velocity."""
-    return pd.concat([rung.missing.map().assign(model=rung.name) for rung in diagnosis.tried], ignore_index=True)
+    """Missing torque of every model in each window."""
+    return pd.concat([rung.missing.points.assign(model=rung.name) for rung in diagnosis.tried], ignore_index=True)
 
 
 def _r2(residual: np.ndarray, record: Record) -> float:
@@ -151,19 +130,19 @@ def _status(candidate: Candidate) -> str:
     return "behind" if candidate.fit is None else "refused"
 
 
-def _estimates(candidate: Candidate) -> dict[str, Any]:
-    """Values and standard errors of the effect's parameters as text, and the first one as numbers."""
-    pairs: list[tuple[str, float, float | None]]
+def _estimates(candidate: Candidate, fit: Fit | None) -> str:
+    """Values and standard errors of the effect's parameters by a fit with it, to first order without one."""
     if candidate.failure:
-        return {"estimate": "", "value": None, "se": None}
-    if candidate.fit is None:
-        score = candidate.score
-        pairs = [(p.name, float(e) * p.scale, None) for p, e in zip(score.free, score.estimate, strict=True)]
+        return ""
+    names = [p.name for p in candidate.score.free]
+    if fit is None:
+        values = [float(e) * p.scale for p, e in zip(candidate.score.free, candidate.score.estimate, strict=True)]
+        errors: list[float | None] = [None] * len(names)
     else:
-        values, errors = candidate.fit.parameters, candidate.fit.standard_errors()
-        pairs = [(p.name, values[p.name], errors[p.name]) for p in candidate.score.free]
-    text = ", ".join(f"{n.split('.', 1)[1]} = {v:.3g}" + ("" if e is None else f" +- {e:.2g}") for n, v, e in pairs)
-    return {"estimate": text, "value": pairs[0][1], "se": pairs[0][2]}
+        fitted, scatter = fit.parameters, fit.standard_errors()
+        values, errors = [fitted[name] for name in names], [scatter[name] for name in names]
+    found = zip(names, values, errors, strict=True)
+    return ", ".join(f"{name.split('.', 1)[1]} = {estimate(value, se)}" for name, value, se in found)
 
 
 # The CSV files of a diagnosis, by the names in `contents.TABLE_NAMES`.
@@ -174,5 +153,4 @@ TABLES = {
     "errors": errors_by_trial,
     "misfit": misfit_table,
     "missing_torque": missing_torque_table,
-    "next_trials": proposals_table,
 }

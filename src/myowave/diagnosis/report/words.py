@@ -1,44 +1,13 @@
-"""Words of the pages: what each kind of verdict means, effects by their titles, terms explained on hover."""
+"""Words of the pages: effects by their titles, terms explained on hover."""
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
 
 from markupsafe import Markup, escape
 
-
-@dataclass(frozen=True)
-class Kind:
-    """How a kind of verdict is told.
-
-    Args:
-        label: in a cell of a table.
-        sentence: how much the verdict claims, below the headline, which it does not repeat; `explained` is a share.
-        unexplained: whether something is left that no effect explains, so that a drafted effect is news.
-    """
-
-    label: str
-    sentence: str
-    unexplained: bool = False
-
-
-KINDS = {
-    "adequate": Kind("adequate", "The model is adequate."),
-    "effect": Kind("missing", "Nothing but noise is left."),
-    "class": Kind("missing, with a choice", "Whichever it is, nothing but noise is left."),
-    "partial": Kind(
-        "missing, and more",
-        "What is named explains {explained:.0%} of what is missing; more is left, which {rest}.",
-        unexplained=True,
-    ),
-    "unknown": Kind("unknown", "So no effect is named, and none is added.", unexplained=True),
-    "undecidable": Kind("not decidable", "These trials would look the same either way; other ones would not."),
-}
 BASE = "the published muscles and joint with the arm of the settings, and no effect added"
-LOST = Kind("does not follow the motion", "The model does not follow these trials.")
-
 GLOSSARY = {
+    "EMG": "Electromyogram: the electrical activity of muscles, recorded by electrodes.",
     "base": f"The model to start from: {BASE}. A model with effects is written base+effect.",
     "held-out": "Kept aside: no fit and no choice has seen these trials. They tell how well new motion is predicted.",
     "RMSE": "Root mean square error: the typical distance between measured and predicted angle.",
@@ -69,11 +38,6 @@ _WRITTEN = {
 }
 
 
-def kind_of(verdict: Mapping[str, Any]) -> Kind:
-    """How the kind of a verdict is told."""
-    return KINDS[verdict["verdict"]] if verdict["follows"] else LOST
-
-
 def explained(text: str, titles: Mapping[str, str]) -> Markup:
     """A text as HTML: effects with their titles, terms with their meaning on hover, each where it first stands.
 
@@ -99,19 +63,8 @@ def explained(text: str, titles: Mapping[str, str]) -> Markup:
 
 def titled(effect: str, titles: Mapping[str, str]) -> Markup:
     """An effect by its title, with the name that settings and models know it by."""
-    title = titles.get(effect, "")
     name = Markup("<code>{}</code>").format(effect)
-    return Markup("{} ({})").format(title, name) if title else name
-
-
-def in_words(parameter: str, meaning: str) -> str:
-    """A parameter by what it means, with the name that settings know it by."""
-    return f"{meaning} ({parameter})"
-
-
-def plain(effect: str, titles: Mapping[str, str]) -> str:
-    """As `titled`, for pictures."""
-    return f"{titles[effect]} ({effect})" if titles.get(effect) else effect
+    return Markup("{} ({})").format(titles[effect], name) if titles.get(effect) else name
 
 
 def named(model: str) -> Markup:

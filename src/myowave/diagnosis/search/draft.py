@@ -69,24 +69,20 @@ class Draft:
 
     Args:
         terms: library terms with their coefficients [N m] and standard errors.
+        formula: their sum as it is written for people; "0" where there are none.
         source: a complete effect file; put it into `physics.effect_files`.
     """
 
     terms: tuple[tuple[Term, float, float], ...]
+    formula: str
     source: str
 
-    @property
-    def formula(self) -> str:
-        """Missing torque [N m] in words of the library."""
-        return " ".join(f"{value:+.3g} {term.text}" for term, value, _ in self.terms) or "0"
 
-
-def draft_effect(fit: Fit, dataset: str, name: str = "missing_torque", *, most: int = MOST_TERMS) -> Draft:
+def draft_effect(fit: Fit, dataset: str, *, most: int = MOST_TERMS) -> Draft:
     """Describe what a fitted model still misses by a few terms of the library.
 
     Args:
         dataset: named in the file.
-        name: of the effect.
         most: terms; 0 where a formula would say nothing.
     """
     chosen: list[str] = []
@@ -106,23 +102,23 @@ def draft_effect(fit: Fit, dataset: str, name: str = "missing_torque", *, most: 
     values, errors = current.parameters, current.standard_errors()
     by_name = {t.name: t for t in LIBRARY}
     terms = tuple((by_name[n], values[f"draft_{n}.c"], errors[f"draft_{n}.c"]) for n in chosen)
-    return Draft(terms, _source(terms, dataset, name))
+    formula = " ".join(f"{value:+.3g} {term.text}" for term, value, _ in terms) or "0"
+    return Draft(terms, formula, _source(terms, formula, dataset))
 
 
-def _source(terms: tuple[tuple[Term, float, float], ...], dataset: str, name: str) -> str:
-    """The text of an effect file with these terms; with none, of one with a constant torque to start from."""
-    terms = terms or ((LIBRARY[0], 0.5, 0.0),)
-    names = [f"c_{term.name}" for term, _, _ in terms]
-    arguments = ", ".join(f"{n}: Tensor" for n in names)
-    uses_activation = any(term.code.startswith("a") for term, _, _ in terms)
-    body = " + ".join(f"{n} * {term.code}" for n, (term, _, _) in zip(names, terms, strict=True))
-    formula = " ".join(f"{v:+.3g} {t.text}" for t, v, _ in terms)
+def _source(terms: tuple[tuple[Term, float, float], ...], formula: str, dataset: str) -> str:
+    """The text of an effect file with these terms; of one that says so where there are none."""
+    if not terms:
+        return (
+            f'"""No short formula of angle, velocity and activation describes what the model misses on {dataset}."""\n'
+        )
+    arguments = ", ".join(f"c_{term.name}: Tensor" for term, _, _ in terms)
+    body = " + ".join(f"c_{term.name} * {term.code}" for term, _, _ in terms)
     parameters = "\n".join(
-        f'        "{n}": Parameter(unit="N m", low={-LARGEST}, high={LARGEST}, typical={_typical(v):.3g}, '
-        f'meaning="coefficient of {t.text}; found {v:.3g} +- {e:.2g}"),'
-        for n, (t, v, e) in zip(names, terms, strict=True)
+        f'        "c_{term.name}": Parameter(unit="N m", low={-LARGEST}, high={LARGEST}, typical={value:.3g}, '
+        f'meaning="coefficient of {term.text}; found {value:.3g} +- {error:.2g}"),'
+        for term, value, error in terms
     )
-    activation = "    a = activation.mean(-1)\n" if uses_activation else ""
     return f'''"""What the model misses on {dataset}: a formula found in the data. Give it a physical meaning."""
 
 import torch
@@ -133,11 +129,12 @@ from myowave.physics.effect import Effect, Parameter
 
 def missing(q: Tensor, qdot: Tensor, activation: Tensor, *, {arguments}) -> Tensor:
     """Extra torque [N m]: {formula}; q in rad, qdot in rad/s, a mean activation."""
-{activation}    return {body} + torch.zeros_like(q)
+    a = activation.mean(-1)
+    return {body} + torch.zeros_like(q + a)
 
 
 EFFECT = Effect(
-    name="{name}",
+    name="missing_torque",
     acts_on="joint",
     equation="{formula}",
     function=missing,
@@ -147,8 +144,3 @@ EFFECT = Effect(
     source="drafted from the residual of {dataset}",
 )
 '''
-
-
-def _typical(value: float) -> float:
-    """A usual size of a coefficient, for steps and studies."""
-    return value if 1e-3 <= abs(value) < LARGEST else 0.5

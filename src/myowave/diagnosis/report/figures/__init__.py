@@ -9,15 +9,13 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from myowave.diagnosis.report.advice import base_of
-from myowave.diagnosis.report.cells import with_texts
 from myowave.diagnosis.report.figures.comparisons import draw_horizons, draw_torque
 from myowave.diagnosis.report.figures.glance import draw_glance
 from myowave.diagnosis.report.figures.watch import draw_ladder
 from myowave.diagnosis.report.figures.where import draw_missing_torque
 from myowave.diagnosis.report.figures.which import draw_ranking
 from myowave.diagnosis.report.ladder import PLAIN, of_networks
-from myowave.diagnosis.report.tell import tell
+from myowave.diagnosis.report.tell import base_of, noise, noise_with_emg
 
 
 def draw_diagnosis(
@@ -30,26 +28,17 @@ def draw_diagnosis(
         predictions: measured and predicted angle, from `motion.beside`.
         verdict: verdict.json.
     """
-    told, found = tell(verdict), verdict["model"]
-    model, errors = base_of(verdict)
-    levels = {f"noise of the angle, {told.noise}": errors["noise"]}
-    if told.noise_with_emg is not None:
-        levels["noise of the angle and of the EMG"] = told.noise_with_emg
-    angle = dict(list(levels.items())[:1])
-    networks = of_networks(tables["ladder"])
+    (model, errors), found, ladder = base_of(verdict), verdict["model"], tables["ladder"]
+    angle = {f"noise of the angle, {noise(verdict)}": errors["noise"]}
+    of_emg = {"noise of the angle and of the EMG": noise_with_emg(verdict)} if verdict["emg_noise"] else {}
     ends = list(dict.fromkeys((model, found)))
-
-    def of_ends(table: pd.DataFrame) -> pd.DataFrame:
-        return table[table["model"].isin(ends)]
-
-    others = predictions["model"].isin(set(verdict["rmse_deg"]) - set(ends))
+    others = set(verdict["rmse_deg"]) - set(ends)
+    missing = tables["missing_torque"]
     return {
-        "glance": draw_glance(predictions[~others], ends),
+        "glance": draw_glance(predictions[~predictions["model"].isin(others)], ends),
         "torque": draw_torque(tables["torque"]),
-        "horizons": draw_horizons(tables["horizons"], angle, networks, found),
-        "missing_torque": draw_missing_torque(of_ends(tables["missing_torque"])),
-        "ranking": draw_ranking(with_texts(tables["ranking"]), verdict["titles"]),
-        "ladder": draw_ladder(
-            tables["ladder"][~tables["ladder"]["source"].str.startswith(PLAIN)], levels, verdict["horizon_s"]
-        ),
+        "horizons": draw_horizons(tables["horizons"], angle, of_networks(ladder), found),
+        "missing_torque": draw_missing_torque(missing[missing["model"].isin(ends)]),
+        "ranking": draw_ranking(tables["ranking"], verdict["titles"]),
+        "ladder": draw_ladder(ladder[~ladder["source"].str.startswith(PLAIN)], angle | of_emg, verdict["horizon_s"]),
     }

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from myowave.diagnosis.comparison.names import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
-from myowave.diagnosis.report.figures.style import draw_levels, legend, short, style, unique
+from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
+from myowave.diagnosis.report.figures.style import draw_levels, legend, short, style
 from myowave.plotting import BLACK, BLUE, GREEN, GREY, MEASURED, MODEL, ORANGE, PINK, canvas
 
 LOWEST_R2 = -0.5  # what explains less stands at the edge
@@ -28,7 +28,7 @@ def draw_torque(torque: pd.DataFrame) -> Figure:
         torque: columns model, trial, held_out, r2.
     """
     rivals = (POSTURE, POSTURE_LOAD, EMG_ONLY)
-    models = [n for n in unique(torque["model"]) if n not in (*rivals, NOISE)]
+    models = [n for n in torque["model"].unique() if n not in (*rivals, NOISE)]
     names = [*(n for n in rivals if n in set(torque["model"])), *models]
     figure, axes = canvas(1, 1, width=9.0, height=1.2 + 0.62 * (len(names) + 2))
     share = axes[0, 0]

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from myowave.diagnosis.report.figures.style import legend, style, unique
+from myowave.diagnosis.report.figures.style import legend, style
 from myowave.plotting import GREEN, MEASURED, canvas
 
 
@@ -22,7 +22,7 @@ def draw_glance(predictions: pd.DataFrame, physics: list[str]) -> Figure:
     axis = axes[0, 0]
     measured = rows[rows["model"] == rows["model"].iloc[0]]
     axis.plot(measured["time_s"], np.degrees(measured["angle_rad"]), color=MEASURED, linewidth=2.4, label="measured")
-    for model in unique(rows["model"]):
+    for model in rows["model"].unique():
         one = rows[rows["model"] == model]
         look = style(physics.index(model)) if model in physics else {"color": GREEN, "linestyle": "-."}
         label = "network" if model not in physics else "with what was found" if model != physics[0] else "muscle model"

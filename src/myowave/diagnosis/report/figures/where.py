@@ -4,40 +4,36 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from myowave.diagnosis.report.figures.style import short, unique
+from myowave.diagnosis.report.figures.style import short
 from myowave.plotting import canvas
 
+WINDOWS_A_CELL, MOST_CELLS = 5, 12  # the map is as fine as so many windows in a cell, on average, allow
+FEWEST = 3  # windows in a cell of the map
 
-def draw_missing_torque(cells: pd.DataFrame) -> Figure:
+
+def draw_missing_torque(windows: pd.DataFrame) -> Figure:
     """Torque that each model would have to add, over angle and velocity; an empty picture where trials are too short.
 
     Args:
-        cells: columns model, angle_rad, velocity_rad_s (centres), torque_Nm, windows.
+        windows: columns model, angle_rad, velocity_rad_s, torque_Nm.
     """
-    models = unique(cells["model"]) or ["no cell of the map has enough windows"]
+    models = list(windows["model"].unique()) or ["no trial is long enough for a window"]
     figure, axes = canvas(1, len(models), width=4.2 * len(models) + 1.6, height=4.4, sharex=True, sharey=True)
-    limit = max(float(cells["torque_Nm"].abs().max()), 1e-3) if len(cells) else 1.0
+    maps = []
     for axis, model in zip(axes[0], models, strict=True):
-        axis.set(xlabel="elbow angle [deg]", title=short(model), facecolor="#f2f2f2")
+        axis.set(xlabel="elbow angle [deg]", title=short(model), facecolor="#e2e2e2")
         axis.grid(visible=False)
-        if len(cells):
-            angles, velocities, torque = _grid(cells[cells["model"] == model])
-            image = axis.pcolormesh(angles, velocities, torque, cmap="RdBu_r", vmin=-limit, vmax=limit)
+        rows = windows[windows["model"] == model]
+        if len(rows):
+            cells = int(np.clip(np.sqrt(len(rows) / WINDOWS_A_CELL), 2, MOST_CELLS))
+            place = np.degrees(rows["angle_rad"]), np.degrees(rows["velocity_rad_s"])
+            maps.append(
+                axis.hexbin(*place, rows["torque_Nm"], gridsize=cells, mincnt=FEWEST, cmap="RdBu_r", linewidths=0.2)
+            )
     axes[0, 0].set_ylabel("angular velocity [deg/s]")
-    if len(cells):
-        figure.colorbar(image, ax=axes, label="missing torque [N m]\n(positive: towards flexion)", shrink=0.9)
+    if maps:
+        limit = max(1e-3, *(np.abs(np.ma.getdata(m.get_array())).max(initial=0.0) for m in maps))
+        for m in maps:
+            m.set_clim(-limit, limit)
+        figure.colorbar(maps[0], ax=axes, label="missing torque [N m]\n(positive: towards flexion)", shrink=0.9)
     return figure
-
-
-def _grid(cells: pd.DataFrame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Edges [deg], [deg/s] and values of a map whose empty cells are not listed."""
-    edges, places = [], []
-    for column in ("angle_rad", "velocity_rad_s"):
-        centres = np.sort(cells[column].unique())
-        step = np.diff(centres).min() if len(centres) > 1 else 0.1
-        count = round((centres[-1] - centres[0]) / step) + 1
-        edges.append(np.degrees(centres[0] + step * (np.arange(count + 1) - 0.5)))
-        places.append(np.round((cells[column] - centres[0]) / step).astype(int))
-    torque = np.full((len(edges[1]) - 1, len(edges[0]) - 1), np.nan)
-    torque[places[1], places[0]] = cells["torque_Nm"]
-    return edges[0], edges[1], torque

@@ -9,21 +9,18 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from myowave.diagnosis.report.figures.style import short, unique
-from myowave.diagnosis.report.words import plain
+from myowave.diagnosis.report.figures.style import short
 from myowave.plotting import BLUE, GREY, MEASURED, ORANGE, PINK, SKY, canvas
 
 THRESHOLD = 10.0  # delta BIC that counts as very strong evidence
 SHOWN = 8  # candidates a panel
 REMARK_WIDTH = 48  # letters beside a point; the page has a table with all there is
-STATUS = {"supported": BLUE, "refused": ORANGE, "behind": PINK, "absorbed": GREY, "not needed": SKY, "failed": MEASURED}
-MEANING = {
-    "supported": "the data support it",
-    "refused": "better fit, but at a bound, or no better in trials left out",
-    "behind": "promises less than those fitted",
-    "absorbed": "parameters absorb it",
-    "not needed": "no evidence",
-    "failed": "cannot be fitted",
+STATUS = {
+    "supported": (BLUE, "the data support it"),
+    "refused": (ORANGE, "better fit, but at a bound, or no better in trials left out"),
+    "behind": (PINK, "promises less than those fitted"),
+    "not needed": (SKY, "no evidence"),
+    "failed": (MEASURED, "cannot be fitted"),
 }
 
 
@@ -33,19 +30,19 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
     Args:
         titles: what each effect is, in words.
     """
-    models = unique(ranking["model"])
+    models = list(ranking["model"].unique())
     figure, axes = canvas(len(models), 1, width=12.0, height=3.3 * len(models) + 1.1)
     figure.set_layout_engine("constrained", rect=(0.01, 0, 0.98, 1))  # the texts beside the panels need the width
     for axis, model in zip(axes[:, 0], models, strict=True):
         rows = ranking[ranking["model"] == model]
         rows = rows[rows["status"] != "absorbed"].head(SHOWN).iloc[::-1]
         y = np.arange(len(rows))
-        axis.scatter(rows["delta_bic"], y, color=[STATUS[s] for s in rows["status"]], s=60, zorder=3)
+        axis.scatter(rows["delta_bic"], y, color=[STATUS[s][0] for s in rows["status"]], s=60, zorder=3)
         axis.set_xscale("symlog", linthresh=10, linscale=0.7)
         axis.xaxis.set_major_formatter("{x:g}")
         axis.axvline(THRESHOLD, color=MEASURED, linestyle=":", linewidth=2)
         axis.axvline(0, color=GREY, linewidth=0.8)
-        axis.set_yticks(y, [plain(effect, titles) for effect in rows["effect"]], fontsize=9)
+        axis.set_yticks(y, [f"{titles[e]} ({e})" if titles.get(e) else e for e in rows["effect"]], fontsize=9)
         axis.set_xlim(min(-10.0, rows["delta_bic"].min() * 1.2), max(40.0, rows["delta_bic"].max() * 1.5))
         beside = axis.get_yaxis_transform()
         for place, row in zip(y, rows.itertuples(), strict=True):
@@ -54,9 +51,11 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
         axis.set_title(f"what to add to {short(model)}? best {len(rows)} of {(ranking['model'] == model).sum()}")
         axis.grid(axis="y", linestyle=":")
     axes[-1, 0].set_xlabel(f"evidence for adding the effect, $\\Delta$BIC [-]; dotted: {THRESHOLD:.0f}, very strong")
-    seen = [s for s in STATUS if s != "absorbed" and (ranking["status"] == s).any()]
-    handles = [Line2D([], [], color=STATUS[s], marker="o", linestyle="none", markersize=7) for s in seen]
-    figure.legend(handles, [MEANING[s] for s in seen], loc="outside lower left", ncols=3, frameon=False, fontsize=9)
+    seen = [look for status, look in STATUS.items() if (ranking["status"] == status).any()]
+    handles = [Line2D([], [], color=color, marker="o", linestyle="none", markersize=7) for color, _ in seen]
+    figure.legend(
+        handles, [meaning for _, meaning in seen], loc="outside lower left", ncols=3, frameon=False, fontsize=9
+    )
     return figure
 
 
@@ -65,6 +64,6 @@ def _remark(row: Any, *, added: bool) -> str:
     if row.delta_bic <= 0:
         return ""
     won = f"won {row.folds_won} of {row.folds}" if pd.notna(row.rmse_deg) else "not fitted"
-    found = "added; " * added + f"{row.estimate.replace('+-', '±')}; {won}"
+    found = "added; " * added + f"{row.estimate}; {won}"
     alike = f"{found}; like {row.confused_with.split(' ')[0]}" if row.confused_with else found
     return alike if len(alike) <= REMARK_WIDTH else textwrap.shorten(found, REMARK_WIDTH, placeholder=" ...")

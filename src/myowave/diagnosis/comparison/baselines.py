@@ -1,10 +1,17 @@
-"""Least squares for the baselines: what a user should beat."""
+"""Baselines: what the predictors to beat are called in tables, pictures and text, and their least squares."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+POSTURE = "posture and speed"
+POSTURE_LOAD = "posture, speed and load"
+EMG_ONLY = "EMG without physics"
+HOLD = "hold the angle"
+SAME_SPEED = "go on at the same speed"
+NOISE = "noise of the angle"
+HORIZON_BASELINES = (HOLD, SAME_SPEED, POSTURE, EMG_ONLY)
 DEGREE = 3
 
 
