@@ -7,8 +7,7 @@ from myowave.workflow.job import job_log
 
 inputs, params = snakemake.input, snakemake.params
 with job_log("list datasets", snakemake.log[0]) as log:
-    folders = {
-        Path("results/diagnosis", name): settings for name, settings in (params.settings | params.beside).items()
-    }
+    known = params.settings | params.beside
+    folders = {Path("results/diagnosis", name): settings for name, settings in known.items()}
     page = write_index(folders, params.links, Path(inputs.template), log.announce)
     Path(snakemake.output.index).write_text(page, encoding="utf-8")
