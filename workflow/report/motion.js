@@ -45,9 +45,9 @@
 
   box.plots = plots;  // for whoever looks from outside, such as a test
 
-  const resize = wide => plots.forEach((p, i) => p.setSize({width: wide, height: i ? 190 : 300}));
+  const resize = (wide, tall = 1) => plots.forEach((p, i) => p.setSize({width: wide, height: tall * (i ? 190 : 300)}));
   addEventListener("resize", () => resize(width()));
-  addEventListener("beforeprint", () => resize(680));
+  addEventListener("beforeprint", () => resize(680, 0.75));
   addEventListener("afterprint", () => resize(width()));
 
   box.querySelector("select").addEventListener("change", event => {
