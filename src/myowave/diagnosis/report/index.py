@@ -45,22 +45,17 @@ def write_index(
 
 def _row(folder: Path, settings: Mapping[str, Any], templates: Path) -> dict[str, Any]:
     """What the table of all datasets shows of one."""
-    verdict, ladder = (
-        json.loads((folder / "verdict.json").read_text(encoding="utf-8")),
-        pd.read_csv(folder / "watch.csv"),
-    )
-    told, name = tell(verdict, templates), verdict["dataset"]
+    verdict = json.loads((folder / "verdict.json").read_text(encoding="utf-8"))
+    told, name, found = tell(verdict, templates), verdict["dataset"], verdict["model"]
     picture = folder.parents[1] / "figures" / folder.name / "diagnosis/glance.png"
-    network = shown_network(ladder, verdict["model"])
+    network = shown_network(pd.read_csv(folder / "watch.csv"), found)
+    models = dict.fromkeys((base_of(verdict)[0], found))
     return {
         "name": name,
         "image": inline(picture) if picture.exists() else "",
         "kind": told["label"],
         "missing": told["named"] if verdict["effects"] else "",
-        "base_error": base_of(verdict)[1]["heldout"],
-        "found_error": None
-        if verdict["model"] == base_of(verdict)[0]
-        else verdict["rmse_deg"][verdict["model"]]["heldout"],
+        "errors": [verdict["rmse_deg"][model]["heldout"] for model in models],
         "horizon_s": verdict["horizon_s"],
         "network": None if network is None else (network[ERROR], network["heldout_r2"]),
         "todo": told["todo"],
