@@ -86,7 +86,7 @@ def test_a_machine_has_no_constants_of_muscles(machine):
     physics = Physics.model_validate(arm)
     assert (
         set(machine.defaults)
-        == physics.parameters
+        == set(physics.nominal)
         == {*("mass", "com", "inertia", "grip", "load", "tilt", "motor", "braking", "drive")}
     )
     assert set(build_model("base+joint_damping", physics).defaults) == {*machine.defaults, "joint_damping.c"}

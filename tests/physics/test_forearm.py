@@ -97,7 +97,7 @@ def test_the_configuration_has_a_point_mass_or_a_rigid_body():
         physics = section(written)
         model = build_model("base", physics)
         assert set(model.joint) == names | {"mass", "load", "tilt", "motor", "braking", "drive"}
-        assert physics.parameters == set(model.defaults)
+        assert set(physics.nominal) == set(model.defaults)
     assert model.defaults["inertia"] == 0.07 and model.defaults["load"] == 0.0
 
 

@@ -79,7 +79,7 @@ def test_a_factor_is_a_constant_like_any_other(arm26):
     assert constant_of("length_flexors").scales and constant_of("mass").unit == "kg"
     assert constant_of("length").unit == "m", "the forearm's, which no group has"
     arm = parse_settings(CONFIG).physics.arms["arm26"]
-    assert arm.parameters == set(arm26.defaults) and arm.groups == arm26.groups == ("extensors", "flexors")
+    assert set(arm.nominal) == set(arm26.defaults) and arm.groups == arm26.groups == ("extensors", "flexors")
 
 
 # ---- the arm that ships
@@ -116,4 +116,4 @@ def test_a_muscle_of_the_shipped_arm_can_be_driven_by_another_channel():
     arm = parse_settings(CONFIG | {"physics": physics}).physics.arms["arm26"]
     assert arm.muscles["BRA"].emg == "emg_brachioradialis" and arm.muscles["BRA"].f0_N == 987.26
     assert arm.channels == ("emg_triceps", "emg_biceps", "emg_brachioradialis")
-    assert {"strength_brachialis", "strength_flexors"} < arm.parameters
+    assert {"strength_brachialis", "strength_flexors"} < set(arm.nominal)

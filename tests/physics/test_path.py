@@ -185,7 +185,7 @@ def with_path(config, path, **changed):
 
 def test_a_table_of_the_configuration_is_a_path_and_a_file_that_the_model_is_made_of(config):
     physics = with_path(config, {"file": str(ARM26), "muscle": "BRA"})
-    assert physics.files == (str(ARM26),) and {"scale_Bi", "l1_Tri"} < physics.parameters
+    assert physics.files == (str(ARM26),) and {"scale_Bi", "l1_Tri"} < set(physics.nominal)
     model = build_model("base", physics)
     assert model.defaults["scale_Bi"] == 1.0 and model.defaults == pytest.approx(physics.nominal)
     assert parse_settings(config).physics.of_arm("paper").files == ()
