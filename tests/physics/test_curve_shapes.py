@@ -4,7 +4,7 @@ import pytest
 import torch
 
 from myowave.physics.constants import CURVE_CONSTANTS
-from myowave.physics.curves import DEGROOTE, ECCENTRIC_FORCE, MILLARD, SHAPE_AF, THELEN, Curves, Shape
+from myowave.physics.curves import DEGROOTE, ECCENTRIC_FORCE, MILLARD, SHAPE_AF, THELEN, Curves
 from myowave.physics.valued import give_values
 
 FAMILIES = {"paper": Curves(), "millard": MILLARD, "degroote": DEGROOTE, "thelen": THELEN}
@@ -14,7 +14,7 @@ SHORTENING, LENGTHENING = VELOCITIES[(VELOCITIES > -1) & (VELOCITIES < 0)], VELO
 
 
 def shaped(family="paper", **constants):
-    return FAMILIES[family].shaped(Shape(**values(**constants)))
+    return FAMILIES[family].shaped(values(**constants))
 
 
 def values(**constants):
@@ -114,7 +114,7 @@ def test_derivatives_by_the_shape_are_those_of_the_curves():
     constants = next(random_shapes(1))
 
     def everything(vector):
-        curves = Curves().shaped(Shape(**dict(zip(CURVE_CONSTANTS, vector, strict=True))))
+        curves = Curves().shaped(dict(zip(CURVE_CONSTANTS, vector, strict=True)))
         lengths, velocities = LENGTHS[5::20], VELOCITIES[25::40]
         return torch.cat([curves.active_length(lengths), curves.passive(lengths), curves.force_velocity(velocities)])
 
@@ -131,7 +131,7 @@ def test_a_model_takes_its_shape_from_its_constants_muscles_and_joint_alike(elbo
     like = torch.zeros((), dtype=torch.float64)
     assert give_values(elbow, {}, like).curves is elbow.curves, "as published where all are 0"
     valued = give_values(elbow, {"descending_curve": 0.25, "yielding_curve": 0.5}, like)
-    expected = elbow.curves.shaped(Shape(**values(descending=0.25, yielding=0.5)))
+    expected = elbow.curves.shaped(values(descending=0.25, yielding=0.5))
     for curves in (valued.curves, valued.joint_curves):
         torch.testing.assert_close(curves.active_length(LENGTHS).squeeze(), expected.active_length(LENGTHS))
         torch.testing.assert_close(curves.force_velocity(VELOCITIES).squeeze(), expected.force_velocity(VELOCITIES))

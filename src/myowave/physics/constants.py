@@ -110,16 +110,10 @@ JOINT_CONSTANTS = {
     ),
     "motor": Constant("N m", "known torque of a motor with the joint at rest, flexing positive", default=0.0),
     "braking": Constant(
-        "N m s/rad",
-        "what it falls by with speed: the back EMF, kt^2 / R",
-        bounds={"ge": 0, "le": 1e4},
-        default=0.0,
+        "N m s/rad", "what it falls by with speed: the back EMF, kt^2 / R", bounds={"ge": 0, "le": 1e4}, default=0.0
     ),
     "drive": Constant(
-        "-",
-        "factor on a motor's torque and back EMF, as of warm windings",
-        bounds={"gt": 0, "le": 10},
-        default=1.0,
+        "-", "factor on a motor's torque and back EMF, as of warm windings", bounds={"gt": 0, "le": 10}, default=1.0
     ),
 }
 OVER_TIME = ("tilt", "motor")

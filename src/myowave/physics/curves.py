@@ -9,8 +9,8 @@ which make the curves 1 at length 1 and f_V exactly 0 at -1 and 1 at 0; Millard 
 """
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import partial
 
 import torch
@@ -60,7 +60,7 @@ def exponential_passive(length: Tensor, *, height: float, rate: float, reach: fl
     """Passive force-length curve: height (exp(rate strain) - 1) up to the strain `reach`, then straight, C1 there."""
     # ASSUME: no passive force below length 1, where the formulas are slightly negative.
     toe = torch.special.expm1(rate * (length.clamp(1.0, 1.0 + reach) - 1.0))
-    beyond = rate * math.exp(rate * reach) * (length - 1.0 - reach).clamp(min=0.0)
+    beyond = rate * math.exp(rate * reach) * (length - (1.0 + reach)).clamp(min=0.0)
     return height * (toe + beyond)
 
 
@@ -76,7 +76,7 @@ def force_velocity_hyperbolas(velocity: Tensor, *, steeper: float) -> Tensor:
     velocity = velocity.clamp(min=-1.0)
     slope = 1.0 + 1.0 / SHAPE_AF
     lengthening = velocity > 0
-    steep = torch.where(lengthening, steeper * slope, slope)
+    steep = slope if steeper == 1.0 else torch.where(lengthening, steeper * slope, slope)
     bend = torch.where(lengthening, steeper * slope / (ECCENTRIC_FORCE - 1.0), -1.0 / SHAPE_AF)
     return 1.0 + steep * velocity / (1.0 + bend * velocity)
 
@@ -98,37 +98,18 @@ force_velocity_thelen = partial(force_velocity_hyperbolas, steeper=THELEN_STEEPE
 
 
 @dataclass(frozen=True)
-class Shape:
-    """How curves differ from the published ones: the constants of `constants.CURVE_CONSTANTS`, 0 for not at all.
-
-    Each is broadcastable to the quantities of the muscles.
-    """
-
-    ascending: Tensor
-    descending: Tensor
-    rising: Tensor
-    falling: Tensor
-    sagging: Tensor
-    concentric: Tensor
-    yielding: Tensor
-    eccentric: Tensor
-    passive: Tensor
-    onset: Tensor
-
-
-@dataclass(frozen=True)
 class Curves:
     """The three curves that make a Hill-type muscle.
 
     Args:
-        shape: how they differ from the published ones; None for not at all.
+        shape: how they differ from the published ones, see `shaped`; None for not at all.
         slowing: share of v_max that a muscle without activation lacks [-].
     """
 
     active_length: Curve = active_length_taneja
     passive: Curve = passive_taneja
     force_velocity: Curve = force_velocity_hill
-    shape: Shape | None = None
+    shape: Mapping[str, Tensor] | None = field(default=None, hash=False)
     slowing: float = 0.0
 
     def active(self, activation: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
@@ -137,15 +118,18 @@ class Curves:
             velocity = velocity / (1.0 - self.slowing * (1.0 - activation))
         return activation * self.active_length(length) * self.force_velocity(velocity)
 
-    def shaped(self, shape: Shape) -> "Curves":
+    def shaped(self, shape: Mapping[str, Tensor]) -> "Curves":
         """These curves in another shape. All of it is smooth, keeps force 1 at length 1 and velocity 0, and no force
-        when shortening at v_max."""
+        when shortening at v_max.
 
+        Args:
+            shape: the constants of `constants.CURVE_CONSTANTS`, each broadcastable to the quantities of the muscles.
+        """
         # Combined once: these are small, and each of the many operations below costs about the same.
-        ascending, descending = 1.0 / (1.0 + shape.ascending), 1.0 / (1.0 + shape.descending)
-        rising, falling, sagging = torch.exp(shape.rising), torch.exp(shape.falling), torch.exp(shape.sagging)
-        stiffer, concentric, steeper = torch.exp(shape.passive), torch.exp(shape.concentric), torch.exp(shape.yielding)
-        straighter, eccentric = 1.0 - concentric, 1.0 + shape.eccentric
+        ascending, descending = 1.0 / (1.0 + shape["ascending"]), 1.0 / (1.0 + shape["descending"])
+        logarithms = ("rising", "falling", "sagging", "passive", "concentric", "yielding")
+        rising, falling, sagging, stiffer, concentric, steeper = (torch.exp(shape[name]) for name in logarithms)
+        straighter, eccentric = 1.0 - concentric, 1.0 + shape["eccentric"]
         bending = (steeper - 1.0) / (ECCENTRIC_FORCE - 1.0)
 
         def active_length(length: Tensor) -> Tensor:
@@ -155,7 +139,7 @@ class Curves:
             return _raised(force, torch.where(short, rising, falling))
 
         def passive(length: Tensor) -> Tensor:
-            return stiffer * self.passive(length - shape.onset)
+            return stiffer * self.passive(length - shape["onset"])
 
         def force_velocity(velocity: Tensor) -> Tensor:
             # Shortening: of Hill's hyperbola with constant Af this changes 1 + 1 / Af by the factor exp(concentric).
@@ -184,7 +168,9 @@ def _raised(force: Tensor, power: Tensor) -> Tensor:
 TANEJA = Curves()
 THELEN = Curves(active_length_thelen, passive_thelen, force_velocity_thelen, slowing=THELEN_SLOWING)
 DEGROOTE = Curves(active_length_degroote, passive_degroote, force_velocity_degroote)
-MILLARD = Curves(*(partial(millard_curve, name) for name in ("active_length", "passive", "force_velocity")))
+MILLARD = Curves(
+    partial(millard_curve, "active_length"), partial(millard_curve, "passive"), partial(millard_curve, "force_velocity")
+)
 
 # What `physics.curves` in config.yaml may name, curve by curve.
 _FAMILIES = {"taneja": TANEJA, "millard": MILLARD, "degroote": DEGROOTE, "thelen": THELEN}

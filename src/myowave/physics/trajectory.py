@@ -135,7 +135,7 @@ def derivatives_of(
         d angle / d parameter (P, ..., T, N), and d state / d parameter (..., T, N, K, P).
     """
     assert simulation.model.state_size == linear.at.shape[-1], "the richer model has another state"
-    begin = derivatives_of_start(simulation, *linear.at[..., 0, :2].unbind(-1), wrt, reach)[..., : len(wrt)]
+    begin = derivatives_of_start(simulation, linear.at[..., 0, 0], linear.at[..., 0, 1], wrt, reach)[..., : len(wrt)]
     tangent = recur(linear.jacobian, forcing_of(simulation, linear, wrt, reach), begin)
     return derivatives_observed(simulation, linear, wrt, tangent, reach), tangent
 

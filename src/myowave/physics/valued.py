@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from myowave.physics.constants import CURVE, CURVE_CONSTANTS, GROUP_CONSTANTS, OVER_TIME
-from myowave.physics.curves import Curves, Shape
+from myowave.physics.curves import Curves
 from myowave.physics.effect import Acting
 from myowave.physics.joint import forearm
 from myowave.physics.model import Model, Params
@@ -143,7 +143,7 @@ def _paths(model: Model, muscle: Mapping[str, Tensor], full: Mapping[str, Tensor
 
 
 def _shaped(curves: Curves, shape: Mapping[str, Tensor]) -> Curves:
-    return curves.shaped(Shape(**shape)) if any(_counts(value) for value in shape.values()) else curves
+    return curves.shaped(shape) if any(_counts(value) for value in shape.values()) else curves
 
 
 def _stack(values: Sequence[Tensor], like: Tensor) -> Tensor:
