@@ -4,6 +4,7 @@ import gzip
 import json
 import struct
 import types
+from typing import get_args
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ from myowave.data.importing import import_trials
 from myowave.data.processing.units import plain_unit
 from myowave.data.readers import ENDINGS, READERS, read_raw
 from myowave.settings import RecordedDataset, TextLayout
+from myowave.settings.recording import Format
 
 VALUES = np.round(np.random.default_rng(0).standard_normal(40), 4)
 TIME = np.arange(40) / 20
@@ -31,7 +33,7 @@ def rows(separator, *columns, decimal="."):
 
 
 def test_every_ending_stands_for_a_format_that_there_is(tmp_path):
-    assert set(ENDINGS.values()) <= set(READERS)
+    assert set(ENDINGS.values()) <= set(READERS) == set(get_args(Format))
     with pytest.raises(ValueError, match="'.xyz' says nothing of the format.*Name the format: csv"):
         read_raw(write(tmp_path / "a.xyz", "1"))
 

@@ -4,7 +4,8 @@ EMG_NOISE = "emg_noise"  # what was recorded is not all that drove the arm
 EMG_NOISE_TITLE = "noise of the recorded EMG"
 OWN_CURVES = "muscle curves of another shape"  # than the settings or an effect of the catalogue allow
 OUTSIDE = "outside"  # in a class: something like it that the catalogue lacks
-CLOCK_DRIFT, GAIN_PER_TRIAL = "clock_drift", "gain_per_trial"  # of the recorder: causes of misfit that no physics has
+CLOCK_DRIFT, GAIN_PER_TRIAL = "clock_drift", "gain_per_trial"
+OF_RECORDER = (CLOCK_DRIFT, GAIN_PER_TRIAL)  # beside its noise: causes of misfit that no physics has
 CAUSE_TITLES = {
     EMG_NOISE: EMG_NOISE_TITLE,
     OWN_CURVES: OWN_CURVES,

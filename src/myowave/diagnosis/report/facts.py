@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from myowave.diagnosis.causes import CAUSE_TITLES, CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, OWN_CURVES
+from myowave.diagnosis.causes import CAUSE_TITLES, EMG_NOISE, OF_RECORDER, OWN_CURVES
 from myowave.diagnosis.misfit.size import size_of_misfit
 from myowave.diagnosis.misfit.where import locate
 from myowave.diagnosis.search.diagnose import Diagnosis
@@ -68,7 +68,7 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
         "failed": dict(diagnosis.failed),
         "noise_is_bound": is_bound(diagnosis.noise_deg),
         "titles": {c.name: c.effect.title for c in diagnosis.selection.rankings[0]}
-        | {c: CAUSE_TITLES[c] for c in (EMG_NOISE, CLOCK_DRIFT, GAIN_PER_TRIAL)},
+        | {c: CAUSE_TITLES[c] for c in (EMG_NOISE, *OF_RECORDER)},
     }
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, EMG_NOISE_TITLE, GAIN_PER_TRIAL, OUTSIDE, OWN_CURVES
+from myowave.diagnosis.causes import EMG_NOISE, EMG_NOISE_TITLE, OF_RECORDER, OUTSIDE, OWN_CURVES
 from myowave.diagnosis.search.answer import Answer, Kind
 from myowave.diagnosis.search.conclude import Findings
 from myowave.identification.output_error import Fit
@@ -127,7 +127,7 @@ def _by_evidence(found: Findings, answer: Answer, absorbed: Mapping[str, tuple[s
         masked=masked if kind == "undecidable" else {},
         emg_motion=answer.emg_motion,
         of_curves=answer.of_curves,
-        recorder=tuple(c for c in (CLOCK_DRIFT, GAIN_PER_TRIAL) if any(c in members for members in answer.named)),
+        recorder=tuple(c for c in OF_RECORDER if any(c in members for members in answer.named)),
         probabilities=answer.probabilities,
     )
 
