@@ -89,13 +89,8 @@ def uri(results, empty_store):
     return f"sqlite:///{results}/mlflow.db"
 
 
-def published(results, uri):
-    """What is said."""
-    try:
-        return publish(read_results(results, RECIPES), uri)
-    except ValueError as error:
-        assert str(error).startswith("**Not published**")
-        return str(error)
+def published(results, uri, **more):
+    return publish(read_results(results, RECIPES), uri, **more)
 
 
 def stored(uri):
@@ -316,6 +311,8 @@ def test_a_server_takes_the_runs_and_while_it_is_down_nothing_is_lost(results, t
     assert time.monotonic() - began < 20, "a run does not wait for a server that is not there"
     assert note.startswith("**Not published**") and str(port) in note and "Start the server" in note, note
     assert len(note.splitlines()) <= 3, "one message, no trace"
+    with pytest.raises(ValueError, match="Start the server"):
+        published(results, f"http://127.0.0.1:{port}", needed=True)
 
     with running_server(tmp_path, port) as uri:
         assert published(results, uri).startswith(f"{2 * SEEDS + 1} runs written to {uri}")

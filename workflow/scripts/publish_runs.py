@@ -8,12 +8,7 @@ from myowave.workflow.job import job_log
 
 with job_log("publish runs", snakemake.log[0]) as log:
     datasets = read_results(Path("results"), snakemake.params.recipes)
-    try:
-        note = publish(datasets, snakemake.params.tracking["uri"])
-    except ValueError as error:  # results are complete without it
-        if not snakemake.output:
-            raise
-        note = str(error)
+    note = publish(datasets, snakemake.params.tracking["uri"], needed=not snakemake.output)
     log.announce(note.rstrip())
     for path in snakemake.output:
         Path(path).write_text(note, encoding="utf-8")
