@@ -1,5 +1,6 @@
 """The command `myowave`: what a person asks for outside of the workflow. Heavy imports stay inside the commands."""
 
+import contextlib
 import itertools
 import json
 import math
@@ -15,7 +16,7 @@ import typer
 from typer.core import TyperGroup
 
 from myowave.settings import Settings, dump, parse_settings, read_settings
-from myowave.settings.files import lay_over
+from myowave.settings.files import lay_over, require_regular
 from myowave.settings.keys import describe, find_keys, list_groups, list_keys
 
 
@@ -175,16 +176,31 @@ def predict(
 
 
 @app.command("plan")
-def plan_trials(dataset: Annotated[str, typer.Option(help="whose verdict is in results/")]) -> None:
+def plan_trials(
+    config: ConfigFiles,
+    dataset: Annotated[str, typer.Option(help="whose verdict is in results/, or whose trials are being recorded")],
+    watch: Annotated[Path | None, typer.Option(help="folder in which trials appear; each is read at once")] = None,
+) -> None:
     """Say what to record next, as a person at a table does it, and which question that decides."""
+    if watch is not None:
+        with contextlib.suppress(KeyboardInterrupt):
+            from myowave.watching import watch_session
+
+            for line in watch_session(dataset, config, watch):
+                typer.echo(line)
+        return
     from myowave.diagnosis.report.tell import tell
 
     path = Path("results/diagnosis", dataset, "verdict.json")
     if not path.exists():
         there = ", ".join(sorted(p.parent.name for p in Path("results/diagnosis").glob("*/verdict.json")))
         raise ValueError(f"There is no verdict {path}; there are {there or 'none'}. `make run` makes it.")
-    verdict = json.loads(path.read_text(encoding="utf-8"))
-    told = tell(verdict)
+    require_regular(path)
+    try:
+        told = tell(json.loads(path.read_text(encoding="utf-8")))
+    except Exception as error:  # whatever its facts make the sentences raise
+        reason = f"{type(error).__name__}: {error}"
+        raise ValueError(f"{path} is no verdict ({reason}). Remove it, and run again: it is made anew.") from None
     typer.echo(f"{told['headline']}\n{told['plan']}")
 
 

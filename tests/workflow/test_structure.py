@@ -55,6 +55,7 @@ BESIDE = {
     "tracking": ("data", "learning", "diagnosis"),
     "cli.py": ("physics", "data", "learning", "diagnosis"),
     "notebook.py": ("physics", "data", "diagnosis"),
+    "watching.py": ("physics", "data", "identification", "diagnosis"),
     "__init__.py": ("data",),  # loaded when it is asked for
 }
 MODULES = sorted(SOURCE.rglob("*.py"))

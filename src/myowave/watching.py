@@ -1,0 +1,216 @@
+"""A recording session that ends in a verdict: trials are read as they appear, and what they leave open comes next.
+
+Import, the fit to torque, the comparison and `changed` are those of the rules. Nothing is written.
+"""
+
+import fnmatch
+import glob
+import re
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from myowave.data.importing import import_trials
+from myowave.data.session import TIDY_ENDINGS
+from myowave.data.trials import Trials
+from myowave.diagnosis.changed.ask import what_changed
+from myowave.diagnosis.comparison.baselines import POSTURE, POSTURE_LOAD
+from myowave.diagnosis.comparison.compare import compare_torque
+from myowave.diagnosis.report.change import changed_facts, tell_change
+from myowave.diagnosis.report.tell import AS_GOOD
+from myowave.identification.along import Along
+from myowave.identification.free_parameters import free_parameters
+from myowave.identification.record import make_record
+from myowave.identification.stages import attempt_torque
+from myowave.identification.torque import TorqueFit
+from myowave.models import build_model
+from myowave.physics.effects import catalogue
+from myowave.physics.model import Model
+from myowave.physics.muscle import EXTENSOR, FLEXOR
+from myowave.settings import MeasuredDataset, RecordedDataset, Settings, read_settings
+from myowave.settings.recording import TRIAL
+
+POLL_S = 1.0
+KNOWN = 0.25  # of a strength: an interval of 95 % that reaches no further decides it
+FEWEST = 2  # trials of a group, before which no name is believed
+LOADING = {  # what shows how strong muscles of a side are
+    FLEXOR: "hold 2 kg at 90 deg for 5 s, three times, faster to it each time; call the trial 2kg_1",
+    EXTENSOR: "upper arm straight up beside the head, 1 kg in the hand: stretch the elbow and bend it, three times, "
+    "faster each time; call the trial up_1 and write conditions: {up_1: {load: 1, tilt: 3.14}}",
+}
+Dataset = MeasuredDataset | RecordedDataset
+Seen = dict[str, list[tuple[Path, int, int]]]
+"""Files of each trial, and those of the settings, with their sizes and times of change."""
+
+
+class Question(NamedTuple):
+    """What is `asked`, what trials say to it so far, and the trial to record, which is empty where it is decided."""
+
+    asked: str
+    found: str
+    record: str = ""
+
+
+def watch_session(dataset: str, config: Sequence[Path], folder: Path) -> Iterator[str]:
+    """Read trials as they appear in a folder, without end, and yield lines on what is decided and what comes next.
+
+    Args:
+        dataset: its block says where files are and what is known of trials; it is read again for each of them.
+        folder: where trials appear: tidy files of any name, raw ones where the patterns of the block have them.
+
+    Raises:
+        ValueError: if there is no such dataset or folder, or the settings are no longer right.
+    """
+    if not folder.is_dir():
+        raise ValueError(f"{folder}: no such folder; make it, and let the recorder write into it.")
+    settings, taken = read_settings(config), list[str]()
+    before, seen = _look(folder, _block(settings, dataset), config), Seen()
+    yield f"{len(before)} trials are in {folder}; each new one is read as it appears. Ctrl-C ends this."
+    while True:
+        time.sleep(POLL_S)
+        there = _look(folder, _block(settings, dataset), config)
+        whole = [name for name in there if before.get(name) == there[name]]  # nobody wrote since the last look
+        before, trials = there, None
+        for name in [name for name in whole if seen.get(name) != there[name]]:
+            settings, seen[name] = read_settings(config), there[name]
+            names = [*(one for one in taken if one in whole and one != name), name]
+            try:
+                trials, taken = import_named(names, folder, settings, dataset), names
+            except (ValueError, OSError) as error:
+                taken = names[:-1]
+                yield f"{name} is left out until its files or the settings change: {error}"
+        if trials is None:
+            continue
+        yield f"\n{len(trials.names)} trials: {', '.join(trials.names)}"
+        questions = ask(trials, settings, dataset)
+        yield from (f"  {'open' if one.record else 'decided'}: {one.asked} {one.found}" for one in questions)
+        first = next((one for one in questions if one.record), None)
+        yield f"Next: {first.record}. It decides: {first.asked}" if first else "Nothing is open: run the diagnosis."
+
+
+def _block(settings: Settings, dataset: str) -> Dataset:
+    block = settings.dataset(dataset)
+    if not isinstance(block, Dataset):
+        raise ValueError(f"{dataset} is simulated; name a recorded or measured dataset, whose trials can appear.")
+    return block
+
+
+def _look(folder: Path, block: Dataset, config: Sequence[Path]) -> Seen:
+    """The trials all of whose files are in a folder, the oldest first."""
+    there = Seen()
+    for name, patterns in _patterns(folder, block).items():
+        found = [[Path(path) for path in glob.glob(pattern)] for pattern in patterns]
+        paths = [path for several in found for path in several]
+        if all(found) and all(folder.resolve() in path.resolve().parents for path in paths):
+            stats = [(path, path.stat()) for path in (*paths, *config) if path.exists()]
+            there[name] = [(path, stat.st_size, stat.st_mtime_ns) for path, stat in stats]
+    return dict(sorted(there.items(), key=lambda trial: max(changed for *_, changed in trial[1])))
+
+
+def _patterns(folder: Path, block: Dataset) -> dict[str, tuple[str, ...]]:
+    """Trials of which there is any file, with the patterns of all of theirs."""
+    if isinstance(block, MeasuredDataset):
+        tidy = [path for path in folder.glob("[!.]*") if path.suffix in TIDY_ENDINGS]
+        return {path.stem: (glob.escape(str(path)),) for path in tidy}
+    pattern = block.angle.file
+    written = fnmatch.translate(pattern).replace(re.escape(TRIAL), "(?P<trial>[^/]+)", 1)
+    matches = [
+        re.match(written.replace(re.escape(TRIAL), "(?P=trial)"), path)
+        for path in glob.glob(pattern.replace(TRIAL, "*"))
+    ]
+    names = {match["trial"] for match in matches if match} - {*block.mvc}
+    return {name: block.model_copy(update={"trials": (name,), "mvc": ()}).files for name in names}
+
+
+def import_named(names: Sequence[str], folder: Path, settings: Settings, dataset: str) -> Trials:
+    """The trials of these names, all for training.
+
+    Raises:
+        ValueError: if one cannot be read, or nobody says what the hand holds in it.
+    """
+    block = _block(settings, dataset)
+    update: dict[str, Any] = {"test": (), "conditions": {name: _known_of(name, block) for name in names}}
+    if isinstance(block, MeasuredDataset):
+        patterns = _patterns(folder, block)
+        update["files"] = tuple(pattern for name in names for pattern in patterns[name])
+    else:
+        update["trials"] = tuple(names)
+    tables = settings.physics_of(dataset).tables
+    return import_trials(dataset, block.model_copy(update=update), tables=tables)[0].trials
+
+
+def _known_of(name: str, block: Dataset) -> Mapping[str, float]:
+    """What is known of a trial: by its own name in the settings, of others of its kind, or by a name such as 2kg_1."""
+    alike = {_kind(one): known for one, known in block.conditions.items()}
+    load = re.search(r"(\d+(?:\.\d+)?) ?kg", name)
+    known = block.conditions.get(name, alike.get(_kind(name), {"load": float(load[1])} if load else {}))
+    if not known and any("load" in one for one in block.conditions.values()):
+        raise ValueError(f"what does the hand hold? Call it 2kg_1, or write conditions: {{{name}: {{load: 2}}}}.")
+    return known
+
+
+def _kind(name: str) -> str:
+    """A trial's name without the number at its end: `light_1` and `light_2` are of one kind."""
+    return re.sub(r"[\W_]*\d+$", "", name)
+
+
+def ask(trials: Trials, settings: Settings, dataset: str) -> list[Question]:
+    """What the trials decide; the last one is foretold by those before it."""
+    foretell, newest = "Do EMG and muscles foretell the torque of a new trial?", trials.names[-1]
+    base = build_model("base", settings.physics_of(dataset))
+    if len(trials.names) == 1:
+        return [Question(foretell, "There is one trial.", "the same once more")]
+    record = make_record(replace(trials, test=(newest,)), base)
+    scatter = settings.diagnosis_of(dataset).scatter
+    free = free_parameters(base, _block(settings, dataset).identify, record.known, scatter)
+    torque = attempt_torque(base, record.train, free)
+    if torque is None:
+        return [Question(foretell, "The trials are too short.", "the same for 20 s, without a pause")]
+    values = {p.name: float(value) for p, value in zip(torque.free, torque.values, strict=True)}
+    table = compare_torque([Along(base, record, values)])
+    r2 = table[table["held_out"]].set_index("model")["r2"]
+    rival = max(r2[POSTURE], r2.get(POSTURE_LOAD, -np.inf))
+    found = f"{newest}: R2 {r2[base.name]:.2f} by EMG and muscles, {rival:.2f} by posture, speed and load."
+    again = f"one more as {newest}; if it stays so, look at electrodes, loads and clocks"
+    foretold = r2[base.name] > max(rival - AS_GOOD, 0.0)
+    return [
+        *_strengths(torque, base),
+        Question(foretell, found, "" if foretold else again),
+        *_changes(trials, settings, dataset, base),
+    ]
+
+
+def _strengths(torque: TorqueFit, base: Model) -> Iterator[Question]:
+    """How strong is each group of muscles, or muscle without one? A value near a bound is none."""
+    sides = {f"strength_{m.group}" if m.group else f"f0_{m.name}": m.side for m in base.muscles}
+    for free, value, error in zip(torque.free, torque.values, np.sqrt(np.diag(torque.covariance)), strict=True):
+        if free.name in sides:
+            low, high = value - 2 * error, value + 2 * error
+            decided = free.low < low and high < free.high and 2 * error < KNOWN * value
+            found = f"{value:.3g} ({max(low, free.low):.3g} to {min(high, free.high):.3g})."
+            yield Question(
+                f"Strength of {free.name.partition('_')[2]}?", found, "" if decided else LOADING[sides[free.name]]
+            )
+
+
+def _changes(trials: Trials, settings: Settings, dataset: str, base: Model) -> Iterator[Question]:
+    """What changed between the two groups of the settings? A trial belongs to that which has one of its kind."""
+    groups = _block(settings, dataset).changed
+    if groups is None:
+        return
+    asked = "What changed between the two groups?"
+    kinds = [{_kind(name) for name in listed} for listed in (groups.reference, groups.against)]
+    reference, against = ([name for name in trials.names if _kind(name) in kind] for kind in kinds)
+    more = f"one more as {(groups.reference if len(reference) <= len(against) else groups.against)[0]}"
+    if min(len(reference), len(against)) < FEWEST:
+        yield Question(asked, f"{len(reference)} trials of the first, {len(against)} of the second.", more)
+        return
+    effects = catalogue(settings.physics_of(dataset).effect_files).values()
+    scatter, stayed = settings.diagnosis_of(dataset).scatter, groups.electrodes_stayed
+    answer = what_changed(trials, base, effects, reference, against, scatter, electrodes_stayed=stayed)
+    sure = answer.names and answer.control is not None and not answer.control.names
+    yield Question(asked, " ".join(tell_change(changed_facts(dataset, answer))[:2]), "" if sure else more)

@@ -1,0 +1,126 @@
+"""`myowave plan --watch`: trials are read as they appear, and what they leave open comes next."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+from project_copy import ROOT
+from typer.testing import CliRunner
+
+from myowave import watching
+from myowave.cli import app
+
+BENCH = ROOT / "data/bench_elbow"
+
+
+@pytest.fixture
+def session(tmp_path, monkeypatch):
+    """Watch an empty folder; each step is done before one look at it, and then somebody presses Ctrl-C."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(ROOT / "config.yaml", tmp_path)
+    (tmp_path / "data").symlink_to(ROOT / "data")
+    (tmp_path / "new").mkdir()
+
+    def run(*steps, dataset="bench_elbow", options=()):
+        left = list(steps)
+
+        def wait(_):
+            if not left:
+                raise KeyboardInterrupt
+            left.pop(0)()
+
+        monkeypatch.setattr(watching.time, "sleep", wait)
+        return CliRunner().invoke(app, ["plan", "--dataset", dataset, "--watch", "new", *options])
+
+    return run
+
+
+def put(name, part=1.0, source="trial1.csv"):
+    """Write a trial, or the first part of it."""
+
+    def write():
+        text = (BENCH / source).read_text()
+        Path(f"new/{name}.csv").write_text(text[: int(part * len(text))])
+
+    return write
+
+
+def look():
+    """Nothing happens."""
+
+
+def test_a_trial_is_read_once_it_is_whole_and_the_next_one_is_asked_for(session):
+    done = session(put("a", 0.3), put("a", 0.6), put("a"), look, look, put("b", source="trial2.csv"), look)
+    said = done.stdout
+    assert done.exit_code == 0 and not done.stderr
+    assert "0 trials are in new" in said and "left out" not in said, "half a file is waited for"
+    first, second = said.index("\n1 trials: a"), said.index("\n2 trials: a, b")
+    assert "Next: the same once more. It decides: Do EMG and muscles foretell" in said[first:second]
+    assert "decided: Strength of Bi? " in said[second:] and "EMG and muscles, " in said[second:]
+    assert said.count(" trials: a, b") == 1, "nothing is said where nothing is new"
+
+
+def test_a_bad_trial_is_left_out_until_it_changes(session):
+    def spoil():
+        Path("new/b.csv").write_text("time_s,emg_biceps\n0,1\n")
+
+    done = session(put("a"), look, spoil, look, look, put("b", source="trial2.csv"), look)
+    said = done.stdout
+    assert done.exit_code == 0 and said.count("b is left out until its files or the settings change: ") == 1
+    assert "new/b.csv" in said
+    assert said.index("left out") < said.index("2 trials: a, b")
+
+
+def test_what_the_hand_holds_is_told_by_the_settings_or_by_the_name(session):
+    config = yaml.safe_load(Path("config.yaml").read_text())
+    conditions = config["data"]["datasets"]["bench_elbow"].setdefault("conditions", {})
+    conditions["trial1"] = {"load": 0.0}
+    Path("mine.yaml").write_text(yaml.safe_dump({"data": config["data"]}))
+
+    def correct():
+        conditions["b"] = {"load": 1.0}
+        Path("mine.yaml").write_text(yaml.safe_dump({"data": config["data"]}))
+
+    steps = (put("trial7"), put("b", source="trial4.csv"), put("1.5kg_1", source="trial2.csv"), look, correct, look)
+    said = session(*steps, options=["--config", "config.yaml", "--config", "mine.yaml"]).stdout
+    assert "b is left out" in said and "Call it 2kg_1, or write conditions: {b: {load: 2}}" in said
+    assert "2 trials: trial7, 1.5kg_1" in said and "3 trials" in said, said
+
+
+def test_raw_trials_are_found_by_the_patterns_of_the_settings_and_groups_by_their_names(session):
+    block = yaml.safe_load(Path("config.yaml").read_text())["data"]["datasets"]["human_curls"]
+    block = yaml.safe_load(yaml.safe_dump(block).replace("data/elbow_curls", "new"))
+    block["changed"] = {"reference": ["load2.75_1"], "against": ["load5.5_1"]}
+    Path("mine.yaml").write_text(yaml.safe_dump({"data": {"datasets": {"human_curls": block}}}))
+
+    def record():
+        for part in ("emg", "motion"):
+            for trial in ("load2.75_2", "load5.5_3"):
+                shutil.copytree(ROOT / f"data/elbow_curls/{part}/{trial}", f"new/{part}/{trial}")
+
+    options = ["--config", "config.yaml", "--config", "mine.yaml"]
+    said = session(record, look, dataset="human_curls", options=options).stdout
+    assert "2 trials: load" in said and "Strength of flexors?" in said
+    assert "open: What changed between the two groups? 1 trials of the first, 1 of the second." in said
+
+
+@pytest.mark.parametrize(
+    ("dataset", "folder", "says"),
+    [
+        ("bench_elbow", "gone", "gone: no such folder"),
+        ("case1", ".", "case1 is simulated"),
+    ],
+)
+def test_what_cannot_be_watched_is_said(session, dataset, folder, says):
+    done = CliRunner().invoke(app, ["plan", "--dataset", dataset, "--watch", folder])
+    assert done.exit_code == 2 and says in done.stderr
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{}", '{"verdict": 1}', '{"torque": {"r2": 1', "\0"])
+def test_a_verdict_that_is_none_is_named(session, content):
+    path = Path("results/diagnosis/me/verdict.json")
+    path.parent.mkdir(parents=True)
+    path.write_text(content)
+    done = CliRunner().invoke(app, ["plan", "--dataset", "me"])
+    assert done.exit_code == 2 and f"{path} is no verdict" in done.stderr and "made anew" in done.stderr
