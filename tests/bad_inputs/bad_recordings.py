@@ -234,7 +234,10 @@ TOLD_IN_MEMORY = {
 }  # fmt: skip
 TOLD_OF_ENVELOPES = {
     "both channels alike": (as_envelopes(both()), "channels alike: .* correlation of 1.000 over all trials"),
-    "one channel a thousand times the other": (as_envelopes(scaled(1e3, "emg_biceps")), "one channel in another unit"),
+    "one channel a thousand times the other": (
+        as_envelopes(scaled(1e3, "emg_biceps")),
+        "unit of the EMG: the largest envelopes are .*one channel in another unit",
+    ),
     "the same in all trials": (as_envelopes(copied("emg_biceps", "bc")), "c emg_biceps same recording again"),
     "a spike": (as_envelopes(put(6e4)), "a emg_biceps spike"),
     "a trial in another unit": (as_envelopes(scaled(1e3, trial="a")), "a emg_triceps EMG of another size"),
@@ -403,7 +406,7 @@ REFUSED_ONE_TIDY = {
 TOLD_TIDY = {
     "EMG that is 0": (lambda f: f.assign(emg_biceps=0.0), "", "trial1 emg_biceps dead channel"),
     "EMG that is constant": (lambda f: f.assign(emg_biceps=0.4), "trial2", "trial2 emg_biceps dead channel"),
-    "EMG of a thousandth": (times(1e-3, "emg_biceps"), "", "one channel in another unit: emg_biceps reaches 0.001"),
+    "EMG of a thousandth": (times(1e-3, "emg_biceps"), "", "unit of the EMG: emg_biceps reaches 0.001"),
     "both channels alike": (lambda f: f.assign(emg_triceps=f.emg_biceps), "", "channels alike"),
     "the same EMG in all files": (lambda f: f.assign(emg_biceps=tidy(0).emg_biceps), "", "same recording again"),
     "the same angle in all files": (lambda f: f.assign(angle_deg=tidy(0).angle_deg), "", "trial3 angle same recording"),

@@ -64,12 +64,7 @@ def import_trials(
 
 
 def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
-    """Process a session.
-
-    Args:
-        dataset: its name.
-        settings: its block of config.yaml.
-        session: its recordings.
+    """Process the session of a dataset; see `import_trials`.
 
     Raises:
         ValueError: one line for each problem that the recordings or the processed trials show.

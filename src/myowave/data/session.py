@@ -30,14 +30,7 @@ def read_session(
     root: str | Path = ".",
     channels: Sequence[str] | None = None,
 ) -> Session:
-    """Read all recordings of a dataset.
-
-    Args:
-        dataset: its name, for messages.
-        settings: its block of config.yaml.
-        root: folder that relative paths start from.
-        channels: EMG columns that there must be in tidy files; None takes those of the first file.
-    """
+    """Read all recordings of a dataset; tidy files need `channels` of EMG, where None those of the first file."""
     where, root = f"data.datasets.{dataset}", Path(root)
     if isinstance(settings, MeasuredDataset):
         return _read_tidy(dataset, where, settings, root, channels)

@@ -119,7 +119,7 @@ def simulate_trials(
         dataset: its name.
         settings: its block of config.yaml.
         base: the model without effects.
-        catalogue: effects by name, for `settings.hidden_effect`.
+        catalogue: effects by name.
 
     Returns:
         The trials, named "1", "2", ..., and the truth: model, its parameters, effects and noise.

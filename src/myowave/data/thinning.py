@@ -28,12 +28,6 @@ def thin(trials: Trials, rate_hz: float | None) -> Trials:
 
 
 def thin_scales(scales: Mapping[int, Trials], rate_hz: float | None, levels: int, wavelet: str) -> Mapping[int, Trials]:
-    """Scales of thinned trials: as they are where nothing is thinned, else projected anew, as each is then coarser.
-
-    Args:
-        scales: {level: trials at scale [-level]}, level 0 among them.
-        levels: coarsest level that is needed.
-        wavelet: as in `wavelets.decompose`.
-    """
+    """Scales of thinned trials, see `wavelets.decompose`: projected anew where they are thinned, as each is coarser."""
     thinned = thin(scales[0], rate_hz)
     return scales if thinned is scales[0] else decompose(thinned, levels, wavelet)

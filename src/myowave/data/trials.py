@@ -122,8 +122,7 @@ class Trials:
         """Positions of trials on the trial axis, in the order asked for."""
         positions = {name: i for i, name in enumerate(self.names)}
         names = list(names)
-        unknown = [name for name in names if name not in positions]
-        if unknown:
+        if unknown := [name for name in names if name not in positions]:
             raise ValueError(f"dataset {self.dataset!r}: no trial named {unknown}; the trials are {list(self.names)}.")
         return [positions[name] for name in names]
 
@@ -147,11 +146,11 @@ class Trials:
         )
 
     def changed(self, change: Change, **fields: Any) -> Trials:
-        """The same trials with every signal changed, trial by trial, without what pads it.
+        """The same trials with every signal changed, trial by trial without padding, and other fields that differ.
 
         Args:
             change: of angles and further signals, samples (N_i,), and of the EMG, (N_i, C).
-            **fields: other fields that differ.
+            **fields: by name.
         """
         arrays = {"emg": self.emg, "angle": self.angle, **self.signals}
         each = {name: [change(a[:n]) for a, n in zip(of, self.lengths, strict=True)] for name, of in arrays.items()}
@@ -170,11 +169,7 @@ class Trials:
         return None if signal is None else self.signals[signal] - self.condition(parameter, 0.0)[:, None]
 
     def known(self, defaults: Mapping[str, float]) -> dict[str, NDArray[np.float64]]:
-        """Every constant that is known of the subject or of a trial: its value in each trial, {parameter: (T,)}.
-
-        Args:
-            defaults: values for trials whose conditions do not name a parameter.
-        """
+        """Every constant that is known of the subject or of a trial: its value in each trial, {parameter: (T,)}."""
         names = sorted(set(self.constants).union(*self.conditions.values()))
         return {name: self.condition(name, defaults[name]) for name in names}
 

@@ -1,13 +1,13 @@
 """Doubts about EMG: of one channel in one trial, or of a pair of channels."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from itertools import combinations, groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
-from myowave.data.checks.finding import COPIED, Check
+from myowave.data.checks.finding import COPIED, Check, Looked
 from myowave.data.checks.values import EMG_LIMIT
 from myowave.data.processing.filters import band_pass
 from myowave.data.processing.sampled import LINE_HEIGHT, Sampled, runs_of
@@ -41,22 +41,19 @@ _BAND_HZ = (20.0, 450.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Channel:
-    """One channel in one trial.
+class Channel(Looked):
+    """One channel of EMG in one trial.
 
     Args:
-        raw: as recorded.
-        envelope: in the same unit.
+        envelope: in the unit of the raw EMG.
         form: raw, envelope or fraction.
         typical: median over the trials of its standard deviation.
         typical_peak: median over the trials of its largest envelope.
         notch_hz: of mains hum that the processing takes out [Hz].
         largest: of what counts as 1, once the trial is processed [-].
         angle: of the elbow in the same trial.
-        earlier: the same channel in trials before, by name.
     """
 
-    raw: Sampled
     envelope: Sampled
     form: str
     typical: float
@@ -64,7 +61,6 @@ class Channel:
     notch_hz: float | None
     largest: float
     angle: Sampled
-    earlier: Mapping[str, Sampled] = field(default_factory=dict)
 
 
 def _scatter(of: Channel) -> str:
@@ -151,16 +147,8 @@ def _durations(of: Channel) -> str | None:
     return f"EMG lasts {emg_s:.3f} s, the angle {angle_s:.3f} s" if apart else None
 
 
-def _above_one(of: Channel) -> str | None:
-    return f"reaches {of.largest:.2f} of what counts as 1" if of.largest > ABOVE else None
-
-
-def _far_above_one(of: Channel) -> str | None:
-    return _above_one(of) if of.largest > EMG_LIMIT else None
-
-
-def _little_above_one(of: Channel) -> str | None:
-    return _above_one(of) if of.largest <= EMG_LIMIT else None
+def _largest_within(low: float, high: float) -> Callable[[Channel], str | None]:
+    return lambda of: f"reaches {of.largest:.2f} of what counts as 1" if low < of.largest <= high else None
 
 
 _LESS_EFFORT = (
@@ -174,8 +162,8 @@ CHECKS = (
     Check("durations", _durations,
           "Where both were started and stopped together, a rate is wrong or a clock drifts: compare rate_hz with the "
           "recorder's. Otherwise say processing.emg_start_offset_s; only the common time is used."),
-    Check("EMG above 1", _far_above_one, _LESS_EFFORT),
-    Check("EMG above 1", _little_above_one, _LESS_EFFORT, "note"),
+    Check("EMG above 1", _largest_within(EMG_LIMIT, np.inf), _LESS_EFFORT),
+    Check("EMG above 1", _largest_within(ABOVE, EMG_LIMIT), _LESS_EFFORT, "note"),
     COPIED,
 )  # fmt: skip
 """Of any EMG."""

@@ -1,10 +1,12 @@
 """A finding, what is doubtful in a recording and what to do about it; and a check, which finds it."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 import numpy as np
+
+from myowave.data.processing.sampled import Sampled
 
 Severity = Literal["warning", "note"]
 SAME = 50
@@ -53,8 +55,21 @@ class Check:
             yield Finding(self.name, found, self.do, trial, signal, self.severity)
 
 
-def _copied(of: Any) -> str | None:
-    """The earlier trial in which a signal is the same, sample for sample; `of` has it as `raw`, and `earlier`."""
+@dataclass(frozen=True, eq=False)
+class Looked:
+    """A signal of a trial that checks look at.
+
+    Args:
+        raw: as recorded, with the sign and offset of the settings.
+        earlier: the same signal in trials before, by name.
+    """
+
+    raw: Sampled
+    earlier: Mapping[str, Sampled] = field(default_factory=dict, kw_only=True)
+
+
+def _copied(of: Looked) -> str | None:
+    """The earlier trial in which a signal is the same, sample for sample."""
     values = of.raw.values
     for trial, other in of.earlier.items():
         samples = min(len(values), len(other.values))

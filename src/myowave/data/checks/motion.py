@@ -1,12 +1,8 @@
 """Doubts about angles: of the elbow, and of whatever leans."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-
 import numpy as np
 
-from myowave.data.checks.finding import COPIED, Check
-from myowave.data.processing.sampled import Sampled
+from myowave.data.checks.finding import COPIED, Check, Looked
 
 JUMP_DEG, JUMP_DEG_S2 = 2.0, 1.0e4
 """Step beyond its neighbours that is a jump [deg], and the acceleration that an arm may have besides [deg/s^2]."""
@@ -20,31 +16,7 @@ LEAN_DEG = 100.0
 """Lean of an upper arm beyond which it is raised above the shoulder [deg]."""
 
 
-@dataclass(frozen=True, eq=False)
-class Angle:
-    """An angle in one trial.
-
-    Args:
-        raw: as recorded, with the sign and offset of the settings [rad].
-        earlier: the same angle in trials before, by name.
-    """
-
-    raw: Sampled
-    earlier: Mapping[str, Sampled] = field(default_factory=dict)
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Its least and its largest [deg]."""
-        return float(np.degrees(self.raw.values.min())), float(np.degrees(self.raw.values.max()))
-
-    @property
-    def span(self) -> str:
-        """Where it goes, in words."""
-        low, high = self.ends
-        return f"goes from {low:.0f} to {high:.0f} deg"
-
-
-def _jumps(of: Angle) -> str | None:
+def _jumps(of: Looked) -> str | None:
     """Single steps that no arm makes."""
     angle, steps = of.raw, np.diff(np.degrees(of.raw.values))
     beyond = np.pad(np.abs(steps[1:-1] - (steps[:-2] + steps[2:]) / 2), 1)
@@ -61,25 +33,34 @@ def _jumps(of: Angle) -> str | None:
 _TURNS = {", half a turn,": 180.0, ", a turn,": 360.0}
 
 
-def _negated(of: Angle) -> str | None:
-    low, high = of.ends
-    return of.span if low < STRAIGHT_DEG and high <= -STRAIGHT_DEG else None
+def _ends(of: Looked) -> tuple[float, float]:
+    return float(np.degrees(of.raw.values.min())), float(np.degrees(of.raw.values.max()))
 
 
-def _beyond(of: Angle) -> str | None:
-    low, high = of.ends
+def _span(of: Looked) -> str:
+    low, high = _ends(of)
+    return f"goes from {low:.0f} to {high:.0f} deg"
+
+
+def _negated(of: Looked) -> str | None:
+    low, high = _ends(of)
+    return _span(of) if low < STRAIGHT_DEG and high <= -STRAIGHT_DEG else None
+
+
+def _beyond(of: Looked) -> str | None:
+    low, high = _ends(of)
     told = (low < STRAIGHT_DEG or high > BENT_DEG) and not _negated(of)
-    return f"{of.span}; an elbow from {STRAIGHT_DEG:g} to {BENT_DEG:g} deg" if told else None
+    return f"{_span(of)}; an elbow from {STRAIGHT_DEG:g} to {BENT_DEG:g} deg" if told else None
 
 
-def _still(of: Angle) -> str | None:
-    low, high = of.ends
-    return of.span if high - low < LITTLE_DEG and not _beyond(of) and not _negated(of) else None
+def _still(of: Looked) -> str | None:
+    low, high = _ends(of)
+    return _span(of) if high - low < LITTLE_DEG and not _beyond(of) and not _negated(of) else None
 
 
-def _leaning(of: Angle) -> str | None:
-    low, high = of.ends
-    return of.span if max(-low, high) > LEAN_DEG else None
+def _leaning(of: Looked) -> str | None:
+    low, high = _ends(of)
+    return _span(of) if max(-low, high) > LEAN_DEG else None
 
 
 JUMP = Check(

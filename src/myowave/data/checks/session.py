@@ -7,8 +7,8 @@ import numpy as np
 
 from myowave.data.checks.cause import CAUSE, Cause
 from myowave.data.checks.emg import CHECKS, CROSS_TALK, DEAD_CHANNEL, LIVE_CHECKS, RAW_CHECKS, Channel
-from myowave.data.checks.finding import Check, Finding
-from myowave.data.checks.motion import ELBOW, EXTRA, Angle
+from myowave.data.checks.finding import Check, Finding, Looked
+from myowave.data.checks.motion import ELBOW, EXTRA
 from myowave.data.recording import Prepared, Recording
 
 GAINS_UV = (3.0, 1e4)
@@ -48,7 +48,7 @@ def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, 
                 notch_hz,
                 float(one.emg[channel].max()),
                 raw.angle,
-                {n: trial.emg[channel] for n, trial in earlier.items()},
+                earlier={n: trial.emg[channel] for n, trial in earlier.items()},
             )
             dead = list(DEAD_CHANNEL.of(what, name, channel))
             live = () if dead else (*LIVE_CHECKS, *(RAW_CHECKS if form == "raw" else ()))
@@ -56,11 +56,12 @@ def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, 
             for check in (*live, *CHECKS):
                 yield from check.of(what, name, channel)
         yield from CROSS_TALK.of({c: s for c, s in raw.emg.items() if forms[c] == "raw"}, name)
+        elbow = Looked(raw.angle, earlier={n: trial.angle for n, trial in earlier.items()})
         for check in ELBOW if forms else ():  # a machine goes where no elbow does
-            yield from check.of(Angle(raw.angle, {n: trial.angle for n, trial in earlier.items()}), name, "angle")
+            yield from check.of(elbow, name, "angle")
         for key, signal in raw.signals.items():
             for check in EXTRA if signal.unit == "rad" else ():
-                yield from check.of(Angle(signal), name, key)
+                yield from check.of(Looked(signal), name, key)
         before[name] = one
     for check in SESSION if forms else ():
         yield from check.of(prepared)
@@ -70,24 +71,17 @@ def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, 
 
 
 def _unit_of_emg(prepared: Prepared) -> str | None:
-    low, high = GAINS_UV
-    emg = next(iter(prepared.recordings.values())).raw.emg
-    volts = {c: gain for c, gain in prepared.gains.items() if emg[c].unit == "uV"}
-    odd = [f"{c} reaches {gain:.2g} uV" for c, gain in volts.items() if not low <= gain <= high]
-    return f"the envelope of {', '.join(odd)}; surface EMG from {low:g} to {high:g} uV" if odd else None
-
-
-def _one_other_unit(prepared: Prepared) -> str | None:
-    if _unit_of_emg(prepared):
-        return None
-    given, forms = prepared.gains, prepared.forms
-    fractions = {c: float(prepared.trials.emg[..., i].max()) for i, c in enumerate(forms) if forms[c] == "fraction"}
-    if low := [f"{c} reaches {size:.2g} at most" for c, size in fractions.items() if 0 < size < LEAST_FRACTION]:
-        return f"{', '.join(low)} of a maximum contraction"
-    gains = {c: gain for c, gain in given.items() if c not in fractions}
-    if not gains or max(gains.values()) < GAINS_APART * min(gains.values()):
-        return None
-    return "the largest envelopes are " + ", ".join(f"{gain:.2g} of {c}" for c, gain in gains.items())
+    """Channels whose largest envelope no surface EMG has, or that are far apart."""
+    (low, high), one, forms = GAINS_UV, next(iter(prepared.recordings.values())).raw.emg, prepared.forms
+    gains = {c: gain for c, gain in prepared.gains.items() if forms[c] != "fraction"}
+    if odd := [f"{c} reaches {g:.2g} uV" for c, g in gains.items() if one[c].unit == "uV" and not low <= g <= high]:
+        return f"the envelope of {', '.join(odd)}; surface EMG from {low:g} to {high:g} uV"
+    largest = {c: float(prepared.trials.emg[..., i].max()) for i, c in enumerate(forms) if forms[c] == "fraction"}
+    if few := [f"{c} reaches {size:.2g} at most" for c, size in largest.items() if 0 < size < LEAST_FRACTION]:
+        return f"{', '.join(few)} of a maximum contraction"
+    if gains and max(gains.values()) >= GAINS_APART * min(gains.values()):
+        return "the largest envelopes are " + ", ".join(f"{gain:.2g} of {c}" for c, gain in gains.items())
+    return None
 
 
 def _alike(prepared: Prepared) -> str | None:
@@ -123,10 +117,8 @@ def _ends_of_angle(prepared: Prepared) -> tuple[float, float]:
 
 SESSION = (
     Check("unit of the EMG", _unit_of_emg,
-          "Is it uV that is called V or mV, or the other way round? Correct the channel's unit under emg, or the "
-          "file."),
-    Check("one channel in another unit", _one_other_unit,
-          "Name the channel's unit under emg, or bring all channels to one unit in the files."),
+          "Is it uV that is called V or mV, or the other way round, or one channel in another unit? Correct the "
+          "channel's unit under emg, or bring all channels to one unit in the files."),
     Check("channels alike", _alike,
           "One signal may be there under two names: correct file or column of one of them under emg."),
     Check("unit of the angle", _tenths,

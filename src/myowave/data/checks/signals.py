@@ -28,14 +28,7 @@ TIDY = Pace(slowest=10.0, fastest=2500.0, shortest_s=0.4)  # no elbow motion is 
 
 
 def signal_problems(raw: RawRecording, signal: Signal, rate_hz: float | None, pace: Pace) -> Iterator[str]:
-    """What makes a signal unusable.
-
-    Args:
-        raw: the file it is from, for messages.
-        signal: with times, a rate, or none of them.
-        rate_hz: samples a second that the settings state [Hz].
-        pace: what it may be.
-    """
+    """What makes a signal of a file unusable; `rate_hz` is what the settings state [Hz], `pace` what it may be."""
     if signal.odd:
         sample, found = next(iter(signal.odd.items()))
         comma = isinstance(found, str) and "," in found

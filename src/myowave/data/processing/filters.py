@@ -52,13 +52,8 @@ class Filter:
 
 
 def band_pass(rate: float, band: tuple[float, float], phase: Phase) -> Filter:
-    """What lies within a band; its upper end is lowered to 0.45 of the rate where it is above.
-
-    Args:
-        rate: samples a second [Hz].
-        band: the two frequencies [Hz] at which 1/sqrt(2) of the amplitude is left.
-        phase: zero, or causal.
-    """
+    """What lies within a band [Hz], at whose ends 1/sqrt(2) of the amplitude is left; the upper one is lowered to 0.45
+    of the rate [Hz] where it is above."""
     low, high = (math.tan(math.pi * f / rate) for f in (band[0], min(band[1], HIGHEST * rate)))
     width = (high - low) / _narrowing(BAND_ORDER, phase)
     centre = low * high

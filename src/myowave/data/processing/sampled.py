@@ -95,9 +95,9 @@ def common_grid(
 
     Args:
         signals: all of them.
-        clock: the one whose times are taken where `rate` is None, and whose start the cut counts from.
-        rate: samples a second [Hz]; None takes those of the clock.
-        cut: from and to [s] after the start of the clock; None takes all.
+        clock: whose start the cut counts from, and whose samples are taken where `rate` is None.
+        rate: samples a second [Hz].
+        cut: from and to [s]; None takes all.
 
     Returns:
         (N,), evenly spaced; empty where the signals have no time in common.
@@ -119,12 +119,8 @@ def sample_as_it_comes(signal: Sampled, time: Array) -> Array:
 
 
 def sample_at(signal: Sampled, time: Array) -> Array:
-    """A signal at other times [s], by cubic splines; before a coarser grid it is low-passed without lag.
-
-    Args:
-        signal: longer than 3 samples.
-        time: (N,), evenly spaced, within the signal.
-    """
+    """A signal of 4 samples or more at other times [s], (N,), evenly spaced and within it, by cubic splines; before a
+    coarser grid it is low-passed without lag."""
     values, rate = signal.values, (len(time) - 1) / (time[-1] - time[0])
     if rate < 0.99 * signal.rate:
         values = low_pass(signal.rate, ANTI_ALIAS * rate, "zero", _ANTI_ALIAS_ORDER)(values)

@@ -22,11 +22,10 @@ decimals.
 import re
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import zip_longest
 from pathlib import Path
 
 from myowave.data.readers.signals import RawRecording, Signal
-from myowave.data.readers.text import read_cells, read_lines, separator_of, split_row, split_unit, to_signals
+from myowave.data.readers.text import carried, read_cells, read_lines, separator_of, split_row, split_unit, to_signals
 
 _TIME = re.compile(r"^(X|.*Time Series)\s*[\[(]s[\])]$", re.IGNORECASE)
 _RATE = re.compile(r"^([\d.,]+)\s*Hz$", re.IGNORECASE)
@@ -80,11 +79,8 @@ def _split(line: str) -> list[str]:
 def _with_sensors(names: list[str], above: list[list[str]]) -> list[str]:
     """Names of channels with those of their sensors before them, which stand once over all of a sensor's channels."""
     sensors = next((row for row in reversed(above) if not row[0].lower().startswith("sensor mode")), [])
-    sensor, full = "", []
-    for name, above_it in zip_longest(names, sensors[: len(names)], fillvalue=""):
-        sensor = _SERIAL.sub("", above_it) or sensor
-        full.append(f"{sensor} {name}".strip())
-    return full
+    sensors = carried([_SERIAL.sub("", cell) for cell in sensors], len(names))
+    return [f"{sensor} {name}".strip() for sensor, name in zip(sensors, names, strict=True)]
 
 
 def _channels(columns: tuple[Signal, ...], rates: dict[str, float]) -> Iterator[Signal]:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from io import StringIO
+from itertools import accumulate
 from pathlib import Path
 
 import numpy as np
@@ -21,12 +22,7 @@ _TIMES, _MILLISECONDS = ("time", "time_s", "t", "t_s"), ("time_ms", "t_ms")
 
 
 def read_lines(path: Path, head_only: bool = False) -> list[str]:
-    """Rows of a text without line ends, in the encoding that its first bytes show; what ends in .gz is unpacked.
-
-    Args:
-        path: the file.
-        head_only: whether the first rows are enough.
-    """
+    """Rows of a text, or the first ones, in the encoding that its first bytes show; what ends in .gz is unpacked."""
     unpacked = gzip.open if path.suffix.lower() == ".gz" else open
     try:
         with unpacked(path, "rb") as file:
@@ -62,6 +58,12 @@ def split_row(line: str, separator: str) -> list[str]:
     return [cell.strip().strip('"').strip() for cell in cells]
 
 
+def carried(cells: Sequence[str], columns: int) -> list[str]:
+    """Cells that stand once over several columns, for each of these."""
+    each: list[str] = [*cells, *[""] * columns][:columns]
+    return list(accumulate(each, lambda before, cell: cell or before))
+
+
 def split_unit(name: str) -> tuple[str, str]:
     """Name and unit of a column: `Biceps [uV]` is `Biceps` in `uV`."""
     found = _UNIT.match(name.strip())
@@ -76,8 +78,8 @@ def read_cells(path: Path, lines: Sequence[str], separator: str, skip: int, comm
         lines: its rows.
         separator: between columns; a single space stands for any number of blanks and tabs.
         skip: rows above the cells.
-        comma: whether decimals have commas; None tells it from the cells: where columns are separated otherwise, and
-            none of the first rows has a point.
+        comma: whether decimals have commas; None takes them for such where columns are separated otherwise, and none
+            of the first rows has a point.
     """
     last = next((n for n in range(len(lines), skip, -1) if lines[n - 1].strip(separator + " \t")), skip)
     if last == skip:
@@ -103,14 +105,7 @@ def read_cells(path: Path, lines: Sequence[str], separator: str, skip: int, comm
 
 
 def to_signals(path: Path, cells: pd.DataFrame, names: Sequence[str], units: Sequence[str] = ()) -> tuple[Signal, ...]:
-    """A signal for each column of a table.
-
-    Args:
-        path: the file, for messages.
-        cells: one row per sample; numbers, or text that may hold one.
-        names: of the columns, which may repeat.
-        units: of the columns; the last ones may have none.
-    """
+    """A signal for each column of a table with a row per sample; names may repeat, and the last units be left out."""
     if len(cells.columns) != len(names):
         raise ValueError(
             f"{path}: {len(names)} names of columns ({', '.join(names)}), but {len(cells.columns)} columns below. Set "
@@ -132,14 +127,8 @@ def evenly_sampled(signal: Signal, rate: float) -> Signal:
 
 
 def with_time(path: Path, signals: tuple[Signal, ...], column: str | None = None) -> tuple[Signal, ...]:
-    """The signals without the column of times, which they are given.
-
-    Args:
-        path: the file, for messages.
-        signals: its columns.
-        column: the one that holds times [s or ms]; None takes one called time, time_s, time_ms or t, if there is
-            one.
-    """
+    """The signals without the column of times [s or ms], which they are given; without a name for it, one called time,
+    time_s, time_ms or t is taken, if there is one."""
     names = [signal.name for signal in signals]
     if column is not None and column not in names:
         raise ValueError(f"{path}: no column {column!r} of times; the columns are {', '.join(names)}.")

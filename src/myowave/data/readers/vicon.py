@@ -16,10 +16,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import pandas as pd
-
 from myowave.data.readers.signals import RawRecording, Signal
-from myowave.data.readers.text import read_cells, read_lines, separator_of, split_row, to_signals
+from myowave.data.readers.text import carried, read_cells, read_lines, separator_of, split_row, to_signals
 
 _HEADER = re.compile(r"^\W*Frame\W+Sub Frame\b", re.IGNORECASE)
 _SEPARATORS = ",;\t "
@@ -69,8 +67,7 @@ def _signals(path: Path, lines: Sequence[str], head: int) -> Iterator[Signal]:
 
 def _names(groups: Sequence[str], own: Sequence[str], device: bool) -> list[str]:
     """Names of the columns; empty where nothing stands above them."""
-    above = pd.Series(groups).replace("", None).ffill().reindex(range(len(own)), method="ffill").fillna("")
     return [
         name if not name or (device and own.count(name) == 1) else f"{group.rpartition(':')[2]} {name}".strip()
-        for name, group in zip(own, above, strict=True)
+        for name, group in zip(own, carried(groups, len(own)), strict=True)
     ]
