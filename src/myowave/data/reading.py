@@ -26,9 +26,11 @@ from myowave.data.processing.units import (
     plain_unit,
 )
 from myowave.data.readers import RawRecording, Signal, read_raw
-from myowave.settings import RawSignal, TextLayout
+from myowave.data.recording import RawTrial
+from myowave.data.trials import MOTOR, TORQUE
+from myowave.settings import RawSignal, RecordedDataset, TextLayout
 from myowave.settings.keys import did_you_mean
-from myowave.settings.recording import TRIAL, EmgChannel, RawAngle, RawKeep, RawMotor, RawTorque
+from myowave.settings.recording import TRIAL, RawAngle, RawKeep, RawMotor, RawTorque
 
 
 @dataclass
@@ -81,40 +83,51 @@ class Reading:
                 self.say(str(error))
         return self._files[path]
 
-    def emg(self, trial: str, key: str, channel: EmgChannel) -> Sampled:
-        """EMG [uV], or as it is where its unit is arbitrary; a fraction of 1 where it is one.
+    def trial(self, name: str, settings: RecordedDataset) -> RawTrial:
+        """All signals of a trial."""
+        angle, unit = self._angle(name, "angle", settings.angle)
+        signals = {key: self._angle(name, f"signals.{key}", one)[0] for key, one in settings.signals.items()}
+        if settings.motor is not None:
+            signals[MOTOR] = self._motor(name, "motor", settings.motor)
+        if settings.torque is not None and name in settings.torque_trials:
+            signals[TORQUE] = self._torque(name, "torque", settings.torque)
+        cut = settings.cut_s.get(name)
+        if settings.keep is not None:
+            low, high = (at - angle.start for at in self._kept(name, "keep", settings.keep))
+            cut = (low, high) if cut is None else (max(low, cut[0]), min(high, cut[1]))
+        return RawTrial(self.emg(name, settings), angle, signals, unit, cut=cut)
 
-        Args:
-            trial: its name.
-            key: of the dataset that names the signal, for messages; the same in the other methods.
-            channel: its settings.
-        """
-        if channel.form == "fraction":
-            return replace(self._read(trial, key, channel, TO_FRACTION, ARBITRARY)[0], unit=ARBITRARY)
-        sampled, unit = self._read(trial, key, channel, TO_EMG)
-        return replace(sampled, unit="uV" if unit in TO_MICROVOLTS else ARBITRARY)
+    def emg(self, trial: str, settings: RecordedDataset) -> dict[str, Sampled]:
+        """EMG of each channel [uV]; as it is where its unit is arbitrary, a fraction of 1 where it is one."""
+        each = {}
+        for name, channel in settings.emg.items():
+            fraction = channel.form == "fraction"
+            factors, unnamed = (TO_FRACTION, ARBITRARY) if fraction else (TO_EMG, "")
+            sampled, unit = self._read(trial, f"emg.{name}", channel, factors, unnamed)
+            each[name] = replace(sampled, unit="uV" if unit in TO_MICROVOLTS else ARBITRARY)
+        return each
 
-    def angle(self, trial: str, key: str, angle: RawAngle) -> tuple[Sampled, str]:
+    def _angle(self, trial: str, key: str, angle: RawAngle) -> tuple[Sampled, str]:
         """An angle [rad] with sign and offset, and the unit that it was written in."""
         sampled, unit = self._read(trial, key, angle, TO_RADIANS)
         turned = angle.sign * sampled.values + angle.offset_deg * TO_RADIANS["deg"]
         return sampled.with_values(turned, "rad"), unit
 
-    def torque(self, trial: str, key: str, torque: RawTorque | RawMotor) -> Sampled:
+    def _torque(self, trial: str, key: str, torque: RawTorque | RawMotor) -> Sampled:
         """A torque [N m] with its sign."""
         sampled, _ = self._read(trial, key, torque, TO_NEWTON_METRES)
         return sampled.with_values(torque.sign * sampled.values, "Nm")
 
-    def motor(self, trial: str, key: str, motor: RawMotor) -> Sampled:
+    def _motor(self, trial: str, key: str, motor: RawMotor) -> Sampled:
         """Torque of a motor at rest [N m], recorded or by its duty and the voltage."""
         if motor.volts is None:
-            return self.torque(trial, key, motor)
+            return self._torque(trial, key, motor)
         duty, _ = self._read(trial, key, motor, {ARBITRARY: 1.0}, ARBITRARY)
         supply = motor.model_copy(update={"column": motor.volts, "unit": "V"})
         volts, _ = self._read(trial, key, supply, {"V": 1.0})
         return duty.with_values(motor.sign * motor.per_volt * duty.values * volts.values, "Nm")
 
-    def kept(self, trial: str, key: str, keep: RawKeep) -> tuple[float, float]:
+    def _kept(self, trial: str, key: str, keep: RawKeep) -> tuple[float, float]:
         """From and to [s] on the recorder's clock, the longest time in which a column has the value that is kept."""
         sampled, _ = self._read(trial, key, keep, {ARBITRARY: 1.0}, ARBITRARY)
         runs = runs_of(np.isclose(sampled.values, keep.equals))

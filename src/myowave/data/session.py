@@ -14,10 +14,9 @@ from pathlib import Path
 from myowave.data.checks.signals import RAW, TIDY
 from myowave.data.checks.values import role_problems
 from myowave.data.files import all_files, name_trials
-from myowave.data.processing.sampled import Sampled
 from myowave.data.reading import Reading
-from myowave.data.recording import RawTrial, Session
-from myowave.data.trials import ANGLES, EMG_PREFIX, MOTOR, TIME, TORQUE
+from myowave.data.recording import Session
+from myowave.data.trials import ANGLES, EMG_PREFIX, TIME, TORQUE
 from myowave.settings import MeasuredDataset, RecordedDataset, TextLayout
 from myowave.settings.recording import EmgChannel, RawAngle, RawTorque
 
@@ -35,8 +34,8 @@ def read_session(
     if isinstance(settings, MeasuredDataset):
         return _read_tidy(dataset, where, settings, root, channels)
     reading = Reading(where, root, RAW, settings.ignore_columns, settings.layout, settings.recordings)
-    trials = {name: _read_trial(reading, name, settings) for name in settings.trials}
-    mvc = {name: _read_emg(reading, name, settings) for name in settings.mvc}
+    trials = {name: reading.trial(name, settings) for name in settings.trials}
+    mvc = {name: reading.emg(name, settings) for name in settings.mvc}
     forms = {channel: one.form for channel, one in settings.emg.items()}
     return Session(trials, forms, mvc, reading.sha256, reading.problems)
 
@@ -57,7 +56,7 @@ def _read_tidy(
         if raw is None or problems:
             continue
         known = len(reading.said)
-        trial = replace(_read_trial(reading, name, _as_recorded(path, header, emg)), file=(path, raw.first_row))
+        trial = replace(reading.trial(name, _as_recorded(path, header, emg)), file=(path, raw.first_row))
         if len(reading.said) == known:
             trials[name] = trial
     reading.say(*role_problems(dataset, list(paths), settings.test, settings.conditions))
@@ -85,21 +84,3 @@ def _tidy_problems(path: Path, header: Sequence[str], channels: Sequence[str] | 
     if len(angles) != 1:
         found = " and ".join(angles) or f"no angle among {listed}"
         yield f"{path}, header: found {found}; expected either {' or '.join(ANGLES)}."
-
-
-def _read_emg(reading: Reading, trial: str, settings: RecordedDataset) -> dict[str, Sampled]:
-    return {name: reading.emg(trial, f"emg.{name}", channel) for name, channel in settings.emg.items()}
-
-
-def _read_trial(reading: Reading, trial: str, settings: RecordedDataset) -> RawTrial:
-    angle, unit = reading.angle(trial, "angle", settings.angle)
-    signals = {key: reading.angle(trial, f"signals.{key}", one)[0] for key, one in settings.signals.items()}
-    if settings.motor is not None:
-        signals[MOTOR] = reading.motor(trial, "motor", settings.motor)
-    if settings.torque is not None and trial in settings.torque_trials:
-        signals[TORQUE] = reading.torque(trial, "torque", settings.torque)
-    cut = settings.cut_s.get(trial)
-    if settings.keep is not None:
-        low, high = (at - angle.start for at in reading.kept(trial, "keep", settings.keep))
-        cut = (low, high) if cut is None else (max(low, cut[0]), min(high, cut[1]))
-    return RawTrial(_read_emg(reading, trial, settings), angle, signals, unit, cut=cut)

@@ -6,7 +6,6 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from io import StringIO
-from itertools import accumulate
 from pathlib import Path
 
 import numpy as np
@@ -60,8 +59,11 @@ def split_row(line: str, separator: str) -> list[str]:
 
 def carried(cells: Sequence[str], columns: int) -> list[str]:
     """Cells that stand once over several columns, for each of these."""
-    each: list[str] = [*cells, *[""] * columns][:columns]
-    return list(accumulate(each, lambda before, cell: cell or before))
+    last, each = "", []
+    for cell in [*cells, *[""] * columns][:columns]:
+        last = cell or last
+        each.append(last)
+    return each
 
 
 def split_unit(name: str) -> tuple[str, str]:
