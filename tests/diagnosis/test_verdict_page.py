@@ -184,7 +184,7 @@ def test_a_predictor_without_physics_is_told_and_is_never_the_network_that_is_sh
     assert shown_network(ladder, "base")["source"] == "network, rollout, 1-scale"
     assert shown_network(join_ladder(tables["ladder"], [], plain), "base") is None
     page = write_page(replace(story, ladder=ladder), template)
-    assert "Of 2 predictors without physics the best, cnn, is off by 0.26 deg." in page
+    assert "The best predictor without physics, cnn, misses by 0.26 deg." in page
     assert "<span>without physics, hold</span>" in page
 
 

@@ -142,5 +142,5 @@ def tell_network(ladder: pd.DataFrame, found: str) -> str:
     if plain[ERROR].notna().any():
         best = plain.loc[plain[ERROR].idxmin()]
         name = best["source"].removeprefix(f"{PLAIN}, ")
-        text += f" Of {len(plain)} predictors without physics the best, {name}, is off by {degrees(best[ERROR])}."
+        text += f" The best predictor without physics, {name}, misses by {degrees(best[ERROR])}."
     return text
