@@ -43,30 +43,25 @@ def tell(verdict: Verdict, folder: Path = PAGES) -> dict[str, Any]:
     def title(name: str) -> str:
         return CAUSE_TITLES.get(name) or verdict["titles"].get(name) or name
 
-    told = (
-        templates_in(folder)
-        .get_template("sentences.j2")
-        .make_module(
-            {
-                "v": verdict,
-                "base": base,
-                "base_text": BASE,
-                "errors": errors,
-                "added": added(verdict),
-                "named": " and ".join(" or ".join(map(title, members)) for members in classes_of(verdict)),
-                "title": title,
-                "likeliest": title(max(likely, key=lambda name: likely[name])) if likely else "an effect",
-                "noise": noise(verdict),
-                "noise_with_emg": noise_with_emg(verdict),
-                "rival": min(rivals, key=lambda name: rmse[name], default=""),
-                "as_good": AS_GOOD,
-                "quiet": is_quiet(verdict),
-                "unexplained": leaves_more(verdict),
-                "disagrees": disagrees(verdict),
-                "needs_others": needs_others(verdict),
-            }
-        )
-    )
+    variables = {
+        "v": verdict,
+        "base": base,
+        "base_text": BASE,
+        "errors": errors,  # of the base model
+        "added": added(verdict),
+        "named": " and ".join(" or ".join(map(title, members)) for members in classes_of(verdict)),
+        "title": title,
+        "likeliest": title(max(likely, key=lambda name: likely[name])) if likely else "an effect",
+        "noise": noise(verdict),
+        "noise_with_emg": noise_with_emg(verdict),
+        "rival": min(rivals, key=lambda name: rmse[name], default=""),
+        "as_good": AS_GOOD,
+        "quiet": is_quiet(verdict),
+        "unexplained": leaves_more(verdict),
+        "disagrees": disagrees(verdict),
+        "needs_others": needs_others(verdict),
+    }
+    told = templates_in(folder).get_template("sentences.j2").make_module(variables)
     parts = {name: part for name, part in vars(told).items() if not name.startswith("_")}
     return {name: "\n\n".join(paragraphs(part)) if isinstance(part, str) else part for name, part in parts.items()}
 
