@@ -42,7 +42,7 @@ def said(verdict: dict, ladder: pd.DataFrame, parameters: pd.DataFrame) -> dict[
             found["error of the network"].add(row["held-out error"])
             found["R2 of the network"].add(row["held-out R2"])
     own = f"muscle model {verdict['model']}"
-    if headline := re.search(rf"(?:on held-out trials is then|held-out trials within) {NUMBER}", text):
+    if headline := re.search(rf"on held-out trials is(?: then)? {NUMBER}", text):
         found[f"{own} from measured angle and speed over whole trials, held-out error"].add(headline[1])
     mine = parameters[(parameters["model"] == verdict["model"]) & (parameters["source"] == "physics")]
     for row in parameter_cells(mine).to_dict("records"):

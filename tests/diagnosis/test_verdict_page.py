@@ -310,7 +310,10 @@ LONG = {"a": "crosstalk between electrodes", "b": "activation that lags behind t
         ({"verdict": "partial", "missing_deg": 0.7}, "and something else that moves the arm by 0.7 deg."),
         ({"verdict": "partial", "rest": "muscle curves of another shape"}, "and muscle curves of another shape that"),
         ({"verdict": "unknown", "effects": [], "missing_deg": 2.0}, "Missing: something that no effect explains."),
-        ({"verdict": "adequate", "effects": [], "model": "base"}, "Nothing is missing: the model predicts held-out"),
+        (
+            {"verdict": "adequate", "effects": [], "model": "base"},
+            "Nothing is missing: the error on held-out trials is 6.4 deg.",
+        ),
         ({"verdict": "undecidable", "outside_usual_range": {"f0": ["x"]}}, "These trials cannot tell: f0 is outside"),
         (
             {"follows": False, "model": "base", "stands_on": "torque"},
