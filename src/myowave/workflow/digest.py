@@ -74,7 +74,9 @@ def _imports_of(path: Path, roots: tuple[Path, ...]) -> frozenset[Path]:
             continue
         for place in (root.joinpath(*parts[:depth]) for root in roots for depth in range(1, len(parts) + 1)):
             found |= {file for file in (place / "__init__.py", place.with_suffix(".py")) if file.is_file()}
-    return frozenset(found | set(path.parent.glob("[!_]*.py") if path == CATALOGUE else ()))
+    if path == CATALOGUE:
+        found |= set(path.parent.glob("[!_]*.py"))
+    return frozenset(found)
 
 
 def _below(file: Path, roots: tuple[Path, ...]) -> str:

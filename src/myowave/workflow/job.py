@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 from tqdm import tqdm
 
@@ -23,7 +23,7 @@ _DISK = (
 class JobLog:
     """The opened log of one job, and its bar, which is drawn where stderr is a terminal."""
 
-    def __init__(self, log: TextIO, bar: "tqdm[None]"):
+    def __init__(self, log: TextIO, bar: "tqdm[Any]"):
         self._log = log
         self._bar = bar
         self._logged = float("-inf")
