@@ -35,7 +35,7 @@ def score_networks(
 ) -> pd.DataFrame:
     """A row for each test trial and seed: trial, scales, seed, test_r2, test_rmse_deg."""
     trials = thin(trials, recipe.rate_hz)
-    task = Task(decompose(trials, total - 1, wavelet), model, recipe, wanted, total=total, seeds=seeds, band=False)
+    task = Task(decompose(trials, total - 1, wavelet), model, recipe, wanted, total=total, seeds=seeds, final=False)
     *_, checkpoint = train_scales(task)
     network = checkpoint.network
     return _rows(trials, predict_motion(network, trials), network.history, seeds).assign(scales=total)

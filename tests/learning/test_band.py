@@ -100,7 +100,7 @@ def test_the_band_of_trials_is_that_of_networks_that_lack_each_training_trial_in
     for name, other in (("1", "2"), ("2", "1")):
         alone = {level: t.select([other, name]) for level, t in scales.items()}
         alone = {level: replace(t, test=(name,)) for level, t in alone.items()}
-        *_, without = train_scales(replace(task, scales=alone, recipe=recipe, band=False))
+        *_, without = train_scales(replace(task, scales=alone, recipe=recipe, final=False))
         predicted = predict_trials(without, alone[0])[:, 1, 4:].numpy()
         errors.append(alone[0].angle[1, 4:] - predicted.mean(0))
         spreads.append(predicted.std(0))
@@ -165,7 +165,7 @@ def test_the_predictions_carry_the_band_and_the_picture_draws_it(scored, scales)
 
 def test_a_network_that_all_samples_trained_has_no_band_and_is_scored(rollout, scales):
     recipe = rollout.recipe.model_copy(update={"validation_fraction": 0.0})
-    *_, last = train_scale(replace(rollout, recipe=recipe, band=False), level=0)
+    *_, last = train_scale(replace(rollout, recipe=recipe, final=False), level=0)
     assert last.checkpoint.band is None
     predicted = predict_trials(last.checkpoint, scales[0])
     rows = evaluate(last.checkpoint, scales[0], predicted, recipe="mine")

@@ -89,7 +89,7 @@ def test_simulated_windows_stand_beside_recorded_ones_of_other_gains(rollout):
 
 def test_nothing_is_kept_for_validation_where_the_share_is_0(rollout):
     task = replace(
-        rollout, band=False, recipe=rollout.recipe.model_copy(update={"validation_fraction": 0.0, "patience": 2})
+        rollout, final=False, recipe=rollout.recipe.model_copy(update={"validation_fraction": 0.0, "patience": 2})
     )
     stage = begin_stage(task, level=0)
     assert stage.corpus.usable.tolist() == list(stage.trials.lengths)

@@ -25,6 +25,7 @@ from myowave.data.trials import Trials
 from myowave.learning.evaluation import score_trials
 from myowave.learning.inputs import Given, given_inputs
 from myowave.learning.network import Scaling
+from myowave.learning.optimisers import Adam
 from myowave.physics.model import Model
 from myowave.settings import Baseline
 
@@ -37,7 +38,7 @@ WIDTH, KERNEL, DILATIONS = 32, 5, (1, 2, 4, 8)  # of the convolution; a gru has 
 # Trained on pieces of trials, in a step on a quarter more than hold all samples, but so few or many; half of the pieces
 # and three quarters of the steps cost 0.014 of R2.
 PIECE_S, PIECES, STEPS = 8.0, (8, 16), 400
-RATE, DECAY, GAIN = 3e-3, 1e-3, 0.2  # of AdamW; of the gains of EMG, log-normal
+RATE, BETAS, DECAY, GAIN = 3e-3, (0.9, 0.999), 1e-3, 0.2  # of Adam; of the gains of EMG, log-normal
 
 
 @dataclass(frozen=True)
@@ -206,15 +207,13 @@ def _train(kind: str) -> Callable[[Standardised, Sequence[int]], list[Tensor]]:
         each = [_start(kind, seen.x[0].shape[1], seed) for seed in seeds]
         weights = {name: torch.stack([of[name] for of in each]).requires_grad_() for name in each[0]}
         randoms = [np.random.default_rng([seed, 17]) for seed in seeds]
-        optimiser = torch.optim.AdamW(weights.values(), lr=RATE, weight_decay=DECAY)
-        schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, STEPS)
-        for _ in range(STEPS):
+        optimiser = Adam(list(weights.values()), BETAS, DECAY)
+        for step in range(STEPS):
             drawn = zip(*(_draw(seen, random) for random in randoms), strict=True)
             x, z = (torch.from_numpy(np.stack(part)).float() for part in drawn)
-            optimiser.zero_grad()
+            optimiser.forget_gradients()
             (run(weights, x) - z).square().mean((1, 2)).sum().backward()
-            optimiser.step()
-            schedule.step()
+            optimiser.step(RATE * 0.5 * (1 + math.cos(math.pi * step / STEPS)))
         with torch.no_grad():
             whole = (torch.from_numpy(x.T.copy()).float().expand(len(seeds), 1, -1, -1) for x in seen.x)
             return [run(weights, x)[:, 0] for x in whole]

@@ -24,10 +24,11 @@ class Adam:
     Args:
         moved: leaves of the graph; one without a gradient stays where it is.
         betas: how slowly the two moments of a gradient forget the steps before.
+        decay: share of the rate that tensors decay by in a step (AdamW).
     """
 
-    def __init__(self, moved: Sequence[Tensor], betas: tuple[float, float]) -> None:
-        self._moved, self._betas = list(moved), betas
+    def __init__(self, moved: Sequence[Tensor], betas: tuple[float, float], decay: float = 0.0) -> None:
+        self._moved, self._betas, self._decay = list(moved), betas, decay
         self._steps = [torch.tensor(0.0) for _ in moved]
         self._means, self._squares = ([torch.zeros_like(tensor) for tensor in moved] for _ in range(2))
 
@@ -53,7 +54,8 @@ class Adam:
             beta1=self._betas[0],
             beta2=self._betas[1],
             lr=rate,
-            weight_decay=0.0,
+            weight_decay=self._decay,
+            decoupled_weight_decay=True,
             eps=EPSILON,
             maximize=False,
         )

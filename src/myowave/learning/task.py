@@ -28,7 +28,7 @@ class Task:
         wanted: physical constants to identify.
         total: number of scales: 3 trains at levels 2, 1 and 0 in turn.
         seeds: numbers of the seeds.
-        band: whether the band about predictions is made, which may take longer than all else.
+        final: whether the band about predictions, which may take longer than all else, and standard errors are made.
     """
 
     scales: Mapping[int, Trials]
@@ -37,7 +37,7 @@ class Task:
     wanted: Mapping[str, Identify]
     total: int
     seeds: Sequence[int]
-    band: bool = True
+    final: bool = True
     device: torch.device = field(default_factory=lambda: torch.device("cuda" if torch.cuda.is_available() else "cpu"))
 
     def epochs(self, level: int) -> int:

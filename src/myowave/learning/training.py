@@ -144,9 +144,9 @@ def _checkpoint(
     stage: Stage, parameters: Parameters, stopping: _EarlyStopping, epochs: int, seconds: float
 ) -> Checkpoint:
     before, values = stage.before, parameters.values
-    if stage.level == 0:
-        band = _band(replace(stage.network, weights=stopping.weights), stage) if stage.task.band else None
+    if stage.level == 0 and stage.task.final:
         (errors, correlations), physics_mse = parameters.uncertainty(), parameters.mse
+        band = _band(replace(stage.network, weights=stopping.weights), stage, physics_mse)
     else:
         band, errors, physics_mse = None, torch.full_like(values, math.nan), values.new_full(values.shape[:1], math.nan)
         correlations = errors.unsqueeze(-1).expand(*values.shape, values.shape[1]).clone()
@@ -173,7 +173,7 @@ def _checkpoint(
     )
 
 
-def _band(network: Network, stage: Stage) -> Band | None:
+def _band(network: Network, stage: Stage, physics_mse: Tensor) -> Band | None:
     """The band by angles that no weight was trained on: the ends of training trials, or, where nothing is kept for
     validation, whole training trials, each predicted by networks that were trained without it. None by a single one."""
     trials = stage.trials
@@ -183,7 +183,10 @@ def _band(network: Network, stage: Stage) -> Band | None:
         apart = [(trials.angle[t, end], predicted[:, t, end]) for t, end in ends]
     elif len(trials.names) > 1:
         # ASSUME: a trial is missed by a few networks that lack one trial as a new trial is by all that have every one.
-        apart = list(hold_out_each(replace(stage.task, seeds=stage.task.seeds[:FOLD_SEEDS])))
+        folds = replace(stage.task, seeds=stage.task.seeds[:FOLD_SEEDS])
+        if (physics_mse >= network.scaling.angle_std**2).all():  # it taught these networks nothing, nor teaches those
+            folds = replace(folds, wanted={}, recipe=folds.recipe.changed({"simulated_trials": 0}))
+        apart = list(hold_out_each(folds))
     else:
         return None
     return calibrate([angle - each.mean(0) for angle, each in apart], [each.std(0) for _, each in apart])
@@ -194,6 +197,6 @@ def hold_out_each(task: Task) -> Iterator[tuple[NDArray[np.float64], NDArray[np.
     without it, free running, of all samples but those that a prediction starts from."""
     trials = task.training_trials(0)
     for name in trials.names:
-        *_, checkpoint = train_scales(replace(task, band=False).holding_out([name]))
+        *_, checkpoint = train_scales(replace(task, final=False).holding_out([name]))
         trial, given = trials.select([name]), checkpoint.network.history
         yield trial.angle[0, given:], predict_motion(checkpoint.network, trial)[:, 0, given:].numpy()
