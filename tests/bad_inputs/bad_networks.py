@@ -149,6 +149,16 @@ CHECKPOINTS = {
     "a band of no width": (inside("band", factor=0.0), NUMBERS),
     "a band that is NaN": (inside("band", floor=float("nan")), NUMBERS),
     "ranges of another network": (inside("seen", low=(0.0,)), UNFIT),
+    "ranges the wrong way round": (inside("seen", low=(2.0,) * 4), NUMBERS),
+    "ranges that are NaN": (inside("seen", high=(float("nan"),) * 4), NUMBERS),
+    "a history without end": (inside("architecture", history=10**9), NUMBERS),
+    "years between samples": (put(dt=1e9), NUMBERS),
+    "a scaling next to nothing": (inside("scaling", input_std=(1e-300, 0.2)), NUMBERS),
+    "channels that are numbers": (put(channels=(1, 2)), UNFIT),
+    "a parameter twice": (put(names=("f0_Bi", "f0_Bi")), UNFIT),
+    "weights of whole numbers": (weight("output", lambda w: w.long()), UNFIT),
+    "complex weights": (weight("output", lambda w: w.to(torch.complex64)), UNFIT),
+    "weights with holes": (weight("output", lambda w: w.to_sparse()), UNFIT),
 }  # fmt: skip
 
 # ------------------------------------------------------------------------------------------------------ streams

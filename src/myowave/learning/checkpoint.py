@@ -158,14 +158,19 @@ def _fits(c: Checkpoint) -> bool:
     return (
         {name: tuple(weight.shape) for name, weight in c.weights.items()}
         == {name: (one, *shape) for name, shape in a.shapes.items()}
+        and all(weight.is_floating_point() and weight.layout == torch.strided for weight in c.weights.values())
+        and all(isinstance(name, str) for name in (*c.channels, *c.names))
         and a.channels == len(c.channels) == len(set(c.channels))
         and len(a.delays) in (0, a.channels)
         and len(c.scaling.input_mean) == len(c.scaling.input_std) == a.channels + given
         and 0 < one == len(set(c.seeds))
-        and c.values.shape == c.errors.shape == (one, len(c.names))
+        and c.values.shape == c.errors.shape == (one, len(set(c.names)))
         and c.correlations.shape == (*c.values.shape, len(c.names))
         and len(c.seen.low) == len(c.seen.high) == a.channels + len(a.known) + 2
     )
+
+
+SMALLEST, LONGEST = 1e-12, 1000  # of a scaling, and of a history in samples: beyond them no network was trained
 
 
 def _usable(c: Checkpoint) -> bool:
@@ -174,9 +179,11 @@ def _usable(c: Checkpoint) -> bool:
     numbers = (*c.weights.values(), c.values, s.input_mean, s.angle_mean, positive)
     return (
         all(bool(torch.as_tensor(values).isfinite().all()) for values in numbers)
-        and all(value > 0 for value in (*positive, *band))
+        and all(value > SMALLEST for value in (*positive, *band))
+        and all(low <= high for low, high in zip(c.seen.low, c.seen.high, strict=True))
         and all(0 <= delay <= 1 for delay in c.architecture.delays)
-        and c.architecture.history >= 1
+        and 1 <= c.architecture.history <= LONGEST
+        and c.dt <= 1
         and 0 <= c.level < c.scales
     )
 
