@@ -211,6 +211,10 @@ TOLD_IN_MEMORY = {
     "a leap": (made(stepped(30.0), trials="a"), "a angle jump of the angle: .* at 5.01 s .1 such"),
     "a marker that was lost": (put(0.0, "angle", start=300), "a angle jump of the angle"),
     "channels swapped": (swapped, "EMG against the motion: .*channels swapped"),
+    "channels swapped in one trial": (
+        lambda trials: swapped(trials, "b"),
+        "EMG against the motion: .* in trial b and no other the wrong way round",
+    ),
     "channels swapped beside a third that is right": (beside_a_third, "EMG against the motion: .* EMG of emg_biceps"),
     "an arm over the head": (made(lambda t: t + 120, "tilt_rad"), "a tilt_rad lean of the upper arm: .*unit"),
     "a lean that leaps": (made(stepped(30.0), "tilt_rad"), "a tilt_rad jump of the angle"),

@@ -28,6 +28,7 @@ AGAINST, MOST_TRIALS = 0.15, 0.8
 """Share of the acceleration's scatter that EMG explains before its sign says something, and the share of trials that
 agree [-]. A person's flexors have 0.21 to 0.24, those of simulated arms, each effect of the catalogue in them, 0.8 or
 more."""
+ALL = ""
 DELAY_S, SMOOTH_S = 0.08, 0.25
 """Of EMG before the motion, and window of the polynomials that differentiate the angle [s]."""
 
@@ -122,24 +123,30 @@ def _against(of: Cause) -> str | None:
 def _pair_against(prepared: Prepared, flexor: str, extensor: str) -> Iterator[str]:
     effort = effort_along_motion(prepared, flexor, extensor)
     # Muscles that pull together may give extensors the sign of flexors, but not more than half of these have then.
-    against = effort[:, 0] < effort[:, 1] / 2
-    if len(effort) and against[0] and np.abs(effort[0]).max() >= AGAINST and against[1:].mean() >= MOST_TRIALS:
-        both = zip((flexor, extensor), effort[0], strict=True)
+    against = {trial: f < e / 2 for trial, (f, e) in effort.items()}
+    clear = [trial for trial, each in effort.items() if np.abs(each).max() >= AGAINST]
+    share = np.mean([against[trial] for trial in effort if trial != ALL] or [0.0])
+    where = f"in {share:.0%} of the trials"
+    told = ALL if ALL in clear and against[ALL] and share >= MOST_TRIALS else None
+    if ALL in clear and not against[ALL] and (odd := [trial for trial in clear if against[trial]]):
+        told, where = odd[0], f"in trial {', '.join(odd)} and no other"
+    if told is not None:
+        both = zip((flexor, extensor), effort[told], strict=True)
         yield (
             " and ".join(f"{size:.2f} by the EMG of {name}" for name, size in both if name)
-            + f" of the acceleration towards flexion, in {against[1:].mean():.0%} of the trials the wrong way round"
+            + f" of the acceleration towards flexion, {where} the wrong way round"
         )
 
 
-def effort_along_motion(prepared: Prepared, flexor: str, extensor: str) -> Array:
-    """What the EMG of a flexor and of an extensor does to the motion: of all trials together, then of each, (1 + T, 2).
+def effort_along_motion(prepared: Prepared, flexor: str, extensor: str) -> dict[str, Array]:
+    """What the EMG of a flexor and of an extensor does to the motion, in all trials together (`ALL`) and in each.
 
     The forearm's acceleration is explained by both, gravity at any offset of the angle (sin q, cos q) and the speed:
     returned are standardised coefficients, positive towards flexion, 0 of a muscle that is not there ("").
     """
     # ASSUME: EMG is ahead of the motion by 80 ms; that the muscles' force depends on posture changes no sign.
-    rows = []
-    for one in prepared.recordings.values():
+    rows = {}
+    for name, one in prepared.recordings.items():
         window, late = max(5, round(SMOOTH_S / one.dt) | 1), round(DELAY_S / one.dt)
         if len(one.angle) < 4 * window + late:
             continue
@@ -147,8 +154,9 @@ def effort_along_motion(prepared: Prepared, flexor: str, extensor: str) -> Array
         emg = [savgol_filter(one.emg.get(channel, 0 * q), window, 3) for channel in (flexor, extensor)]
         force = [np.roll(each, late) for each in emg]
         x = np.stack([*force, np.sin(q), np.cos(q), speed, acceleration], axis=1)[window + late : -window]
-        rows.append((x - x.mean(0)) / max(x[:, -1].std(), 1e-12))
-    return np.array([_standardised(x)[:2] for x in ([np.concatenate(rows), *rows] if rows else [])]).reshape(-1, 2)
+        rows[name] = (x - x.mean(0)) / max(x[:, -1].std(), 1e-12)
+    together = {ALL: np.concatenate([*rows.values()])} if rows else {}
+    return {name: _standardised(x)[:2] for name, x in {**together, **rows}.items()}
 
 
 def _standardised(x: Array) -> Array:
