@@ -19,6 +19,7 @@ from myowave.settings.recording import (
     RawAngle,
     RawKeep,
     RawMotor,
+    RawSignal,
     RawTorque,
     TextLayout,
 )
@@ -206,7 +207,13 @@ class RecordedDataset(_Dataset):
     @property
     def files(self) -> tuple[str, ...]:
         """Paths or patterns of all files that are named, each once."""
-        signals = [*self.emg.values(), self.angle, *self.signals.values(), self.motor, self.keep]
+        signals: list[RawSignal | None] = [
+            *self.emg.values(),
+            self.angle,
+            *self.signals.values(),
+            self.motor,
+            self.keep,
+        ]
         named = [(name, signal) for name in self.trials for signal in signals]
         named += [(name, self.torque) for name in self.torque_trials]
         named += [(name, channel) for name in self.mvc for channel in self.emg.values()]

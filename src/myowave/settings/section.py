@@ -89,7 +89,7 @@ def setting(meaning: str, unit: str = "", default: Any = ..., *, each: str = "na
     """
     source = {"default_factory": default} if callable(default) else {"default": default}
     numbers = {name: limit for name, limit in bounds.items() if name in ("ge", "gt", "le", "lt")}
-    extra = {"unit": unit, "each": each, "bounds": numbers}
+    extra: dict[str, Any] = {"unit": unit, "each": each, "bounds": numbers}
     return Field(**source, description=meaning, json_schema_extra=extra, **bounds)
 
 
