@@ -1,11 +1,11 @@
 """The section `held_out`."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
-from myowave.settings import Baseline, RecordedDataset, Settings
-from myowave.settings.keys import explain, unless_known
+from myowave.settings import RecordedDataset, Settings
+from myowave.settings.keys import unless_known
 from myowave.settings.section import Name, Once, Section, TrialName, Whole, WithoutNull, setting
 from studies.shared import StudySection
 
@@ -26,13 +26,9 @@ class HeldOut(StudySection):
     recipe: Name = setting("recipe; the baselines are those of learning.baselines")
     scales: Annotated[tuple[Annotated[int, Field(ge=1, le=5)], ...], Once] = setting("numbers of scales", min_length=1)
     seeds: Whole = setting("independent starts", "-", 5, ge=1, le=1000)
-    inputs: Annotated[dict[Name, dict[Name, Any]], WithoutNull] = setting(
-        "what every method sees: settings of recipe and baselines alike, by name; null: not this one", each="inputs"
+    questions: Annotated[dict[Question, Annotated[dict[str, Split], WithoutNull]], WithoutNull] = setting(
+        "splits of the trials by question and name; null: not this one", each="question"
     )
-    questions: Annotated[
-        dict[Question, Annotated[dict[str, Split], WithoutNull]],
-        WithoutNull,
-    ] = setting("splits of the trials by question and name; null: not this one", each="question")
 
     def problems(self, settings: Settings) -> list[str]:
         problems = unless_known("dataset", self.dataset, settings.data.datasets)
@@ -47,11 +43,6 @@ class HeldOut(StudySection):
                 problems += [p for trial in named for p in unless_known(where, trial, dataset.trials)]
             if both := sorted(set(split.train) & set(split.test)):
                 problems.append(f"{where}: {', '.join(both)} would train and test; keep it in one of them.")
-        for name, changes in self.inputs.items():
-            try:
-                Baseline.model_validate({"kind": "hold", **changes})
-            except ValidationError as error:
-                problems += [f"inputs.{name}.{line}" for line in explain(error, Baseline)]
         return problems
 
     def splits(self) -> list[tuple[str, str, Split]]:
