@@ -1,67 +1,103 @@
-"""What the diagnosis says in a case, as plain data that a scorer can read."""
+"""What is said in a case, as plain data that a scorer can read."""
 
+import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.search.diagnose import Diagnosis, diagnose
+from myowave.diagnosis.changed.ask import what_changed
+from myowave.diagnosis.search.diagnose import diagnose
 from myowave.identification.output_error import Fit
 from myowave.identification.prediction import predict
 from myowave.identification.record import make_record
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import DiagnosisSettings, Identify
+from studies.reality.rivals import lasso, pysindy
+from studies.reality.settings import Case
 
 WIDE = 1.96  # standard errors on either side of an estimate: a 95 % interval
 
 
 def answer_case(
+    case: Case,
     trials: Trials,
     base: Model,
-    effects: Mapping[str, Effect],
+    catalogue: Mapping[str, Effect],
     identify: Mapping[str, Identify],
     settings: DiagnosisSettings,
     say: Callable[[str], None] = lambda line: None,
 ) -> dict[str, Any]:
-    """Diagnose a dataset: verdict, names, classes, sizes with intervals, and errors of whole trials kept for testing,
-    with nothing found and with what was named or, where nothing was, came nearest.
+    """Ask what is missing in all trials, or what changed between two groups of them, with what is withheld taken out.
 
-    Args:
-        effects: the catalogue, without what is withheld.
+    Returns:
+        Verdict, names, classes, and sizes by parameter, [value, low, high] in SI units; errors of whole trials kept for
+        testing, with nothing found and with what was named or, where nothing was, came nearest [deg], None where only
+        torques were compared; and what rivals name.
     """
+    effects = {name: effect for name, effect in catalogue.items() if name not in case.leave_out}
+    trials = replace(trials, conditions={n: {**trials.conditions.get(n, {}), **case.told} for n in trials.names})
+    if case.changed is not None:
+        return _changed(case, trials, base, effects, settings, say)
     found = diagnose(trials, base, effects.values(), identify, settings, say)
-    verdict, fits = found.verdict, [rung.fit for rung in found.rungs]
+    verdict, first, last = found.verdict, found.rungs[0].fit, found.rungs[-1].fit
+    errors = last.standard_errors()
+    sizes = {name: (value, WIDE * errors[name]) for name, value in last.parameters.items() if "." in name}
     return {
         "verdict": verdict.kind,
         "names": list(verdict.causes),
         "class": [list(members) for members in verdict.alternatives],
         "nearest": list(verdict.nearest),
-        "sizes": _sizes(fits[-1]),
-        "error_before": held_out_deg(fits[0], trials),
-        "error_after": held_out_deg(fits[-1], trials),
-        "stages": _stages(found),
+        "sizes": {name: [value, value - half, value + half] for name, (value, half) in sizes.items()},
+        "error_before": held_out_deg(first, trials),
+        "error_after": held_out_deg(last, trials),
+        "lasso": lasso(trials, base, effects),
+        "pysindy": pysindy(trials, base),
     }
 
 
-def held_out_deg(fit: Fit, trials: Trials) -> float | None:
-    """Error of trials kept for testing, simulated from their start to their end [deg]; None where a motion diverges."""
+def held_out_deg(fit: Fit, trials: Trials) -> float:
+    """Error of trials kept for testing, simulated from their start to their end [deg]; infinite where one diverges."""
     record = make_record(trials, fit.model)
     test = record.take(np.flatnonzero(~record.training))
     try:
         return float(np.degrees(predict(fit, test).rmse))
     except ValueError:
-        return None
+        return math.inf
 
 
-def _sizes(fit: Fit) -> dict[str, list[float]]:
-    """Estimates of effects with their intervals, by parameter: [value, low, high], SI units."""
-    errors = fit.standard_errors()
-    values = {name: value for name, value in fit.parameters.items() if "." in name}
-    return {name: [v, v - WIDE * errors[name], v + WIDE * errors[name]] for name, v in values.items()}
-
-
-def _stages(found: Diagnosis) -> dict[str, float | None]:
-    """How far each model was followed [s]; None for whole trials."""
-    return {rung.name: rung.fit.record.horizon_s for rung in found.rungs}
+def _changed(
+    case: Case,
+    trials: Trials,
+    base: Model,
+    effects: Mapping[str, Effect],
+    settings: DiagnosisSettings,
+    say: Callable[[str], None],
+) -> dict[str, Any]:
+    """The likeliest change is named, with the class that it cannot leave."""
+    assert case.changed is not None
+    groups = case.changed
+    found = what_changed(
+        trials,
+        base,
+        effects.values(),
+        groups.reference,
+        groups.against,
+        settings.scatter,
+        electrodes_stayed=groups.electrodes_stayed,
+        report=say,
+    )
+    kind = "adequate" if not found.names else "effect" if len(found.names) == 1 else "class"
+    changes = {name: found.of(name) for name in found.names}
+    return {
+        "verdict": kind,
+        "names": list(found.names[:1]),
+        "class": [list(found.names)] if kind == "class" else [],
+        "nearest": [],
+        "sizes": {change.parameters[0]: [change.value, *change.interval] for change in changes.values()},
+        **dict.fromkeys(["error_before", "error_after"]),
+        **dict.fromkeys(["lasso", "pysindy"], "not run"),
+    }

@@ -1,25 +1,33 @@
 """The page of the study: what was withheld and what was said, in words."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import pandas as pd
 
-from studies.reality.figures import error_before_after, said
+from myowave.physics.effects import catalogue
+from studies.shared import markdown
 
+RUNAWAY = 60.0  # deg; what misses more follows no longer
+PLAIN = {"adequate": "nothing", "unknown": "something unknown", "undecidable": "cannot be told"}
 HEAD = """# What it says where nobody here made the truth
 
 Machines and persons that others recorded, with something known of them withheld. What is true is read by the scorer
 alone. One setting came in after an answer had been seen: that a motor's gain is known to 10 % only. With the gain held
-as told, a load that nobody put there was named beside or instead of the friction of servo and weight. Written by
-`snakemake reality --cores 2`, whose table is `results/reality.csv`.
+as told, a load that nobody put there was named beside or instead of the friction of servo and weight. And how what
+changed is weighed was chosen with the load of the person's trials in sight, so these rows are no test
+([what changed](changed.md)). Written by `snakemake reality --cores 2`, whose table is `results/reality.csv`.
 
 ![What was withheld, what was said, and the error before and after.](reality.png)
 
 """
 TAIL = """
+
 - **graded**: *named*, all that is known to be missing; *class*, the same in classes of effects that these trials cannot
   tell apart; *honest*, no more than that something is missing, or a part of it; *silent*; *wrong*, a name of what is
   not there, or nothing else said to be missing where it is.
 - **error**: of trials no fit has seen, simulated from their start to their end, with nothing added to the model, and
-  with what is named or comes nearest.
+  with what is named or comes nearest; none where only the torques of two groups were compared.
 - **a lasso on torque** keeps what it needs of all effects, each as it changes the torque at its usual strength
   (`scikit-learn`, penalty by cross-validation). **PySINDy** keeps terms of the acceleration, where it is installed
   (`studies/reality/requirements.txt`) and the arm has no muscles.
@@ -27,6 +35,8 @@ TAIL = """
   the load on the gears; damping and dry friction are the usual, wrong answer. One of three gains is kept for testing.
 - **pendulum in bearings**: [data/free_pendulum](https://github.com/dynamicslab/MultiArm-Pendulum). The second half of
   each swing is kept for testing.
+- **a person**: [data/elbow_curls](https://github.com/jiruifu-jerry0219/UpperLimbEstimator), asked what changed
+  between trials with one dumbbell and with another.
 
 A case is a dataset and a line in `studies/reality/settings.yaml`, and what is true of it in
 `studies/reality/truth.yaml`.
@@ -44,7 +54,7 @@ def write_page(table: pd.DataFrame) -> str:
         [
             f"{row['system']} ({row['kind']})",
             row["withheld"],
-            said(row).replace("\n", " "),
+            " ".join(said(row).split()),
             _size(row),
             error_before_after(row),
             row["grade"],
@@ -52,11 +62,33 @@ def write_page(table: pd.DataFrame) -> str:
         ]
         for row in table.to_dict("records")
     ]
-    lines = [heads, ["---"] * len(heads), *rows]
-    return HEAD + "".join(f"| {' | '.join(cells)} |\n" for cells in lines) + TAIL
+    return HEAD + markdown(heads, rows) + TAIL
 
 
-def _size(row: dict[str, float]) -> str:
+def said(row: Mapping[str, Any]) -> str:
+    """The answer of a row in few words, in lines short enough for the picture."""
+    verdict, names, classes = row["verdict"], row["names"], row["class"]
+    titles = {name: effect.title for name, effect in catalogue().items()}
+    if not names:
+        near = ", ".join(titles[name] for name in filter(None, row["nearest"].split(", ")))
+        return PLAIN.get(verdict, verdict) + f"\n(nearest: {near})" * bool(near)
+
+    def told(name: str) -> str:
+        others = max((one.count(" or ") for one in classes.split("; ") if name in one.split(" or ")), default=0)
+        title = titles.get(name, name.replace("_", " "))
+        return f"{title}\n   (or {others} other{'s' * (others > 1)})" if others else title
+
+    return ",\n".join(map(told, names.split(", "))) + ("\nand something else" if verdict == "partial" else "")
+
+
+def error_before_after(row: Mapping[str, Any]) -> str:
+    """Both errors of a row [deg], one where they are the same; nothing where there are none."""
+    errors = [row[key] for key in ("error_before", "error_after")]
+    told = [f"{error:.2g}" if error < RUNAWAY else "runs away" for error in errors if pd.notna(error)]
+    return " → ".join(dict.fromkeys(told))
+
+
+def _size(row: Mapping[str, Any]) -> str:
     if pd.isna(row["size_true"]) or pd.isna(row["size_found"]):
         return ""
     return f"{row['size_found']:.2g}, {row['size_low']:.2g} to {row['size_high']:.2g} ({row['size_true']:.2g})"

@@ -4,8 +4,9 @@ from typing import Annotated, Literal
 
 from myowave.settings import Settings
 from myowave.settings.configuration import shipped_effects
+from myowave.settings.data import Changed
 from myowave.settings.keys import unless_known
-from myowave.settings.section import Name, Once, Section, WithoutNull, setting
+from myowave.settings.section import Name, Once, Real, Section, WithoutNull, setting
 from studies.shared import StudySection
 
 
@@ -17,6 +18,8 @@ class Case(Section):
     system: str = setting("what moves, for people", min_length=1)
     withheld: str = setting("what the diagnosis is not told, for people", min_length=1)
     leave_out: Annotated[tuple[Name, ...], Once] = setting("effects taken out of the catalogue", default=())
+    told: dict[Name, Real] = setting("what it is told of all trials instead, {condition: value}", "SI", dict)
+    changed: Changed | None = setting("asks what changed between these groups; null: what is missing", default=None)
 
 
 class Reality(StudySection):

@@ -1,4 +1,4 @@
-"""Ask the diagnosis, and others, what is missing in a case."""
+"""Ask the diagnosis, and others, what is missing in a case or what changed."""
 
 from myowave.data.store import read_trials, write_json
 from myowave.models import build_model
@@ -6,16 +6,13 @@ from myowave.physics.effects import catalogue
 from myowave.settings import DiagnosisSettings, Identify, Physics
 from myowave.workflow.job import job_log
 from studies.reality.answer import answer_case
-from studies.reality.rivals import lasso, pysindy
+from studies.reality.settings import Case
 
-name = snakemake.wildcards.case
-with job_log(f"answer case {name}", snakemake.log[0]) as log:
-    physics = Physics.model_validate(snakemake.params.physics)
-    base, trials = build_model("base", physics), read_trials(snakemake.input.trials)
-    effects = {n: e for n, e in catalogue(physics.effect_files).items() if n not in snakemake.params.leave_out}
-    identify = {n: Identify.model_validate(values) for n, values in snakemake.params.identify.items()}
-    settings = DiagnosisSettings.model_validate(snakemake.params.diagnosis)
-    answer = answer_case(trials, base, effects, identify, settings, log.say)
-    write_json(
-        {**answer, "lasso": lasso(trials, base, effects), "pysindy": pysindy(trials, base)}, snakemake.output.answer
-    )
+params = snakemake.params
+with job_log(f"answer case {snakemake.wildcards.case}", snakemake.log[0]) as log:
+    physics, trials = Physics.model_validate(params.physics), read_trials(snakemake.input.trials)
+    base, effects = build_model("base", physics), catalogue(physics.effect_files)
+    identify = {n: Identify.model_validate(values) for n, values in params.identify.items()}
+    settings = DiagnosisSettings.model_validate(params.diagnosis)
+    answer = answer_case(Case.model_validate(params.case), trials, base, effects, identify, settings, log.say)
+    write_json(answer, snakemake.output.answer)

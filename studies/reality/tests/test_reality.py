@@ -1,6 +1,7 @@
 """Grades, the table, and an answer where the truth is known because it is simulated here."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,11 +13,12 @@ from myowave.physics.model import Model
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
 from myowave.settings import DiagnosisSettings, Identify
+from studies.reality import answer as answers_of
 from studies.reality.answer import answer_case
-from studies.reality.figures import draw_reality, said
-from studies.reality.page import write_page
-from studies.reality.rivals import lasso
+from studies.reality.figures import draw_reality
+from studies.reality.page import said, write_page
 from studies.reality.score import COLUMNS, GRADES, RIVALS, grade, score_cases
+from studies.reality.settings import Case
 
 STUDY = Path(__file__).parents[1]
 CASES = yaml.safe_load((STUDY / "settings.yaml").read_text())["reality"]["cases"]
@@ -24,15 +26,16 @@ TRUTH = yaml.safe_load((STUDY / "truth.yaml").read_text())
 
 
 def answer(verdict, names=(), classes=()):
-    sizes = {"load_friction.mu": [0.41, 0.38, 0.44]}
-    told = {
+    return {
         "verdict": verdict,
         "names": list(names),
         "class": [list(c) for c in classes],
-        "sizes": sizes,
+        "sizes": {"load_friction.mu": [0.41, 0.38, 0.44]},
         "nearest": [],
+        "error_before": 20.0,
+        "error_after": 5.0,
+        **dict.fromkeys(RIVALS, ["joint_damping"]),
     }
-    return {**told, "nearest": [], "error_before": 20.0, "error_after": 5.0, **dict.fromkeys(RIVALS, ["joint_damping"])}
 
 
 TWO = {"names": [["a"], ["b", "c"]]}
@@ -72,6 +75,8 @@ def test_each_case_has_a_truth_which_the_scorer_alone_reads(effects):
 
 def test_the_table_and_the_picture_have_a_row_for_each_case():
     answers = {name: answer("unknown") for name in CASES} | {"servo_driven": answer("effect", ["load_friction"])}
+    answers["person_heavier"] |= dict.fromkeys(["error_before", "error_after"])
+    answers["servo_drops"]["error_before"] = float("inf")
     table = score_cases(CASES, answers, TRUTH)
     assert list(table.columns) == COLUMNS and len(table) == len(CASES)
     row = table.set_index("withheld").loc[CASES["servo_driven"]["withheld"]]
@@ -82,6 +87,8 @@ def test_the_table_and_the_picture_have_a_row_for_each_case():
         assert any(case["withheld"] in text for text in texts)
     assert "friction that grows with the load" in texts
     page = write_page(table)
+    assert "servo that is off (measured) | friction of the gears | something unknown |  | runs away → 5 |" in page
+    assert "half of the trials | something unknown |  |  | honest" in page
     assert "friction that grows with the load | 0.41, 0.38 to 0.44 (0.4) | 20 → 5 | named | joint damping" in page
 
 
@@ -102,9 +109,28 @@ def test_a_machine_whose_friction_is_withheld_is_answered_with_it_and_its_size(e
     angle = angle + noise * np.random.default_rng(1).standard_normal(angle.shape)
     trials = Trials("swings", dt, ("a", "b", "c", "d"), (), emg.numpy(), angle, (samples,) * 4, ("d",))
     few = {n: effects[n] for n in ("joint_damping", "coulomb_friction", "quadratic_drag", "emg_gain")}
-    found = answer_case(trials, machine, few, {"inertia": Identify(start_spread=0.2)}, DiagnosisSettings(starts=2))
+    case = Case(dataset="swings", kind="simulated", system="a swing", withheld="friction", leave_out=("emg_gain",))
+    identify = {"inertia": Identify(start_spread=0.2)}
+    found = answer_case(case, trials, machine, few, identify, DiagnosisSettings(starts=2))
     assert found["verdict"] == "effect" and found["names"] == ["coulomb_friction"]
     value, low, high = found["sizes"]["coulomb_friction.tau"]
     assert value == pytest.approx(0.05, rel=0.03) and low < value < high < 0.06
     assert found["error_after"] < 0.15 < 3 < found["error_before"]
-    assert "coulomb_friction" in lasso(trials, machine, few)
+    assert "coulomb_friction" in found["lasso"]
+
+
+def test_what_changed_is_asked_with_what_is_told_and_the_likeliest_is_named(trials, model, effects, monkeypatch):
+    change = SimpleNamespace(parameters=("hand_load.m",), value=1.2, interval=(1.0, 1.4))
+    groups = {"reference": ["1"], "against": ["2", "3"], "electrodes_stayed": True}
+    case = Case(dataset="x", kind="measured", system="a", withheld="b", told={"load": 1.25}, changed=groups)
+
+    def what_changed(trials, base, effects, reference, against, scatter, *, electrodes_stayed, report):
+        assert (reference, against, electrodes_stayed) == (("1",), ("2", "3"), True)
+        assert set(map(str, trials.conditions.values())) == {"{'load': 1.25}"}
+        return SimpleNamespace(names=names, of=lambda name: change)
+
+    monkeypatch.setattr(answers_of, "what_changed", what_changed)
+    for names, kind in ((("hand_load", "emg_gain"), "class"), (("hand_load",), "effect"), ((), "adequate")):
+        found = answer_case(case, trials, model, effects, {}, DiagnosisSettings())
+        assert found["verdict"] == kind and found["names"] == list(names[:1])
+        assert found["sizes"] == ({"hand_load.m": [1.2, 1.0, 1.4]} if names else {})
