@@ -2,7 +2,7 @@
 
 Both fit base + joint damping to the same four trials of 500 samples. scipy integrates plain numpy equations (RK45,
 tolerance 1e-6) trial after trial with derivatives by differences; it is spared the trials' starts, which it is told.
-The diagnosis does all of its work on the whole catalogue: fit, scores, refits, folds. Processor time, one thread.
+The diagnosis does all of its work on the whole catalogue: fit, scores, refits, evidence. Processor time, one thread.
 """
 
 import math
@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
 from myowave.data.simulate import simulate_trials
-from myowave.diagnosis.search.conclude import search
+from myowave.diagnosis.search.diagnose import weigh
 from myowave.identification.free_parameters import free_parameters
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import Record, make_record
@@ -41,15 +41,15 @@ def main() -> None:
 
     begin = time.process_time()
     fit = fit_model(base, record, free_parameters(base, settings.identify, (), scatter), starts=8)
-    selection = search(fit, effects.values()).selection
+    ladder, _ = weigh(fit, record, fit.free, list(effects.values()))
     ours = time.process_time() - begin
 
     begin = time.process_time()
     plain = fit_with_scipy(base, record, settings.start_rad)
     theirs = time.process_time() - begin
 
-    print(f"diagnosis, {len(effects)} candidates: {ours:.1f} s, {ours / len(effects):.2f} s each: {selection.effects}")
-    print(f"   joint_damping.c = {selection.fit.parameters.get('joint_damping.c', math.nan):.3f}, true {DAMPING}")
+    print(f"diagnosis, {len(effects)} candidates: {ours:.1f} s, {ours / len(effects):.2f} s each: {ladder.effects}")
+    print(f"   joint_damping.c = {ladder.fit.parameters.get('joint_damping.c', math.nan):.3f}, true {DAMPING}")
     print(f"scipy, one candidate: {theirs:.1f} s, joint_damping.c = {plain.x[-1]:.3f}, {plain.nfev} evaluations")
     print(f"for the catalogue the diagnosis is {theirs * len(effects) / ours:.0f} times faster")
 

@@ -90,9 +90,7 @@ def facts() -> Callable[..., dict[str, Any]]:
         "emg_noise": 0.0,
         "probabilities": {"joint_damping": 0.97, "outside": 0.02},
         "emg_motion_deg": 0.0,
-        "evidence": {
-            "joint_damping": {"without": "base", "delta_bic": 80.0, "folds_won": 4, "folds": 4, "alone": True}
-        },
+        "evidence": {"joint_damping": {"without": "base", "log_odds": 80.0}},
         "scored": 29,
         "nearest": [],
         "formula": "0",

@@ -6,17 +6,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE
-from myowave.diagnosis.scoring import Answer, answer, grade, is_wrong
-from myowave.diagnosis.search.answer import answer_of
-from myowave.diagnosis.search.by_evidence import weigh_models
-from myowave.diagnosis.search.conclude import search
+from myowave.diagnosis.scoring import Answer, grade, is_wrong
+from myowave.diagnosis.search.diagnose import weigh
 from myowave.diagnosis.search.score import FAILURES
-from myowave.diagnosis.search.verdict import judge
 from myowave.identification.output_error import Fit
 from myowave.physics.effect import Effect
 from studies.verdicts.sets import Drawn
-
-TWO_SIDED = 1.96  # standard errors of a 95 % interval
 
 
 @dataclass(frozen=True)
@@ -28,7 +23,7 @@ class Judged:
         probabilities: of each name that was weighed; none where nothing is named, as what is left is no noise.
         effects: of the model that the intervals are of.
         intervals: low and high of each parameter, of 95 %.
-        nothing_missing: p-value of that; None of pieces of trials.
+        nothing_missing: p-value of that; None where nobody was asked.
     """
 
     kind: str
@@ -40,24 +35,12 @@ class Judged:
 
 
 def by_evidence(fit: Fit, effects: Iterable[Effect]) -> Judged:
-    """What the diagnosis says; over pieces of trials, where no model follows whole ones, it is certain of each name."""
-    if fit.record.pieces is None:
-        found = answer_of(weigh_models(fit, effects))
-        given = {} if found.kind == "unknown" else {k: p for k, p in found.probabilities.items() if k != OUTSIDE}
-        present = {effect.name for effect in fit.model.effects}
-        more = tuple(e.name for e in found.best.fit.model.effects if e.name not in present)
-        return Judged(found.kind, found.named, given, more, found.intervals, found.white)
-    over_pieces = search(fit, effects)
-    verdict, last = judge(over_pieces), over_pieces.selection.fit
-    named = answer(verdict.causes, verdict.alternatives)
-    values, errors = last.parameters, last.standard_errors()
-    return Judged(
-        verdict.kind,
-        named,
-        {members[0]: 1.0 for members in named if len(members) == 1},
-        over_pieces.selection.effects,
-        {n: (values[n] - TWO_SIDED * e, values[n] + TWO_SIDED * e) for n, e in errors.items()},
-    )
+    """What the diagnosis says."""
+    _, found = weigh(fit, fit.record.whole, fit.free, list(effects))
+    given = {} if found.kind == "unknown" else {k: p for k, p in found.probabilities.items() if k != OUTSIDE}
+    present = {effect.name for effect in fit.model.effects}
+    more = tuple(e.name for e in found.best.fit.model.effects if e.name not in present)
+    return Judged(found.kind, found.named, given, more, found.intervals, found.white)
 
 
 def judge_set(

@@ -3,25 +3,23 @@
 Shapes: T trials, N samples, R samples before a recorder took them at another rate.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import cast
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
-from myowave.diagnosis.evidence import EVIDENCE
 from myowave.diagnosis.search.score import score_effects
+from myowave.identification.least_squares import Normal, gather, pseudo_inverse
 from myowave.identification.output_error import Fit, fit_from
 from myowave.identification.record import Record
 from myowave.identification.stages import attempt_fit
-from myowave.identification.whitening import Filter
 from myowave.physics.effect import Effect
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
 from studies.verdicts.worlds import Array, World, low_pass, resampled
 
+EVIDENCE = 10.0  # chi-square that counts as very strong evidence (Kass & Raftery 1995)
 POWER = 1.2816  # standard deviations above the threshold that 9 of 10 recordings reach
 EMG_DRAWS = 300  # more than noise of the EMG has independent answers of the arm, some 60 in 16 s
 FLOOR = 0.3  # of the angle's noise: no model of an arm is as exact as a filter's edge would let one see
@@ -47,69 +45,58 @@ def signals_of(
     """
     if not hidden:
         return {}
-    noise, left = np.radians(noise_deg), np.inf
+    noise, left, root = np.radians(noise_deg), np.inf, None
     if fit.record.pieces is None:
-        known = Known.of(noise, world, raw, fit)
-        # One more filter, that only who knows the truth has.
-        given = [replace(r, filter=cast(Filter, known), noise=noise) for r in (fit.record, quiet)]
-        fit = attempt_fit(lambda: fit_from(fit.model, given[0], fit.free, fit.values[None])) or fit
+        root = whitening(noise, world, raw, fit)
+        given = [replace(record, noise=noise) for record in (fit.record, quiet)]
+        fits = [attempt_fit(lambda r=r: fit_from(fit.model, r, fit.free, fit.values[None])) for r in given]
+        fit = fits[0] or fit
         # To first order alone an effect may show that other constants take when it is whole, as they do of curves.
-        exact = attempt_fit(lambda: fit_from(fit.model, given[1], fit.free, fit.values[None]))
-        left = np.inf if exact is None else np.sqrt(exact.objective) / noise
+        if fits[1] is not None:
+            exact = whitened(fits[1].normal, root)
+            left = np.sqrt(exact.objective - exact.vector @ pseudo_inverse(exact.matrix) @ exact.vector) / noise
     signals = {}
     for name, score in score_effects(fit, (catalogue[name] for name in hidden)).items():
         truth = np.array([hidden[name][p.name.split(".", 1)[1]] / p.scale for p in score.free])
-        seen = min(np.sqrt(truth @ score.information @ truth) / fit.record.noise, left)
+        information = score.information
+        if root is not None:
+            signal, _ = whitened(fit.normal, root).beyond(root @ score.start.normal.slope[..., len(fit.free) :])
+            information = signal.T @ signal
+        seen = min(np.sqrt(truth @ information @ truth) / fit.record.noise, left)
         threshold = np.sqrt(EVIDENCE + len(truth) * np.log(fit.record.samples)) + POWER
         signals[name] = 0.0 if score.absorbed else float(seen / threshold)
     return signals
 
 
-@dataclass(frozen=True)
-class Known:
-    """A filter of residuals (see `identification.whitening`) made of the true covariance of their noise.
+def whitened(normal: Normal, root: Array) -> Normal:
+    """The same normal equations of residuals and derivatives (T, N, ...) multiplied by a root (T, N, N)."""
+    residual = (root @ normal.residual[..., None])[..., 0]
+    further = normal.further, normal.further_slope, normal.weight
+    return gather(residual, root @ normal.slope, root @ normal.by_start, *further)
 
-    Args:
-        root: inverse of its Cholesky factor, times the standard deviation of the white noise, (T, N, N).
+
+def whitening(noise: float, world: World, raw: tuple[int, float], fit: Fit) -> Array:
+    """What makes noise of the angle white again that a recorder, and noise of the EMG, has made something of: the
+    inverse root of its covariance, times the standard deviation of the white noise; trials have one length, (T, N, N).
     """
-
-    root: Array
-
-    @classmethod
-    def of(cls, noise: float, world: World, raw: tuple[int, float], fit: Fit) -> "Known":
-        """Of what a recorder, and noise of the EMG, make of the angle; trials have one length."""
-        recorder, kept, (samples, dt) = world.recording, fit.record, raw
-        passed = np.eye(samples)
-        if edge := recorder.get("angle_hz"):
-            passed = low_pass(passed, edge, dt)
-        if "rate_hz" in recorder:
-            clock: Array = np.arange(samples, dtype=np.float64) * dt
-            other: Array = np.arange(kept.angle.shape[1], dtype=np.float64) * kept.dt
-            passed = resampled(passed, clock, other)
-        lag = np.abs(np.subtract.outer(np.arange(samples), np.arange(samples))) * dt
-        white = noise**2 * np.eye(samples)
-        if "ar_deg" in recorder:
-            white += np.radians(recorder["ar_deg"]) ** 2 * np.exp(-lag / recorder["ar_s"])
-        rest = (FLOOR * noise) ** 2 + np.radians(recorder.get("step_deg", 0.0)) ** 2 / 12
-        covariance = passed.T @ white @ passed + rest * np.eye(passed.shape[1])
-        if size := recorder.get("emg_noise"):
-            covariance = covariance + _from_emg(fit, size)
-        return cls(
-            noise
-            * np.linalg.inv(np.linalg.cholesky(np.broadcast_to(covariance, (len(kept.names), *covariance.shape[-2:]))))
-        )
-
-    def innovations(self, columns: Array) -> Array:
-        """Columns (..., T, N, C), white."""
-        return np.asarray(self.root @ columns)
-
-    def counted(self, samples: int) -> int:
-        """All samples."""
-        return samples
-
-    def take(self, index: Sequence[int] | NDArray[np.intp], longest: int) -> "Known":
-        """That of some trials."""
-        return Known(self.root[list(index)][:, :longest, :longest])
+    recorder, kept, (samples, dt) = world.recording, fit.record, raw
+    passed = np.eye(samples)
+    if edge := recorder.get("angle_hz"):
+        passed = low_pass(passed, edge, dt)
+    if "rate_hz" in recorder:
+        clock: Array = np.arange(samples, dtype=np.float64) * dt
+        other: Array = np.arange(kept.angle.shape[1], dtype=np.float64) * kept.dt
+        passed = resampled(passed, clock, other)
+    lag = np.abs(np.subtract.outer(np.arange(samples), np.arange(samples))) * dt
+    white = noise**2 * np.eye(samples)
+    if "ar_deg" in recorder:
+        white += np.radians(recorder["ar_deg"]) ** 2 * np.exp(-lag / recorder["ar_s"])
+    rest = (FLOOR * noise) ** 2 + np.radians(recorder.get("step_deg", 0.0)) ** 2 / 12
+    covariance = passed.T @ white @ passed + rest * np.eye(passed.shape[1])
+    if size := recorder.get("emg_noise"):
+        covariance = covariance + _from_emg(fit, size)
+    covariance = np.broadcast_to(covariance, (len(kept.names), *covariance.shape[-2:]))
+    return np.asarray(noise * np.linalg.inv(np.linalg.cholesky(covariance)))
 
 
 def _from_emg(fit: Fit, size: float) -> Array:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal, norm
 
@@ -18,37 +19,56 @@ from myowave.diagnosis.likelihood.algebra import (
 )
 
 LENGTHS = (30, 24, 30)
-ALL, TAIL = sum(LENGTHS), 40
+LONGEST, TAIL = max(LENGTHS), 40
+VALID = torch.arange(LONGEST) < torch.tensor(LENGTHS)[:, None]
+
+
+def padded(blocks: list[np.ndarray]) -> torch.Tensor:
+    """Blocks of each trial, 0 where padded."""
+    found = torch.zeros(len(blocks), LONGEST, LONGEST, dtype=torch.float64)
+    for n, block in enumerate(blocks):
+        found[n, : len(block), : len(block)] = torch.from_numpy(block)
+    return found
 
 
 def make_residual(seed: int = 0, **sizes: float) -> Residual:
     """Values drawn from components of given sizes: noise, memory within each trial, and two kinds of shared columns."""
     random = np.random.default_rng(seed)
-    memory = tuple(np.exp(-np.abs(np.subtract.outer(np.arange(n), np.arange(n))) / 8) for n in LENGTHS)
+    eyes = padded([np.eye(n) for n in LENGTHS])
+    memory = padded([np.exp(-np.abs(np.subtract.outer(np.arange(n), np.arange(n))) / 8) for n in LENGTHS])
+    one = torch.ones(TAIL, dtype=torch.float64)
     some = {"first": 0.3, "low": 1e-2, "high": 10.0}
     components = (
-        Component("floor", tuple(map(np.eye, LENGTHS)), tail=np.ones(TAIL), low=1e-2, first=1e-2, high=1e-2),
-        Component("constants", columns=random.standard_normal((ALL, 4))),
-        Component("noise", tuple(map(np.eye, LENGTHS)), tail=np.ones(TAIL), **some),
-        Component("memory", memory, tail=np.linspace(0.2, 0.0, TAIL), cost=3.0, **some),
-        Component("curves", columns=random.standard_normal((ALL, 12)), cost=3.0, **some),
-        Component("repeats", columns=random.standard_normal((ALL, 10)), cost=3.0, **some),
+        Component("floor", eyes, tail=one, low=1e-2, first=1e-2, high=1e-2),
+        Component("constants", columns=columns_of(random, 4)),
+        Component("noise", eyes, tail=one, **some),
+        Component("memory", memory, tail=torch.linspace(0.2, 0.0, TAIL).double(), cost=3.0, **some),
+        Component("curves", columns=columns_of(random, 12), cost=3.0, **some),
+        Component("repeats", columns=columns_of(random, 10), cost=3.0, **some),
     )
-    values, tail = dense(components, {"noise": 1.0, **sizes})
-    drawn = np.linalg.cholesky(values) @ random.standard_normal(ALL)
-    parts = np.split(drawn, np.cumsum(LENGTHS)[:-1])
-    return Residual(tuple(parts), components, np.sqrt(tail) * random.standard_normal(TAIL))
+    total, tail = dense(components, {"noise": 1.0, **sizes})
+    values = torch.zeros(VALID.shape, dtype=torch.float64)
+    values[VALID] = torch.from_numpy(np.linalg.cholesky(total) @ random.standard_normal(len(total)))
+    return Residual(values, VALID, components, torch.from_numpy(np.sqrt(tail) * random.standard_normal(TAIL)))
+
+
+def columns_of(random: np.random.Generator, count: int) -> torch.Tensor:
+    return torch.from_numpy(random.standard_normal((len(LENGTHS), LONGEST, count))) * VALID[..., None]
 
 
 def dense(components: tuple[Component, ...], sizes: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Covariance of all values, and variances of the further ones."""
-    total, tail = np.zeros((ALL, ALL)), np.zeros(TAIL)
+    """Covariance of all values that are not padded, one trial after the other, and variances of the further ones."""
+    count = int(VALID.sum())
+    total, tail = np.zeros((count, count)), np.zeros(TAIL)
     for c in components:
         if c.known or c.name in sizes:
             square = (c.first if c.known else sizes[c.name]) ** 2
-            total += square * block_diag(*c.blocks) if c.blocks else 0.0
-            total += square * c.columns @ c.columns.T if c.columns is not None else 0.0
-            tail += square * c.tail if c.tail is not None else 0.0
+            if c.blocks is not None:
+                total += square * block_diag(*(b[:n, :n] for b, n in zip(c.blocks.numpy(), LENGTHS, strict=True)))
+            if c.columns is not None:
+                columns = c.columns[VALID].numpy()
+                total += square * columns @ columns.T
+            tail += square * c.tail.numpy() if c.tail is not None else 0.0
     return total, tail
 
 
@@ -58,33 +78,47 @@ SOME = {"noise": 0.9, "memory": 0.5, "curves": 0.3}
 def test_is_that_of_a_dense_gaussian():
     residual = make_residual()
     values, tail = dense(residual.components, SOME)
-    expected = multivariate_normal(np.zeros(ALL), values).logpdf(residual.stacked)
-    expected += norm(0, np.sqrt(tail)).logpdf(residual.tail).sum()
-    assert Covariance(residual, SOME).log_evidence == pytest.approx(expected, rel=1e-9)
+    expected = multivariate_normal(np.zeros(len(values)), values).logpdf(residual.values[VALID].numpy())
+    expected += norm(0, np.sqrt(tail)).logpdf(residual.tail.numpy()).sum()
+    assert float(Covariance(residual, SOME).evidence) == pytest.approx(expected, rel=1e-9)
     assert log_evidence(residual, SOME) == pytest.approx(expected - 2 * 3.0, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", SOME)
-def test_its_slopes_are_exact(name):
-    residual, step = make_residual(), 1e-5
-    up, down = ({**SOME, name: SOME[name] * np.exp(sign * step)} for sign in (1, -1))
-    slope = (Covariance(residual, up).log_evidence - Covariance(residual, down).log_evidence) / (2 * step)
-    assert Covariance(residual, SOME).gradient[name] == pytest.approx(slope, rel=1e-4, abs=1e-4)
-
-
-def test_columns_gain_what_a_component_more_does():
+def test_dividing_is_dividing_by_the_dense_covariance():
     residual = make_residual()
-    columns = np.random.default_rng(5).standard_normal((ALL, 2))
-    richer = residual.with_components([Component("effect", columns=columns)])
-    gained = Covariance(richer, SOME).log_evidence - Covariance(residual, SOME).log_evidence
-    assert Covariance(residual, SOME).gain(columns) == pytest.approx(gained, rel=1e-8)
+    total, _ = dense(residual.components, SOME)
+    columns = columns_of(np.random.default_rng(5), 2)
+    covariance = Covariance(residual, SOME)
+    divided = np.linalg.solve(total, columns[VALID].numpy())
+    np.testing.assert_allclose(covariance.solve(columns)[VALID].numpy(), divided, rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(covariance.inner(columns, columns).numpy(), columns[VALID].numpy().T @ divided)
+    np.testing.assert_allclose(covariance.with_residual(columns), divided.T @ residual.values[VALID].numpy())
+
+
+@pytest.mark.parametrize("name", ["memory", "curves"])
+def test_what_a_cause_made_is_its_share_of_the_residual(name):
+    residual = make_residual(2, memory=1.0, curves=1.0)
+    total, _ = dense(residual.components, SOME)
+    alone, _ = dense((replace(residual.component(name), low=SOME[name], first=SOME[name], high=SOME[name]),), {})
+    expected = alone @ np.linalg.solve(total, residual.values[VALID].numpy())
+    np.testing.assert_allclose(Covariance(residual, SOME).made_by(name)[VALID].numpy(), expected, rtol=1e-6, atol=1e-9)
+
+
+def test_the_posterior_of_amplitudes_is_that_of_linear_regression():
+    residual, columns = make_residual(), columns_of(np.random.default_rng(5), 2)
+    total, _ = dense(residual.components, SOME)
+    plain, values = columns[VALID].numpy(), residual.values[VALID].numpy()
+    expected = np.linalg.inv(np.eye(2) + plain.T @ np.linalg.solve(total, plain))
+    mean, covariance = Covariance(residual, SOME).posterior(columns)
+    np.testing.assert_allclose(covariance, expected)
+    np.testing.assert_allclose(mean, expected @ plain.T @ np.linalg.solve(total, values))
 
 
 def test_what_is_left_is_white_with_the_right_sizes_and_not_without_a_cause():
     sizes = {"noise": 1.0, "memory": 2.0, "curves": 1.0}
     residual = make_residual(3, **sizes)
-    assert (Covariance(residual, sizes).white() ** 2).mean() == pytest.approx(1.0, abs=0.4)
-    assert (Covariance(residual, {"noise": 1.0}).white() ** 2).mean() > 1.8
+    assert (Covariance(residual, sizes).white()[VALID] ** 2).mean().item() == pytest.approx(1.0, abs=0.4)
+    assert (Covariance(residual, {"noise": 1.0}).white()[VALID] ** 2).mean() > 1.8
 
 
 @pytest.mark.parametrize("cause", ["memory", "curves", "repeats"])
@@ -103,7 +137,9 @@ def test_noise_alone_asks_for_nothing():
 
 def test_a_component_without_columns_is_no_error():
     residual = make_residual()
-    empty = residual.with_components([replace(residual.component("curves"), columns=np.zeros((ALL, 0)))])
+    empty = residual.with_components(
+        [replace(residual.component("curves"), columns=residual.columns("curves")[..., :0])]
+    )
     assert most_likely(empty, ["curves"]).value == pytest.approx(most_likely(empty, []).value - 3.0, abs=0.05)
 
 

@@ -12,8 +12,8 @@ from myowave.diagnosis.report.tables import TABLES, predictions_table
 from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search import diagnose as search
 from myowave.diagnosis.search.diagnose import diagnose
-from myowave.diagnosis.search.selection import select_effects
 from myowave.diagnosis.search.verdict import judge
+from myowave.diagnosis.search.weigh import weigh_models
 from myowave.settings import DiagnosisSettings, SimulatedDataset
 
 SETTINGS = DiagnosisSettings(starts=2)
@@ -112,7 +112,7 @@ def test_the_test_trial_takes_no_part_in_any_decision(make_trials, base, few, id
     seen, unseen = (diagnose(trials, base, candidates, identify, SETTINGS) for trials in (one, other))
     assert seen.verdict == unseen.verdict and seen.noise_deg == unseen.noise_deg
     assert seen.draft.formula == unseen.draft.formula and seen.proposals == unseen.proposals
-    for ranked, again in zip(seen.selection.rankings, unseen.selection.rankings, strict=True):
+    for ranked, again in zip(seen.ladder.rankings, unseen.ladder.rankings, strict=True):
         assert [weighed(c) for c in ranked] == [weighed(c) for c in again]
     for rung, again in zip(seen.rungs, unseen.rungs, strict=True):
         np.testing.assert_array_equal(rung.fit.values, again.fit.values)
@@ -122,7 +122,7 @@ def test_the_test_trial_takes_no_part_in_any_decision(make_trials, base, few, id
 
 
 def weighed(candidate):
-    return candidate.name, candidate.delta_bic, candidate.folds_won, candidate.detectable, candidate.score.visible
+    return candidate.name, candidate.log_odds, candidate.detectable, candidate.score.visible
 
 
 def test_clean_trials_are_adequate(make_trials, base, few, identify):
@@ -133,7 +133,7 @@ def test_clean_trials_are_adequate(make_trials, base, few, identify):
 
 def test_two_effects_are_both_found(make_fit, few):
     fit = make_fit({"joint_damping": {"c": 1.0}, "emg_crosstalk": {"x": 0.15}})
-    assert set(select_effects(fit, few.values()).effects) == {"joint_damping", "emg_crosstalk"}
+    assert set(weigh_models(fit, few.values()).best.effects) == {"joint_damping", "emg_crosstalk"}
 
 
 def test_what_the_catalogue_lacks_is_called_unknown_and_drafted(make_trials, base, few, identify):

@@ -13,11 +13,11 @@ from myowave.diagnosis.report.motion import beside
 from myowave.diagnosis.report.tables import TABLES, predictions_table, ranking_table
 from myowave.diagnosis.report.tell import tell
 from myowave.diagnosis.scoring import add_truth
-from myowave.diagnosis.search import follow
-from myowave.diagnosis.search.diagnose import diagnose
-from myowave.diagnosis.search.rank import count_folds, folds_won, left_out_residuals, rank_effects
+from myowave.diagnosis.search import diagnose as search
+from myowave.diagnosis.search.diagnose import diagnose, weigh
+from myowave.diagnosis.search.weigh import weigh_models
 from myowave.identification.free_parameters import free_parameters
-from myowave.identification.output_error import fit_from, fit_simulated, refit
+from myowave.identification.output_error import fit_from, fit_simulated
 from myowave.identification.prediction import predict
 from myowave.identification.record import make_record
 from myowave.identification.stages import attempt_torque, fit_like, follows
@@ -79,16 +79,16 @@ def test_a_model_is_led_to_whole_trials_by_what_it_lacks(make_trials, base, effe
     whole = make_record(make_trials(hidden), base).train
     lost = fit_from(base, whole.cut(0.5), free, np.array([[0.9 * p.start for p in free]]))
     candidates = [effects["joint_damping"], effects["joint_stiffness"]]
-    led = follow.follow(lost, whole, candidates, free)
-    assert led is not None and led.selection.effects == ("joint_damping",) and led.reportable
-    assert all(fit.record.pieces is None for fit in led.selection.ladder)
-    alone = led.selection.ladder[0]
+    ladder, answer = weigh(lost, whole, free, candidates)
+    assert ladder.effects == ("joint_damping",) and answer.kind == "effect"
+    assert all(fit.record.pieces is None for fit in ladder.fits)
+    alone = ladder.fits[0]
     assert alone.objective == pytest.approx(make_fit(hidden).objective, rel=0.01), "as where it follows by itself"
 
 
 def test_where_no_model_follows_no_effect_is_named(runaway, base, effects, identify, monkeypatch, facts):
-    monkeypatch.setattr("myowave.diagnosis.search.diagnose.follows", lambda fit: False)
-    monkeypatch.setattr(follow, "lengthen", lambda fit, *_: fit)
+    monkeypatch.setattr(search, "follows", lambda fit: False)
+    monkeypatch.setattr(search, "lengthen", lambda fit, *_: fit)
     found = diagnose(runaway, base, [effects["joint_damping"]], identify, DiagnosisSettings(starts=1))
     summary = verdict_facts(found)
     assert summary["verdict"] == "unknown" and not summary["effects"] and not summary["follows"]
@@ -158,27 +158,9 @@ def test_the_page_says_over_what_the_model_was_judged(diagnosis, runaway):
 @pytest.mark.parametrize("effect", [broken("refusing", _refuse), broken("endless", _blow_up)])
 def test_a_failing_candidate_changes_nothing_for_the_others(make_fit, effects, effect):
     fit = make_fit({"joint_damping": {"c": 1.0}})
-    alone, beside = (rank_effects(fit, [effects["joint_damping"], *more]) for more in ([], [effect]))
-    assert {c.name: c.failure != "" for c in beside} == {"joint_damping": False, effect.name: True}
-    assert next(c for c in beside if c.name == "joint_damping").delta_bic == alone[0].delta_bic
-    assert not next(c for c in beside if c.failure).acceptable
-
-
-def test_folds_leave_out_trials_and_not_pieces(make_fit, effects):
-    whole = make_fit({"joint_damping": {"c": 1.0}})
-    fit = fit_from(whole.model, whole.record.cut(0.5), whole.free, whole.values[None])
-    richer = refit(fit, whole.model.with_effects([effects["joint_damping"]]), whole.free)
-    assert count_folds(fit) == len(whole.record.names) == folds_won(fit, richer)[1]
-    # The prediction of a trial must not change with what is measured in another piece of it.
-    rows = fit.record.rows_by_trial[whole.record.names[0]]
-    residual = fit.normal.residual.copy()
-    residual[rows[1]] += np.radians(5.0)
-    normal = fit.normal
-    projected = normal.without_starts(normal.slope)
-    vector = normal.vector + np.einsum("tnp,tn->p", projected, residual - normal.residual)
-    other = replace(fit, normal=replace(normal, residual=residual, vector=vector))
-    before, after = (left_out_residuals(f)[rows[0]] for f in (fit, other))
-    np.testing.assert_allclose(after, before, atol=1e-12)
+    posterior = weigh_models(fit, [effects["joint_damping"], effect])
+    assert posterior.best.effects == ("joint_damping",)
+    assert posterior.screened[frozenset()].scores[effect.name].failure
 
 
 def test_a_model_asked_for_by_name_is_fitted_where_the_base_stands_on_torque(make_trials, base, effects, identify):

@@ -9,10 +9,11 @@ from scipy.signal import butter, sosfiltfilt
 
 from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, OUTSIDE
 from myowave.diagnosis.likelihood.algebra import Covariance
-from myowave.diagnosis.likelihood.columns import DRIFT, EMG, Looking, View, residual_of
+from myowave.diagnosis.likelihood.components import DRIFT, EMG, residual_of
 from myowave.diagnosis.likelihood.sensor import Sensor, knots_of, straight
+from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.answer import answer_of
-from myowave.diagnosis.search.by_evidence import weigh_models
+from myowave.diagnosis.search.weigh import weigh_models
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
 from myowave.physics.motion import simulate
@@ -96,31 +97,30 @@ def test_coloured_noise_of_the_angle_is_no_noise_of_the_emg(recorded, few):
 def test_the_columns_of_a_cause_are_what_it_does_to_the_angle(recorded):
     """A clock that is late by a share of the time, seen by the fit that does not know of it."""
     fit, drift = recorded(), 1e-3
-    looking = Looking(View.of(fit), fit.record.dt)
-    residual = residual_of(fit, looking)
+    view = View.of(fit)
+    residual = residual_of(fit, view)
     time = np.arange(fit.record.angle.shape[1]) * fit.record.dt
     shifted = fit.angle + drift * time * fit.sensitive.motion.state[..., 1].numpy()
-    (column,) = (residual.component(DRIFT).columns @ np.array([drift])[:, None]).T
-    assert np.allclose(looking.amplitudes((shifted - fit.angle)[..., None])[:, 0], column, atol=1e-9)
+    expected = view.amplitudes((shifted - fit.angle)[..., None])
+    assert np.allclose(expected, residual.columns(DRIFT) * drift, atol=1e-9)
 
 
 def test_a_filter_goes_through_motion_and_noise_alike(recorded):
     """The evidence of a filtered recording through that filter is near that of the raw one; without it, far below."""
     fit = recorded(filtered)
     through, plain = (
-        Covariance(residual_of(fit, Looking(View.of(fit, sensor), fit.record.dt)), {"noise": np.radians(0.5)})
+        Covariance(residual_of(fit, View.of(fit, sensor)), {"noise": np.radians(0.5)})
         for sensor in (Sensor(corner_hz=6.0), Sensor())
     )
-    assert through.log_evidence > plain.log_evidence + 200
+    assert through.evidence > plain.evidence + 200
 
 
 def test_noise_of_the_emg_has_the_covariance_that_draws_show(recorded, base, free):
     """Of the answers to noisy EMG, simulated, in the slow waves."""
     fit = recorded()
-    residual = residual_of(fit, Looking(View.of(fit), fit.record.dt))
-    (block, *_), size = residual.component(EMG).blocks, 1e-3
+    view = View.of(fit)
+    block, size = residual_of(fit, view).component(EMG).blocks[0].numpy(), 1e-3
     random, answers = np.random.default_rng(2), []
-    looking = Looking(View.of(fit), fit.record.dt)
     assert np.linalg.eigvalsh(block).min() > -1e-9 * np.linalg.eigvalsh(block).max()
     start = fit.sensitive.motion.state[:, 0, :2].unbind(-1)
     before = simulate(fit.record.simulation(fit.model, fit.params), *start).angle.numpy()
@@ -128,7 +128,7 @@ def test_noise_of_the_emg_has_the_covariance_that_draws_show(recorded, base, fre
         noise = torch.from_numpy(size * random.standard_normal(fit.record.emg.shape))
         noisy = replace(fit.record, emg=fit.record.emg + noise)
         after = simulate(noisy.simulation(fit.model, fit.params), *start).angle.numpy()
-        answers.append(looking.amplitudes((after - before)[..., None])[: len(block), 0] / size)
+        answers.append(view.amplitudes((after - before)[..., None])[0, :, 0].numpy() / size)
     slow = slice(1, 8)
     drawn = np.mean(np.square(answers), 0)[slow]
     assert np.allclose(drawn.sum(), np.diag(block)[slow].sum(), rtol=0.35)

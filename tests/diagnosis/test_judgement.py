@@ -5,104 +5,74 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from myowave.diagnosis.misfit.left import Left
-from myowave.diagnosis.misfit.repeated import Repeated
-from myowave.diagnosis.misfit.size import Size
-from myowave.diagnosis.search.conclude import Findings
-from myowave.diagnosis.search.rank import rank_effects
-from myowave.diagnosis.search.selection import Selection
+from myowave.diagnosis.search.answer import Answer, answer_of
+from myowave.diagnosis.search.ladder import SURE, Ladder, ladder_of
 from myowave.diagnosis.search.verdict import judge
-
-NOISE, MISSING = np.radians(0.5), np.radians(0.3)
-
-
-@pytest.fixture(scope="module")
-def fit(make_fit):
-    return make_fit({"joint_damping": {"c": 1.0}})
+from myowave.diagnosis.search.weigh import weigh_models
 
 
 @pytest.fixture(scope="module")
-def weighed(fit, effects):
-    """Candidates for which there is no evidence."""
-    ranking = rank_effects(fit, [effects[n] for n in ("joint_damping", "gravity_tilt", "hand_load")])
-    return [replace(c, delta_bic=-1.0) for c in ranking]
+def few(effects):
+    return [effects[name] for name in ("joint_damping", "gravity_tilt", "hand_load")]
 
 
-@pytest.fixture
-def usual(fit):
-    """The fit with all parameters where searches start."""
-    return replace(fit, values=np.array([p.start for p in fit.free]))
+@pytest.fixture(scope="module")
+def weighed(make_fit, few):
+    """An answer on damping, and its ladder."""
+    fit = make_fit({"joint_damping": {"c": 1.0}})
+    posterior = weigh_models(fit, few)
+    answer = answer_of(posterior)
+    return answer, ladder_of(fit, posterior, answer, few)
 
 
-def found(selection, *, only_noise=True, slow=0.0, repeated=0.0):
-    """What a search over pieces found: what is certainly left is slow, or repeated in all trials, in variances of
-    independent samples."""
-    chance = 20.0**0.5 if slow else 0.0
-    size = Size(NOISE, 0.0 if only_noise else MISSING, 1.0 + (slow + chance) / 10.0, 1.4, 1.0, 10.0)
-    left = Left(size, Repeated(10.0 + 20.0**0.5 + repeated, 10.0, NOISE**2), only_noise)
-    return Findings(selection, left)
+def test_an_effect_that_alone_explains_all_is_named(weighed):
+    verdict = judge(*weighed)
+    assert (verdict.kind, verdict.effects, verdict.causes) == ("effect", ("joint_damping",), ("joint_damping",))
+    assert verdict.explained > 0.9 and verdict.missing == 0.0 and not verdict.structure_left
 
 
-@pytest.fixture
-def named(fit, weighed, effects):
-    """The selection of an effect that takes most of the misfit away, and its class."""
-
-    def make(members=("joint_damping",)):
-        simulation = replace(fit.simulation, model=fit.model.with_effects([effects["joint_damping"]]))
-        richer = replace(fit, simulation=simulation, normal=replace(fit.normal, rss=0.1 * fit.normal.rss))
-        return Selection((fit, richer), (weighed, weighed), {"joint_damping": members})
-
-    return make
-
-
-@pytest.mark.parametrize("kind_of_rest", ["slow", "repeated"])
-@pytest.mark.parametrize(
-    ("share", "only_noise", "kind"),
-    [(0.3, False, "unknown"), (0.85, False, "unknown"), (0.97, False, "partial"), (0.3, True, "effect")],
-)
-def test_effects_are_named_where_they_explain_nearly_all_or_leave_noise(share, only_noise, kind, kind_of_rest, named):
-    """Whether what is left is slow or repeated in all trials: the larger one counts."""
-    selection = named()
-    gained = (selection.ladder[0].objective - selection.fit.objective) / selection.fit.independent_variance
-    verdict = judge(found(selection, only_noise=only_noise, **{kind_of_rest: gained * (1 / share - 1)}))
-    assert verdict.kind == kind
-    assert verdict.explained == pytest.approx(share)
-    assert verdict.structure_left != only_noise
-    assert verdict.missing >= MISSING if not only_noise else verdict.missing == 0.0
-    nothing = kind == "unknown"
-    assert verdict.effects == verdict.causes == (() if nothing else ("joint_damping",))
-    assert verdict.nearest == (("joint_damping",) if nothing else ())
+def test_each_rung_ranks_what_it_lacks_the_most_likely_first(weighed):
+    ladder = weighed[1]
+    assert ladder.effects == ("joint_damping",)
+    first, last = ladder.rankings
+    assert first[0].name == "joint_damping" and first[0].supported and first[0].log_odds > SURE
+    assert [c.log_odds for c in first] == sorted((c.log_odds for c in first), reverse=True)
+    assert {c.name for c in last} == {"gravity_tilt", "hand_load"} and not any(c.supported for c in last)
+    without, nats = ladder.odds["joint_damping"]
+    assert without == "base" and nats == pytest.approx(first[0].log_odds)
 
 
-def test_effects_that_cannot_be_told_apart_are_a_class(named):
+def test_effects_that_cannot_be_told_apart_are_a_class(weighed):
+    answer, ladder = weighed
     members = ("joint_damping", "muscle_damping")
-    verdict = judge(found(named(members)))
+    hedged = replace(answer, kind="class", named=(members,))
+    verdict = judge(hedged, replace(ladder, classes={"joint_damping": members}))
     assert verdict.kind == "class" and verdict.alternatives == (members,)
-    unknown = judge(found(named(members), only_noise=False, slow=1e9))
-    assert unknown.kind == "unknown" and unknown.alternatives == ()
 
 
-def test_without_an_effect_what_is_left_is_unknown_and_nothing_is_adequate(fit, weighed, usual):
-    nothing = Selection((usual,), (weighed,))
-    assert judge(found(nothing)).kind == "adequate"
-    unknown = judge(found(nothing, only_noise=False, slow=50.0))
-    assert unknown.kind == "unknown" and unknown.explained == 0.0 and unknown.missing >= MISSING
+def test_what_is_left_beside_a_name_makes_it_a_part(weighed):
+    answer, ladder = weighed
+    verdict = judge(replace(answer, kind="partial"), ladder)
+    assert verdict.kind == "partial" and verdict.effects == ("joint_damping",) and verdict.structure_left
 
 
-def test_a_model_that_does_not_follow_is_unknown_whatever_it_leaves(named, weighed, usual):
-    for selection in (named(), Selection((usual,), (weighed,))):
-        verdict = judge(found(selection), follows=False)
-        assert verdict.kind == "unknown" and not verdict.follows and not verdict.effects
+def test_a_model_that_does_not_follow_is_unknown_whatever_is_likely(weighed):
+    verdict = judge(*weighed, follows=False)
+    assert verdict.kind == "unknown" and not verdict.follows and not verdict.effects
+    assert verdict.nearest == ("joint_damping",)
 
 
 @pytest.mark.parametrize(("errors_away", "kind"), [(1.0, "adequate"), (4.0, "undecidable"), (-4.0, "undecidable")])
-def test_a_parameter_outside_its_usual_range_may_hide_an_absorbed_effect(errors_away, kind, fit, weighed):
+def test_a_parameter_outside_its_usual_range_may_hide_an_absorbed_effect(errors_away, kind, weighed):
     """Outside by more than two standard errors; only a parameter that an absorbed effect moves counts."""
-    assert next(c for c in weighed if c.name == "hand_load").score.absorbed_by
+    answer, ladder = weighed
+    fit, ranking = ladder.fits[0], ladder.rankings[0]
+    nothing: Answer = replace(answer, kind="adequate", named=(), usual=1.0)
+    assert next(c for c in ranking if c.name == "hand_load").score.absorbed_by
     for name, hidden in (("f0_Bi", ("hand_load",)), ("l0_Bi", ())):
         i = next(i for i, p in enumerate(fit.free) if p.name == name)
         p, error, values = fit.free[i], fit.standard_errors()[name], np.array([p.start for p in fit.free])
         values[i] += np.sign(errors_away) * p.spread * p.start + errors_away * error
-        verdict = judge(found(Selection((replace(fit, values=values),), (weighed,))))
+        verdict = judge(nothing, Ladder((replace(fit, values=values),), (ranking,)))
         assert verdict.kind == (kind if hidden else "adequate")
         assert verdict.masked == ({name: hidden} if verdict.kind == "undecidable" else {})

@@ -8,15 +8,8 @@ import torch
 
 from myowave.data.simulate import simulate_trials
 from myowave.diagnosis.causes import OWN_CURVES
-from myowave.diagnosis.misfit.own_curves import (
-    ACTIVE,
-    PASSIVE,
-    WIDTH,
-    bumps,
-    pushes_of_curves,
-)
-from myowave.diagnosis.misfit.repeated import moved_by
-from myowave.diagnosis.search.conclude import search
+from myowave.diagnosis.likelihood.pushes import ACTIVE, PASSIVE, WIDTH, bumps, moved_by, pushes_of_curves
+from myowave.diagnosis.search.diagnose import weigh
 from myowave.diagnosis.search.score import score_effect
 from myowave.diagnosis.search.verdict import judge
 from myowave.identification.output_error import fit_model
@@ -59,7 +52,7 @@ def make_strange(dataset, base, free, effects):
 
 
 def test_a_bump_does_to_the_motion_what_an_effect_of_that_form_does(damped):
-    columns = moved_by(damped, pushes_of_curves(damped))
+    columns = damped.normal.without_starts(moved_by(damped, pushes_of_curves(damped)))
     score = score_effect(damped, of_one_muscle(ACTIVE))
     moved = damped.normal.without_starts(score.start.normal.slope[..., -1:])[..., 0]
     (own,) = [c for c in np.moveaxis(columns, -1, 0) if np.corrcoef(c.ravel(), moved.ravel())[0, 1] > 0.999]
@@ -68,11 +61,15 @@ def test_a_bump_does_to_the_motion_what_an_effect_of_that_form_does(damped):
 
 def test_what_curves_of_another_shape_leave_is_named_so_and_so_is_damping_beside_them(make_strange, effects):
     few = [effects[name] for name in ("joint_damping", "gravity_tilt", "emg_crosstalk", "extra_delay")]
-    found = search(make_strange(), few)
-    assert found.answer is not None and found.answer.named == ((OWN_CURVES,),)
-    verdict = judge(found)
-    assert verdict.kind == "unknown" and verdict.of_curves and verdict.missing > np.radians(0.1)
-    beside = judge(search(make_strange(joint_damping={"c": 1.0}), few))
+
+    def judged(fit):
+        ladder, answer = weigh(fit, fit.record, fit.free, few)
+        return judge(answer, ladder)
+
+    alone = judged(make_strange())
+    assert alone.kind == "unknown" and alone.of_curves and alone.missing > np.radians(0.1)
+    assert OWN_CURVES in alone.probabilities
+    beside = judged(make_strange(joint_damping={"c": 1.0}))
     assert (beside.kind, beside.effects, beside.of_curves) == ("partial", ("joint_damping",), True)
 
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from myowave.diagnosis.search.rank import rank_effects
 from myowave.diagnosis.search.score import best_within, confusion, score_effect, score_effects
 from myowave.identification.free_parameters import Free, free_parameters
 from myowave.identification.output_error import fit_model, polish
@@ -85,14 +84,6 @@ def test_the_smallest_detectable_value_grows_with_the_noise(make_trials, base, f
         fit = fit_model(base, make_record(make_trials(noise_deg=noise), base, noise_deg=noise).train, free)
         sizes.append(score_effect(fit, effects["joint_damping"]).detectable(np.radians(noise) ** 2, 17.0))
     assert sizes[1] == pytest.approx(2 * sizes[0], rel=0.05)
-
-
-def test_a_single_training_trial_is_ranked_without_folds(make_trials, base, free, effects):
-    record = make_record(make_trials({"joint_damping": {"c": 1.5}}), base).take([0])
-    fit = fit_model(base, record, free)
-    ranking = rank_effects(fit, [effects[name] for name in ("joint_damping", "gravity_tilt")])
-    assert ranking[0].name == "joint_damping" and ranking[0].acceptable
-    assert [c.folds for c in ranking] == [0, 0]
 
 
 def test_the_promise_of_two_parameters_is_the_best_within_their_bounds():

@@ -5,7 +5,7 @@ import math
 import pytest
 import torch
 
-from myowave.diagnosis.misfit.terms import torque_terms
+from myowave.diagnosis.likelihood.terms import torque_terms
 
 
 def test_terms_are_what_they_are_called():

@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 import torch
 
-from myowave.diagnosis.misfit.where import locate, misfit_by, missing_torque
 from myowave.diagnosis.report.figures.where import draw_missing_torque
 from myowave.diagnosis.report.tell import tell
 from myowave.diagnosis.search.draft import LIBRARY, draft_effect
 from myowave.diagnosis.search.next_trial import propose_trials
+from myowave.diagnosis.search.where import locate, misfit_by, missing_torque
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
 from myowave.physics.effect_files import load_effects

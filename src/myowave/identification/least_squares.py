@@ -67,8 +67,7 @@ class Normal:
     """Residuals and their derivatives, the starts of the trials eliminated; parameters in units of their scale.
 
     Args:
-        residual: measured - simulated angle, 0 where padded, (..., T, N); innovations of it, and of the derivatives,
-            as the filter of the record gives them.
+        residual: measured - simulated angle, 0 where padded, (..., T, N).
         slope: d angle / d parameter, (..., T, N, P), and `by_start` (..., T, N, S).
         further, further_slope: residuals that no start changes, (..., F) and (..., F, P) [rad]: torque that a
             dynamometer measured, and how far each parameter is from where it is expected, weighed as a sample.
@@ -191,9 +190,9 @@ def normal_equations(
     """
     # A start from which the motion diverges must not spoil the others in the batch.
     missed = np.nan_to_num(record.angle - result.motion.angle.numpy(), nan=LARGEST).clip(-LARGEST, LARGEST)
-    residual = record.white(np.where(record.valid, missed, 0.0)[..., None])[..., 0]
-    slope = record.white(scaled_slope(result.by_parameter, scales(free), record.valid))
-    by_start = record.white(scaled_slope(result.by_start, 1.0, record.valid)[..., : 1 if record.at_rest else 2])
+    residual = np.where(record.valid, missed, 0.0)
+    slope = scaled_slope(result.by_parameter, scales(free), record.valid)
+    by_start = scaled_slope(result.by_start, 1.0, record.valid)[..., : 1 if record.at_rest else 2]
     usual, weight = expected(free)
     weight = weight * record.noise**2
     further = np.sqrt(weight) * (usual - values) / scales(free)
@@ -201,6 +200,13 @@ def normal_equations(
     if measured is not None:
         further = np.concatenate([measured[0], further], -1)
         further_slope = np.concatenate([measured[1], further_slope], -2)
+    return gather(residual, slope, by_start, further, further_slope, weight)
+
+
+def gather(
+    residual: Array, slope: Array, by_start: Array, further: Array, further_slope: Array, weight: Array
+) -> Normal:
+    """The normal equations of residuals and derivatives, see `Normal`."""
     projected = without_starts(by_start, slope)
     transposed = np.swapaxes(further_slope, -1, -2)
     matrix = np.einsum("...tnp,...tnq->...pq", projected, slope) + transposed @ further_slope

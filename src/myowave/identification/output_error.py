@@ -180,14 +180,6 @@ class Fit(Problem):
         """Values (P,) with constants where they are expected, and the parameters of effects as they are fitted."""
         return np.array([value if "." in p.name else p.start for p, value in zip(self.free, self.values, strict=True)])
 
-    def at_bound(self, name: str) -> bool:
-        """Whether a parameter ended on a bound that is neither 0, the absence of an effect, nor its usual strength, as
-        the share of other curves, which is 1 where they replace the base model's."""
-        p, value = next((p, v) for p, v in zip(self.free, self.values, strict=True) if p.name == name)
-        return any(
-            abs(value - bound) < 1e-9 * p.scale and abs(bound) not in (0.0, p.scale) for bound in (p.low, p.high)
-        )
-
     def covariance(self) -> Array:
         """Covariance of the free parameters (P, P), see `least_squares`."""
         return self.torque.covariance if self.torque else covariance(self.normal, self.record, self.free)

@@ -15,7 +15,6 @@ from torch import Tensor
 from myowave.data.trials import TORQUE, Trials
 from myowave.identification.noise import noise_of
 from myowave.identification.smoothing import choose_window, smooth
-from myowave.identification.whitening import Filter
 from myowave.physics.constants import OVER_TIME
 from myowave.physics.model import Model, Params
 from myowave.physics.simulation import Simulation, channels_of
@@ -57,7 +56,6 @@ class Record:
             as samples with it.
         window: samples of the local cubics that smooth the motion, see `smoothing`.
         torque: of the muscles as a dynamometer measured it [N m], NaN where none did, (T, N); None where none ever did.
-        filter: of residuals, which noise of the EMG or a filter of the angle has coloured; None where neither has.
         at_rest: whether every trial is known to start at rest.
         lead: samples of EMG before the first of the motion, L; 0 for trials.
         pieces: None for whole trials.
@@ -75,13 +73,8 @@ class Record:
     at_rest: bool = False
     lead: int = 0
     pieces: Cut | None = None
-    filter: Filter | None = None
     torque: NDArray[np.float64] | None = None
     course: Tensor | None = None
-
-    def white(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Residuals or derivatives of the angle, (..., T, N, C), through the filter."""
-        return columns if self.filter is None else self.filter.innovations(columns) * self.valid[..., None]
 
     @property
     def whole(self) -> "Record":
@@ -136,7 +129,6 @@ class Record:
             self._part(row, np.arange(longest)[None], np.arange(self.lead + longest)[None]),
             names=tuple(self.names[i] for i in row),
             pieces=None if cut is None else replace(cut, row=cut.row[row], begin=cut.begin[row]),
-            filter=None if self.filter is None else self.filter.take(list(row), longest),
         )
 
     def cut(self, horizon_s: float) -> "Record":
@@ -187,11 +179,6 @@ class Record:
             torque=None if self.torque is None else self.torque[at],
             course=None if self.course is None else self.course[at],
         )
-
-    @property
-    def values(self) -> int:
-        """Number of values that count: samples, or the waves of a band."""
-        return self.samples if self.filter is None else self.filter.counted(self.samples)
 
     def starts_of(self, guess: Tensor) -> NDArray[np.float64]:
         """Angle and velocity at the first sample of a guess of the state (..., T, N, K): (..., T, 2)."""

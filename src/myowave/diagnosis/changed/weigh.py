@@ -14,8 +14,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 from scipy.optimize import nnls
+from torch import Tensor
 
 from myowave.diagnosis.changed.windows import Windowed
 from myowave.diagnosis.likelihood.algebra import Component, Residual, log_evidence, most_likely
@@ -65,8 +67,18 @@ class Weighing:
         share = np.sqrt((given**2).mean(-1) / (windowed.activation**2).mean(-1).clip(TINY))
         active = share[:, None] * windowed.activation
 
-        def blocks(block: Callable[[int, slice], Array]) -> tuple[Array, ...]:
-            return tuple(block(t, rows) for t, rows in enumerate(windowed.rows))
+        def blocks(block: Callable[[int, slice], Array]) -> Tensor:
+            """Of each trial, padded."""
+            found = torch.zeros(*valid.shape, valid.shape[-1], dtype=torch.float64)
+            for t, rows in enumerate(windowed.rows):
+                own = torch.from_numpy(block(t, rows))
+                found[t, : len(own), : len(own)] = own
+            return found
+
+        def columns(of_all: Array) -> Tensor:
+            """Columns (L, ...) of the windows of all trials one after the other, trial by trial, padded."""
+            parts = [torch.from_numpy(np.ascontiguousarray(of_all[rows])) for rows in windowed.rows]
+            return torch.nn.utils.rnn.pad_sequence(parts, batch_first=True)
 
         def each(r: slice) -> Array:
             return np.asarray(active[:, r].T @ active[:, r])
@@ -75,19 +87,22 @@ class Weighing:
         # and leave nothing, and in accelerations one that is heavier than it is would leave less.
         noise = (0.003 * size, 0.1 * size, size)
         smooth = smooth_functions(windowed)
+        valid = columns(np.ones(len(windowed.torque))) > 0
+        lean = blocks(lambda t, r: LEAN_RAD**2 * np.outer(windowed.by_tilt[r], windowed.by_tilt[r]))
+        drive = columns((np.tile(strength, 2)[:, None] * self.by_drive).T)
+        muscles = columns(np.concatenate([a[:, None] * smooth for a in active], -1))
         components = (
             Component("noise", blocks(lambda t, r: loaded[t] ** 2 * np.eye(len(lasting[t]))), None, None, *noise),
             Component("lasting noise", blocks(lambda t, r: loaded[t] ** 2 * lasting[t]), None, None, *noise),
-            Component("lean", blocks(lambda t, r: LEAN_RAD**2 * np.outer(windowed.by_tilt[r], windowed.by_tilt[r]))),
-            Component("posture", columns=_posture(windowed)),
-            Component("drive", columns=(np.tile(strength, 2)[:, None] * self.by_drive).T),
-            Component("strength", columns=STRENGTH * given.T),
-            Component("muscles", (), np.concatenate([a[:, None] * smooth for a in active], -1), None, *SHAPE),
+            Component("lean", lean),
+            Component("posture", columns=columns(_posture(windowed))),
+            Component("drive", columns=drive),
+            Component("strength", columns=columns(STRENGTH * given.T)),
+            Component("muscles", None, muscles, None, *SHAPE),
             Component("gain of a trial", blocks(lambda t, r: each(r)), None, None, *TRIAL_GAIN),
             Component("noise of the EMG", blocks(lambda t, r: each(r) * lasting[t]), None, None, *EMG_NOISE),
         )
-        left = windowed.torque - given.sum(0)
-        return Residual(tuple(left[rows] for rows in windowed.rows), components)
+        return Residual(columns(windowed.torque - given.sum(0)), valid, components)
 
     def weigh(
         self, windowed: Windowed, start: Mapping[str, float], further: tuple[Component, ...] = (), *, tune: bool = True

@@ -10,19 +10,19 @@ Williams 2006, Gaussian Processes for Machine Learning, Secs. 5.4 and 2.7.
 
 Nothing here knows where values and columns come from: they may be waves of an angle, or windows of a torque.
 
-Shapes: T trials with L_t values each, L of all; C columns; H further values, each with a variance of its own.
+Shapes: T trials of up to L values each, 0 where padded; C columns; H further values, each with a variance of its own.
 """
 
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
-from scipy.linalg import lapack
 from scipy.optimize import minimize
 from scipy.stats import norm
+from torch import Tensor
 
 Array = NDArray[np.float64]
 
@@ -37,18 +37,18 @@ class Component:
     """A cause of residuals, with amplitudes N(0, size^2).
 
     Args:
-        blocks: covariance that a size of 1 gives to the values of each trial, T of (L_t, L_t); none where it has none.
-        columns: what an amplitude of 1 does to the values of all trials, one below the other, (L, C), where trials
-            share amplitudes; None where they do not.
+        blocks: covariance that a size of 1 gives to the values of each trial, (T, L, L); None where it has none.
+        columns: what an amplitude of 1 does to the values, (T, L, C), where trials share amplitudes; None where they
+            do not.
         tail: variance that a size of 1 gives to the further values (H,); None: none.
         low, first, high: bounds of the size and where its search starts; the same three where the size is known.
         cost: nats that it costs to have it; 0 for one that is always there.
     """
 
     name: str
-    blocks: tuple[Array, ...] = ()
-    columns: Array | None = None
-    tail: Array | None = None
+    blocks: Tensor | None = None
+    columns: Tensor | None = None
+    tail: Tensor | None = None
     low: float = 1.0
     first: float = 1.0
     high: float = 1.0
@@ -65,44 +65,34 @@ class Residual:
     """What a linearised fit leaves, and all that may have made it.
 
     Args:
-        values: of each trial, T of (L_t,).
+        values: (T, L), and which are not padded, `valid` (T, L).
         components: those with a cost may be there or not.
         tail: further values, independent of one another and of the parameters, (H,).
     """
 
-    values: tuple[Array, ...]
+    values: Tensor
+    valid: Tensor
     components: tuple[Component, ...]
-    tail: Array = field(default_factory=lambda: np.zeros(0))
-
-    @property
-    def always(self) -> tuple[str, ...]:
-        """Names of the components that are there in any case."""
-        return tuple(c.name for c in self.components if not c.cost)
+    tail: Tensor = field(default_factory=lambda: torch.zeros(0, dtype=torch.float64))
 
     @property
     def optional(self) -> tuple[str, ...]:
-        """Names of the others."""
+        """Names of the components that may be there or not."""
         return tuple(c.name for c in self.components if c.cost)
-
-    @cached_property
-    def rows(self) -> tuple[slice, ...]:
-        """Where each trial's values are among all, T of them."""
-        ends = np.cumsum([len(v) for v in self.values])
-        return tuple(slice(int(end) - len(v), int(end)) for end, v in zip(ends, self.values, strict=True))
-
-    @cached_property
-    def stacked(self) -> Array:
-        """Values of all trials, (L,)."""
-        return np.concatenate(self.values)
 
     def component(self, name: str) -> Component:
         return next(c for c in self.components if c.name == name)
 
+    def columns(self, name: str) -> Tensor:
+        """Those of a component that has some, (T, L, C)."""
+        found = self.component(name).columns
+        assert found is not None
+        return found
+
     def with_components(self, more: Iterable[Component]) -> "Residual":
         """The same with further causes; one of a name that is there takes its place."""
         more = tuple(more)
-        names = {c.name for c in more}
-        return replace(self, components=(*(c for c in self.components if c.name not in names), *more))
+        return replace(self, components=(*self.without([c.name for c in more]).components, *more))
 
     def without(self, names: Collection[str]) -> "Residual":
         return replace(self, components=tuple(c for c in self.components if c.name not in names))
@@ -115,137 +105,84 @@ class Covariance:
         sizes: of the components that are on, by name; known ones are on whatever is said here.
     """
 
-    def __init__(self, residual: Residual, sizes: Mapping[str, float]) -> None:
+    def __init__(self, residual: Residual, sizes: Mapping[str, float | Tensor]) -> None:
         self.residual = residual
         there = [c for c in residual.components if c.known or c.name in sizes]
-        self.sizes = {c.name: c.first if c.known else float(sizes[c.name]) for c in there}
-        of_trials = [c for c in there if c.blocks]
-        self.roots = []
-        for t in range(len(residual.values)):
-            total = sum(self.sizes[c.name] ** 2 * c.blocks[t] for c in of_trials)
-            root, info = lapack.dpotrf(np.asarray(total), lower=1)
-            if info:
-                raise np.linalg.LinAlgError("the covariance of a residual is not positive")
-            self.roots.append(root)
-        self.shared = [c for c in there if c.columns is not None and c.columns.shape[1]]
-        scale = np.concatenate(
-            [np.full(_columns(c).shape[1], self.sizes[c.name]) for c in self.shared] or [np.zeros(0)]
-        )
-        self.raw = self.by_blocks(
-            np.concatenate([np.zeros((len(residual.stacked), 0)), *map(_columns, self.shared)], -1)
-        )
-        self.scaled = self.raw * scale
-        inner = np.eye(len(scale)) + self.scaled.T @ self.scaled
-        self.inner_root = np.linalg.cholesky(inner)
-        # Columns by which V^-1 falls short of that of the blocks alone.
-        self.taken = _divided(self.inner_root, self.scaled.T).T
-        self.tail = sum(
-            (self.sizes[c.name] ** 2 * c.tail for c in there if c.tail is not None), np.zeros(len(residual.tail))
-        )
+        given = {c.name: c.first if c.known else sizes[c.name] for c in there}
+        self.sizes = {name: torch.as_tensor(size, dtype=torch.float64) for name, size in given.items()}
+        total = torch.diag_embed((~residual.valid).double())  # of what is padded: 1, which adds nothing
+        tail = torch.zeros_like(residual.tail)
+        shared = [residual.values.new_zeros(*residual.values.shape, 0)]
+        for c in there:
+            variance = self.sizes[c.name] ** 2
+            if c.blocks is not None:
+                total = total + variance * c.blocks
+            if c.tail is not None:
+                tail = tail + variance * c.tail
+            if c.columns is not None:
+                shared.append(self.sizes[c.name] * c.columns)
+        self.tail = tail
+        self.shared = torch.cat(shared, -1)
+        self.root, failed = torch.linalg.cholesky_ex(total)
+        if failed.any():
+            raise np.linalg.LinAlgError("the covariance of a residual is not positive")
+        scaled = self.by_blocks(self.shared)
+        self.inner_root = torch.linalg.cholesky(torch.eye(scaled.shape[1]).double() + scaled.T @ scaled)
+        # Columns by which V^-1 falls short of that of the blocks alone, (T L, C).
+        self.taken = torch.linalg.solve_triangular(self.inner_root, scaled.T, upper=False).T
 
-    def by_blocks(self, columns: Array) -> Array:
-        """Columns (L, C) divided by the roots of the covariances of the trials alone."""
-        parts = zip(self.roots, self.residual.rows, strict=True)
-        return np.concatenate([lapack.dtrtrs(root, columns[rows], lower=1)[0] for root, rows in parts])
+    def by_blocks(self, columns: Tensor) -> Tensor:
+        """Columns (T, L, C) divided by the roots of the covariances of the trials alone, (T L, C)."""
+        return torch.linalg.solve_triangular(self.root, columns, upper=False).flatten(0, 1)
 
-    def inner(self, one: Array, other: Array) -> Array:
-        """one' V^-1 other of columns (L, A) and (L, B), (A, B)."""
+    def inner(self, one: Tensor, other: Tensor) -> Tensor:
+        """one' V^-1 other of columns (T, L, A) and (T, L, B), (A, B)."""
         a = self.by_blocks(one)
         b = a if other is one else self.by_blocks(other)
-        return np.asarray(a.T @ b - (a.T @ self.taken) @ (self.taken.T @ b))
+        return a.T @ b - (a.T @ self.taken) @ (self.taken.T @ b)
 
-    @cached_property
-    def log_determinant(self) -> float:
-        roots = [*self.roots, self.inner_root]
-        return float(2 * sum(np.log(np.diag(root)).sum() for root in roots) + np.log(self.tail).sum())
+    def solve(self, columns: Tensor) -> Tensor:
+        """V^-1 columns, (T, L, C)."""
+        divided = self.by_blocks(columns)
+        left = (divided - self.taken @ (self.taken.T @ divided)).unflatten(0, columns.shape[:2])
+        return torch.linalg.solve_triangular(self.root.mT, left, upper=True)
 
-    @cached_property
-    def solved(self) -> tuple[float, Array]:
-        """r' V^-1 r, and the residual divided by the roots of the blocks less what shared amplitudes do to it, (L,)."""
-        r = self.by_blocks(self.residual.stacked[:, None])[:, 0]
-        left = r - self.taken @ (self.taken.T @ r)
-        return float(r @ left), left
+    def with_residual(self, columns: Tensor) -> Tensor:
+        """columns' V^-1 r, (C,)."""
+        return self.inner(columns, self.residual.values[..., None])[:, 0]
 
     @property
-    def log_evidence(self) -> float:
-        """Of the residual, costs not counted [nats]."""
-        count = len(self.residual.stacked) + len(self.residual.tail)
-        square = self.solved[0] + (self.residual.tail**2 / self.tail).sum()
-        return float(-0.5 * (square + self.log_determinant + count * math.log(2 * math.pi)))
+    def evidence(self) -> Tensor:
+        """Logarithm of how likely the residual is, costs not counted [nats]."""
+        r = self.by_blocks(self.residual.values[..., None])[:, 0]
+        square = r @ r - ((self.taken.T @ r) ** 2).sum() + (self.residual.tail**2 / self.tail).sum()
+        determinant = sum(root.diagonal(dim1=-2, dim2=-1).log().sum() for root in (self.root, self.inner_root))
+        count = int(self.residual.valid.sum()) + len(self.tail)
+        return -0.5 * (square + 2 * determinant + self.tail.log().sum() + count * math.log(2 * math.pi))
 
-    @property
-    def gradient(self) -> dict[str, float]:
-        """Of the log evidence by the logarithm of each size that is not known."""
-        left = self.solved[1]
-        of_tail = (1 - self.residual.tail**2 / self.tail) / self.tail
-        slopes = dict.fromkeys((c.name for c in self.residual.components if c.name in self.sizes and not c.known), 0.0)
-        wanted = [c for c in self.residual.components if c.name in slopes]
-        for t, (root, rows) in enumerate(zip(self.roots, self.residual.rows, strict=True)):
-            inverse = lapack.dpotri(root, lower=1)[0]
-            inverse = np.tril(inverse) + np.tril(inverse, -1).T
-            taken = lapack.dtrtrs(root, np.asfortranarray(self.taken[rows]), lower=1, trans=1)[0]
-            divided = lapack.dtrtrs(root, left[rows], lower=1, trans=1)[0]
-            # d log evidence / d M = (V^-1 r r' V^-1 - V^-1) / 2, of this trial's block.
-            slope = np.outer(divided, divided) - inverse + taken @ taken.T
-            for c in wanted:
-                if c.blocks:
-                    slopes[c.name] += float(np.einsum("ij,ij->", slope, c.blocks[t]))
-        with_taken, with_left = self.raw.T @ self.taken, self.raw.T @ left
-        each = with_left**2 - (self.raw**2).sum(0) + (with_taken**2).sum(-1)
-        place = 0
-        for c in self.shared:
-            count = _columns(c).shape[1]
-            if c.name in slopes:
-                slopes[c.name] += float(each[place : place + count].sum())
-            place += count
-        for c in wanted:
-            if c.tail is not None:
-                slopes[c.name] -= float(of_tail @ c.tail)
-        return {name: self.sizes[name] ** 2 * slope for name, slope in slopes.items()}
+    def made_by(self, name: str) -> Tensor:
+        """What one component is expected to have made of the values, (T, L)."""
+        component, variance = self.residual.component(name), self.sizes[name] ** 2
+        divided = self.solve(self.residual.values[..., None])
+        made = torch.zeros_like(divided) if component.blocks is None else component.blocks @ divided
+        if component.columns is not None:
+            made = made + component.columns @ torch.einsum("tlc,tlx->cx", component.columns, divided)
+        return (variance * made)[..., 0]
 
-    def made_by(self, name: str) -> Array:
-        """What one component is expected to have made of the values, (L,)."""
-        component, size = self.residual.component(name), self.sizes[name]
-        divided = np.zeros(len(self.residual.stacked))
-        for rows, root in zip(self.residual.rows, self.roots, strict=True):
-            divided[rows] = lapack.dtrtrs(root, self.solved[1][rows], lower=1, trans=1)[0]
-        made = np.zeros(len(divided))
-        for rows, block in zip(self.residual.rows, component.blocks, strict=False):
-            made[rows] = size**2 * block @ divided[rows]
-        return (
-            made if component.columns is None else made + size**2 * component.columns @ (component.columns.T @ divided)
+    def posterior(self, columns: Tensor) -> tuple[Array, Array]:
+        """Mean (C,) and covariance (C, C) of amplitudes N(0, 1) that act through further columns (T, L, C)."""
+        covariance = torch.linalg.inv(torch.eye(columns.shape[-1]).double() + self.inner(columns, columns))
+        return (covariance @ self.with_residual(columns)).numpy(), covariance.numpy()
+
+    def white(self) -> Tensor:
+        """The values divided by a root of V, one by one in order, (T, L): N(0, 1) and independent if V is right."""
+        roots, valid = self.root @ self.root.mT, self.residual.valid.flatten()
+        columns = self.shared.flatten(0, 1)
+        total = torch.block_diag(*roots) + columns @ columns.T
+        whole = torch.linalg.solve_triangular(
+            torch.linalg.cholesky(total), self.residual.values.flatten()[:, None], upper=False
         )
-
-    def posterior(self, columns: Array) -> tuple[Array, Array]:
-        """Mean (C,) and covariance (C, C) of amplitudes N(0, 1) that act through further columns (L, C)."""
-        covariance: Array = np.asarray(np.linalg.inv(np.eye(columns.shape[1]) + self.inner(columns, columns)))
-        return covariance @ self.inner(columns, self.residual.stacked[:, None])[:, 0], covariance
-
-    def gain(self, columns: Array) -> float:
-        """How much the log evidence rises with such columns in V [nats]."""
-        mean, covariance = self.posterior(columns)
-        product = self.inner(columns, self.residual.stacked[:, None])[:, 0]
-        return float(0.5 * (product @ mean + np.linalg.slogdet(covariance)[1]))
-
-    def white(self) -> Array:
-        """The residual divided by a root of V, value by value in order, (L,): N(0, 1) and independent if V is right."""
-        size, shared = len(self.residual.stacked), [_columns(c) * self.sizes[c.name] for c in self.shared]
-        columns = np.concatenate([np.zeros((size, 0)), *shared], -1)
-        total = columns @ columns.T
-        for rows, root in zip(self.residual.rows, self.roots, strict=True):
-            lower = np.tril(root)
-            total[rows, rows] += lower @ lower.T
-        return np.asarray(np.linalg.solve(np.linalg.cholesky(total), self.residual.stacked))
-
-
-def _divided(root: Array, columns: Array) -> Array:
-    """Columns divided by a lower triangular root; there may be none."""
-    return lapack.dtrtrs(np.asfortranarray(root), columns, lower=1)[0] if columns.size else columns
-
-
-def _columns(component: Component) -> Array:
-    assert component.columns is not None
-    return component.columns
+        return (whole[:, 0] * valid).unflatten(0, self.residual.values.shape)
 
 
 @dataclass(frozen=True)
@@ -268,7 +205,7 @@ class Weighed:
 def log_evidence(residual: Residual, sizes: Mapping[str, float]) -> float:
     """Of a residual with causes of given sizes, costs counted [nats]; minus infinity where V is not positive."""
     try:
-        found = Covariance(residual, sizes).log_evidence
+        found = float(Covariance(residual, sizes).evidence)
     except np.linalg.LinAlgError:
         return -math.inf
     return found - sum(c.cost for c in residual.components if c.name in sizes)
@@ -288,12 +225,13 @@ def most_likely(residual: Residual, on: Collection[str], start: Mapping[str, flo
     names = [c.name for c in fitted]
 
     def unlikely(logs: Array) -> tuple[float, Array]:
+        leaf = torch.tensor(logs, requires_grad=True)
         try:
-            covariance = Covariance(residual, dict(zip(names, np.exp(logs), strict=True)))
+            value = -Covariance(residual, dict(zip(names, leaf.exp(), strict=True))).evidence
         except np.linalg.LinAlgError:
             return 1e12, np.zeros(len(logs))
-        slope = covariance.gradient
-        return -covariance.log_evidence, -np.array([slope[name] for name in names])
+        (slope,) = torch.autograd.grad(value, leaf)
+        return float(value.detach()), slope.numpy()
 
     if not fitted:
         return Weighed({}, log_evidence(residual, {}) - cost)
@@ -301,32 +239,26 @@ def most_likely(residual: Residual, on: Collection[str], start: Mapping[str, flo
     return Weighed(dict(zip(names, np.exp(found.x).tolist(), strict=True)), -float(found.fun) - cost)
 
 
-def weigh_components(
-    residual: Residual, seeds: Sequence[Weighed] = (), *, fixed: Collection[str] = ()
-) -> dict[frozenset[str], Weighed]:
+def weigh_components(residual: Residual, seeds: Sequence[Weighed] = ()) -> dict[frozenset[str], Weighed]:
     """Every set of optional components that a search visits: it adds and drops those that help most, while one does.
 
     Args:
         seeds: where it may start.
-        fixed: components that stay off.
     """
     seen: dict[frozenset[str], Weighed] = {}
-    optional = [name for name in residual.optional if name not in fixed]
 
-    def visit(on: Collection[str], start: Mapping[str, float]) -> Weighed:
-        key = frozenset(on)
-        if key not in seen:
-            seen[key] = most_likely(residual, key, start)
-        return seen[key]
+    def visit(on: frozenset[str], start: Mapping[str, float]) -> Weighed:
+        if on not in seen:
+            seen[on] = most_likely(residual, on, start)
+        return seen[on]
 
-    best = visit((), {})
+    best = visit(frozenset(), {})
     for seed in seeds:
-        best = max(best, visit(seed.on(residual) - frozenset(fixed), seed.sizes), key=lambda w: w.value)
+        best = max(best, visit(seed.on(residual), seed.sizes), key=lambda w: w.value)
     while True:
         on = best.on(residual)
-        for name in optional:
-            key = on | {name}
-            if key not in seen:
+        for name in residual.optional:
+            if (key := on | {name}) not in seen:
                 seen[key] = _with_one_more(residual, best, name, key)
         for name in on:
             visit(on - {name}, best.sizes)

@@ -1,6 +1,6 @@
 """A model as one hypothesis: how likely its residual is, with every set of causes beside it, and its best parameters.
 
-Shapes: T trials, P free parameters, L values of all trials.
+Shapes: T trials, P free parameters, W waves of a trial.
 """
 
 import math
@@ -9,8 +9,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 from scipy.special import logsumexp
+from torch import Tensor
 
 from myowave.diagnosis.likelihood.algebra import (
     COST,
@@ -21,16 +23,16 @@ from myowave.diagnosis.likelihood.algebra import (
     most_likely,
     weigh_components,
 )
-from myowave.diagnosis.likelihood.columns import (
+from myowave.diagnosis.likelihood.components import (
     COLOURED,
-    MEMORIES_S,
-    STARTS,
-    Looking,
-    Pushes,
     coloured,
     prior_of,
     residual_of,
+    start_columns,
+    start_sizes,
 )
+from myowave.diagnosis.likelihood.pushes import Pushes
+from myowave.diagnosis.likelihood.waves import MEMORIES_S, View
 from myowave.identification.free_parameters import bounds, scales
 from myowave.identification.least_squares import minimise_within, scaled_slope
 from myowave.identification.output_error import Fit, take_step
@@ -39,6 +41,7 @@ Array = NDArray[np.float64]
 
 PARAMETERS = ("constants", "starts")
 DAMPING = (0.0, 0.01, 0.1, 1.0, 10.0)  # of steps, until one is for the better
+LEAST = 1e-6  # information on the start of a trial before any
 LITTLE = 0.3  # nats: steps that gain less are the last
 CLIMBS = 3  # times that parameters and sizes follow one another
 
@@ -56,7 +59,7 @@ class Hypothesis:
 
     effects: tuple[str, ...]
     fit: Fit
-    looking: Looking
+    view: View
     residual: Residual
     states: dict[frozenset[str], Weighed]
     prior: float = 0.0
@@ -66,15 +69,15 @@ class Hypothesis:
     def of(
         cls,
         fit: Fit,
-        looking: Looking,
+        view: View,
         effects: Sequence[str] = (),
         seeds: Sequence[Weighed] = (),
         prior: float = 0.0,
         pushes: Pushes | None = None,
     ) -> "Hypothesis":
         """Linearised where a fit stands."""
-        residual = residual_of(fit, looking, pushes)
-        return cls(tuple(effects), fit, looking, residual, weigh_components(residual, seeds), prior)
+        residual = residual_of(fit, view, pushes)
+        return cls(tuple(effects), fit, view, residual, weigh_components(residual, seeds), prior)
 
     @property
     def best(self) -> Weighed:
@@ -93,7 +96,7 @@ class Hypothesis:
     @cached_property
     def offset(self) -> float:
         """What all states have in common: the prior, bounds of the effects, the sensor."""
-        sensor = 0.0 if self.looking.view.sensor.corner_hz is None else COST
+        sensor = 0.0 if self.view.sensor.corner_hz is None else COST
         return self.prior + self._within_bounds() - sensor
 
     @property
@@ -105,9 +108,8 @@ class Hypothesis:
     def estimate(self) -> tuple[Array, Array]:
         """Posterior of the free parameters, mean (P,) and covariance (P, P), in their own units."""
         deviation, centre = prior_of(self.fit)
-        columns = self.residual.component("constants").columns
-        assert columns is not None
-        mean, covariance = Covariance(self.residual.without(["constants"]), self.best.sizes).posterior(columns)
+        others = Covariance(self.residual.without(["constants"]), self.best.sizes)
+        mean, covariance = others.posterior(self.residual.columns("constants"))
         unit = deviation * scales(self.fit.free)
         return centre * scales(self.fit.free) + mean * unit, covariance * np.outer(unit, unit)
 
@@ -138,7 +140,7 @@ def settle(begin: Hypothesis, leader: float = -math.inf, behind: float = 20.0, s
         if fit is best.fit:
             break
         found = replace(
-            Hypothesis.of(fit, best.looking, best.effects, [best.best], best.prior), expected_emg=best.expected_emg
+            Hypothesis.of(fit, best.view, best.effects, [best.best], best.prior), expected_emg=best.expected_emg
         )
         gained = found.total - best.total
         # Where the first step comes from its evidence is of first order, be it the larger.
@@ -151,36 +153,33 @@ def settle(begin: Hypothesis, leader: float = -math.inf, behind: float = 20.0, s
 
 def climb(hypothesis: Hypothesis, steps: int, state: Weighed | None = None) -> Fit:
     """Gauss-Newton steps to the most likely parameters, with the covariance of the best state, or another."""
-    fit, looking = hypothesis.fit, hypothesis.looking
-    sizes = (state or hypothesis.best).sizes
-    covariance = Covariance(hypothesis.residual.without(PARAMETERS), sizes)
+    fit, view = hypothesis.fit, hypothesis.view
+    covariance = Covariance(hypothesis.residual.without(PARAMETERS), (state or hypothesis.best).sizes)
     deviation, centre = prior_of(fit)
     weight, unit = 1 / deviation**2, scales(fit.free)
     low, high = bounds(fit.free)
-    numbers = 1 if fit.record.at_rest else 2
-    trials = len(fit.record.valid)
 
-    def objective(some: Fit) -> tuple[Array, Array, float]:
-        left, off = looking.left(some)[:, None], centre - some.values / unit
-        return left, off, float(covariance.inner(left, left)[0, 0] + weight @ off**2)
+    def objective(some: Fit) -> tuple[Tensor, Array, float]:
+        left, off = view.left(some)[..., None], centre - some.values / unit
+        return left, off, float(covariance.inner(left, left)) + float(weight @ off**2)
 
     left, off, now = objective(fit)
+    trials, numbers = len(fit.record.valid), len(start_sizes(fit))
+    flat = np.zeros(trials * numbers)  # nothing is known of starts
     for _ in range(steps):
-        slope = looking.amplitudes(scaled_slope(fit.sensitive.by_parameter, unit, fit.record.valid))
-        by_start = looking.amplitudes(scaled_slope(fit.sensitive.by_start, 1.0, fit.record.valid)) * STARTS
-        columns = np.concatenate([slope, _apart(by_start[:, :numbers], hypothesis.residual)], -1)
-        prior = np.r_[weight, np.full(numbers * trials, 1e-6)]
-        matrix = covariance.inner(columns, columns) + np.diag(prior)
-        vector = covariance.inner(columns, left)[:, 0] + prior * np.r_[off, np.zeros(numbers * trials)]
-        lowest, highest = (
-            np.r_[(b - fit.values) / unit, np.full(numbers * trials, end)] for b, end in ((low, -1e3), (high, 1e3))
-        )
+        slope = view.amplitudes(scaled_slope(fit.sensitive.by_parameter, unit, fit.record.valid))
+        apart = start_columns(fit, view)[:, :, None] * torch.eye(trials)[:, None, :, None]
+        columns = torch.cat([slope, apart.flatten(2)], -1)
+        matrix = covariance.inner(columns, columns).numpy() + np.diag(np.r_[weight, flat + LEAST])
+        vector = covariance.inner(columns, left)[:, 0].numpy() + np.r_[weight * off, flat]
+        lowest, highest = (np.r_[(b - fit.values) / unit, flat + end] for b, end in ((low, -np.inf), (high, np.inf)))
         better = None
         for damping in DAMPING:
-            step = minimise_within(matrix + (damping + 1e-9) * np.diag(np.diag(matrix)), vector, lowest, highest)
+            damped = matrix + (damping + 1e-9) * np.diag(np.diag(matrix))
+            step = minimise_within(damped, vector, lowest, highest)
             if 2 * step @ vector - step @ matrix @ step < LITTLE / 3:
                 return fit
-            shift = step[len(unit) :].reshape(trials, numbers) * STARTS[:numbers]
+            shift = step[len(unit) :].reshape(trials, numbers) * start_sizes(fit)
             tried = take_step(fit, step[: len(unit)], shift)
             if tried is not None and (then := objective(tried))[2] < now:
                 better = tried
@@ -193,29 +192,25 @@ def climb(hypothesis: Hypothesis, steps: int, state: Weighed | None = None) -> F
     return fit
 
 
-def _apart(by_start: Array, residual: Residual) -> Array:
-    """Columns (L, S) of starts as columns of each trial's own, (L, T S)."""
-    trials, numbers = len(residual.rows), by_start.shape[1]
-    found = np.zeros((len(by_start), trials, numbers))
-    for t, rows in enumerate(residual.rows):
-        found[rows, t] = by_start[rows]
-    return found.reshape(len(by_start), -1)
+def weighed_afresh(hypothesis: Hypothesis) -> Hypothesis:
+    """The same with causes that a search finds which does not begin at those of a model before it."""
+    return replace(hypothesis, states={**weigh_components(hypothesis.residual), **hypothesis.states})
 
 
 def with_likely_memory(hypothesis: Hypothesis) -> Hypothesis:
     """The same with the memory of the sensor's coloured noise that makes the residual most likely."""
     if COLOURED not in hypothesis.residual.optional:
         return hypothesis
-    on, residual, looking = hypothesis.on | {COLOURED}, hypothesis.residual, hypothesis.looking
+    residual, view = hypothesis.residual, hypothesis.view
     tried = {}
     for memory_s in MEMORIES_S:
-        other = residual.with_components([coloured(looking, memory_s)])
-        for some in (on, frozenset({COLOURED})):
+        other = residual.with_components([coloured(view, memory_s)])
+        for some in (hypothesis.on | {COLOURED}, frozenset({COLOURED})):
             tried[memory_s, some] = most_likely(other, some, hypothesis.best.sizes)
     memory_s, _ = max(tried, key=lambda key: tried[key].value)
-    if memory_s == looking.view.memory_s:
+    if memory_s == view.memory_s:
         return hypothesis
-    other = residual.with_components([coloured(looking, memory_s)])
+    other = residual.with_components([coloured(view, memory_s)])
     seeds = [hypothesis.best, *(state for (m, _), state in tried.items() if m == memory_s)]
-    seen = looking.remembering(memory_s)
-    return replace(hypothesis, looking=seen, residual=other, states=weigh_components(other, seeds))
+    view = replace(view, memory_s=memory_s)
+    return replace(hypothesis, view=view, residual=other, states=weigh_components(other, seeds))

@@ -13,7 +13,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import matmul_toeplitz
 from scipy.signal import butter, sosfiltfilt
 
 Array = NDArray[np.float64]
@@ -95,9 +94,3 @@ def _between(place: Array, count: int) -> Array:
     found[rows, left] = 1 - share
     found[rows, np.minimum(left + 1, count - 1)] += share
     return found
-
-
-def with_memory(waves: Array, dt: float, memory_s: float) -> Array:
-    """Covariance of waves (N, W) of noise whose correlation falls by a factor of e over a time, (W, W)."""
-    fall = np.exp(-np.arange(len(waves)) * dt / memory_s)
-    return np.asarray(waves.T @ matmul_toeplitz(fall, waves, check_finite=False))

@@ -60,14 +60,12 @@ def ranking_cells(rows: pd.DataFrame) -> pd.DataFrame:
         rows: of the table `ranking` of `tables`.
     """
     absorbed = "absorbed by " + rows["absorbed_by"].str.replace(" ", ", ").replace("", "parameters together")
-    tried = rows["rmse_deg"].notna()
     cells = pd.DataFrame(
         {
             "effect": rows["effect"],
             "status": rows["status"],
-            "delta BIC": rows["delta_bic"].map(number),
+            "log odds": rows["log_odds"].map(number),
             "error of the fit [deg]": rows["rmse_deg"].map(number),
-            "folds won": (rows["folds_won"].astype(str) + " of " + rows["folds"].astype(str)).where(tried, "not tried"),
             "estimate": rows["estimate"],
             "smallest detectable": rows["smallest_detectable"].map(number),
             "like": rows["confused_with"].str.replace(" ", ", ").where(rows["status"] != "absorbed", absorbed),

@@ -5,10 +5,8 @@ from typing import Any
 import numpy as np
 
 from myowave.diagnosis.causes import CAUSE_TITLES, EMG_NOISE, OF_RECORDER, OWN_CURVES
-from myowave.diagnosis.misfit.size import size_of_misfit
-from myowave.diagnosis.misfit.where import locate
 from myowave.diagnosis.search.diagnose import Diagnosis
-from myowave.diagnosis.search.rank import Candidate
+from myowave.diagnosis.search.where import locate
 from myowave.identification.noise import is_bound
 from myowave.identification.output_error import Fit
 from myowave.physics.constants import CURVE, GROUP_CONSTANTS, constant_of
@@ -22,7 +20,7 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
     verdict, last = diagnosis.verdict, diagnosis.rungs[-1]
     # What comes nearest to something unknown is no model that was found.
     found = diagnosis.rungs[0] if verdict.kind == "unknown" else last
-    torque = diagnosis.selection.ladder[0].torque
+    torque = diagnosis.ladder.fits[0].torque
     return {
         "dataset": diagnosis.dataset,
         "horizon_s": diagnosis.record.horizon_s,
@@ -62,12 +60,12 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
         },
         "emg_motion_deg": float(np.degrees(verdict.emg_motion)),
         "evidence": _evidence(diagnosis),
-        "scored": len(diagnosis.selection.rankings[0]),
+        "scored": len(diagnosis.ladder.rankings[0]),
         "nearest": list(verdict.nearest),
         "formula": diagnosis.draft.formula,
         "failed": dict(diagnosis.failed),
         "noise_is_bound": is_bound(diagnosis.noise_deg),
-        "titles": {c.name: c.effect.title for c in diagnosis.selection.rankings[0]}
+        "titles": {c.name: c.effect.title for c in diagnosis.ladder.rankings[0]}
         | {c: CAUSE_TITLES[c] for c in (EMG_NOISE, *OF_RECORDER)},
     }
 
@@ -105,36 +103,18 @@ def _meaning(constant: str) -> str:
 
 
 def _evidence(diagnosis: Diagnosis) -> dict[str, dict[str, Any]]:
-    """For each effect that is named the evidence at the fit `without` it, which has all others if that is known, else
-    those that it was added to; `alone`, whether it was acceptable when it was added."""
-    ladder, rankings, effects = diagnosis.selection.ladder, diagnosis.selection.rankings, diagnosis.verdict.effects
-    added: dict[str, tuple[str, Candidate]] = {}
-    for before, after, ranking in zip(ladder, ladder[1:], rankings, strict=False):
-        new = {effect.name for effect in after.model.effects[len(before.model.effects) :]}
-        if len(new) == 1:
-            added.update({c.name: (before.model.name, c) for c in ranking if c.name in new})
-    weighed = dict(added)
-    if len(effects) > 1:
-        for name, candidate in diagnosis.found.given_others.items():
-            others = [effect.name for effect in ladder[-1].model.effects if effect.name != name]
-            weighed[name] = "+".join(["base", *others]), candidate
+    """For each effect that is named the log odds against the model `without` it, which has all others."""
     return {
-        name: {
-            "without": without,
-            "delta_bic": float(candidate.delta_bic),
-            "folds_won": candidate.folds_won,
-            "folds": candidate.folds,
-            "alone": name not in added or added[name][1].acceptable,
-        }
-        for name, (without, candidate) in weighed.items()
-        if name in effects
+        name: {"without": without, "log_odds": nats}
+        for name, (without, nats) in diagnosis.ladder.odds.items()
+        if name in diagnosis.verdict.effects
     }
 
 
 def _leave_more(diagnosis: Diagnosis) -> list[str]:
     """Models whose residual is not noise: their intervals hold only if the model were right."""
     found, last = diagnosis.verdict, diagnosis.rungs[-1].name
-    left = [rung.name for rung in diagnosis.named if size_of_misfit(rung.fit).significant]
+    left = [rung.name for rung in diagnosis.named if rung.fit.rss > diagnosis.rungs[-1].fit.rss]
     before = [rung.name for rung in diagnosis.rungs[:-1]] if found.kind != "adequate" else []
     return sorted({*left, *before, *([last] if found.structure_left else [])})
 

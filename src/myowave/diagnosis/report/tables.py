@@ -3,11 +3,10 @@
 import numpy as np
 import pandas as pd
 
-from myowave.diagnosis.evidence import EVIDENCE
 from myowave.diagnosis.report.facts import parameters_of
 from myowave.diagnosis.report.numbers import estimate
 from myowave.diagnosis.search.diagnose import Diagnosis
-from myowave.diagnosis.search.rank import Candidate
+from myowave.diagnosis.search.ladder import SURE, Candidate
 from myowave.diagnosis.search.score import confusion
 from myowave.identification.output_error import Fit
 from myowave.identification.record import Record
@@ -16,10 +15,10 @@ CONFUSED = 0.8  # one effect imitates at least this much of another
 
 
 def ranking_table(diagnosis: Diagnosis) -> pd.DataFrame:
-    """Every candidate at every rung: score, refitted error, evidence, folds, value, what it may be confused with."""
+    """Every candidate at every rung: score, refitted error, log odds, value, what it may be confused with."""
     rows = []
-    added = {fit.model.name: fit for fit in diagnosis.selection.ladder}
-    for fit, ranking in zip(diagnosis.selection.ladder, diagnosis.selection.rankings, strict=True):
+    added = {fit.model.name: fit for fit in diagnosis.ladder.fits}
+    for fit, ranking in zip(diagnosis.ladder.fits, diagnosis.ladder.rankings, strict=True):
         scores = {c.name: c.score for c in ranking if not c.score.failure}
         for c in ranking:
             rivals = [n for n in scores if c.name in scores and n != c.name and not scores[n].absorbed]
@@ -32,15 +31,13 @@ def ranking_table(diagnosis: Diagnosis) -> pd.DataFrame:
                     "status": _status(c),
                     "score": c.score.drop / fit.variance,
                     "rmse_deg": None if c.fit is None else np.degrees(c.fit.rmse()),
-                    "delta_bic": c.delta_bic,
-                    "folds_won": c.folds_won,
-                    "folds": c.folds,
+                    "log_odds": c.log_odds,
                     "estimate": _estimates(c, added.get(f"{fit.model.name}+{c.name}", c.fit)),
                     "visible_share": c.score.visible,
                     "smallest_detectable": c.detectable,
                     "absorbed_by": " ".join(c.score.absorbed_by) if c.score.absorbed else "",
                     "confused_with": " ".join(like[:3]) if not c.score.absorbed else "",
-                    "reason": c.failure,
+                    "reason": c.score.failure,
                 }
             )
     return pd.DataFrame(rows)
@@ -119,20 +116,18 @@ def _r2(residual: np.ndarray, record: Record) -> float:
 
 
 def _status(candidate: Candidate) -> str:
-    if candidate.failure:
+    if candidate.score.failure:
         return "failed"
     if candidate.score.absorbed:
         return "absorbed"
-    if candidate.acceptable:
+    if candidate.supported:
         return "supported"
-    if candidate.delta_bic <= EVIDENCE:
-        return "not needed"
-    return "behind" if candidate.fit is None else "refused"
+    return "not needed" if candidate.log_odds <= SURE else "behind"
 
 
 def _estimates(candidate: Candidate, fit: Fit | None) -> str:
     """Values and standard errors of the effect's parameters by a fit with it, to first order without one."""
-    if candidate.failure:
+    if candidate.score.failure:
         return ""
     names = [p.name for p in candidate.score.free]
     if fit is None:

@@ -12,15 +12,14 @@ GLOSSARY = {
     "held-out": "Kept aside: no fit and no choice has seen these trials. They tell how well new motion is predicted.",
     "RMSE": "Root mean square error: the typical distance between measured and predicted angle.",
     "R2": "Share of the variation that is explained: 1 is all of it, 0 no better than the mean, below 0 worse.",
-    "delta BIC": "How much better the effect describes the data, after paying for its parameters (difference of the "
-    "Bayesian information criterion). Above 10 is very strong evidence; below 0 the effect is not needed.",
+    "log odds": "How much more probable the trials make the model with the effect than without, after paying for its "
+    "parameters, as a natural logarithm: 3 is 20 to 1; below 0 the effect is not needed.",
     "scale": "Networks learn from coarse to fine: 3-scale learns slow motion first, then faster parts in two steps; "
     "1-scale learns the signals as they are.",
     "noise": "Scatter of the measured angle that no model can explain.",
     "missing torque": "Torque that would have to be added to the model to make its motion the measured one, RMS over "
     'the training trials; "under" is what noise of the angle alone would show.',
     "absorbed": "Parameters that are fitted anyway do the work of the effect, so these data cannot show it.",
-    "folds won": "Each training trial is left out in turn; a fold is won where the effect predicts that trial better.",
     "smallest detectable": "An effect weaker than this could not be seen in these data.",
     "standard error": "How far the estimate would scatter if the trials were recorded again (1 SD).",
     "95 % interval": "Holds the true value in 95 of 100 such recordings, if the model is right.",

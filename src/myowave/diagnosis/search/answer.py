@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, OUTSIDE, OWN_CURVES
-from myowave.diagnosis.likelihood.columns import COLOURED, CURVES, DRIFT, EMG, GAINS, NOISE, REPEATS, SLOW, TISSUE
+from myowave.diagnosis.likelihood.components import COLOURED, CURVES, DRIFT, EMG, GAINS, NOISE, REPEATS, SLOW, TISSUE
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
-from myowave.diagnosis.misfit.size import size_of_misfit
-from myowave.diagnosis.search.by_evidence import Posterior
+from myowave.diagnosis.search.weigh import Posterior
 
 Array = NDArray[np.float64]
 
@@ -62,10 +62,12 @@ class Answer:
     @property
     def missing(self) -> float:
         """How far what no effect explains moves the arm, root mean square [rad]."""
+        fit = self.best.fit
         strange = [n for n in self.best.best.sizes if NAME_OF.get(n) in (OUTSIDE, OWN_CURVES)]
-        made = sum((self.best.covariance.made_by(name) for name in strange), np.zeros(1))
-        known = float(np.sqrt((made**2).sum() / self.best.fit.record.samples))
-        return known if strange else size_of_misfit(self.best.fit).missing
+        if not strange:  # what is more than noise and is none of these
+            return float(np.sqrt(max(fit.rmse() ** 2 - self.angle_noise**2, 0.0)))
+        made = torch.stack([self.best.covariance.made_by(name) for name in strange]).sum(0)
+        return float((made**2).sum() / fit.record.samples) ** 0.5
 
     @property
     def unusual(self) -> dict[str, tuple[str, ...]]:
@@ -92,18 +94,24 @@ class Answer:
     @property
     def emg_motion(self) -> float:
         """How far that noise takes the simulated motion from the measured one, root mean square [rad]."""
-        power = sum(float(np.trace(block)) for block in self.best.residual.component(EMG).blocks)
+        blocks = self.best.residual.component(EMG).blocks
+        assert blocks is not None
+        power = float(blocks.diagonal(dim1=-2, dim2=-1).sum())
         return self.emg_noise * float(np.sqrt(power / self.best.fit.record.samples))
 
     @property
     def angle_noise(self) -> float:
         """Of the angle, what its filter has left of it [rad]."""
-        covariance, samples = self.best.covariance, self.best.fit.record.samples
-        of_sensor = [self.best.residual.component(n) for n in ("floor", NOISE, COLOURED) if n in covariance.sizes]
-        power = sum(covariance.sizes[c.name] ** 2 * np.trace(block) for c in of_sensor for block in c.blocks)
-        above = sum(covariance.sizes[c.name] ** 2 * c.tail.sum() for c in of_sensor if c.tail is not None)
-        rest = samples - len(self.best.residual.stacked)
-        return float(np.sqrt((power + above * rest / max(len(self.best.residual.tail), 1)) / samples))
+        covariance, samples, residual = self.best.covariance, self.best.fit.record.samples, self.best.residual
+        within = above = 0.0
+        for name in ("floor", NOISE, COLOURED):
+            if (size := covariance.sizes.get(name)) is not None:
+                component = residual.component(name)
+                assert component.blocks is not None and component.tail is not None
+                within += float(size**2 * component.blocks.diagonal(dim1=-2, dim2=-1).sum())
+                above += float(size**2 * component.tail.sum())
+        rest = samples - int(residual.valid.sum())
+        return float(np.sqrt((within + above * rest / max(len(residual.tail), 1)) / samples))
 
     @property
     def intervals(self) -> dict[str, tuple[float, float]]:
@@ -166,17 +174,15 @@ def _smallest(weight: Mapping[str, float]) -> tuple[str, ...]:
 def p_of_noise(model: Hypothesis) -> float:
     """p-value of what a model leaves, divided by a root of its covariance, being white noise of variance 1: of the most
     surprising of the frequencies and trials that it is sorted by, times their number."""
-    left = model.covariance.white()
-    frequency = np.concatenate(model.looking.view.frequency)
-    by_frequency = np.array_split(np.argsort(frequency, kind="stable"), BANDS)
-    groups = [*by_frequency, *(np.arange(rows.start, rows.stop) for rows in model.residual.rows)]
-    if len(model.residual.tail):
-        above = model.residual.tail / np.sqrt(model.covariance.tail)
-        parts = np.array_split(np.argsort(np.concatenate(model.looking.view.frequency_above)), 4)
-        squares = [left[group] ** 2 for group in groups] + [above[part] ** 2 for part in parts]
-    else:
-        squares = [left[group] ** 2 for group in groups]
-    worst = min(float(chi2.sf(s.sum(), len(s))) for s in squares if len(s))
+    there, view = model.residual.valid, model.view
+    left, frequency = model.covariance.white()[there].numpy(), view.band.frequency[there.numpy()]
+    trial = np.nonzero(there.numpy())[0]
+    groups = [left[part] for part in np.array_split(np.argsort(frequency, kind="stable"), BANDS)]
+    groups += [left[trial == t] for t in np.unique(trial)]
+    above = (model.residual.tail / model.covariance.tail.sqrt()).numpy()
+    groups += [above[part] for part in np.array_split(np.argsort(view.frequency_above), 4)]
+    squares = [group**2 for group in groups if len(group)]
+    worst = min(float(chi2.sf(s.sum(), len(s))) for s in squares)
     return min(1.0, worst * len(squares))
 
 

@@ -1,27 +1,26 @@
 """The loop on one dataset: compare, where, which, add, watch; and what to do where the answer is not an effect."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.misfit.where import MissingTorque, misfit_by, missing_torque
-from myowave.diagnosis.search.conclude import Findings, conclude, search
+from myowave.diagnosis.search.answer import Answer, answer_of
 from myowave.diagnosis.search.draft import MOST_TERMS, Draft, draft_effect
-from myowave.diagnosis.search.follow import follow
+from myowave.diagnosis.search.ladder import Ladder, ladder_of
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
-from myowave.diagnosis.search.rank import rank_effects
 from myowave.diagnosis.search.score import FAILURES
-from myowave.diagnosis.search.selection import Selection
 from myowave.diagnosis.search.verdict import Verdict, judge
-from myowave.identification.free_parameters import free_parameters
+from myowave.diagnosis.search.weigh import weigh_models
+from myowave.diagnosis.search.where import MissingTorque, misfit_by, missing_torque
+from myowave.identification.free_parameters import Free, free_parameters
 from myowave.identification.output_error import Fit, refit
 from myowave.identification.prediction import Prediction, predict
 from myowave.identification.record import Record, make_record
-from myowave.identification.stages import fit_in_stages, fit_like, follows
+from myowave.identification.stages import attempt_fit, fit_in_stages, fit_like, follows, lengthen, over_short_pieces
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import DiagnosisSettings, Identify, Scatter
@@ -63,6 +62,7 @@ class Diagnosis:
 
     Args:
         record, test: all trials, and those that no fit has seen; in pieces where whole trials diverge.
+        answer: what the evidence allows to say, and `ladder` the models that lead there.
         rungs: the base model, then what the search added, one effect more each.
         named: further models that somebody asked for; they decide nothing.
         proposals: trials to record next, for each pair of candidates or absorbed effect that wants one:
@@ -74,7 +74,8 @@ class Diagnosis:
     dataset: str
     record: Record
     test: Record
-    found: Findings
+    answer: Answer
+    ladder: Ladder
     rungs: tuple[Rung, ...]
     named: tuple[Rung, ...]
     verdict: Verdict
@@ -88,17 +89,10 @@ class Diagnosis:
         return self.rungs + self.named
 
     @property
-    def selection(self) -> Selection:
-        return self.found.selection
-
-    @property
     def noise_deg(self) -> float:
-        """Noise of the angle [deg]; of a filtered one what the filter has left of it."""
-        if self.found.answer is not None:
-            return float(np.degrees(self.found.answer.angle_noise))
-        # What a model leaves that does not follow is not noise.
-        left = self.found.left if self.verdict.follows else None
-        return float(np.degrees(self.record.noise if left is None else left.size.noise))
+        """Noise of the angle [deg]; of a filtered one what the filter has left of it. What a model leaves that does not
+        follow is not noise."""
+        return float(np.degrees(self.answer.angle_noise if self.verdict.follows else self.record.noise))
 
 
 def diagnose(
@@ -129,10 +123,8 @@ def diagnose(
     record = make_record(trials, base, settings.angle_noise_deg, settings.at_rest)
     free = free_parameters(base, identify, record.known, settings.scatter)
     fit = fit_in_stages(base, record.train, free, settings.starts)
-    led = None if follows(fit) else follow(fit, record.train, effects.values(), free)
-    if led is not None:
-        fit = led.selection.ladder[0]
-        report(f"stages: {led.selection.fit.model.name}, found over short pieces, follows whole trials")
+    ladder, answer = weigh(fit, record.train, free, list(effects.values()), report)
+    fit = ladder.fits[0]
     if fit.record.horizon_s is not None:
         why = "it does not follow longer motion" if fit.torque is None else "with the values of the fit to torque"
         report(f"stages: {base.name} is judged over {fit.record.horizon_s:g} s, {why}")
@@ -142,35 +134,74 @@ def diagnose(
         report(f"stages: R2 of the torque of each trial left out: {left_out or 'none'}")
     test = record.take(np.flatnonzero(~record.training))
     report(f"compare: {base.name} leaves {np.degrees(fit.rmse()):.3g} deg; the noise is {np.degrees(record.noise):.3g}")
-    if led is not None:
-        found, followed = led, True
-    elif followed := follows(fit):
-        found = search(fit, effects.values(), record.known)
-    else:
-        report("stages: from measured states it misses more than the mean angle does, with any effect; none is named")
-        ranking = rank_effects(fit, effects.values(), record.known, refits=False)
-        found = conclude(Selection((fit,), (ranking,)))
-    selection = found.selection
-    rungs = tuple(make_rung(fit, test) for fit in selection.ladder)
+    rungs = tuple(make_rung(fit, test) for fit in ladder.fits)
     visited = {rung.name for rung in rungs}
     named, failed = [], {}
     for model in models:
         if model.name not in visited:
             try:
-                named.append(make_rung(fit_beside(selection.ladder, model, identify, settings.scatter), test))
+                named.append(make_rung(fit_beside(ladder.fits, model, identify, settings.scatter), test))
             except FAILURES as error:
                 failed[model.name] = str(error)
                 report(f"left out: model {model.name}: {error}")
     for rung in (*rungs, *named):
         train, heldout = np.degrees(rung.rmse), np.degrees(rung.heldout.rmse)
         report(f"{rung.name}: training {train:.3g} deg, held-out {heldout:.3g} deg")
-    verdict = judge(found, follows=followed)
+    verdict = judge(answer, ladder, follows=follows(fit))
     report(f"verdict: {verdict.kind}, {', '.join(verdict.causes) or 'no effect'}")
-    missing = rungs[0].fit if verdict.kind == "unknown" else selection.fit
-    nameless = followed and not verdict.of_curves  # a torque of the moment is no way to say what curves do
+    missing = ladder.fits[0] if verdict.kind == "unknown" else ladder.fit
+    nameless = verdict.follows and not verdict.of_curves  # a torque of the moment is no way to say what curves do
     draft = draft_effect(missing, trials.dataset, most=MOST_TERMS if nameless else 0)
-    proposals = _proposals(selection, verdict, effects)
-    return Diagnosis(trials.dataset, record, test, found, rungs, tuple(named), verdict, proposals, draft, failed)
+    proposals = _proposals(ladder, verdict, effects)
+    return Diagnosis(
+        trials.dataset, record, test, answer, ladder, rungs, tuple(named), verdict, proposals, draft, failed
+    )
+
+
+def weigh(
+    fit: Fit,
+    whole: Record,
+    free: Sequence[Free],
+    effects: Sequence[Effect],
+    report: Callable[[str], None] = lambda line: None,
+) -> tuple[Ladder, Answer]:
+    """What a fitted model lacks, by the evidence of whole trials or, where it is not led to these, of short pieces.
+
+    A model that lacks much runs away within a second, and what it lacks is why. Over half a second it cannot get far,
+    so effects are weighed there. With the most likely ones it is taken to longer pieces and to whole trials, and from
+    the motion of that fit the model without any is fitted to whole trials as well; then all are weighed once more.
+
+    Args:
+        fit: of the model without effects, to whole trials or pieces of them.
+        whole: the trials that were fitted, whole.
+        free: what is estimated of the model.
+        effects: the catalogue.
+    """
+    led = None
+    if fit.record.pieces is not None:
+        short = over_short_pieces(fit.model, whole, free, fit.values) or fit
+        found = weigh_models(short, effects, whole.known)
+        best = found.best.fit
+        led = attempt_fit(lambda: lengthen(best, whole, best.free)) if found.best.effects else None
+        if led is None or led.record.pieces is not None:
+            answer = answer_of(found)
+            return _fitted_as_far(fit, ladder_of(short, found, answer, effects, whole.known)), answer
+        report(f"stages: {led.model.name}, found over short pieces, follows whole trials")
+        fit = refit(led, fit.model, free)
+    found = weigh_models(fit, effects, whole.known, led)
+    answer = answer_of(found)
+    return ladder_of(fit, found, answer, effects, whole.known), answer
+
+
+def _fitted_as_far(fit: Fit, ladder: Ladder) -> Ladder:
+    """The same models fitted to all that the first was fitted to, as many as can be."""
+    fits = [fit]
+    for rung in ladder.fits[1:]:
+        further = attempt_fit(lambda rung=rung: fit_from_rung(fits[-1], rung.model, rung.free))
+        if further is None:
+            break
+        fits.append(further)
+    return replace(ladder, fits=tuple(fits), rankings=ladder.rankings[: len(fits)])
 
 
 def fit_beside(
@@ -185,10 +216,12 @@ def fit_beside(
     """
     wanted = {effect.name for effect in model.effects}
     within = [fit for fit in ladder if {effect.name for effect in fit.model.effects} <= wanted]
-    free = free_parameters(model, identify, ladder[0].record.known, scatter)
-    if within[-1].torque is not None:
-        return fit_like(within[-1], model, free)  # from values of torque alone a refit to motion does not move
-    return refit(within[-1], model, free)
+    return fit_from_rung(within[-1], model, free_parameters(model, identify, ladder[0].record.known, scatter))
+
+
+def fit_from_rung(rung: Fit, model: Model, free: Sequence[Free]) -> Fit:
+    """A richer model fitted to what another was; from values of torque alone a fit to motion would not move."""
+    return refit(rung, model, free) if rung.torque is None else fit_like(rung, model, free)
 
 
 def make_rung(fit: Fit, test: Record) -> Rung:
@@ -201,15 +234,15 @@ def make_rung(fit: Fit, test: Record) -> Rung:
     return Rung(fit, predict(fit, test), misfit_by(fit), missing_torque(fit), seen)
 
 
-def _proposals(selection: Selection, verdict: Verdict, effects: Mapping[str, Effect]) -> dict[str, list[Proposal]]:
+def _proposals(ladder: Ladder, verdict: Verdict, effects: Mapping[str, Effect]) -> dict[str, list[Proposal]]:
     """Trials that separate the members of a class, and those that show an absorbed effect a verdict hinges on."""
     proposals = {}
     for members in verdict.alternatives:
-        without = next(f for f in reversed(selection.ladder) if members[0] not in {e.name for e in f.model.effects})
+        without = next(f for f in reversed(ladder.fits) if members[0] not in {e.name for e in f.model.effects})
         one, other = (effects[name] for name in members[:2])
         proposals[f"{one.name} or {other.name}"] = _propose(without, one, other)
     for name in sorted({name for names in verdict.masked.values() for name in names}):
-        proposals[f"{name} or its absence"] = _propose(selection.fit, effects[name])
+        proposals[f"{name} or its absence"] = _propose(ladder.fit, effects[name])
     return proposals
 
 

@@ -7,17 +7,19 @@ as any other effect: nothing is differentiated, and what the parameters already 
 from dataclasses import dataclass
 from functools import partial
 
+import numpy as np
 import torch
 from torch import Tensor
 
-from myowave.diagnosis.evidence import EVIDENCE, delta_bic, independent_samples
-from myowave.diagnosis.misfit.terms import LARGEST, OF_ACTIVATION, OF_MOTION, OfJoint, torque_effect
+from myowave.diagnosis.likelihood.terms import LARGEST, OF_ACTIVATION, OF_MOTION, OfJoint, torque_effect
 from myowave.diagnosis.search.score import score_effects
+from myowave.identification.noise import SMALLEST_NOISE_DEG, correlation_time
 from myowave.identification.output_error import Fit, polish
 from myowave.identification.stages import attempt_fit
 from myowave.physics.effect import Effect
 
 MOST_TERMS = 3
+EVIDENCE = 10.0  # difference of BIC that counts as very strong (Kass & Raftery 1995)
 TRIED = 3  # terms of the best scores that are fitted before one is taken
 
 
@@ -95,7 +97,7 @@ def draft_effect(fit: Fit, dataset: str, *, most: int = MOST_TERMS) -> Draft:
         if not tried:
             break
         best, better = min(tried, key=lambda pair: pair[1].objective)
-        if delta_bic(current, better.objective, 1, independent_samples(better)) < EVIDENCE:
+        if _delta_bic(current, better) < EVIDENCE:
             break
         chosen.append(best.removeprefix("draft_"))
         current = better
@@ -104,6 +106,16 @@ def draft_effect(fit: Fit, dataset: str, *, most: int = MOST_TERMS) -> Draft:
     terms = tuple((by_name[n], values[f"draft_{n}.c"], errors[f"draft_{n}.c"]) for n in chosen)
     formula = " ".join(f"{value:+.3g} {term.text}" for term, value, _ in terms) or "0"
     return Draft(terms, formula, _source(terms, formula, dataset))
+
+
+def _delta_bic(fit: Fit, better: Fit) -> float:
+    """Difference of BIC in favour of a fit with one parameter more, its residual's independent samples counted.
+
+    While a model misses something its residual is slow, and thousands of samples are worth few.
+    """
+    samples = fit.record.samples / correlation_time(better.normal.residual, fit.record.samples)
+    floor = fit.record.samples * np.radians(SMALLEST_NOISE_DEG) ** 2
+    return float(samples * np.log((fit.objective + floor) / (better.objective + floor)) - np.log(samples))
 
 
 def _source(terms: tuple[tuple[Term, float, float], ...], formula: str, dataset: str) -> str:

@@ -1,25 +1,80 @@
 """The models that a posterior leads through, each with the effects that were weighed from it, as pages show them."""
 
-from collections.abc import Collection, Iterable
+import math
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from myowave.diagnosis.evidence import EVIDENCE, independent_samples
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
-from myowave.diagnosis.search.answer import Answer
-from myowave.diagnosis.search.by_evidence import Posterior, screen
-from myowave.diagnosis.search.rank import Candidate, count_folds, folds_won
-from myowave.diagnosis.search.score import FAILURES
-from myowave.diagnosis.search.selection import Selection
+from myowave.diagnosis.search.answer import NAMED, Answer
+from myowave.diagnosis.search.score import ScoreTest
+from myowave.diagnosis.search.screen import screen
+from myowave.diagnosis.search.weigh import Posterior
 from myowave.identification.output_error import Fit, polish
 from myowave.identification.stages import attempt_fit
 from myowave.physics.effect import Effect
 
+SURE = math.log(NAMED / (1 - NAMED))  # nats for an effect that its name takes
+LEAST = -500.0  # nats: what is less likely is as good as impossible
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One effect, weighed from a model that lacks it.
+
+    Args:
+        score: what the fit without it says.
+        fit: with it; None where the score left no hope.
+        log_odds: of the model with it against that without [nats]; to first order where it was not fitted.
+        detectable: smallest value of its first parameter that 9 of 10 such recordings would show.
+    """
+
+    effect: Effect
+    score: ScoreTest
+    fit: Fit | None
+    log_odds: float
+    detectable: float
+
+    @property
+    def name(self) -> str:
+        return self.effect.name
+
+    @property
+    def supported(self) -> bool:
+        """Whether the trials ask for it."""
+        return self.fit is not None and not self.score.absorbed and self.log_odds > SURE
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """From the model without effects to the one that is named, adding what is most likely first.
+
+    Args:
+        fits: of each model.
+        rankings: of the effects that each lacks, the most likely first; the last asks for none.
+        classes: for each effect that was added the names that the trials do not tell from it, itself first.
+        odds: for each such effect the model with all others, and the log odds of the last model against it [nats].
+    """
+
+    fits: tuple[Fit, ...]
+    rankings: tuple[list[Candidate], ...]
+    classes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    odds: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+
+    @property
+    def fit(self) -> Fit:
+        return self.fits[-1]
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        return tuple(effect.name for effect in self.fit.model.effects)
+
 
 def ladder_of(
     fit: Fit, posterior: Posterior, answer: Answer, effects: Iterable[Effect], known: Collection[str] = ()
-) -> Selection:
-    """From the model without effects to the one that is named, adding what is most likely first.
+) -> Ladder:
+    """The ladder of what is named.
 
     Args:
         fit: of the model without effects.
@@ -27,17 +82,24 @@ def ladder_of(
     """
     catalogue = {e.name: e for e in effects}
     named = frozenset(name for members in answer.named for name in members) & frozenset(answer.best.effects)
-    rungs = [posterior.base]
+    rungs, likeliest = [posterior.base], posterior.by_effects()
     if named:
-        between = [m for (names, _), m in posterior.models.items() if frozenset() < names < named]
+        between = [model for names, model in likeliest.items() if names < named]
         while closer := [m for m in between if frozenset(rungs[-1].effects) < frozenset(m.effects)]:
             least = min(len(m.effects) for m in closer)
             rungs.append(max((m for m in closer if len(m.effects) == least), key=lambda m: m.total))
-        last = [m for (names, _), m in posterior.models.items() if names == named]
-        rungs.append(max(last, key=lambda m: m.total) if last else answer.best)
-    rankings = tuple(_ranking(rung, posterior, catalogue, known) for rung in rungs)
-    classes = {m: (m, *(o for o in c if o != m and o in catalogue)) for c in answer.named for m in c if m in named}
-    return Selection((fit, *map(_shown, rungs[1:])), rankings, classes)
+        rungs.append(likeliest.get(named, answer.best))
+    last = rungs[-1]
+    odds = {}
+    for name in named:
+        without = likeliest.get(frozenset(last.effects) - {name}, rungs[-2])
+        odds[name] = (without.fit.model.name, last.total - without.total)
+    return Ladder(
+        (fit, *map(_shown, rungs[1:])),
+        tuple(_ranking(rung, posterior, catalogue, known) for rung in rungs),
+        {m: (m, *(o for o in c if o != m and o in catalogue)) for c in answer.named for m in c if m in named},
+        odds,
+    )
 
 
 def _shown(rung: Hypothesis) -> Fit:
@@ -48,38 +110,22 @@ def _shown(rung: Hypothesis) -> Fit:
 
 
 def _ranking(
-    rung: Hypothesis, posterior: Posterior, catalogue: dict[str, Effect], known: Collection[str]
+    rung: Hypothesis, posterior: Posterior, catalogue: Mapping[str, Effect], known: Collection[str]
 ) -> list[Candidate]:
-    """All effects that a model lacks, the most likely first; twice a difference of log evidence is one of BIC."""
-    key = frozenset(rung.effects)
+    """All effects that a model lacks, the most likely first."""
+    key, likeliest = frozenset(rung.effects), posterior.by_effects()
     screened = posterior.screened.get(key) or screen(rung, catalogue, known)
-    folds, samples = count_folds(rung.fit), independent_samples(rung.fit)
-    statistic = EVIDENCE + np.log(samples)
     found = []
     for name, score in screened.scores.items():
-        richer = [m for (names, _), m in posterior.models.items() if names == key | {name}]
-        with_it = max(richer, key=lambda m: m.total, default=None)
-        first_order = screened.singles.get(name, -np.inf) + posterior.prior
-        gained = 2 * ((with_it.total if with_it else first_order) - rung.total)
-        won, failure = 0, score.failure
-        if with_it is not None:
-            try:
-                won, _ = folds_won(rung.fit, with_it.fit)
-            except FAILURES as error:
-                failure = str(error)
-        fit = None if with_it is None or failure else with_it.fit
+        with_it = likeliest.get(key | {name})
+        total = screened.singles.get(name, -np.inf) + posterior.prior if with_it is None else with_it.total
         found.append(
             Candidate(
                 effect=catalogue[name],
                 score=score,
-                fit=fit,
-                delta_bic=float(max(gained, -1e3)),
-                gain=float(max(gained, -1e3)),
-                folds_won=won,
-                folds=folds,
-                detectable=score.detectable(float(rung.fit.normal.rss) / rung.fit.record.samples, statistic),
-                failure=failure,
-                surprising=True,  # constants far from where they are expected count in the evidence
+                fit=None if with_it is None else with_it.fit,
+                log_odds=float(max(total - rung.total, LEAST)),
+                detectable=score.detectable(rung.fit.independent_variance, 2 * (SURE - posterior.prior)),
             )
         )
-    return sorted(found, key=lambda c: -c.delta_bic)
+    return sorted(found, key=lambda c: -c.log_odds)

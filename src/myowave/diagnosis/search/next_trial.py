@@ -115,7 +115,6 @@ def _menu(fit: Fit) -> Record:
         course=None,
         lead=0,
         pieces=None,
-        filter=None,
     )
 
 

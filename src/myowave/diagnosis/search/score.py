@@ -174,7 +174,7 @@ def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
     everything = (*fit.free, *free)
     values = np.concatenate([fit.values, np.zeros(len(free))])
     # The motion is that of the fit, so its normal equations hold, with a few columns more.
-    normal = fit.normal.extended(record.white(scaled_slope(added, scales(free), record.valid)))
+    normal = fit.normal.extended(scaled_slope(added, scales(free), record.valid))
     return Fit(simulation, record, everything, values, fit.starts, normal, sensitive)
 
 

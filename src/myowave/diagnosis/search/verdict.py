@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from myowave.diagnosis.causes import EMG_NOISE, EMG_NOISE_TITLE, OF_RECORDER, OUTSIDE, OWN_CURVES
 from myowave.diagnosis.search.answer import Answer, Kind
-from myowave.diagnosis.search.conclude import Findings
+from myowave.diagnosis.search.ladder import Ladder
 from myowave.identification.output_error import Fit
 
 # What may stand in for an effect, in words.
@@ -34,7 +34,7 @@ class Verdict:
         emg_motion: how far that noise takes the simulated motion from the measured one [rad, root mean square].
         masked: with undecidable, {parameter outside its usual range: effects that would explain it}.
         recorder: what else the recorder did, of `diagnosis.causes`.
-        probabilities: of every name that was weighed, see `answer.Answer`; none where only pieces were fitted.
+        probabilities: of every name that was weighed, see `answer.Answer`.
         follows: whether the base model, or one with effects, follows the trials at all; where none does, none is named.
     """
 
@@ -61,49 +61,20 @@ class Verdict:
         return (*self.effects, *((EMG_NOISE,) if self.emg_noise else ()), *self.recorder)
 
 
-def judge(found: Findings, *, follows: bool = True) -> Verdict:
-    """Weigh what the search found.
+def judge(answer: Answer, ladder: Ladder, *, follows: bool = True) -> Verdict:
+    """What pages and scoring are told.
 
     Args:
         follows: see `Verdict`.
     """
-    selection, answer = found.selection, found.answer
-    absorbed = {c.name: c.score.absorbed_by for c in selection.rankings[-1] if c.score.absorbed}
-    if answer is not None:
-        return _by_evidence(found, answer, absorbed)
-    assert found.left is not None
-    left = not found.left.only_noise or not follows or (bool(selection.effects) and not found.reportable)
-    masked = _masked(selection.fit, absorbed)
-    alternatives = tuple(c for c in selection.classes.values() if len(c) > 1)
-    kind: Kind
-    if left:
-        kind = "partial" if selection.effects and follows and found.reportable else "unknown"
-    elif selection.effects:
-        kind = "class" if alternatives else "effect"
-    else:
-        kind = "undecidable" if masked else "adequate"
-    unnamed = kind == "unknown"
-    return Verdict(
-        kind=kind,
-        effects=() if unnamed else selection.effects,
-        alternatives=() if unnamed else alternatives,
-        nearest=selection.effects if unnamed else (),
-        absorbed=absorbed,
-        explained=found.explained,
-        structure_left=left,
-        missing=found.left.missing(selection.fit) if left else 0.0,
-        masked=masked,
-        follows=follows,
-    )
-
-
-def _by_evidence(found: Findings, answer: Answer, absorbed: Mapping[str, tuple[str, ...]]) -> Verdict:
-    """The verdict on whole trials."""
-    selection = found.selection
-    effects = tuple(name for name in selection.effects if any(name in members for members in answer.named))
+    absorbed = {c.name: c.score.absorbed_by for c in ladder.rankings[-1] if c.score.absorbed}
+    if not follows:
+        nearest = answer.best.effects
+        return Verdict("unknown", (), (), nearest, absorbed, 0.0, True, answer.missing, {}, follows=False)
+    effects = tuple(name for name in ladder.effects if any(name in members for members in answer.named))
     own = {name: next(members for members in answer.named if name in members) for name in effects}
     kind: Kind = answer.kind
-    masked = _masked(selection.fit, absorbed) | answer.unusual
+    masked = _masked(ladder.fit, absorbed) | answer.unusual
     if kind == "adequate" and masked:
         kind = "undecidable"
     left = kind in ("partial", "unknown") or answer.of_curves
@@ -112,7 +83,7 @@ def _by_evidence(found: Findings, answer: Answer, absorbed: Mapping[str, tuple[s
     return Verdict(
         kind=kind,
         effects=effects,
-        alternatives=tuple(c for name, c in selection.classes.items() if name in effects and len(c) > 1),
+        alternatives=tuple(c for name, c in ladder.classes.items() if name in effects and len(c) > 1),
         stand_ins={
             name: tuple(STAND_INS[other] for other in members if other in STAND_INS)
             for name, members in own.items()
@@ -120,7 +91,7 @@ def _by_evidence(found: Findings, answer: Answer, absorbed: Mapping[str, tuple[s
         },
         nearest=() if kind != "unknown" else answer.best.effects,
         absorbed=absorbed,
-        explained=found.explained,
+        explained=_explained(ladder, answer),
         structure_left=left,
         missing=answer.missing if left else 0.0,
         emg_noise=answer.emg_noise,
@@ -130,6 +101,13 @@ def _by_evidence(found: Findings, answer: Answer, absorbed: Mapping[str, tuple[s
         recorder=tuple(c for c in OF_RECORDER if any(c in members for members in answer.named)),
         probabilities=answer.probabilities,
     )
+
+
+def _explained(ladder: Ladder, answer: Answer) -> float:
+    """What the effects found explain, as a share of it and of what is left [-]."""
+    gained = ladder.fits[0].objective - ladder.fit.objective
+    left = answer.missing**2 * ladder.fit.record.samples
+    return float(gained / max(gained + left, 1e-300)) if gained > 0 else 0.0
 
 
 def _masked(fit: Fit, absorbed: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:

@@ -10,14 +10,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from myowave.diagnosis.report.figures.style import short
-from myowave.plotting import BLUE, GREY, MEASURED, ORANGE, PINK, SKY, canvas
+from myowave.plotting import BLUE, GREY, MEASURED, PINK, SKY, canvas
 
-THRESHOLD = 10.0  # delta BIC that counts as very strong evidence
+THRESHOLD = 2.9  # nats: 19 to 1
 SHOWN = 8  # candidates a panel
 REMARK_WIDTH = 48  # letters beside a point; the page has a table with all there is
 STATUS = {
     "supported": (BLUE, "the data support it"),
-    "refused": (ORANGE, "better fit, but at a bound, or no better in trials left out"),
     "behind": (PINK, "promises less than those fitted"),
     "not needed": (SKY, "no evidence"),
     "failed": (MEASURED, "cannot be fitted"),
@@ -37,20 +36,20 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
         rows = ranking[ranking["model"] == model]
         rows = rows[rows["status"] != "absorbed"].head(SHOWN).iloc[::-1]
         y = np.arange(len(rows))
-        axis.scatter(rows["delta_bic"], y, color=[STATUS[s][0] for s in rows["status"]], s=60, zorder=3)
-        axis.set_xscale("symlog", linthresh=10, linscale=0.7)
+        axis.scatter(rows["log_odds"], y, color=[STATUS[s][0] for s in rows["status"]], s=60, zorder=3)
+        axis.set_xscale("symlog", linthresh=3, linscale=0.7)
         axis.xaxis.set_major_formatter("{x:g}")
         axis.axvline(THRESHOLD, color=MEASURED, linestyle=":", linewidth=2)
         axis.axvline(0, color=GREY, linewidth=0.8)
         axis.set_yticks(y, [f"{titles[e]} ({e})" if titles.get(e) else e for e in rows["effect"]], fontsize=9)
-        axis.set_xlim(min(-10.0, rows["delta_bic"].min() * 1.2), max(40.0, rows["delta_bic"].max() * 1.5))
+        axis.set_xlim(min(-3.0, rows["log_odds"].min() * 1.2), max(10.0, rows["log_odds"].max() * 1.5))
         beside = axis.get_yaxis_transform()
         for place, row in zip(y, rows.itertuples(), strict=True):
             remark = _remark(row, added=f"{model}+{row.effect}" in models)
             axis.text(1.01, place, remark, va="center", fontsize=8.5, color="#333333", transform=beside)
         axis.set_title(f"what to add to {short(model)}? best {len(rows)} of {(ranking['model'] == model).sum()}")
         axis.grid(axis="y", linestyle=":")
-    axes[-1, 0].set_xlabel(f"evidence for adding the effect, $\\Delta$BIC [-]; dotted: {THRESHOLD:.0f}, very strong")
+    axes[-1, 0].set_xlabel("log odds of the model with the effect [nats]; dotted: 19 to 1")
     seen = [look for status, look in STATUS.items() if (ranking["status"] == status).any()]
     handles = [Line2D([], [], color=color, marker="o", linestyle="none", markersize=7) for color, _ in seen]
     figure.legend(
@@ -61,9 +60,8 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
 
 def _remark(row: Any, *, added: bool) -> str:
     """What is known of a candidate, in a few words; whether it was added comes first."""
-    if row.delta_bic <= 0:
+    if row.log_odds <= 0:
         return ""
-    won = f"won {row.folds_won} of {row.folds}" if pd.notna(row.rmse_deg) else "not fitted"
-    found = "added; " * added + f"{row.estimate}; {won}"
+    found = "added; " * added + row.estimate + "; not fitted" * bool(pd.isna(row.rmse_deg))
     alike = f"{found}; like {row.confused_with.split(' ')[0]}" if row.confused_with else found
     return alike if len(alike) <= REMARK_WIDTH else textwrap.shorten(found, REMARK_WIDTH, placeholder=" ...")

@@ -1,0 +1,159 @@
+"""All that may have made the residual of a fit to motion, as components of one likelihood.
+
+Shapes: T trials (or pieces), N samples, K numbers of the state, M muscles, P free parameters; W waves in the band and H
+above it, see `waves`.
+"""
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+from torch import Tensor
+
+from myowave.diagnosis.likelihood.algebra import COST, Component, Residual
+from myowave.diagnosis.likelihood.pushes import Pushes, along_steps, answers, excitation_of
+from myowave.diagnosis.likelihood.terms import OF_SENSOR
+from myowave.diagnosis.likelihood.waves import View
+from myowave.identification.free_parameters import Free, scales
+from myowave.identification.least_squares import scaled_slope
+from myowave.identification.noise import SMALLEST_NOISE_DEG
+from myowave.identification.output_error import Fit
+
+Array = NDArray[np.float64]
+
+# ASSUME: constants of which nothing is known are known up to a factor of e or so, in units of their scale.
+WIDE = 1.0
+MEMORY_S = 0.3  # ASSUME: a torque that nobody recorded stays alike for so long
+STARTS = np.radians([5.0, 50.0])  # how far the fitted start of a trial may be off [rad, rad/s]
+
+NOISE, EMG, CURVES, REPEATS, SLOW = "noise", "emg", "curves", "repeats", "slow"
+COLOURED, DRIFT, GAINS, TISSUE = "coloured", "drift", "gains", "tissue"
+# Bounds of sizes and where their search starts: rad; of the EMG; standard bumps; rad of each part; N m; rad; s/s; a
+# share; rad.
+SIZES = {
+    NOISE: (1e-5, 1e-2, 0.3),
+    EMG: (1e-3, 0.03, 0.6),
+    CURVES: (0.03, 0.3, 6.0),
+    REPEATS: (1e-5, 0.02, 1.0),
+    SLOW: (1e-3, 0.3, 30.0),
+    COLOURED: (1e-4, 1e-2, 0.3),
+    DRIFT: (1e-4, 3e-3, 0.1),
+    GAINS: (1e-3, 0.05, 0.6),
+    TISSUE: (1e-3, 0.03, 0.6),
+}
+
+
+def residual_of(fit: Fit, view: View, pushes: Pushes | None = None) -> Residual:
+    """What a fit leaves, and all that may have made it.
+
+    Args:
+        pushes: of the fit, where they are known.
+    """
+    look, pushes, there = view.amplitudes, pushes or Pushes.of(fit), view.above.there
+    constants, off = prior_columns(fit, view)
+    both = np.concatenate([pushes.excitation, pushes.torque], -1)
+    steps = torch.from_numpy(np.stack([*answers(fit.linear.jacobian.numpy(), both, view.both)])[::-1].copy())
+    by_emg, by_torque = steps[..., :-1, :], steps[..., -1, :]  # (N - 1, T, M, W + H) and (N - 1, T, W + H)
+    starts = start_columns(fit, view)
+    floor = float(np.radians(SMALLEST_NOISE_DEG))
+    in_band, one = torch.diag_embed(view.band.there.double()), torch.ones(int(there.sum())).double()
+    components = [
+        Component("floor", in_band, tail=one, low=floor, first=floor, high=floor),
+        Component("starts", starts @ starts.mT),
+        Component("constants", columns=constants),
+        _sized(NOISE, view.band.noise.mT @ view.band.noise, (view.above.noise**2).sum(1)[there], cost=0.0),
+        _forced(EMG, by_emg, view),
+        _slow(by_torque, view),
+        _sized(REPEATS, columns=_repeating(fit, view, look(pushes.repeating))),
+        _sized(CURVES, columns=look(pushes.curves)),
+    ]
+    if fit.record.pieces is None:
+        _, v, activation = along_steps(fit)
+        drifting = fit.sensitive.motion.state[..., 1].numpy() * np.arange(v.shape[1] + 1) * view.dt * fit.record.valid
+        artefact = torch.cat([activation, activation[:, -1:]], 1).numpy() * fit.record.valid[..., None]
+        by_gain = torch.einsum("ntmw,tnm->tmw", by_emg, torch.from_numpy(excitation_of(fit)))
+        components += [
+            coloured(view, view.memory_s),
+            _sized(DRIFT, columns=look(drifting[..., None])),
+            _forced(GAINS, by_gain[None], view),
+            _sized(TISSUE, columns=look(artefact)),
+        ]
+    values = view.left(fit) + constants @ torch.from_numpy(off)
+    return Residual(values, view.band.there, tuple(components), view.left_above(fit))
+
+
+def prior_columns(fit: Fit, view: View) -> tuple[Tensor, Array]:
+    """What one standard deviation of what is known of each free parameter does, (T, W, P), and by how many of them it
+    is above where it is expected, (P,)."""
+    deviation, centre = prior_of(fit)
+    slope = view.amplitudes(scaled_slope(fit.sensitive.by_parameter, scales(fit.free), fit.record.valid))
+    return slope * torch.from_numpy(deviation), (fit.values / scales(fit.free) - centre) / deviation
+
+
+def start_columns(fit: Fit, view: View) -> Tensor:
+    """What each number of a trial's start does, as far off as it may be, (T, W, S)."""
+    size = start_sizes(fit)
+    return view.amplitudes(scaled_slope(fit.sensitive.by_start, 1.0, fit.record.valid)[..., : len(size)] * size)
+
+
+def start_sizes(fit: Fit) -> Array:
+    """How far each number of a fitted start may be off: angle, and velocity where trials do not begin at rest, (S,)."""
+    return STARTS[:1] if fit.record.at_rest else STARTS
+
+
+def prior_of(fit: Fit) -> tuple[Array, Array]:
+    """Standard deviation of each free parameter before any trial and where it is expected, in its scale, (P,) each;
+    one of which nothing is known about where it stands, that of an effect about 0."""
+    deviation = [WIDE if is_of_effect(p) else min(p.deviation / p.scale, WIDE) for p in fit.free]
+    centre = [
+        0.0 if is_of_effect(p) else (p.start if np.isfinite(p.deviation) else value) / p.scale
+        for p, value in zip(fit.free, fit.values, strict=True)
+    ]
+    return np.array(deviation), np.array(centre)
+
+
+def is_of_effect(free: Free) -> bool:
+    return "." in free.name
+
+
+def coloured(view: View, memory_s: float) -> Component:
+    """Noise of the sensor with a memory, as it is before any filter."""
+    return _sized(COLOURED, *view.with_memory(memory_s))
+
+
+def _sized(
+    name: str,
+    blocks: Tensor | None = None,
+    tail: Tensor | None = None,
+    columns: Tensor | None = None,
+    cost: float = COST,
+) -> Component:
+    low, first, high = SIZES[name]
+    return Component(name, blocks, columns, tail, low, first, high, cost)
+
+
+def _forced(name: str, by_push: Tensor, view: View) -> Component:
+    """Independent pushes, whose effect on the waves is known, (steps, T, M, W + H)."""
+    flat = by_push.transpose(0, 1).flatten(1, 2)
+    band, above = flat.split([view.band.there.shape[1], view.above.there.shape[1]], -1)
+    return _sized(name, band.mT @ band, (above**2).sum(1)[view.above.there])
+
+
+def _slow(by_torque: Tensor, view: View) -> Component:
+    """Torques that stay alike for a while, whose effect on the waves is known, (N - 1, T, W + H)."""
+    width = MEMORY_S / view.dt
+    alike = gaussian_filter1d(by_torque.numpy(), width, axis=0, mode="constant", truncate=5.0)
+    alike = torch.from_numpy(alike * np.sqrt(2 * np.pi) * width)
+    (own, above), (alike, alike_above) = (
+        x.transpose(0, 1).split([view.band.there.shape[1], view.above.there.shape[1]], -1) for x in (by_torque, alike)
+    )
+    blocks = own.mT @ alike
+    return _sized(SLOW, (blocks + blocks.mT) / 2, (above * alike_above).sum(1).clamp(0.0)[view.above.there])
+
+
+def _repeating(fit: Fit, view: View, by_pushes: Tensor) -> Tensor:
+    """What each part of the general correction does, a root mean square of 1 rad each, (T, W, C)."""
+    q, v = fit.sensitive.motion.state[..., :2].unbind(-1)
+    parts = np.stack([term(q, v).numpy() for term, _ in OF_SENSOR.values()], -1) * fit.record.valid[..., None]
+    columns = torch.cat([by_pushes, view.amplitudes(parts)], -1)
+    return columns / ((columns**2).sum((0, 1)) / fit.record.samples).sqrt().clamp(1e-300)

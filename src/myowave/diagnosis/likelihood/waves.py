@@ -1,0 +1,160 @@
+"""A residual in cosine waves: white noise stays white, and what physics misses is in the slow ones.
+
+Waves well above the motion are counted one by one; they tell how strong the noise is, and whether a filter has taken
+it.
+
+Shapes: T trials (or pieces), N samples, W waves in the band of the motion, H of those above it, each of one trial.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy.linalg import matmul_toeplitz
+from scipy.signal import periodogram
+from torch import Tensor
+
+from myowave.diagnosis.likelihood.sensor import Sensor
+from myowave.identification.output_error import Fit
+
+Array = NDArray[np.float64]
+
+MOTION = 0.99  # share of the motion's power that lies in its band
+NOISE_ABOVE = 3.0  # in units of the band's edge, below which there must be room for noise
+REACH = 3.0  # how far waves are dense, in units of the motion's edge: an arm follows nothing much faster
+MOST, MOST_ABOVE = 110, 250  # waves of a trial in the band and above: more tell nothing of what is slow
+PERFECT = Sensor()
+MEMORIES_S = (0.05, 0.1, 0.2, 0.4, 0.8)  # of the sensor's noise, which are tried
+
+
+@dataclass(frozen=True)
+class Band:
+    """Some orthonormal waves of each trial, 0 where padded, as they are and as a sensor sees them.
+
+    Args:
+        waves: (T, N, W), which of them there are (T, W), and the frequency of each (T, W) [Hz].
+        motion: signals that a simulated motion is to be multiplied by, (T, N, W).
+        noise: the same of white noise of what was measured, (T, Q, W).
+    """
+
+    waves: Tensor
+    there: Tensor
+    frequency: Array
+    motion: Tensor
+    noise: Tensor
+
+    @classmethod
+    def of(cls, lengths: NDArray[np.int64], numbers: list[NDArray[np.int64]], dt: float) -> "Band":
+        """Half periods of a cosine by their numbers, in trials of so many samples, as a perfect sensor sees them."""
+        most, samples = max(len(n) for n in numbers), np.arange(lengths.max())[:, None]
+        waves = np.zeros((len(lengths), len(samples), most))
+        there, frequency = np.zeros((len(lengths), most), bool), np.zeros((len(lengths), most))
+        for t, (length, number) in enumerate(zip(lengths, numbers, strict=True)):
+            own = np.cos(np.pi * number * (samples[:length] + 0.5) / length)
+            waves[t, :length, : len(number)] = own / np.sqrt((own**2).sum(0))
+            there[t, : len(number)] = True
+            frequency[t, : len(number)] = number / (2 * length * dt)
+        seen = torch.from_numpy(waves)
+        return cls(seen, torch.from_numpy(there), frequency, seen, seen)
+
+    def through(self, sensor: Sensor, lengths: NDArray[np.int64], dt: float) -> "Band":
+        """The same waves as a sensor sees them."""
+        if sensor == PERFECT:
+            return replace(self, motion=self.waves, noise=self.waves)
+        seen = [sensor.seen(w[:n], dt) for w, n in zip(self.waves.numpy(), lengths, strict=True)]
+        motion, noise = (
+            torch.nn.utils.rnn.pad_sequence([torch.from_numpy(s) for s in some], batch_first=True)
+            for some in zip(*seen, strict=True)
+        )
+        return replace(self, motion=motion, noise=noise)
+
+
+@dataclass(frozen=True)
+class View:
+    """How trials are looked at.
+
+    Args:
+        band, above: waves in the band of the motion, and of those above it.
+        edge_hz: where the band of the motion ends.
+        memory_s: of the noise that the sensor may have beside the white one.
+    """
+
+    lengths: NDArray[np.int64]
+    dt: float
+    band: Band
+    above: Band
+    edge_hz: float
+    sensor: Sensor = PERFECT
+    memory_s: float = MEMORIES_S[2]
+
+    @classmethod
+    def of(cls, fit: Fit, sensor: Sensor = PERFECT) -> "View":
+        """That of a fit's trials."""
+        lengths, dt = fit.record.lengths, fit.record.dt
+        edge, short = edge_of(fit), fit.record.pieces is not None
+        reach = REACH * NOISE_ABOVE if short else REACH
+        top = min(max(reach * edge, 1.0) * dt, MOST / (2 * int(lengths.max())), 0.5)
+        inside, beyond = [], []
+        for n in lengths:
+            first = int(2 * top * n) + 1
+            inside.append(np.arange(min(first, n)))
+            # In pieces what is slow leaks into waves above the band, where they are no longer independent.
+            beyond.append(np.arange(first, first if short else n, max(1, -(-(n - first) // MOST_ABOVE))))
+        return cls(lengths, dt, Band.of(lengths, inside, dt), Band.of(lengths, beyond, dt), edge).through(sensor)
+
+    def through(self, sensor: Sensor) -> "View":
+        """The same through another sensor."""
+        seen = (band.through(sensor, self.lengths, self.dt) for band in (self.band, self.above))
+        return replace(self, sensor=sensor, **dict(zip(("band", "above"), seen, strict=True)))
+
+    def amplitudes(self, columns: Array) -> Tensor:
+        """Of the waves of the band in simulated columns (T, N, C) as the sensor sees them, (T, W, C)."""
+        return self.band.motion.mT @ torch.from_numpy(np.ascontiguousarray(columns))
+
+    def left(self, fit: Fit) -> Tensor:
+        """Measured less simulated angle in the band, (T, W)."""
+        return _left(self.band, fit)
+
+    def left_above(self, fit: Fit) -> Tensor:
+        """The same above it, (H,)."""
+        return _left(self.above, fit)[self.above.there]
+
+    @property
+    def frequency_above(self) -> Array:
+        """Of the waves above the band [Hz], (H,)."""
+        return self.above.frequency[self.above.there.numpy()]
+
+    @cached_property
+    def both(self) -> Array:
+        """All waves as the sensor sees them, those of the band first, (T, N, ...)."""
+        return torch.cat([self.band.motion, self.above.motion], -1).numpy()
+
+    def with_memory(self, memory_s: float) -> tuple[Tensor, Tensor]:
+        """Covariance of the waves (T, W, W), and variances above the band (H,), of noise with a memory."""
+        band, above = (_remembered(b.motion, memory_s / self.dt) for b in (self.band, self.above))
+        return self.band.motion.mT @ band, (self.above.motion * above).sum(1)[self.above.there]
+
+
+def _remembered(waves: Tensor, memory: float) -> Tensor:
+    """The correlation of noise that falls by a factor of e over so many samples, times waves (T, N, W)."""
+    fall = np.exp(-np.arange(waves.shape[1]) / memory)
+    columns = waves.transpose(0, 1)
+    found = matmul_toeplitz(fall, columns.flatten(1).numpy(), check_finite=False)
+    return torch.from_numpy(found).reshape(columns.shape).transpose(0, 1)
+
+
+def _left(band: Band, fit: Fit) -> Tensor:
+    measured, simulated = (torch.from_numpy(x * fit.record.valid)[..., None] for x in (fit.record.angle, fit.angle))
+    return (band.waves.mT @ measured - band.motion.mT @ simulated)[..., 0]
+
+
+def edge_of(fit: Fit) -> float:
+    """Frequency below which nearly all of the simulated motion's power is [Hz]."""
+    found, dt = [], fit.record.dt
+    for motion in fit.record.joined(fit.angle).values():
+        frequency, power = periodogram(motion, 1 / dt, window="hann", detrend="linear")
+        share = np.cumsum(power) / max(power.sum(), 1e-300)
+        found.append(frequency[np.searchsorted(share, MOTION)])
+    return float(min(np.mean(found), 0.5 / dt / NOISE_ABOVE))

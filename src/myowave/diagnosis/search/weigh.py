@@ -1,0 +1,282 @@
+"""Which effect does a fitted model lack? The posterior of models, each with every cause of residuals beside it.
+
+From the best model so far all effects, and pairs of them, are screened to first order with the covariance that its
+residual calls for; the promising ones are fitted with it, causes are weighed anew, and the most likely goes on. First
+orders only choose what is fitted: what is compared was linearised where it stands.
+"""
+
+import math
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from myowave.diagnosis.likelihood.algebra import COST, Weighed, most_likely
+from myowave.diagnosis.likelihood.components import COLOURED, CURVES, EMG, NOISE, REPEATS, residual_of
+from myowave.diagnosis.likelihood.hypothesis import Hypothesis, climb, settle, weighed_afresh, with_likely_memory
+from myowave.diagnosis.likelihood.pushes import Pushes
+from myowave.diagnosis.likelihood.sensor import Sensor, knots_of
+from myowave.diagnosis.likelihood.waves import View
+from myowave.diagnosis.search.score import FAILURES, ScoreTest, score_effects
+from myowave.diagnosis.search.screen import Screened, noise_alone, screen
+from myowave.identification.expected_emg import expected_excitation
+from myowave.identification.free_parameters import Free
+from myowave.identification.output_error import Fit, begin_from, refit
+from myowave.identification.stages import attempt_fit
+from myowave.physics.effect import Effect
+from myowave.physics.model import Model
+
+Array = NDArray[np.float64]
+Key = tuple[frozenset[str], bool]  # names of effects, and whether the EMG is the expected one
+
+OUTSIDE = 0.03  # ASSUME: so likely is one part of the general correction, beside all effects of the catalogue
+MOST_EFFECTS = 3
+REFITS, PAIRS = 3, 2  # that are fitted from one model
+CLEARLY = 5.0  # nats
+STRANGE = frozenset({EMG, CURVES, REPEATS})  # causes that other curves, far from where a fit stands, may hide behind
+HOPELESS = 1.0  # nats that an effect may promise less than the model without it, and still be fitted
+WORTH_FOLLOWING = 10.0  # of the objective without an effect: what a fresh start with it may begin at
+CORNERS = 3.0 * 4.0 ** (np.arange(7) / 6)  # of filters, in units of the motion's edge
+ENOUGH = 50  # waves well above the motion that show a filter
+LET_THROUGH = 0.1  # of white noise, by lines between samples: waves with less show no filter
+FILTERED = 0.5  # of the noise well above the motion at its highest to its lowest waves: less may be a filter's doing
+
+
+@dataclass
+class Posterior:
+    """All models that were weighed.
+
+    Args:
+        prior: logarithm of how likely an effect is before any trial.
+        models: the most likely hypothesis of each.
+        parts: each part of the general correction beside the effects of some model, to first order: log posterior.
+        screened: what effects promise from the models that led on, by the names of their effects.
+    """
+
+    prior: float
+    models: dict[Key, Hypothesis] = field(default_factory=dict)
+    parts: dict[tuple[frozenset[str], int], float] = field(default_factory=dict)
+    screened: dict[frozenset[str], Screened] = field(default_factory=dict)
+
+    @property
+    def base(self) -> Hypothesis:
+        """The model without any effect."""
+        return self.models[frozenset(), False]
+
+    @property
+    def best(self) -> Hypothesis:
+        return max(self.models.values(), key=lambda model: model.total)
+
+    def by_effects(self) -> dict[frozenset[str], Hypothesis]:
+        """The most likely hypothesis with each set of effects, whatever EMG drives it."""
+        found: dict[frozenset[str], Hypothesis] = {}
+        for (names, _), model in self.models.items():
+            if names not in found or model.total > found[names].total:
+                found[names] = model
+        return found
+
+    def add(self, *found: Hypothesis) -> None:
+        """Keep the most likely of each model."""
+        for model in found:
+            key = frozenset(model.effects), model.expected_emg
+            if key not in self.models or model.total > self.models[key].total:
+                self.models[key] = model
+
+    def screen(self, model: Hypothesis, catalogue: Mapping[str, Effect], known: Collection[str]) -> Screened:
+        """What effects promise from a model, which is kept."""
+        found = self.screened[frozenset(model.effects)] = screen(model, catalogue, known)
+        share = self.prior + math.log(OUTSIDE * max(len(catalogue), 1) / max(len(found.parts), 1))
+        for part, value in found.parts.items():
+            self.parts[frozenset(model.effects), part] = value + model.prior + share
+        return found
+
+    def weights(self) -> list[tuple[float, frozenset[str], frozenset[str]]]:
+        """Probability, effects and causes of every state of every model."""
+        rows = [
+            (state.value + model.offset, effects, on | ({EMG} if model.expected_emg else set()))
+            for (effects, _), model in self.models.items()
+            for on, state in model.states.items()
+        ]
+        emg = {EMG} if self.best.expected_emg else set()
+        rows += [(value, effects, frozenset({REPEATS, *emg})) for (effects, _), value in self.parts.items()]
+        top = max(row[0] for row in rows)
+        total = sum(math.exp(row[0] - top) for row in rows)
+        return [(math.exp(value - top) / total, effects, frozenset(on)) for value, effects, on in rows]
+
+
+def weigh_models(fit: Fit, effects: Iterable[Effect], known: Collection[str] = (), led: Fit | None = None) -> Posterior:
+    """The posterior of models, from the fit of the one without any effect.
+
+    Args:
+        effects: the catalogue.
+        known: names of parameters that are known and so not to be estimated.
+        led: a fit with effects that is known to be good.
+    """
+    catalogue = {e.name: e for e in effects}
+    found = Posterior(-math.log(2 * max(len(catalogue), 1)))
+    base = settle(with_likely_memory(_through_likely_sensor(fit)))
+    found.add(base, _of_other_emg(base, fit))
+    if led is not None:
+        more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
+        found.add(settle(Hypothesis.of(led, base.view, more, [base.best], found.prior * len(more))))
+    top = found.best
+    for depth in range(MOST_EFFECTS):
+        screened = found.screen(top, catalogue, known)
+        found.add(*_fit_singles(top, screened, found))
+        if not depth:
+            found.add(*_fit_pairs(top, screened, catalogue, found.prior))
+        best = found.best
+        if len(best.effects) <= len(top.effects):
+            break
+        best = with_likely_memory(weighed_afresh(settle(best, steps=12)))
+        top = _of_other_emg(best, fit)
+        found.add(best, top, *_with_one_less(top))
+    return found
+
+
+def _with_one_less(model: Hypothesis) -> list[Hypothesis]:
+    """The models that lack one of the effects of a model with several, settled."""
+    found = []
+    for name in model.effects if len(model.effects) > 1 else ():
+        fit = attempt_fit(lambda name=name: without_effect(model.fit, name))
+        if fit is not None:
+            rest = tuple(other for other in model.effects if other != name)
+            begun = Hypothesis.of(fit, model.view, rest, [model.best], model.prior * len(rest) / len(model.effects))
+            found.append(settle(replace(begun, expected_emg=model.expected_emg), model.total))
+    return found
+
+
+def without_effect(fit: Fit, name: str) -> Fit:
+    """The fit of the same model less one effect."""
+    (gone,) = (e for e in fit.model.effects if e.name == name)
+    rest = tuple(e for e in fit.model.effects if e is not gone)
+    parameters = fit.model.parameters_of(gone)
+    model = Model(fit.model.muscles, fit.model.joint, fit.model.curves, rest)
+    return refit(fit, model, [p for p in fit.free if p.name not in parameters])
+
+
+def _fit_singles(top: Hypothesis, screened: Screened, found: Posterior) -> list[Hypothesis]:
+    """The effects that promise most, fitted."""
+    singles, leader, prior = screened.singles, found.best.total, found.prior
+    hopeful = sorted((n for n in singles if singles[n] + prior > top.total - HOPELESS), key=lambda n: -singles[n])
+    # What is on may hold back what would do without it, all the more where other curves may hide behind it.
+    astray = bool(top.on & STRANGE)
+    ideal = sorted(screened.ideal, key=lambda n: -screened.ideal[n])
+    chosen = dict.fromkeys([*hopeful[:REFITS], *ideal[: REFITS if astray else int(bool(hopeful and top.on))]])
+    begins = [(name, screened.scores[name].start) for name in chosen]
+    if astray:
+        begins += fresh_starts(top.fit, screened.scores).items()
+    fitted = [_fitted(top, begin, (*top.effects, name), top.prior + prior, leader) for name, begin in begins]
+    return [model for model in fitted if model is not None]
+
+
+def fresh_starts(fit: Fit, scores: Mapping[str, ScoreTest]) -> dict[str, Fit]:
+    """Fits with an effect that replaces what the model has, as other curves do, from where constants are expected.
+
+    The constants of a fit without the effect have gone where they imitate it, and no small step leads back from there.
+    Only those are given that begin not far above the fit without the effect.
+    """
+
+    if any(_replaces(p) for p in fit.free if "." in p.name):
+        return {}  # a model has one family of curves
+
+    def begin(score: ScoreTest) -> Fit:
+        values = [*fit.expected, *(p.scale if p.high > 0 else -p.scale for p in score.free)]
+        return begin_from(score.start.model, fit.record, score.start.free, np.array([values]))
+
+    replacing = {n: s for n, s in scores.items() if not s.failure and all(_replaces(p) for p in s.free)}
+    fresh = {name: attempt_fit(lambda score=score: begin(score)) for name, score in replacing.items()}
+    return {n: f for n, f in fresh.items() if f is not None and f.objective < WORTH_FOLLOWING * fit.objective}
+
+
+def _replaces(free: Free) -> bool:
+    """Whether a parameter's usual strength is a bound: all of what the model has is then replaced."""
+    return abs(free.scale) in (abs(free.low), abs(free.high))
+
+
+def _fit_pairs(top: Hypothesis, screened: Screened, catalogue: Mapping[str, Effect], prior: float) -> list[Hypothesis]:
+    """The pairs that promise more than any effect alone, fitted."""
+    single, pairs = max(screened.singles.values(), default=-np.inf), screened.pairs
+    hopeful = [p for p in sorted(pairs, key=lambda p: -pairs[p]) if pairs[p] + prior > single + 2.0][:PAIRS]
+    found = []
+    for one, other in hopeful:
+        begin = score_effects(screened.scores[one].start, [catalogue[other]])[other]
+        if not begin.failure:
+            found.append(_fitted(top, begin.start, (*top.effects, one, other), top.prior + 2 * prior, -math.inf))
+    return [model for model in found if model is not None]
+
+
+def _fitted(top: Hypothesis, begin: Fit, effects: tuple[str, ...], prior: float, leader: float) -> Hypothesis | None:
+    """A model settled from where a fit stands: given the causes of the model without the effect, and given noise alone
+    where these may hold the effect back; None where it has no motion."""
+    try:
+        first = Hypothesis.of(begin, top.view, effects, [top.best], prior)
+        found = [settle(first, leader)]
+        if top.on and found[0].total < leader + CLEARLY:
+            freely = climb(first, 8, noise_alone(first))
+            found.append(settle(Hypothesis.of(freely, top.view, effects, [top.best], prior), leader))
+    except FAILURES:
+        return None
+    return replace(max(found, key=lambda model: model.total), expected_emg=top.expected_emg)
+
+
+def _through_likely_sensor(fit: Fit) -> Hypothesis:
+    """The model without effects, the angle through the filter that makes its residual most likely, or through none."""
+    joined = list(fit.record.joined(fit.record.angle).values())
+    knots = knots_of(joined) if fit.record.pieces is None else None
+    view, pushes = View.of(fit, Sensor(knots=knots)), Pushes.of(fit)
+    best = Hypothesis.of(fit, view, pushes=pushes)
+    tail = best.residual.component(NOISE).tail
+    assert tail is not None
+    share = tail.numpy()
+    order = np.argsort(view.frequency_above)
+    order = order[share[order] > LET_THROUGH]
+    if len(order) < ENOUGH:
+        return best
+    lowest, *_, highest = np.array_split(best.residual.tail.numpy()[order] ** 2 / share[order], 4)
+    if highest.mean() > FILTERED * lowest.mean():
+        return best
+    sets = [frozenset[str](), frozenset({EMG}), frozenset({COLOURED}), best.on]
+    tried: dict[float | None, Weighed] = {None: replace(best.best, value=best.best.value + COST)}
+    corners = (CORNERS * view.edge_hz).tolist()
+    for finer in (0.5, 0.25, 0.125):
+        for corner_hz in corners:
+            if corner_hz < 0.45 / (fit.record.dt * (knots or 1.0)):
+                residual = residual_of(fit, view.through(Sensor(corner_hz, knots)), pushes)
+                known = [on & frozenset(residual.optional) for on in sets]
+                tried[corner_hz] = max((most_likely(residual, on) for on in known), key=lambda state: state.value)
+        corner = max(tried, key=lambda c: tried[c].value)
+        corners = [] if corner is None else [corner * (CORNERS[1] / CORNERS[0]) ** sign for sign in (finer, -finer)]
+    corner = max(tried, key=lambda c: tried[c].value)
+    if corner is None:
+        return best
+    return Hypothesis.of(fit, view.through(Sensor(corner, knots)), seeds=[tried[corner]], pushes=pushes)
+
+
+def _of_other_emg(model: Hypothesis, recorded: Fit) -> Hypothesis:
+    """The same model fitted to the EMG that is expected behind a noisy recording (errors in variables), or to the
+    recording again where what is expected leaves no noise of the EMG; itself where neither is called for.
+
+    Args:
+        recorded: a fit to the EMG as it was recorded.
+    """
+    if (EMG in model.on) == model.expected_emg:
+        return model
+    record = recorded.record
+    if not model.expected_emg:
+        emg = expected_excitation(record.emg.numpy(), _valid_of_emg(recorded), model.best.sizes[EMG])
+        record = replace(record, emg=torch.from_numpy(emg))
+    fit = replace(model.fit, record=record)
+    found = attempt_fit(lambda: refit(fit, fit.model, fit.free))
+    if found is None:
+        return model
+    begun = Hypothesis.of(found, model.view, model.effects, [model.best], model.prior)
+    return settle(replace(begun, expected_emg=not model.expected_emg))
+
+
+def _valid_of_emg(fit: Fit) -> NDArray[np.bool_]:
+    """Samples of the EMG that count; of pieces those before their start, too."""
+    lead = np.ones((len(fit.record.valid), fit.record.lead), bool)
+    return np.concatenate([lead, fit.record.valid], 1)

@@ -1,0 +1,58 @@
+"""Waves keep what is slow of each trial, whatever its length, and answer to pushes as the motion does."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfiltfilt
+
+from myowave.diagnosis.likelihood.pushes import answers
+from myowave.diagnosis.likelihood.sensor import Sensor
+from myowave.diagnosis.likelihood.waves import Band, View
+from myowave.identification.disturbance import excitation_forcing
+
+LENGTHS = np.array([240, 150])
+
+
+def test_waves_are_orthonormal_in_each_trial_and_keep_what_is_slow_alone():
+    band = Band.of(LENGTHS, [np.arange(n // 5) for n in LENGTHS], dt=1.0)
+    time = np.arange(240)
+    for waves, there, frequency, length in zip(band.waves, band.there, band.frequency, LENGTHS, strict=True):
+        live = waves[:, there].numpy()
+        assert np.allclose(live.T @ live, np.eye(live.shape[1])) and frequency.max() <= 0.1
+        assert (waves[length:] == 0).all() and (waves[:, ~there] == 0).all()
+        slow, fast = (np.cos(2 * np.pi * f * (time + 0.5)) * (time < length) for f in (0.05, 0.25))
+        assert np.linalg.norm(live @ (live.T @ slow) - slow) < 0.05 * np.linalg.norm(slow)
+        assert np.linalg.norm(live.T @ fast) < 0.05 * np.linalg.norm(fast)
+
+
+def test_no_wave_is_looked_at_twice_and_those_above_are_faster(make_fit):
+    view = View.of(make_fit())
+    band, above = view.band, view.above
+    assert band.frequency[band.there.numpy()].max() < view.frequency_above.min()
+    assert view.frequency_above.max() < 0.5 / view.dt
+    both = np.concatenate([band.waves[0].numpy(), above.waves[0].numpy()], -1)
+    assert np.allclose(both.T @ both, np.eye(both.shape[1]))
+
+
+def test_amplitudes_answer_to_pushes_as_the_motion_does(make_fit):
+    fit = make_fit()
+    jacobian, forcing = fit.linear.jacobian.numpy(), excitation_forcing(fit)
+    waves = View.of(fit).band.waves.numpy()
+    pushes = np.random.default_rng(0).standard_normal((*forcing.shape[:2], forcing.shape[-1]))
+    state, angle = np.zeros((len(forcing), jacobian.shape[-1])), [np.zeros(len(forcing))]
+    for n in range(forcing.shape[1]):
+        state = (jacobian[:, n] @ state[..., None] + forcing[:, n] @ pushes[:, n, :, None])[..., 0]
+        angle.append(state[:, 0])
+    expected = np.einsum("tnw,tn->tw", waves, np.stack(angle, -1))
+    parts = zip(answers(jacobian, forcing, waves), reversed(range(forcing.shape[1])), strict=True)
+    found = sum(np.einsum("tmw,tm->tw", answer, pushes[:, n]) for answer, n in parts)
+    assert found == pytest.approx(expected, rel=1e-8, abs=1e-11)
+
+
+def test_a_filtered_recording_of_the_simulated_motion_leaves_nothing_through_that_filter(make_fit):
+    fit, corner_hz = make_fit(), 2.0
+    seen = sosfiltfilt(butter(2, corner_hz, fs=1 / fit.record.dt, output="sos"), fit.angle, axis=1)
+    recorded = replace(fit, record=replace(fit.record, angle=seen))
+    through, plain = (View.of(fit, sensor).left(recorded).abs().max() for sensor in (Sensor(corner_hz), Sensor()))
+    assert through < 1e-9 < plain
