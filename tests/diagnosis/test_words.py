@@ -34,10 +34,10 @@ def test_names_of_models_and_parameters_stay_as_they_are(text):
 
 
 def test_terms_are_explained_once_in_a_text_and_text_is_escaped():
-    html = str(explained("held out RMSE <b>, held out, delta BIC of 3-scale", TITLES))
+    html = str(explained("held out RMSE <b>, held out, log odds of 3-scale", TITLES))
     assert html.count("<abbr") == 4 and "&lt;b&gt;" in html
     assert f'<abbr tabindex="0" title="{GLOSSARY["held-out"]}">held out</abbr>' in html
-    assert re.sub("<[^>]+>", "", html) == "held out RMSE &lt;b&gt;, held out, delta BIC of 3-scale"
+    assert re.sub("<[^>]+>", "", html) == "held out RMSE &lt;b&gt;, held out, log odds of 3-scale"
 
 
 def test_numbers_in_text_have_two_digits_and_no_power_of_ten():
