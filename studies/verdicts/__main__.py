@@ -24,6 +24,7 @@ import torch
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.plotting import save
+from myowave.settings import SimulatedDataset
 from myowave.settings.configuration import read_settings
 from studies.verdicts.cases import list_cases
 from studies.verdicts.figures import draw_reliability
@@ -49,13 +50,15 @@ def main() -> None:
     torch.set_num_threads(1)
     warnings.filterwarnings("ignore")
     settings = read_settings([ROOT / "config.yaml"])
+    dataset = settings.data.datasets[DATASET]
+    assert isinstance(dataset, SimulatedDataset)
     base, effects = build_model("base", settings.physics_of(DATASET)), catalogue()
     given.folder.mkdir(parents=True, exist_ok=True)
     for case in [] if given.draw is None else list_cases(base, effects, given.draw):
         path = given.folder / f"{case.name}.pkl"
         with taken(path) as ours:
             if ours and path.match(f"{given.only}.pkl"):
-                drawn = draw_set(case, settings.data.datasets[DATASET], settings.diagnosis, base, effects)
+                drawn = draw_set(case, dataset, settings.diagnosis, base, effects)
                 write_set(drawn, path)
     for path in sorted(given.folder.glob(f"{given.only}.pkl")):
         answer = path.with_suffix(f".{given.judge}.json")

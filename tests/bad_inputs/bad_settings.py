@@ -197,5 +197,4 @@ STUDIES = {
     "no such dataset in a study": ({"dataset": "case7"}, "held_out.dataset: there is no 'case7'"),
     "no such recipe in a study": ({"recipe": "recordde"}, "did you mean 'recorded'"),
     "too many scales in a study": ({"scales": [9]}, "held_out.scales"),
-    "inputs that are none": ({"inputs": {"told": {"emg_over": "height"}}}, "held_out.inputs.told.*'height'"),
 }  # fmt: skip
