@@ -29,37 +29,19 @@ NUDGE = 1e-5  # in units of the scales, for differences
 DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-9, 1e9  # relative to the diagonal of the normal matrix
 
 
-@dataclass(frozen=True)
-class Gain:
-    """What further parameters promise, to first order.
-
-    Args:
-        estimate: their best values, (E,).
-        fall: of the objective that they promise, at least 0.
-        freedom: what it would fall by for noise of variance 1, on average; the number of parameters where nothing is
-            known of them and all are seen.
-    """
-
-    estimate: Array
-    fall: float
-    freedom: float
-
-
 def gain_of(
-    information: Array, product: Array, prior: float = 0.0, low: Array | float = -np.inf, high: Array | float = np.inf
-) -> Gain:
-    """What parameters gain that act on a residual by a signal, (R, E).
+    information: Array, product: Array, low: Array | float = -np.inf, high: Array | float = np.inf
+) -> tuple[Array, float]:
+    """The best values (E,) of parameters that act on a residual by a signal (R, E), and by how much they lower its sum
+    of squares, at least 0.
 
     Args:
         information, product: signal^T signal (E, E) and signal^T residual (E,).
-        prior: variance of the residual over that of each parameter, which is expected at 0; 0 where nothing is known.
         low, high: bounds of the parameters, () or (E,).
     """
     least = 1e-9 * np.trace(information) + 1e-300  # where columns are alike none of them is to be large
-    matrix = information + (prior or least) * np.eye(len(product))
-    estimate = minimise_within(matrix, product, np.asarray(low), np.asarray(high))
-    fall = 2 * estimate @ product - estimate @ information @ estimate - prior * (estimate**2).sum()
-    return Gain(estimate, max(float(fall), 0.0), float(np.trace(pseudo_inverse(matrix) @ information)))
+    estimate = minimise_within(information + least * np.eye(len(product)), product, np.asarray(low), np.asarray(high))
+    return estimate, max(float(2 * estimate @ product - estimate @ information @ estimate), 0.0)
 
 
 @dataclass(frozen=True)
@@ -90,14 +72,6 @@ class Normal:
     def objective(self) -> Array:
         """What a fit lowers, (...) [rad^2]: the sum of squares of all residuals."""
         return self.rss + (self.further**2).sum(-1)
-
-    @property
-    def fitted(self) -> float:
-        """How many independent values of the residual were fitted: one by each number of a start, and the less by a
-        parameter the better it is known beforehand (the trace of the hat matrix)."""
-        trials, _, numbers = self.by_start.shape[-3:]
-        data = self.matrix - np.diag(self.weight)
-        return trials * numbers + float(np.trace(pseudo_inverse(self.matrix) @ data))
 
     def variance(self, samples: int) -> float:
         """Variance of the noise that the residual of so many samples shows [rad^2]; what was fitted is counted off."""

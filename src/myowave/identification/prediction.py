@@ -30,7 +30,6 @@ class Prediction:
 
     angle: Array
     residual: Array
-    rmse_by_trial: Array
     rmse: float
 
 
@@ -54,7 +53,6 @@ def predict(fit: Fit, record: Record) -> Prediction:
     return Prediction(
         angle=angle,
         residual=residual,
-        rmse_by_trial=np.sqrt(squares / record.valid.sum(-1)),
         rmse=float(np.sqrt(squares.sum() / record.samples)),
     )
 

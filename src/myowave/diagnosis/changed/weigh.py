@@ -121,11 +121,6 @@ class Weighing:
         return found.value + windowed.log_size, dict(found.sizes)
 
 
-def _of_trials(windowed: Windowed, values: Array) -> Array:
-    """Root mean square of values (L,) in each trial, (T,)."""
-    return np.sqrt([(values[rows] ** 2).mean() for rows in windowed.rows])
-
-
 def _matern(time: Array) -> Array:
     """Correlation of what is slow, of order 3/2, (K, K)."""
     apart = np.sqrt(3) * np.abs(time[:, None] - time) / MEMORY_S

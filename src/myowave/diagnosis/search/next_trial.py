@@ -147,4 +147,4 @@ def _separation(parts: Sequence[tuple[Array, Array, Array]], strength: Array, we
         matrix += np.einsum("tnp,tnq->pq", columns, columns)
         vector += np.einsum("tnp,tn->p", columns, left)
         total += float((left**2).sum())
-    return max(total - gain_of(matrix, vector).fall, 0.0) / noise**2
+    return max(total - gain_of(matrix, vector)[1], 0.0) / noise**2

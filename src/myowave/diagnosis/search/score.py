@@ -130,7 +130,7 @@ def confusion(scores: Mapping[str, ScoreTest], one: str, other: str) -> float:
     a, b = scores[one], scores[other]
     towards = _strongest(a)
     signal = a.signal @ towards
-    imitated = gain_of(b.information, b.signal.T @ signal).fall
+    _, imitated = gain_of(b.information, b.signal.T @ signal)
     return float(np.sqrt(np.clip(imitated / max((signal**2).sum(), 1e-300), 0.0, 1.0)))
 
 
@@ -189,8 +189,7 @@ def best_within(information: Array, product: Array, free: tuple[Free, ...]) -> t
         The values in units of the scales, (E,), and the fall, at least 0.
     """
     low, high = (bound / scales(free) for bound in bounds(free))
-    gain = gain_of(information, product, low=low, high=high)
-    return gain.estimate, gain.fall
+    return gain_of(information, product, low, high)
 
 
 def _visible(left: Array, whole: Array) -> tuple[float, Array]:
