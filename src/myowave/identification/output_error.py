@@ -313,32 +313,41 @@ def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:
     return fit_model(model, fit.record, free) if begun is None else polish(begun)
 
 
-def polish(fit: Fit, steps: int = STEPS) -> Fit:
-    """The fit at the end of its descent by Levenberg-Marquardt, no step of which is for the worse.
+def polish(fit: Fit) -> Fit:
+    """The fit at the end of its descent."""
+    *_, last = descend(fit)
+    return last
+
+
+def descend(fit: Fit) -> Iterator[Fit]:
+    """Levenberg-Marquardt: the fit as it is, then after each step, each no worse than the one before.
 
     A full step along a curved valley may land on its slope; the next steps from there lead back to the floor, further
     on. So a step that promises more than a residual variance and fails gets these before it is given up (Chamberlain et
     al. 1982, the "watchdog" technique). Steps that creep along kinks of curves end at `STANDSTILL`.
     """
     damping = DAMPING
-    for _ in range(steps):
+    yield fit
+    for _ in range(STEPS):
         step = fit.next_step(damping)
         promise = fit.normal.gain(*step)
         if fit.converged or promise < GAIN * fit.variance:
-            return replace(fit, converged=True)
+            yield replace(fit, converged=True)
+            return
         tried = take_step(fit, *step)
         kept = tried is not None and fit.objective - tried.objective > KEEPS * promise
         if promise > fit.variance and fit.record.pieces is None and not fit.model.stateful:
             tried = _follow(fit, tried, damping)  # in pieces, and with states, a shorter step costs less
         if tried is not None and tried.objective < fit.objective:
             if fit.objective - tried.objective < STANDSTILL * tried.independent_variance:
-                return replace(tried, converged=True)
+                yield replace(tried, converged=True)
+                return
             fit, damping = tried, max(damping * DAMPING_DOWN, 1e-12) if kept else damping
         elif damping > DAMPING_MOST:
-            return fit
+            return
         else:
             damping = max(damping, DAMPING) * DAMPING_UP
-    return fit
+        yield fit
 
 
 def _follow(fit: Fit, tried: Fit | None, damping: float) -> Fit | None:
