@@ -19,7 +19,7 @@ from myowave.data.session import TIDY_ENDINGS
 from myowave.data.trials import Trials
 from myowave.diagnosis.changed.ask import what_changed
 from myowave.diagnosis.comparison.baselines import POSTURE, POSTURE_LOAD
-from myowave.diagnosis.comparison.compare import compare_torque
+from myowave.diagnosis.comparison.torque import compare_torque
 from myowave.diagnosis.report.change import changed_facts, tell_change
 from myowave.diagnosis.report.tell import AS_GOOD
 from myowave.identification.along import Along

@@ -1,6 +1,6 @@
 """The rows counted: what answers are worth, world by world and judge by judge, as tables and as a page."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -84,7 +84,7 @@ def reliability(rows: pd.DataFrame) -> list[tuple[float, float, int, int, float]
     ]
 
 
-def _counts(rows: pd.DataFrame, judges: Sequence[str]) -> list[str]:
+def _counts(rows: pd.DataFrame, judges: Iterable[str]) -> list[str]:
     """How many sets, and how many of each grade by judge."""
     grades = pd.crosstab(rows["judge"], rows["grade"]).reindex(index=list(judges), columns=GRADES, fill_value=0)
     return [str(len(rows) // rows["judge"].nunique()), *(" / ".join(map(str, counts)) for counts in grades.to_numpy())]

@@ -5,6 +5,7 @@ Shapes: T trials, N samples, R samples before a recorder took them at another ra
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import torch
@@ -49,7 +50,7 @@ def signals_of(
     if fit.record.pieces is None:
         root = whitening(noise, world, raw, fit)
         given = [replace(record, noise=noise) for record in (fit.record, quiet)]
-        fits = [attempt_fit(lambda r=r: fit_from(fit.model, r, fit.free, fit.values[None])) for r in given]
+        fits = [attempt_fit(partial(fit_from, fit.model, r, fit.free, fit.values[None])) for r in given]
         fit = fits[0] or fit
         # To first order alone an effect may show that other constants take when it is whole, as they do of curves.
         if fits[1] is not None:

@@ -89,7 +89,7 @@ class Record:
     @property
     def begin_s(self) -> NDArray[np.float64]:
         """When each row begins in its trial [s], (T,)."""
-        return np.zeros(len(self.names)) if self.pieces is None else self.pieces.begin * self.dt
+        return np.full(len(self.names), self.dt) * (0 if self.pieces is None else self.pieces.begin)
 
     @property
     def horizon_s(self) -> float | None:

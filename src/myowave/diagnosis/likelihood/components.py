@@ -68,8 +68,8 @@ def residual_of(fit: Fit, view: View, pushes: Pushes | None = None) -> Residual:
         _sized(CURVES, columns=look(pushes.curves)),
     ]
     if fit.record.pieces is None:
-        _, v, activation = along_steps(fit)
-        drifting = fit.sensitive.motion.state[..., 1].numpy() * np.arange(v.shape[1] + 1) * view.dt * fit.record.valid
+        activation, velocity = along_steps(fit)[2], fit.sensitive.motion.state[..., 1].numpy()
+        drifting = np.where(fit.record.valid, velocity * np.arange(velocity.shape[1]) * view.dt, 0.0)
         artefact = torch.cat([activation, activation[:, -1:]], 1).numpy() * fit.record.valid[..., None]
         by_gain = torch.einsum("ntmw,tnm->tmw", by_emg, torch.from_numpy(excitation_of(fit)))
         components += [

@@ -105,11 +105,11 @@ def _by_torque(fit: Fit, forcing: Array) -> Iterator[Array]:
     """Changes of the state within a step by torques of the joint's state and the activations, (T, N - 1, K) each."""
     q, v, activation = along_steps(fit)
     names, middle = [m.name for m in fit.model.muscles], float(fit.record.angle[fit.record.valid].mean())
-    parts = [term(q, v, activation).numpy() for term in torque_terms(names, middle).values()]
+    parts = [term(q, v, activation) for term in torque_terms(names, middle).values()]
     parts += (activation * activation.cumsum(-2) * fit.record.dt).unbind(-1)  # what gets tired
-    parts.append(np.diff(fit.sensitive.motion.state[..., 1].numpy(), axis=-1) / fit.record.dt)  # inertia
+    parts.append(fit.sensitive.motion.state[..., 1].diff() / fit.record.dt)  # inertia
     for part in parts:
-        yield forcing[..., 0] * np.asarray(part)[..., None]
+        yield forcing[..., 0] * part.numpy()[..., None]
 
 
 def _by_excitation(fit: Fit, forcing: Array) -> Iterator[Array]:

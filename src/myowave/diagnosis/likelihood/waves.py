@@ -106,8 +106,8 @@ class View:
 
     def through(self, sensor: Sensor) -> "View":
         """The same through another sensor."""
-        seen = (band.through(sensor, self.lengths, self.dt) for band in (self.band, self.above))
-        return replace(self, sensor=sensor, **dict(zip(("band", "above"), seen, strict=True)))
+        band, above = (band.through(sensor, self.lengths, self.dt) for band in (self.band, self.above))
+        return replace(self, sensor=sensor, band=band, above=above)
 
     def amplitudes(self, columns: Array) -> Tensor:
         """Of the waves of the band in simulated columns (T, N, C) as the sensor sees them, (T, W, C)."""

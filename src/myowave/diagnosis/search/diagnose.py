@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -197,7 +198,7 @@ def _fitted_as_far(fit: Fit, ladder: Ladder) -> Ladder:
     """The same models fitted to all that the first was fitted to, as many as can be."""
     fits = [fit]
     for rung in ladder.fits[1:]:
-        further = attempt_fit(lambda rung=rung: fit_from_rung(fits[-1], rung.model, rung.free))
+        further = attempt_fit(partial(fit_from_rung, fits[-1], rung.model, rung.free))
         if further is None:
             break
         fits.append(further)

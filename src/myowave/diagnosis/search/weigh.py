@@ -8,6 +8,7 @@ orders only choose what is fitted: what is compared was linearised where it stan
 import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 import torch
@@ -140,7 +141,7 @@ def _with_one_less(model: Hypothesis) -> list[Hypothesis]:
     """The models that lack one of the effects of a model with several, settled."""
     found = []
     for name in model.effects if len(model.effects) > 1 else ():
-        fit = attempt_fit(lambda name=name: without_effect(model.fit, name))
+        fit = attempt_fit(partial(without_effect, model.fit, name))
         if fit is not None:
             rest = tuple(other for other in model.effects if other != name)
             begun = Hypothesis.of(fit, model.view, rest, [model.best], model.prior * len(rest) / len(model.effects))
@@ -187,7 +188,7 @@ def fresh_starts(fit: Fit, scores: Mapping[str, ScoreTest]) -> dict[str, Fit]:
         return begin_from(score.start.model, fit.record, score.start.free, np.array([values]))
 
     replacing = {n: s for n, s in scores.items() if not s.failure and all(_replaces(p) for p in s.free)}
-    fresh = {name: attempt_fit(lambda score=score: begin(score)) for name, score in replacing.items()}
+    fresh = {name: attempt_fit(partial(begin, score)) for name, score in replacing.items()}
     return {n: f for n, f in fresh.items() if f is not None and f.objective < WORTH_FOLLOWING * fit.objective}
 
 

@@ -102,7 +102,7 @@ def predict_lines(
         if len(angles) > 1:
             numbers["spread"] = f"{scale * spread:.3g}"
         if checkpoint.band is not None and len(angles) == len(checkpoint.seeds):
-            half = float(checkpoint.band.half_width(spread)) if i >= history else 0.0
+            half = float(checkpoint.band.half_width(np.asarray(spread))) if i >= history else 0.0
             numbers |= {"low": f"{scale * (angle - half):.9g}", "high": f"{scale * (angle + half):.9g}"}
         if i == 0:
             yield ",".join(["time_s", *(f"{name}_{unit}" for name in numbers)])

@@ -53,7 +53,8 @@ def predict_with_time_derivatives(network: Network, x: Tensor, angle: Tensor) ->
         (along,) = torch.autograd.grad(along.sum(), time, create_graph=True)
         along = along / network.scaling.duration  # as time enters as a fraction of it
         derivatives.append(F.pad(along.double().squeeze(-1).unflatten(1, (x.shape[0], -1)), (network.history, 0)))
-    return value, *derivatives
+    first, second = derivatives
+    return value, first, second
 
 
 def _predict(network: Network, x: Tensor, angle: Tensor, hidden: Tensor, driven: Tensor) -> Tensor:

@@ -173,7 +173,8 @@ class RolloutLoss:
         """Windows of a corpus: inputs (B, K, X), standardised angle and step (S, B, K), and the trial of each, (B,)."""
         trial, start = corpus.draw(count, self._length, self._random)
         x, z, v = corpus.cut(trial, start, self._length)
-        return x, *(values.expand(self._network.seeds, -1, -1) for values in (z, v)), trial
+        z, v = (values.expand(self._network.seeds, -1, -1) for values in (z, v))
+        return x, z, v, trial
 
     def _disturb(self, x: Tensor) -> Tensor:
         """Inputs (B, K, X) with other gains of the EMG, and other values of what is known beside it, (S, B, K, X); as
