@@ -162,10 +162,11 @@ def _fit_singles(top: Hypothesis, screened: Screened, found: Posterior) -> list[
     """The effects that promise most, fitted."""
     singles, leader, prior = screened.singles, found.best.total, found.prior
     hopeful = sorted((n for n in singles if singles[n] + prior > top.total - HOPELESS), key=lambda n: -singles[n])
-    # What is on may hold back what would do without it, all the more where other curves may hide behind it.
+    # What is on may hold back what would do without it, all the more before anything is found.
     astray = bool(top.on & STRANGE)
+    without_causes = REFITS if astray and not top.effects else int(bool(hopeful and top.on))
     ideal = sorted(screened.ideal, key=lambda n: -screened.ideal[n])
-    chosen = dict.fromkeys([*hopeful[:REFITS], *ideal[: REFITS if astray else int(bool(hopeful and top.on))]])
+    chosen = dict.fromkeys([*hopeful[:REFITS], *ideal[:without_causes]])
     begins = [(name, screened.scores[name].start) for name in chosen]
     if astray:
         begins += fresh_starts(top.fit, screened.scores).items()
