@@ -85,7 +85,7 @@ def test_nothing_is_made_again_after_a_move_comments_and_changes_of_what_no_job_
     with ExitStack() as edits:
         for path, old, new in (
             ("src/myowave/learning/sweep/objective.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "),
-            ("src/myowave/learning/streaming/predictor.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "),
+            ("src/myowave/learning/streaming/predictor.py", "\nclass ", "\nCHANGED = 1\n\n\nclass "),
             ("src/myowave/physics/joint.py", '"""', '# a comment\n"""Another docstring. '),
             ("config.yaml", "  recipes:\n", f"  recipes:\n{unused}"),
         ):

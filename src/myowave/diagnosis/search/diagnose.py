@@ -186,7 +186,10 @@ def weigh(
         led = attempt_fit(lambda: lengthen(best, whole, best.free)) if found.best.effects else None
         if led is None or led.record.pieces is not None:
             answer = answer_of(found)
-            return _fitted_as_far(fit, ladder_of(short, found, answer, effects, whole.known)), answer
+            ladder = ladder_of(short, found, answer, effects, whole.known)
+            if not follows(fit):  # what it lacks cannot be told, and no rung is added
+                return Ladder((fit,), ladder.rankings[:1]), answer
+            return _fitted_as_far(fit, ladder), answer
         report(f"stages: {led.model.name}, found over short pieces, follows whole trials")
         fit = refit(led, fit.model, free)
     found = weigh_models(fit, effects, whole.known, led)
