@@ -3,6 +3,7 @@
 import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from myowave.diagnosis.search.answer import NAMED, Answer
 from myowave.diagnosis.search.score import ScoreTest
 from myowave.diagnosis.search.screen import screen
 from myowave.diagnosis.search.weigh import Posterior
-from myowave.identification.output_error import Fit, polish
+from myowave.identification.output_error import Fit, polish, refit
 from myowave.identification.stages import attempt_fit
 from myowave.physics.effect import Effect
 
@@ -94,12 +95,27 @@ def ladder_of(
     for name in named:
         without = likeliest.get(frozenset(last.effects) - {name}, rungs[-2])
         odds[name] = (without.fit.model.name, last.total - without.total)
+    fits = [fit]
+    for rung in rungs[1:-1]:
+        fits.append(_by_least_squares(fits[-1], rung))
+    if named:
+        fits.append(_shown(last))
     return Ladder(
-        (fit, *map(_shown, rungs[1:])),
+        tuple(fits),
         tuple(_ranking(rung, posterior, catalogue, known) for rung in rungs),
         {m: (m, *(o for o in c if o != m and o in catalogue)) for c in answer.named for m in c if m in named},
         odds,
     )
+
+
+def _by_least_squares(before: Fit, rung: Hypothesis) -> Fit:
+    """A model on the way, fitted from the one before it, so that its error is no larger, or from where it was weighed;
+    the better one."""
+    begun = [partial(refit, before, rung.fit.model, rung.fit.free)]
+    if not rung.expected_emg:
+        begun.append(partial(polish, rung.fit))
+    found = [fit for fit in map(attempt_fit, begun) if fit is not None]
+    return min(found, key=lambda fit: fit.objective, default=rung.fit)
 
 
 def _shown(rung: Hypothesis) -> Fit:
