@@ -86,6 +86,14 @@ def test_a_model_is_led_to_whole_trials_by_what_it_lacks(make_trials, base, effe
     assert alone.objective == pytest.approx(make_fit(hidden).objective, rel=0.01), "as where it follows by itself"
 
 
+def test_what_follows_pieces_alone_is_a_part_of_what_is_missing(make_trials, base, effects, free, monkeypatch):
+    monkeypatch.setattr(search, "lengthen", lambda fit, *_: fit)
+    whole = make_record(make_trials({"joint_damping": {"c": 1.0}}), base).train
+    lost = fit_from(base, whole.cut(0.5), free, np.array([[0.9 * p.start for p in free]]))
+    _, answer = weigh(lost, whole, free, [effects["joint_damping"], effects["joint_stiffness"]])
+    assert answer.kind == "partial" and answer.named == (("joint_damping",),)
+
+
 def test_where_no_model_follows_no_effect_is_named(runaway, base, effects, identify, monkeypatch, facts):
     monkeypatch.setattr(search, "follows", lambda fit: False)
     monkeypatch.setattr(search, "lengthen", lambda fit, *_: fit)

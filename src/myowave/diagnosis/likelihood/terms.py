@@ -37,6 +37,7 @@ OF_ACTIVATION: Mapping[str, OfJoint] = {
     " q^2": lambda q, v, a: a * q * q,
     " qdot": lambda q, v, a: a * v,
     " qdot |qdot|": lambda q, v, a: a * v * v.abs(),
+    " the sign of qdot": lambda q, v, a: a * torch.tanh(v / FAST),
 }
 
 

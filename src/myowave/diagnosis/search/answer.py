@@ -147,7 +147,9 @@ def answer_of(posterior: Posterior) -> Answer:
     named = tuple(c for c in classes if c != (OUTSIDE,)) if sound else ()
     if sound and probabilities.get(OUTSIDE, 0.0) > LIKELY:  # what has no name may look like any of a recorder's doings
         named = tuple(c for c in named if not set(c) & set(NAME_OF.values()))
-    beyond = len(named) < len(classes) or probabilities.get(OUTSIDE, 0.0) > LIKELY or not sound
+    # What held all that is missing would follow whole trials.
+    apart = best.fit.record.pieces is not None
+    beyond = apart or len(named) < len(classes) or probabilities.get(OUTSIDE, 0.0) > LIKELY or not sound
     return Answer(
         _kind(named, max(weight.values(), default=0.0), usual, beyond=beyond), named, probabilities, best, white, usual
     )
