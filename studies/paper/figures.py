@@ -2,7 +2,6 @@
 
 import itertools
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -47,12 +46,12 @@ def draw_errors(errors: pd.DataFrame) -> Figure:
     Args:
         errors: from `tables.parameter_errors`.
     """
-    three = errors[errors["scales"] == 3].sort_values("dataset")
-    recipes = sorted(three["recipe"].unique())
+    errors = errors.sort_values("dataset")
+    recipes = sorted(errors["recipe"].unique())
     figure, axes = canvas(len(recipes), len(PARAMETERS), width=13, height=1.0 + 3.2 * len(recipes))
     for row, recipe in zip(axes, recipes, strict=True):
         for axis, name in zip(row, PARAMETERS, strict=True):
-            here = three[(three["recipe"] == recipe) & (three["parameter"] == name)]
+            here = errors[(errors["recipe"] == recipe) & (errors["parameter"] == name)]
             place = np.arange(len(here))
             look = {"fmt": "o", "color": CYCLE[0], "capsize": 4, "label": "here"}
             axis.errorbar(place - 0.1, here["error_pct"], yerr=here["sd_pct"], **look)
@@ -62,7 +61,7 @@ def draw_errors(errors: pd.DataFrame) -> Figure:
             axis.set_xticks(place, here["dataset"], rotation=30, ha="right")
             axis.set(title=name, ylabel=f"{recipe}\nerror [%]" if name == PARAMETERS[0] else "")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    worst = three["error_pct"].abs().groupby(three["recipe"]).max()
+    worst = errors["error_pct"].abs().groupby(errors["recipe"]).max()
     found = "; ".join(f"{error:.2g} % with {recipe}" for recipe, error in worst.items())
     title(figure, f"Parameters are off by up to {found}; the paper prints up to 0.5 %")
     return figure
@@ -76,6 +75,7 @@ def draw_convergence(histories: Mapping[str, Mapping[int, pd.DataFrame]], batche
         batches: steps of Adam in an epoch.
     """
     figure, axes = canvas(2, len(histories), width=4.2 * len(histories) + 1, height=6.6, sharex=True, sharey="row")
+    ends = []
     for column, (dataset, by_scales) in enumerate(histories.items()):
         for color, (scales, history) in zip(CYCLE, sorted(by_scales.items()), strict=False):
             for row, name in ((0, "data_loss"), (1, "val_mse")):
@@ -84,56 +84,11 @@ def draw_convergence(histories: Mapping[str, Mapping[int, pd.DataFrame]], batche
                 mean, spread = error.mean().to_numpy(), error.std(ddof=0).to_numpy()
                 band = 10 ** (mean - spread), 10**mean, 10 ** (mean + spread)
                 shade_between(axes[row, column], steps, *band, color=color, label=f"{scales}-scale")
+            ends.append(10 ** mean[-1])
         axes[0, column].set_title(f"{dataset}: one step ahead, training")
         axes[1, column].set(title=f"{dataset}: running free, validation", xlabel="steps of Adam")
     for row in axes:
         row[0].set(ylabel="rms error [deg]", yscale="log")
     axes[0, 0].legend()
-    last = {dataset: _last_error(by_scales) for dataset, by_scales in histories.items()}
-    title(figure, "Running free at the end: " + "; ".join(f"{dataset} {text}" for dataset, text in last.items()))
+    title(figure, f"Running free, the error at the end is {min(ends):.1f} to {max(ends):.1f} deg")
     return figure
-
-
-def _last_error(by_scales: Mapping[int, pd.DataFrame]) -> str:
-    """Error of the last epoch, mean over seeds, by the number of scales."""
-    errors = {}
-    for scales, history in sorted(by_scales.items()):
-        last = history[history["epoch"] == history["epoch"].max()]
-        errors[scales] = np.degrees(np.sqrt(last["val_mse"])).mean()
-    return " / ".join(f"{error:.1f}" for error in errors.values()) + f" deg with {' / '.join(map(str, errors))} scales"
-
-
-def draw_derivatives(
-    histories: Mapping[str, pd.DataFrame], truth: Mapping[str, float], recipes: Mapping[str, Mapping[str, Any]]
-) -> Figure:
-    """What each choice of the recipe identifies: error of each parameter as training goes on.
-
-    Args:
-        histories: {recipe: its history}.
-        truth: true values of `PARAMETERS`.
-        recipes: {recipe: its settings}, the one as printed first.
-    """
-    figure, axes = canvas(1, len(PARAMETERS), width=13, height=5.0)
-    errors = {recipe: _errors_by_epoch(histories[recipe], truth) for recipe in recipes}
-    for i, (recipe, settings) in enumerate(recipes.items()):
-        for axis, name in zip(axes[0], PARAMETERS, strict=True):
-            steps = errors[recipe].index.to_numpy() * settings["batches"]
-            line = "--" if settings["residual"] == "time" else ":" if i >= len(CYCLE) else "-"
-            axis.plot(steps, errors[recipe][name], color=CYCLE[i % len(CYCLE)], label=recipe, linestyle=line)
-    for axis, name in zip(axes[0], PARAMETERS, strict=True):
-        axis.set(title=name, xlabel="steps of Adam", yscale="log")
-    axes[0, 0].set_ylabel("error [%], root mean square over seeds")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-    last = {recipe: table.iloc[-1].max() for recipe, table in errors.items()}
-    first, best = next(iter(last)), min(last, key=last.__getitem__)
-    title(
-        figure,
-        f"Largest error of a parameter at the end: {last[first]:.2g} % as printed, {last[best]:.2g} % with {best}",
-    )
-    return figure
-
-
-def _errors_by_epoch(history: pd.DataFrame, truth: Mapping[str, float]) -> pd.DataFrame:
-    """Error of each parameter [%] by epoch, root mean square over seeds."""
-    values = history.set_index("epoch")[list(PARAMETERS)]
-    return np.sqrt((100 * (values / pd.Series(truth) - 1)).pow(2).groupby("epoch").mean())

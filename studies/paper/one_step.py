@@ -14,7 +14,6 @@ from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import evaluate
 from myowave.learning.inputs import to_tensors
 from myowave.learning.methods.paper.windowed import predict_teacher_forced
-from studies.paper.bias import accelerations_seen
 
 
 def score_one_step(checkpoint: Checkpoint, trials: Trials) -> pd.DataFrame:
@@ -33,6 +32,17 @@ def score_one_step(checkpoint: Checkpoint, trials: Trials) -> pd.DataFrame:
     return pd.DataFrame(
         {"seed": rows["seed"], "test_r2_one_step": rows["test_r2"], "acceleration_share": np.mean(shares, axis=0)}
     )
+
+
+def accelerations_seen(predicted: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    """Share of the measured accelerations that predictions have, (S,): the slope of their second differences.
+
+    Args:
+        predicted: one step ahead, (S, N) [rad].
+        measured: (N,) [rad].
+    """
+    wanted, found = np.diff(measured, 2), np.diff(predicted, 2, axis=-1)
+    return found @ wanted / (wanted @ wanted)
 
 
 def tabulate_one_step(checkpoints: Iterable[str], trials: Iterable[str]) -> pd.DataFrame:

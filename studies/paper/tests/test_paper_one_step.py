@@ -13,8 +13,7 @@ from myowave.learning.prediction import to_tensors
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
 from myowave.settings import PaperRecipe
-from studies.paper.bias import accelerations_seen
-from studies.paper.one_step import score_one_step, tabulate_one_step
+from studies.paper.one_step import accelerations_seen, score_one_step, tabulate_one_step
 
 
 @pytest.fixture(scope="module")
