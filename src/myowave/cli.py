@@ -294,7 +294,6 @@ def ask_what_changed(
 
 
 def named(texts: str) -> list[str]:
-    """Names that are separated by commas."""
     return [name.strip() for name in texts.split(",") if name.strip()]
 
 

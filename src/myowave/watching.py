@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from myowave.data.importing import import_trials
-from myowave.data.session import TIDY_ENDINGS
+from myowave.data.reading import TIDY_ENDINGS
 from myowave.data.trials import Trials
 from myowave.diagnosis.changed.ask import what_changed
 from myowave.diagnosis.comparison.baselines import POSTURE, POSTURE_LOAD

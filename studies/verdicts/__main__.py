@@ -70,7 +70,7 @@ def main() -> None:
                 answer.write_text(json.dumps(row))
                 found = row["shows"] or "-", row["named"] or row["verdict"], row["grade"]
                 print(path.stem, *found, sep=" | ", flush=True)
-    texts = [path.read_text() for path in sorted(given.folder.glob(f"{given.only}.*.json"))]
+    texts = [path.read_text() for path in sorted(given.folder.glob(f"{given.only}.{given.judge}.json"))]
     rows = pd.DataFrame([json.loads(text) for text in texts if text])
     if rows.empty:
         parser.error(f"{given.folder} has no sets like {given.only}; --draw SEED draws some.")

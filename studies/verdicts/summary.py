@@ -1,6 +1,6 @@
-"""The rows counted: what answers are worth, world by world and judge by judge, as tables and as a page."""
+"""The rows counted: what answers are worth, world by world, as tables and as a page."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -27,7 +27,7 @@ shows; noise of the EMG only where the recorder had it."""
 def write_page(rows: pd.DataFrame, date: str, commit: str) -> str:
     """The page of the study in Markdown."""
     head = (
-        f"{len(rows) // rows['judge'].nunique()} simulated arms in {rows['world'].nunique()} worlds, {date}, judged at "
+        f"{len(rows)} simulated arms in {rows['world'].nunique()} worlds, {date}, judged at "
         f"commit {commit}. All were drawn with seeds that nobody had looked at when the method was done. "
         "`python -m studies.verdicts FOLDER --draw SEED --page docs` makes such a page; [every set](study_cases.csv)."
     )
@@ -39,34 +39,37 @@ def tables(rows: pd.DataFrame) -> Iterator[str]:
     """The tables of the page in Markdown.
 
     Args:
-        rows: of `judge.judge_set`, of one judge or more on the same sets.
+        rows: of `judge.judge_set`, of one judge.
     """
-    rows = rows.assign(seen=rows["shows"].ne("").map({True: "an effect shows", False: "none shows"}))
-    judges = dict(list(rows.groupby("judge", sort=False)))
-    lines = []
-    for world, title in WORLDS.items():
-        of_world = rows[rows["world"].eq(world)]
-        for seen, some in of_world.groupby("seen"):
-            lines.append([title, seen, *_counts(some, judges)])
-    heads = ["world", "", "sets", *(f"{judge}: {' / '.join(GRADES)}" for judge in judges)]
-    yield markdown(heads, [*lines, ["all", "", *_counts(rows, judges)]])
-    heads = ["visible and named, or in a class of at most 3", "a wrong name", "among effects not in the catalogue"]
-    heads += ["EMG noise where there is none", "seconds of a set, mean and most"]
-    yield markdown(["judge", *heads], [[judge, *_rates(some)] for judge, some in judges.items()])
-    held = rows.pivot_table(["held", "intervals"], "world", "judge", "sum")
-    lines = [
-        [title, *(share(held.loc[world, ("held", j)], held.loc[world, ("intervals", j)]) for j in judges)]
-        for world, title in WORLDS.items()
-        if world in held.index and held.loc[world, "intervals"].sum()
-    ]
-    yield markdown(["95 % intervals that hold", *judges], lines)
-    for judge, some in judges.items():
-        clean = some[some["hidden"].eq("") & some["world"].eq("as_assumed")]
-        p = clean["nothing_missing"].dropna()
-        low = share(int((p < UNLIKELY).sum()), len(p))
-        yield f'{judge}, "nothing is missing" on clean arms as assumed: p below {UNLIKELY} in {low or "none"}.'
-        lines = [[f"{low:g} to {min(high, 1):g}", share(true, n)] for low, high, n, true, _ in reliability(some)]
-        yield markdown([f"{judge}: names given at", "true"], lines)
+    seen = rows["shows"].ne("").map({True: "an effect shows", False: "none shows"})
+    worlds = pd.Categorical(rows["world"].map(WORLDS), WORLDS.values())
+    grades = rows.groupby([worlds, seen], observed=True)["grade"]
+    counts = [[*where, *_counted(of)] for where, of in grades] + [["all", "", *_counted(rows["grade"])]]
+    yield markdown(["world", "", "sets", *GRADES], counts)
+    visible = rows[rows["shows"].ne("") & rows["taken_out"].eq("")]
+    out, exact = rows[rows["taken_out"].ne("")], rows[~rows["recording"].str.contains("emg_noise")]
+    clean = rows[rows["hidden"].eq("") & rows["world"].eq("as_assumed")]["nothing_missing"].dropna()
+    shares = {
+        "visible and named, or in a class of at most 3": visible["grade"].isin(["right", "class"]),
+        "a wrong name": rows["wrong_name"],
+        "among effects not in the catalogue": out["wrong_name"],
+        "EMG noise where there is none": exact["wrong_emg_noise"],
+        f'"nothing is missing" has p below {UNLIKELY} on clean arms as assumed': clean < UNLIKELY,
+    }
+    lines = [[what, share(found.sum(), len(found))] for what, found in shares.items()]
+    seconds = f"{rows['seconds'].mean():.0f}, {rows['seconds'].max():.0f}"
+    yield markdown(["", "sets"], [*lines, ["seconds of a set, mean and most", seconds]])
+    held = rows.groupby(worlds, observed=True)[["held", "intervals"]].sum()
+    yield markdown(
+        ["95 % intervals that hold", ""], [[world, share(*of)] for world, of in held.iterrows() if of["intervals"]]
+    )
+    lines = [[f"{low:g} to {min(high, 1):g}", share(true, n)] for low, high, n, true, _ in reliability(rows)]
+    yield markdown(["names given at", "true"], lines)
+
+
+def _counted(grades: pd.Series) -> list[str]:
+    """How many sets, and how many of each grade."""
+    return [str(len(grades)), *(str(grades.eq(grade).sum()) for grade in GRADES)]
 
 
 def reliability(rows: pd.DataFrame) -> list[tuple[float, float, int, int, float]]:
@@ -81,24 +84,6 @@ def reliability(rows: pd.DataFrame) -> list[tuple[float, float, int, int, float]
         (low, high, len(some), sum(true for _, true in some), float(np.mean([p for p, _ in some])))
         for low, high, some in bins
         if some
-    ]
-
-
-def _counts(rows: pd.DataFrame, judges: Iterable[str]) -> list[str]:
-    """How many sets, and how many of each grade by judge."""
-    grades = pd.crosstab(rows["judge"], rows["grade"]).reindex(index=list(judges), columns=GRADES, fill_value=0)
-    return [str(len(rows) // rows["judge"].nunique()), *(" / ".join(map(str, counts)) for counts in grades.to_numpy())]
-
-
-def _rates(rows: pd.DataFrame) -> list[str]:
-    visible = rows[rows["shows"].ne("") & rows["taken_out"].eq("")]
-    out, exact = rows[rows["taken_out"].ne("")], rows[~rows["recording"].str.contains("emg_noise")]
-    return [
-        share(visible["grade"].isin(["right", "class"]).sum(), len(visible)),
-        share(rows["wrong_name"].sum(), len(rows)),
-        share(out["wrong_name"].sum(), len(out)),
-        share(exact["wrong_emg_noise"].sum(), len(exact)),
-        f"{rows['seconds'].mean():.0f}, {rows['seconds'].max():.0f}",
     ]
 
 

@@ -7,7 +7,7 @@ import pytest
 from sessions import burst, curl, session_section, write_session
 
 from myowave.data.checks import cause, emg, motion
-from myowave.data.checks.finding import Looked, report
+from myowave.data.checks.finding import report
 from myowave.data.importing import import_trials
 from myowave.data.processing.sampled import Sampled
 from myowave.data.recording import RawTrial
@@ -39,7 +39,7 @@ def found(name, values, **about):
     """What a check of a channel finds."""
     sampled = channel(values)
     about = {"envelope": sampled, "typical": 20.0, "typical_peak": 20.0, "notch_hz": None, **about}
-    what = emg.Channel(sampled, form="raw", largest=1.0, angle=sampled, **about)
+    what = emg.Channel(sampled, largest=1.0, angle=sampled, **about)
     return [finding.found for check in OF_RAW if check.name == name for finding in check.of(what)]
 
 
@@ -74,12 +74,12 @@ def test_channels_that_share_a_signal_are_suspected(share, found):
 def test_an_angle_that_leaps_is_found_and_one_that_moves_is_not(rate):
     smooth = np.radians(curl(rate=rate, period=1.5))  # brisk
     angle = Sampled(smooth, rate, 0.0, "rad")
-    assert list(motion.JUMP.of(Looked(angle))) == []
+    assert list(motion.JUMP.of(angle)) == []
     leap = smooth + np.radians(40.0) * (np.arange(len(smooth)) > len(smooth) // 2)
-    told = list(motion.JUMP.of(Looked(angle.with_values(leap))))
+    told = list(motion.JUMP.of(angle.with_values(leap)))
     assert len(told) == 1 and f"at {(len(smooth) // 2 + 1) / rate:.2f} s (1 such" in told[0].found
     spike = smooth + np.radians(40.0) * (np.arange(len(smooth)) == 50)
-    assert len(list(motion.JUMP.of(Looked(angle.with_values(spike))))) == 1
+    assert len(list(motion.JUMP.of(angle.with_values(spike)))) == 1
 
 
 @pytest.mark.parametrize(
@@ -93,7 +93,7 @@ def test_an_angle_that_leaps_is_found_and_one_that_moves_is_not(rate):
     ],
 )
 def test_an_elbow_that_goes_where_none_goes_is_found(change, check):
-    angle = Looked(Sampled(np.radians(change(curl())), 100.0, 0.0, "rad"))
+    angle = Sampled(np.radians(change(curl())), 100.0, 0.0, "rad")
     assert [f.check for each in motion.ELBOW for f in each.of(angle)] == ([check] if check else [])
 
 

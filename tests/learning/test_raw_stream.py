@@ -58,7 +58,7 @@ def as_lines(recorded: Session, trial: str, **columns) -> list[str]:
 
 
 def stream(prepared, lines):
-    real_time = RealTime.of(prepared.trials.provenance["real_time"])
+    real_time = RealTime.model_validate(prepared.trials.provenance["real_time"])
     return list(read_raw_samples(lines, real_time, prepared.trials.dt, "the amplifier"))
 
 
@@ -107,7 +107,8 @@ def test_an_answer_comes_with_the_sample_of_the_amplifier_that_it_needs():
             asked += 1
             yield line
 
-    samples = read_raw_samples(amplifier(), RealTime.of(prepared.trials.provenance["real_time"]), 0.01, "amplifier")
+    real_time = RealTime.model_validate(prepared.trials.provenance["real_time"])
+    samples = read_raw_samples(amplifier(), real_time, 0.01, "amplifier")
     waits = [asked for _ in zip(range(50), samples, strict=False)]
     assert waits[0] == 2 + 27, "the first lag of the low-pass, 56 ms, and the line of names"
     assert np.all(np.diff(waits[10:]) == 5)  # 500 Hz against 100 Hz

@@ -97,7 +97,7 @@ def test_changed_pages_drawings_and_addresses_rerun_only_what_shows(finished):
     with ExitStack() as edits:
         for path, old, new in (
             ("workflow/report/verdict.html.j2", "<h1>", "<h1 >"),
-            ("src/myowave/data/figures/trials.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "),
+            ("src/myowave/data/figures.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "),
             ("config.yaml", "uri: sqlite:///results/mlflow.db", "uri: sqlite:///results/other.db"),
         ):
             edits.enter_context(edited(finished, path, old, new))

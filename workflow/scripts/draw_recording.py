@@ -1,6 +1,6 @@
 """Draw the raw recordings of a session with what was made of them, a picture per trial."""
 
-from myowave.data.figures.recordings import draw_recording
+from myowave.data.figures import draw_recording
 from myowave.data.importing import import_trials
 from myowave.plotting import save
 from myowave.settings import RecordedDataset

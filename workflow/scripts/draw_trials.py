@@ -1,6 +1,6 @@
 """Draw EMG and motion of all trials of a dataset, and a trial at each scale."""
 
-from myowave.data.figures.trials import draw_scales, draw_trials
+from myowave.data.figures import draw_scales, draw_trials
 from myowave.data.store import read_scales, read_trials
 from myowave.plotting import save
 from myowave.workflow.job import job_log

@@ -9,8 +9,7 @@ from time import ctime, time
 from myowave.settings.files import require_regular
 from myowave.settings.section import odd_name
 
-SKEW_S = 5.0
-"""By how much clocks of two machines may differ [s]."""
+SKEW_S = 5.0  # by how much clocks of two machines may differ [s]
 
 
 def all_files(key: str, patterns: Sequence[str], root: str | Path = ".") -> list[Path]:

@@ -13,23 +13,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from myowave.data.checks.finding import report
 from myowave.data.checks.session import find_faults
 from myowave.data.checks.values import beyond_tables, value_problems
 from myowave.data.processing.excitation import Known, RealTime, envelope, known_from
 from myowave.data.processing.sampled import Sampled, common_grid, sample_as_it_comes, sample_at
+from myowave.data.reading import read_session
 from myowave.data.recording import Prepared, RawTrial, Recording, Session
-from myowave.data.session import read_session
-from myowave.data.trials import MOTOR, Trials
-from myowave.settings import MeasuredDataset, PathTable, RecordedDataset
+from myowave.data.trials import MOTOR, Array, Trials
+from myowave.settings import MeasuredDataset, PathTable, RecordedDataset, dump
 from myowave.settings.recording import Processing
 
-SHORTEST = 50
-"""Fewest samples of a trial [-]; training needs windows, diagnosis degrees of freedom."""
+SHORTEST = 50  # fewest samples of a trial [-]; training needs windows, diagnosis degrees of freedom
 Dataset = MeasuredDataset | RecordedDataset
-Array = NDArray[np.float64]
 
 
 def import_trials(
@@ -91,18 +88,17 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     # Of a maximum contraction EMG cannot be far above 1; where the training trials count, a test trial may be.
     mvc = {c: form for c, form in forms.items() if processing.normalise == "mvc" or form == "fraction"}
     _refuse(dataset, [*problems, *value_problems(recordings, mvc, settings.test)])
-    known = {channel: replace(one, gain=gains[channel]) for channel, one in known.items()}
+    known = {channel: one.model_copy(update={"gain": gains[channel]}) for channel, one in known.items()}
     provenance = {
         "source": settings.kind,
         "ignored columns": list(settings.ignore_columns),
         "sha256": dict(session.sha256),
-        "real_time": {} if {*forms.values()} <= {"fraction"} else RealTime(processing, known).plain(),
+        "real_time": {} if {*forms.values()} <= {"fraction"} else dump(RealTime(processing=processing, channels=known)),
     }
     return Prepared(_to_trials(dataset, settings, recordings, provenance), recordings, gains, forms)
 
 
 def _refuse(dataset: str, problems: Iterable[str]) -> None:
-    """Raise a ValueError that lists the problems, if there are any."""
     if problems := list(problems):
         count = "1 problem" if len(problems) == 1 else f"{len(problems)} problems"
         raise ValueError(f"dataset {dataset!r} cannot be imported, {count}:\n" + "\n".join(problems))
@@ -120,7 +116,7 @@ def _known(processing: Processing, forms: Mapping[str, str], train: Sequence[Raw
     return {
         channel: known_from(emg[channel], processing)
         if form == "raw"
-        else Known(form, emg[channel][0].rate, emg[channel][0].unit)
+        else Known(form=form, rate_hz=emg[channel][0].rate, unit=emg[channel][0].unit)
         for channel, form in forms.items()
     }
 

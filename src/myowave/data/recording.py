@@ -6,13 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from myowave.data.processing.sampled import Sampled
-from myowave.data.trials import Trials
-
-Array = NDArray[np.float64]
+from myowave.data.trials import Array, Trials
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +32,6 @@ class RawTrial:
 
     @property
     def all(self) -> list[Sampled]:
-        """Every signal."""
         return [*self.emg.values(), self.angle, *self.signals.values()]
 
 

@@ -15,9 +15,8 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
-from myowave.data.trials import Trials
+from myowave.data.trials import Array, Trials
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
@@ -37,8 +36,7 @@ FREQUENCY_RANGE = (0.12, 0.45)
 FLEXOR_TONE, FLEXOR_SHARE, EXTENSOR_TONE = 0.35, 0.15, 0.2
 NOISE_DRAWS, SHAPE_DRAWS = 8, 4
 
-SUBSTEPS = 8
-"""Runge-Kutta steps between two kinks of the EMG in what is stored: within 1e-6 rad of the exact motion."""
+SUBSTEPS = 8  # Runge-Kutta steps between two kinks of the EMG in what is stored: within 1e-6 rad of the exact motion
 
 
 @dataclass(frozen=True)
@@ -77,7 +75,7 @@ def synthetic_emg(
     dt: float = math.sqrt(1e-3),
     manoeuvres: Sequence[Manoeuvre] | None = None,
     draw: int = 0,
-) -> NDArray[np.float64]:
+) -> Array:
     """Noiseless EMG like the paper's Fig. 7: smooth, a frequency of its own for each trial, varying within it.
 
     Args:
@@ -164,9 +162,7 @@ def simulate_trials(
     return replace(blank, emg=emg, angle=observed, provenance=provenance), truth
 
 
-def _burst(
-    time: NDArray[np.float64], frequency: float, random: np.random.Generator, *, leads: bool
-) -> NDArray[np.float64]:
+def _burst(time: Array, frequency: float, random: np.random.Generator, *, leads: bool) -> Array:
     """One channel's bursts in [0, 1], peak 1, (N,): a raised cosine with wandering frequency and height.
 
     The channel that leads starts relaxed, at the trial's frequency; the others anywhere, 0.6 to 1.4 times as fast.
@@ -182,7 +178,7 @@ def _burst(
     return burst / burst.max()
 
 
-def _compose(bursts: NDArray[np.float64], sides: NDArray[np.float64], manoeuvre: Manoeuvre) -> NDArray[np.float64]:
+def _compose(bursts: Array, sides: Array, manoeuvre: Manoeuvre) -> Array:
     """EMG of one trial from its bursts (N, C): tone below, bursts above it, then the manoeuvre."""
     extension = bursts[:, sides != FLEXOR].max(axis=1, initial=0.0)[:, None]
     flexor_tone = np.minimum(FLEXOR_TONE * manoeuvre.effort + FLEXOR_SHARE * extension, 0.95)
@@ -194,7 +190,7 @@ def _compose(bursts: NDArray[np.float64], sides: NDArray[np.float64], manoeuvre:
 
 def _draw_in_range(
     blank: Trials, settings: SimulatedDataset, model: Model, params: Mapping[str, torch.Tensor], sides: Sequence[float]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], list[int]]:
+) -> tuple[Array, Array, list[int]]:
     """EMG (T, N, C), the angle a perfect sensor sees (T, N) and the draw taken, for each trial the first in range.
 
     Draw k of a trial is noise k % NOISE_DRAWS on EMG k // NOISE_DRAWS: datasets that differ only in noise share
@@ -231,9 +227,7 @@ def _draw_in_range(
     )
 
 
-def _draw_emg(
-    blank: Trials, settings: SimulatedDataset, model: Model, sides: Sequence[float], draw: int
-) -> NDArray[np.float64]:
+def _draw_emg(blank: Trials, settings: SimulatedDataset, model: Model, sides: Sequence[float], draw: int) -> Array:
     """One draw of the EMG of all trials with its noise, (T, N, C)."""
     mass = model.defaults["mass"]
     effort = (blank.condition("mass", mass) + blank.condition("load", model.defaults["load"])) / mass

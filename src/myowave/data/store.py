@@ -70,13 +70,11 @@ def read_table(path: str | Path) -> tuple[pd.DataFrame, dict[str, Any]]:
 
 
 def write_json(content: Mapping[str, Any], path: str | Path) -> None:
-    """Write a JSON file, atomically."""
     with replacing(path) as temporary:
         temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
 
 
 def write_trials(trials: Trials, path: str | Path) -> None:
-    """Write trials so that `read_trials` gives back exactly the same."""
     write_table(_to_frame(trials), path, _to_metadata(trials))
 
 

@@ -12,15 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Change = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+Array = NDArray[np.float64]
 
 EMG_PREFIX = "emg_"
 TIME, ANGLES = "time_s", {"angle_rad": "rad", "angle_deg": "deg"}
 """Columns of files with a trial each: that of times, and of the elbow's angle with their units."""
 TORQUE = "torque_Nm"
 """Torque of the muscles about the elbow as measured, flexing positive, one of the `signals`; NaN in trials without."""
-MOTOR = "motor_Nm"
-"""Known torque of a motor on the joint at rest, one of the `signals`."""
+MOTOR = "motor_Nm"  # known torque of a motor on the joint at rest, one of the `signals`
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,14 +50,14 @@ class Trials:
     dt: float
     names: tuple[str, ...]
     channels: tuple[str, ...]
-    emg: NDArray[np.float64]
-    angle: NDArray[np.float64]
+    emg: Array
+    angle: Array
     lengths: tuple[int, ...]
     test: tuple[str, ...] = ()
     conditions: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     constants: Mapping[str, float] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
-    signals: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    signals: Mapping[str, Array] = field(default_factory=dict)
     over_time: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -114,7 +113,7 @@ class Trials:
         return tuple(name for name in self.names if name not in self.test)
 
     @property
-    def time(self) -> NDArray[np.float64]:
+    def time(self) -> Array:
         """Time of each sample since the first [s], (N,)."""
         return np.arange(self.angle.shape[1], dtype=np.float64) * self.dt
 
@@ -145,7 +144,7 @@ class Trials:
             signals={name: values[index, samples] for name, values in self.signals.items()},
         )
 
-    def changed(self, change: Change, **fields: Any) -> Trials:
+    def changed(self, change: Callable[[Array], Array], **fields: Any) -> Trials:
         """The same trials with every signal changed, trial by trial without padding, and other fields that differ.
 
         Args:
@@ -158,17 +157,17 @@ class Trials:
         same |= {"emg": each.pop("emg"), "angle": each.pop("angle"), "signals": each}
         return Trials.from_sequences(**{**same, **fields})
 
-    def condition(self, parameter: str, default: float) -> NDArray[np.float64]:
+    def condition(self, parameter: str, default: float) -> Array:
         """Value of a known parameter in each trial, (T,): its condition, else the constant, else `default`."""
         constant = self.constants.get(parameter, default)
         return np.array([self.conditions.get(name, {}).get(parameter, constant) for name in self.names])
 
-    def change_over_time(self, parameter: str) -> NDArray[np.float64] | None:
+    def change_over_time(self, parameter: str) -> Array | None:
         """How far a known parameter is from its condition over time, (T, N); None where that was not measured."""
         signal = self.over_time.get(parameter)
         return None if signal is None else self.signals[signal] - self.condition(parameter, 0.0)[:, None]
 
-    def known(self, defaults: Mapping[str, float]) -> dict[str, NDArray[np.float64]]:
+    def known(self, defaults: Mapping[str, float]) -> dict[str, Array]:
         """Every constant that is known of the subject or of a trial: its value in each trial, {parameter: (T,)}."""
         names = sorted(set(self.constants).union(*self.conditions.values()))
         return {name: self.condition(name, defaults[name]) for name in names}
@@ -210,7 +209,7 @@ class Trials:
                 )
 
 
-def _stack(sequences: Sequence[ArrayLike], samples: int) -> NDArray[np.float64]:
+def _stack(sequences: Sequence[ArrayLike], samples: int) -> Array:
     """Sequences of different lengths as rows of one array, the last value held up to `samples`."""
     rows = [np.asarray(values, dtype=np.float64) for values in sequences]
     return np.stack([row[np.minimum(np.arange(samples), len(row) - 1)] for row in rows])

@@ -4,18 +4,14 @@ Scale [0] is the signal as recorded. Scale [-j] is its orthogonal projection P_-
 scaling functions dilated by 2^j (Taneja et al. 2023, Eqs. 19-33); what a step leaves out is the detail
 H_-j f = P_-j+1 f - P_-j f, orthogonal to everything coarser. Here `level` is the number of coarsenings j >= 0.
 
-Boundaries. A recording ends, the spaces of the paper do not. Extending the signal and cutting it again (as
-`pywt.wavedec` does) is exact inside but is no projection at the ends, and periodization joins the end of a motion to
-its start. Instead V_-j is taken on the interval: its basis is every scaling function that touches the recording, cut
-off at the ends, and P_-j is least squares onto that basis. It follows that P is a true orthogonal projection, that
-the spaces stay nested, that a straight line (which the order-2 Daubechies space holds) comes through to the last
-sample, and that P equals PyWavelets' own reconstruction wherever the latter does not see the ends. The basis is sparse
-and nearly orthonormal (condition number below 5 for db2), so a banded Cholesky solves it in time proportional to the
-length.
-
-Measured on drifting motion, rms error of the outer 8 samples at levels 1, 2, 3 over that of the interior: periodization
-120, 60, 19; symmetric 4, 2.3, 1.4; smooth 1, 0.9, 0.8, but projecting twice moves it; this one 1, 0.9, 0.7. In return
-the outer samples keep more noise than the inner ones: 0.62 against 0.50 of it at level 2.
+Boundaries. V_-j is taken on the interval: its basis is every scaling function that touches the recording, cut off at
+the ends, and P_-j is least squares onto it. So P is an orthogonal projection, the spaces stay nested, a straight line
+comes through to the last sample, and P equals PyWavelets' own reconstruction wherever that does not see the ends.
+Extending the signal and cutting it again (as `pywt.wavedec` does) is no projection there, and periodization joins the
+end of a motion to its start: on drifting motion the rms error of the outer 8 samples over that of the interior is 120,
+60, 19 at levels 1, 2, 3 with periodization; 4, 2.3, 1.4 symmetric; 1, 0.9, 0.7 here. In return the outer samples keep
+more noise than the inner ones: 0.62 against 0.50 of it at level 2. The basis is sparse and nearly orthonormal, so a
+banded Cholesky solves it in time proportional to the length.
 """
 
 from __future__ import annotations
@@ -24,11 +20,11 @@ from functools import lru_cache, partial
 
 import numpy as np
 import pywt
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.sparse import csc_array
 
-from myowave.data.trials import Trials
+from myowave.data.trials import Array, Trials
 
 MAD_TO_SIGMA = 0.6744897501960817
 """Median of |x| for a standard normal x: MAD / 0.6745 estimates its standard deviation."""
@@ -49,7 +45,7 @@ def decompose(trials: Trials, levels: int, wavelet: str = "db2") -> dict[int, Tr
     return {j: trials.changed(partial(project, level=j, wavelet=wavelet)) for j in range(levels + 1)}
 
 
-def project(signal: ArrayLike, level: int, wavelet: str = "db2") -> NDArray[np.float64]:
+def project(signal: ArrayLike, level: int, wavelet: str = "db2") -> Array:
     """Orthogonal projection P_-level of a signal, Eq. 27 on an interval (see the module's note on boundaries).
 
     Args:
@@ -104,7 +100,7 @@ def estimate_noise(*signals: ArrayLike, wavelet: str = "db6") -> float:
 
 
 @lru_cache(maxsize=128)
-def _interval_basis(samples: int, level: int, wavelet: str) -> tuple[csc_array, NDArray[np.float64]]:
+def _interval_basis(samples: int, level: int, wavelet: str) -> tuple[csc_array, Array]:
     """Scaling functions of one level cut to [0, samples), normalised, and the Cholesky factor of their Gram matrix.
 
     Returns:
@@ -133,7 +129,7 @@ def _interval_basis(samples: int, level: int, wavelet: str) -> tuple[csc_array, 
     return basis, cholesky_banded(lower, lower=True)
 
 
-def _scaling_function(level: int, wavelet: str) -> NDArray[np.float64]:
+def _scaling_function(level: int, wavelet: str) -> Array:
     """The discrete scaling function of a level, Eq. 23 applied `level` times, with its zeros cut off."""
     length = (_filter_length(wavelet) - 1) * (2**level - 1) + 1
     return pywt.upcoef("a", [1.0], wavelet, level=level)[:length]

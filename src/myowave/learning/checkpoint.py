@@ -44,7 +44,7 @@ class Checkpoint:
             parameters, and so the motion simulated for training, has seen them.
         band: about the mean of the seeds, see `band`; None but at scale [0], and where the recipe wants none.
         seen: what the training trials covered.
-        real_time: how raw EMG became that of the trials, as `RealTime.plain` gives it; empty where it came processed.
+        real_time: how raw EMG became that of the trials, as `RealTime` has it; empty where it came processed.
     """
 
     dataset: str

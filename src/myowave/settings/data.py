@@ -112,7 +112,6 @@ class _Dataset(Section):
 
 
 def _check_roles(trials: Sequence[str], test: Sequence[str], others: Iterable[str]) -> None:
-    """Raise a ValueError where a trial is named that there is not, or none is left to train on."""
     if unknown := [name for name in (*test, *others) if name not in trials]:
         raise ValueError(f"no trial named {', '.join(unknown)}; the trials are {', '.join(trials)}")
     if not set(trials) - set(test):

@@ -69,7 +69,6 @@ class MuscleSettings(Section):
 
     @property
     def kind(self) -> Literal["straight", "table"]:
-        """Which constants describe the path."""
         return "table" if self.path else "straight"
 
 

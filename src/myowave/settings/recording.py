@@ -18,8 +18,6 @@ def _one_placeholder(pattern: str) -> str:
 
 
 class RawSignal(Section):
-    """Where one signal is recorded."""
-
     file: Annotated[str, AfterValidator(_one_placeholder)] = setting(
         "file that holds it; {trial} stands for the name of the trial, and * for anything that matches one file"
     )
@@ -32,8 +30,6 @@ class RawSignal(Section):
 
 
 class EmgChannel(RawSignal):
-    """One EMG channel as recorded."""
-
     form: Literal["raw", "envelope", "fraction"] = setting(
         "raw: as the electrodes saw it; envelope: already rectified and smoothed, so only normalised; fraction: of a "
         "maximum contraction already, so taken as it is",

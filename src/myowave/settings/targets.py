@@ -44,7 +44,6 @@ class Targets(Section):
         return tuple(dict.fromkeys([*self.datasets, *self.without_networks]))
 
     def recipes_of(self, dataset: str) -> tuple[str, ...]:
-        """The recipes that the networks of a dataset are trained with."""
         return self.own_recipes.get(dataset, self.recipes)
 
     @property

@@ -11,7 +11,7 @@ import yaml
 
 from myowave.data.processing.units import TO_MICROVOLTS
 from myowave.data.readers import ENDINGS, ending_of
-from myowave.data.session import TIDY_ENDINGS
+from myowave.data.reading import TIDY_ENDINGS
 from myowave.data.trials import ANGLES, EMG_PREFIX
 from myowave.settings.keys import TO_FILL_IN
 from myowave.settings.recording import TRIAL
@@ -118,7 +118,6 @@ def _named(emg: Sequence[Found]) -> dict[str, Found]:
 
 
 def _keys(folder: Path, found: Found) -> dict[str, str]:
-    """What says where a signal is."""
     parts = [glob.escape(part) for part in found.pattern.split(TRIAL)]
     pattern = TRIAL.join(part.replace("{", "?").replace("}", "?") for part in parts)
     keys = {"file": f"{glob.escape(shown(folder))}/{pattern}"}

@@ -13,8 +13,7 @@ from myowave.settings.keys import did_you_mean
 
 INSTALL = "pip install 'myowave[opensim]'"
 COLUMNS = ("muscle", "angle_deg", "length_m", "moment_arm_m")
-LEAST_ARM_M = 1e-3
-"""A muscle whose moment arm stays below this does not cross the joint [m]."""
+LEAST_ARM_M = 1e-3  # a muscle whose moment arm stays below this does not cross the joint [m]
 
 
 def sample_model(

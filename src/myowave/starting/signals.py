@@ -63,7 +63,6 @@ class Found:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Smallest and largest value."""
         values = self.signal.values[np.isfinite(self.signal.values)]
         return (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
 

@@ -38,7 +38,6 @@ class RunContent:
 
 
 def digest(runs: Iterable[RunContent]) -> str:
-    """Digest of all that runs show."""
     found = hashlib.sha256()
     for run in runs:
         shown = (run.key, run.name, dict(run.params), dict(run.metrics), run.description, run.curves.to_csv())
@@ -71,7 +70,6 @@ def read_results(results: Path, recipes: Mapping[str, Mapping[str, Any]]) -> Ite
 
 
 def _seeds(folder: Path, table: pd.DataFrame, recipe: Mapping[str, Any]) -> Iterator[RunContent]:
-    """A run for each seed of the network in a folder."""
     curves = pd.DataFrame({"seed": []}) if "kind" in recipe else _curves(folder, int(table["scales"].iloc[0]))
     for _, row in table.iterrows():
         where = row[COORDINATES].to_dict()

@@ -218,7 +218,6 @@ def _check(path: Path) -> None:
 
 
 def _reason(error: Exception, uri: str) -> str:
-    """A line on why a store cannot be used, and what to do."""
     if isinstance(error, ValueError):
         return str(error)
     what = f"{type(error).__name__}: {str(error).strip().partition(chr(10))[0][:200]}"

@@ -29,7 +29,6 @@ class JobLog:
         self._logged = float("-inf")
 
     def say(self, text: str) -> None:
-        """A line in the log."""
         print(text, file=self._log, flush=True)
 
     def announce(self, text: str) -> None:

@@ -6,21 +6,17 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from myowave.data.checks.finding import Check
 from myowave.data.processing.sampled import Sampled, sample_at
 from myowave.data.recording import Prepared
-
-Array = NDArray[np.float64]
+from myowave.data.trials import Array
 
 AHEAD_S = (0.0, 0.25)
 """Time by which EMG is ahead of the motion it causes [s]: delays of 30 to 150 ms, and what smoothing hides."""
-DRIFT_S = 0.2
-"""Change of that time from the first to the last part of a trial that is told [s]."""
-BETTER = 0.02
-"""Explained variance that another time has to add [-]."""
+DRIFT_S = 0.2  # change of that time from the first to the last part of a trial that is told [s]
+BETTER = 0.02  # explained variance that another time has to add [-]
 _RATE_HZ = 50.0
 _STEP_S = 0.02
 LAGS_S = np.arange(-0.6, 0.6 + _STEP_S / 2, _STEP_S)

@@ -5,18 +5,17 @@ from dataclasses import dataclass
 from itertools import combinations, groupby
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.stats import zscore
 
-from myowave.data.checks.finding import COPIED, Check, Looked
+from myowave.data.checks.finding import Check
 from myowave.data.checks.values import EMG_LIMIT
 from myowave.data.processing.filters import band_pass
 from myowave.data.processing.sampled import LINE_HEIGHT, Sampled, runs_of
+from myowave.data.trials import Array
 
 MAINS_HZ = (50.0, 60.0)
-DEAD = 0.01
-"""Scatter of a channel over its median of the session's trials, below which nothing was recorded [-]."""
-SILENT = 1.5
-"""Envelope at its 95th over its 5th percentile, below which no contraction is to be seen [-]."""
+DEAD = 0.01  # scatter of a channel over its median of the session's trials, below which nothing was recorded [-]
+SILENT = 1.5  # envelope at its 95th over its 5th percentile, below which no contraction is to be seen [-]
 SPIKE, SPIKE_SHARE = 10.0, 0.001
 """Largest value over that of all but this share of the samples from which it is an artefact [-]: noise that swells to a
 contraction as short as 0.1 % of a trial has no more than 2. Also the largest envelope over that of most trials."""
@@ -24,29 +23,26 @@ CLIPPED_RUN, CLIPPED_RUNS = 3, 3
 """Samples in a row at the largest or smallest value, and how often, that count as clipping."""
 HELD_S = 0.02
 """Time for which EMG does not change that counts as a gap; at 2000 Hz noise changes it every few samples [s]."""
-REPEATED_S = 0.03
-"""Length of a block that is there twice, sample for sample [s]."""
+REPEATED_S = 0.03  # length of a block that is there twice, sample for sample [s]
 SLOW_HZ, SLOW_SHARE = 20.0, 0.15
 """Below which frequency EMG has little power, and the share of it from which cables and electrodes are suspected."""
-FAST_SHARE = 0.3
-"""Share of the power above `SLOW_HZ` below which a signal is no raw EMG [-]."""
+FAST_SHARE = 0.3  # share of the power above `SLOW_HZ` below which a signal is no raw EMG [-]
 CROSSTALK = 0.5
 """Correlation of two channels' raw EMG, at any shift up to `CROSSTALK_S`, from which they may hold one muscle's [-]."""
 CROSSTALK_S = 0.005
-ABOVE = 1.001
-"""EMG that is more than what counts as 1 [-]; resampled, the largest may move by a little."""
+ABOVE = 1.001  # EMG that is more than what counts as 1 [-]; resampled, the largest may move by a little
 ENDS_S, ENDS_SHARE = 0.05, 0.001
 """Difference of the durations of EMG and angle that is told: at least 50 ms, and 0.1 % of them."""
 _BAND_HZ = (20.0, 450.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Channel(Looked):
+class Channel:
     """One channel of EMG in one trial.
 
     Args:
+        raw: as recorded.
         envelope: in the unit of the raw EMG.
-        form: raw, envelope or fraction.
         typical: median over the trials of its standard deviation.
         typical_peak: median over the trials of its largest envelope.
         notch_hz: of mains hum that the processing takes out [Hz].
@@ -54,8 +50,8 @@ class Channel(Looked):
         angle: of the elbow in the same trial.
     """
 
+    raw: Sampled
     envelope: Sampled
-    form: str
     typical: float
     typical_peak: float
     notch_hz: float | None
@@ -119,8 +115,7 @@ def _smoothed(of: Channel) -> str | None:
 
 def _moved(of: Channel) -> str | None:
     slow = of.raw.share_of_power(0, SLOW_HZ)
-    told = slow > SLOW_SHARE and not _smoothed(of)
-    return f"{slow:.0%} of the power is below {SLOW_HZ:g} Hz" if told else None
+    return f"{slow:.0%} of the power is below {SLOW_HZ:g} Hz" if slow > SLOW_SHARE and not _smoothed(of) else None
 
 
 def _gap(of: Channel) -> str | None:
@@ -164,7 +159,6 @@ CHECKS = (
           "recorder's. Otherwise say processing.emg_start_offset_s; only the common time is used."),
     Check("EMG above 1", _largest_within(EMG_LIMIT, np.inf), _LESS_EFFORT),
     Check("EMG above 1", _largest_within(ABOVE, EMG_LIMIT), _LESS_EFFORT, "note"),
-    COPIED,
 )  # fmt: skip
 """Of any EMG."""
 LIVE_CHECKS = (
@@ -215,18 +209,14 @@ def _shared(a: Sampled, b: Sampled) -> float | None:
     if a.rate != b.rate or abs(a.start - b.start) > 0.5 / a.rate or min(a.values.std(), b.values.std()) == 0:
         return None
     samples = min(len(a.values), len(b.values))
-    x, y = (_standard(band_pass(s.rate, _BAND_HZ, "zero")(s.values[:samples])) for s in (a, b))
+    x, y = (zscore(band_pass(s.rate, _BAND_HZ, "zero")(s.values[:samples])) for s in (a, b))
     shift = round(CROSSTALK_S * a.rate)
-    values = [float(np.mean(x[max(0, k) : samples + min(0, k)] * y[max(0, -k) : samples - max(0, k)])) for k in
-              range(-shift, shift + 1)]  # fmt: skip
-    return max(values, key=abs)
+    at_shifts = (x[max(0, k) : samples + min(0, k)] @ y[max(0, -k) : samples - max(0, k)] / (samples - abs(k)) for k in
+                 range(-shift, shift + 1))  # fmt: skip
+    return float(max(at_shifts, key=abs))
 
 
-def _standard(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    return (values - values.mean()) / values.std()
-
-
-def _repeats(values: NDArray[np.float64], length: int) -> list[int]:
+def _repeats(values: Array, length: int) -> list[int]:
     """Where blocks of at least `length` samples start that are copies of earlier ones, constant ones left out."""
     if len(values) < 2 * length:
         return []

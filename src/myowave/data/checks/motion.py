@@ -2,30 +2,26 @@
 
 import numpy as np
 
-from myowave.data.checks.finding import COPIED, Check, Looked
+from myowave.data.checks.finding import Check
+from myowave.data.processing.sampled import Sampled
 
 JUMP_DEG, JUMP_DEG_S2 = 2.0, 1.0e4
 """Step beyond its neighbours that is a jump [deg], and the acceleration that an arm may have besides [deg/s^2]."""
-HALF_TURN_DEG = 15.0
-"""How near to half a turn or a whole one a jump is that an angle makes by itself [deg]."""
-STRAIGHT_DEG, BENT_DEG = -15.0, 165.0
-"""Ends of the range of an elbow [deg]."""
-LITTLE_DEG = 20.0
-"""Range of motion below which a trial says little [deg]."""
-LEAN_DEG = 100.0
-"""Lean of an upper arm beyond which it is raised above the shoulder [deg]."""
+HALF_TURN_DEG = 15.0  # how near to half a turn or a whole one a jump is that an angle makes by itself [deg]
+STRAIGHT_DEG, BENT_DEG = -15.0, 165.0  # ends of the range of an elbow [deg]
+LITTLE_DEG = 20.0  # range of motion below which a trial says little [deg]
+LEAN_DEG = 100.0  # lean of an upper arm beyond which it is raised above the shoulder [deg]
 
 
-def _jumps(of: Looked) -> str | None:
-    """Single steps that no arm makes."""
-    angle, steps = of.raw, np.diff(np.degrees(of.raw.values))
+def _jumps(of: Sampled) -> str | None:
+    steps = np.diff(np.degrees(of.values))
     beyond = np.pad(np.abs(steps[1:-1] - (steps[:-2] + steps[2:]) / 2), 1)
     # A jump shows in its neighbours.
     around = np.lib.stride_tricks.sliding_window_view(np.pad(beyond, 2), 5).max(axis=1)
-    where = np.flatnonzero((beyond == around) & (beyond > JUMP_DEG + JUMP_DEG_S2 / angle.rate**2))
+    where = np.flatnonzero((beyond == around) & (beyond > JUMP_DEG + JUMP_DEG_S2 / of.rate**2))
     if not len(where):
         return None
-    step, when = steps[where[0]], angle.start + (where[0] + 1) / angle.rate
+    step, when = steps[where[0]], of.start + (where[0] + 1) / of.rate
     turn = next((name for name, deg in _TURNS.items() if abs(abs(step) - deg) < HALF_TURN_DEG), "")
     return f"goes by {step:.1f} deg{turn} from one sample to the next at {when:.2f} s ({len(where)} such steps)"
 
@@ -33,32 +29,32 @@ def _jumps(of: Looked) -> str | None:
 _TURNS = {", half a turn,": 180.0, ", a turn,": 360.0}
 
 
-def _ends(of: Looked) -> tuple[float, float]:
-    return float(np.degrees(of.raw.values.min())), float(np.degrees(of.raw.values.max()))
+def _ends(of: Sampled) -> tuple[float, float]:
+    return float(np.degrees(of.values.min())), float(np.degrees(of.values.max()))
 
 
-def _span(of: Looked) -> str:
+def _span(of: Sampled) -> str:
     low, high = _ends(of)
     return f"goes from {low:.0f} to {high:.0f} deg"
 
 
-def _negated(of: Looked) -> str | None:
+def _negated(of: Sampled) -> str | None:
     low, high = _ends(of)
     return _span(of) if low < STRAIGHT_DEG and high <= -STRAIGHT_DEG else None
 
 
-def _beyond(of: Looked) -> str | None:
+def _beyond(of: Sampled) -> str | None:
     low, high = _ends(of)
     told = (low < STRAIGHT_DEG or high > BENT_DEG) and not _negated(of)
     return f"{_span(of)}; an elbow from {STRAIGHT_DEG:g} to {BENT_DEG:g} deg" if told else None
 
 
-def _still(of: Looked) -> str | None:
+def _still(of: Sampled) -> str | None:
     low, high = _ends(of)
     return _span(of) if high - low < LITTLE_DEG and not _beyond(of) and not _negated(of) else None
 
 
-def _leaning(of: Looked) -> str | None:
+def _leaning(of: Sampled) -> str | None:
     low, high = _ends(of)
     return _span(of) if max(-low, high) > LEAN_DEG else None
 
@@ -70,7 +66,6 @@ JUMP = Check(
 )
 ELBOW = (
     JUMP,
-    COPIED,
     Check("sign of the angle", _negated,
           "Flexion counts positive, and 0 is the straight arm: set sign: -1 of the angle, or correct its offset_deg."),
     Check("range of the angle", _beyond, "Correct sign or offset_deg of the angle, so that 0 is the straight arm."),

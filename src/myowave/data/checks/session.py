@@ -7,18 +7,18 @@ import numpy as np
 
 from myowave.data.checks.cause import CAUSE, Cause
 from myowave.data.checks.emg import CHECKS, CROSS_TALK, DEAD_CHANNEL, LIVE_CHECKS, RAW_CHECKS, Channel
-from myowave.data.checks.finding import Check, Finding, Looked
+from myowave.data.checks.finding import Check, Finding
 from myowave.data.checks.motion import ELBOW, EXTRA
-from myowave.data.recording import Prepared, Recording
+from myowave.data.processing.sampled import Sampled
+from myowave.data.recording import Prepared
 
 GAINS_UV = (3.0, 1e4)
 """Envelope of surface EMG at its largest [uV]: amplifiers have 1 to 3 uV of noise, muscles give 5 mV at most."""
-GAINS_APART = 300.0
-"""How far apart the largest envelopes of two channels are from which one is in another unit [-]."""
+GAINS_APART = 300.0  # how far apart the largest envelopes of two channels are from which one is in another unit [-]
 LEAST_FRACTION = 0.01
 """Largest EMG of a channel, as a fraction of a maximum contraction, below which it is in another unit [-]."""
-ALIKE = 0.995
-"""Correlation of two envelopes over a session from which they hold one signal [-]."""
+ALIKE = 0.995  # correlation of two envelopes over a session from which they hold one signal [-]
+SAME = 50  # different values that a signal has which is in two trials alike, from which it was copied [-]
 TENTHS_DEG, BENT_DEG = 20.0, 90.0
 """An elbow that no trial takes beyond the first is in another unit; one that none takes below the second [deg]."""
 
@@ -34,40 +34,49 @@ def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, 
     each = recordings.values()
     typical = {c: float(np.median([one.raw.emg[c].values.std() for one in each])) for c in forms}
     peaks = {c: float(np.median([one.envelopes[c].values.max() for one in each])) for c in forms}
-    before: dict[str, Recording] = {}
-    for name, one in recordings.items():
+    for n, (name, one) in enumerate(recordings.items()):
         raw = one.raw
-        earlier = {n: b.raw for n, b in before.items() if b.raw.cut == raw.cut}  # else parts of one recording
+        # What is cut in another way is another part of one recording.
+        earlier = {b.name: b.raw for b in [*each][:n] if b.raw.cut == raw.cut}
         for channel, form in forms.items():
-            what = Channel(
-                raw.emg[channel],
-                one.envelopes[channel],
-                form,
-                typical[channel],
-                peaks[channel],
-                notch_hz,
-                float(one.emg[channel].max()),
-                raw.angle,
-                earlier={n: trial.emg[channel] for n, trial in earlier.items()},
-            )
+            signal, largest = raw.emg[channel], float(one.emg[channel].max())
+            scales = typical[channel], peaks[channel], notch_hz, largest
+            what = Channel(signal, one.envelopes[channel], *scales, raw.angle)
             dead = list(DEAD_CHANNEL.of(what, name, channel))
             live = () if dead else (*LIVE_CHECKS, *(RAW_CHECKS if form == "raw" else ()))
             yield from dead
             for check in (*live, *CHECKS):
                 yield from check.of(what, name, channel)
+            yield from COPIED.of((signal, {t: trial.emg[channel] for t, trial in earlier.items()}), name, channel)
         yield from CROSS_TALK.of({c: s for c, s in raw.emg.items() if forms[c] == "raw"}, name)
-        elbow = Looked(raw.angle, earlier={n: trial.angle for n, trial in earlier.items()})
-        for check in ELBOW if forms else ():  # a machine goes where no elbow does
-            yield from check.of(elbow, name, "angle")
+        if forms:  # a machine goes where no elbow does
+            for check in ELBOW:
+                yield from check.of(raw.angle, name, "angle")
+            yield from COPIED.of((raw.angle, {t: trial.angle for t, trial in earlier.items()}), name, "angle")
         for key, signal in raw.signals.items():
             for check in EXTRA if signal.unit == "rad" else ():
-                yield from check.of(Looked(signal), name, key)
-        before[name] = one
+                yield from check.of(signal, name, key)
     for check in SESSION if forms else ():
         yield from check.of(prepared)
     cause = Cause(prepared, sides)
     for check in CAUSE:
         yield from check.of(cause)
+
+
+def _copied(of: tuple[Sampled, Mapping[str, Sampled]]) -> str | None:
+    signal, earlier = of
+    for trial, other in earlier.items():
+        samples = min(len(signal.values), len(other.values))
+        if np.array_equal(signal.values[:samples], other.values[:samples]) and len(np.unique(signal.values)) >= SAME:
+            return f"the same samples as in trial {trial}"
+    return None
+
+
+COPIED = Check(
+    "same recording again",
+    _copied,
+    "One file may have been taken twice: correct file or column, unless it is what drove the trials.",
+)
 
 
 def _unit_of_emg(prepared: Prepared) -> str | None:

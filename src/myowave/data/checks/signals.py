@@ -4,14 +4,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from myowave.data.readers import RawRecording, Signal
+from myowave.data.trials import Array
 
-STEP_TOLERANCE = 0.01
-"""Jitter of the sampling allowed beyond the rounding of times, as a fraction of a step."""
-RATE_TOLERANCE = 0.005
-"""Largest relative difference of two rates that counts as rounding."""
+STEP_TOLERANCE = 0.01  # jitter of the sampling allowed beyond the rounding of times, as a fraction of a step
+RATE_TOLERANCE = 0.005  # largest relative difference of two rates that counts as rounding
 
 
 @dataclass(frozen=True)
@@ -67,7 +65,7 @@ def signal_problems(raw: RawRecording, signal: Signal, rate_hz: float | None, pa
         )
 
 
-def _time_problem(raw: RawRecording, signal: Signal, time: NDArray[np.float64]) -> str | None:
+def _time_problem(raw: RawRecording, signal: Signal, time: Array) -> str | None:
     """Where time [s], (N,), is no number, goes back, leaps, or drifts away from even sampling."""
     if len(odd := np.flatnonzero(~np.isfinite(time))):
         where = raw.at(odd[0], signal)
@@ -99,7 +97,7 @@ def _time_problem(raw: RawRecording, signal: Signal, time: NDArray[np.float64]) 
     return None
 
 
-def _rounding(time: NDArray[np.float64]) -> float:
+def _rounding(time: Array) -> float:
     """The unit [s] to which times were rounded when written, 0 where there is none coarser than 1e-6."""
     units = (10.0**-digits for digits in range(7))
     return next((unit for unit in units if np.abs(time / unit - np.round(time / unit)).max() < 1e-6), 0.0)

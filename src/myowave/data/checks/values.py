@@ -8,29 +8,24 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from myowave.data.checks.finding import Finding
 from myowave.data.checks.signals import RATE_TOLERANCE
 from myowave.data.recording import Recording
-from myowave.data.trials import TORQUE, Trials
+from myowave.data.trials import TORQUE, Array, Trials
 from myowave.physics.path import read_path
 from myowave.settings import PathTable
-
-Array = NDArray[np.float64]
 
 EMG_LIMIT = 1.5
 """Largest EMG taken as a fraction of a maximum voluntary contraction [-]; more means it was not normalised."""
 UNSEEN_LIMIT = 5.0
 """The same of a trial held out, or of a stream: light loads may train and a heavy one test; percent would be more."""
-PERCENT_LIMIT = 200.0
-"""Largest EMG that is in percent [-]."""
+PERCENT_LIMIT = 200.0  # largest EMG that is in percent [-]
 HALF_TURN_DEG = 180.0
 STILL = 5e-5
 """An angle [deg] or a torque [N m] that stays within this was not measured: an arm trembles even where it holds
 still, and filters leave no more of a constant."""
-TORQUE_LIMIT = 300.0
-"""Largest torque about an elbow [N m]; more is in another unit."""
+TORQUE_LIMIT = 300.0  # largest torque about an elbow [N m]; more is in another unit
 
 
 def value_problems(
@@ -53,7 +48,6 @@ def value_problems(
 
 
 def _rate_problems(recordings: Mapping[str, Recording]) -> Iterator[str]:
-    """Trials sampled at another rate than most."""
     common = float(np.median([recording.dt for recording in recordings.values()])) if recordings else 0.0
     for recording in recordings.values():
         if abs(recording.dt / common - 1) > RATE_TOLERANCE:
@@ -64,7 +58,6 @@ def _rate_problems(recordings: Mapping[str, Recording]) -> Iterator[str]:
 
 
 def _duplicate_problems(recordings: Mapping[str, Recording]) -> Iterator[str]:
-    """Trials with the same samples as an earlier one."""
     seen: dict[bytes, Recording] = {}
     for recording in recordings.values():
         content = b"".join(values.tobytes() for values in (*recording.emg.values(), recording.angle))

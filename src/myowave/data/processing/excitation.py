@@ -6,63 +6,30 @@ training trials: the offset, whether there is hum to take out, and the envelope 
 Shapes: C channels, n samples at a time.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
 from myowave.data.processing.filters import band_pass, lag_s, low_pass, notch
 from myowave.data.processing.sampled import Sampled
-from myowave.settings import Processing
+from myowave.data.trials import Array
+from myowave.settings import Processing, Section
 
-Array = NDArray[np.float64]
 
+class Known(Section):
+    """What is known of a channel before a recording begins."""
 
-@dataclass(frozen=True)
-class Known:
-    """What is known of a channel before a recording begins.
-
-    Args:
-        form: `raw`; `envelope` where it is already rectified and smoothed, `fraction` where it is also divided.
-        rate_hz: samples a second [Hz].
-        unit: uV, or au.
-        offset: of the amplifier, in `unit`; 0 for an envelope.
-        hum: whether mains hum is taken out.
-        gain: the envelope that counts as 1, in `unit`.
-    """
-
-    form: str
+    form: str  # raw; envelope where it is already rectified and smoothed, fraction where it is also divided
     rate_hz: float
-    unit: str
-    offset: float = 0.0
-    hum: bool = False
-    gain: float = 1.0
+    unit: str  # uV, or au
+    offset: float = 0.0  # of the amplifier, in `unit`; 0 for an envelope
+    hum: bool = False  # whether mains hum is taken out
+    gain: float = 1.0  # the envelope that counts as 1, in `unit`
 
 
-@dataclass(frozen=True)
-class RealTime:
-    """How a dataset's EMG becomes excitation.
-
-    Args:
-        processing: its settings.
-        channels: what is known of each channel.
-    """
+class RealTime(Section):
+    """How a dataset's EMG becomes excitation, as a checkpoint holds it."""
 
     processing: Processing
-    channels: Mapping[str, Known]
-
-    @classmethod
-    def of(cls, content: Mapping[str, Any]) -> "RealTime":
-        """From plain data, as `plain` gives it."""
-        channels = {name: Known(**known) for name, known in content["channels"].items()}
-        return cls(Processing.model_validate(content["processing"]), channels)
-
-    def plain(self) -> dict[str, Any]:
-        """As plain data, which JSON can hold."""
-        channels = {name: dict(vars(known)) for name, known in self.channels.items()}
-        return {"processing": self.processing.model_dump(mode="json"), "channels": channels}
+    channels: dict[str, Known]
 
     @property
     def rate(self) -> float:
@@ -122,18 +89,14 @@ def envelope(emg: Sampled, processing: Processing, known: Known | None = None) -
         known = known_from([emg], processing)
     if known.form != "raw":
         return emg
-    known = replace(known, rate_hz=emg.rate)
-    excitation = Excitation(RealTime(processing, {"": known}))
+    known = known.model_copy(update={"rate_hz": emg.rate})
+    excitation = Excitation(RealTime(processing=processing, channels={"": known}))
     return emg.with_values(np.concatenate([excitation.push(emg.values[:, None]), excitation.finish()])[:, 0])
 
 
 def known_from(emg: list[Sampled], processing: Processing) -> Known:
     """What recordings of raw EMG tell of their channel: its offset, and whether it hums."""
     frequency = processing.notch_hz
-    return Known(
-        "raw",
-        emg[0].rate,
-        emg[0].unit,
-        offset=float(np.median(np.concatenate([one.values for one in emg]))),
-        hum=frequency is not None and any(one.has_hum(frequency) for one in emg),
-    )
+    offset = float(np.median(np.concatenate([one.values for one in emg])))
+    hum = frequency is not None and any(one.has_hum(frequency) for one in emg)
+    return Known(form="raw", rate_hz=emg[0].rate, unit=emg[0].unit, offset=offset, hum=hum)

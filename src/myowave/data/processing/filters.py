@@ -8,19 +8,16 @@ Control of Human Movement, Sec. 2.2.4.4), exactly, on the frequency axis of the 
 import math
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from scipy import signal as sp
 
-Array = NDArray[np.float64]
+from myowave.data.trials import Array
+
 Phase = Literal["zero", "causal"]
 
 BAND_ORDER = 4
 ENVELOPE_ORDER = 2
-NOTCH_QUALITY = 30.0
-"""Frequency over width of the notch [-]."""
-HIGHEST = 0.45
-"""Highest corner of a filter, as a fraction of the sampling rate."""
+NOTCH_QUALITY = 30.0  # frequency over width of the notch [-]
+HIGHEST = 0.45  # highest corner of a filter, as a fraction of the sampling rate
 
 
 class Filter:

@@ -10,15 +10,12 @@ from scipy.interpolate import make_interp_spline
 from scipy.signal import welch
 
 from myowave.data.processing.filters import low_pass
+from myowave.data.trials import Array
 
-Array = NDArray[np.float64]
-
-LINE_HEIGHT = 6.0
-"""Power at a mains frequency over the median of its neighbourhood that counts as a line [-]."""
+LINE_HEIGHT = 6.0  # power at a mains frequency over the median of its neighbourhood that counts as a line [-]
 _SEGMENT_S = 2.0
 _ANTI_ALIAS_ORDER = 8
-ANTI_ALIAS = 0.4
-"""Corner of the filter before a signal is sampled more coarsely, as a fraction of the new rate."""
+ANTI_ALIAS = 0.4  # corner of the filter before a signal is sampled more coarsely, as a fraction of the new rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,11 +41,9 @@ class Sampled:
 
     @property
     def end(self) -> float:
-        """Time of the last sample [s]."""
         return self.start + (len(self.values) - 1) / self.rate
 
     def within(self, start: float, end: float) -> Array:
-        """Values at times from `start` to `end` [s]."""
         time = self.time
         return self.values[(time >= start) & (time <= end)]
 

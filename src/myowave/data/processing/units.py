@@ -4,8 +4,7 @@ import math
 
 ARBITRARY = "au"
 """Unit of EMG that is no voltage; it is normalised like any other. Also of what has none, such as a duty."""
-PERCENT = "%"
-"""Unit of a fraction that was multiplied by 100; as EMG it counts as arbitrary unless it is a fraction."""
+PERCENT = "%"  # unit of a fraction that was multiplied by 100; as EMG it counts as arbitrary unless it is a fraction
 TO_RADIANS = {"rad": 1.0, "deg": math.pi / 180}
 TO_MICROVOLTS = {"uV": 1.0, "mV": 1e3, "V": 1e6, "nV": 1e-3}
 TO_EMG = {**TO_MICROVOLTS, ARBITRARY: 1.0, PERCENT: 1.0}

@@ -35,7 +35,6 @@ _LABEL = re.compile(r"^\W*Label:\s*(.*?)\s*Sampling frequency:\s*([\d.]+)", re.I
 
 
 def read_delsys(path: Path) -> RawRecording:
-    """Read one file."""
     lines = read_lines(path)
     header = next((n for n, line in enumerate(lines) if is_header(line)), None)
     if header is None:

@@ -18,7 +18,6 @@ _WIDTHS = (16, 80, 8, 8, 8, 8, 8, 80, 8, 32)  # label, transducer, unit, physica
 
 
 def read_edf(path: Path) -> RawRecording:
-    """Read one file."""
     content = path.read_bytes()
     bytes_each = 3 if content[:1] == b"\xff" else 2
     magic = b"\xffBIOSEMI" if bytes_each == 3 else b"0       "

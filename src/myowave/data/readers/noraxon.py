@@ -24,7 +24,6 @@ def is_header(line: str) -> bool:
 
 
 def read_noraxon(path: Path) -> RawRecording:
-    """Read one file, plain or as .csv.gz."""
     lines = read_lines(path)
     head = list(csv.reader(lines[:_HEAD]))
     if len(head) < _HEAD or head[0] != _FIELDS or len(head[1]) != len(_FIELDS) or head[3] != ["time", "value"]:

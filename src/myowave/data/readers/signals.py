@@ -69,7 +69,6 @@ class RawRecording:
 
     @property
     def header(self) -> list[str]:
-        """Names of the signals."""
         return [signal.name for signal in self.signals]
 
     def __getitem__(self, name: str) -> Signal:

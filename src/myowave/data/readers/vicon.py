@@ -30,7 +30,6 @@ def is_header(line: str) -> bool:
 
 
 def read_vicon(path: Path) -> RawRecording:
-    """Read one file, all of its blocks."""
     lines = read_lines(path)
     headers = [n for n, line in enumerate(lines) if is_header(line)]
     if not headers:

@@ -34,7 +34,7 @@ def require_real_time(checkpoint: Checkpoint, path: str | Path) -> RealTime:
             "EMG processed in the same way, without --raw; or train on a dataset of kind recorded with "
             "processing.phase: causal."
         )
-    real_time = RealTime.of(checkpoint.real_time)
+    real_time = RealTime.model_validate(checkpoint.real_time)
     if real_time.processing.phase == "zero":
         raise ValueError(
             f"{path}: the EMG of {checkpoint.dataset} was filtered forwards and backwards, which needs what comes "

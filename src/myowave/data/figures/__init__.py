@@ -1,1 +1,0 @@
-"""Pictures of the data: trials and their scales, and raw recordings."""
