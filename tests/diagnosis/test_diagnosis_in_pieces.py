@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+from myowave.diagnosis.causes import OUTSIDE
 from myowave.diagnosis.comparison.compare import compare_models
 from myowave.diagnosis.comparison.summary import summarize
 from myowave.diagnosis.report.facts import verdict_facts
@@ -91,7 +92,7 @@ def test_what_follows_pieces_alone_is_a_part_of_what_is_missing(make_trials, bas
     whole = make_record(make_trials({"joint_damping": {"c": 1.0}}), base).train
     lost = fit_from(base, whole.cut(0.5), free, np.array([[0.9 * p.start for p in free]]))
     _, answer = weigh(lost, whole, free, [effects["joint_damping"], effects["joint_stiffness"]])
-    assert answer.kind == "partial" and answer.named == (("joint_damping",),)
+    assert answer.kind == "partial" and answer.named == (("joint_damping", OUTSIDE),)
 
 
 def test_where_no_model_follows_no_effect_is_named(runaway, base, effects, identify, monkeypatch, facts):

@@ -98,7 +98,6 @@ def test_no_longer_pieces_are_tried_than_the_model_follows_and_nothing_twice(noi
     """A fit over long pieces costs a minute where the model is far from the motion."""
     horizons, torques, fit_over = [], [], stages._next
     monkeypatch.setattr(stages, "fit_model", lambda *_, **__: (_ for _ in ()).throw(ValueError("it diverges")))
-    monkeypatch.setattr(stages, "_hopeless", lambda fit: False)
     monkeypatch.setattr(stages, "follows", lambda fit: fit.record.horizon_s == 0.5)
     monkeypatch.setattr(stages, "_next", lambda m, r, *more: horizons.append(r.horizon_s) or fit_over(m, r, *more))
     monkeypatch.setattr(stages, "attempt_torque", lambda m, r, some: torques.append(r) or attempt_torque(m, r, some))
@@ -111,7 +110,6 @@ def test_constants_fixed_while_it_did_not_follow_are_estimated_once_it_follows_w
 ):
     """A fit to torque alone says little of them, and models are compared by what is left with them free."""
     monkeypatch.setattr(stages, "fit_model", lambda *_, **__: (_ for _ in ()).throw(ValueError("it diverges")))
-    monkeypatch.setattr(stages, "_hopeless", lambda fit: False)
     mass = Free("mass", start=1.3, low=0.5, high=3.0, scale=1.0, spread=0.0, deviation=0.3)
     fit = fit_in_stages(base, noisy.train, [*free, mass])
     assert fit.record.horizon_s is None and fit.free == (*free, mass)
@@ -120,7 +118,6 @@ def test_constants_fixed_while_it_did_not_follow_are_estimated_once_it_follows_w
 def test_a_fit_with_all_free_that_fails_leaves_the_one_before(noisy, base, free, monkeypatch):
     monkeypatch.setattr(stages, "fit_model", lambda *_, **__: (_ for _ in ()).throw(ValueError("it diverges")))
     monkeypatch.setattr(stages, "refit", lambda *_: (_ for _ in ()).throw(ValueError("it diverges")))
-    monkeypatch.setattr(stages, "_hopeless", lambda fit: False)
     fit = fit_in_stages(base, noisy.train, free)
     assert fit.record.horizon_s is None and explained(fit) > 0.9
 

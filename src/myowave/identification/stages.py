@@ -25,7 +25,6 @@ Found = TypeVar("Found", Fit, TorqueFit)
 
 HORIZONS_S = (0.5, 1.0, 2.0)
 ENOUGH = 0.5  # share of the motion to be explained over longer pieces; what misses more is far from linear
-BEYOND_NOISE = 10.0  # times the noise of the angle
 ENOUGH_PIECES = 80  # to see what a model lacks: 40 s of motion, where a hundred values are unknown at most
 
 
@@ -44,17 +43,7 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
         ValueError: if the model has no motion even over the shortest horizon from its usual values.
     """
     pieces = record.cut(HORIZONS_S[0])
-    certain = [p for p in free if not p.assumed]
-    # Constants that nobody measured may make up for much: only where these do not help either is there no hope.
-    for some in (certain, free):
-        torque = attempt_torque(model, record, some)
-        standing = None if torque is None else _on_torque(model, pieces, torque)
-        if standing is None or not _hopeless(standing):
-            break
-    else:
-        return _scored(standing)
-    if len(some) < len(free):  # else it is that of the last pass
-        torque = attempt_torque(model, record, free)
+    torque = attempt_torque(model, record, free)
     # Torque diverges nowhere, so its values often lead to a lower valley than any that are spread about the usual ones.
     of_torque = [] if torque is None else [torque.values]
     found = attempt_fit(lambda: fit_model(model, record, free, starts=starts, further=of_torque))
@@ -64,6 +53,7 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
     # torque does, and they stay where it leaves them.
     shortest = None if torque is None else _from_torque(model, pieces, torque)
     if shortest is None:
+        certain = [p for p in free if not p.assumed]
         usual = np.array([p.start for p in certain])
         shortest = _next(model, pieces, certain, usual) or fit_model(model, pieces, certain, starts=starts)
     if shortest.torque is not None:
@@ -139,13 +129,6 @@ def _scored(standing: Fit) -> Fit:
     assert standing.torque is not None
     scores = leave_out(standing.model, standing.record.whole, standing.torque.free)
     return replace(standing, torque=replace(standing.torque, left_out=scores))
-
-
-def _hopeless(fit: Fit) -> bool:
-    """Whether a model with the values of a fit to torque misses half a second after a measured state by more than a
-    constant angle does, and by so much more than noise that no fit to motion is worth its time."""
-    # ASSUME: what torque cannot set right over half a second, a fit to motion cannot either.
-    return not follows(fit) and predict(fit, fit.record).rmse > BEYOND_NOISE * fit.record.noise
 
 
 def follows(fit: Fit) -> bool:

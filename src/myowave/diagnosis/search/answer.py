@@ -145,11 +145,13 @@ def answer_of(posterior: Posterior) -> Answer:
     # What leaves more than noise names nothing, nor what takes constants nobody has.
     sound = white > UNLIKELY and (usual > SURPRISING or not classes)
     named = tuple(c for c in classes if c != (OUTSIDE,)) if sound else ()
-    if sound and probabilities.get(OUTSIDE, 0.0) > LIKELY:  # what has no name may look like any of a recorder's doings
-        named = tuple(c for c in named if not set(c) & set(NAME_OF.values()))
     # What held all that is missing would follow whole trials.
-    apart = best.fit.record.pieces is not None
-    beyond = apart or len(named) < len(classes) or probabilities.get(OUTSIDE, 0.0) > LIKELY or not sound
+    beyond = best.fit.record.pieces is not None or probabilities.get(OUTSIDE, 0.0) > LIKELY
+    if beyond:
+        # What has no name may look like any of a recorder's doings; and one cause that the catalogue lacks and that is
+        # much like an effect is as usual as this effect with such a cause beside it.
+        named = tuple((*c, OUTSIDE) for c in named if not set(c) & set(NAME_OF.values()))
+    beyond = beyond or len(named) < len(classes) or not sound
     return Answer(
         _kind(named, max(weight.values(), default=0.0), usual, beyond=beyond), named, probabilities, best, white, usual
     )
