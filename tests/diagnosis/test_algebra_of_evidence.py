@@ -80,8 +80,28 @@ def test_is_that_of_a_dense_gaussian():
     values, tail = dense(residual.components, SOME)
     expected = multivariate_normal(np.zeros(len(values)), values).logpdf(residual.values[VALID].numpy())
     expected += norm(0, np.sqrt(tail)).logpdf(residual.tail.numpy()).sum()
-    assert float(Covariance(residual, SOME).evidence) == pytest.approx(expected, rel=1e-9)
+    assert Covariance(residual, SOME).evidence == pytest.approx(expected, rel=1e-9)
     assert log_evidence(residual, SOME) == pytest.approx(expected - 2 * 3.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("sizes", [SOME, {"noise": 0.02, "repeats": 5.0}, {"noise": 3.0, "memory": 9.0}])
+def test_its_slopes_are_those_of_differences(sizes):
+    residual, step = make_residual(2, memory=1.0, curves=1.0), 1e-4
+
+    def moved(name: str, by: float) -> float:
+        return Covariance(residual, {**sizes, name: sizes[name] * np.exp(by)}).evidence
+
+    expected = [(moved(name, step) - moved(name, -step)) / (2 * step) for name in sizes]
+    np.testing.assert_allclose(Covariance(residual, sizes).slope([*sizes]), expected, rtol=1e-5, atol=1e-4)
+
+
+def test_columns_that_are_sums_of_others_are_condensed_and_the_evidence_stays():
+    residual = make_residual(2, memory=1.0, curves=1.0)
+    curves = residual.component("curves")
+    columns = curves.columns @ torch.from_numpy(np.random.default_rng(3).standard_normal((12, 30)))
+    many = residual.with_components([replace(curves, columns=columns)])
+    assert many.condensed().columns("curves").shape[-1] == 12
+    assert log_evidence(many.condensed(), SOME) == pytest.approx(log_evidence(many, SOME), abs=1e-6)
 
 
 def test_dividing_is_dividing_by_the_dense_covariance():

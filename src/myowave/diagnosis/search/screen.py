@@ -118,4 +118,4 @@ def noise_alone(model: Hypothesis) -> Weighed:
         return float((np.log(variance) + squares / variance).sum())
 
     size = float(np.exp(minimize_scalar(unlikely, bounds=np.log([noise.low, noise.high]), method="bounded").x))
-    return Weighed({NOISE: size}, float(Covariance(residual, {NOISE: size}).evidence))
+    return Weighed({NOISE: size}, Covariance(residual, {NOISE: size}).evidence)
