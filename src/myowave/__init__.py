@@ -11,7 +11,7 @@ d.page("bench_elbow.html")
 from importlib import import_module
 from typing import Any
 
-_NAMES = ("Trials", "diagnose", "Diagnosed")
+_NAMES = {"Trials": "TrialsOfFiles", "diagnose": "diagnose", "Diagnosed": "Diagnosed"}  # of `notebook`
 
 
 def __getattr__(name: str) -> Any:
@@ -21,7 +21,7 @@ def __getattr__(name: str) -> Any:
     """
     if name not in _NAMES:
         raise AttributeError(f"module 'myowave' has no {name!r}; it has {', '.join(_NAMES)}.")
-    return getattr(import_module("myowave.notebook"), name)
+    return getattr(import_module("myowave.notebook"), _NAMES[name])
 
 
 def __dir__() -> list[str]:

@@ -9,8 +9,8 @@ from typing import Any
 
 import pandas as pd
 
-from myowave.data import trials
 from myowave.data.importing import import_trials
+from myowave.data.trials import Trials
 from myowave.diagnosis.comparison.compare import compare_models
 from myowave.diagnosis.comparison.summary import summarize
 from myowave.diagnosis.report.facts import verdict_facts
@@ -31,11 +31,11 @@ from myowave.settings.files import read_yaml
 TEMPLATE = Path(__file__).parents[2] / "workflow/report/verdict.html.j2"
 
 
-class Trials(trials.Trials):
-    """Trials of one arm, as all of myowave takes them; here with a way from files to them."""
+class TrialsOfFiles(Trials):
+    """Trials of one arm, as all of myowave takes them, with a way from files to them: `myowave.Trials`."""
 
     @classmethod
-    def from_csv(cls, *files: str, test: Sequence[str], dataset: str = "trials", **settings: Any) -> trials.Trials:
+    def from_csv(cls, *files: str, test: Sequence[str], dataset: str = "trials", **settings: Any) -> Trials:
         """Trials of CSV files with columns `time_s`, `emg_MUSCLE` and `angle_rad` or `angle_deg`, one file per trial.
 
         Args:
@@ -54,7 +54,7 @@ class Trials(trials.Trials):
 class Diagnosed:
     """Trials with what a diagnosis found in them."""
 
-    trials: trials.Trials
+    trials: Trials
     physics: Physics
     diagnosis: search.Diagnosis
 
@@ -80,23 +80,15 @@ class Diagnosed:
             images = {name: Path(folder, f"{name}.png") for name in figures}
             for name, figure in figures.items():
                 save(figure, images[name])
-            story = Story(
-                verdict=self.verdict,
-                ladder=ladder,
-                parameters=join_parameters(self.verdict, []),
-                ranking=tables["ranking"],
-                predictions=predictions,
-                images=images,
-                draft=self.diagnosis.draft.source,
-            )
-            text = write_page(story, TEMPLATE)
-        path = Path(path)
-        path.write_text(text, encoding="utf-8")
-        return path
+            parameters, draft = join_parameters(self.verdict, []), self.diagnosis.draft.source
+            facts = {"ladder": ladder, "parameters": parameters, "ranking": tables["ranking"], "draft": draft}
+            story = Story(verdict=self.verdict, predictions=predictions, images=images, **facts)
+            Path(path).write_text(write_page(story, TEMPLATE), encoding="utf-8")
+        return Path(path)
 
 
 def diagnose(
-    trials: trials.Trials,
+    trials: Trials,
     arm: str | Path | Mapping[str, Any] = "paper",
     *,
     config: Sequence[str | Path] = ("config.yaml",),

@@ -55,18 +55,9 @@ def title(figure: Figure, finding: str) -> None:
     figure.suptitle(finding, x=0.01, ha="left", fontsize=13, fontweight="bold", wrap=True)
 
 
-def shade(
-    axes: Axes, x: ArrayLike, mean: Any, spread: Any, *, color: str, label: str | None = None, **kwargs: Any
-) -> None:
-    """A line with a band of one standard deviation on either side."""
-    shade_between(axes, x, mean - spread, mean, mean + spread, color=color, label=label, **kwargs)
-
-
-def shade_between(
-    axes: Axes, x: ArrayLike, low: Any, middle: Any, high: Any, *, color: str, label: str | None = None, **kwargs: Any
-) -> None:
+def shade(axes: Axes, x: ArrayLike, low: Any, middle: Any, high: Any, *, color: str, **kwargs: Any) -> None:
     """A line with a band from low to high."""
-    axes.plot(x, middle, color=color, label=label, **kwargs)
+    axes.plot(x, middle, color=color, **kwargs)
     axes.fill_between(x, low, high, color=color, alpha=0.22, linewidth=0)
 
 

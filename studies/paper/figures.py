@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from myowave.learning.tables import judge_scales
-from myowave.plotting import CYCLE, GREY, MEASURED, canvas, shade, shade_between, title
+from myowave.plotting import CYCLE, GREY, MEASURED, canvas, shade, title
 from studies.paper.tables import PARAMETERS, PRINTED_TEST
 
 
@@ -22,9 +22,9 @@ def draw_scales(cases: pd.DataFrame, subject: pd.DataFrame) -> Figure:
         markers = dict(zip(summary["recipe"].unique(), itertools.cycle("osD^v"), strict=False))
         for (dataset, recipe), group in lines:
             scores = group.groupby("scales")["test_r2"]
-            mean, spread = scores.mean(), scores.std(ddof=0).to_numpy()
+            mean, spread = scores.mean(), scores.std(ddof=0)
             look = {"color": colors[dataset], "marker": markers[recipe], "label": f"{dataset}, {recipe}"}
-            shade(axis, mean.index.to_numpy(), mean.to_numpy(), spread, **look)
+            shade(axis, mean.index, mean - spread, mean, mean + spread, **look)
         axis.set(xlabel="number of scales", ylabel="test R$^2$ [-]", title=f"{what}: mean and 1 SD over seeds")
         axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     printed = pd.Series({scales: r2 for scales, (_, r2) in PRINTED_TEST.items()})
@@ -83,7 +83,7 @@ def draw_convergence(histories: Mapping[str, Mapping[int, pd.DataFrame]], batche
                 steps = error.mean().index.to_numpy() * batches
                 mean, spread = error.mean().to_numpy(), error.std(ddof=0).to_numpy()
                 band = 10 ** (mean - spread), 10**mean, 10 ** (mean + spread)
-                shade_between(axes[row, column], steps, *band, color=color, label=f"{scales}-scale")
+                shade(axes[row, column], steps, *band, color=color, label=f"{scales}-scale")
             ends.append(10 ** mean[-1])
         axes[0, column].set_title(f"{dataset}: one step ahead, training")
         axes[1, column].set(title=f"{dataset}: running free, validation", xlabel="steps of Adam")

@@ -8,13 +8,13 @@ and another solver has a sample-and-hold of the EMG.
 Shapes: T trials, N samples, C channels.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline, PchipInterpolator
+from scipy.interpolate import CubicSpline, PchipInterpolator, make_interp_spline
 from scipy.signal import butter, lfilter, sosfiltfilt
 from torch import Tensor
 
@@ -186,22 +186,13 @@ def low_pass(values: Array, edge_hz: float, dt: float) -> Array:
 
 def resampled(values: Array, time: Array, fine: Array) -> Array:
     """Signals (T, N, ...) at other times: straight between samples, as the physics takes EMG to be."""
-    position = np.interp(fine, time, np.arange(len(time)))
-    left = np.minimum(position.astype(int), len(time) - 2)
-    share = (position - left).reshape(-1, *(1,) * (values.ndim - 2))
-    return np.asarray(values[:, left] * (1 - share) + values[:, left + 1] * share)
+    return np.asarray(make_interp_spline(time, values, k=1, axis=1)(fine))
 
 
-def _noisy_and_filtered(random: np.random.Generator) -> dict[str, float]:
-    return {"emg_noise": random.uniform(0.01, 0.03), "angle_hz": random.uniform(4.0, 10.0)}
-
-
-def _exact_emg(random: np.random.Generator) -> dict[str, float]:
-    return {"angle_hz": random.uniform(4.0, 10.0), "ar_deg": random.uniform(0.3, 0.6), "ar_s": random.uniform(0.2, 0.5)}
-
-
-def _drifting(random: np.random.Generator) -> dict[str, float]:
-    return {"drift_pct": 0.3, "gain_pct": -5.0, "rate_hz": random.uniform(50.0, 200.0)}
-
-
-MIXED = (_noisy_and_filtered, _exact_emg, _drifting)  # recorders where all differs at once, in turn
+MIXED: tuple[Callable[[np.random.Generator], dict[str, float]], ...] = (  # recorders where all differs at once, in turn
+    lambda random: {"emg_noise": random.uniform(0.01, 0.03), "angle_hz": random.uniform(4.0, 10.0)},
+    lambda random: {
+        "angle_hz": random.uniform(4.0, 10.0), "ar_deg": random.uniform(0.3, 0.6), "ar_s": random.uniform(0.2, 0.5)
+    },
+    lambda random: {"drift_pct": 0.3, "gain_pct": -5.0, "rate_hz": random.uniform(50.0, 200.0)},
+)  # fmt: skip

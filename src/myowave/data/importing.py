@@ -5,8 +5,6 @@ trial: what a test trial holds must not reach the training. EMG above 1 may ther
 a fraction already stays as it is.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -70,13 +68,14 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     one_by_one = isinstance(settings, MeasuredDataset)  # where what counts as 1 does not need all of them
     if not one_by_one or not session.trials:
         _refuse(dataset, session.problems)
-    raw = {name: _on_one_clock(trial, processing.emg_start_offset_s) for name, trial in session.trials.items()}
+    raw = {name: trial.with_emg_later(processing.emg_start_offset_s) for name, trial in session.trials.items()}
     grids = {name: common_grid(trial.all, trial.angle, processing.rate_hz, trial.cut) for name, trial in raw.items()}
     problems = [*session.problems, *_grid_problems(grids, raw)]
     if not one_by_one:
         _refuse(dataset, problems)
     train = [name for name in raw if name not in settings.test]
-    known = _known(processing, forms, [raw[name] for name in train or raw])
+    # A causal filter may know no more than the training trials tell.
+    known = {c: known_from([raw[n].emg[c] for n in train or raw], processing, form) for c, form in forms.items()}
     recordings = {
         name: _recording(name, raw[name], grid, processing, known)
         for name, grid in grids.items()
@@ -102,23 +101,6 @@ def _refuse(dataset: str, problems: Iterable[str]) -> None:
     if problems := list(problems):
         count = "1 problem" if len(problems) == 1 else f"{len(problems)} problems"
         raise ValueError(f"dataset {dataset!r} cannot be imported, {count}:\n" + "\n".join(problems))
-
-
-def _on_one_clock(trial: RawTrial, offset: float) -> RawTrial:
-    """A trial with the EMG's times told on the angle's clock."""
-    emg = {channel: replace(sampled, start=sampled.start + offset) for channel, sampled in trial.emg.items()}
-    return replace(trial, emg=emg)
-
-
-def _known(processing: Processing, forms: Mapping[str, str], train: Sequence[RawTrial]) -> dict[str, Known]:
-    """What is known of each channel by the training trials, but for its gain; a causal filter may know no more."""
-    emg = {channel: [trial.emg[channel] for trial in train] for channel in forms}
-    return {
-        channel: known_from(emg[channel], processing)
-        if form == "raw"
-        else Known(form=form, rate_hz=emg[channel][0].rate, unit=emg[channel][0].unit)
-        for channel, form in forms.items()
-    }
 
 
 def _recording(name: str, raw: RawTrial, grid: Array, processing: Processing, known: Mapping[str, Known]) -> Recording:

@@ -5,8 +5,6 @@ file holds a whole trial: `time_s`, `emg_MUSCLE` as a fraction of a maximum cont
 `torque_Nm` where a dynamometer was there. It is a recording whose EMG is an envelope on one grid.
 """
 
-from __future__ import annotations
-
 import glob
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence

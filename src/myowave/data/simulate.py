@@ -6,8 +6,6 @@ returned, and stored, separately. Only scoring may read it.
 Shapes: T trials, N samples, C EMG channels.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -5,8 +5,6 @@ such as `tilt_rad` where they were recorded. A table of scales has a `scale` col
 is no column travels as JSON in the schema metadata, so a file is complete by itself.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Iterator, Mapping

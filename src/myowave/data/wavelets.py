@@ -14,8 +14,6 @@ more noise than the inner ones: 0.62 against 0.50 of it at level 2. The basis is
 banded Cholesky solves it in time proportional to the length.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache, partial
 
 import numpy as np

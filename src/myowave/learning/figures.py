@@ -38,8 +38,7 @@ def draw_metrics(summary: pd.DataFrame, histories: dict[int, pd.DataFrame], base
         by_epoch = np.log10(history.groupby("epoch")["loss"].agg(lambda x: max(x.mean(), 1e-12)))
         spread = history.groupby("epoch")["loss"].agg(lambda x: np.std(np.log10(np.maximum(x, 1e-12))))
         smooth = by_epoch.rolling(max(1, len(by_epoch) // 150), min_periods=1).median()
-        epochs = by_epoch.index.to_numpy()
-        shade(loss, epochs, smooth.to_numpy(), spread.to_numpy(), color=color, label=f"{scales}-scale")
+        shade(loss, smooth.index, smooth - spread, smooth, smooth + spread, color=color, label=f"{scales}-scale")
     loss.set(xlabel="epoch", ylabel="log10 of training loss [rad$^2$]", title="training loss")
     loss.legend()
     for axis, column, label in ((mse, "test_mse", "test MSE [rad$^2$]"), (r2, "test_r2", "test R$^2$ [-]")):

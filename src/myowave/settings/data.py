@@ -130,17 +130,12 @@ class SimulatedDataset(_Dataset):
     angle_noise_deg: Real = setting("standard deviation of the noise on the measured angle", "deg", 0.0, ge=0, le=30)
     seed: Whole = setting("seed of EMG and noise", "-", 1, ge=0)
     hidden_effect: dict[str, dict[str, Real]] = setting(
-        "effects in the data that nothing but simulation and scoring may know, {effect: {parameter: value}}",
-        "SI",
-        dict,
-        each="effect",
+        "effects that only simulation and scoring may know, {effect: {parameter: value}}", "SI", dict, each="effect"
     )
     hidden_constants: dict[str, Real] = setting(
         "constants of the arm that made the data, where they differ from the model's and nobody knows it", "SI", dict
     )
-    recorder_noise: Real = setting(
-        "standard deviation of noise on the recorded EMG, which did not drive the arm", "-", 0.0, ge=0, le=1
-    )
+    recorder_noise: Real = setting("noise on the recorded EMG that did not drive the arm, 1 SD", "-", 0.0, ge=0, le=1)
 
     @model_validator(mode="after")
     def _test_exists(self) -> "SimulatedDataset":
@@ -170,21 +165,12 @@ class RecordedDataset(_Dataset):
     """Trials from raw files as a recorder exports them: EMG in volts, angles, each with a clock of its own."""
 
     kind: Literal["recorded"] = setting("recorded: raw EMG and angles, processed here")
-    trials: Annotated[tuple[TrialName, ...], Once] = setting(
-        "names of the trials, which stand for {trial} in the files", min_length=2
-    )
-    mvc: Annotated[tuple[TrialName, ...], Once] = setting(
-        "recordings of maximum voluntary contractions, named as trials are", "", ()
-    )
+    trials: Annotated[tuple[TrialName, ...], Once] = setting("names, which stand for {trial} in files", min_length=2)
+    mvc: Annotated[tuple[TrialName, ...], Once] = setting("recordings of maximum contractions, as trials", "", ())
     recordings: dict[TrialName, TrialName] = setting(
-        "recording that a trial is a part of, {trial: what stands for {trial} in the files}; its own name where not "
-        "said",
-        default=dict,
-        each="trial",
+        "recording that a trial is a part of, {trial: what stands for {trial} in files}", default=dict, each="trial"
     )
-    emg: dict[ChannelName, EmgChannel] = setting(
-        "EMG channels; none for an arm without muscles", default=dict, each="channel"
-    )
+    emg: dict[ChannelName, EmgChannel] = setting("EMG channels; none where no muscles are", "", dict, each="channel")
     angle: RawAngle = setting("elbow angle; 0 hangs straight down, positive in flexion")
     signals: dict[ExtraName, ExtraAngle] = setting(
         "further angles over time, such as tilt_rad, the lean of the upper arm", default=dict, each="signal"
@@ -197,7 +183,7 @@ class RecordedDataset(_Dataset):
     motor: RawMotor | None = setting("known torque of a motor on the joint; null: none", default=None)
     keep: RawKeep | None = setting("part of all trials to keep, by a column's value; null: all", default=None)
     cut_s: dict[TrialName, Cut] = setting(
-        "part of a trial to keep, {trial: [from, to]} on the angle's clock", "s", dict, each="trial"
+        "part to keep, {trial: [from, to]} on the angle's clock", "s", dict, each="trial"
     )
     layout: TextLayout = setting("how CSV files are written", default=TextLayout)
     processing: Processing = setting("from raw EMG to excitation", default=Processing)

@@ -24,8 +24,6 @@ class DiagnosisSettings(Section):
     )
     at_rest: bool = setting("every trial starts at rest, so that its first velocity is not estimated", "", False)
     scatter: dict[Annotated[str, Field(pattern=CONSTANT)], Scatter] = setting(
-        "constants that nobody measured, free while effects are weighed, by constant (slack) or by muscle (slack_Bi)",
-        default=dict,
-        each="constant",
+        "constants that nobody measured, which stay free, as slack, or slack_Bi of a muscle", "", dict, each="constant"
     )
     starts: Whole = setting("searches of the fit of the base model, side by side", "-", 8, ge=1, le=1000)

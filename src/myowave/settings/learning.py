@@ -15,16 +15,12 @@ class Inputs(Section):
         "about how many samples a second it sees, of trials that have more; null: all", "Hz", None, gt=0, le=2500
     )
     known_inputs: Annotated[tuple[Name, ...], Once] | None = setting(
-        "what it is told beside EMG of what is known and differs between training trials, such as [load] or "
-        "[tilt_rad]; null: all of it",
-        "",
-        None,
+        "what it is told of what is known and differs between training trials, such as [load]; null: all", "", None
     )
     emg_over: Literal["maximum", "weight"] = setting(
         "what EMG is divided by: maximum, what counts as 1; weight, that and the torque that holds the level forearm "
         "with the known load, so that EMG means the same with every load",
-        "",
-        "maximum",
+        default="maximum",
     )
 
 
@@ -49,11 +45,7 @@ class Recipe(Inputs):
         lt=0.9,
     )
     patience: Whole | None = setting(
-        "epochs without a better validation error before a scale stops; null: it never does",
-        "-",
-        None,
-        ge=1,
-        le=1_000_000,
+        "epochs without a better validation error before a scale stops; null: never", "-", None, ge=1, le=1_000_000
     )
 
     def changed(self, changes: Mapping[str, Any]) -> Self:
@@ -74,28 +66,16 @@ class RolloutRecipe(Recipe):
     method: Literal["rollout"] = setting("fed by its own predictions", default="rollout")
     rollout_s: Real = setting("time fed by the network's own predictions", "s", 1.6, gt=0, le=60)
     optimiser: Literal["adam", "soap"] = setting(
-        "what moves the weights: adam, Adam; soap, Adam in the basis where a layer's gradient is least correlated",
-        "",
-        "adam",
+        "what moves the weights: Adam; or soap, Adam in the basis where a layer's gradient is least correlated",
+        default="adam",
     )
     simulated_trials: Whole = setting(
-        "trials simulated with the identified parameters, on EMG that was never recorded, to train on",
-        "-",
-        64,
-        ge=0,
-        le=10_000,
+        "trials to train on that are simulated with the identified parameters and new EMG", "-", 64, ge=0, le=10_000
     )
-    emg_gain: Real = setting(
-        "training windows of recorded trials are seen with EMG times e^(this times a standard normal), drawn for each "
-        "channel, as electrodes, skin and a maximum that nobody measured change it",
-        "-",
-        0.0,
-        ge=0,
-        le=1,
-    )
+    emg_gain: Real = setting("SD of the logarithm of gains drawn for EMG in training windows", "-", 0.0, ge=0, le=1)
     known_noise: Real = setting(
-        "the same windows are given what is known beside EMG with this noise, one value for a window, in units of its "
-        "standard deviation over the training trials (of the elbow's for angles): few trials are else told apart by it",
+        "noise on what is known beside EMG, one value for a window, in units of its scatter over the training trials "
+        "(the elbow's for angles)",
         "-",
         0.0,
         ge=0,
@@ -114,14 +94,11 @@ class PaperRecipe(Recipe):
         "differences of the predicted angles; averaged, the same with the torque's mean over the kernel of the second "
         "difference; measured, that along the measured angles; split, averaged: predicted angles teach the weights, "
         "measured ones the parameters",
-        "",
-        "split",
+        default="split",
     )
-    parameter_pace: Real = setting(
-        "size of Adam's step for the parameters, times that for the weights", "-", 1.0, gt=0, le=1000
-    )
+    parameter_pace: Real = setting("Adam's step for the parameters over that for the weights", "-", 1.0, gt=0, le=1000)
     batches: Whole = setting(
-        "steps of Adam in an epoch, each on random pieces of the trials; 1: on all", "-", 1, ge=1, le=10_000
+        "steps of Adam in an epoch, on random pieces of trials; 1: on all", "-", 1, ge=1, le=10_000
     )
 
 
@@ -167,15 +144,13 @@ class Sweep(Section):
     recipe: Name = setting("recipe to improve")
     scales: Whole = setting("number of scales", "-", 1, ge=1, le=5)
     dimensions: Annotated[dict[Name, Dimension], WithoutNull] = setting(
-        "ranges to search, {numeric setting of the recipe: range}; null instead of a range: not searched",
-        each="setting",
-        min_length=1,
+        "ranges to search, {numeric setting of the recipe: range}; null: not searched", each="setting", min_length=1
     )
     trials: Whole = setting("settings to try; a larger number later goes on from there", "-", 20, ge=1, le=100_000)
     workers: Whole = setting("jobs that search side by side", "-", 2, ge=1, le=1000)
     seeds: Whole = setting("independent starts of each setting; their mean error counts", "-", 2, ge=1, le=1000)
     epochs: Whole | None = setting(
-        "epochs of all scales of one start; null: as in the recipe", "-", None, ge=1, le=1_000_000
+        "epochs of all scales of one start; null: the recipe's", "-", None, ge=1, le=1_000_000
     )
 
 

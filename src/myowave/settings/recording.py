@@ -24,16 +24,12 @@ class RawSignal(Section):
     column: str | None = setting("its name in the file; null where the file holds one signal", default=None)
     format: Format | None = setting("format of the file; null goes by the ending", default=None)
     unit: str | None = setting("unit, where the file names none", default=None)
-    rate_hz: Real | None = setting(
-        "samples a second, where the file has neither rate nor time", "Hz", None, ge=10, le=50_000
-    )
+    rate_hz: Real | None = setting("samples a second, where the file does not tell", "Hz", None, ge=10, le=50_000)
 
 
 class EmgChannel(RawSignal):
     form: Literal["raw", "envelope", "fraction"] = setting(
-        "raw: as the electrodes saw it; envelope: already rectified and smoothed, so only normalised; fraction: of a "
-        "maximum contraction already, so taken as it is",
-        default="raw",
+        "raw: as the electrodes saw it; envelope: rectified and smoothed; fraction: of a maximum contraction", "", "raw"
     )
 
 
@@ -48,9 +44,7 @@ class ExtraAngle(RawAngle):
     """A further angle over time, such as the lean of the upper arm."""
 
     condition: str | None = setting(
-        "physical constant of which its median over a trial is the known value, such as tilt, which gravity follows "
-        "over time; null for none",
-        default=None,
+        "physical constant whose known value is its median over a trial, such as tilt; null for none", default=None
     )
 
 
@@ -103,21 +97,15 @@ class TextLayout(Section):
     separator: Literal["comma", "semicolon", "tab", "space"] | None = setting("between columns", default=None)
     decimal: Literal["point", "comma"] | None = setting("decimal sign", default=None)
     header_row: Whole | None = setting(
-        "row that names the columns, counted from 1; null: that above the numbers, or above a row of units there",
+        "row that names the columns, from 1; null: that above the numbers, or above units there",
         "-",
         None,
         ge=1,
     )
     units_row: Whole | None = setting("row that holds the units of the columns", "-", None, ge=1)
-    time_column: str | None = setting(
-        "column of times in s; null takes one called time, time_s, time_ms or t", default=None
-    )
+    time_column: str | None = setting("column of times [s]; null takes time, time_s, time_ms or t", default=None)
     resample_hz: Real | None = setting(
-        "samples a second that uneven times are brought to, on straight lines; null: uneven times are refused",
-        "Hz",
-        None,
-        ge=10,
-        le=50_000,
+        "rate that uneven times are brought to, on straight lines; null refuses them", "Hz", None, ge=10, le=50_000
     )
 
 
@@ -127,9 +115,7 @@ class Processing(Section):
     band_pass_hz: tuple[Real, Real] | None = setting(
         "band of the raw EMG that is kept; its upper end is at most 0.45 of the sampling rate", "Hz", (20.0, 450.0)
     )
-    notch_hz: Real | None = setting(
-        "frequency of mains hum to take out where a line is found", "Hz", None, gt=0, le=1000
-    )
+    notch_hz: Real | None = setting("mains hum to take out where a line is found", "Hz", None, gt=0, le=1000)
     low_pass_hz: Real = setting("corner of the envelope of the rectified EMG", "Hz", 4.0, gt=0, le=50)
     phase: Literal["zero", "causal"] = setting(
         "zero: filtered forwards and backwards, no lag; causal: as in real time, with the filter's lag", default="zero"

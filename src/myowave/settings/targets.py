@@ -10,12 +10,8 @@ from myowave.settings.section import ModelName, Once, Section, WithoutNull, sett
 class Targets(Section):
     """What plain `snakemake` makes. It changes no result, only which ones there are."""
 
-    datasets: Annotated[tuple[str, ...], Once] = setting(
-        "datasets whose networks are trained, and which are diagnosed", default=()
-    )
-    without_networks: Annotated[tuple[str, ...], Once] = setting(
-        "further datasets: diagnosed, no network trained", default=()
-    )
+    datasets: Annotated[tuple[str, ...], Once] = setting("datasets to train networks of and to diagnose", default=())
+    without_networks: Annotated[tuple[str, ...], Once] = setting("further datasets, only to diagnose", default=())
     models: dict[str, Annotated[tuple[ModelName, ...], Once]] = setting(
         "physical models by dataset, such as base+joint_damping; [base] for one not named", default=dict, each="dataset"
     )
@@ -24,9 +20,7 @@ class Targets(Section):
     )
     recipes: Annotated[tuple[str, ...], Once] = setting("recipes", default=("rollout",), min_length=1)
     own_recipes: Annotated[dict[str, Annotated[tuple[str, ...], Once, Field(min_length=1)]], WithoutNull] = setting(
-        "recipes of a dataset that has its own, such as {human_curls: [recorded]}; else those of recipes",
-        default=dict,
-        each="dataset",
+        "recipes of datasets that have their own, such as {human_curls: [recorded]}", default=dict, each="dataset"
     )
     scales: Annotated[tuple[Annotated[int, Field(ge=1, le=5)], ...], Once] = setting(
         "numbers of scales, 1 to 5: 3 trains at scales -2, -1, 0", "-", (1, 2, 3), min_length=1

@@ -43,8 +43,7 @@ def value_problems(
     for channel, form in forms.items():
         yield from _emg_problems(recordings, channel, form, test)
     for one in recordings.values():
-        yield from _elbow_problems(one)
-        yield from _further_problems(one)
+        yield from _odd_problems(one)
 
 
 def _rate_problems(recordings: Mapping[str, Recording]) -> Iterator[str]:
@@ -97,14 +96,11 @@ _PERCENT = "divide it by 100 in the files, or name % as its unit."
 _ARTEFACT = "Look for an artefact there and cut it off with cut_s, or name a stronger contraction under mvc."
 
 
-def _elbow_problems(one: Recording) -> Iterator[str]:
-    """An elbow that is beyond half a turn, never moves, or looks like the other unit."""
+def _odd_problems(one: Recording) -> Iterator[str]:
+    """Angles beyond half a turn, an elbow that is still or looks like the other unit, a torque that no elbow gives."""
     angle, unit = np.degrees(one.angle), one.raw.angle_unit
-    far = "Correct its unit, sign or offset_deg."
-    if unit == "rad":
-        far = (
-            "If it was written in deg, name that unit (or call the column angle_deg); else correct sign or offset_deg."
-        )
+    named = "If it was written in deg, name that unit (or call the column angle_deg); else correct sign or offset_deg."
+    far = named if unit == "rad" else "Correct its unit, sign or offset_deg."
     still = "The sensor was off, or the column is another one: correct it, or leave the trial out."
     if problem := _odd(one, "the angle", angle, "deg", HALF_TURN_DEG, far, still):
         yield problem
@@ -113,10 +109,6 @@ def _elbow_problems(one: Recording) -> Iterator[str]:
             f"{one.origin}: the angle goes from {angle.min():.4g} to {angle.max():.4g} deg, which no elbow motion does."
             " If it was written in rad, name that unit (or call the column angle_rad)."
         )
-
-
-def _further_problems(one: Recording) -> Iterator[str]:
-    """A further angle beyond half a turn; a torque that no elbow gives, or that never changes."""
     for key, values in one.signals.items():
         problem = None
         if one.raw.signals[key].unit == "rad":

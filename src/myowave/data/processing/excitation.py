@@ -94,9 +94,11 @@ def envelope(emg: Sampled, processing: Processing, known: Known | None = None) -
     return emg.with_values(np.concatenate([excitation.push(emg.values[:, None]), excitation.finish()])[:, 0])
 
 
-def known_from(emg: list[Sampled], processing: Processing) -> Known:
-    """What recordings of raw EMG tell of their channel: its offset, and whether it hums."""
-    frequency = processing.notch_hz
+def known_from(emg: list[Sampled], processing: Processing, form: str = "raw") -> Known:
+    """What recordings of EMG tell of their channel, but for its gain: raw ones their offset, and whether they hum."""
+    known = Known(form=form, rate_hz=emg[0].rate, unit=emg[0].unit)
+    if form != "raw":
+        return known
     offset = float(np.median(np.concatenate([one.values for one in emg])))
-    hum = frequency is not None and any(one.has_hum(frequency) for one in emg)
-    return Known(form="raw", rate_hz=emg[0].rate, unit=emg[0].unit, offset=offset, hum=hum)
+    hum = processing.notch_hz is not None and any(one.has_hum(processing.notch_hz) for one in emg)
+    return known.model_copy(update={"offset": offset, "hum": hum})
