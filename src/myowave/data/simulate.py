@@ -23,8 +23,7 @@ from myowave.physics.simulation import Simulation, channels_of
 from myowave.physics.trajectory import solve
 from myowave.settings import SimulatedDataset
 
-ANGLE_RANGE = (0.1, 1.7)
-"""Range of the elbow angle [rad] in synthetic trials: at 0 the moment arms of Eqs. 58-59 change sign."""
+ANGLE_RANGE = (0.1, 1.7)  # of the elbow in synthetic trials [rad]: at 0 the moment arms of Eqs. 58-59 change sign
 
 # ASSUME: a trial repeats flexion 0.12 to 0.45 times a second, slow enough for the forearm to follow its equilibrium.
 FREQUENCY_RANGE = (0.12, 0.45)
@@ -54,14 +53,13 @@ class Manoeuvre:
     effort: float = 1.0
 
 
-MANOEUVRES: Mapping[str, Manoeuvre] = {
+MANOEUVRES: Mapping[str, Manoeuvre] = {  # trials that one can ask a subject for
     "as recorded": Manoeuvre(),
     "faster": Manoeuvre(frequency=1.8),
     "slower": Manoeuvre(frequency=0.5),
     "passive swing": Manoeuvre(amplitude=0.0),
     "co-contraction": Manoeuvre(cocontraction=0.4),
 }
-"""Trials one can ask a subject for."""
 
 
 def synthetic_emg(

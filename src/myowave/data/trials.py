@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 EMG_PREFIX = "emg_"
-TIME, ANGLES = "time_s", {"angle_rad": "rad", "angle_deg": "deg"}
-"""Columns of files with a trial each: that of times, and of the elbow's angle with their units."""
+TIME, ANGLES = "time_s", {"angle_rad": "rad", "angle_deg": "deg"}  # columns of files with a trial each
 TORQUE = "torque_Nm"
 """Torque of the muscles about the elbow as measured, flexing positive, one of the `signals`; NaN in trials without."""
 MOTOR = "motor_Nm"  # known torque of a motor on the joint at rest, one of the `signals`
@@ -72,8 +71,8 @@ class Trials:
     def from_sequences(
         cls,
         *,
-        emg: Sequence[ArrayLike],
-        angle: Sequence[ArrayLike],
+        emg: Sequence[Any],
+        angle: Sequence[Any],
         signals: Mapping[str, Sequence[ArrayLike]] | None = None,
         **fields: Any,
     ) -> Trials:
@@ -85,22 +84,15 @@ class Trials:
             signals: {name: one (N_i,) array per trial [rad]}.
             **fields: the other fields of `Trials`, without `lengths`.
         """
-        emgs = [np.asarray(values, dtype=np.float64) for values in emg]
-        angles = [np.asarray(values, dtype=np.float64) for values in angle]
-        lengths = tuple(len(values) for values in angles)
-        if not lengths or min(lengths) == 0 or [len(values) for values in emgs] != list(lengths):
+        lengths, of_emg = tuple(map(len, angle)), tuple(map(len, emg))
+        if min(lengths, default=0) == 0 or of_emg != lengths:
             raise ValueError(
-                f"dataset {fields.get('dataset')!r}: {len(emgs)} EMG and {len(angles)} angle sequences with lengths "
-                f"{[len(values) for values in emgs]} and {list(lengths)}; each trial needs one of both, equally long."
+                f"dataset {fields.get('dataset')!r}: {len(emg)} EMG and {len(angle)} angle sequences with lengths "
+                f"{list(of_emg)} and {list(lengths)}; each trial needs one of both, equally long."
             )
-        longest = max(lengths)
-        return cls(
-            emg=_stack(emgs, longest),
-            angle=_stack(angles, longest),
-            signals={name: _stack(values, longest) for name, values in (signals or {}).items()},
-            lengths=lengths,
-            **fields,
-        )
+        stacked = {name: _stack(values, max(lengths)) for name, values in (signals or {}).items()}
+        both = {"emg": _stack(emg, max(lengths)), "angle": _stack(angle, max(lengths))}
+        return cls(**both, signals=stacked, lengths=lengths, **fields)
 
     @property
     def valid(self) -> NDArray[np.bool_]:
@@ -154,8 +146,8 @@ class Trials:
         arrays = {"emg": self.emg, "angle": self.angle, **self.signals}
         each = {name: [change(a[:n]) for a, n in zip(of, self.lengths, strict=True)] for name, of in arrays.items()}
         same = {name: value for name, value in vars(self).items() if name != "lengths"}
-        same |= {"emg": each.pop("emg"), "angle": each.pop("angle"), "signals": each}
-        return Trials.from_sequences(**{**same, **fields})
+        own = {"emg": each.pop("emg"), "angle": each.pop("angle"), "signals": each}
+        return Trials.from_sequences(**{**same, **own, **fields})
 
     def condition(self, parameter: str, default: float) -> Array:
         """Value of a known parameter in each trial, (T,): its condition, else the constant, else `default`."""

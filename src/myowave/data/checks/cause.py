@@ -13,8 +13,7 @@ from myowave.data.processing.sampled import Sampled, sample_at
 from myowave.data.recording import Prepared
 from myowave.data.trials import Array
 
-AHEAD_S = (0.0, 0.25)
-"""Time by which EMG is ahead of the motion it causes [s]: delays of 30 to 150 ms, and what smoothing hides."""
+AHEAD_S = (0.0, 0.25)  # of EMG to the motion it causes [s]: delays of 30 to 150 ms, and what smoothing hides
 DRIFT_S = 0.2  # change of that time from the first to the last part of a trial that is told [s]
 BETTER = 0.02  # explained variance that another time has to add [-]
 _RATE_HZ = 50.0
@@ -25,8 +24,7 @@ AGAINST, MOST_TRIALS = 0.15, 0.8
 agree [-]. A person's flexors have 0.21 to 0.24, those of simulated arms, each effect of the catalogue in them, 0.8 or
 more."""
 ALL = ""
-DELAY_S, SMOOTH_S = 0.08, 0.25
-"""Of EMG before the motion, and window of the polynomials that differentiate the angle [s]."""
+DELAY_S, SMOOTH_S = 0.08, 0.25  # of EMG before the motion, and of polynomials that differentiate the angle [s]
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,20 +19,14 @@ SILENT = 1.5  # envelope at its 95th over its 5th percentile, below which no con
 SPIKE, SPIKE_SHARE = 10.0, 0.001
 """Largest value over that of all but this share of the samples from which it is an artefact [-]: noise that swells to a
 contraction as short as 0.1 % of a trial has no more than 2. Also the largest envelope over that of most trials."""
-CLIPPED_RUN, CLIPPED_RUNS = 3, 3
-"""Samples in a row at the largest or smallest value, and how often, that count as clipping."""
-HELD_S = 0.02
-"""Time for which EMG does not change that counts as a gap; at 2000 Hz noise changes it every few samples [s]."""
+CLIPPED_RUN, CLIPPED_RUNS = 3, 3  # samples in a row at the largest or smallest value, and how often: clipping
+HELD_S = 0.02  # without any change that counts as a gap [s]; at 2000 Hz noise changes EMG every few samples
 REPEATED_S = 0.03  # length of a block that is there twice, sample for sample [s]
-SLOW_HZ, SLOW_SHARE = 20.0, 0.15
-"""Below which frequency EMG has little power, and the share of it from which cables and electrodes are suspected."""
+SLOW_HZ, SLOW_SHARE = 20.0, 0.15  # below which EMG has little power, and the share that cables and electrodes make
 FAST_SHARE = 0.3  # share of the power above `SLOW_HZ` below which a signal is no raw EMG [-]
-CROSSTALK = 0.5
-"""Correlation of two channels' raw EMG, at any shift up to `CROSSTALK_S`, from which they may hold one muscle's [-]."""
-CROSSTALK_S = 0.005
+CROSSTALK, CROSSTALK_S = 0.5, 0.005  # correlation of raw EMG, at any shift up to this [s], that may be one muscle's
 ABOVE = 1.001  # EMG that is more than what counts as 1 [-]; resampled, the largest may move by a little
-ENDS_S, ENDS_SHARE = 0.05, 0.001
-"""Difference of the durations of EMG and angle that is told: at least 50 ms, and 0.1 % of them."""
+ENDS_S, ENDS_SHARE = 0.05, 0.001  # least difference of durations of EMG and angle [s], and as a share of them
 _BAND_HZ = (20.0, 450.0)
 
 
@@ -153,15 +147,14 @@ _LESS_EFFORT = (
 DEAD_CHANNEL = Check(
     "dead channel", _dead, "The electrode was off or the column is another one: leave the trial or the channel out."
 )
-CHECKS = (
+CHECKS = (  # of any EMG
     Check("durations", _durations,
           "Where both were started and stopped together, a rate is wrong or a clock drifts: compare rate_hz with the "
           "recorder's. Otherwise say processing.emg_start_offset_s; only the common time is used."),
     Check("EMG above 1", _largest_within(EMG_LIMIT, np.inf), _LESS_EFFORT),
     Check("EMG above 1", _largest_within(ABOVE, EMG_LIMIT), _LESS_EFFORT, "note"),
 )  # fmt: skip
-"""Of any EMG."""
-LIVE_CHECKS = (
+LIVE_CHECKS = (  # of any that is not dead
     Check("EMG of another size", _of_another_unit,
           "This trial may be in another unit or of another gain: correct it in the file, or leave the trial out."),
     Check("no contraction", _silent,
@@ -170,8 +163,7 @@ LIVE_CHECKS = (
           "An artefact, which would count as the largest contraction: cut it off with cut_s, or repair the file "
           "there."),
 )  # fmt: skip
-"""Of any EMG that is not dead."""
-RAW_CHECKS = (
+RAW_CHECKS = (  # of raw EMG that is not dead, besides
     Check("clipping", _clipped,
           "The recorder's range was too small, so peaks are missing: record with less gain, or leave the trial out."),
     Check("mains hum", _hum,
@@ -186,10 +178,10 @@ RAW_CHECKS = (
     Check("repeated block", _copies,
           "The recorder filled gaps with copies: cut the trial there with cut_s, or record again."),
 )  # fmt: skip
-"""Of raw EMG that is not dead, besides."""
 
 
 def _shared_by_two(emg: Mapping[str, Sampled]) -> str | None:
+    """Of raw EMG of a trial by channel: two channels that hold one signal, or its mirror image."""
     pairs = ((one, two, _shared(a, b)) for (one, a), (two, b) in combinations(emg.items(), 2))
     found = [f"{a} and {b} have a correlation of {r:.2f}" for a, b, r in pairs if r is not None and abs(r) > CROSSTALK]
     return "; ".join(found) + f" within {1000 * CROSSTALK_S:g} ms" if found else None
@@ -201,7 +193,6 @@ CROSS_TALK = Check(
     "Electrodes may see one muscle, or share a poor reference: compare the two, and keep the one that is nearer to its "
     "muscle; the effect emg_crosstalk tells the diagnosis of it.",
 )
-"""Of raw EMG {channel: as recorded} of a trial: two channels that hold one signal, or its mirror image."""
 
 
 def _shared(a: Sampled, b: Sampled) -> float | None:

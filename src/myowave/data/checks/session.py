@@ -12,11 +12,9 @@ from myowave.data.checks.motion import ELBOW, EXTRA
 from myowave.data.processing.sampled import Sampled
 from myowave.data.recording import Prepared
 
-GAINS_UV = (3.0, 1e4)
-"""Envelope of surface EMG at its largest [uV]: amplifiers have 1 to 3 uV of noise, muscles give 5 mV at most."""
+GAINS_UV = (3.0, 1e4)  # largest envelope of surface EMG: amplifiers have 1 to 3 uV of noise, muscles give 5 mV
 GAINS_APART = 300.0  # how far apart the largest envelopes of two channels are from which one is in another unit [-]
-LEAST_FRACTION = 0.01
-"""Largest EMG of a channel, as a fraction of a maximum contraction, below which it is in another unit [-]."""
+LEAST_FRACTION = 0.01  # largest EMG of a channel as a fraction of a maximum, below which it is in another unit [-]
 ALIKE = 0.995  # correlation of two envelopes over a session from which they hold one signal [-]
 SAME = 50  # different values that a signal has which is in two trials alike, from which it was copied [-]
 TENTHS_DEG, BENT_DEG = 20.0, 90.0
@@ -138,4 +136,3 @@ SESSION = (
     Check("load", _no_load,
           "Was the hand empty? Else say under conditions what was in it [kg]; what is not said is 0.", "note"),
 )  # fmt: skip
-"""Of everything that was prepared."""

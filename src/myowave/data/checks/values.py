@@ -16,8 +16,7 @@ from myowave.data.trials import TORQUE, Array, Trials
 from myowave.physics.path import read_path
 from myowave.settings import PathTable
 
-EMG_LIMIT = 1.5
-"""Largest EMG taken as a fraction of a maximum voluntary contraction [-]; more means it was not normalised."""
+EMG_LIMIT = 1.5  # largest EMG taken as a fraction of a maximum contraction [-]; more was not normalised
 UNSEEN_LIMIT = 5.0
 """The same of a trial held out, or of a stream: light loads may train and a heavy one test; percent would be more."""
 PERCENT_LIMIT = 200.0  # largest EMG that is in percent [-]

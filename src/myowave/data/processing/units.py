@@ -2,15 +2,14 @@
 
 import math
 
-ARBITRARY = "au"
-"""Unit of EMG that is no voltage; it is normalised like any other. Also of what has none, such as a duty."""
+ARBITRARY = "au"  # unit of EMG that is no voltage, which is normalised like any other; and of what has none
 PERCENT = "%"  # unit of a fraction that was multiplied by 100; as EMG it counts as arbitrary unless it is a fraction
+# Factors of the units that a signal of a kind may be written in.
 TO_RADIANS = {"rad": 1.0, "deg": math.pi / 180}
 TO_MICROVOLTS = {"uV": 1.0, "mV": 1e3, "V": 1e6, "nV": 1e-3}
 TO_EMG = {**TO_MICROVOLTS, ARBITRARY: 1.0, PERCENT: 1.0}
 TO_FRACTION = {ARBITRARY: 1.0, PERCENT: 1e-2}
 TO_NEWTON_METRES = {"Nm": 1.0, "Ncm": 1e-2, "Nmm": 1e-3}
-"""Factors of the units that a signal of a kind may be written in."""
 _SPELLINGS = {
     "uV": ("µV", "μV", "microvolts"),  # micro sign and Greek mu
     "mV": ("millivolts",),

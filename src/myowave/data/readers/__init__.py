@@ -28,7 +28,7 @@ __all__ = ["ENDINGS", "READERS", "RawRecording", "Reader", "Signal", "ending_of"
 
 Reader = Callable[[Path], RawRecording]
 
-READERS: dict[str, Reader] = {
+READERS: dict[str, Reader] = {  # by the name of the format in the settings
     "csv": read_delimited,
     "parquet": read_parquet,
     "noraxon": read_noraxon,
@@ -39,9 +39,8 @@ READERS: dict[str, Reader] = {
     "c3d": read_c3d,
     "edf": read_edf,
 }
-"""Readers of raw recordings, by the name of the format in the settings."""
 
-ENDINGS = {
+ENDINGS = {  # what they stand for where the settings name no format; .gz may follow that of a text
     ".csv": "csv",
     ".tsv": "csv",
     ".txt": "csv",
@@ -53,7 +52,6 @@ ENDINGS = {
     ".edf": "edf",
     ".bdf": "edf",
 }
-"""Format that an ending stands for where the settings name none; .gz may follow that of a text."""
 
 
 def ending_of(path: Path) -> str:
