@@ -7,10 +7,9 @@ from collections.abc import Mapping
 from importlib import import_module
 
 import numpy as np
-from numpy.typing import NDArray
 from sklearn.linear_model import LassoCV
 
-from myowave.data.trials import Trials
+from myowave.data.trials import Array, Trials
 from myowave.identification.along import Along
 from myowave.identification.record import Record, make_record
 from myowave.identification.torque import TorqueBalance, effects_unseen_by_angle
@@ -26,7 +25,6 @@ TERMS = {
     "quadratic_drag": lambda q, v: v * np.abs(v),
     "coulomb_friction": lambda q, v: np.tanh(v / STICTION),
 }
-Array = NDArray[np.float64]
 THRESHOLD = 0.1  # of coefficients, as PySINDy has it by default
 
 

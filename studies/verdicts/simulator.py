@@ -7,14 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from myowave.data.simulate import ANGLE_RANGE, synthetic_emg
-from myowave.data.trials import Trials
+from myowave.data.trials import Array, Trials
 from myowave.settings import SimulatedDataset
-
-Array = NDArray[np.float64]
 
 EFFECTS = ("joint_damping", "gravity_tilt", "emg_crosstalk", "joint_stiffness", "constant_torque", "observation_lag")
 GRAVITY, REST = 9.80665, 1.0  # rest of the joint's stiffness [rad], which is a convention

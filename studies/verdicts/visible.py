@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 import torch
 
+from myowave.data.trials import Array
 from myowave.diagnosis.search.score import score_effects
 from myowave.identification.least_squares import Normal, gather, pseudo_inverse
 from myowave.identification.output_error import Fit, fit_from
@@ -18,7 +19,7 @@ from myowave.identification.stages import attempt_fit
 from myowave.physics.effect import Effect
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
-from studies.verdicts.worlds import Array, World, low_pass, resampled
+from studies.verdicts.worlds import World, low_pass, resampled
 
 EVIDENCE = 10.0  # chi-square that counts as very strong evidence (Kass & Raftery 1995)
 POWER = 1.2816  # standard deviations above the threshold that 9 of 10 recordings reach

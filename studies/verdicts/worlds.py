@@ -13,19 +13,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PchipInterpolator, make_interp_spline
 from scipy.signal import butter, lfilter, sosfiltfilt
 from torch import Tensor
 
-from myowave.data.trials import Trials
+from myowave.data.trials import Array, Trials
 from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, OUTSIDE, OWN_CURVES
 from myowave.identification.free_parameters import free_parameters
 from myowave.physics.curves import Curve, Curves
 from myowave.physics.model import Model
 from myowave.settings import Scatter
-
-Array = NDArray[np.float64]
 
 # As the model assumes, other in one way, in all of these at once, and arms of another simulator.
 WORLDS = {

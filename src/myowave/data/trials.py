@@ -90,9 +90,9 @@ class Trials:
                 f"dataset {fields.get('dataset')!r}: {len(emg)} EMG and {len(angle)} angle sequences with lengths "
                 f"{list(of_emg)} and {list(lengths)}; each trial needs one of both, equally long."
             )
-        stacked = {name: _stack(values, max(lengths)) for name, values in (signals or {}).items()}
-        both = {"emg": _stack(emg, max(lengths)), "angle": _stack(angle, max(lengths))}
-        return cls(**both, signals=stacked, lengths=lengths, **fields)
+        n = max(lengths)
+        stacked = {name: _stack(values, n) for name, values in (signals or {}).items()}
+        return cls(emg=_stack(emg, n), angle=_stack(angle, n), signals=stacked, lengths=lengths, **fields)
 
     @property
     def valid(self) -> NDArray[np.bool_]:

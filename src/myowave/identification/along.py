@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from torch import Tensor
 
+from myowave.data.trials import Array
 from myowave.identification.record import Record
 from myowave.physics.model import Model, Params
 from myowave.physics.motion import initial_state, observe, step
 from myowave.physics.simulation import Simulation
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 CORRECTIONS = 3  # of what a sensor does beyond an offset, a factor and a delay

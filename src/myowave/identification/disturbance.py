@@ -6,14 +6,12 @@ Shapes: T trials, N samples, K numbers of the state, M muscles, P parameters.
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from myowave.data.trials import Array
 from myowave.identification.output_error import Fit
 from myowave.physics.effect import Effect
 from myowave.physics.effects.emg_offset import EFFECT as EMG_OFFSET
 from myowave.physics.tangent import forcing_of
-
-Array = NDArray[np.float64]
 
 REACH = 1e-4  # step of the differences
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
 from scipy.signal import firwin2, welch
 
-Array = NDArray[np.float64]
+from myowave.data.trials import Array
 
 SEGMENT = 64  # samples over which a spectrum is taken, and one less than the filter has
 FEWEST = 16  # fewer are no spectrum

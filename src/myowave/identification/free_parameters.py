@@ -8,15 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
+from myowave.data.trials import Array
 from myowave.physics.constants import constant_of
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import Identify, Scatter
-
-Array = NDArray[np.float64]
 
 WITHIN_FACTOR = 5  # of its usual value, where a constant has no bounds
 LARGEST_FACTOR = np.e  # by which one step changes a positive constant

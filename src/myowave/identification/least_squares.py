@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from torch import Tensor
 
+from myowave.data.trials import Array
 from myowave.identification.free_parameters import Free, bounds, expected, moved, scales
 from myowave.identification.noise import SOLVERS_DEG, correlation_time
 from myowave.identification.record import Record
 from myowave.physics.trajectory import Sensitive
 
-Array = NDArray[np.float64]
 Residual = Callable[[Array], Array]  # of parameters (..., P), (..., R)
 
 LARGEST = 1e6  # of residuals [rad] and slopes: where a motion diverges, its sums are large and not infinite

@@ -6,11 +6,9 @@ Shapes: T trials, N samples.
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from myowave.data.trials import Array
 from myowave.data.wavelets import estimate_noise
-
-Array = NDArray[np.float64]
 
 # ASSUME: no goniometer is better than this, and no model need be: structure below it is not chased.
 SMALLEST_NOISE_DEG = 0.05

@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
+from myowave.data.trials import Array
 from myowave.identification.free_parameters import Free, bind_values, moved, scales, start_values, within
 from myowave.identification.least_squares import Normal, bounded_step, covariance, normal_equations
 from myowave.identification.noise import correlation_time
@@ -28,8 +28,6 @@ from myowave.physics.motion import resting_states, simulate
 from myowave.physics.simulation import Simulation
 from myowave.physics.tangent import Linear
 from myowave.physics.trajectory import Newton, Sensitive, solve
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-5  # of the simulated state [rad, rad/s]
 GAIN = 1e-3  # stop where the next step would lower the sum of squares by less than this many residual variances

@@ -7,17 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
+from myowave.data.trials import Array
 from myowave.identification.along import Along
 from myowave.identification.free_parameters import bind_values
 from myowave.identification.least_squares import LARGEST
 from myowave.identification.output_error import Fit, LiftedSearch
 from myowave.identification.record import Record
 from myowave.physics.trajectory import solve
-
-Array = NDArray[np.float64]
 
 # ASSUME: where a trial starts, and how fast, is told by its first second; all after it is predicted.
 BEGINNING_S = 1.0

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_coeffs, savgol_filter
 
-Array = NDArray[np.float64]
+from myowave.data.trials import Array
 
 WIDEST_S = 0.35  # window of the local cubics
 SHORTEST = 5  # samples of it

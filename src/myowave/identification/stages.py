@@ -11,8 +11,8 @@ from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from myowave.data.trials import Array
 from myowave.identification.free_parameters import Free
 from myowave.identification.output_error import Fit, fit_from, fit_model, fit_simulated, refit
 from myowave.identification.prediction import predict
@@ -20,7 +20,6 @@ from myowave.identification.record import Record
 from myowave.identification.torque import TorqueFit, fit_torque, leave_out
 from myowave.physics.model import Model
 
-Array = NDArray[np.float64]
 Found = TypeVar("Found", Fit, TorqueFit)
 
 HORIZONS_S = (0.5, 1.0, 2.0)

@@ -26,6 +26,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from myowave.data.trials import Array
 from myowave.identification.along import Along
 from myowave.identification.free_parameters import Free, bind_values, expected, scales
 from myowave.identification.least_squares import Residual, descend, linearise, pseudo_inverse
@@ -36,8 +37,6 @@ from myowave.physics.dynamics import Torques, torques
 from myowave.physics.model import Model, Params
 from myowave.physics.motion import unpack
 from myowave.physics.simulation import between_samples
-
-Array = NDArray[np.float64]
 
 HALF_WIDTH_S, OVERLAP = 0.15, 2  # of a window, as an elbow's motion is slower; they stand half of that apart
 FEWEST = 3  # steps in a half width

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from torch import Tensor
 
-Array = NDArray[np.float64]
+from myowave.data.trials import Array
+
 Lengths = Sequence[int] | NDArray[np.int64]
 
 TEST = Polynomial([1.0, 0.0, -1.0]) ** 3

@@ -19,11 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from myowave.data.trials import Trials
+from myowave.data.trials import Array, Trials
 from myowave.identification.noise import correlation_time
 from myowave.learning.inputs import Known, given_inputs
-
-Array = NDArray[np.float64]
 
 MARGIN = 0.05  # share of a range by which it may be left before it counts as left
 LEVEL = 0.9  # share of the samples that the band is to hold
@@ -93,7 +91,7 @@ class Seen:
         return ~((values >= low - margin) & (values <= high + margin))  # what is no number is outside as well
 
 
-def gather(inputs: ArrayLike, angle: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
+def gather(inputs: ArrayLike, angle: Array, dt: float) -> Array:
     """Inputs (N, X), angle (N,) [rad] and its speed [rad/s] side by side, (N, X + 2); the first speed is 0."""
     speed = np.diff(angle, prepend=angle[:1]) / dt
     return np.column_stack([inputs, angle, speed])

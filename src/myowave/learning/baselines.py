@@ -16,12 +16,11 @@ import numpy as np
 import pandas as pd
 import torch
 import torch.nn.functional as F
-from numpy.typing import NDArray
 from sklearn.ensemble import HistGradientBoostingRegressor
 from torch import Tensor
 
 from myowave.data.thinning import thin
-from myowave.data.trials import Trials
+from myowave.data.trials import Array, Trials
 from myowave.learning.evaluation import score_trials
 from myowave.learning.inputs import Given, given_inputs
 from myowave.learning.network import Scaling
@@ -29,7 +28,6 @@ from myowave.learning.optimisers import Adam
 from myowave.physics.model import Model
 from myowave.settings import Baseline
 
-Array = NDArray[np.float64]
 GIVEN_S = 0.16  # known angles at the start, as long as the recipes have them [s]
 REACH_S = 2.4  # of EMG that an angle is predicted from [s]; at 25 Hz the convolution reaches as far
 TREE_LAGS = 16  # of those: trees gain nothing by neighbours that are alike

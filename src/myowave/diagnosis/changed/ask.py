@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from myowave.data.trials import Trials
@@ -18,8 +17,6 @@ from myowave.physics.constants import MUSCLE_CONSTANTS
 from myowave.physics.effect import Effect, Parameter
 from myowave.physics.model import Model
 from myowave.settings import Scatter
-
-Array = NDArray[np.float64]
 
 SURE = 0.98  # of what is said
 USUAL = 3.0  # ASSUME: changes are about as large as this many times a strength of practical interest

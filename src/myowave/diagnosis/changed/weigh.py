@@ -15,14 +15,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 from torch import Tensor
 
+from myowave.data.trials import Array
 from myowave.diagnosis.changed.windows import Windowed
 from myowave.diagnosis.likelihood.algebra import Component, Residual, log_evidence, most_likely
-
-Array = NDArray[np.float64]
 
 # ASSUME: moment arm times force changes over as much of angle [rad] and velocity [rad/s] as curves of the arm's muscles
 # do: over an elbow's range they are near to parabolas (Murray et al. 1995; Hill 1938).

@@ -11,13 +11,12 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from myowave.data.trials import Array
 from myowave.identification.along import Along
 from myowave.identification.record import Record
 from myowave.identification.torque import TorqueBalance
 from myowave.physics.constants import OVER_TIME
 from myowave.physics.model import Model
-
-Array = NDArray[np.float64]
 
 BUMP_RAD = 0.01  # of the lean, for differences
 NO_FORCE = -30.0  # logarithm of a factor on passive forces that leaves none

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from myowave.data.trials import Array
 
 POSTURE = "posture and speed"
 POSTURE_LOAD = "posture, speed and load"

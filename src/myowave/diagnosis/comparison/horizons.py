@@ -14,11 +14,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from myowave.data.trials import Array
 from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, POSTURE, SAME_SPEED, fit_linear, polynomial
 from myowave.identification.along import Along
 from myowave.identification.record import Record
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 # ASSUME: the state at a restart is the smoothed measured one; it looks 0.175 s ahead, for all predictors alike.

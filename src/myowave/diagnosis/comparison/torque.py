@@ -9,14 +9,12 @@ Shapes: T trials, N samples, n steps, D points in a step, K windows, F features.
 import numpy as np
 import pandas as pd
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
+from myowave.data.trials import Array
 from myowave.diagnosis.comparison.baselines import EMG_ONLY, NOISE, POSTURE, POSTURE_LOAD, fit_linear, polynomial
 from myowave.identification.along import Along
 from myowave.identification.torque import TorqueBalance, windows_of
-
-Array = NDArray[np.float64]
 
 COLUMNS = ["model", "trial", "held_out", "rmse_Nm", "r2"]
 OVERFLOWN_NM = 1e9  # a torque beyond this is none

@@ -20,12 +20,11 @@ from functools import cached_property
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.stats import norm
 from torch import Tensor
 
-Array = NDArray[np.float64]
+from myowave.data.trials import Array
 
 COST = 3.0  # nats of a cause that is on: its size is as likely in any factor of e over four decades, and one is taken
 HOPE = 1.0  # nats: a cause that gains less with the sizes of all others as they are gains nothing

@@ -6,10 +6,10 @@ above it, see `waves`.
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from torch import Tensor
 
+from myowave.data.trials import Array
 from myowave.diagnosis.likelihood.algebra import COST, Component, Residual
 from myowave.diagnosis.likelihood.pushes import Pushes, along_steps, answers, excitation_of
 from myowave.diagnosis.likelihood.terms import OF_SENSOR
@@ -18,8 +18,6 @@ from myowave.identification.free_parameters import Free, scales
 from myowave.identification.least_squares import scaled_slope
 from myowave.identification.noise import SMALLEST_NOISE_DEG
 from myowave.identification.output_error import Fit
-
-Array = NDArray[np.float64]
 
 # ASSUME: constants of which nothing is known are known up to a factor of e or so, in units of their scale.
 WIDE = 1.0

@@ -10,10 +10,10 @@ from functools import cached_property
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from scipy.special import logsumexp
 from torch import Tensor
 
+from myowave.data.trials import Array
 from myowave.diagnosis.likelihood.algebra import (
     COST,
     Covariance,
@@ -36,8 +36,6 @@ from myowave.diagnosis.likelihood.waves import MEMORIES_S, View
 from myowave.identification.free_parameters import bounds, scales
 from myowave.identification.least_squares import minimise_within, scaled_slope
 from myowave.identification.output_error import Fit, take_step
-
-Array = NDArray[np.float64]
 
 PARAMETERS = ("constants", "starts")
 DAMPING = (0.0, 0.01, 0.1, 1.0, 10.0)  # of steps, until one is for the better

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
+from myowave.data.trials import Array
 from myowave.diagnosis.likelihood.terms import torque_terms
 from myowave.identification.disturbance import excitation_forcing, forcing_by
 from myowave.identification.output_error import Fit
@@ -19,8 +19,6 @@ from myowave.physics.dynamics import muscle_quantities
 from myowave.physics.effect import Effect, Parameter
 from myowave.physics.effects.constant_torque import EFFECT as CONSTANT_TORQUE
 from myowave.physics.trajectory import recur
-
-Array = NDArray[np.float64]
 
 LAGS_S = (-0.16, -0.08, 0.08, 0.16, 0.3)  # of excitation, ahead and behind
 

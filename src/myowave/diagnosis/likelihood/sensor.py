@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
-Array = NDArray[np.float64]
+from myowave.data.trials import Array
 
 SHORTEST = 15  # samples that a filter forwards and backwards is longer than
 STRAIGHT = 1e-8  # of the largest second difference: less is rounding

@@ -16,10 +16,9 @@ from scipy.linalg import matmul_toeplitz
 from scipy.signal import periodogram
 from torch import Tensor
 
+from myowave.data.trials import Array
 from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.identification.output_error import Fit
-
-Array = NDArray[np.float64]
 
 MOTION = 0.99  # share of the motion's power that lies in its band
 NOISE_ABOVE = 3.0  # in units of the band's edge, below which there must be room for noise

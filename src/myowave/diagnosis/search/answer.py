@@ -10,15 +10,12 @@ from typing import Literal
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, OUTSIDE, OWN_CURVES
 from myowave.diagnosis.likelihood.components import COLOURED, CURVES, DRIFT, EMG, GAINS, NOISE, REPEATS, SLOW, TISSUE
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.weigh import Posterior
-
-Array = NDArray[np.float64]
 
 NAMED = 0.95
 LIKELY = 0.5

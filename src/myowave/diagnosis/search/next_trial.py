@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from myowave.data.simulate import MANOEUVRES, Manoeuvre, synthetic_emg
+from myowave.data.trials import Array
 from myowave.diagnosis.search.score import score_effect
 from myowave.identification.free_parameters import Free, bind_values, effect_parameters, expected
 from myowave.identification.least_squares import gain_of, normal_equations, without_starts
@@ -21,8 +21,6 @@ from myowave.identification.output_error import Fit, polish
 from myowave.identification.record import Record
 from myowave.physics.effect import Effect
 from myowave.physics.trajectory import solve
-
-Array = NDArray[np.float64]
 
 LOAD_KG, TILT_RAD = 1.0, np.pi / 6
 START_RAD = np.pi / 6

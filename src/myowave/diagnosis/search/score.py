@@ -17,8 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
+from myowave.data.trials import Array
 from myowave.identification.free_parameters import Free, bind_values, bounds, effect_parameters, scales
 from myowave.identification.least_squares import gain_of, scaled_slope
 from myowave.identification.output_error import TOLERANCE, Fit
@@ -26,8 +26,6 @@ from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.physics.motion import resting_states
 from myowave.physics.trajectory import Newton, Sensitive, derivatives_of, solve
-
-Array = NDArray[np.float64]
 
 REACH = 0.3  # step of the differences by an effect's parameters, in units of a typical strength
 FAILURES = (ValueError, np.linalg.LinAlgError)  # no motion is found, or a matrix is singular or not finite

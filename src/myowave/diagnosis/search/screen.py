@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from myowave.data.trials import Array
 from myowave.diagnosis.likelihood.algebra import Covariance, Weighed, log_share_within
 from myowave.diagnosis.likelihood.components import NOISE, REPEATS
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
@@ -18,8 +18,6 @@ from myowave.diagnosis.search.score import ScoreTest, score_effects
 from myowave.identification.free_parameters import bounds, scales
 from myowave.identification.least_squares import scaled_slope
 from myowave.physics.effect import Effect
-
-Array = NDArray[np.float64]
 
 VISIBLE = 1.0  # information [-] below which an effect is worth no place in a pair
 SAME = 0.99  # cosine between a part of the general correction and an effect, above which they are one

@@ -29,7 +29,6 @@ from myowave.identification.stages import attempt_fit
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 
-Array = NDArray[np.float64]
 Key = tuple[frozenset[str], bool]  # names of effects, and whether the EMG is the expected one
 
 OUTSIDE = 0.03  # ASSUME: so likely is one part of the general correction, beside all effects of the catalogue

@@ -10,14 +10,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import torch
-from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
+from myowave.data.trials import Array
 from myowave.identification.output_error import Fit
 from myowave.identification.windows import window
 from myowave.physics.dynamics import moment_of_inertia
-
-Array = NDArray[np.float64]
 
 BINS = 4  # of as many samples each
 WINDOW_S = 0.25  # half the width of a test function
