@@ -170,7 +170,7 @@ class TorqueBalance:
     def unmoved(self, free: Sequence[Free], values: Array) -> Array:
         """int w'' q - w (torque / I) dt of free parameters (..., P), 0 outside trials [rad/s], (..., T K)."""
         found = self._at_points(bind_values(free, values))
-        residual = self.moved - self.windows.integrate(found.total / found.inertia)
+        residual = self.moved - self.windows.integrate(found.acceleration)
         return (residual * torch.from_numpy(self.inside)).flatten(-2).numpy()
 
     def residual(self, free: Sequence[Free], values: Array) -> Array:

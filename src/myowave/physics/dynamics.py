@@ -34,6 +34,11 @@ class Torques:
     def total(self) -> Tensor:
         return self.driving + self.gravity + self.effects
 
+    @property
+    def acceleration(self) -> Tensor:
+        """Of the joint [rad/s^2]. Source: Taneja et al. 2023, Eq. 54."""
+        return self.total / self.inertia
+
 
 def muscle_quantities(valued: Valued, q: Tensor, qdot: Tensor, activation: Tensor) -> dict[str, Any]:
     """Path, fibre and force of every muscle at a joint state, before the effects that have a state.
@@ -58,12 +63,18 @@ def muscle_quantities(valued: Valued, q: Tensor, qdot: Tensor, activation: Tenso
 
     known = {**c, "curves": valued.curves}
 
-    def hill(a: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
-        force = hill_force(valued.curves, a, length, velocity)
+    base = hill_force(valued.curves, activation, fibre_length, fibre_velocity)
+
+    def changed(base: Tensor, a: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
+        """The force of fibres behind the effects without a state."""
+        fibre = {"base_force": base, "activation": a, "fibre_length": length, "fibre_velocity": velocity}
+        force = base
         for effect in valued.acting["fibre"]:
-            fibre = {"activation": a, "fibre_length": length, "fibre_velocity": velocity, "force": force}
-            force = effect({**known, **fibre})
+            force = effect({**known, **fibre, "force": force})
         return force
+
+    def hill(a: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
+        return changed(hill_force(valued.curves, a, length, velocity), a, length, velocity)
 
     return {
         **known,
@@ -71,7 +82,8 @@ def muscle_quantities(valued: Valued, q: Tensor, qdot: Tensor, activation: Tenso
         "fibre_length": fibre_length,
         "fibre_velocity": fibre_velocity,
         "hill": hill,
-        "force": hill(activation, fibre_length, fibre_velocity),
+        "base_force": base,
+        "force": changed(base, activation, fibre_length, fibre_velocity),
         "moment_arm": arm,
         "cosine": cosine,
     }
@@ -87,7 +99,13 @@ def torques(valued: Valued, q: Tensor, qdot: Tensor, activation: Tensor, states:
 
     Source: Taneja et al. 2023, Eqs. 54-59.
     """
-    muscles = muscle_quantities(valued, q, qdot, activation)
+    return torques_with(valued, q, qdot, muscle_quantities(valued, q, qdot, activation), states)
+
+
+def torques_with(
+    valued: Valued, q: Tensor, qdot: Tensor, muscles: Mapping[str, Any], states: Mapping[str, Tensor]
+) -> Torques:
+    """The same where the quantities of the muscles at this state are known."""
     force = muscles["force"]
     for tendon in valued.acting["tendon"]:
         force = tendon({**muscles, "force": force, "state": states[tendon.effect.name]})
@@ -100,7 +118,7 @@ def torques(valued: Valued, q: Tensor, qdot: Tensor, activation: Tensor, states:
         driving = driving - valued.braking * qdot
     gravity = gravity_torque(q, valued.joint["weight"], valued.tilt)
     extra = torch.zeros_like(driving)
-    state = {"q": q, "qdot": qdot, "activation": activation, "torque": driving, "gravity": gravity}
+    state = {"q": q, "qdot": qdot, "activation": muscles["activation"], "torque": driving, "gravity": gravity}
     for effect in valued.acting["joint"]:
         extra = extra + effect({**valued.muscle, **valued.joint, **state, "curves": valued.joint_curves})
     return Torques(driving, gravity, extra, moment_of_inertia(valued, q))
@@ -116,9 +134,3 @@ def moment_of_inertia(valued: Valued, q: Tensor) -> Tensor:
     for effect in valued.acting["inertia"]:
         inertia = inertia + effect({**valued.joint, "q": q})
     return inertia
-
-
-def acceleration(valued: Valued, q: Tensor, qdot: Tensor, activation: Tensor, states: Mapping[str, Tensor]) -> Tensor:
-    """Angular acceleration [rad/s^2]; arguments as for `torques`. Source: Taneja et al. 2023, Eq. 54."""
-    result = torques(valued, q, qdot, activation, states)
-    return result.total / result.inertia

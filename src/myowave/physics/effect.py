@@ -8,19 +8,20 @@ keyword-only arguments. It returns what its stage names. With all parameters at 
     excitation    u, muscles on the last axis (..., M)          excitation, side
     activation    a (..., M)                                    excitation, activation, side [, state]
     path          (length [m], moment arm [m]) (..., M)         q, length_mt, moment_arm, constants of the muscles
-    muscle        force in units of f0 (..., M)                 force, activation, fibre_length, fibre_velocity, curves,
-                                                                constants of the muscles [, state, hill]
+    muscle        force in units of f0 (..., M)                 force, base_force, activation, fibre_length,
+                                                                fibre_velocity, curves, constants of the muscles
+                                                                [, state, hill]
     inertia       extra moment of inertia [kg m^2] (...)        q, inertia, weight, constants of the joint
     joint         extra torque [N m] (...)                      q, qdot, activation (..., M), torque, gravity, curves,
                                                                 inertia, weight, constants
     observation   measured angle [rad] (..., N)                 q, qdot, dt
 
 `side` (M,) is +1 for flexors and -1 for extensors, and counts among the constants of the muscles; `curves` are the
-base model's muscle curves; `torque` is that of all that drives the joint,
-muscles and a motor, `gravity` that of the weight. Constants of a kind of path (l1 and l2 of a straight one,
-scale of a table) are there only if all muscles have such a path, and `length`, or `com` and `grip`, only if the model's
-forearm has them; `inertia` of the forearm about the elbow, without load, and the moment `weight` of all that hangs from
-the elbow, with the forearm level, are there for any.
+base model's muscle curves, and `base_force` is what they give; `torque` is that of all that drives the joint, muscles
+and a motor, `gravity` that of the weight. Constants of a kind of path (l1 and l2 of a straight one, scale of a table)
+are there only if all muscles have such a path, and `length`, or `com` and `grip`, only if the model's forearm has them;
+`inertia` of the forearm about the elbow, without load, and the moment `weight` of all that hangs from the elbow, with
+the forearm level, are there for any.
 
 At the stages `activation` and `muscle` an effect may have a state y of its own, one number per muscle, that relaxes:
 dy/dt = (target - y) / time constant. Then `relaxation` returns (target, time constant [s] where y rises, where it
@@ -50,7 +51,7 @@ QUANTITIES: dict[str, frozenset[str]] = {
     "excitation": frozenset({"excitation", "side"}),
     "activation": frozenset({"excitation", "activation", "side"}),
     "path": frozenset({"q", "length_mt", "moment_arm"}) | _MUSCLE,
-    "muscle": frozenset({"force", "activation", "fibre_length", "fibre_velocity", "curves"}) | _MUSCLE,
+    "muscle": frozenset({"force", "base_force", "activation", "fibre_length", "fibre_velocity", "curves"}) | _MUSCLE,
     "inertia": frozenset({"q"}) | _JOINT | _FOREARM,
     "joint": frozenset({"q", "qdot", "activation", "torque", "gravity", "curves"}) | _JOINT | _FOREARM | _MUSCLE,
     "observation": frozenset({"q", "qdot", "dt"}),

@@ -10,7 +10,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from myowave.physics.dynamics import acceleration, muscle_quantities
+from myowave.physics.dynamics import muscle_quantities, torques_with
 from myowave.physics.model import Model
 from myowave.physics.simulation import Drive, Instant, Simulation
 from myowave.physics.valued import Valued
@@ -106,25 +106,25 @@ def advance(
     valued = instants[0].valued
     activation, states = _advance_activation(instants, states, h.unsqueeze(-1))
     tendons = valued.acting["tendon"]
-    begin = muscle_quantities(valued, q, qdot, activation[0]) if tendons else {}
+    begin = muscle_quantities(valued, q, qdot, activation[0])
     pulls = {t.effect.name: Pull.at(t.relaxation, states[t.effect.name], begin) for t in tendons}
 
-    def later(elapsed: Tensor, *end: Tensor) -> Mapping[str, Tensor]:
-        """States of effects on the stage `muscle` some seconds later, where q, qdot and activation are as given.
+    def later(point: int, q: Tensor, qdot: Tensor) -> tuple[Mapping[str, Any], Mapping[str, Tensor]]:
+        """Quantities of the muscles, and states of effects on the stage `muscle`, at the middle or the end.
 
         Every stage of a Runge-Kutta step takes them along to its own point: where a state follows at once, the force
         is then exactly the one without the effect.
         """
-        there = muscle_quantities(valued, *end) if tendons else {}
-        return {name: pull.relax(elapsed.unsqueeze(-1), there) for name, pull in pulls.items()}
+        muscles, elapsed = muscle_quantities(valued, q, qdot, activation[point]), (h * (point / 2)).unsqueeze(-1)
+        return muscles, {name: pull.relax(elapsed, muscles) for name, pull in pulls.items()}
 
     def accelerate(stage: int, q: Tensor, qdot: Tensor) -> Tensor:
         point = STAGES[stage]
-        at = later(h * (point / 2), q, qdot, activation[point]) if point else states
-        return acceleration(instants[point].valued, q, qdot, activation[point], at)
+        muscles, at = later(point, q, qdot) if point else (begin, states)
+        return torques_with(instants[point].valued, q, qdot, muscles, at).acceleration
 
     q, qdot = runge_kutta(accelerate, q, qdot, h)
-    return q, qdot, {**states, **later(h, q, qdot, activation[2])}
+    return q, qdot, {**states, **later(2, q, qdot)[1]} if tendons else states
 
 
 def _advance_activation(

@@ -107,10 +107,17 @@ def share_of(family: Curves) -> Callable[..., Tensor]:
     """The function of an effect that gives a share w of the force to other curves, in the shape of the base model's."""
 
     def other_force(
-        force: Tensor, activation: Tensor, fibre_length: Tensor, fibre_velocity: Tensor, curves: Curves, *, w: Tensor
+        force: Tensor,
+        base_force: Tensor,
+        activation: Tensor,
+        fibre_length: Tensor,
+        fibre_velocity: Tensor,
+        curves: Curves,
+        *,
+        w: Tensor,
     ) -> Tensor:
         """Force of the fibre [f0] with a share w of the other curves and 1 - w of the base model's."""
         other = hill_force(curves.in_shape(family), activation, fibre_length, fibre_velocity)
-        return force + w * (other - hill_force(curves, activation, fibre_length, fibre_velocity))
+        return force + w * (other - base_force)
 
     return other_force

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from myowave.physics.dynamics import acceleration
+from myowave.physics.dynamics import torques
 from myowave.physics.motion import STAGES, advance, initial_state, observe, pack, runge_kutta, step, unpack
 from myowave.physics.simulation import Drive, Instant, Simulation
 from myowave.physics.valued import Valued, along, give_values
@@ -147,7 +147,7 @@ def _by_stages(
         def accelerate(stage: int, q: Tensor, qdot: Tensor, first: int = 4 * piece) -> Tensor:
             seen.append((q, qdot))
             at = instants[places[first + stage]]
-            return acceleration(at.valued, q, qdot, at.activation, {})
+            return torques(at.valued, q, qdot, at.activation, {}).acceleration
 
         q, qdot = runge_kutta(accelerate, q, qdot, h)
     after = torch.stack(torch.broadcast_tensors(q, qdot), -1)
@@ -176,8 +176,8 @@ def _slopes(
         q, qdot = (x.detach().requires_grad_() for x in (q, qdot))
         a = _leaf(activation, q.shape, muscles=1)
         valued, leaves = _valued_at(simulation, names, q.shape, axes=3)
-        pull = acceleration(valued.timed(course), q, qdot, a.movedim(0, -1), {})
-    by_q, by_qdot, by_a, *by_parameter = _derivatives(pull, [q, qdot, a, *leaves])
+        found = torques(valued.timed(course), q, qdot, a.movedim(0, -1), {}).acceleration
+    by_q, by_qdot, by_a, *by_parameter = _derivatives(found, [q, qdot, a, *leaves])
     return by_q, by_qdot, by_a.movedim(0, -1), torch.stack(by_parameter)
 
 
