@@ -221,8 +221,8 @@ def test_files_of_another_kind_or_name_taken_twice_are_refused(folder):
 
 
 def test_trials_named_in_the_settings_must_exist_and_some_must_train(folder):
-    refuse(folder, "elbow.test: no trial named 'trial8'; the trials are trial1, trial2, trial3", test=("trial8",))
-    refuse(folder, "elbow.conditions: no trial named 'x'", conditions={"x": {"load": 1.0}})
+    refuse(folder, "elbow.test: no trial named trial8; the trials are trial1, trial2, trial3", test=("trial8",))
+    refuse(folder, "elbow.conditions: no trial named x", conditions={"x": {"load": 1.0}})
     refuse(folder, "every trial .* is a test trial", test=("trial1", "trial2", "trial3"))
 
 

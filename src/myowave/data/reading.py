@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 
 from myowave.data.checks.signals import RAW, TIDY, Pace, signal_problems
-from myowave.data.checks.values import role_problems
 from myowave.data.files import all_files, look_up, name_trials
 from myowave.data.processing.sampled import Sampled, runs_of
 from myowave.data.processing.units import (
@@ -31,6 +30,7 @@ from myowave.data.readers import RawRecording, Signal, read_raw
 from myowave.data.recording import RawTrial, Session
 from myowave.data.trials import ANGLES, EMG_PREFIX, MOTOR, TIME, TORQUE
 from myowave.settings import MeasuredDataset, RawSignal, RecordedDataset, TextLayout
+from myowave.settings.data import role_problems
 from myowave.settings.keys import did_you_mean
 from myowave.settings.recording import TRIAL, EmgChannel, RawAngle, RawKeep, RawMotor, RawTorque
 
@@ -46,7 +46,7 @@ def read_session(
     """Read all recordings of a dataset; tidy files need `channels` of EMG, where None those of the first file."""
     where, root = f"data.datasets.{dataset}", Path(root)
     if isinstance(settings, MeasuredDataset):
-        return _read_tidy(dataset, where, settings, root, channels)
+        return _read_tidy(where, settings, root, channels)
     reading = Reading(where, root, RAW, settings.ignore_columns, settings.layout, settings.recordings)
     trials = {name: reading.trial(name, settings) for name in settings.trials}
     mvc = {name: reading.emg(name, settings) for name in settings.mvc}
@@ -54,9 +54,7 @@ def read_session(
     return Session(trials, forms, mvc, reading.sha256, reading.problems)
 
 
-def _read_tidy(
-    dataset: str, where: str, settings: MeasuredDataset, root: Path, channels: Sequence[str] | None
-) -> Session:
+def _read_tidy(where: str, settings: MeasuredDataset, root: Path, channels: Sequence[str] | None) -> Session:
     reading = Reading(where, Path(), TIDY, settings.ignore_columns, TextLayout(time_column=TIME), key="files")
     paths = name_trials(all_files(f"{where}.files", settings.files, root), TIDY_ENDINGS)
     trials = {}
@@ -73,7 +71,7 @@ def _read_tidy(
         trial = replace(reading.trial(name, _as_recorded(path, header, emg)), file=(path, raw.first_row))
         if len(reading.said) == known:
             trials[name] = trial
-    reading.say(*role_problems(dataset, list(paths), settings.test, settings.conditions))
+    reading.say(*(f"{where}.{problem}" for problem in role_problems(list(paths), settings)))
     return Session(trials, dict.fromkeys(channels or (), "fraction"), {}, reading.sha256, reading.problems)
 
 

@@ -122,16 +122,16 @@ def simulate_trials(
         ValueError: if a hidden effect is unknown, or a trial leaves the range in every draw.
     """
     model, hidden = _true_model(dataset, settings, base, catalogue)
-    channels = tuple(dict.fromkeys(muscle.channel for muscle in base.muscles))
-    sides = [next(m.side for m in base.muscles if m.channel == channel) for channel in channels]
     names = tuple(str(i + 1) for i in range(settings.trials))
+    channels = tuple(dict.fromkeys(muscle.channel for muscle in base.muscles))
+    angle = np.zeros((settings.trials, settings.samples))
     blank = Trials(  # carries the labels and the known constants; the signals come below
         dataset=dataset,
         dt=settings.dt_s,
         names=names,
         channels=channels,
-        emg=np.zeros((settings.trials, settings.samples, len(channels))),
-        angle=np.zeros((settings.trials, settings.samples)),
+        emg=np.zeros((*angle.shape, len(channels))),
+        angle=angle,
         lengths=(settings.samples,) * settings.trials,
         test=settings.test,
         conditions=settings.conditions,
@@ -140,7 +140,7 @@ def simulate_trials(
     params = {name: torch.from_numpy(values) for name, values in blank.known(model.defaults).items()}
     hidden |= settings.hidden_constants
     params |= {name: torch.tensor(value, dtype=torch.float64) for name, value in hidden.items()}
-    emg, observed, draws = _draw_in_range(blank, settings, model, params, sides)
+    emg, observed, draws = _draw_in_range(blank, settings, model, params)
     random = np.random.default_rng([settings.seed, 2**31])
     observed = observed + np.radians(settings.angle_noise_deg) * random.standard_normal(observed.shape)
     if settings.recorder_noise:
@@ -185,7 +185,7 @@ def _compose(bursts: Array, sides: Array, manoeuvre: Manoeuvre) -> Array:
 
 
 def _draw_in_range(
-    blank: Trials, settings: SimulatedDataset, model: Model, params: Mapping[str, torch.Tensor], sides: Sequence[float]
+    blank: Trials, settings: SimulatedDataset, model: Model, params: Mapping[str, torch.Tensor]
 ) -> tuple[Array, Array, list[int]]:
     """EMG (T, N, C), the angle a perfect sensor sees (T, N) and the draw taken, for each trial the first in range.
 
@@ -197,7 +197,7 @@ def _draw_in_range(
     taken = np.full(settings.trials, -1)
     low, high = ANGLE_RANGE
     for draws in (range(1), range(1, SHAPE_DRAWS * NOISE_DRAWS)):  # the first draw nearly always does; then all at once
-        candidates = np.stack([_draw_emg(blank, settings, model, sides, k) for k in draws])
+        candidates = np.stack([_draw_emg(blank, settings, model, k) for k in draws])
         drive = channels_of(model, blank.channels, torch.from_numpy(candidates))
         motion = simulate(Simulation(model, params, drive, settings.dt_s), settings.start_rad)
         q = motion.q.numpy()
@@ -223,9 +223,10 @@ def _draw_in_range(
     )
 
 
-def _draw_emg(blank: Trials, settings: SimulatedDataset, model: Model, sides: Sequence[float], draw: int) -> Array:
+def _draw_emg(blank: Trials, settings: SimulatedDataset, model: Model, draw: int) -> Array:
     """One draw of the EMG of all trials with its noise, (T, N, C)."""
     mass = model.defaults["mass"]
+    sides = [next(m.side for m in model.muscles if m.channel == channel) for channel in blank.channels]
     effort = (blank.condition("mass", mass) + blank.condition("load", model.defaults["load"])) / mass
     clean = synthetic_emg(
         settings.seed,

@@ -1,7 +1,7 @@
 """The section `data`: datasets, simulated or measured, and their scales."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
@@ -111,11 +111,19 @@ class _Dataset(Section):
         return () if self.changed is None else (*self.changed.reference, *self.changed.against)
 
 
-def _check_roles(trials: Sequence[str], test: Sequence[str], others: Iterable[str]) -> None:
-    if unknown := [name for name in (*test, *others) if name not in trials]:
-        raise ValueError(f"no trial named {', '.join(unknown)}; the trials are {', '.join(trials)}")
-    if not set(trials) - set(test):
-        raise ValueError("every trial is a test trial; leave some to train on")
+def role_problems(trials: Sequence[str], dataset: _Dataset, **others: Iterable[str]) -> Iterator[str]:
+    """Trials that are named and not there, by key of the dataset, and that none is left to train on."""
+    named = {"test": dataset.test, "conditions": dataset.conditions, "changed": dataset.compared, **others}
+    for key, names in named.items():
+        if unknown := [name for name in names if name not in trials]:
+            yield f"{key}: no trial named {', '.join(unknown)}; the trials are {', '.join(trials)}."
+    if not set(trials) - set(dataset.test):
+        yield f"test: every trial ({', '.join(trials)}) is a test trial; leave some to train on, or add recordings."
+
+
+def _refuse(problems: Iterable[str]) -> None:
+    if told := " ".join(problems):
+        raise ValueError(told)
 
 
 class SimulatedDataset(_Dataset):
@@ -139,7 +147,7 @@ class SimulatedDataset(_Dataset):
 
     @model_validator(mode="after")
     def _test_exists(self) -> "SimulatedDataset":
-        _check_roles([str(i + 1) for i in range(self.trials)], self.test, (*self.conditions, *self.compared))
+        _refuse(role_problems([str(i + 1) for i in range(self.trials)], self))
         return self
 
 
@@ -149,8 +157,7 @@ class MeasuredDataset(_Dataset):
     kind: Literal["measured"] = setting("measured: read from files")
     files: tuple[FilePath, ...] = setting(
         "CSV or Parquet files, or patterns such as data/me/*.csv, with columns time_s, emg_MUSCLE, angle_rad (or "
-        "angle_deg) and, where it was measured, torque_Nm: that of the muscles about the elbow, flexing positive, "
-        "weight and inertia of the limb taken out",
+        "angle_deg) and, where it was measured, torque_Nm: of the muscles, without weight and inertia of the limb",
         min_length=1,
     )
     ignore_columns: tuple[str, ...] = setting(_IGNORE, default=())
@@ -214,8 +221,8 @@ class RecordedDataset(_Dataset):
 
     @model_validator(mode="after")
     def _roles_fit(self) -> "RecordedDataset":
-        others = (*self.conditions, *self.cut_s, *self.torque_trials, *self.recordings, *self.compared)
-        _check_roles(self.trials, self.test, others)
+        others = {"cut_s": self.cut_s, "torque.trials": self.torque_trials, "recordings": self.recordings}
+        _refuse(role_problems(self.trials, self, **others))
         if wrong := [name for name, (start, end) in self.cut_s.items() if not 0 <= start < end]:
             raise ValueError(f"cut_s of {', '.join(wrong)}: expected [from, to] in seconds, from before to")
         if leaks := sorted({*self.mvc} & {*self.test}):

@@ -74,12 +74,7 @@ class RolloutRecipe(Recipe):
     )
     emg_gain: Real = setting("SD of the logarithm of gains drawn for EMG in training windows", "-", 0.0, ge=0, le=1)
     known_noise: Real = setting(
-        "noise on what is known beside EMG, one value for a window, in units of its scatter over the training trials "
-        "(the elbow's for angles)",
-        "-",
-        0.0,
-        ge=0,
-        le=10,
+        "noise of what is known beside EMG, a value for a window, over its scatter in training", "-", 0.0, ge=0, le=10
     )
 
 

@@ -3,17 +3,16 @@
 import itertools
 from pathlib import Path
 
-import pandas as pd
-
 from myowave.learning.tables import read_evaluations, read_histories
 from myowave.plotting import save
 from myowave.workflow.job import job_log
 from studies.paper import figures, tables
+from studies.paper.one_step import tabulate_one_step
 from studies.paper.page import write_page
 
 files, output, params = snakemake.input, snakemake.output, snakemake.params
 with job_log("compare with the paper", snakemake.log[0]):
-    one_step = pd.read_csv(files.one_step)
+    one_step = tabulate_one_step(files.checkpoints, files.trials)
     cases, subject, chosen = (read_evaluations(f).merge(one_step) for f in (files.cases, files.subject, files.choices))
     errors, values = tables.parameter_errors(cases), tables.identified_values(subject, params.identify)
     by_case = itertools.groupby(files.histories, lambda path: Path(path).parts[-5])

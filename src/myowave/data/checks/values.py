@@ -5,7 +5,7 @@ What is found makes an answer wrong.
 
 import hashlib
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
@@ -132,21 +132,6 @@ def _odd(
     if still and np.ptp(values) < STILL:
         return f"{one.origin}: {what} stays at {values[0]:.4g} {unit} in all {len(values)} samples. {still}"
     return None
-
-
-def role_problems(
-    dataset: str, names: Sequence[str], test: Sequence[str], conditions: Collection[str]
-) -> Iterator[str]:
-    """Trials that the settings name and nobody recorded, and settings that leave none to train on."""
-    for key, named in (("test", test), ("conditions", conditions)):
-        for name in named:
-            if name not in names:
-                yield f"data.datasets.{dataset}.{key}: no trial named {name!r}; the trials are {', '.join(names)}."
-    if not set(names) - set(test):
-        yield (
-            f"data.datasets.{dataset}.test: every trial ({', '.join(names)}) is a test trial; leave some to train on, "
-            "or add recordings."
-        )
 
 
 def beyond_tables(trials: Trials, tables: Mapping[str, PathTable]) -> tuple[list[Finding], list[str]]:
