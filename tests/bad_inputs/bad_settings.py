@@ -166,7 +166,7 @@ SESSIONS = {
     "a test trial as a maximum contraction": (
         {"mvc": ["c"], "processing": {"normalise": "mvc"}}, "mvc names c, which tests: what counts as 1 would know it"),
     "no such test trial": ({"test": ["d"]}, "no trial named d; the trials are a, b, c"),
-    "all trials test": ({"test": ["a", "b", "c"]}, "every trial is a test trial"),
+    "all trials test": ({"test": ["a", "b", "c"]}, "every trial .a, b, c. is a test trial"),
     "a trial twice": ({"trials": ["a", "a", "c"]}, "a is there more than once"),
     "one trial": ({"trials": ["c"]}, "trials = .*not empty|expected"),
     "a cut the wrong way round": ({"cut_s": {"a": [3.0, 1.0]}}, "cut_s of a: expected"),
