@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 import torch
 
-from myowave.physics import tangent
+from myowave.physics import tangent, trajectory
 from myowave.physics.effects import SHIPPED, catalogue
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
@@ -201,6 +201,17 @@ def test_a_motion_that_runs_out_of_all_numbers_is_none(elbow, noisy_emg, dt):
     guess = torch.ones(2, 15, 2, dtype=torch.float64)
     left = solve(simulation, *START, guess=guess, newton=Newton(iterations=2, rescue=False))
     assert not left.gap < 1.0
+
+
+def test_a_motion_that_runs_away_is_given_up_early(elbow, noisy_emg, dt, monkeypatch):
+    simulation = Simulation(
+        elbow.with_effects([catalogue()["joint_damping"]]), {"joint_damping.c": -1e4}, noisy_emg[0.10][:2, :15], dt
+    )
+    tried = []
+    by_differences = tangent.by_differences
+    monkeypatch.setattr(trajectory, "by_differences", lambda *a: tried.append(1) or by_differences(*a))
+    left = solve(simulation, *START, guess=torch.ones(2, 15, 2).double(), newton=Newton(rescue=False))
+    assert not left.gap < 1.0 and len(tried) <= 3
 
 
 def test_a_solution_is_as_near_to_the_motion_as_it_says(elbow, noisy_emg, dt):

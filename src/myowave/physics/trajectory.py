@@ -30,6 +30,9 @@ from myowave.physics.tangent import (
 )
 
 CURVATURE = 10.0  # what a change of size x by Newton's method leaves is at most about this times x^2 [rad, rad/s]
+# ASSUME: where samples move so far [rad, rad/s] at first or twice in a row, no motion is found any more. In diagnoses
+# of two recordings none of the 1,402 motions that were found did, and most of the 35 that were not.
+HOPELESS = 1e5
 
 
 @dataclass(frozen=True)
@@ -155,11 +158,10 @@ def _approach(simulation: Simulation, state: Tensor, newton: Newton, jacobian: T
             after = step(simulation.along_time, state[..., :-1, :], simulation.drive)
         change = _closing(jacobian, after, state)
         state = state + change
-        shrinks = (size := float(change.abs().amax())) < 0.1 * gap
-        gap = size
-        if not math.isfinite(gap) or gap < enough:
+        before, gap = gap, float(change.abs().amax())
+        if not enough <= gap < math.inf or min(before, gap) > HOPELESS:
             break
-        if not shrinks or gap > 0.1:
+        if not gap < 0.1 * before or gap > 0.1:
             jacobian = None
     return state
 
