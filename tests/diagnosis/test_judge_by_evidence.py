@@ -85,8 +85,10 @@ def test_what_the_catalogue_lacks_is_not_named(recorded, few):
 
 
 @pytest.mark.parametrize("change, name", [(emg_made_noisy, EMG_NOISE), (clock_drifted, CLOCK_DRIFT)])
-def test_what_a_recorder_did_is_named(recorded, few, change, name):
-    assert judged(recorded(change), few).named == ((name,),)
+def test_what_a_recorder_did_is_named_or_in_a_class_of_two(recorded, few, change, name):
+    """A clock that drifts makes, on average, a delay."""
+    (members,) = judged(recorded(change), few).named
+    assert name in members and len(members) <= 2
 
 
 def test_coloured_noise_of_the_angle_is_no_noise_of_the_emg(recorded, few):

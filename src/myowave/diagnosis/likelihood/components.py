@@ -4,6 +4,8 @@ Shapes: T trials (or pieces), N samples, K numbers of the state, M muscles, P fr
 above it, see `waves`.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import torch
 from scipy.ndimage import gaussian_filter1d
@@ -26,14 +28,14 @@ STARTS = np.radians([5.0, 50.0])  # how far the fitted start of a trial may be o
 
 NOISE, EMG, CURVES, REPEATS, SLOW = "noise", "emg", "curves", "repeats", "slow"
 COLOURED, DRIFT, GAINS, TISSUE = "coloured", "drift", "gains", "tissue"
-# Bounds of sizes and where their search starts: rad; of the EMG; standard bumps; rad of each part; N m; rad; s/s; a
+# Bounds of sizes and where their search starts: rad; of the EMG; standard bumps; rad of each part; rad; rad; s/s; a
 # share; rad.
 SIZES = {
     NOISE: (1e-5, 1e-2, 0.3),
     EMG: (1e-3, 0.03, 0.6),
     CURVES: (0.03, 0.3, 6.0),
     REPEATS: (1e-5, 0.02, 1.0),
-    SLOW: (1e-3, 0.3, 30.0),
+    SLOW: (1e-5, 0.02, 1.0),
     COLOURED: (1e-4, 1e-2, 0.3),
     DRIFT: (1e-4, 3e-3, 0.1),
     GAINS: (1e-3, 0.05, 0.6),
@@ -41,27 +43,20 @@ SIZES = {
 }
 
 
-def residual_of(fit: Fit, view: View, pushes: Pushes | None = None) -> Residual:
-    """What a fit leaves, and all that may have made it.
-
-    Args:
-        pushes: of the fit, where they are known.
-    """
-    look, pushes, there = view.amplitudes, pushes or Pushes.of(fit), view.above.there
+def residual_of(fit: Fit, view: View) -> Residual:
+    """What a fit leaves, and all that may have made it."""
+    look, pushes = view.amplitudes, Pushes.of(fit)
     constants, off = prior_columns(fit, view)
     both = np.concatenate([pushes.excitation, pushes.torque], -1)
     steps = torch.from_numpy(np.stack([*answers(fit.linear.jacobian.numpy(), both, view.both)])[::-1].copy())
     by_emg, by_torque = steps[..., :-1, :], steps[..., -1, :]  # (N - 1, T, M, W + H) and (N - 1, T, W + H)
     starts = start_columns(fit, view)
-    floor = float(np.radians(SMALLEST_NOISE_DEG))
-    in_band, one = torch.diag_embed(view.band.there.double()), torch.ones(int(there.sum())).double()
     components = [
-        Component("floor", in_band, tail=one, low=floor, first=floor, high=floor),
+        *_white(view),
         Component("starts", starts @ starts.mT),
         Component("constants", columns=constants),
-        _sized(NOISE, view.band.noise.mT @ view.band.noise, (view.above.noise**2).sum(1)[there], cost=0.0),
         _forced(EMG, by_emg, view),
-        _slow(by_torque, view),
+        _slow(by_torque, view, fit.record.samples),
         _sized(REPEATS, columns=_repeating(fit, view, look(pushes.repeating))),
         _sized(CURVES, columns=look(pushes.curves)),
     ]
@@ -78,6 +73,21 @@ def residual_of(fit: Fit, view: View, pushes: Pushes | None = None) -> Residual:
         ]
     values = view.left(fit) + constants @ torch.from_numpy(off)
     return Residual(values, view.band.there, tuple(components), view.left_above(fit))
+
+
+def residual_above(fit: Fit, view: View) -> Residual:
+    """What a fit leaves of the waves above the band of the motion alone: noise of the sensor."""
+    noises = [replace(c, blocks=None) for c in (*_white(view), coloured(view, view.memory_s))]
+    nothing = torch.zeros(1, 1, dtype=torch.float64)
+    return Residual(nothing, nothing > 0, tuple(noises), view.left_above(fit))
+
+
+def _white(view: View) -> tuple[Component, Component]:
+    """Noise of the sensor without a memory: the least, which passes no filter, and what has passed its filter."""
+    floor, there = float(np.radians(SMALLEST_NOISE_DEG)), view.above.there
+    in_band, one = torch.diag_embed(view.band.there.double()), torch.ones(int(there.sum())).double()
+    least = Component("floor", in_band, tail=one, low=floor, first=floor, high=floor)
+    return least, _sized(NOISE, view.band.noise.mT @ view.band.noise, (view.above.noise**2).sum(1)[there], cost=0.0)
 
 
 def prior_columns(fit: Fit, view: View) -> tuple[Tensor, Array]:
@@ -137,8 +147,9 @@ def _forced(name: str, by_push: Tensor, view: View) -> Component:
     return _sized(name, band.mT @ band, (above**2).sum(1)[view.above.there])
 
 
-def _slow(by_torque: Tensor, view: View) -> Component:
-    """Torques that stay alike for a while, whose effect on the waves is known, (N - 1, T, W + H)."""
+def _slow(by_torque: Tensor, view: View, samples: int) -> Component:
+    """Torques that stay alike for a while and move the arm by a root mean square of 1 rad; their effect on the waves is
+    known, (N - 1, T, W + H)."""
     width = MEMORY_S / view.dt
     alike = gaussian_filter1d(by_torque.numpy(), width, axis=0, mode="constant", truncate=5.0)
     alike = torch.from_numpy(alike * np.sqrt(2 * np.pi) * width)
@@ -146,7 +157,9 @@ def _slow(by_torque: Tensor, view: View) -> Component:
         x.transpose(0, 1).split([view.band.there.shape[1], view.above.there.shape[1]], -1) for x in (by_torque, alike)
     )
     blocks = own.mT @ alike
-    return _sized(SLOW, (blocks + blocks.mT) / 2, (above * alike_above).sum(1).clamp(0.0)[view.above.there])
+    power = blocks.diagonal(dim1=-2, dim2=-1).sum() / samples
+    tail = (above * alike_above).sum(1).clamp(0.0)[view.above.there]
+    return _sized(SLOW, (blocks + blocks.mT) / (2 * power), tail / power)
 
 
 def _repeating(fit: Fit, view: View, by_pushes: Tensor) -> Tensor:

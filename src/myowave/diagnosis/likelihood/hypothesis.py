@@ -31,7 +31,6 @@ from myowave.diagnosis.likelihood.components import (
     start_columns,
     start_sizes,
 )
-from myowave.diagnosis.likelihood.pushes import Pushes
 from myowave.diagnosis.likelihood.waves import MEMORIES_S, View
 from myowave.identification.free_parameters import bounds, scales
 from myowave.identification.least_squares import minimise_within, scaled_slope
@@ -71,10 +70,9 @@ class Hypothesis:
         effects: Sequence[str] = (),
         seeds: Sequence[Weighed] = (),
         prior: float = 0.0,
-        pushes: Pushes | None = None,
     ) -> "Hypothesis":
         """Linearised where a fit stands."""
-        residual = residual_of(fit, view, pushes)
+        residual = residual_of(fit, view)
         return cls(tuple(effects), fit, view, residual, weigh_components(residual, seeds), prior)
 
     @property

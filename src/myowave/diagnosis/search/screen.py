@@ -8,11 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from scipy.optimize import minimize_scalar
 
 from myowave.data.trials import Array
-from myowave.diagnosis.likelihood.algebra import Covariance, Weighed, log_share_within
-from myowave.diagnosis.likelihood.components import NOISE, REPEATS
+from myowave.diagnosis.likelihood.algebra import Covariance, Weighed, log_share_within, most_likely
+from myowave.diagnosis.likelihood.components import REPEATS, residual_above
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.score import ScoreTest, score_effects
 from myowave.identification.free_parameters import bounds, scales
@@ -105,15 +104,7 @@ def _promise(products: Array, with_left: Array, low: Array, high: Array) -> floa
 
 def noise_alone(model: Hypothesis) -> Weighed:
     """The state without any cause but noise, as strong as above the band of the motion."""
-    residual, noise = model.residual, model.residual.component(NOISE)
-    share, floor = noise.tail, residual.component("floor")
-    if share is None or not len(share):
+    if not len(model.residual.tail):
         return model.states[frozenset()]
-    squares, share = residual.tail.numpy() ** 2, share.numpy()
-
-    def unlikely(log: float) -> float:
-        variance = np.exp(2 * log) * share + floor.first**2
-        return float((np.log(variance) + squares / variance).sum())
-
-    size = float(np.exp(minimize_scalar(unlikely, bounds=np.log([noise.low, noise.high]), method="bounded").x))
-    return Weighed({NOISE: size}, Covariance(residual, {NOISE: size}).evidence)
+    sizes = most_likely(residual_above(model.fit, model.view), ()).sizes
+    return Weighed(sizes, Covariance(model.residual, sizes).evidence)

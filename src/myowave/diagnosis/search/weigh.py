@@ -14,17 +14,16 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from myowave.diagnosis.likelihood.algebra import COST, Weighed, most_likely
-from myowave.diagnosis.likelihood.components import COLOURED, CURVES, EMG, NOISE, REPEATS, residual_of
-from myowave.diagnosis.likelihood.hypothesis import Hypothesis, climb, settle, weighed_afresh, with_likely_memory
-from myowave.diagnosis.likelihood.pushes import Pushes
+from myowave.diagnosis.likelihood.algebra import COST, most_likely
+from myowave.diagnosis.likelihood.components import COLOURED, EMG, REPEATS, residual_above
+from myowave.diagnosis.likelihood.hypothesis import Hypothesis, settle, weighed_afresh, with_likely_memory
 from myowave.diagnosis.likelihood.sensor import Sensor, knots_of
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.score import FAILURES, ScoreTest, score_effects
-from myowave.diagnosis.search.screen import Screened, noise_alone, screen
+from myowave.diagnosis.search.screen import Screened, screen
 from myowave.identification.expected_emg import expected_excitation
 from myowave.identification.free_parameters import Free
-from myowave.identification.output_error import Fit, begin_from, refit
+from myowave.identification.output_error import Fit, begin_from, polish, refit
 from myowave.identification.stages import attempt_fit
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
@@ -35,13 +34,9 @@ OUTSIDE = 0.03  # ASSUME: so likely is one part of the general correction, besid
 MOST_EFFECTS = 3
 REFITS, PAIRS = 3, 2  # that are fitted from one model
 CLEARLY = 5.0  # nats
-STRANGE = frozenset({EMG, CURVES, REPEATS})  # causes that other curves, far from where a fit stands, may hide behind
 HOPELESS = 1.0  # nats that an effect may promise less than the model without it, and still be fitted
 WORTH_FOLLOWING = 10.0  # of the objective without an effect: what a fresh start with it may begin at
 CORNERS = 3.0 * 4.0 ** (np.arange(7) / 6)  # of filters, in units of the motion's edge
-ENOUGH = 50  # waves well above the motion that show a filter
-LET_THROUGH = 0.1  # of white noise, by lines between samples: waves with less show no filter
-FILTERED = 0.5  # of the noise well above the motion at its highest to its lowest waves: less may be a filter's doing
 
 
 @dataclass
@@ -115,8 +110,24 @@ def weigh_models(fit: Fit, effects: Iterable[Effect], known: Collection[str] = (
         led: a fit with effects that is known to be good.
     """
     catalogue = {e.name: e for e in effects}
+    view = _through_likely_filter(fit)
+    found = _search(fit, view, catalogue, known, led)
+    best = found.best
+    likely = _through_likely_filter(best.fit, view)
+    if likely.sensor.corner_hz is None and view.sensor.corner_hz is not None:
+        # What the model lacked had looked like the doing of a filter.
+        found = _search(fit, likely, catalogue, known, led)
+        again = Hypothesis.of(best.fit, likely, best.effects, [best.best], best.prior)
+        found.add(settle(replace(again, expected_emg=best.expected_emg)))
+    return found
+
+
+def _search(
+    fit: Fit, view: View, catalogue: Mapping[str, Effect], known: Collection[str], led: Fit | None
+) -> Posterior:
+    """The posterior of models, the trials looked at in one way."""
     found = Posterior(-math.log(2 * max(len(catalogue), 1)))
-    base = settle(with_likely_memory(_through_likely_sensor(fit)))
+    base = settle(with_likely_memory(Hypothesis.of(fit, view)))
     found.add(base, _of_other_emg(base, fit))
     if led is not None:
         more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
@@ -162,12 +173,11 @@ def _fit_singles(top: Hypothesis, screened: Screened, found: Posterior) -> list[
     singles, leader, prior = screened.singles, found.best.total, found.prior
     hopeful = sorted((n for n in singles if singles[n] + prior > top.total - HOPELESS), key=lambda n: -singles[n])
     # What is on may hold back what would do without it, all the more before anything is found.
-    astray = bool(top.on & STRANGE)
-    without_causes = REFITS if astray and not top.effects else int(bool(hopeful and top.on))
+    without_causes = (1 if top.effects else REFITS) if top.on else 0
     ideal = sorted(screened.ideal, key=lambda n: -screened.ideal[n])
     chosen = dict.fromkeys([*hopeful[:REFITS], *ideal[:without_causes]])
     begins = [(name, screened.scores[name].start) for name in chosen]
-    if astray:
+    if top.on:
         begins += fresh_starts(top.fit, screened.scores).items()
     fitted = [_fitted(top, begin, (*top.effects, name), top.prior + prior, leader) for name, begin in begins]
     return [model for model in fitted if model is not None]
@@ -210,50 +220,44 @@ def _fit_pairs(top: Hypothesis, screened: Screened, catalogue: Mapping[str, Effe
 
 
 def _fitted(top: Hypothesis, begin: Fit, effects: tuple[str, ...], prior: float, leader: float) -> Hypothesis | None:
-    """A model settled from where a fit stands: given the causes of the model without the effect, and given noise alone
-    where these may hold the effect back; None where it has no motion."""
+    """A model settled from where a fit stands, given the causes of the model without the effect; where there are some,
+    as they may hold the effect back, also from its fit by least squares. None where it has no motion."""
     try:
-        first = Hypothesis.of(begin, top.view, effects, [top.best], prior)
-        found = [settle(first, leader)]
+        found = [settle(Hypothesis.of(begin, top.view, effects, [top.best], prior), leader)]
         if top.on and found[0].total < leader + CLEARLY:
-            freely = climb(first, 8, noise_alone(first))
-            found.append(settle(Hypothesis.of(freely, top.view, effects, [top.best], prior), leader))
+            found.append(settle(Hypothesis.of(polish(begin), top.view, effects, [top.best], prior), leader))
     except FAILURES:
         return None
     return replace(max(found, key=lambda model: model.total), expected_emg=top.expected_emg)
 
 
-def _through_likely_sensor(fit: Fit) -> Hypothesis:
-    """The model without effects, the angle through the filter that makes its residual most likely, or through none."""
-    joined = list(fit.record.joined(fit.record.angle).values())
-    knots = knots_of(joined) if fit.record.pieces is None else None
-    view, pushes = View.of(fit, Sensor(knots=knots)), Pushes.of(fit)
-    best = Hypothesis.of(fit, view, pushes=pushes)
-    tail = best.residual.component(NOISE).tail
-    assert tail is not None
-    share = tail.numpy()
-    order = np.argsort(view.frequency_above)
-    order = order[share[order] > LET_THROUGH]
-    if len(order) < ENOUGH:
-        return best
-    lowest, *_, highest = np.array_split(best.residual.tail.numpy()[order] ** 2 / share[order], 4)
-    if highest.mean() > FILTERED * lowest.mean():
-        return best
-    sets = [frozenset[str](), frozenset({EMG}), frozenset({COLOURED}), best.on]
-    tried: dict[float | None, Weighed] = {None: replace(best.best, value=best.best.value + COST)}
-    corners = (CORNERS * view.edge_hz).tolist()
+def _through_likely_filter(fit: Fit, view: View | None = None) -> View:
+    """How trials are looked at, the angle through the filter that makes what a fit leaves above the band of the motion
+    most likely, or through none.
+
+    Args:
+        view: through any filter; None: that of the fit.
+    """
+    if view is None:
+        joined = list(fit.record.joined(fit.record.angle).values())
+        view = View.of(fit, Sensor(knots=knots_of(joined) if fit.record.pieces is None else None))
+    looks: dict[float | None, tuple[float, View]] = {}
+
+    def look(corner_hz: float | None) -> None:
+        seen = view.through(replace(view.sensor, corner_hz=corner_hz))
+        residual = residual_above(fit, seen)
+        likely = max(most_likely(residual, on).value for on in ((), (COLOURED,)))
+        looks[corner_hz] = likely - (0.0 if corner_hz is None else COST), seen
+
+    look(None)
+    corners = (CORNERS * view.edge_hz).tolist() if len(residual_above(fit, view).tail) else []
     for finer in (0.5, 0.25, 0.125):
         for corner_hz in corners:
-            if corner_hz < 0.45 / (fit.record.dt * (knots or 1.0)):
-                residual = residual_of(fit, view.through(Sensor(corner_hz, knots)), pushes)
-                known = [on & frozenset(residual.optional) for on in sets]
-                tried[corner_hz] = max((most_likely(residual, on) for on in known), key=lambda state: state.value)
-        corner = max(tried, key=lambda c: tried[c].value)
+            if corner_hz < 0.45 / (fit.record.dt * (view.sensor.knots or 1.0)):
+                look(corner_hz)
+        corner = max(looks, key=lambda c: looks[c][0])
         corners = [] if corner is None else [corner * (CORNERS[1] / CORNERS[0]) ** sign for sign in (finer, -finer)]
-    corner = max(tried, key=lambda c: tried[c].value)
-    if corner is None:
-        return best
-    return Hypothesis.of(fit, view.through(Sensor(corner, knots)), seeds=[tried[corner]], pushes=pushes)
+    return looks[max(looks, key=lambda c: looks[c][0])][1]
 
 
 def _of_other_emg(model: Hypothesis, recorded: Fit) -> Hypothesis:
