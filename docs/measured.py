@@ -116,8 +116,8 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
     clean, seen = study["nothing"], study["catalogue"]
     texts = {
         "caption": f"""
-            *A person curls a dumbbell. Trained on four trials, a network predicts two it has never seen from EMG, the
-            known load and the lean of the upper arm: R² {best["r2"]:.2f}, {best["deg"]:.0f} deg off. The band is to
+            *A person curls a dumbbell. Trained on four trials, a network predicts two it has never seen from EMG and
+            the known load: R² {best["r2"]:.2f}, {best["deg"]:.0f} deg off. The band is to
             hold 90 % of the angles and holds {_percent(best["band"])}.*""",
         "get": f"""
             - **The angle from EMG**, sample by sample, with a band: {best["deg"]:.0f} deg off on a person's unseen

@@ -17,6 +17,8 @@ import pandas as pd
 import torch
 import torch.nn.functional as F
 from sklearn.ensemble import HistGradientBoostingRegressor
+from sklearn.linear_model import RidgeCV
+from sklearn.model_selection import LeaveOneGroupOut
 from torch import Tensor
 
 from myowave.data.thinning import thin
@@ -115,19 +117,11 @@ def _ridge(seen: Standardised, seeds: Sequence[int]) -> list[Array]:
     """Linear in the inputs of all samples within reach; seeds agree."""
     reach = range(round(REACH_S / seen.dt) + 1)
     x = [_lagged(values, reach) for values in seen.x]
-    parts = {t: (x[t].T @ x[t], x[t].T @ seen.z[t]) for t in seen.train}
-
-    def fit(used: Sequence[int], penalty: float) -> Array:
-        square, product = (np.sum([parts[t][i] for t in used], axis=0) for i in (0, 1))
-        weights: Array = np.linalg.solve(square + penalty * np.eye(len(product)), product)
-        return weights
-
-    def missed(penalty: float) -> float:
-        others = {t: [u for u in seen.train if u != t] or [t] for t in seen.train}
-        return sum(float(np.square(x[t] @ fit(others[t], penalty) - seen.z[t]).sum()) for t in seen.train)
-
-    weights = fit(seen.train, min(PENALTIES, key=missed))
-    return [np.tile(values @ weights, (len(seeds), 1)) for values in x]
+    rows = np.concatenate([np.full(len(seen.z[t]), t) for t in seen.train])
+    each_out = list(LeaveOneGroupOut().split(rows, groups=rows)) if len(seen.train) > 1 else None
+    fit = RidgeCV(PENALTIES, fit_intercept=False, cv=each_out, scoring="neg_mean_squared_error")
+    fit.fit(np.concatenate([x[t] for t in seen.train]), np.concatenate([seen.z[t] for t in seen.train]))
+    return [np.tile(fit.predict(values), (len(seeds), 1)) for values in x]
 
 
 def _trees(seen: Standardised, seeds: Sequence[int]) -> list[Array]:
