@@ -15,7 +15,7 @@ import torch
 from numpy.typing import NDArray
 
 from myowave.diagnosis.likelihood.algebra import COST, most_likely
-from myowave.diagnosis.likelihood.components import COLOURED, EMG, REPEATS, residual_above
+from myowave.diagnosis.likelihood.components import COLOURED, CURVES, EMG, REPEATS, SLOW, TISSUE, residual_above
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis, settle, weighed_afresh, with_likely_memory
 from myowave.diagnosis.likelihood.sensor import Sensor, knots_of
 from myowave.diagnosis.likelihood.waves import View
@@ -34,6 +34,7 @@ OUTSIDE = 0.03  # ASSUME: so likely is one part of the general correction, besid
 MOST_EFFECTS = 3
 REFITS, PAIRS = 3, 2  # that are fitted from one model
 CLEARLY = 5.0  # nats
+STRANGE = frozenset({EMG, CURVES, REPEATS, SLOW, TISSUE})  # causes that what is missing may hide behind
 HOPELESS = 1.0  # nats that an effect may promise less than the model without it, and still be fitted
 WORTH_FOLLOWING = 10.0  # of the objective without an effect: what a fresh start with it may begin at
 CORNERS = 3.0 * 4.0 ** (np.arange(7) / 6)  # of filters, in units of the motion's edge
@@ -173,11 +174,12 @@ def _fit_singles(top: Hypothesis, screened: Screened, found: Posterior) -> list[
     singles, leader, prior = screened.singles, found.best.total, found.prior
     hopeful = sorted((n for n in singles if singles[n] + prior > top.total - HOPELESS), key=lambda n: -singles[n])
     # What is on may hold back what would do without it, all the more before anything is found.
-    without_causes = (1 if top.effects else REFITS) if top.on else 0
+    astray = bool(top.on & STRANGE)
+    without_causes = (1 if top.effects else REFITS) if astray else int(bool(hopeful and top.on))
     ideal = sorted(screened.ideal, key=lambda n: -screened.ideal[n])
     chosen = dict.fromkeys([*hopeful[:REFITS], *ideal[:without_causes]])
     begins = [(name, screened.scores[name].start) for name in chosen]
-    if top.on:
+    if astray:
         begins += fresh_starts(top.fit, screened.scores).items()
     fitted = [_fitted(top, begin, (*top.effects, name), top.prior + prior, leader) for name, begin in begins]
     return [model for model in fitted if model is not None]
