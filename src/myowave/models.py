@@ -21,7 +21,10 @@ def build_model(name: str, physics: Physics) -> Model:
             muscles' paths, a faulty effect file, or a faulty table of a path.
     """
     base = Model(
-        muscles=tuple(_muscle(name, muscle) for name, muscle in physics.muscles.items()),
+        muscles=tuple(
+            Muscle(n, SIDES[m.side], m.emg, values_of(MUSCLE_CONSTANTS, m, ""), _path(n, m), m.group or "")
+            for n, m in physics.muscles.items()
+        ),
         joint=values_of(JOINT_CONSTANTS, physics.joint, "", physics.joint.kind),
         curves=Curves(
             active_length=ACTIVE_LENGTH[physics.curves.active_length],
@@ -31,11 +34,6 @@ def build_model(name: str, physics: Physics) -> Model:
         ),
     )
     return parse_model(name, base, catalogue(physics.effect_files))
-
-
-def _muscle(name: str, muscle: MuscleSettings) -> Muscle:
-    constants = values_of(MUSCLE_CONSTANTS, muscle, "")
-    return Muscle(name, SIDES[muscle.side], muscle.emg, constants, _path(name, muscle), muscle.group or "")
 
 
 def _path(name: str, muscle: MuscleSettings) -> Path:

@@ -83,7 +83,9 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     }
     gains = _gains(processing, known, session.mvc, [recordings[name] for name in train if name in recordings])
     _refuse(dataset, _gain_problems(gains))
-    recordings = {name: _divided(one, gains, known) for name, one in recordings.items()}
+    for name, one in recordings.items():
+        emg = {c: e if forms[c] == "fraction" else np.maximum(e, 0.0) / gains[c] for c, e in one.emg.items()}
+        recordings[name] = replace(one, emg=emg)  # splines undershoot a little
     # Of a maximum contraction EMG cannot be far above 1; where the training trials count, a test trial may be.
     mvc = {c: form for c, form in forms.items() if processing.normalise == "mvc" or form == "fraction"}
     _refuse(dataset, [*problems, *value_problems(recordings, mvc, settings.test)])
@@ -126,12 +128,6 @@ def _gains(
         # large by one factor for the whole session, which a fit takes for a weaker muscle.
         of = [{c: e.within(one.time[0], one.time[-1]) for c, e in one.envelopes.items()} for one in train]
     return {c: 1.0 if k.form == "fraction" else float(max(e[c].max() for e in of)) for c, k in known.items()}
-
-
-def _divided(one: Recording, gains: Mapping[str, float], known: Mapping[str, Known]) -> Recording:
-    """A trial with its EMG as a fraction; splines undershoot a little."""
-    emg = {c: e if known[c].form == "fraction" else np.maximum(e, 0.0) / gains[c] for c, e in one.emg.items()}
-    return replace(one, emg=emg)
 
 
 def _to_trials(

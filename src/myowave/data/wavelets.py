@@ -107,7 +107,8 @@ def _interval_basis(samples: int, level: int, wavelet: str) -> tuple[csc_array, 
     # ASSUME: beyond its ends a recording is unknown, and its coarse scales are the best fit of V_-j to what is known.
     filter_length = _filter_length(wavelet)
     spacing = 2**level
-    function = _scaling_function(level, wavelet)
+    # The discrete scaling function, Eq. 23 applied `level` times, with its zeros cut off.
+    function = pywt.upcoef("a", [1.0], wavelet, level=level)[: (filter_length - 1) * (spacing - 1) + 1]
     # The grid of PyWavelets: at each step the function of index k begins filter_length - 2 coefficients before 2 k.
     offset = -(filter_length - 2) * (spacing - 1) % spacing
     before = (len(function) - 1 + offset) // spacing
@@ -125,12 +126,6 @@ def _interval_basis(samples: int, level: int, wavelet: str) -> tuple[csc_array, 
         band = gram.diagonal(-diagonal)
         lower[diagonal, : len(band)] = band
     return basis, cholesky_banded(lower, lower=True)
-
-
-def _scaling_function(level: int, wavelet: str) -> Array:
-    """The discrete scaling function of a level, Eq. 23 applied `level` times, with its zeros cut off."""
-    length = (_filter_length(wavelet) - 1) * (2**level - 1) + 1
-    return pywt.upcoef("a", [1.0], wavelet, level=level)[:length]
 
 
 def _filter_length(wavelet: str) -> int:

@@ -149,13 +149,9 @@ def effort_along_motion(prepared: Prepared, flexor: str, extensor: str) -> dict[
         force = [np.roll(each, late) for each in emg]
         x = np.stack([*force, np.sin(q), np.cos(q), speed, acceleration], axis=1)[window + late : -window]
         rows[name] = (x - x.mean(0)) / max(x[:, -1].std(), 1e-12)
-    together = {ALL: np.concatenate([*rows.values()])} if rows else {}
-    return {name: _standardised(x)[:2] for name, x in {**together, **rows}.items()}
-
-
-def _standardised(x: Array) -> Array:
-    """Coefficients of the last column by the others, times these' standard deviations."""
-    return np.linalg.lstsq(x[:, :-1], x[:, -1], rcond=None)[0] * x[:, :-1].std(0)
+    parts = {ALL: np.concatenate([*rows.values()]), **rows} if rows else {}
+    known = {name: (x[:, :-1], x[:, -1]) for name, x in parts.items()}
+    return {name: (np.linalg.lstsq(x, y, rcond=None)[0] * x.std(0))[:2] for name, (x, y) in known.items()}
 
 
 CAUSE = (
