@@ -38,26 +38,16 @@ TURNS, SEEDS = 1000, 10_000  # of an attempt and of a draw: more than a world ha
 
 @dataclass(frozen=True)
 class Case:
-    """A dataset of the study.
+    """A dataset of the study."""
 
-    Args:
-        world: one of `worlds.WORLDS`.
-        hidden: effects with their parameters by short name.
-        taken_out: effects that the catalogue lacks.
-        draw: seed; with the number of the case in its world it decides all that is drawn.
-        attempt: others are drawn where no EMG keeps the arm in range.
-        strength: of the hidden effects, see `hidden_values`.
-        noise_deg: of the angle.
-    """
-
-    world: str
-    hidden: Mapping[str, Mapping[str, float]]
-    taken_out: tuple[str, ...]
-    draw: int
+    world: str  # one of `worlds.WORLDS`
+    hidden: Mapping[str, Mapping[str, float]]  # effects with their parameters by short name
+    taken_out: tuple[str, ...]  # effects that the catalogue lacks
+    draw: int  # seed; with the number of the case in its world it decides all that is drawn
     turn: int
-    strength: float
-    noise_deg: float
-    attempt: int = 0
+    strength: float  # of the hidden effects, see `hidden_values`
+    noise_deg: float  # of the angle
+    attempt: int = 0  # others are drawn where no EMG keeps the arm in range
 
     @property
     def label(self) -> str:

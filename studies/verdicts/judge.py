@@ -16,22 +16,14 @@ from studies.verdicts.sets import Drawn
 
 @dataclass(frozen=True)
 class Judged:
-    """An answer.
+    """An answer."""
 
-    Args:
-        kind, named: see `scoring.grade`.
-        probabilities: of each name that was weighed; none where nothing is named, as what is left is no noise.
-        effects: of the model that the intervals are of.
-        intervals: low and high of each parameter, of 95 %.
-        nothing_missing: p-value of that; None where nobody was asked.
-    """
-
-    kind: str
+    kind: str  # see `scoring.grade`
     named: Answer
-    probabilities: Mapping[str, float]
-    effects: tuple[str, ...] = ()
-    intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    nothing_missing: float | None = None
+    probabilities: Mapping[str, float]  # of each name that was weighed; none where what is left is no noise
+    effects: tuple[str, ...] = ()  # of the model that the intervals are of
+    intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # low and high of each parameter, 95 %
+    nothing_missing: float | None = None  # p-value of that; None where nobody was asked
 
 
 def by_evidence(fit: Fit, effects: Iterable[Effect]) -> Judged:

@@ -31,24 +31,16 @@ ALIKE = {"all_at_once": ("other_curves", "other_constants", "other_solver"), "ot
 
 @dataclass(frozen=True)
 class Drawn:
-    """A set.
-
-    Args:
-        constants: of the arm, true values of the model's constants by name.
-        recording: see `World`.
-        free, starts, values: what is estimated, from how many guesses, and the first fit's result, (P,); None where it
-            does not follow whole trials.
-        signals: see `visible.signals_of`.
-    """
+    """A set."""
 
     case: Case
-    constants: Mapping[str, float]
-    recording: Mapping[str, float]
+    constants: Mapping[str, float]  # of the arm, true values of the model's constants by name
+    recording: Mapping[str, float]  # see `World`
     trials: Trials
-    free: tuple[Free, ...]
-    starts: int
-    values: NDArray[np.float64] | None
-    signals: Mapping[str, float]
+    free: tuple[Free, ...]  # what is estimated
+    starts: int  # guesses that a fit starts from
+    values: NDArray[np.float64] | None  # of the first fit, (P,); None where it does not follow whole trials
+    signals: Mapping[str, float]  # see `visible.signals_of`
 
     def known_to(self, catalogue: Mapping[str, Effect]) -> list[Effect]:
         """The catalogue that a judge gets."""

@@ -20,31 +20,20 @@ MOST_DRAWS = 4
 
 @dataclass(frozen=True)
 class Arm:
-    """Two muscles and a forearm; what is drawn is within what anatomy and published curves allow.
+    """Two muscles and a forearm; what is drawn is within what anatomy and published curves allow."""
 
-    Args:
-        width, skew, roundness: of the active force-length curve exp(-|(l^skew - 1) / width|^roundness).
-        onset, stiffness: of the passive force stiffness (l - onset)^2.
-        bend, eccentric: of the force-velocity hyperbola, and the force where a muscle lengthens fast.
-        shape: s of the activation a = (1 + s) u / (1 + s u).
-        arms: moment arm of each muscle as a parabola in the angle [m], (2, 3).
-        offset: length of each muscle with a straight arm [m], (2,).
-        delay: of each muscle [s], (2,).
-        mass: of the forearm [kg].
-    """
-
-    width: float
+    width: float  # of the active force-length curve exp(-|(l^skew - 1) / width|^roundness)
     skew: float
     roundness: float
-    onset: float
+    onset: float  # of the passive force stiffness (l - onset)^2
     stiffness: float
-    bend: float
+    bend: float  # of the force-velocity hyperbola, and the force where a muscle lengthens fast
     eccentric: float
-    shape: float
-    arms: Array
-    offset: Array
-    delay: Array
-    mass: float
+    shape: float  # s of the activation a = (1 + s) u / (1 + s u)
+    arms: Array  # moment arm of each muscle as a parabola in the angle [m], (2, 3)
+    offset: Array  # length of each muscle with a straight arm [m], (2,)
+    delay: Array  # of each muscle [s], (2,)
+    mass: float  # of the forearm [kg]
 
     FORCE = np.array([300.0, 300.0])
     FIBRE = np.array([0.6, 0.4])

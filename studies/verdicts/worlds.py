@@ -57,20 +57,14 @@ NOISES = frozenset({"emg_noise", "ar_deg", "step_deg"})  # of a recorder, that a
 
 @dataclass(frozen=True)
 class World:
-    """How the trials of one case are made.
+    """How the trials of one case are made."""
 
-    Args:
-        model: with its own curves, and without effects.
-        constants: that differ from the model's, by name.
-        sample_and_hold: whether the EMG keeps its value between samples.
-        recording: what happens to a recording, by name: emg_noise [-], emg_hz and angle_hz (low-pass filters), step_deg
-            (rounding), rate_hz, ar_deg and ar_s (coloured noise of the angle), drift_pct (of the angle's clock),
-            gain_pct (of the EMG of the first trial).
-    """
-
-    model: Model
-    constants: Mapping[str, float] = field(default_factory=dict)
-    sample_and_hold: bool = False
+    model: Model  # with its own curves, and without effects
+    constants: Mapping[str, float] = field(default_factory=dict)  # that differ from the model's, by name
+    sample_and_hold: bool = False  # whether the EMG keeps its value between samples
+    # what happens to a recording, by name: emg_noise [-], emg_hz and angle_hz (low-pass filters), step_deg (rounding),
+    # rate_hz, ar_deg and ar_s (coloured noise of the angle), drift_pct (of the angle's clock), gain_pct (of the EMG of
+    # the first trial)
     recording: Mapping[str, float] = field(default_factory=dict)
 
 

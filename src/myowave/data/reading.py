@@ -100,29 +100,17 @@ def _tidy_problems(path: Path, header: Sequence[str], channels: Sequence[str] | 
 
 @dataclass
 class Reading:
-    """Files read so far, columns used of them, and problems found: reading goes on, to find all of them.
+    """Files read so far, columns used of them, and problems found: reading goes on, to find all of them."""
 
-    Args:
-        where: the dataset is in the settings, for messages.
-        root: folder that relative paths start from.
-        pace: rates and durations that a signal may have.
-        ignored: names of columns that are not needed; * stands for anything.
-        layout: how tables of text are written.
-        recordings: that trials are parts of, where they are not called alike.
-        key: of the dataset that names all signals; None where each has its own.
-        said: problems of files and signals in order, each once.
-        sha256: of each signal's file, by trial and signal.
-    """
-
-    where: str
-    root: Path
-    pace: Pace
-    ignored: Sequence[str]
-    layout: TextLayout
-    recordings: Mapping[str, str] = field(default_factory=dict)
-    key: str | None = None
-    said: dict[str, None] = field(default_factory=dict, init=False)
-    sha256: dict[str, str] = field(default_factory=dict, init=False)
+    where: str  # the dataset is in the settings, for messages
+    root: Path  # folder that relative paths start from
+    pace: Pace  # rates and durations that a signal may have
+    ignored: Sequence[str]  # names of columns that are not needed; * stands for anything
+    layout: TextLayout  # how tables of text are written
+    recordings: Mapping[str, str] = field(default_factory=dict)  # that trials are parts of, where not called alike
+    key: str | None = None  # of the dataset that names all signals; None where each has its own
+    said: dict[str, None] = field(default_factory=dict, init=False)  # problems of files and signals in order, each once
+    sha256: dict[str, str] = field(default_factory=dict, init=False)  # of each signal's file, by trial and signal
     _files: dict[Path, RawRecording | None] = field(default_factory=dict, init=False)
     _used: dict[Path, set[str]] = field(default_factory=dict, init=False)
     _digests: dict[Path, str] = field(default_factory=dict, init=False)

@@ -12,23 +12,14 @@ from myowave.data.trials import Array, Trials
 
 @dataclass(frozen=True, eq=False)
 class RawTrial:
-    """One trial as recorded.
+    """One trial as recorded."""
 
-    Args:
-        emg: {channel: [uV], or any unit where it is arbitrary or a fraction}.
-        angle: elbow angle [rad], with the sign and offset of the settings.
-        signals: further angles [rad], and torques [N m] where they were measured: `TORQUE`, `MOTOR`.
-        angle_unit: in which the angle was written.
-        file: that holds all of the trial, with its first row of samples; None where there are several.
-        cut: from and to [s] after the start of the angle: what is kept; None for all.
-    """
-
-    emg: Mapping[str, Sampled]
-    angle: Sampled
-    signals: Mapping[str, Sampled] = field(default_factory=dict)
-    angle_unit: str = "rad"
-    file: tuple[Path, int] | None = None
-    cut: tuple[float, float] | None = None
+    emg: Mapping[str, Sampled]  # {channel: [uV], or any unit where it is arbitrary or a fraction}
+    angle: Sampled  # elbow angle [rad], with the sign and offset of the settings
+    signals: Mapping[str, Sampled] = field(default_factory=dict)  # further angles [rad], and `TORQUE`, `MOTOR` [N m]
+    angle_unit: str = "rad"  # in which the angle was written
+    file: tuple[Path, int] | None = None  # that holds all of it, with its first row of samples
+    cut: tuple[float, float] | None = None  # from and to [s] after the start of the angle: what is kept; None for all
 
     @property
     def all(self) -> list[Sampled]:
@@ -41,44 +32,26 @@ class RawTrial:
 
 @dataclass(frozen=True, eq=False)
 class Session:
-    """All recordings of a dataset.
+    """All recordings of a dataset."""
 
-    Args:
-        trials: those without a problem, by name.
-        forms: {channel: raw, envelope or fraction}.
-        mvc: EMG of maximum contractions, by name.
-        sha256: of each signal's file, by trial and signal.
-        problems: of the others.
-    """
-
-    trials: Mapping[str, RawTrial]
-    forms: Mapping[str, str]
-    mvc: Mapping[str, Mapping[str, Sampled]] = field(default_factory=dict)
-    sha256: Mapping[str, str] = field(default_factory=dict)
-    problems: Sequence[str] = ()
+    trials: Mapping[str, RawTrial]  # those without a problem, by name
+    forms: Mapping[str, str]  # {channel: raw, envelope or fraction}
+    mvc: Mapping[str, Mapping[str, Sampled]] = field(default_factory=dict)  # EMG of maximum contractions, by name
+    sha256: Mapping[str, str] = field(default_factory=dict)  # of each signal's file, by trial and signal
+    problems: Sequence[str] = ()  # of the others
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """One trial, processed.
+    """One trial, processed."""
 
-    Args:
-        name: of the trial.
-        raw: as recorded, EMG and angle on one clock.
-        envelopes: {channel: in the unit of its EMG}.
-        time: of its samples on the angle's clock [s], (N,).
-        emg: {channel: as a fraction of what counts as 1 [-], (N,)}.
-        angle: elbow angle [rad], (N,).
-        signals: as in `raw`, (N,) each.
-    """
-
-    name: str
-    raw: RawTrial
-    envelopes: Mapping[str, Sampled]
-    time: Array
-    emg: Mapping[str, Array]
-    angle: Array
-    signals: Mapping[str, Array]
+    name: str  # of the trial
+    raw: RawTrial  # as recorded, EMG and angle on one clock
+    envelopes: Mapping[str, Sampled]  # {channel: in the unit of its EMG}
+    time: Array  # of its samples on the angle's clock [s], (N,)
+    emg: Mapping[str, Array]  # {channel: as a fraction of what counts as 1 [-], (N,)}
+    angle: Array  # elbow angle [rad], (N,)
+    signals: Mapping[str, Array]  # as in `raw`, (N,) each
 
     @property
     def dt(self) -> float:
@@ -99,16 +72,9 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A session, processed.
+    """A session, processed."""
 
-    Args:
-        trials: like any others.
-        recordings: what they were made of, by name.
-        gains: {channel: the envelope that counts as 1, in the unit of its EMG}.
-        forms: {channel: raw, envelope or fraction}.
-    """
-
-    trials: Trials
-    recordings: Mapping[str, Recording]
-    gains: Mapping[str, float]
-    forms: Mapping[str, str]
+    trials: Trials  # like any others
+    recordings: Mapping[str, Recording]  # what they were made of, by name
+    gains: Mapping[str, float]  # {channel: the envelope that counts as 1, in the unit of its EMG}
+    forms: Mapping[str, str]  # {channel: raw, envelope or fraction}

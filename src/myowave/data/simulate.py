@@ -38,19 +38,12 @@ SUBSTEPS = 8  # Runge-Kutta steps between two kinks of the EMG in what is stored
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """How a subject is told to move.
+    """How a subject is told to move."""
 
-    Args:
-        frequency: factor on the frequency of all movements [-].
-        amplitude: factor on the EMG [-]; 0 is a passive swing.
-        cocontraction: tone c added to every muscle [-], e -> c + (1 - c) e.
-        effort: factor on the flexors' tone [-]; with a load in the hand (m + load) / m keeps the arm from dropping.
-    """
-
-    frequency: float = 1.0
-    amplitude: float = 1.0
-    cocontraction: float = 0.0
-    effort: float = 1.0
+    frequency: float = 1.0  # factor on the frequency of all movements [-]
+    amplitude: float = 1.0  # factor on the EMG [-]; 0 is a passive swing
+    cocontraction: float = 0.0  # tone c added to every muscle [-], e -> c + (1 - c) e
+    effort: float = 1.0  # factor on the flexors' tone [-]; (m + load) / m keeps up an arm with a load
 
 
 MANOEUVRES: Mapping[str, Manoeuvre] = {  # trials that one can ask a subject for

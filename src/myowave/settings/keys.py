@@ -34,21 +34,14 @@ _BOUNDS = {"ge": "at least", "gt": "above", "le": "at most", "lt": "below"}  # a
 
 @dataclass(frozen=True)
 class Key:
-    """One key of the configuration.
+    """One key of the configuration."""
 
-    Args:
-        name: from the top, with dots; `<name>` stands for a key that the user chooses.
-        allowed: what values it takes, in words.
-        default: None where the key must be given, empty for a section.
-        section: whether it holds keys.
-    """
-
-    name: str
+    name: str  # from the top, with dots; `<name>` stands for a key that the user chooses
     unit: str
-    allowed: str
-    default: str | None
+    allowed: str  # what values it takes, in words
+    default: str | None  # None where the key must be given, empty for a section
     meaning: str
-    section: bool
+    section: bool  # whether it holds keys
 
     @property
     def group(self) -> str:

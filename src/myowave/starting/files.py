@@ -21,19 +21,12 @@ _MOST = 20_000  # files that are looked at
 
 @dataclass(frozen=True)
 class Naming:
-    """How the names of files make trials of them.
+    """How the names of files make trials of them."""
 
-    Args:
-        trials: names of the trials, in natural order.
-        patterns: files relative to the folder, {trial} for the trial's name; each is there for every trial.
-        mvc: names of recordings of maximum contractions.
-        left_out: files that are of no trial.
-    """
-
-    trials: tuple[str, ...]
-    patterns: tuple[str, ...]
-    mvc: tuple[str, ...] = ()
-    left_out: tuple[str, ...] = ()
+    trials: tuple[str, ...]  # names of the trials, in natural order
+    patterns: tuple[str, ...]  # relative to the folder, {trial} for the trial's name; each is there for every trial
+    mvc: tuple[str, ...] = ()  # names of recordings of maximum contractions
+    left_out: tuple[str, ...] = ()  # files that are of no trial
 
 
 def recordings_in(folder: Path) -> list[PurePosixPath]:

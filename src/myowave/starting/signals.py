@@ -24,19 +24,12 @@ _TRIED = 6  # ways to name trials whose files are read
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """One signal of a trial's files.
+    """One signal of a trial's files."""
 
-    Args:
-        pattern: of its file, with {trial}.
-        form: format of the file.
-        signal: as the first trial has it.
-        alone: whether it is the only one in its file, which then needs no name of a column.
-    """
-
-    pattern: str
-    form: str
-    signal: Signal
-    alone: bool
+    pattern: str  # of its file, with {trial}
+    form: str  # format of the file
+    signal: Signal  # as the first trial has it
+    alone: bool  # whether it is the only one in its file, which then needs no name of a column
 
     @property
     def unit(self) -> str:

@@ -29,15 +29,10 @@ DELAY_S, SMOOTH_S = 0.08, 0.25  # of EMG before the motion, and of polynomials t
 
 @dataclass(frozen=True, eq=False)
 class Cause:
-    """A session, and what its EMG explains of the motion.
-
-    Args:
-        prepared: the session.
-        sides: of the muscles that each channel drives, 1 for flexors, -1 for extensors, 0 for both.
-    """
+    """A session, and what its EMG explains of the motion."""
 
     prepared: Prepared
-    sides: Mapping[str, float]
+    sides: Mapping[str, float]  # of the muscles that each channel drives, 1 for flexors, -1 for extensors, 0 for both
 
     @cached_property
     def by_lag(self) -> Array:

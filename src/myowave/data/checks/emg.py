@@ -32,25 +32,15 @@ _BAND_HZ = (20.0, 450.0)
 
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """One channel of EMG in one trial.
+    """One channel of EMG in one trial."""
 
-    Args:
-        raw: as recorded.
-        envelope: in the unit of the raw EMG.
-        typical: median over the trials of its standard deviation.
-        typical_peak: median over the trials of its largest envelope.
-        notch_hz: of mains hum that the processing takes out [Hz].
-        largest: of what counts as 1, once the trial is processed [-].
-        angle: of the elbow in the same trial.
-    """
-
-    raw: Sampled
-    envelope: Sampled
-    typical: float
-    typical_peak: float
-    notch_hz: float | None
-    largest: float
-    angle: Sampled
+    raw: Sampled  # as recorded
+    envelope: Sampled  # in the unit of the raw EMG
+    typical: float  # median over the trials of its standard deviation
+    typical_peak: float  # median over the trials of its largest envelope
+    notch_hz: float | None  # of mains hum that the processing takes out [Hz]
+    largest: float  # of what counts as 1, once the trial is processed [-]
+    angle: Sampled  # of the elbow in the same trial
 
 
 def _scatter(of: Channel) -> str:

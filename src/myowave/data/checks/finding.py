@@ -9,38 +9,23 @@ Severity = Literal["warning", "note"]
 
 @dataclass(frozen=True)
 class Finding:
-    """One doubt about a recording.
+    """One doubt about a recording."""
 
-    Args:
-        check: which check found it, such as `mains hum`.
-        found: what was found, with numbers and units.
-        do: what to do.
-        trial: which trial; empty for the whole session.
-        signal: which channel or angle; empty where it is about more than one.
-        severity: warning: look at it before trusting a result; note: good to know.
-    """
-
-    check: str
-    found: str
+    check: str  # which check found it, such as `mains hum`
+    found: str  # what was found, with numbers and units
     do: str
-    trial: str = ""
-    signal: str = ""
-    severity: Severity = "warning"
+    trial: str = ""  # which trial; empty for the whole session
+    signal: str = ""  # which channel or angle; empty where it is about more than one
+    severity: Severity = "warning"  # warning: look at it before trusting a result; note: good to know
 
 
 @dataclass(frozen=True)
 class Check:
-    """A doubt that a recording may raise.
+    """A doubt that a recording may raise."""
 
-    Args:
-        name: in few words.
-        finds: what it finds in what it looks at, in words; empty, or nothing, where there is no doubt.
-        do: what to do about it: the likely cause, and the setting that mends it.
-    """
-
-    name: str
-    finds: Callable[[Any], str | None]
-    do: str
+    name: str  # in few words
+    finds: Callable[[Any], str | None]  # in what it looks at, in words; empty or None for no doubt
+    do: str  # what to do about it: the likely cause, and the setting that mends it
     severity: Severity = "warning"
 
     def of(self, what: Any, trial: str = "", signal: str = "") -> Iterator[Finding]:

@@ -20,19 +20,12 @@ ANTI_ALIAS = 0.4  # corner of the filter before a signal is sampled more coarsel
 
 @dataclass(frozen=True, eq=False)
 class Sampled:
-    """One signal.
+    """One signal."""
 
-    Args:
-        values: (N,), in `unit`.
-        rate: samples a second [Hz].
-        start: time of the first sample [s].
-        unit: such as uV, rad, or au for a fraction.
-    """
-
-    values: Array
-    rate: float
-    start: float
-    unit: str
+    values: Array  # (N,), in `unit`
+    rate: float  # samples a second [Hz]
+    start: float  # time of the first sample [s]
+    unit: str  # such as uV, rad, or au for a fraction
 
     @property
     def time(self) -> Array:

@@ -14,27 +14,16 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """One column or channel of a file.
+    """One column or channel of a file."""
 
-    Args:
-        name: as the file has it.
-        values: (N,), in `unit`; not finite where a cell holds no finite number.
-        unit: as the file has it, such as `uV` or `deg`; empty where the file names none.
-        angle_unit: unit of the file's angles, where it says so for all at once; it counts if this is one of them.
-        time: of each value [s], (N,); None where the file has no time.
-        rate: samples a second as the file states it [Hz]; None where it does not.
-        odd: cells that hold no finite number, as they were written, {sample: cell}.
-        first_row: the row of its first sample, where not all signals of the file begin in one.
-    """
-
-    name: str
-    values: NDArray[np.float64]
-    unit: str = ""
-    angle_unit: str = ""
-    time: NDArray[np.float64] | None = None
-    rate: float | None = None
-    odd: Mapping[int, Any] = field(default_factory=dict)
-    first_row: int | None = None
+    name: str  # as the file has it
+    values: NDArray[np.float64]  # (N,), in `unit`; not finite where a cell holds no finite number
+    unit: str = ""  # as the file has it, such as `uV` or `deg`; empty where the file names none
+    angle_unit: str = ""  # of the file's angles, where it says so for all; it counts if this is one of them
+    time: NDArray[np.float64] | None = None  # of each value [s], (N,); None where the file has no time
+    rate: float | None = None  # samples a second as the file states it [Hz]; None where it does not
+    odd: Mapping[int, Any] = field(default_factory=dict)  # cells that hold no finite number, {sample: cell}
+    first_row: int | None = None  # the row of its first sample, where not all signals of the file begin in one
 
     @classmethod
     def of(cls, name: str, cells: pd.Series | NDArray[np.float64], **facts: Any) -> Signal:
@@ -55,17 +44,11 @@ class Signal:
 
 @dataclass(frozen=True, eq=False)
 class RawRecording:
-    """A file as its reader found it.
+    """A file as its reader found it."""
 
-    Args:
-        path: the file, for messages.
-        signals: in the order of the file; names may repeat, which is for a check to refuse.
-        first_row: the row of the first sample as an editor or a data frame counts it, for messages.
-    """
-
-    path: Path
-    signals: tuple[Signal, ...]
-    first_row: int = 1
+    path: Path  # the file, for messages
+    signals: tuple[Signal, ...]  # in the order of the file; names may repeat, which is for a check to refuse
+    first_row: int = 1  # the row of the first sample as an editor or a data frame counts it, for messages
 
     @property
     def header(self) -> list[str]:
