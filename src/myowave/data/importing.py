@@ -37,18 +37,13 @@ def import_trials(
     """Read and process the recordings of a dataset, and report on their quality.
 
     Args:
-        dataset: its name.
-        settings: its block of config.yaml.
         root: folder that relative paths of files start from.
         tables: paths of the arm that are given by a table, by muscle.
         channels: EMG columns that the physical model needs of tidy files, with the side of the muscles that each
             drives: 1 for flexors, -1 for extensors, 0 for both; None takes what the first file has.
 
     Returns:
-        What was prepared, and the `report` of what is doubtful in it.
-
-    Raises:
-        ValueError: one line for each problem that makes the recordings unusable.
+        What was prepared, and the `report` of what is doubtful in it; a ValueError has a line for each problem.
     """
     session = read_session(dataset, settings, root, None if channels is None else list(channels))
     prepared = prepare(dataset, settings, session)
@@ -59,11 +54,7 @@ def import_trials(
 
 
 def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
-    """Process the session of a dataset; see `import_trials`.
-
-    Raises:
-        ValueError: one line for each problem that the recordings or the processed trials show.
-    """
+    """Process the session of a dataset, or raise a ValueError with a line for each problem; see `import_trials`."""
     processing, forms = settings.processing, session.forms
     one_by_one = isinstance(settings, MeasuredDataset)  # where what counts as 1 does not need all of them
     if not one_by_one or not session.trials:

@@ -70,7 +70,6 @@ def synthetic_emg(
     Args:
         seed: decides everything; another seed is another subject moving in the same way.
         sides: side of the joint each channel's muscle is on (`FLEXOR` or `EXTENSOR`), length C.
-        trials, samples: their numbers T and N.
         dt: time between samples [s].
         manoeuvres: how to move in each trial, length T; default all `Manoeuvre()`.
         draw: which draw of this seed to take; another has the same frequencies and other bursts.
@@ -101,12 +100,6 @@ def simulate_trials(
 
     A trial whose joint angle leaves `ANGLE_RANGE` is redrawn: the noise first, then the EMG itself. The provenance of
     the trials says which draws were taken.
-
-    Args:
-        dataset: its name.
-        settings: its block of config.yaml.
-        base: the model without effects.
-        catalogue: effects by name.
 
     Returns:
         The trials, named "1", "2", ..., and the truth: model, its parameters, effects and noise.

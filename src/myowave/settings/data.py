@@ -199,14 +199,8 @@ class RecordedDataset(_Dataset):
     @property
     def files(self) -> tuple[str, ...]:
         """Paths or patterns of all files that are named, each once."""
-        signals: list[RawSignal | None] = [
-            *self.emg.values(),
-            self.angle,
-            *self.signals.values(),
-            self.motor,
-            self.keep,
-        ]
-        named = [(name, signal) for name in self.trials for signal in signals]
+        each: list[RawSignal | None] = [*self.emg.values(), self.angle, *self.signals.values(), self.motor, self.keep]
+        named = [(name, signal) for name in self.trials for signal in each]
         named += [(name, self.torque) for name in self.torque_trials]
         named += [(name, channel) for name in self.mvc for channel in self.emg.values()]
         files = (signal.file.replace(TRIAL, self.recordings.get(name, name)) for name, signal in named if signal)

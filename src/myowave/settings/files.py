@@ -44,10 +44,7 @@ def require_regular(path: Path, largest: float = LARGEST_BYTES) -> None:
 
 
 def read_yaml(path: Path, such_as: str = "physics and data") -> dict[str, Any]:
-    """The sections in a YAML file.
-
-    Args:
-        such_as: sections that are expected in it, for the message.
+    """The sections in a YAML file, `such_as` these.
 
     Raises:
         ValueError: for a file that cannot be read, is not YAML, or holds no sections or a key twice.
@@ -80,11 +77,8 @@ def lay_over(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, An
 def read_layers(paths: Iterable[Path], option: str = "--config") -> dict[str, Any]:
     """YAML files, each laid over those before, as after Snakemake's --configfile.
 
-    Args:
-        option: with which a command names the files, for the message.
-
     Raises:
-        ValueError: for a file that is not there or is not YAML.
+        ValueError: for a file that is not there, which a command names by `option`, or is not YAML.
     """
     config: dict[str, Any] = {}
     for path in paths:
@@ -100,10 +94,7 @@ def check_command_line(arguments: Sequence[str] | None = None) -> None:
     """End a command of Snakemake with one message where a configuration file cannot be read.
 
     The profiles call it: Snakemake itself would show a traceback, not say which line of which file is wrong, and take
-    the last of two equal keys in silence.
-
-    Args:
-        arguments: of the command; None takes those of this process.
+    the last of two equal keys in silence. Its arguments are those of this process where none are given.
     """
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("--configfile", "--configfiles", nargs="+", type=Path, default=[])

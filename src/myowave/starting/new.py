@@ -31,12 +31,9 @@ def begin(
     """Write NAME.yaml here, settings for the recordings in a folder, and return what to say on the terminal.
 
     Args:
-        name: of the dataset.
-        folder: with its recordings.
         config: files that the settings are laid over.
         person: mass [kg], height [m] and sex, all or none of them.
         arm: one of the settings; None takes that of the preset for the muscles that were recorded.
-        force: write over a file that is there.
 
     Raises:
         ValueError: if no file in the folder can be read, the name or file is there, the person is known by half, or the

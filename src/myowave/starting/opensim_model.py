@@ -22,7 +22,6 @@ def sample_model(
     """Sample the muscles of a model over the range of a coordinate; all others stay at their defaults.
 
     Args:
-        path: the model, a .osim file.
         coordinate: an angle of the model.
         names: muscles; none for all that move it.
         step_deg: largest distance of angles [deg].

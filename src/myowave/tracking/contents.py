@@ -51,7 +51,6 @@ def read_results(results: Path, recipes: Mapping[str, Mapping[str, Any]]) -> Ite
     """The runs of each dataset that has a verdict or networks, that of the dataset first.
 
     Args:
-        results: the folder `results`.
         recipes: settings of recipes and baselines by name; networks of others are left out.
 
     Raises:

@@ -26,16 +26,7 @@ CATALOGUE = PACKAGE / "physics/effects/__init__.py"
 
 
 def digest_script(script: Path, *, roots: tuple[Path, ...] = _ROOTS) -> str:
-    """Digest of a script and of all of our modules that it imports.
-
-    Args:
-        script: a Python file.
-        roots: folders that hold our packages.
-
-    Raises:
-        FileNotFoundError: if there is no such script.
-        SyntaxError: if one of the files is no Python.
-    """
+    """Digest of a Python script and of all of our modules that it imports, from folders that hold our packages."""
     used = {_below(path, roots): path for path in imported_modules(script, roots=roots)} | {script.name: script}
     digest = hashlib.sha256()
     for name in sorted(used):

@@ -12,12 +12,7 @@ from typing import Any, TextIO
 from tqdm import tqdm
 
 LOG_EVERY_S = 10.0
-_DISK = (
-    errno.ENOSPC,
-    errno.EDQUOT,
-    errno.EROFS,
-    errno.EFBIG,
-)  # full, over its quota, read-only, too large a file
+_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG)  # full, over quota, read-only, too large a file
 
 
 class JobLog:
@@ -57,7 +52,6 @@ def job_log(label: str, path: str | Path) -> Iterator[JobLog]:
 
     Args:
         label: what the job works on, for people: "train case1 base rollout 3-scale, scale -2".
-        path: the log file.
     """
     bar = tqdm(desc=label, disable=None, leave=False, dynamic_ncols=True)
     try:

@@ -33,7 +33,6 @@ def value_problems(
     """What no recordings of an arm hold.
 
     Args:
-        recordings: by name.
         forms: {channel: raw, envelope or fraction} of those whose maximum contraction is known.
         test: trials that are held out; they may be of more effort than those which train.
     """
@@ -135,14 +134,8 @@ def _odd(
 
 
 def beyond_tables(trials: Trials, tables: Mapping[str, PathTable]) -> tuple[list[Finding], list[str]]:
-    """What is found of trials that leave the range of a table, and problems of those that leave one too far.
-
-    Args:
-        tables: paths of an arm that are given by a table, by muscle.
-
-    Raises:
-        ValueError: for a faulty table.
-    """
+    """What is found of trials that leave the range of a table of a muscle's path, and problems of those that leave one
+    too far; a ValueError for a faulty table."""
     ranges = {muscle: np.degrees(read_path(table.file, table.muscle).range) for muscle, table in tables.items()}
     findings, problems = [], []
     for trial, angles, length in zip(trials.names, np.degrees(trials.angle), trials.lengths, strict=True):

@@ -80,8 +80,6 @@ def envelope(emg: Sampled, processing: Processing, known: Known | None = None) -
     """Envelope of a recording in the unit of its EMG, never below 0; EMG that is no raw EMG stays as it is.
 
     Args:
-        emg: as recorded; any unit.
-        processing: the corners, and whether the filters may look ahead.
         known: of the channel before; offset and hum are found in the whole where there is none, or where the filters
             see all of it.
     """

@@ -25,7 +25,6 @@ class Filter:
 
     Args:
         sections: of second order, (n, 6).
-        phase: zero, or causal.
         padding: how phase zero goes on beyond the ends, as in `scipy.signal.sosfiltfilt`.
     """
 

@@ -82,7 +82,6 @@ def common_grid(
     """Times [s] of a trial: where all signals were recorded, within the cut.
 
     Args:
-        signals: all of them.
         clock: whose start the cut counts from, and whose samples are taken where `rate` is None.
         rate: samples a second [Hz].
         cut: from and to [s]; None takes all.

@@ -60,12 +60,7 @@ def ending_of(path: Path) -> str:
 
 
 def read_raw(path: Path, form: str | None = None, layout: TextLayout | None = None) -> RawRecording:
-    """Read one file.
-
-    Args:
-        path: the file.
-        form: one of `READERS`; None goes by the ending.
-        layout: how tables of text are written.
+    """Read a file in a format of `READERS`, None goes by the ending; `layout` says how tables of text are written.
 
     Raises:
         ValueError: if the ending says nothing, or the file cannot be read as that format.

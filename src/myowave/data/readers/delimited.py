@@ -26,10 +26,8 @@ _SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording:
     """Read one file, plain or .gz; rows count as an editor counts them.
 
-    Args:
-        path: the file.
-        layout: how it is written; what is null there is told from the file. A unit may stand in a row of its own, or
-            in brackets behind a column's name, which is then the name without it.
+    What is null in its layout is told from the file. A unit may stand in a row of its own, or in brackets behind a
+    column's name, which is then the name without it.
     """
     layout = layout or TextLayout()
     lines = read_lines(path)

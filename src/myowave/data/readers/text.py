@@ -76,8 +76,6 @@ def read_cells(path: Path, lines: Sequence[str], separator: str, skip: int, comm
     """Cells below the first `skip` rows, as text without blanks around it; blank rows at the end are left out.
 
     Args:
-        path: the file, for messages.
-        lines: its rows.
         separator: between columns; a single space stands for any number of blanks and tabs.
         skip: rows above the cells.
         comma: whether decimals have commas; None takes them for such where columns are separated otherwise, and none
