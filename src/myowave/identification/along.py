@@ -25,16 +25,11 @@ CORRECTIONS = 3  # of what a sensor does beyond an offset, a factor and a delay
 
 @dataclass(frozen=True, eq=False)
 class Along:
-    """A model with values of its parameters along the measured motion of all trials.
-
-    Args:
-        record: whole trials.
-        params: what a fit has estimated; the rest is known of the trials, or at its default.
-    """
+    """A model with values of its parameters along the measured motion of all trials."""
 
     model: Model
-    record: Record
-    params: Params
+    record: Record  # whole trials
+    params: Params  # what a fit has estimated; the rest is known of the trials, or at its default
 
     @cached_property
     def simulation(self) -> Simulation:

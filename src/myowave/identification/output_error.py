@@ -40,16 +40,11 @@ DAMPING, DAMPING_UP, DAMPING_DOWN, DAMPING_MOST = 1e-4, 10.0, 0.1, 1e8
 
 @dataclass(frozen=True)
 class Problem:
-    """What is to be explained, by what, and what of it may change.
+    """What is to be explained, by what, and what of it may change."""
 
-    Args:
-        simulation: of the model with any values of its parameters, driven by the EMG of the trials.
-        record: the measured motion, its noise, and what is known of the trials.
-        free: what is estimated, with its bounds and what is known of it beforehand; it moves in units of its scales.
-    """
-
-    simulation: Simulation
-    record: Record
+    simulation: Simulation  # of the model with any values of its parameters, driven by the EMG of the trials
+    record: Record  # the measured motion, its noise, and what is known of the trials
+    # what is estimated, with its bounds and what is known of it beforehand; it moves in units of its scales
     free: tuple[Free, ...]
 
     @classmethod
@@ -112,22 +107,14 @@ class Problem:
 
 @dataclass(frozen=True)
 class Fit(Problem):
-    """A fitted model: the problem with an answer.
+    """A fitted model: the problem with an answer."""
 
-    Args:
-        values: the free parameters, (P,).
-        starts: angle and velocity at the start of each trial, (T, 2).
-        normal: residuals and derivatives at the solution.
-        sensitive: the solved motion.
-        converged: whether no step could gain anything any more.
-        torque: the fit to torque that all values are taken from, where no motion of the model follows the trials.
-    """
-
-    values: Array
-    starts: Array
-    normal: Normal
-    sensitive: Sensitive
-    converged: bool = False
+    values: Array  # the free parameters, (P,)
+    starts: Array  # angle and velocity at the start of each trial, (T, 2)
+    normal: Normal  # residuals and derivatives at the solution
+    sensitive: Sensitive  # the solved motion
+    converged: bool = False  # whether no step could gain anything any more
+    # the fit to torque that all values are taken from, where no motion of the model follows the trials
     torque: TorqueFit | None = None
 
     @property
@@ -197,19 +184,12 @@ class Fit(Problem):
 
 @dataclass(frozen=True)
 class LiftedSearch(Problem):
-    """Where searches stand before their motion is simulated, B of them as one batch.
+    """Where searches stand before their motion is simulated, B of them as one batch."""
 
-    Args:
-        values: (B, P).
-        starts: angle and velocity at the start of each trial, (B, T, 2).
-        guess: the state along each trial, a motion but for gaps, (B, T, N, K).
-        error: `Normal.objective` that the last step started from (B,); infinite before the first.
-    """
-
-    values: Array
-    starts: Array
-    guess: Tensor
-    error: Array
+    values: Array  # (B, P)
+    starts: Array  # angle and velocity at the start of each trial, (B, T, 2)
+    guess: Tensor  # the state along each trial, a motion but for gaps, (B, T, N, K)
+    error: Array  # `Normal.objective` that the last step started from (B,); infinite before the first
 
     @classmethod
     def begin(cls, model: Model, record: Record, free: Sequence[Free], values: Array) -> "LiftedSearch":

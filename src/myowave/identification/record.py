@@ -24,56 +24,36 @@ LEAD_S = 0.3  # of EMG before a piece: more than muscles are ever late
 
 @dataclass(frozen=True)
 class Cut:
-    """Where the pieces come from that trials were cut into.
+    """Where the pieces come from that trials were cut into."""
 
-    Args:
-        whole: the trials.
-        row: the trial of each piece, (T,); the pieces of a trial are in the order of time.
-        begin: its first sample there, (T,).
-        horizon_s: how long a piece is at least, but for trials that are shorter [s].
-    """
-
-    whole: "Record"
-    row: NDArray[np.int64]
-    begin: NDArray[np.int64]
-    horizon_s: float
+    whole: "Record"  # the trials
+    row: NDArray[np.int64]  # the trial of each piece, (T,); the pieces of a trial are in the order of time
+    begin: NDArray[np.int64]  # its first sample there, (T,)
+    horizon_s: float  # how long a piece is at least, but for trials that are shorter [s]
 
 
 @dataclass(frozen=True)
 class Record:
-    """Trials of one subject as tensors, or pieces of trials that are predicted each from a start of its own.
+    """Trials of one subject as tensors, or pieces of trials that are predicted each from a start of its own."""
 
-    Args:
-        names: of the trials.
-        emg: one channel per muscle, (T, L + N, M), the first L before those of the motion.
-        angle: measured [rad], (T, N).
-        valid: False where a shorter trial is padded, (T, N).
-        training: which trials may be fitted, (T,).
-        known: constants that are known, each (T,): the conditions of the trials.
-        course: how far the constants `OVER_TIME` are from what is known of them for the trial, (T, N, V); None where
-            nobody measured any over time.
-        noise: standard deviation of the noise of the angle [rad]; what is known of constants beforehand weighs as much
-            as samples with it.
-        window: samples of the local cubics that smooth the motion, see `smoothing`.
-        torque: of the muscles as a dynamometer measured it [N m], NaN where none did, (T, N); None where none ever did.
-        at_rest: whether every trial is known to start at rest.
-        lead: samples of EMG before the first of the motion, L; 0 for trials.
-        pieces: None for whole trials.
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # of the trials
     dt: float
-    emg: Tensor
-    angle: NDArray[np.float64]
-    valid: NDArray[np.bool_]
-    training: NDArray[np.bool_]
-    known: dict[str, Tensor]
+    emg: Tensor  # one channel per muscle, (T, L + N, M), the first L before those of the motion
+    angle: NDArray[np.float64]  # measured [rad], (T, N)
+    valid: NDArray[np.bool_]  # False where a shorter trial is padded, (T, N)
+    training: NDArray[np.bool_]  # which trials may be fitted, (T,)
+    known: dict[str, Tensor]  # constants that are known, each (T,): the conditions of the trials
+    # standard deviation of the noise of the angle [rad]; what is known of constants beforehand weighs as much as
+    # samples with it
     noise: float
-    window: int
-    at_rest: bool = False
-    lead: int = 0
-    pieces: Cut | None = None
+    window: int  # samples of the local cubics that smooth the motion, see `smoothing`
+    at_rest: bool = False  # whether every trial is known to start at rest
+    lead: int = 0  # samples of EMG before the first of the motion, L; 0 for trials
+    pieces: Cut | None = None  # None for whole trials
+    # of the muscles as a dynamometer measured it [N m], NaN where none did, (T, N); None where none ever did
     torque: NDArray[np.float64] | None = None
+    # how far the constants `OVER_TIME` are from what is known of them for the trial, (T, N, V); None where nobody
+    # measured any over time
     course: Tensor | None = None
 
     @property

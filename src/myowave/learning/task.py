@@ -22,22 +22,15 @@ from myowave.settings import Identify, Recipe
 
 @dataclass(frozen=True)
 class Task:
-    """Networks of one dataset, model and recipe, to be trained at one scale after the other, all seeds at once.
+    """Networks of one dataset, model and recipe, to be trained at one scale after the other, all seeds at once."""
 
-    Args:
-        scales: {level: trials at scale [-level]}, level 0 and those at which it is trained.
-        wanted: physical constants to identify.
-        total: number of scales: 3 trains at levels 2, 1 and 0 in turn.
-        seeds: numbers of the seeds.
-        final: whether the band about predictions, which may take longer than all else, and standard errors are made.
-    """
-
-    scales: Mapping[int, Trials]
+    scales: Mapping[int, Trials]  # {level: trials at scale [-level]}, level 0 and those at which it is trained
     model: Model
     recipe: Recipe
-    wanted: Mapping[str, Identify]
-    total: int
-    seeds: Sequence[int]
+    wanted: Mapping[str, Identify]  # physical constants to identify
+    total: int  # number of scales: 3 trains at levels 2, 1 and 0 in turn
+    seeds: Sequence[int]  # numbers of the seeds
+    # whether the band about predictions, which may take longer than all else, and standard errors are made
     final: bool = True
     device: torch.device = field(default_factory=lambda: torch.device("cuda" if torch.cuda.is_available() else "cpu"))
 

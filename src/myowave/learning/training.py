@@ -29,23 +29,16 @@ FOLD_SEEDS = 2  # that are trained without each trial for the band: as many as t
 
 @dataclass(frozen=True)
 class EpochReport:
-    """An epoch in numbers, (S,) each where not said otherwise.
+    """An epoch in numbers, (S,) each where not said otherwise."""
 
-    Args:
-        epoch: from 1, within this scale.
-        losses: see `loss.Losses`.
-        val_mse: on the validation windows, free running [rad^2]; of the last time it was computed. Not a number where
-            nothing is kept for validation.
-        values: identified parameters by name, SI units.
-        checkpoint: with the last report only.
-    """
-
-    epoch: int
+    epoch: int  # from 1, within this scale
     seeds: tuple[int, ...]
-    losses: Losses
+    losses: Losses  # see `loss.Losses`
+    # on the validation windows, free running [rad^2]; of the last time it was computed. Not a number where nothing is
+    # kept for validation.
     val_mse: Tensor
-    values: dict[str, Tensor]
-    checkpoint: Checkpoint | None = None
+    values: dict[str, Tensor]  # identified parameters by name, SI units
+    checkpoint: Checkpoint | None = None  # with the last report only
 
     def rows(self) -> list[dict[str, float]]:
         """One row per seed for the history table."""

@@ -10,30 +10,21 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Constant:
-    """A physical constant.
+    """A physical constant."""
 
-    Args:
-        unit: SI unit.
-        meaning: one phrase for people.
-        key: what the configuration calls it; empty where it is no key there.
-        bounds: of any value that settings give it, as pydantic calls them (gt, ge, lt, le). They leave room for any
-            arm and model of one, and catch another unit.
-        default: None where a model must give a value.
-        kind: of path or of forearm that it belongs to; empty where all muscles, or all forearms, have it.
-        drives: whether excitation or activation depends on it. Only such constants reach the functions that compute
-            the drive of the muscles, so a constant that is wrongly declared fails there instead of giving derivatives
-            that are wrong in silence.
-        scales: of a group's factor, the constants of its muscles that it multiplies.
-    """
-
-    unit: str
-    meaning: str
-    key: str = ""
+    unit: str  # SI unit
+    meaning: str  # one phrase for people
+    key: str = ""  # what the configuration calls it; empty where it is no key there
+    # of any value that settings give it, as pydantic calls them (gt, ge, lt, le). They leave room for any arm and model
+    # of one, and catch another unit.
     bounds: Mapping[str, float] = field(default_factory=dict, hash=False)
-    default: float | None = None
-    kind: str = ""
+    default: float | None = None  # None where a model must give a value
+    kind: str = ""  # of path or of forearm that it belongs to; empty where all muscles, or all forearms, have it
+    # whether excitation or activation depends on it. Only such constants reach the functions that compute the drive of
+    # the muscles, so a constant that is wrongly declared fails there instead of giving derivatives that are wrong in
+    # silence.
     drives: bool = False
-    scales: tuple[str, ...] = ()
+    scales: tuple[str, ...] = ()  # of a group's factor, the constants of its muscles that it multiplies
 
 
 DISTANCE = {"ge": 0.001, "le": 5}  # in mm it would be farther

@@ -10,17 +10,12 @@ from torch import Tensor
 
 @dataclass(frozen=True, eq=False)
 class Cubics:
-    """A piecewise cubic curve with a continuous slope. Make it with `through`.
+    """A piecewise cubic curve with a continuous slope. Make it with `through`."""
 
-    Args:
-        low: where the first cell begins, one step before the curve does.
-        width: of a cell.
-        coefficients: of c0 + c1 t + c2 t^2 + c3 t^3 with t in [0, 1] across a cell, (cells + 2, 4); the outermost
-            cells are straight lines.
-    """
-
-    low: float
-    width: float
+    low: float  # where the first cell begins, one step before the curve does
+    width: float  # of a cell
+    # of c0 + c1 t + c2 t^2 + c3 t^3 with t in [0, 1] across a cell, (cells + 2, 4); the outermost cells are straight
+    # lines
     coefficients: Tensor
 
     @classmethod

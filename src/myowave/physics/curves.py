@@ -99,18 +99,14 @@ force_velocity_thelen = partial(force_velocity_hyperbolas, steeper=THELEN_STEEPE
 
 @dataclass(frozen=True)
 class Curves:
-    """The three curves that make a Hill-type muscle.
-
-    Args:
-        shape: how they differ from the published ones, see `shaped`; None for not at all.
-        slowing: share of v_max that a muscle without activation lacks [-].
-    """
+    """The three curves that make a Hill-type muscle."""
 
     active_length: Curve = active_length_taneja
     passive: Curve = passive_taneja
     force_velocity: Curve = force_velocity_hill
+    # how they differ from the published ones, see `shaped`; None for not at all
     shape: Mapping[str, Tensor] | None = field(default=None, hash=False)
-    slowing: float = 0.0
+    slowing: float = 0.0  # share of v_max that a muscle without activation lacks [-]
 
     def active(self, activation: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
         """Active force of a fibre in units of f0: a f_AL(l) f_V(v). Source: Taneja et al. 2023, Eq. 46."""

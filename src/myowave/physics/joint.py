@@ -14,20 +14,13 @@ _OF_ANY = {name for name, constant in JOINT_CONSTANTS.items() if constant.defaul
 
 @dataclass(frozen=True)
 class Forearm:
-    """A forearm on its hinge. It holds tensors that broadcast.
-
-    Args:
-        mass: without what the hand holds [kg].
-        com: distance of its centre of mass from the elbow [m].
-        inertia: its moment of inertia about the elbow [kg m^2].
-        grip: distance of what the hand holds from the elbow [m].
-    """
+    """A forearm on its hinge. It holds tensors that broadcast."""
 
     # ASSUME: what the hand holds is a point at the grip.
-    mass: Tensor
-    com: Tensor
-    inertia: Tensor
-    grip: Tensor
+    mass: Tensor  # without what the hand holds [kg]
+    com: Tensor  # distance of its centre of mass from the elbow [m]
+    inertia: Tensor  # its moment of inertia about the elbow [kg m^2]
+    grip: Tensor  # distance of what the hand holds from the elbow [m]
 
     def inertia_with(self, load: Tensor | float) -> Tensor:
         """Moment of inertia about the elbow with a load in the hand [kg m^2]."""

@@ -18,22 +18,14 @@ FLEXOR, EXTENSOR = 1.0, -1.0
 
 @dataclass(frozen=True)
 class Muscle:
-    """A muscle group.
-
-    Args:
-        side: of the joint on which it runs, +1 for a flexor and -1 for an extensor.
-        channel: its EMG.
-        constants: those that every muscle has, in SI units.
-        path: over the joint, with constants of its own.
-        group: of muscles that share the factors of `constants.GROUP_CONSTANTS`; empty for none.
-    """
+    """A muscle group."""
 
     name: str
-    side: float
-    channel: str
-    constants: Mapping[str, float] = field(hash=False)
-    path: Path
-    group: str = ""
+    side: float  # of the joint on which it runs, +1 for a flexor and -1 for an extensor
+    channel: str  # its EMG
+    constants: Mapping[str, float] = field(hash=False)  # those that every muscle has, in SI units
+    path: Path  # over the joint, with constants of its own
+    group: str = ""  # of muscles that share the factors of `constants.GROUP_CONSTANTS`; empty for none
 
     def __post_init__(self) -> None:
         assert self.side in (FLEXOR, EXTENSOR), self.side

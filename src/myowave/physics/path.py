@@ -87,16 +87,11 @@ class TablePath(Path):
     """A measured or computed path: a cubic spline through a table, straight beyond its ends. See `through`.
 
     ASSUME: beyond a table's ends the moment arm stays as it is there; the settings say how far that can be trusted.
-
-    Args:
-        cubics: length [m] over the elbow angle [rad].
-        range: first and last angle of the table [rad].
-        scale: factor on the length, and so on the moment arm [-].
     """
 
-    cubics: Cubics
-    range: tuple[float, float]
-    scale: Tensor | float = 1.0
+    cubics: Cubics  # length [m] over the elbow angle [rad]
+    range: tuple[float, float]  # first and last angle of the table [rad]
+    scale: Tensor | float = 1.0  # factor on the length, and so on the moment arm [-]
     kind: ClassVar[str] = "table"
 
     @classmethod

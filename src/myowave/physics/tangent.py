@@ -32,17 +32,11 @@ NUDGE = 1e-6  # relative step of one-sided differences; their error is far below
 
 @dataclass(frozen=True)
 class Linear:
-    """The map from each sample to the next and its Jacobian, where they were evaluated.
+    """The map from each sample to the next and its Jacobian, where they were evaluated."""
 
-    Args:
-        at: the state there, (..., T, N, K).
-        after: F(at[n]), (..., T, N - 1, K).
-        jacobian: dF/dx, (..., T, N - 1, K, K).
-    """
-
-    at: Tensor
-    after: Tensor
-    jacobian: Tensor
+    at: Tensor  # the state there, (..., T, N, K)
+    after: Tensor  # F(at[n]), (..., T, N - 1, K)
+    jacobian: Tensor  # dF/dx, (..., T, N - 1, K, K)
 
 
 def linearise(simulation: Simulation, state: Tensor, wrt: Mapping[str, float]) -> tuple[Linear, Tensor]:

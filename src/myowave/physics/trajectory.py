@@ -37,40 +37,27 @@ HOPELESS = 1e5
 
 @dataclass(frozen=True)
 class Newton:
-    """How far Newton's method goes.
+    """How far Newton's method goes."""
 
-    Args:
-        iterations: at most. With 1 the result is the first-order correction of the guess towards a motion, whatever is
-            left of the gap, and the derivatives are those at the guess.
-        tolerance: of the state [rad, rad/s]; derivatives are accurate to about ten times its square root.
-        rescue: whether to integrate sample after sample, which is slow, where Newton's method does not converge from
-            the guess; otherwise look at `Sensitive.gap`.
-    """
-
+    # at most. With 1 the result is the first-order correction of the guess towards a motion, whatever is left of the
+    # gap, and the derivatives are those at the guess.
     iterations: int = 25
-    tolerance: float = 1e-9
+    tolerance: float = 1e-9  # of the state [rad, rad/s]; derivatives are accurate to about ten times its square root
+    # whether to integrate sample after sample, which is slow, where Newton's method does not converge from the guess;
+    # otherwise look at `Sensitive.gap`
     rescue: bool = True
 
 
 @dataclass(frozen=True)
 class Sensitive:
-    """A motion with its derivatives.
+    """A motion with its derivatives."""
 
-    Args:
-        motion: angle and state, (..., T, N) and (..., T, N, K).
-        by_parameter: d angle / d parameter, (P, ..., T, N), in the order asked for.
-        by_start: d angle / d (q0, qdot0), (2, ..., T, N).
-        tangent: d state / d (parameters, q0, qdot0), (..., T, N, K, P + 2).
-        gap: how far the state may be from a motion [rad, rad/s]; of a single step of Newton's method, its size.
-        linear: the linearised motion, from which `derivatives_of` gives more derivatives.
-    """
-
-    motion: Motion
-    by_parameter: Tensor
-    by_start: Tensor
-    tangent: Tensor
-    gap: float
-    linear: Linear
+    motion: Motion  # angle and state, (..., T, N) and (..., T, N, K)
+    by_parameter: Tensor  # d angle / d parameter, (P, ..., T, N), in the order asked for
+    by_start: Tensor  # d angle / d (q0, qdot0), (2, ..., T, N)
+    tangent: Tensor  # d state / d (parameters, q0, qdot0), (..., T, N, K, P + 2)
+    gap: float  # how far the state may be from a motion [rad, rad/s]; of a single step of Newton's method, its size
+    linear: Linear  # the linearised motion, from which `derivatives_of` gives more derivatives
 
 
 def solve(

@@ -86,22 +86,15 @@ class Answered:
 
     A muscle that gives more torque for the same EMG, a lighter load and an electrode that reports less are alike as far
     as torque says, so what electrodes report is weighed apart from the rest, and stands beside it where both explain.
-
-    Args:
-        arm: changes of the arm, its load and its sensors.
-        electrodes: changes of what electrodes report; None where they stayed on.
-        control: of the arm in the first group, split in two; None where it has but one trial.
-        scale: what nats were divided by, as the control asks for it.
-        left_out: effects that were not weighed.
     """
 
     reference: tuple[str, ...]
     against: tuple[str, ...]
-    arm: Answer
-    electrodes: Answer | None
-    control: Answer | None
-    scale: float
-    left_out: tuple[str, ...]
+    arm: Answer  # changes of the arm, its load and its sensors
+    electrodes: Answer | None  # changes of what electrodes report; None where they stayed on
+    control: Answer | None  # of the arm in the first group, split in two; None where it has but one trial
+    scale: float  # what nats were divided by, as the control asks for it
+    left_out: tuple[str, ...]  # effects that were not weighed
 
     @property
     def names(self) -> tuple[str, ...]:

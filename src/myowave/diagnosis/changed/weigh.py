@@ -44,15 +44,10 @@ TINY = 1e-6  # squared activation of a silent channel
 
 @dataclass(frozen=True)
 class Weighing:
-    """Everything but the change: what stays the same while candidates are weighed.
+    """Everything but the change: what stays the same while candidates are weighed."""
 
-    Args:
-        by_drive: as `Windowed` has it where nothing has changed.
-        usual: size of the torque of each trial where nothing has changed, (T,) [N m].
-    """
-
-    by_drive: Array
-    usual: Array
+    by_drive: Array  # as `Windowed` has it where nothing has changed
+    usual: Array  # size of the torque of each trial where nothing has changed, (T,) [N m]
 
     def residual(self, windowed: Windowed) -> Residual:
         """The torque of the windows less that of the usual muscles, with all that may have made it."""

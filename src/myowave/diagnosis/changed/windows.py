@@ -61,15 +61,10 @@ class Windowed:
 
 @dataclass(frozen=True)
 class Groups:
-    """Trials of two groups.
+    """Trials of two groups."""
 
-    Args:
-        record: whole trials of both.
-        second: which of them are of the second group, (T,).
-    """
-
-    record: Record
-    second: NDArray[np.bool_]
+    record: Record  # whole trials of both
+    second: NDArray[np.bool_]  # which of them are of the second group, (T,)
 
     def take(self, trials: Sequence[int], second: Sequence[int]) -> "Groups":
         """Some of the trials, of which some others than now are the second group."""

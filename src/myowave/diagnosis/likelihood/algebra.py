@@ -227,15 +227,10 @@ class Covariance:
 
 @dataclass(frozen=True)
 class Weighed:
-    """Which causes are there, how large they are, and how likely the residual is.
+    """Which causes are there, how large they are, and how likely the residual is."""
 
-    Args:
-        sizes: of the components that are on and whose sizes are not known, by name.
-        value: log evidence less the costs of what is on [nats].
-    """
-
-    sizes: Mapping[str, float]
-    value: float
+    sizes: Mapping[str, float]  # of the components that are on and whose sizes are not known, by name
+    value: float  # log evidence less the costs of what is on [nats]
 
     def on(self, residual: Residual) -> frozenset[str]:
         """The optional components that are there."""

@@ -45,22 +45,15 @@ CLIMBS = 3  # times that parameters and sizes follow one another
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """A fitted model, with every set of causes that a search visited.
+    """A fitted model, with every set of causes that a search visited."""
 
-    Args:
-        effects: names of those in the model.
-        prior: logarithm of how likely it is before any trial.
-        states: by the causes that are on.
-        expected_emg: whether its EMG is what is expected behind the recorded noise.
-    """
-
-    effects: tuple[str, ...]
+    effects: tuple[str, ...]  # names of those in the model
     fit: Fit
     view: View
     residual: Residual
-    states: dict[frozenset[str], Weighed]
-    prior: float = 0.0
-    expected_emg: bool = False
+    states: dict[frozenset[str], Weighed]  # by the causes that are on
+    prior: float = 0.0  # logarithm of how likely it is before any trial
+    expected_emg: bool = False  # whether its EMG is what is expected behind the recorded noise
 
     @classmethod
     def of(

@@ -24,15 +24,10 @@ MOST_KINKS, WRONG_KINKS = 0.95, 0.05  # of second differences
 
 @dataclass(frozen=True)
 class Sensor:
-    """How an angle came to be recorded.
+    """How an angle came to be recorded."""
 
-    Args:
-        corner_hz: of the low-pass that it has passed, as programs name it; None: none.
-        knots: samples from one measured value to the next, between which the angle runs straight; None: all are
-            measured.
-    """
-
-    corner_hz: float | None = None
+    corner_hz: float | None = None  # of the low-pass that it has passed, as programs name it; None: none
+    # samples from one measured value to the next, between which the angle runs straight; None: all are measured
     knots: float | None = None
 
     def seen(self, waves: Array, dt: float) -> tuple[Array, Array]:

@@ -30,19 +30,13 @@ MEMORIES_S = (0.05, 0.1, 0.2, 0.4, 0.8)  # of the sensor's noise, which are trie
 
 @dataclass(frozen=True)
 class Band:
-    """Some orthonormal waves of each trial, 0 where padded, as they are and as a sensor sees them.
+    """Some orthonormal waves of each trial, 0 where padded, as they are and as a sensor sees them."""
 
-    Args:
-        waves: (T, N, W), which of them there are (T, W), and the frequency of each (T, W) [Hz].
-        motion: signals that a simulated motion is to be multiplied by, (T, N, W).
-        noise: the same of white noise of what was measured, (T, Q, W).
-    """
-
-    waves: Tensor
+    waves: Tensor  # (T, N, W), which of them there are (T, W), and the frequency of each (T, W) [Hz]
     there: Tensor
     frequency: Array
-    motion: Tensor
-    noise: Tensor
+    motion: Tensor  # signals that a simulated motion is to be multiplied by, (T, N, W)
+    noise: Tensor  # the same of white noise of what was measured, (T, Q, W)
 
     @classmethod
     def of(cls, lengths: NDArray[np.int64], numbers: list[NDArray[np.int64]], dt: float) -> "Band":

@@ -38,23 +38,14 @@ Kind = Literal["adequate", "effect", "class", "partial", "unknown", "undecidable
 
 @dataclass(frozen=True)
 class Answer:
-    """The answer.
+    """The answer."""
 
-    Args:
-        kind: see `verdict.Verdict`.
-        named: classes of names, most of one: effects, and causes of `diagnosis.causes`.
-        probabilities: of every name, `OUTSIDE` for what the catalogue lacks.
-        best: the most likely model.
-        white: p-value of what it leaves, divided by its covariance, being noise.
-        usual: p-value of its constants being as expected.
-    """
-
-    kind: Kind
-    named: tuple[tuple[str, ...], ...]
-    probabilities: Mapping[str, float]
-    best: Hypothesis
-    white: float
-    usual: float
+    kind: Kind  # see `verdict.Verdict`
+    named: tuple[tuple[str, ...], ...]  # classes of names, most of one: effects, and causes of `diagnosis.causes`
+    probabilities: Mapping[str, float]  # of every name, `OUTSIDE` for what the catalogue lacks
+    best: Hypothesis  # the most likely model
+    white: float  # p-value of what it leaves, divided by its covariance, being noise
+    usual: float  # p-value of its constants being as expected
 
     @property
     def missing(self) -> float:

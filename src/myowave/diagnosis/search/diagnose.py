@@ -29,17 +29,14 @@ from myowave.settings import DiagnosisSettings, Identify, Scatter
 
 @dataclass(frozen=True)
 class Rung:
-    """A model fitted to the training trials and tried on the others.
-
-    Args:
-        seen: the training trials predicted as the others are, where these are in pieces that start at measured states:
-            the fit has a start of its own for each piece, and looks better by that.
-    """
+    """A model fitted to the training trials and tried on the others."""
 
     fit: Fit
     heldout: Prediction
     misfit: pd.DataFrame
     missing: MissingTorque
+    # the training trials predicted as the others are, where these are in pieces that start at measured states: the fit
+    # has a start of its own for each piece, and looks better by that
     seen: Prediction | None = None
 
     @property

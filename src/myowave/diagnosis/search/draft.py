@@ -67,17 +67,11 @@ LIBRARY = (
 
 @dataclass(frozen=True)
 class Draft:
-    """A formula for what is missing.
+    """A formula for what is missing."""
 
-    Args:
-        terms: library terms with their coefficients [N m] and standard errors.
-        formula: their sum as it is written for people; "0" where there are none.
-        source: a complete effect file; put it into `physics.effect_files`.
-    """
-
-    terms: tuple[tuple[Term, float, float], ...]
-    formula: str
-    source: str
+    terms: tuple[tuple[Term, float, float], ...]  # library terms with their coefficients [N m] and standard errors
+    formula: str  # their sum as it is written for people; "0" where there are none
+    source: str  # a complete effect file; put it into `physics.effect_files`
 
 
 def draft_effect(fit: Fit, dataset: str, *, most: int = MOST_TERMS) -> Draft:

@@ -23,20 +23,13 @@ LEAST = -500.0  # nats: what is less likely is as good as impossible
 
 @dataclass(frozen=True)
 class Candidate:
-    """One effect, weighed from a model that lacks it.
-
-    Args:
-        score: what the fit without it says.
-        fit: with it; None where the score left no hope.
-        log_odds: of the model with it against that without [nats]; to first order where it was not fitted.
-        detectable: smallest value of its first parameter that 9 of 10 such recordings would show.
-    """
+    """One effect, weighed from a model that lacks it."""
 
     effect: Effect
-    score: ScoreTest
-    fit: Fit | None
-    log_odds: float
-    detectable: float
+    score: ScoreTest  # what the fit without it says
+    fit: Fit | None  # with it; None where the score left no hope
+    log_odds: float  # of the model with it against that without [nats]; to first order where it was not fitted
+    detectable: float  # smallest value of its first parameter that 9 of 10 such recordings would show
 
     @property
     def name(self) -> str:
@@ -50,18 +43,14 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Ladder:
-    """From the model without effects to the one that is named, adding what is most likely first.
+    """From the model without effects to the one that is named, adding what is most likely first."""
 
-    Args:
-        fits: of each model.
-        rankings: of the effects that each lacks, the most likely first; the last asks for none.
-        classes: for each effect that was added the names that the trials do not tell from it, itself first.
-        odds: for each such effect the model with all others, and the log odds of the last model against it [nats].
-    """
-
-    fits: tuple[Fit, ...]
+    fits: tuple[Fit, ...]  # of each model
+    # of the effects that each lacks, the most likely first; the last asks for none
     rankings: tuple[list[Candidate], ...]
+    # for each effect that was added the names that the trials do not tell from it, itself first
     classes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    # for each such effect the model with all others, and the log odds of the last model against it [nats]
     odds: Mapping[str, tuple[str, float]] = field(default_factory=dict)
 
     @property

@@ -36,17 +36,11 @@ SEPARATED = 10.0  # chi-square that tells two candidates apart
 
 @dataclass(frozen=True)
 class Proposal:
-    """A trial that could be recorded next.
+    """A trial that could be recorded next."""
 
-    Args:
-        trial: what to do.
-        separation: expected chi-square between the candidates with this trial added to the recorded ones.
-        now: the same without it.
-    """
-
-    trial: str
-    separation: float
-    now: float
+    trial: str  # what to do
+    separation: float  # expected chi-square between the candidates with this trial added to the recorded ones
+    now: float  # the same without it
 
     @property
     def separates(self) -> bool:

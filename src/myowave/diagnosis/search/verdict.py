@@ -15,44 +15,35 @@ CERTAINLY_OUTSIDE = 2.0  # standard errors
 
 @dataclass(frozen=True)
 class Verdict:
-    """The answer.
+    """The answer."""
 
-    Args:
-        kind: adequate; effect (named ones, and nothing is left but noise); class (some cannot be told apart); partial
-            (named, while something else is missing); unknown (something is missing that no effect explains);
-            undecidable (a parameter may hide an effect).
-        effects: named, in the order they were added.
-        alternatives: for each named effect that others stand in for equally well, all of them.
-        stand_ins: for each named effect, what the catalogue does not hold and that would do as well, in words.
-        nearest: effects that come nearest where none is named.
-        absorbed: effects that no such data can show: {effect: the parameters that take their place}.
-        explained: what the effects explain of it and of what is left [-].
-        structure_left: whether more is left than noise.
-        of_curves: whether what is left goes with muscle curves of another shape than the settings or an effect allow.
-        missing: how much [rad, root mean square]; 0 where nothing is.
-        emg_noise: of the recorded EMG [-], where it explains what effects do not; 0 where there is no need for it.
-        emg_motion: how far that noise takes the simulated motion from the measured one [rad, root mean square].
-        masked: with undecidable, {parameter outside its usual range: effects that would explain it}.
-        recorder: what else the recorder did, of `diagnosis.causes`.
-        probabilities: of every name that was weighed, see `answer.Answer`.
-        follows: whether the base model, or one with effects, follows the trials at all; where none does, none is named.
-    """
-
+    # adequate; effect (named ones, and nothing is left but noise); class (some cannot be told apart); partial (named,
+    # while something else is missing); unknown (something is missing that no effect explains); undecidable (a parameter
+    # may hide an effect)
     kind: Kind
-    effects: tuple[str, ...]
+    effects: tuple[str, ...]  # named, in the order they were added
+    # for each named effect that others stand in for equally well, all of them
     alternatives: tuple[tuple[str, ...], ...]
-    nearest: tuple[str, ...]
+    nearest: tuple[str, ...]  # effects that come nearest where none is named
+    # effects that no such data can show: {effect: the parameters that take their place}
     absorbed: Mapping[str, tuple[str, ...]]
-    explained: float
-    structure_left: bool
-    missing: float
+    explained: float  # what the effects explain of it and of what is left [-]
+    structure_left: bool  # whether more is left than noise
+    missing: float  # how much [rad, root mean square]; 0 where nothing is
+    # with undecidable, {parameter outside its usual range: effects that would explain it}
     masked: Mapping[str, tuple[str, ...]]
+    # for each named effect, what the catalogue does not hold and that would do as well, in words
     stand_ins: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    # of the recorded EMG [-], where it explains what effects do not; 0 where there is no need for it
     emg_noise: float = 0.0
+    # whether the base model, or one with effects, follows the trials at all; where none does, none is named
     follows: bool = True
+    # how far that noise takes the simulated motion from the measured one [rad, root mean square]
     emg_motion: float = 0.0
+    # whether what is left goes with muscle curves of another shape than the settings or an effect allow
     of_curves: bool = False
-    recorder: tuple[str, ...] = ()
+    recorder: tuple[str, ...] = ()  # what else the recorder did, of `diagnosis.causes`
+    # of every name that was weighed, see `answer.Answer`
     probabilities: Mapping[str, float] = field(default_factory=dict)
 
     @property

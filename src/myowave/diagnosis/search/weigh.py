@@ -42,18 +42,13 @@ CORNERS = 3.0 * 4.0 ** (np.arange(7) / 6)  # of filters, in units of the motion'
 
 @dataclass
 class Posterior:
-    """All models that were weighed.
+    """All models that were weighed."""
 
-    Args:
-        prior: logarithm of how likely an effect is before any trial.
-        models: the most likely hypothesis of each.
-        parts: each part of the general correction beside the effects of some model, to first order: log posterior.
-        screened: what effects promise from the models that led on, by the names of their effects.
-    """
-
-    prior: float
-    models: dict[Key, Hypothesis] = field(default_factory=dict)
+    prior: float  # logarithm of how likely an effect is before any trial
+    models: dict[Key, Hypothesis] = field(default_factory=dict)  # the most likely hypothesis of each
+    # each part of the general correction beside the effects of some model, to first order: log posterior
     parts: dict[tuple[frozenset[str], int], float] = field(default_factory=dict)
+    # what effects promise from the models that led on, by the names of their effects
     screened: dict[frozenset[str], Screened] = field(default_factory=dict)
 
     @property

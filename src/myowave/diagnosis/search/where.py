@@ -27,15 +27,10 @@ STILL_RAD_S = 0.05  # slower than this counts neither as flexion nor as extensio
 
 @dataclass(frozen=True)
 class MissingTorque:
-    """Torque that would have to be added along the simulated motion to make it the measured one.
+    """Torque that would have to be added along the simulated motion to make it the measured one."""
 
-    Args:
-        points: a row for each window: trial, time_s, angle_rad, velocity_rad_s, torque_Nm.
-        standard_error: of one point, from the noise of the angle [N m].
-    """
-
-    points: pd.DataFrame
-    standard_error: float
+    points: pd.DataFrame  # a row for each window: trial, time_s, angle_rad, velocity_rad_s, torque_Nm
+    standard_error: float  # of one point, from the noise of the angle [N m]
 
     @property
     def rms(self) -> float:
