@@ -39,7 +39,7 @@ def answer_case(
         torques were compared; and what rivals name.
     """
     effects = {name: effect for name, effect in catalogue.items() if name not in case.leave_out}
-    trials = replace(trials, conditions={n: {**trials.conditions.get(n, {}), **case.told} for n in trials.names})
+    trials = as_asked(trials, case)
     if case.changed is not None:
         return _changed(case, trials, base, effects, settings, say)
     found = diagnose(trials, base, effects.values(), identify, settings, say)
@@ -57,6 +57,19 @@ def answer_case(
         "lasso": lasso(trials, base, effects),
         "pysindy": pysindy(trials, base),
     }
+
+
+def as_asked(trials: Trials, case: Case) -> Trials:
+    """The trials with what is withheld taken out, and with what is put in."""
+    told = {n: {**trials.conditions.get(n, {}), **case.told} for n in trials.names}
+    over_time = {name: signal for name, signal in trials.over_time.items() if name not in case.told}
+    emg, put = trials.emg, case.put_in
+    if put is not None:
+        held = np.minimum(np.arange(emg.shape[1]), np.array(trials.lengths)[:, None] - 1)
+        later = (held - round(put.delay_s / trials.dt)).clip(0)
+        mine = np.isin(trials.channels, put.channels or trials.channels) & np.isin(trials.names, put.trials)[:, None]
+        emg = np.where(mine[:, None], put.gain * np.take_along_axis(emg, later[..., None], 1), emg)
+    return replace(trials, emg=emg, conditions=told, over_time=over_time)
 
 
 def held_out_deg(fit: Fit, trials: Trials) -> float:

@@ -12,7 +12,8 @@ RUNAWAY = 60.0  # deg; what misses more follows no longer
 PLAIN = {"adequate": "nothing", "unknown": "something unknown", "undecidable": "cannot be told"}
 HEAD = """# What it says where nobody here made the truth
 
-Machines and persons that others recorded, with something known of them withheld. What is true is read by the scorer
+Machines and a person that others recorded, and an arm that another program moves, with something known of them
+withheld. What is true is read by the scorer
 alone. One setting came in after an answer had been seen: that a motor's gain is known to 10 % only. With the gain held
 as told, a load that nobody put there was named beside or instead of the friction of servo and weight. And how what
 changed is weighed was chosen with the load of the person's trials in sight, so these rows are no test
@@ -36,7 +37,10 @@ TAIL = """
 - **pendulum in bearings**: [data/free_pendulum](https://github.com/dynamicslab/MultiArm-Pendulum). The second half of
   each swing is kept for testing.
 - **a person**: [data/elbow_curls](https://github.com/jiruifu-jerry0219/UpperLimbEstimator), asked what changed
-  between trials with one dumbbell and with another.
+  between trials with one dumbbell and with another, or with what was done to the EMG by hand.
+- **OpenSim's Arm26**: `data/arm26/trials`, simulated by OpenSim 4.6 (`studies/reality/arm26.py`). Its activation lags,
+  its tendons stretch and its curves are Thelen's: all of that counts as missing, even what the noise of 0.5 deg hides.
+  One of four trials is kept for testing.
 
 A case is a dataset and a line in `studies/reality/settings.yaml`, and what is true of it in
 `studies/reality/truth.yaml`.

@@ -6,8 +6,17 @@ from myowave.settings import Settings
 from myowave.settings.configuration import shipped_effects
 from myowave.settings.data import Changed
 from myowave.settings.keys import unless_known
-from myowave.settings.section import Name, Once, Real, Section, WithoutNull, setting
+from myowave.settings.section import Name, Once, Real, Section, TrialName, WithoutNull, setting
 from studies.shared import StudySection
+
+
+class PutIn(Section):
+    """What is done by hand to the EMG of some trials before anybody sees it."""
+
+    trials: Annotated[tuple[TrialName, ...], Once] = setting("trials it is done to", min_length=1)
+    channels: Annotated[tuple[Name, ...], Once] = setting("channels it is done to; all where none is named", default=())
+    gain: Real = setting("factor on the EMG", "-", 1.0, ge=0)
+    delay_s: Real = setting("how much later the EMG comes", "s", 0.0, ge=0)
 
 
 class Case(Section):
@@ -19,6 +28,7 @@ class Case(Section):
     withheld: str = setting("what the diagnosis is not told, for people", min_length=1)
     leave_out: Annotated[tuple[Name, ...], Once] = setting("effects taken out of the catalogue", default=())
     told: dict[Name, Real] = setting("what it is told of all trials instead, {condition: value}", "SI", dict)
+    put_in: PutIn | None = setting("what is done to the EMG by hand; null for nothing", default=None)
     changed: Changed | None = setting("asks what changed between these groups; null: what is missing", default=None)
 
 

@@ -1,5 +1,6 @@
 """Grades, the table, and an answer where the truth is known because it is simulated here."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,7 +15,7 @@ from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
 from myowave.settings import DiagnosisSettings, Identify
 from studies.reality import answer as answers_of
-from studies.reality.answer import answer_case
+from studies.reality.answer import answer_case, as_asked
 from studies.reality.figures import draw_reality
 from studies.reality.page import said, write_page
 from studies.reality.score import COLUMNS, GRADES, RIVALS, grade, score_cases
@@ -117,6 +118,23 @@ def test_a_machine_whose_friction_is_withheld_is_answered_with_it_and_its_size(e
     assert value == pytest.approx(0.05, rel=0.03) and low < value < high < 0.06
     assert found["error_after"] < 0.15 < 3 < found["error_before"]
     assert "coulomb_friction" in found["lasso"]
+
+
+def test_what_is_withheld_goes_and_what_is_put_in_comes_from_the_samples_before():
+    emg, angle = np.arange(40.0).reshape(2, 10, 2) / 100, np.zeros((2, 10))
+    emg[0, 8:] = emg[0, 7]  # the first trial is shorter, and held
+    trials = Trials(
+        "x", 0.01, ("a", "b"), ("emg_x", "emg_y"), emg, angle, (8, 10), (), {"a": {"tilt": 0.1, "load": 1.0}}
+    )
+    trials = replace(trials, signals={"tilt_rad": angle}, over_time={"tilt": "tilt_rad"})
+    put = {"trials": ["a"], "channels": ["emg_y"], "gain": 0.5, "delay_s": 0.02}
+    case = Case(dataset="x", kind="measured", system="a", withheld="b", told={"tilt": 0.0}, put_in=put)
+    asked = as_asked(trials, case)
+    assert asked.conditions == {"a": {"tilt": 0.0, "load": 1.0}, "b": {"tilt": 0.0}} and not asked.over_time
+    np.testing.assert_array_equal(asked.emg[1], emg[1])
+    np.testing.assert_array_equal(asked.emg[0, :, 0], emg[0, :, 0])
+    np.testing.assert_array_equal(asked.emg[0, 2:8, 1], 0.5 * emg[0, :6, 1])
+    np.testing.assert_array_equal(asked.emg[0, 7:, 1], asked.emg[0, 7, 1])
 
 
 def test_what_changed_is_asked_with_what_is_told_and_the_likeliest_is_named(trials, model, effects, monkeypatch):
