@@ -116,7 +116,7 @@ def answer_of(posterior: Posterior) -> Answer:
     rows = [
         (p, frozenset({*effects, *(NAME_OF[c] for c in on if c in NAME_OF)})) for p, effects, on in posterior.weights()
     ]
-    names = {name for _, some in rows for name in some}
+    names = sorted({name for _, some in rows for name in some})
     probabilities = {name: min(1.0, sum(p for p, some in rows if name in some)) for name in names}
     sure = [name for name, p in probabilities.items() if p >= NAMED]
     classes: list[tuple[str, ...]] = [(name,) for name in sorted(sure, key=lambda n: -probabilities[n])]
