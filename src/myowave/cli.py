@@ -65,9 +65,7 @@ SEX = typer.Option(help="f or m: whose table of body segments is taken")
 
 @app.command("settings")
 def list_settings(
-    words: Annotated[
-        list[str] | None, typer.Argument(help="a group, such as learning.sweep, or words, such as noise")
-    ] = None,
+    words: Annotated[list[str] | None, typer.Argument(help="a group, as learning.sweep, or words, as noise")] = None,
     everything: Annotated[bool, typer.Option("--all", help="every key of config.yaml")] = False,
 ) -> None:
     """List groups of settings, or the keys of a group or about a word with unit, default, meaning, allowed values."""
@@ -106,37 +104,25 @@ def predict(
     checkpoint: Annotated[Path | None, typer.Option(exists=True, help="scale-0.pt of a trained network")] = None,
     emg: Annotated[str, typer.Option(help="CSV (.gz) or Parquet with the EMG; - is a stream, standard input")] = "",
     seed: Annotated[int | None, typer.Option(help="one seed; else the mean of all, with its spread (1 SD)")] = None,
-    start_deg: Annotated[
-        str,
-        typer.Option(help="of rest, or the first measured, with commas; else the column angle_rad or angle_deg"),
-    ] = "",
+    start_deg: Annotated[str, typer.Option(help="of rest, or the first measured, with commas; else a column")] = "",
     deg: Annotated[bool, typer.Option("--deg", help="angles in degrees; else in radians")] = False,
     known: Annotated[list[str] | None, typer.Option(help="NAME=VALUE that is no column, as load=2.5")] = None,
-    raw: Annotated[
-        bool, typer.Option("--raw", help="the EMG is raw, in uV, at its own rate; for datasets with phase: causal")
-    ] = False,
+    raw: Annotated[bool, typer.Option("--raw", help="raw EMG, in uV at its own rate; for phase: causal")] = False,
     output: Annotated[Path | None, typer.Option(dir_okay=False, help="file to write; else the terminal")] = None,
     picture: Annotated[Path | None, typer.Option(dir_okay=False, help="PNG to draw, beside what was measured")] = None,
 ) -> None:
     """Predict the angle from EMG, a line for each sample of the network, as soon as it is there."""
     from myowave.learning.checkpoint import Checkpoint
+    from myowave.learning.streaming import sources
     from myowave.learning.streaming.command import predict_lines, start_angles
     from myowave.learning.streaming.predictor import Predictor
     from myowave.learning.streaming.raw import require_real_time
     from myowave.learning.streaming.reading import read_known
-    from myowave.learning.streaming.sources import (
-        STRANGE,
-        find_checkpoint,
-        name_of_trial,
-        open_lines,
-        remembered,
-        trial_lines,
-    )
 
     if not (emg or trial) or not (checkpoint or dataset) or (trial and not dataset):
         raise ValueError("Give --dataset NAME --trial TRIAL, or --checkpoint FILE --emg FILE.")
     if checkpoint is None:
-        checkpoint = find_checkpoint(dataset)
+        checkpoint = sources.find_checkpoint(dataset)
         say_aside(f"Network: {checkpoint}; --checkpoint names another.")
     trained = Checkpoint.load(checkpoint)
     angles = start_angles(trained, read_angles("--start-deg", start_deg))
@@ -144,21 +130,21 @@ def predict(
     fixed = read_known("--known", known or [], tuple(trained.architecture.known))
     predictor = Predictor(trained, angles, None if seed is None else [seed])
     if emg not in ("", "-") and dataset and not raw:
-        trial = trial or name_of_trial(dataset, Path(emg), config)
+        trial = trial or sources.name_of_trial(dataset, Path(emg), config)
     for file in (output, picture):
         refuse_to_overwrite(file, [checkpoint, Path("/dev/stdin" if emg == "-" else emg or checkpoint)])
     if isinstance(sys.stdin, TextIOWrapper):
-        sys.stdin.reconfigure(errors=STRANGE)
+        sys.stdin.reconfigure(errors=sources.STRANGE)
     with ExitStack() as files:
         lines: Iterable[str] = sys.stdin
         source, say = "standard input", None if start_deg else say_aside
         if trial:
-            lines, source = trial_lines(dataset, trial, trained, config), f"{dataset}, trial {trial}"
+            lines, source = sources.trial_lines(dataset, trial, trained, config), f"{dataset}, trial {trial}"
         elif emg != "-":
-            lines, source = files.enter_context(open_lines(Path(emg))), emg
+            lines, source = files.enter_context(sources.open_lines(Path(emg))), emg
         seen: list[str] = []
         if picture:
-            lines = remembered(lines, seen)
+            lines = sources.remembered(lines, seen)
         answers = predict_lines(
             trained, predictor, lines, source, fixed, deg=deg, say=say, warn=say_aside, raw=real_time
         )
@@ -166,7 +152,7 @@ def predict(
         target = files.enter_context(output.open("w", encoding="utf-8")) if output else sys.stdout
         told: list[str] = []
         whole = itertools.chain([] if first is None else [first], answers)
-        for line in remembered(whole, told) if picture else whole:
+        for line in sources.remembered(whole, told) if picture else whole:
             print(line, file=target, flush=True)
     if picture and told:
         from myowave.learning.figures import draw_prediction

@@ -134,11 +134,8 @@ def _write(
     started = round(1000 * (content.finished - content.duration_s))
     run = client.create_run(experiment, start_time=started, tags=tags, run_name=content.name)
     run_id, state = run.info.run_id, "FAILED"
-    keep = (
-        LocalArtifactRepository(str(_artifacts(path, run))).log_artifact
-        if path
-        else partial(client.log_artifact, run_id)
-    )
+    local = LocalArtifactRepository(str(_artifacts(path, run))) if path else None
+    keep = local.log_artifact if local else partial(client.log_artifact, run_id)
     try:
         client.log_batch(run_id, params=[Param(k, str(v)) for k, v in content.params.items()])
         metrics = list(_metrics(content))
