@@ -24,23 +24,19 @@ LEAST_SHARE = 0.05  # of the way from its physical bound that a constant keeps a
 
 @dataclass(frozen=True)
 class Free:
-    """A parameter to estimate: where it starts, its bounds, and a usual change of it (the scale of steps).
-
-    Args:
-        spread: further starts are up to this fraction away.
-        deviation: standard deviation of what is known of it beforehand, about `start`; infinite where nothing is.
-        fixed: whether it stays at `start`, where an earlier stage of a fit left it; its deviation is that stage's.
-        beforehand: value and standard deviation that were known before that stage; None where there was none.
-    """
+    """A parameter to estimate: where it starts, its bounds, and a usual change of it (the scale of steps)."""
 
     name: str
     start: float
     low: float
     high: float
     scale: float
-    spread: float = 0.0
+    spread: float = 0.0  # further starts are up to this fraction away
+    # standard deviation of what is known of it beforehand, about `start`; infinite where nothing is
     deviation: float = np.inf
+    # whether it stays at `start`, where an earlier stage of a fit left it; its deviation is that stage's
     fixed: bool = False
+    # value and standard deviation that were known before that stage; None where there was none
     beforehand: tuple[float, float] | None = None
 
     @property

@@ -46,27 +46,20 @@ def gain_of(
 
 @dataclass(frozen=True)
 class Normal:
-    """Residuals and their derivatives, the starts of the trials eliminated; parameters in units of their scale.
+    """Residuals and their derivatives, the starts of the trials eliminated; parameters in units of their scale."""
 
-    Args:
-        residual: measured - simulated angle, 0 where padded, (..., T, N).
-        slope: d angle / d parameter, (..., T, N, P), and `by_start` (..., T, N, S).
-        further, further_slope: residuals that no start changes, (..., F) and (..., F, P) [rad]: torque that a
-            dynamometer measured, and how far each parameter is from where it is expected, weighed as a sample.
-        matrix, vector: the normal equations without the starts, (..., P, P), (..., P).
-        rss: sum of squares of the residual (...) [rad^2].
-        weight: of what is known of each parameter beforehand, (P,) [rad^2].
-    """
-
-    residual: Array
-    slope: Array
+    residual: Array  # measured - simulated angle, 0 where padded, (..., T, N)
+    slope: Array  # d angle / d parameter, (..., T, N, P), and `by_start` (..., T, N, S)
     by_start: Array
+    # further, further_slope: residuals that no start changes, (..., F) and (..., F, P) [rad]: torque that a dynamometer
+    # measured, and how far each parameter is from where it is expected, weighed as a sample
     further: Array
     further_slope: Array
+    # matrix, vector: the normal equations without the starts, (..., P, P), (..., P)
     matrix: Array
     vector: Array
-    rss: Array
-    weight: Array
+    rss: Array  # sum of squares of the residual (...) [rad^2]
+    weight: Array  # of what is known of each parameter beforehand, (P,) [rad^2]
 
     @property
     def objective(self) -> Array:

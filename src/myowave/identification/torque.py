@@ -62,24 +62,17 @@ class WindowTorques:
 
 @dataclass(frozen=True)
 class TorqueBalance:
-    """The measured motion of trials, and torques of a model along it.
-
-    Args:
-        q, qdot: the motion of the joint [rad, rad/s], (T, n, D).
-        states: of effects, by name, (T, n, D, M).
-        position: of these in samples, (n, D, 1).
-        moved: int w'' q dt of the angle as measured [rad/s], (T, K).
-        windows: test functions in these steps.
-    """
+    """The measured motion of trials, and torques of a model along it."""
 
     model: Model
     record: Record
+    # q, qdot: the motion of the joint [rad, rad/s], (T, n, D)
     q: Tensor
     qdot: Tensor
-    states: Mapping[str, Tensor]
-    position: Tensor
-    moved: Tensor
-    windows: Windows
+    states: Mapping[str, Tensor]  # of effects, by name, (T, n, D, M)
+    position: Tensor  # of these in samples, (n, D, 1)
+    moved: Tensor  # int w'' q dt of the angle as measured [rad/s], (T, K)
+    windows: Windows  # test functions in these steps
 
     @classmethod
     def along(cls, along: Along) -> "TorqueBalance":
@@ -228,17 +221,12 @@ def effects_unseen_by_angle(model: Model) -> list[str]:
 
 @dataclass(frozen=True)
 class TorqueFit:
-    """A model fitted to torque.
-
-    Args:
-        values: (P,), and their `covariance` (P, P), SI units; `free` says of what.
-        left_out: see `leave_out`; empty where nobody asked.
-    """
+    """A model fitted to torque."""
 
     free: tuple[Free, ...]
-    values: Array
+    values: Array  # (P,), and their `covariance` (P, P), SI units; `free` says of what
     covariance: Array
-    left_out: Mapping[str, float] = field(default_factory=dict)
+    left_out: Mapping[str, float] = field(default_factory=dict)  # see `leave_out`; empty where nobody asked
 
     @property
     def fixed(self) -> tuple[Free, ...]:

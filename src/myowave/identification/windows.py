@@ -32,24 +32,15 @@ def window(s: Tensor, derivative: int = 0) -> Tensor:
 
 @dataclass(frozen=True)
 class Windows:
-    """Test functions over trials.
+    """Test functions over trials."""
 
-    Args:
-        half: half width in steps.
-        stride: steps from one window to the next.
-        dt: length of a step [s].
-        inside: which lie within the recorded part, (T, K).
-        points: where in a step values are known, fractions of it, (D,), and their `weights`, which add up to 1.
-        coarse: samples in a step.
-    """
-
-    half: int
-    stride: int
-    dt: float
-    inside: NDArray[np.bool_]
-    points: Tensor
+    half: int  # half width in steps
+    stride: int  # steps from one window to the next
+    dt: float  # length of a step [s]
+    inside: NDArray[np.bool_]  # which lie within the recorded part, (T, K)
+    points: Tensor  # where in a step values are known, fractions of it, (D,), and their `weights`, which add up to 1
     weights: Tensor
-    coarse: int = 1
+    coarse: int = 1  # samples in a step
 
     @classmethod
     def over(cls, lengths: Lengths, dt: float, half: int, stride: int, points: Tensor, weights: Tensor) -> "Windows":

@@ -43,19 +43,12 @@ RATE, BETAS, DECAY, GAIN = 3e-3, (0.9, 0.999), 1e-3, 0.2  # of Adam; of the gain
 
 @dataclass(frozen=True)
 class Standardised:
-    """Trials as a baseline sees them.
+    """Trials as a baseline sees them."""
 
-    Args:
-        x: inputs of each trial, (N_i, X) each, the first `channels` of them EMG.
-        z: angles, (N_i,) each.
-        zero: value of an EMG of 0, (channels,).
-        train: which of the trials train.
-    """
-
-    x: tuple[Array, ...]
-    z: tuple[Array, ...]
-    zero: Array
-    train: tuple[int, ...]
+    x: tuple[Array, ...]  # inputs of each trial, (N_i, X) each, the first `channels` of them EMG
+    z: tuple[Array, ...]  # angles, (N_i,) each
+    zero: Array  # value of an EMG of 0, (channels,)
+    train: tuple[int, ...]  # which of the trials train
     dt: float
 
 

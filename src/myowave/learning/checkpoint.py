@@ -29,48 +29,41 @@ FORMAT = 3
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A trained network with its identified parameters, for all seeds.
+    """A trained network with its identified parameters, for all seeds."""
 
-    Args:
-        dataset, model, recipe: what it was trained on and how, each with its digest or settings.
-        level, scales: trained at scale [-level], of that many scales, for `epochs` and `seconds` through all so far.
-        seeds: numbers of the seeds S.
-        dt: sampling interval [s]; `channels` the EMG channels, in the network's order.
-        names, values, errors, correlations: identified parameters, their standard errors, (S, P), SI units, and how
-            they are correlated, (S, P, P).
-        physics_mse: how far motion simulated with the values misses the training trials [rad^2], (S,); infinite where
-            it diverges, NaN where nobody simulated it.
-        val_mse, val_r2: on the validation windows, (S,); no weight was trained on them, but the identification of the
-            parameters, and so the motion simulated for training, has seen them.
-        band: about the mean of the seeds, see `band`; None but at scale [0], and where the recipe wants none.
-        seen: what the training trials covered.
-        real_time: how raw EMG became that of the trials, as `RealTime` has it; empty where it came processed.
-    """
-
+    # dataset, model, recipe: what it was trained on and how, each with its digest or settings
     dataset: str
     dataset_digest: str
     model: str
     model_digest: str
     recipe: Mapping[str, Any]
+    # level, scales: trained at scale [-level], of that many scales, for `epochs` and `seconds` through all so far
     level: int
     scales: int
-    seeds: tuple[int, ...]
+    seeds: tuple[int, ...]  # numbers of the seeds S
     epochs: int
     seconds: float
-    dt: float
+    dt: float  # sampling interval [s]; `channels` the EMG channels, in the network's order
     channels: tuple[str, ...]
     architecture: Architecture
     scaling: Scaling
     weights: Mapping[str, Tensor]
+    # names, values, errors, correlations: identified parameters, their standard errors, (S, P), SI units, and how they
+    # are correlated, (S, P, P)
     names: tuple[str, ...]
     values: Tensor
     errors: Tensor
     correlations: Tensor
+    # how far motion simulated with the values misses the training trials [rad^2], (S,); infinite where it diverges, NaN
+    # where nobody simulated it
     physics_mse: Tensor
+    # val_mse, val_r2: on the validation windows, (S,); no weight was trained on them, but the identification of the
+    # parameters, and so the motion simulated for training, has seen them
     val_mse: Tensor
     val_r2: Tensor
-    band: Band | None
-    seen: Seen
+    band: Band | None  # about the mean of the seeds, see `band`; None but at scale [0], and where the recipe wants none
+    seen: Seen  # what the training trials covered
+    # how raw EMG became that of the trials, as `RealTime` has it; empty where it came processed
     real_time: Mapping[str, Any]
 
     @property

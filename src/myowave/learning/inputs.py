@@ -34,16 +34,13 @@ NOTHING: Known = MappingProxyType({})
 
 @dataclass(frozen=True)
 class Given:
-    """What is given of a trial beside EMG, and what a network is told of it.
+    """What is given of a trial beside EMG, and what a network is told of it."""
 
-    Args:
-        known: all of it; `told` the names of the first of these, which are inputs of the network.
-        holding: torque that holds the level forearm without a load [N m], and what each kg of load adds [N m/kg], where
-            EMG counts over it; else ().
-    """
-
+    # all of it; `told` the names of the first of these, which are inputs of the network
     known: Known = field(default_factory=dict)
     told: tuple[str, ...] = ()
+    # torque that holds the level forearm without a load [N m], and what each kg of load adds [N m/kg], where EMG counts
+    # over it; else ()
     holding: tuple[float, ...] = ()
 
     @classmethod

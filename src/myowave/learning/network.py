@@ -26,22 +26,15 @@ Array = TypeVar("Array", Tensor, np.ndarray)
 
 @dataclass(frozen=True)
 class Architecture:
-    """What the network looks like.
+    """What the network looks like."""
 
-    Args:
-        method: that trains it, see `methods`.
-        hidden, channels: number of units H and of EMG channels C.
-        history: samples with a known angle before the first prediction.
-        given: what it is given beside EMG, see `inputs`.
-        delays: [s] after which it sees the channels; () where it sees them at once.
-    """
-
-    method: str
+    method: str  # that trains it, see `methods`
+    # hidden, channels: number of units H and of EMG channels C
     hidden: int
     channels: int
-    history: int
-    given: Given = field(default_factory=Given)
-    delays: tuple[float, ...] = ()
+    history: int  # samples with a known angle before the first prediction
+    given: Given = field(default_factory=Given)  # what it is given beside EMG, see `inputs`
+    delays: tuple[float, ...] = ()  # [s] after which it sees the channels; () where it sees them at once
 
     @property
     def known(self) -> Known:
@@ -80,24 +73,18 @@ class Architecture:
 
 @dataclass(frozen=True)
 class Scaling:
-    """Numbers that make inputs and outputs of order one, from the training trials at scale [0].
+    """Numbers that make inputs and outputs of order one, from the training trials at scale [0]."""
 
-    Args:
-        input_mean, input_std: of each EMG channel [-], or [1/(N m)] where it counts over a torque, then of each input
-            that is told beside it in its own unit; angles count in units of the elbow's where they move less.
-        angle_mean, angle_std: [rad].
-        step_std: of q_n - q_(n-1) [rad].
-        bend_std: of q_n - 2 q_(n-1) + q_(n-2) [rad], what an increment network has to output.
-        duration: of the longest trial [s]; time enters as a fraction of it.
-    """
-
+    # input_mean, input_std: of each EMG channel [-], or [1/(N m)] where it counts over a torque, then of each input
+    # that is told beside it in its own unit; angles count in units of the elbow's where they move less
     input_mean: tuple[float, ...]
     input_std: tuple[float, ...]
+    # angle_mean, angle_std: [rad]
     angle_mean: float
     angle_std: float
-    step_std: float
-    bend_std: float
-    duration: float
+    step_std: float  # of q_n - q_(n-1) [rad]
+    bend_std: float  # of q_n - 2 q_(n-1) + q_(n-2) [rad], what an increment network has to output
+    duration: float  # of the longest trial [s]; time enters as a fraction of it
 
     @classmethod
     def of(cls, trials: Trials, given: Given | None = None) -> "Scaling":

@@ -73,24 +73,18 @@ def _named(curve: Curve) -> str:
 
 @dataclass(frozen=True)
 class Stage:
-    """Training at one scale as it begins.
-
-    Args:
-        trials: training trials at this scale; `corpus` as the network sees them.
-        network: its weights are leaves that take gradients.
-        free: what is identified; its search began at `start` (S, P) at the coarsest scale, goes on from `values`.
-        before: checkpoint of the next coarser scale; None at the coarsest.
-    """
+    """Training at one scale as it begins."""
 
     task: Task
     level: int
-    trials: Trials
-    network: Network
+    trials: Trials  # training trials at this scale; `corpus` as the network sees them
+    network: Network  # its weights are leaves that take gradients
     corpus: Corpus
+    # what is identified; its search began at `start` (S, P) at the coarsest scale, goes on from `values`
     free: tuple[Free, ...]
     start: Tensor
     values: Tensor
-    before: Checkpoint | None = None
+    before: Checkpoint | None = None  # checkpoint of the next coarser scale; None at the coarsest
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -34,19 +34,12 @@ _PALM_M = 0.01  # where in the palm the middle of what it holds is
 
 @dataclass(frozen=True)
 class Segment:
-    """A segment of the body.
+    """A segment of the body."""
 
-    Args:
-        mass: fraction of the body's [-].
-        length: between its end points, of a person of mean height [m].
-        com: distance of its centre of mass from the end next to the trunk, fraction of `length` [-].
-        gyration: radius of gyration about its centre of mass and the axis of flexion, fraction of `length` [-].
-    """
-
-    mass: float
-    length: float
-    com: float
-    gyration: float
+    mass: float  # fraction of the body's [-]
+    length: float  # between its end points, of a person of mean height [m]
+    com: float  # distance of its centre of mass from the end next to the trunk, fraction of `length` [-]
+    gyration: float  # radius of gyration about its centre of mass and the axis of flexion, fraction of `length` [-]
 
 
 @dataclass(frozen=True)

@@ -41,20 +41,15 @@ Relaxation = Callable[[Mapping[str, Any]], tuple[Tensor, Tensor, Tensor]]
 
 @dataclass(frozen=True)
 class Pull:
-    """What drives an effect's state from where a piece of a step begins: dy/dt = (target - y) / time constant.
-
-    Args:
-        state: y there.
-        target, rise, fall: what the relaxation gives there.
-        strength: how fast y - target changes with y.
-    """
+    """What drives an effect's state from where a piece of a step begins: dy/dt = (target - y) / time constant."""
 
     relaxation: Relaxation
-    state: Tensor
+    state: Tensor  # y there
+    # target, rise, fall: what the relaxation gives there
     target: Tensor
     rise: Tensor
     fall: Tensor
-    strength: Tensor
+    strength: Tensor  # how fast y - target changes with y
 
     @classmethod
     def at(cls, relaxation: Relaxation, state: Tensor, begin: Mapping[str, Any]) -> "Pull":

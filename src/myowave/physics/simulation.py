@@ -32,18 +32,14 @@ class Instant:
 
 @dataclass(frozen=True)
 class Drive:
-    """What drives the muscles, at the points of every step: beginning, middle and end of each of its S pieces.
+    """What drives the muscles, at the points of every step: beginning, middle and end of each of its S pieces."""
 
-    Args:
-        excitation, activation: (..., T, N - 1, 2 S + 1, M); activation before effects that have states.
-        pieces: length of each piece [s], (..., T, 1, S).
-        course: how far the constants `OVER_TIME` are from their values for the trial, (..., T, N - 1, 2 S + 1, V); None
-            where they stay there.
-    """
-
+    # excitation, activation: (..., T, N - 1, 2 S + 1, M); activation before effects that have states
     excitation: Tensor
     activation: Tensor
-    pieces: Tensor
+    pieces: Tensor  # length of each piece [s], (..., T, 1, S)
+    # how far the constants `OVER_TIME` are from their values for the trial, (..., T, N - 1, 2 S + 1, V); None where
+    # they stay there
     course: Tensor | None = None
 
     def part(self, steps: slice | int) -> "Drive":

@@ -19,29 +19,20 @@ from myowave.physics.path import Path, SideBySide, StraightPath
 
 @dataclass(frozen=True)
 class Valued:
-    """A model with values for all its parameters and what follows from them once for all. Made by `give_values`.
-
-    Args:
-        muscle: constants of the muscles and their `side`, (..., T, M); not those that only some paths have.
-        joint: constants of the joint, and of any kind of forearm `inertia` without load and `weight` with it, (..., T).
-        acting: the effects with their values, by `Model.places`.
-        path: of all muscles.
-        height: of the fibres over the tendon, see `muscle.fibre_state`; None where no muscle is pennate.
-        curves: of the muscles, for quantities (..., M).
-        joint_curves: the same for quantities (...), as an effect on the joint has them.
-        inertia: of the forearm with its load [kg m^2].
-        tilt, motor, braking: what the joint's constants of this name do; None where they are 0.
-    """
+    """A model with values for all its parameters and what follows from them once for all. Made by `give_values`."""
 
     model: Model
+    # constants of the muscles and their `side`, (..., T, M); not those that only some paths have
     muscle: Mapping[str, Tensor]
+    # constants of the joint, and of any kind of forearm `inertia` without load and `weight` with it, (..., T)
     joint: Mapping[str, Tensor]
-    acting: Mapping[str, tuple[Acting, ...]]
-    path: Path | SideBySide
-    height: Tensor | None
-    curves: Curves
-    joint_curves: Curves
-    inertia: Tensor
+    acting: Mapping[str, tuple[Acting, ...]]  # the effects with their values, by `Model.places`
+    path: Path | SideBySide  # of all muscles
+    height: Tensor | None  # of the fibres over the tendon, see `muscle.fibre_state`; None where no muscle is pennate
+    curves: Curves  # of the muscles, for quantities (..., M)
+    joint_curves: Curves  # the same for quantities (...), as an effect on the joint has them
+    inertia: Tensor  # of the forearm with its load [kg m^2]
+    # tilt, motor, braking: what the joint's constants of this name do; None where they are 0
     tilt: Tensor | None
     motor: Tensor | None
     braking: Tensor | None

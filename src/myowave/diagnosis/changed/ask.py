@@ -34,30 +34,21 @@ OF_ELECTRODES = ("emg_gain", "emg_offset", "emg_crosstalk", "activation_shape") 
 
 @dataclass(frozen=True)
 class Change:
-    """A candidate: one number that is 0 in the first group.
+    """A candidate: one number that is 0 in the first group."""
 
-    Args:
-        effect: its name, and `title` for people.
-        parameters: of the effect, which all take the value.
-        electrode: whose muscles they are of; empty for all.
-        low, high: bounds of the value.
-        value: most likely, and the bounds of an interval that holds it with probability .95.
-        nats: log evidence less that of no change.
-        probability: among all candidates and no change.
-    """
-
-    effect: str
+    effect: str  # its name, and `title` for people
     title: str
-    parameters: tuple[str, ...]
-    electrode: str
+    parameters: tuple[str, ...]  # of the effect, which all take the value
+    electrode: str  # whose muscles they are of; empty for all
     unit: str
+    # low, high: bounds of the value
     low: float
     high: float
     typical: float
-    value: float = 0.0
+    value: float = 0.0  # most likely, and the bounds of an interval that holds it with probability .95
     interval: tuple[float, float] = (0.0, 0.0)
-    nats: float = -math.inf
-    probability: float = 0.0
+    nats: float = -math.inf  # log evidence less that of no change
+    probability: float = 0.0  # among all candidates and no change
 
 
 @dataclass(frozen=True)

@@ -24,28 +24,21 @@ NO_FORCE = -30.0  # logarithm of a factor on passive forces that leaves none
 
 @dataclass(frozen=True)
 class Windowed:
-    """All windows of the trials, each trial's one after the other.
+    """All windows of the trials, each trial's one after the other."""
 
-    Args:
-        rows: where each trial's windows are, T of them; `time` of each window [s], (L,).
-        q, qdot: mean motion [rad, rad/s], (L,).
-        torque: that the muscles have to give [N m], (L,): what the motion needs less what effects on the joint give.
-        by_tilt: its derivative by the lean of the upper arm [N m/rad], and `read`, the measured lean [rad], (L,).
-        activation: of each electrode's muscles (mean), (C, L).
-        usual: the active torque of the model's muscles of each electrode, (C, L) [N m].
-        by_drive: what usual errors of shape and delay of the muscles of each electrode do to it, (2 C, L) [N m]; none
-            where nobody asked.
-    """
-
-    rows: tuple[slice, ...]
+    rows: tuple[slice, ...]  # where each trial's windows are, T of them; `time` of each window [s], (L,)
     time: Array
+    # q, qdot: mean motion [rad, rad/s], (L,)
     q: Array
     qdot: Array
+    # that the muscles have to give [N m], (L,): what the motion needs less what effects on the joint give
     torque: Array
-    by_tilt: Array
+    by_tilt: Array  # its derivative by the lean of the upper arm [N m/rad], and `read`, the measured lean [rad], (L,)
     read: Array
-    activation: Array
-    usual: Array
+    activation: Array  # of each electrode's muscles (mean), (C, L)
+    usual: Array  # the active torque of the model's muscles of each electrode, (C, L) [N m]
+    # what usual errors of shape and delay of the muscles of each electrode do to it, (2 C, L) [N m]; none where nobody
+    # asked
     by_drive: Array
 
     @property

@@ -35,25 +35,19 @@ EFFORT = {"maxiter": 40, "ftol": 2e-6, "maxcor": 8}
 
 @dataclass(frozen=True)
 class Component:
-    """A cause of residuals, with amplitudes N(0, size^2).
-
-    Args:
-        blocks: covariance that a size of 1 gives to the values of each trial, (T, L, L); None where it has none.
-        columns: what an amplitude of 1 does to the values, (T, L, C), where trials share amplitudes; None where they
-            do not.
-        tail: variance that a size of 1 gives to the further values (H,); None: none.
-        low, first, high: bounds of the size and where its search starts; the same three where the size is known.
-        cost: nats that it costs to have it; 0 for one that is always there.
-    """
+    """A cause of residuals, with amplitudes N(0, size^2)."""
 
     name: str
+    # covariance that a size of 1 gives to the values of each trial, (T, L, L); None where it has none
     blocks: Tensor | None = None
+    # what an amplitude of 1 does to the values, (T, L, C), where trials share amplitudes; None where they do not
     columns: Tensor | None = None
-    tail: Tensor | None = None
+    tail: Tensor | None = None  # variance that a size of 1 gives to the further values (H,); None: none
+    # low, first, high: bounds of the size and where its search starts; the same three where the size is known
     low: float = 1.0
     first: float = 1.0
     high: float = 1.0
-    cost: float = 0.0
+    cost: float = 0.0  # nats that it costs to have it; 0 for one that is always there
 
     @property
     def known(self) -> bool:
@@ -63,17 +57,12 @@ class Component:
 
 @dataclass(frozen=True)
 class Residual:
-    """What a linearised fit leaves, and all that may have made it.
+    """What a linearised fit leaves, and all that may have made it."""
 
-    Args:
-        values: (T, L), and which are not padded, `valid` (T, L).
-        components: those with a cost may be there or not.
-        tail: further values, independent of one another and of the parameters, (H,).
-    """
-
-    values: Tensor
+    values: Tensor  # (T, L), and which are not padded, `valid` (T, L)
     valid: Tensor
-    components: tuple[Component, ...]
+    components: tuple[Component, ...]  # those with a cost may be there or not
+    # further values, independent of one another and of the parameters, (H,)
     tail: Tensor = field(default_factory=lambda: torch.zeros(0, dtype=torch.float64))
 
     @property

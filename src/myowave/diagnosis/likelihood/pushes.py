@@ -44,16 +44,13 @@ MORE_FORCE = Effect(
 
 @dataclass(frozen=True)
 class Pushes:
-    """What moves the arm of a fit beside what its model knows.
+    """What moves the arm of a fit beside what its model knows."""
 
-    Args:
-        excitation, torque: what 1 more in each muscle's excitation, and 1 N m, adds to the state within a step,
-            (T, N - 1, K, M) and (T, N - 1, K, 1).
-        repeating: how each part of the general correction moves the angle, and `curves`, each bump, (T, N, C) [rad].
-    """
-
+    # excitation, torque: what 1 more in each muscle's excitation, and 1 N m, adds to the state within a step, (T, N -
+    # 1, K, M) and (T, N - 1, K, 1)
     excitation: Array
     torque: Array
+    # how each part of the general correction moves the angle, and `curves`, each bump, (T, N, C) [rad]
     repeating: Array
     curves: Array
 

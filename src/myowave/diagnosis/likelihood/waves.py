@@ -66,21 +66,16 @@ class Band:
 
 @dataclass(frozen=True)
 class View:
-    """How trials are looked at.
-
-    Args:
-        band, above: waves in the band of the motion, and of those above it.
-        edge_hz: where the band of the motion ends.
-        memory_s: of the noise that the sensor may have beside the white one.
-    """
+    """How trials are looked at."""
 
     lengths: NDArray[np.int64]
     dt: float
+    # band, above: waves in the band of the motion, and of those above it
     band: Band
     above: Band
-    edge_hz: float
+    edge_hz: float  # where the band of the motion ends
     sensor: Sensor = PERFECT
-    memory_s: float = MEMORIES_S[2]
+    memory_s: float = MEMORIES_S[2]  # of the noise that the sensor may have beside the white one
 
     @classmethod
     def of(cls, fit: Fit, sensor: Sensor = PERFECT) -> "View":

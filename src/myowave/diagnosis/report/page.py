@@ -25,28 +25,18 @@ FILES = ("verdict.json", "watch.csv", *(f"{name}.csv" for name in (*COMPARISON_N
 
 @dataclass(frozen=True)
 class Story:
-    """What a page is made of.
+    """What a page is made of."""
 
-    Args:
-        verdict: verdict.json.
-        ladder, parameters: of `ladder.join_ladder` and `ladder.join_parameters`.
-        ranking: the table `ranking` of `tables`.
-        predictions: measured and predicted angle, of `motion.beside`.
-        images: {name: PNG file}.
-        draft: text of the drafted effect file.
-        doubts: `lines` of quality.json, what is doubtful in the recordings.
-        files: whether the page stands among the tables, with the index above it, and can link to them.
-    """
-
-    verdict: Mapping[str, Any]
+    verdict: Mapping[str, Any]  # verdict.json
+    # ladder, parameters: of `ladder.join_ladder` and `ladder.join_parameters`
     ladder: pd.DataFrame
     parameters: pd.DataFrame
-    ranking: pd.DataFrame
-    predictions: pd.DataFrame
-    images: Mapping[str, Path]
-    draft: str
-    doubts: Sequence[Mapping[str, str]] = ()
-    files: bool = False
+    ranking: pd.DataFrame  # the table `ranking` of `tables`
+    predictions: pd.DataFrame  # measured and predicted angle, of `motion.beside`
+    images: Mapping[str, Path]  # {name: PNG file}
+    draft: str  # text of the drafted effect file
+    doubts: Sequence[Mapping[str, str]] = ()  # `lines` of quality.json, what is doubtful in the recordings
+    files: bool = False  # whether the page stands among the tables, with the index above it, and can link to them
 
 
 def write_page(story: Story, template: Path) -> str:

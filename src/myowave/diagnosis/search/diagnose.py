@@ -56,30 +56,22 @@ class Rung:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """All that was found; tables and pictures only show it.
-
-    Args:
-        record, test: all trials, and those that no fit has seen; in pieces where whole trials diverge.
-        answer: what the evidence allows to say, and `ladder` the models that lead there.
-        rungs: the base model, then what the search added, one effect more each.
-        named: further models that somebody asked for; they decide nothing.
-        proposals: trials to record next, for each pair of candidates or absorbed effect that wants one:
-            {"joint_damping or muscle_damping": [...]}.
-        draft: a formula for what is missing; of the base model where the verdict is unknown, else of the last one.
-        failed: models that somebody asked for and that could not be fitted, with the reason.
-    """
+    """All that was found; tables and pictures only show it."""
 
     dataset: str
+    # record, test: all trials, and those that no fit has seen; in pieces where whole trials diverge
     record: Record
     test: Record
-    answer: Answer
+    answer: Answer  # what the evidence allows to say, and `ladder` the models that lead there
     ladder: Ladder
-    rungs: tuple[Rung, ...]
-    named: tuple[Rung, ...]
+    rungs: tuple[Rung, ...]  # the base model, then what the search added, one effect more each
+    named: tuple[Rung, ...]  # further models that somebody asked for; they decide nothing
     verdict: Verdict
+    # trials to record next, for each pair of candidates or absorbed effect that wants one: {"joint_damping or
+    # muscle_damping": [...]}
     proposals: Mapping[str, list[Proposal]]
-    draft: Draft
-    failed: Mapping[str, str]
+    draft: Draft  # a formula for what is missing; of the base model where the verdict is unknown, else of the last one
+    failed: Mapping[str, str]  # models that somebody asked for and that could not be fitted, with the reason
 
     @property
     def tried(self) -> tuple[Rung, ...]:

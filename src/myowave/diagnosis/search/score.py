@@ -35,33 +35,21 @@ LARGE_PART = 0.1  # parameters that imitate at least this part of what the large
 
 @dataclass(frozen=True)
 class ScoreTest:
-    """What one effect could do for a fit.
+    """What one effect could do for a fit."""
 
-    Args:
-        effect: its name.
-        free: its parameters.
-        start: the fit of the model with the effect at 0, to descend from.
-        signal: derivatives by its parameters, in units of their scale, without what other parameters and starts
-            imitate, (R, E); `residual` (R,) is what they have to explain.
-        information: signal^T signal (E, E) [rad^2].
-        estimate: best values within the bounds, (E,), in units of the scale.
-        drop: fall of the sum of squares that they promise [rad^2].
-        visible: share of the derivative that is left, of the combination of parameters that keeps the most [-].
-        absorbed_by: free parameters that imitate the rest, the largest first.
-        failure: why there is no score; empty where there is one.
-    """
-
-    effect: str
-    free: tuple[Free, ...]
-    start: Fit
+    effect: str  # its name
+    free: tuple[Free, ...]  # its parameters
+    start: Fit  # the fit of the model with the effect at 0, to descend from
+    # derivatives by its parameters, in units of their scale, without what other parameters and starts imitate, (R, E);
+    # `residual` (R,) is what they have to explain
     signal: Array
     residual: Array
-    information: Array
-    estimate: Array
-    drop: float
-    visible: float
-    absorbed_by: tuple[str, ...]
-    failure: str = ""
+    information: Array  # signal^T signal (E, E) [rad^2]
+    estimate: Array  # best values within the bounds, (E,), in units of the scale
+    drop: float  # fall of the sum of squares that they promise [rad^2]
+    visible: float  # share of the derivative that is left, of the combination of parameters that keeps the most [-]
+    absorbed_by: tuple[str, ...]  # free parameters that imitate the rest, the largest first
+    failure: str = ""  # why there is no score; empty where there is one
 
     @property
     def absorbed(self) -> bool:

@@ -24,20 +24,14 @@ SAME = 0.99  # cosine between a part of the general correction and an effect, ab
 
 @dataclass(frozen=True)
 class Screened:
-    """Log posteriors, to first order.
+    """Log posteriors, to first order."""
 
-    Args:
-        scores: of each effect, with the fit to descend from.
-        singles, pairs: of effects and of pairs of them, beside the likeliest causes or none.
-        ideal: of effects with noise alone beside them.
-        parts: of each part of the general correction, but for those that an effect does.
-    """
-
-    scores: Mapping[str, ScoreTest]
+    scores: Mapping[str, ScoreTest]  # of each effect, with the fit to descend from
+    # singles, pairs: of effects and of pairs of them, beside the likeliest causes or none
     singles: Mapping[str, float]
-    ideal: Mapping[str, float]
+    ideal: Mapping[str, float]  # of effects with noise alone beside them
     pairs: Mapping[tuple[str, str], float]
-    parts: Mapping[int, float]
+    parts: Mapping[int, float]  # of each part of the general correction, but for those that an effect does
 
 
 def screen(model: Hypothesis, catalogue: Mapping[str, Effect], known: Collection[str] = ()) -> Screened:
