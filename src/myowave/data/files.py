@@ -18,7 +18,6 @@ def all_files(key: str, patterns: Sequence[str], root: str | Path = ".") -> list
     Args:
         key: of the settings that they are from, for messages.
         patterns: paths, or patterns with * ? [ ], absolute or relative to `root`.
-        root: where relative ones start from.
 
     Raises:
         ValueError: one line for each pattern without a file, link to nothing, and file that the workflow cannot use.

@@ -49,7 +49,6 @@ def project(signal: ArrayLike, level: int, wavelet: str = "db2") -> Array:
     Args:
         signal: (N, ...), sampled uniformly along the first axis; any unit, which is kept; NaN where not measured.
         level: number of coarsenings; 0 returns a copy.
-        wavelet: name of an orthogonal wavelet.
     """
     signal = np.asarray(signal, dtype=np.float64)
     _check_level(len(signal), level, wavelet, where="signal")
@@ -80,7 +79,6 @@ def estimate_noise(*signals: ArrayLike, wavelet: str = "db6") -> float:
 
     Args:
         *signals: each (N,), sampled uniformly, padding excluded; of one unit, that of the result.
-        wavelet: name of an orthogonal wavelet.
 
     Source: Donoho & Johnstone 1994, Ideal spatial adaptation by wavelet shrinkage, Biometrika 81.
     """

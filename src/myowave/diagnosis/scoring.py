@@ -37,7 +37,6 @@ def grade(kind: str, named: Answer, true: Collection[str], wanted: Collection[st
     larger than `LARGEST_CLASS`. Class: in a smaller one. Right: named, with nothing said to be missing beside it.
 
     Args:
-        kind: of the verdict.
         true: all names that are true of the arm, `OUTSIDE` where something that the catalogue lacks shows.
         wanted: those that show in the trials, and so have to be named; all that are true where this is not known.
     """

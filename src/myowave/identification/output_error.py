@@ -231,7 +231,6 @@ def fit_model(
 
     Args:
         record: all trials in it are fitted.
-        free: what to estimate.
         starts: searches, the first from `Free.start`, the others up to `Free.spread` away; more from `further` (P,).
 
     Raises:

@@ -53,7 +53,6 @@ def evaluate(
     Args:
         trials: at scale [0].
         predicted: from `predict_trials`.
-        recipe: name of the recipe.
         truth: true values of parameters where they are known.
     """
     columns: dict[str, Any] = {

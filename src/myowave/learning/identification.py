@@ -36,7 +36,6 @@ class Identification:
 
     Args:
         trials: training trials, all their samples.
-        free: what is identified.
         values: where each seed starts, (S, P).
         finest: whether trajectories are to have the last word.
     """

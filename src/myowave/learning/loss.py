@@ -24,7 +24,6 @@ class Noise:
 
     Args:
         std: standard deviation, in the unit of what is disturbed.
-        seeds: numbers of the seeds.
         level: of the scale; each has noise of its own.
         stream: of what is disturbed; each has noise of its own.
     """

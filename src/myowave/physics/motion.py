@@ -80,7 +80,6 @@ def step(valued: Valued, state: Tensor, drive: Drive) -> Tensor:
 
     Args:
         valued: of `Simulation.valued` for one step of (..., T), of `along_time` for many of (..., T, n) at once.
-        drive: of these steps.
     """
     q, qdot, states = unpack(valued.model, state)
     instants = drive.instants(valued)

@@ -161,7 +161,6 @@ def _slopes(
 
     Args:
         q, qdot: (..., T, n, S, 4); activation (..., T, n, S, 4, M) and what is known over time (..., T, n, S, 4, V).
-        names: of parameters.
 
     Returns:
         Derivatives by q, by qdot, by the activation, of their shapes, and by parameters, (P, ..., T, n, S, 4).

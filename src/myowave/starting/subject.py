@@ -17,7 +17,6 @@ def subject_settings(mass: float, height: float, sex: str, name: str = "me") -> 
         mass: of the body [kg].
         height: [m].
         sex: f or m, whose table of body segments is taken.
-        name: of the arm.
 
     Raises:
         ValueError: for a mass, height or sex that there is no table for, or a name that settings do not take.

@@ -113,7 +113,6 @@ def what_changed(
 
     Args:
         base: the model of the arm; of its muscles only delay, shape and electrodes count.
-        effects: the catalogue.
         reference, against: names of the trials of the first and the second group.
         scatter: standard deviations of what nobody measured.
         electrodes_stayed: whether gains, offsets and crosstalk of the EMG are known to be the same.

@@ -40,21 +40,13 @@ def changed_facts(dataset: str, found: Answered) -> dict[str, Any]:
 
 
 def tell_change(facts: Mapping[str, Any], folder: Path = PAGES) -> list[str]:
-    """The sentences of the page, the answer first, as they stand in changed.j2.
-
-    Args:
-        folder: of the templates.
-    """
+    """The sentences of the page, the answer first, as they stand in changed.j2."""
     named = [change for change in facts["changes"] if change["effect"] in facts["class"]]
     return paragraphs(templates_in(folder).get_template("changed.j2").render(facts=facts, named=named))
 
 
 def change_page(facts: Mapping[str, Any], template: Path) -> str:
-    """The page as HTML.
-
-    Args:
-        template: changed.html.j2.
-    """
+    """The page as HTML."""
     titles = {change["effect"]: change["title"] for change in facts["changes"]}
     rows = [
         {

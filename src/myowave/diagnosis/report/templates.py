@@ -23,7 +23,6 @@ def fill(template: Path, content: Mapping[str, Any]) -> str:
 
     Args:
         template: a Jinja template; what stands in its folder can be included, as it is with `asset(name)`.
-        content: what the template names.
     """
 
     def asset(name: str) -> Markup:

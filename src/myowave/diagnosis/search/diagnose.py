@@ -98,10 +98,8 @@ def diagnose(
 
     Args:
         trials: training and test trials; the test trials take no part in any decision.
-        base: the model to start from.
         effects: the catalogue; those that cannot act on the muscles' paths are left out.
         identify: constants to estimate beside the parameters of effects.
-        report: is told what happens.
         models: to fit and try beside those that the search visits.
 
     Raises:
@@ -164,8 +162,6 @@ def weigh(
     Args:
         fit: of the model without effects, to whole trials or pieces of them.
         whole: the trials that were fitted, whole.
-        free: what is estimated of the model.
-        effects: the catalogue.
     """
     led = None
     if fit.record.pieces is not None:
@@ -218,11 +214,7 @@ def fit_from_rung(rung: Fit, model: Model, free: Sequence[Free]) -> Fit:
 
 
 def make_rung(fit: Fit, test: Record) -> Rung:
-    """Try a fitted model on trials it has not seen, and look at what it leaves.
-
-    Args:
-        test: the trials kept for testing.
-    """
+    """Try a fitted model on trials it has not seen, and look at what it leaves."""
     seen = None if fit.record.pieces is None else predict(fit, fit.record)
     return Rung(fit, predict(fit, test), misfit_by(fit), missing_torque(fit), seen)
 

@@ -78,7 +78,6 @@ def draft_effect(fit: Fit, dataset: str, *, most: int = MOST_TERMS) -> Draft:
     """Describe what a fitted model still misses by a few terms of the library.
 
     Args:
-        dataset: named in the file.
         most: terms; 0 where a formula would say nothing.
     """
     chosen: list[str] = []

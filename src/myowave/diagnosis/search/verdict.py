@@ -53,11 +53,7 @@ class Verdict:
 
 
 def judge(answer: Answer, ladder: Ladder, *, follows: bool = True) -> Verdict:
-    """What pages and scoring are told.
-
-    Args:
-        follows: see `Verdict`.
-    """
+    """What pages and scoring are told."""
     absorbed = {c.name: c.score.absorbed_by for c in ladder.rankings[-1] if c.score.absorbed}
     if not follows:
         nearest = answer.best.effects

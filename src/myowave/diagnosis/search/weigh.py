@@ -101,7 +101,6 @@ def weigh_models(fit: Fit, effects: Iterable[Effect], known: Collection[str] = (
     """The posterior of models, from the fit of the one without any effect.
 
     Args:
-        effects: the catalogue.
         known: names of parameters that are known and so not to be estimated.
         led: a fit with effects that is known to be good.
     """

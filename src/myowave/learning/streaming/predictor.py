@@ -21,7 +21,6 @@ class Predictor:
     """Motion from a stream of EMG, for every seed; equal to `prediction.predict_free_running` on the same samples.
 
     Args:
-        checkpoint: a trained network.
         angles: the first `history` angles [rad], such as the resting angle repeated.
         seeds: numbers of the seeds to run; all by default.
 

@@ -72,9 +72,6 @@ def trial_lines(dataset: str, trial: str, checkpoint: Checkpoint, config: Sequen
     """A trial as lines of CSV, at the rate of a network: of the trials in results/, else of its recordings, which are
     then prepared together with those of the dataset, so that the same EMG counts as 1.
 
-    Args:
-        config: files of the settings.
-
     Raises:
         ValueError: for a dataset or trial that is not there, or that cannot be prepared.
     """

@@ -26,7 +26,6 @@ def draw_diagnosis(
     Args:
         tables: those of `tables.TABLES`, with `ladder` as `ladder` joins it, and those of `comparison.compare`.
         predictions: measured and predicted angle, from `motion.beside`.
-        verdict: verdict.json.
     """
     (model, errors), found, ladder = base_of(verdict), verdict["model"], tables["ladder"]
     angle = {f"noise of the angle, {noise(verdict)}": errors["noise"]}

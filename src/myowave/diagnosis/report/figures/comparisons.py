@@ -63,7 +63,6 @@ def draw_horizons(horizons: pd.DataFrame, levels: Mapping[str, float], networks:
         horizons: columns predictor, horizon_s, held_out, rmse_deg; whole trials have horizon inf.
         levels: errors of noise [deg], see `draw_levels`.
         networks: columns source, heldout_rmse_deg of the networks trained with these models, for whole trials.
-        found: the model that was found.
     """
     times = sorted(h for h in horizons["horizon_s"].unique() if np.isfinite(h))
     place = {h: i for i, h in enumerate(times)} | {np.inf: len(times) + 0.4}

@@ -43,7 +43,6 @@ class Residual:
     """The equation of motion along pieces of some trials.
 
     Args:
-        names: parameters to identify.
         averaged: whether the torque is a mean between samples.
 
     Raises:

@@ -123,7 +123,6 @@ class RolloutLoss:
 
     Args:
         network: its weights take the gradients.
-        corpus: the training trials.
         steps: samples to predict in each window, fewer where no trial is that long.
         random: of where windows begin, which all seeds share.
         gains: on the logarithm of the EMG of measured windows, one for each channel.
