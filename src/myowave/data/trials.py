@@ -27,36 +27,26 @@ class Trials:
 
     Trials may differ in length. The arrays are as long as the longest; a shorter one is padded by holding its
     last value, and `valid` tells measured samples from padding.
-
-    Args:
-        dataset: name of the dataset, used in messages.
-        dt: time between samples [s].
-        names: label of each trial, length T.
-        channels: column name of each EMG channel (`emg_biceps`, ...), length C.
-        emg: EMG as a fraction of maximum voluntary contraction [-], (T, N, C).
-        angle: elbow angle [rad], (T, N); 0 hangs straight down, positive in flexion.
-        lengths: samples really recorded in each trial, length T.
-        test: names of the trials that are kept for testing; the others train.
-        conditions: known physical parameters that differ between trials, {trial: {parameter: value in SI units}}.
-        constants: known physical parameters of the subject, {parameter: value in SI units}.
-        provenance: where the numbers come from; JSON-able, read by people only.
-        signals: further angles over time [rad], {name such as tilt_rad: (T, N)}, padded as the others are; and torques
-            (`TORQUE`, `MOTOR`) [N m].
-        over_time: {physical parameter: the signal that is its value over time, of which a condition is the median}.
     """
 
-    dataset: str
-    dt: float
-    names: tuple[str, ...]
-    channels: tuple[str, ...]
-    emg: Array
-    angle: Array
-    lengths: tuple[int, ...]
-    test: tuple[str, ...] = ()
+    dataset: str  # name of the dataset, used in messages
+    dt: float  # time between samples [s]
+    names: tuple[str, ...]  # label of each trial, length T
+    channels: tuple[str, ...]  # column name of each EMG channel (`emg_biceps`, ...), length C
+    emg: Array  # EMG as a fraction of maximum voluntary contraction [-], (T, N, C)
+    angle: Array  # elbow angle [rad], (T, N); 0 hangs straight down, positive in flexion
+    lengths: tuple[int, ...]  # samples really recorded in each trial, length T
+    test: tuple[str, ...] = ()  # names of the trials that are kept for testing; the others train
+    # known physical parameters that differ between trials, {trial: {parameter: value in SI units}}
     conditions: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    # known physical parameters of the subject, {parameter: value in SI units}
     constants: Mapping[str, float] = field(default_factory=dict)
+    # where the numbers come from; JSON-able, read by people only
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    # further angles over time [rad], {name such as tilt_rad: (T, N)}, padded as the others are; and torques (`TORQUE`,
+    # `MOTOR`) [N m]
     signals: Mapping[str, Array] = field(default_factory=dict)
+    # {physical parameter: the signal that is its value over time, of which a condition is the median}
     over_time: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -29,34 +29,31 @@ def _jumps(of: Sampled) -> str | None:
 _TURNS = {", half a turn,": 180.0, ", a turn,": 360.0}
 
 
-def _ends(of: Sampled) -> tuple[float, float]:
-    return float(np.degrees(of.values.min())), float(np.degrees(of.values.max()))
-
-
-def _span(of: Sampled) -> str:
-    low, high = _ends(of)
-    return f"goes from {low:.0f} to {high:.0f} deg"
+def _span(of: Sampled) -> tuple[float, float, str]:
+    """Smallest and largest angle [deg], also in words."""
+    low, high = (float(np.degrees(end)) for end in (of.values.min(), of.values.max()))
+    return low, high, f"goes from {low:.0f} to {high:.0f} deg"
 
 
 def _negated(of: Sampled) -> str | None:
-    low, high = _ends(of)
-    return _span(of) if low < STRAIGHT_DEG and high <= -STRAIGHT_DEG else None
+    low, high, span = _span(of)
+    return span if low < STRAIGHT_DEG and high <= -STRAIGHT_DEG else None
 
 
 def _beyond(of: Sampled) -> str | None:
-    low, high = _ends(of)
+    low, high, span = _span(of)
     told = (low < STRAIGHT_DEG or high > BENT_DEG) and not _negated(of)
-    return f"{_span(of)}; an elbow from {STRAIGHT_DEG:g} to {BENT_DEG:g} deg" if told else None
+    return f"{span}; an elbow from {STRAIGHT_DEG:g} to {BENT_DEG:g} deg" if told else None
 
 
 def _still(of: Sampled) -> str | None:
-    low, high = _ends(of)
-    return _span(of) if high - low < LITTLE_DEG and not _beyond(of) and not _negated(of) else None
+    low, high, span = _span(of)
+    return span if high - low < LITTLE_DEG and not _beyond(of) and not _negated(of) else None
 
 
 def _leaning(of: Sampled) -> str | None:
-    low, high = _ends(of)
-    return _span(of) if max(-low, high) > LEAN_DEG else None
+    low, high, span = _span(of)
+    return span if max(-low, high) > LEAN_DEG else None
 
 
 JUMP = Check(
