@@ -1,6 +1,5 @@
 """The workflow on a real SLURM of one node: a job killed in the middle, and the same results as without it."""
 
-import json
 import os
 import signal
 import subprocess
@@ -96,5 +95,5 @@ def test_a_killed_job_is_made_again_and_the_results_are_those_of_one_machine(slu
 
     tables = [pd.read_csv((p.folder / TARGETS[1]).with_name("trials.csv")) for p in (local, cluster)]
     assert [table["state"].isin(["complete", "pruned"]).sum() for table in tables] == [4, 4]
-    names = [json.loads((p.folder / TARGETS[1]).with_name("search.json").read_text())["name"] for p in (local, cluster)]
+    names = [(p.folder / TARGETS[1]).with_name("search.txt").read_text() for p in (local, cluster)]
     assert names[0] == names[1], "the same data, settings and code: the studies could be one"
