@@ -13,7 +13,7 @@ from myowave.diagnosis.likelihood.components import DRIFT, EMG, residual_of
 from myowave.diagnosis.likelihood.sensor import Sensor, knots_of, straight
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.answer import answer_of
-from myowave.diagnosis.search.weigh import weigh_models
+from myowave.diagnosis.search.weigh import through_likely_filter, weigh_models
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
 from myowave.physics.motion import simulate
@@ -116,6 +116,11 @@ def test_a_filter_goes_through_motion_and_noise_alike(recorded):
         for sensor in (Sensor(corner_hz=6.0), Sensor())
     )
     assert through.evidence > plain.evidence + 200
+
+
+def test_a_filter_is_told_by_the_noise_and_not_by_what_a_model_lacks(recorded):
+    assert through_likely_filter(recorded(filtered, DAMPING)).sensor.corner_hz == pytest.approx(6.0, rel=0.2)
+    assert through_likely_filter(recorded(hidden=DAMPING)).sensor.corner_hz is None
 
 
 def test_noise_of_the_emg_has_the_covariance_that_draws_show(recorded, base, free):

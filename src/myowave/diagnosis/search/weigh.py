@@ -105,10 +105,10 @@ def weigh_models(fit: Fit, effects: Iterable[Effect], known: Collection[str] = (
         led: a fit with effects that is known to be good.
     """
     catalogue = {e.name: e for e in effects}
-    view = _through_likely_filter(fit)
+    view = through_likely_filter(fit)
     found = _search(fit, view, catalogue, known, led)
     best = found.best
-    likely = _through_likely_filter(best.fit, view)
+    likely = through_likely_filter(best.fit, view)
     if likely.sensor.corner_hz is None and view.sensor.corner_hz is not None:
         # What the model lacked had looked like the doing of a filter.
         found = _search(fit, likely, catalogue, known, led)
@@ -227,7 +227,7 @@ def _fitted(top: Hypothesis, begin: Fit, effects: tuple[str, ...], prior: float,
     return replace(max(found, key=lambda model: model.total), expected_emg=top.expected_emg)
 
 
-def _through_likely_filter(fit: Fit, view: View | None = None) -> View:
+def through_likely_filter(fit: Fit, view: View | None = None) -> View:
     """How trials are looked at, the angle through the filter that makes what a fit leaves above the band of the motion
     most likely, or through none.
 
