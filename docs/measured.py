@@ -1,7 +1,7 @@
 """Write every number of README and of docs/ that the main job measures: `make readme`, after `make run`.
 
-It reads results/ and docs/study_cases.csv, writes docs/numbers.json and three pictures, and fills the blocks between
-`<!-- numbers: NAME -->` and `<!-- end -->`. A test holds the blocks to docs/numbers.json.
+It reads results/, docs/study_cases.csv and docs/reality.csv, writes docs/numbers.json and pictures, and fills the
+blocks between `<!-- numbers: NAME -->` and `<!-- end -->`. A test holds the blocks to docs/numbers.json.
 """
 
 import json
@@ -20,7 +20,6 @@ import pandas as pd
 import yaml
 
 from myowave.physics.effects import SHIPPED
-from myowave.plotting import MEASURED, MODEL, canvas, save
 
 ROOT = Path(__file__).parents[1]
 NUMBERS = ROOT / "docs/numbers.json"
@@ -42,6 +41,13 @@ DATASETS = {
 }
 ANSWERS = {"adequate": "nothing", "unknown": "no answer: the model does not follow"}
 TITLES = {effect.name: effect.title or effect.name for effect in SHIPPED} | {"emg_noise": "noise of the recorded EMG"}
+GRADES = {  # of docs/reality.md
+    "named": "got the right name",
+    "class": "the right class",
+    "honest": "no more than that something is missing",
+    "silent": "no answer",
+    "wrong": "a wrong name",
+}
 BASELINES = yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8"))["learning"]["baselines"]
 BLOCK = re.compile(r"(<!-- numbers: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -69,6 +75,7 @@ def collect(results: Path) -> dict[str, Any]:
             "ahead_deg": dict(zip(ahead["predictor"], ahead["rmse_deg"], strict=True)),
         },
         "study": _study(pd.read_csv(ROOT / "docs/study_cases.csv", keep_default_na=False)),
+        "reality": _reality(pd.read_csv(ROOT / "docs/reality.csv")),
         "minutes": sum(job["s"].sum() for job in jobs) / 60,
     }
 
@@ -95,6 +102,20 @@ def _networks(summary: pd.DataFrame, scales: pd.DataFrame) -> Iterator[dict[str,
         }
 
 
+def _reality(cases: pd.DataFrame) -> dict[str, Any]:
+    """How many answers there are of each grade, and what was found in measured motion whose error then fell most."""
+    named = cases[(cases["kind"] == "measured") & (cases["grade"] == "named")].dropna(subset=["error_after"])
+    best = named.loc[(named["error_after"] / named["error_before"]).idxmin()]
+    return {
+        "grades": cases["grade"].value_counts().to_dict(),
+        "best": {
+            "system": best["system"],
+            "effects": best["names"].split(", "),
+            "errors_deg": [best["error_before"], best["error_after"]],
+        },
+    }
+
+
 def _study(cases: pd.DataFrame) -> dict[str, Any]:
     """Grades of the answers of the diagnosis itself, which is the first judge, by what there was to be found."""
     rows = cases[cases["judge"] == cases["judge"].iloc[0]]
@@ -114,18 +135,21 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
     r2, ahead = person["torque_r2"], person["ahead_deg"]
     before, after = simulator["errors_deg"]
     clean, seen = study["nothing"], study["catalogue"]
+    grades, best_found = numbers["reality"]["grades"], numbers["reality"]["best"]
+    told = ", ".join(f"{grades[grade]} {text}" for grade, text in GRADES.items() if grade in grades)
+    first, last = best_found["errors_deg"]
     texts = {
         "caption": f"""
-            *A person curls a dumbbell. Trained on four trials, a network predicts two it has never seen from EMG and
-            the known load: R² {best["r2"]:.2f}, {best["deg"]:.0f} deg off. The band is to
-            hold 90 % of the angles and holds {_percent(best["band"])}.*""",
+            *Machines and a person that others recorded, and an arm that OpenSim moves: something known of each was
+            withheld. Of {sum(grades.values())} questions {told}.*""",
         "get": f"""
             - **The angle from EMG**, sample by sample, with a band: {best["deg"]:.0f} deg off on a person's unseen
               trials.
             - **The muscles' parameters** with standard errors: within {_small(exact, "%")} of the truth where trials
               are simulated and nothing is hidden.
-            - **What the model misses**: in trials of another simulator {_titles(simulator, " and ")}. With them the
-              error on an unseen trial falls from {_small(before, "")} to {_small(after, "deg")}.
+            - **What the model misses**: in the {best_found["system"]} that others measured
+              {_titles(best_found, " and ")}.
+              With them the error on unseen motion falls from {_small(first, "")} to {_small(last, "deg")}.
             - **A plain no** where a muscle model does not follow, and what to record instead. It explains R²
               {r2["base"]:.2f} of the torque of the person's unseen trials, and no effect is named.""",
         "compare": f"""
@@ -255,24 +279,6 @@ def pages() -> list[Path]:
     return [path for path in (ROOT / "README.md", *sorted(ROOT.glob("docs/*.md"))) if BLOCK.search(path.read_text())]
 
 
-def draw_person(results: Path) -> None:
-    """The two unseen trials of the person, measured and predicted with the band."""
-    scales = min(results.glob(f"learning/{PERSON}/base/recorded/*-scale"))
-    table = pd.read_parquet(scales / "predictions.parquet").query("role == 'test'")
-    mean = table.drop(columns="role").groupby(["trial", "time_s"]).mean().apply(np.degrees)
-    names = list(dict.fromkeys(table["trial"]))
-    figure, axes = canvas(1, len(names), width=10.0, height=2.9, sharey=True)
-    for ax, name in zip(axes[0], names, strict=True):
-        one = mean.loc[name]
-        ax.fill_between(one.index, one["low_rad"], one["high_rad"], color=MODEL, alpha=0.2, lw=0, label="90 % band")
-        ax.plot(one.index, one["angle_rad"], color=MEASURED, label="measured")
-        ax.plot(one.index, one["predicted_rad"], color=MODEL, ls="--", label="predicted from EMG")
-        ax.set(title=f"unseen trial {name}", xlabel="time [s]")
-    axes[0, 0].set(ylabel="elbow angle [deg]")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    save(figure, ROOT / "docs/person.png")
-
-
 def photograph(page: Path) -> None:
     """The top of a verdict page as a browser shows it, where there is one."""
     browser = which("chromium") or which("google-chrome")
@@ -299,7 +305,6 @@ def main(results: Path) -> None:
         page.write_text(filled(page.read_text(encoding="utf-8"), parts), encoding="utf-8")
     for name, source in PICTURES.items():
         copyfile(results / "figures" / source, ROOT / "docs" / name)
-    draw_person(results)
     photograph(results / f"diagnosis/{SIMULATOR}/verdict.html")
 
 

@@ -27,8 +27,7 @@ def test_trials_of_two_seconds_get_an_answer(workplace, laid_over):
     prepared, _ = import_trials("mine", dataset, ".", physics.tables)
     base, effects = build_model("base", physics), catalogue(()).values()
     found = diagnose(prepared.trials, base, effects, dataset.identify, settings.diagnosis)
-    assert found.verdict.kind == "unknown" and not found.verdict.follows
-    assert set(found.rungs[0].fit.torque.left_out) == {"a", "b", "c"}
+    assert found.verdict.kind == "unknown", "EMG and angle of such a session have nothing to do with each other"
     assert np.isfinite(found.rungs[0].heldout.rmse)
 
 

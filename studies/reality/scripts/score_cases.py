@@ -14,7 +14,8 @@ with job_log("score cases", snakemake.log[0]) as log:
     cases = snakemake.params.cases
     answers = {Path(path).stem: json.loads(Path(path).read_text()) for path in snakemake.input.answers}
     table = score_cases(cases, answers, read_yaml(Path(snakemake.input.truth), "cases"))
-    table.to_csv(snakemake.output.table, index=False)
+    for path in (snakemake.output.table, snakemake.output.kept):
+        table.to_csv(path, index=False)
     Path(snakemake.output.page).write_text(write_page(table), encoding="utf-8")
     save(draw_reality(table), snakemake.output.picture)
     log.announce(f"reality: {', '.join(f'{count} {grade}' for grade, count in table['grade'].value_counts().items())}")
