@@ -29,6 +29,9 @@ def draw_reality(table: pd.DataFrame) -> Figure:
         errors.plot(pair[1:], [place], "D", color=colour, label="after" if place == 0 else None)
         if pair.notna().all():
             errors.annotate(error_before_after(row), (pair.max(), place), (8, 0), textcoords="offset points", **small)
+    counts = table["grade"].value_counts()
+    told = ", ".join(f"{counts[grade]} {grade}" for grade in COLOURS if grade in counts)
+    figure.suptitle(f"Of {len(table)} questions with a known answer: {told}", x=0.01, ha="left", weight="bold")
     words.set_axis_off()
     words.set_xlim(0, 1)
     words.text(0.0, -0.75, "what moves, and what was withheld", fontsize=10, weight="bold")

@@ -5,6 +5,7 @@ from typing import Any
 
 import pandas as pd
 
+from myowave.diagnosis.causes import CAUSE_TITLES
 from myowave.physics.effects import catalogue
 from studies.shared import markdown
 
@@ -72,7 +73,7 @@ def write_page(table: pd.DataFrame) -> str:
 def said(row: Mapping[str, Any]) -> str:
     """The answer of a row in few words, in lines short enough for the picture."""
     verdict, names, classes = row["verdict"], row["names"], row["class"]
-    titles = {name: effect.title for name, effect in catalogue().items()}
+    titles = CAUSE_TITLES | {name: effect.title for name, effect in catalogue().items()}
     if not names:
         near = ", ".join(titles[name] for name in filter(None, row["nearest"].split(", ")))
         return PLAIN.get(verdict, verdict) + f"\n(nearest: {near})" * bool(near)
