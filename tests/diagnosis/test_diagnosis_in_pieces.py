@@ -87,8 +87,16 @@ def test_a_model_is_led_to_whole_trials_by_what_it_lacks(make_trials, base, effe
     assert alone.objective == pytest.approx(make_fit(hidden).objective, rel=0.01), "as where it follows by itself"
 
 
-def test_what_follows_pieces_alone_is_a_part_of_what_is_missing(make_trials, base, effects, free, monkeypatch):
-    monkeypatch.setattr(search, "lengthen", lambda fit, *_: fit)
+def _diverge(*_):
+    raise ValueError("it diverges")
+
+
+@pytest.mark.parametrize("step, does", [("lengthen", lambda fit, *_: fit), ("lengthen", _diverge), ("refit", _diverge)])
+def test_what_follows_pieces_alone_is_a_part_of_what_is_missing(
+    make_trials, base, effects, free, monkeypatch, step, does
+):
+    """Or what leaves the model without it no motion over whole trials, to be set beside."""
+    monkeypatch.setattr(search, step, does)
     whole = make_record(make_trials({"joint_damping": {"c": 1.0}}), base).train
     lost = fit_from(base, whole.cut(0.5), free, np.array([[0.9 * p.start for p in free]]))
     _, answer = weigh(lost, whole, free, [effects["joint_damping"], effects["joint_stiffness"]])

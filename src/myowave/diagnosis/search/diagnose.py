@@ -9,6 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from myowave.data.trials import Trials
+from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.answer import Answer, answer_of
 from myowave.diagnosis.search.draft import MOST_TERMS, Draft, draft_effect
 from myowave.diagnosis.search.ladder import Ladder, ladder_of
@@ -167,19 +168,29 @@ def weigh(
     if fit.record.pieces is not None:
         short = over_short_pieces(fit.model, whole, free, fit.values) or fit
         found = weigh_models(short, effects, whole.known)
-        best = found.best.fit
-        led = attempt_fit(lambda: lengthen(best, whole, best.free)) if found.best.effects else None
-        if led is None or led.record.pieces is not None:
+        pair = _on_whole_trials(found.best, whole, fit.model, free)
+        if pair is None:
             answer = answer_of(found)
             ladder = ladder_of(short, found, answer, effects, whole.known)
             if not follows(fit):  # what it lacks cannot be told, and no rung is added
                 return Ladder((fit,), ladder.rankings[:1]), answer
             return _fitted_as_far(fit, ladder), answer
+        led, fit = pair
         report(f"stages: {led.model.name}, found over short pieces, follows whole trials")
-        fit = refit(led, fit.model, free)
     found = weigh_models(fit, effects, whole.known, led)
     answer = answer_of(found)
     return ladder_of(fit, found, answer, effects, whole.known), answer
+
+
+def _on_whole_trials(best: Hypothesis, whole: Record, base: Model, free: Sequence[Free]) -> tuple[Fit, Fit] | None:
+    """The most likely model over pieces and the one without its effects, both fitted to whole trials; None where one of
+    them is not led there."""
+    led = attempt_fit(lambda: lengthen(best.fit, whole, best.fit.free)) if best.effects else None
+    if led is None or led.record.pieces is not None:
+        return None
+    leader = led
+    without = attempt_fit(lambda: refit(leader, base, free))
+    return None if without is None else (led, without)
 
 
 def _fitted_as_far(fit: Fit, ladder: Ladder) -> Ladder:
