@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE
-from myowave.diagnosis.scoring import Answer, grade, is_wrong
+from myowave.diagnosis.scoring import Named, grade, is_wrong
 from myowave.diagnosis.search.diagnose import weigh
 from myowave.diagnosis.search.score import FAILURES
 from myowave.identification.output_error import Fit
@@ -19,7 +19,7 @@ class Judged:
     """An answer."""
 
     kind: str  # see `scoring.grade`
-    named: Answer
+    named: Named
     probabilities: Mapping[str, float]  # of each name that was weighed; none where what is left is no noise
     effects: tuple[str, ...] = ()  # of the model that the intervals are of
     intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # low and high of each parameter, 95 %

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.causes import OUTSIDE, OWN_CURVES
-from myowave.diagnosis.scoring import Answer
+from myowave.diagnosis.scoring import Named
 from myowave.identification.free_parameters import Free, free_parameters
 from myowave.identification.output_error import Fit, fit_from
 from myowave.identification.record import make_record
@@ -72,7 +72,7 @@ class Drawn:
             names |= CURVES
         return names | ({OWN_CURVES} if CURVES & names else set())
 
-    def graded_as(self, named: Answer) -> Answer:
+    def graded_as(self, named: Named) -> Named:
         """What is named, where it depends on the arm: any family of curves says that curves differ, where that of the
         arm is in no catalogue; and curves of any shape may be those of any family."""
         if CURVES & set(self.case.taken_out):

@@ -8,14 +8,14 @@ from scipy.signal import butter, sosfiltfilt
 
 from myowave.diagnosis.likelihood.pushes import answers
 from myowave.diagnosis.likelihood.sensor import Sensor
-from myowave.diagnosis.likelihood.waves import Band, View
+from myowave.diagnosis.likelihood.waves import View, Waves
 from myowave.identification.disturbance import excitation_forcing
 
 LENGTHS = np.array([240, 150])
 
 
 def test_waves_are_orthonormal_in_each_trial_and_keep_what_is_slow_alone():
-    band = Band.of(LENGTHS, [np.arange(n // 5) for n in LENGTHS], dt=1.0)
+    band = Waves.of(LENGTHS, [np.arange(n // 5) for n in LENGTHS], dt=1.0)
     time = np.arange(240)
     for waves, there, frequency, length in zip(band.waves, band.there, band.frequency, LENGTHS, strict=True):
         live = waves[:, there].numpy()

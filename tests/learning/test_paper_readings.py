@@ -9,7 +9,7 @@ import torch
 from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
 from myowave.learning.inputs import to_tensors
-from myowave.learning.methods.paper.residual import Pieces, Residual
+from myowave.learning.methods.paper.residual import MotionResidual, Pieces
 from myowave.learning.methods.paper.training import PaperLoss
 from myowave.learning.network import delayed
 from myowave.learning.prediction import predict_free_running
@@ -33,7 +33,7 @@ def whole(trials: Trials) -> Pieces:
     return Pieces(torch.arange(count), torch.zeros(count, dtype=torch.long), samples)
 
 
-def along(residual: Residual, trials: Trials, params, pieces: Pieces | None = None) -> torch.Tensor:
+def along(residual: MotionResidual, trials: Trials, params, pieces: Pieces | None = None) -> torch.Tensor:
     """Along the measured angle."""
     pieces = pieces or whole(trials)
     q = pieces.of(torch.from_numpy(trials.angle))[None]
@@ -43,7 +43,7 @@ def along(residual: Residual, trials: Trials, params, pieces: Pieces | None = No
 
 def least_squares(model, trials: Trials, **reading) -> np.ndarray:
     """Error [%] of the parameters with the smallest residual along the measured angle."""
-    residual = Residual(model, trials, NAMES, CPU, **reading)
+    residual = MotionResidual(model, trials, NAMES, CPU, **reading)
     truth = torch.tensor([model.defaults[name] for name in NAMES], dtype=torch.float64)
 
     def of(factors):
@@ -66,7 +66,7 @@ def test_torque_at_the_samples_of_an_exact_motion_makes_forces_weaker_and_its_me
 
 @pytest.mark.parametrize("averaged", [False, True])
 def test_the_residual_of_a_piece_is_that_of_the_whole_trial_there(averaged, model, exact):
-    residual = Residual(model, exact, NAMES, CPU, averaged=averaged)
+    residual = MotionResidual(model, exact, NAMES, CPU, averaged=averaged)
     params, margin = {"f0_Bi": torch.tensor([[250.0], [350.0]])}, residual.margin
     expected = along(residual, exact, params)
     pieces = Pieces(torch.tensor([2, 0]), torch.tensor([40, 111]), 30)
@@ -76,7 +76,7 @@ def test_the_residual_of_a_piece_is_that_of_the_whole_trial_there(averaged, mode
 
 
 def test_parameters_of_the_drive_get_their_gradient_through_the_activation(model, exact):
-    residual = Residual(model, exact, ["delay_Bi"], CPU, averaged=True)
+    residual = MotionResidual(model, exact, ["delay_Bi"], CPU, averaged=True)
     delay = torch.tensor([[0.07], [0.09]], dtype=torch.float64, requires_grad=True)
     along(residual, exact, {"delay_Bi": delay}).square().mean().backward()
     assert (delay.grad[0] < 0) and (delay.grad[1] > 0), "the true delay of 0.08 s lies between"

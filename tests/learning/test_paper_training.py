@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from myowave.data.wavelets import decompose
-from myowave.learning.methods.paper.residual import Pieces, Residual
+from myowave.learning.methods.paper.residual import MotionResidual, Pieces
 from myowave.learning.methods.paper.training import PaperLoss
 from myowave.learning.methods.paper.windowed import predict_teacher_forced, predict_with_time_derivatives, run_windowed
 from myowave.learning.task import Stage, begin_stage
@@ -80,7 +80,7 @@ def test_the_residual_is_small_along_a_true_motion_and_grows_with_wrong_paramete
     before, now, after = q[..., :-2], q[..., 1:-1], q[..., 2:]
     motion = [torch.nn.functional.pad(part, (1, 1)) for part in (now, (after - before) / (2 * trials.dt))]
     bend = torch.nn.functional.pad((after - 2 * now + before) / trials.dt**2, (1, 1))
-    residual = Residual(model, trials, ["f0_Bi"], CPU)
+    residual = MotionResidual(model, trials, ["f0_Bi"], CPU)
     whole = Pieces(torch.arange(3), torch.zeros(3, dtype=torch.long), trials.angle.shape[1])
     true, wrong = (
         residual.along({"f0_Bi": torch.full((1, 1), strength)}, whole, *motion, bend)[..., 1:-1].square().mean()

@@ -8,11 +8,11 @@ from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE
 LARGEST_CLASS = 3  # members of a class that is still an answer
 UNSURE = ("partial", "unknown", "undecidable")  # verdicts that claim no more than that something is or may be missing
 
-Answer = tuple[tuple[str, ...], ...]
+Named = tuple[tuple[str, ...], ...]
 Grade = Literal["right", "class", "honest", "silent", "wrong"]
 
 
-def answer(causes: Sequence[str], alternatives: Sequence[Sequence[str]], stand_ins: Collection[str] = ()) -> Answer:
+def answer(causes: Sequence[str], alternatives: Sequence[Sequence[str]], stand_ins: Collection[str] = ()) -> Named:
     """What a verdict names: one class for each cause, of the cause only where the data tell it from all others.
 
     Args:
@@ -24,12 +24,12 @@ def answer(causes: Sequence[str], alternatives: Sequence[Sequence[str]], stand_i
     return tuple((*classes.get(c, (c,)), *((OUTSIDE,) if c in stand_ins else ())) for c in causes)
 
 
-def is_wrong(named: Answer, true: Collection[str]) -> bool:
+def is_wrong(named: Named, true: Collection[str]) -> bool:
     """Whether something is named, by itself or as a class, of which nothing is true."""
     return any(not set(members) & set(true) for members in named)
 
 
-def grade(kind: str, named: Answer, true: Collection[str], wanted: Collection[str] | None = None) -> Grade:
+def grade(kind: str, named: Named, true: Collection[str], wanted: Collection[str] | None = None) -> Grade:
     """What an answer is worth.
 
     Wrong: a name, or a class without any, that is not true; or that something is missing where nothing is. Silent: what

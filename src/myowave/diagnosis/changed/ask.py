@@ -11,7 +11,7 @@ from scipy.interpolate import PchipInterpolator
 from myowave.data.trials import Trials
 from myowave.diagnosis.changed.weigh import Weighing
 from myowave.diagnosis.changed.windows import Groups, electrodes
-from myowave.diagnosis.likelihood.algebra import COST
+from myowave.diagnosis.likelihood.algebra import COST, fewest
 from myowave.identification.record import make_record
 from myowave.physics.constants import MUSCLE_CONSTANTS
 from myowave.physics.effect import Effect, Parameter
@@ -52,7 +52,7 @@ class Change:
 
 
 @dataclass(frozen=True)
-class Answer:
+class Family:
     """What candidates say: all, the likeliest first, and the probability that none is right and nothing has changed."""
 
     changes: tuple[Change, ...]
@@ -66,9 +66,7 @@ class Answer:
         share: dict[str, float] = defaultdict(float)
         for change in self.changes:
             share[change.effect] += change.probability
-        order = sorted(share, key=lambda name: -share[name])
-        shares = [share[name] for name in order]
-        return tuple(order[: int(np.searchsorted(np.cumsum(shares) / (1 - self.unchanged), SURE)) + 1])
+        return fewest(share, SURE * (1 - self.unchanged))
 
 
 @dataclass(frozen=True)
@@ -81,9 +79,9 @@ class Answered:
 
     reference: tuple[str, ...]
     against: tuple[str, ...]
-    arm: Answer  # changes of the arm, its load and its sensors
-    electrodes: Answer | None  # changes of what electrodes report; None where they stayed on
-    control: Answer | None  # of the arm in the first group, split in two; None where it has but one trial
+    arm: Family  # changes of the arm, its load and its sensors
+    electrodes: Family | None  # changes of what electrodes report; None where they stayed on
+    control: Family | None  # of the arm in the first group, split in two; None where it has but one trial
     scale: float  # what nats were divided by, as the control asks for it
     left_out: tuple[str, ...]  # effects that were not weighed
 
@@ -204,7 +202,7 @@ def _ask(
     return found
 
 
-def _answer(changes: Sequence[Change], scale: float) -> Answer:
+def _answer(changes: Sequence[Change], scale: float) -> Family:
     """Probabilities: nothing changed is as likely beforehand as that something did, and each effect as the next.
 
     Args:
@@ -216,7 +214,7 @@ def _answer(changes: Sequence[Change], scale: float) -> Answer:
     probability = np.exp(weights - weights.max())
     probability /= probability.sum()
     judged = (replace(c, probability=float(p)) for c, p in zip(changes, probability[1:], strict=True))
-    return Answer(tuple(sorted(judged, key=lambda c: -c.probability)), float(probability[0]))
+    return Family(tuple(sorted(judged, key=lambda c: -c.probability)), float(probability[0]))
 
 
 def _weigh(

@@ -302,6 +302,13 @@ def _with_one_more(residual: Residual, best: Weighed, name: str, key: frozenset[
     return most_likely(residual, key, tried[size])
 
 
+def fewest(weight: Mapping[str, float], enough: float) -> tuple[str, ...]:
+    """The fewest names that weigh enough together, the heaviest first; all where they never do."""
+    order = sorted(weight, key=lambda name: -weight[name])
+    held = np.cumsum([weight[name] for name in order])
+    return tuple(order[: int(np.searchsorted(held, enough)) + 1])
+
+
 def log_share_within(low: Array, high: Array, mean: Array, covariance: Array) -> float:
     """Logarithm of the share of a posterior within bounds over that of its prior N(0, 1), by what is known of each
     amplitude alone: what a prior that ends at the bounds adds to the log evidence.

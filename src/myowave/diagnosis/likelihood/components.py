@@ -28,6 +28,7 @@ STARTS = np.radians([5.0, 50.0])  # how far the fitted start of a trial may be o
 
 NOISE, EMG, CURVES, REPEATS, SLOW = "noise", "emg", "curves", "repeats", "slow"
 COLOURED, DRIFT, GAINS, TISSUE = "coloured", "drift", "gains", "tissue"
+MISSING = frozenset({CURVES, REPEATS, SLOW, TISSUE})  # what stands for something that the model lacks, and is no noise
 # Bounds of sizes and where their search starts: rad; of the EMG; standard bumps; rad of each part; rad; rad; s/s; a
 # share; rad.
 SIZES = {

@@ -29,7 +29,7 @@ MEMORIES_S = (0.05, 0.1, 0.2, 0.4, 0.8)  # of the sensor's noise, which are trie
 
 
 @dataclass(frozen=True)
-class Band:
+class Waves:
     """Some orthonormal waves of each trial, 0 where padded, as they are and as a sensor sees them."""
 
     waves: Tensor  # (T, N, W), which of them there are (T, W), and the frequency of each (T, W) [Hz]
@@ -39,7 +39,7 @@ class Band:
     noise: Tensor  # the same of white noise of what was measured, (T, Q, W)
 
     @classmethod
-    def of(cls, lengths: NDArray[np.int64], numbers: list[NDArray[np.int64]], dt: float) -> "Band":
+    def of(cls, lengths: NDArray[np.int64], numbers: list[NDArray[np.int64]], dt: float) -> "Waves":
         """Half periods of a cosine by their numbers, in trials of so many samples, as a perfect sensor sees them."""
         most, samples = max(len(n) for n in numbers), np.arange(lengths.max())[:, None]
         waves = np.zeros((len(lengths), len(samples), most))
@@ -52,7 +52,7 @@ class Band:
         seen = torch.from_numpy(waves)
         return cls(seen, torch.from_numpy(there), frequency, seen, seen)
 
-    def through(self, sensor: Sensor, lengths: NDArray[np.int64], dt: float) -> "Band":
+    def through(self, sensor: Sensor, lengths: NDArray[np.int64], dt: float) -> "Waves":
         """The same waves as a sensor sees them."""
         if sensor == PERFECT:
             return replace(self, motion=self.waves, noise=self.waves)
@@ -71,8 +71,8 @@ class View:
     lengths: NDArray[np.int64]
     dt: float
     # band, above: waves in the band of the motion, and of those above it
-    band: Band
-    above: Band
+    band: Waves
+    above: Waves
     edge_hz: float  # where the band of the motion ends
     sensor: Sensor = PERFECT
     memory_s: float = MEMORIES_S[2]  # of the noise that the sensor may have beside the white one
@@ -90,7 +90,7 @@ class View:
             inside.append(np.arange(min(first, n)))
             # In pieces what is slow leaks into waves above the band, where they are no longer independent.
             beyond.append(np.arange(first, first if short else n, max(1, -(-(n - first) // MOST_ABOVE))))
-        return cls(lengths, dt, Band.of(lengths, inside, dt), Band.of(lengths, beyond, dt), edge).through(sensor)
+        return cls(lengths, dt, Waves.of(lengths, inside, dt), Waves.of(lengths, beyond, dt), edge).through(sensor)
 
     def through(self, sensor: Sensor) -> "View":
         """The same through another sensor."""
@@ -133,7 +133,7 @@ def _remembered(waves: Tensor, memory: float) -> Tensor:
     return torch.from_numpy(found).reshape(columns.shape).transpose(0, 1)
 
 
-def _left(band: Band, fit: Fit) -> Tensor:
+def _left(band: Waves, fit: Fit) -> Tensor:
     measured, simulated = (torch.from_numpy(x * fit.record.valid)[..., None] for x in (fit.record.angle, fit.angle))
     return (band.waves.mT @ measured - band.motion.mT @ simulated)[..., 0]
 

@@ -13,7 +13,16 @@ import torch
 from scipy.stats import chi2
 
 from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, OUTSIDE, OWN_CURVES
-from myowave.diagnosis.likelihood.components import COLOURED, CURVES, DRIFT, EMG, GAINS, NOISE, REPEATS, SLOW, TISSUE
+from myowave.diagnosis.likelihood.algebra import fewest
+from myowave.diagnosis.likelihood.components import (
+    COLOURED,
+    CURVES,
+    DRIFT,
+    EMG,
+    GAINS,
+    MISSING,
+    NOISE,
+)
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.weigh import Posterior
 
@@ -23,12 +32,9 @@ UNLIKELY = 1e-4  # of noise: what is left is then not noise
 SURPRISING = 6e-5  # 4 standard deviations
 FAR = 3.0  # standard deviations
 ANYTHING = "something that the catalogue lacks"
-NAME_OF = {
-    EMG: EMG_NOISE,
+NAME_OF = dict.fromkeys(MISSING, OUTSIDE) | {
     CURVES: OWN_CURVES,
-    REPEATS: OUTSIDE,
-    SLOW: OUTSIDE,
-    TISSUE: OUTSIDE,
+    EMG: EMG_NOISE,
     DRIFT: CLOCK_DRIFT,
     GAINS: GAIN_PER_TRIAL,
 }
@@ -51,7 +57,7 @@ class Answer:
     def missing(self) -> float:
         """How far what no effect explains moves the arm, root mean square [rad]."""
         fit = self.best.fit
-        strange = [n for n in self.best.best.sizes if NAME_OF.get(n) in (OUTSIDE, OWN_CURVES)]
+        strange = [name for name in self.best.best.sizes if name in MISSING]
         if not strange:  # what is more than noise and is none of these
             return float(np.sqrt(max(fit.rmse() ** 2 - self.angle_noise**2, 0.0)))
         made = torch.stack([self.best.covariance.made_by(name) for name in strange]).sum(0)
@@ -127,7 +133,7 @@ def answer_of(posterior: Posterior) -> Answer:
             weight[first] = weight.get(first, 0.0) + p
     something = sum(weight.values())
     if something >= NAMED:
-        classes.append(_smallest(weight))
+        classes.append(fewest(weight, NAMED))
     best = posterior.best
     white, usual = p_of_noise(best), p_of_constants(best)
     # What leaves more than noise names nothing, nor what takes constants nobody has.
@@ -151,16 +157,6 @@ def _kind(named: tuple[tuple[str, ...], ...], likeliest: float, usual: float, *,
     if named:
         return "class" if any(len(members) > 1 for members in named) else "effect"
     return "undecidable" if likeliest > LIKELY or usual < SURPRISING else "adequate"
-
-
-def _smallest(weight: Mapping[str, float]) -> tuple[str, ...]:
-    """The fewest names that hold 95 % together."""
-    chosen: list[str] = []
-    for name in sorted(weight, key=lambda n: -weight[n]):
-        chosen.append(name)
-        if sum(weight[n] for n in chosen) >= NAMED:
-            break
-    return tuple(chosen)
 
 
 def p_of_noise(model: Hypothesis) -> float:

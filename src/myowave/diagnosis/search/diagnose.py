@@ -188,8 +188,7 @@ def _on_whole_trials(best: Hypothesis, whole: Record, base: Model, free: Sequenc
     led = attempt_fit(lambda: lengthen(best.fit, whole, best.fit.free)) if best.effects else None
     if led is None or led.record.pieces is not None:
         return None
-    leader = led
-    without = attempt_fit(lambda: refit(leader, base, free))
+    without = attempt_fit(partial(refit, led, base, free))
     return None if without is None else (led, without)
 
 

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from myowave.diagnosis.likelihood.components import CURVES, REPEATS, SLOW, TISSUE
+from myowave.diagnosis.likelihood.components import MISSING
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.answer import NAMED, Answer
 from myowave.diagnosis.search.score import ScoreTest
@@ -111,8 +111,7 @@ def _by_least_squares(before: Fit, rung: Hypothesis) -> Fit:
 def _shown(rung: Hypothesis) -> Fit:
     """The fit of a model: that given its causes of noise; by least squares where there are none, or where something is
     missing still, which would do the work of what was found."""
-    noisy = rung.on - {REPEATS, SLOW, CURVES, TISSUE}
-    if rung.expected_emg or (noisy and noisy == rung.on):
+    if rung.expected_emg or (rung.on and not rung.on & MISSING):
         return rung.fit
     return attempt_fit(lambda: polish(rung.fit)) or rung.fit
 

@@ -15,7 +15,7 @@ import torch
 from numpy.typing import NDArray
 
 from myowave.diagnosis.likelihood.algebra import COST, most_likely
-from myowave.diagnosis.likelihood.components import COLOURED, CURVES, EMG, REPEATS, SLOW, TISSUE, residual_above
+from myowave.diagnosis.likelihood.components import COLOURED, EMG, MISSING, REPEATS, residual_above
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis, settle, weighed_afresh, with_likely_memory
 from myowave.diagnosis.likelihood.sensor import Sensor, knots_of
 from myowave.diagnosis.likelihood.waves import View
@@ -34,7 +34,7 @@ OUTSIDE = 0.03  # ASSUME: so likely is one part of the general correction, besid
 MOST_EFFECTS = 3
 REFITS, PAIRS = 3, 2  # that are fitted from one model
 CLEARLY = 5.0  # nats
-STRANGE = frozenset({EMG, CURVES, REPEATS, SLOW, TISSUE})  # causes that what is missing may hide behind
+STRANGE = MISSING | {EMG}  # causes that an effect may hide behind
 HOPELESS = 1.0  # nats that an effect may promise less than the model without it, and still be fitted
 WORTH_FOLLOWING = 10.0  # of the objective without an effect: what a fresh start with it may begin at
 CORNERS = 3.0 * 4.0 ** (np.arange(7) / 6)  # of filters, in units of the motion's edge
@@ -105,10 +105,12 @@ def weigh_models(fit: Fit, effects: Iterable[Effect], known: Collection[str] = (
         led: a fit with effects that is known to be good.
     """
     catalogue = {e.name: e for e in effects}
-    view = through_likely_filter(fit)
+    joined = list(fit.record.joined(fit.record.angle).values())
+    unfiltered = View.of(fit, Sensor(knots=knots_of(joined) if fit.record.pieces is None else None))
+    view = through_likely_filter(fit, unfiltered)
     found = _search(fit, view, catalogue, known, led)
     best = found.best
-    likely = through_likely_filter(best.fit, view)
+    likely = through_likely_filter(best.fit, unfiltered)
     if likely.sensor.corner_hz is None and view.sensor.corner_hz is not None:
         # What the model lacked had looked like the doing of a filter.
         found = _search(fit, likely, catalogue, known, led)
@@ -227,33 +229,24 @@ def _fitted(top: Hypothesis, begin: Fit, effects: tuple[str, ...], prior: float,
     return replace(max(found, key=lambda model: model.total), expected_emg=top.expected_emg)
 
 
-def through_likely_filter(fit: Fit, view: View | None = None) -> View:
+def through_likely_filter(fit: Fit, view: View) -> View:
     """How trials are looked at, the angle through the filter that makes what a fit leaves above the band of the motion
-    most likely, or through none.
+    most likely, or through none."""
 
-    Args:
-        view: through any filter; None: that of the fit.
-    """
-    if view is None:
-        joined = list(fit.record.joined(fit.record.angle).values())
-        view = View.of(fit, Sensor(knots=knots_of(joined) if fit.record.pieces is None else None))
-    looks: dict[float | None, tuple[float, View]] = {}
+    def likely(corner_hz: float | None) -> float:
+        residual = residual_above(fit, view.through(replace(view.sensor, corner_hz=corner_hz)))
+        with_or_without = max(most_likely(residual, on).value for on in ((), (COLOURED,)))
+        return with_or_without - (0.0 if corner_hz is None else COST)
 
-    def look(corner_hz: float | None) -> None:
-        seen = view.through(replace(view.sensor, corner_hz=corner_hz))
-        residual = residual_above(fit, seen)
-        likely = max(most_likely(residual, on).value for on in ((), (COLOURED,)))
-        looks[corner_hz] = likely - (0.0 if corner_hz is None else COST), seen
-
-    look(None)
-    corners = (CORNERS * view.edge_hz).tolist() if len(residual_above(fit, view).tail) else []
+    corner: float | None = None
+    tried = {corner: likely(corner)}
+    corners = (CORNERS * view.edge_hz).tolist() if view.above.there.any() else []
     for finer in (0.5, 0.25, 0.125):
-        for corner_hz in corners:
-            if corner_hz < 0.45 / (fit.record.dt * (view.sensor.knots or 1.0)):
-                look(corner_hz)
-        corner = max(looks, key=lambda c: looks[c][0])
+        below = [corner_hz for corner_hz in corners if corner_hz < 0.45 / (fit.record.dt * (view.sensor.knots or 1.0))]
+        tried |= {corner_hz: likely(corner_hz) for corner_hz in below}
+        corner = max(tried, key=lambda c: tried[c])
         corners = [] if corner is None else [corner * (CORNERS[1] / CORNERS[0]) ** sign for sign in (finer, -finer)]
-    return looks[max(looks, key=lambda c: looks[c][0])][1]
+    return view.through(replace(view.sensor, corner_hz=corner))
 
 
 def _of_other_emg(model: Hypothesis, recorded: Fit) -> Hypothesis:

@@ -39,7 +39,7 @@ class Pieces:
         return values[:, self.trial[:, None], sample] if seeds else values[self.trial[:, None], sample]
 
 
-class Residual:
+class MotionResidual:
     """The equation of motion along pieces of some trials.
 
     Args:

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from myowave.learning.loss import Losses, Noise
 from myowave.learning.methods.paper.joint_identification import JointIdentification
-from myowave.learning.methods.paper.residual import Pieces, Residual
+from myowave.learning.methods.paper.residual import MotionResidual, Pieces
 from myowave.learning.methods.paper.windowed import predict_teacher_forced, predict_with_time_derivatives
 from myowave.learning.optimisers import Adam
 from myowave.learning.task import Stage
@@ -52,10 +52,10 @@ class PaperLoss:
         task, trials = stage.task, stage.trials
         self._recipe, self._network, self._corpus = recipe, stage.network, stage.corpus
         self._angle, self._dt = torch.from_numpy(trials.angle).to(task.device), trials.dt
-        self._residual: Residual | None = None
+        self._residual: MotionResidual | None = None
         if recipe.beta:
             averaged = recipe.residual not in ("time", "sequence")
-            self._residual = Residual(task.model, trials, stage.names, task.device, averaged=averaged)
+            self._residual = MotionResidual(task.model, trials, stage.names, task.device, averaged=averaged)
         self._noise = Noise(recipe.history_noise, task.seeds, stage.level)
         self._order = torch.Generator().manual_seed(stage.level)
 
