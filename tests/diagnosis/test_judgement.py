@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from myowave.diagnosis.causes import SURE
 from myowave.diagnosis.search.answer import Answer, answer_of
-from myowave.diagnosis.search.ladder import SURE, Ladder, ladder_of
+from myowave.diagnosis.search.ladder import Ladder, ladder_of
 from myowave.diagnosis.search.verdict import judge
 from myowave.diagnosis.search.weigh import weigh_models
 

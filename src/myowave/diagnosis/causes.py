@@ -1,5 +1,9 @@
 """Causes of a misfit that are no effects on the model. Nothing heavy is imported here: scoring and pages read it."""
 
+import math
+
+NAMED = 0.95  # a name is given where it is as probable as this
+SURE = math.log(NAMED / (1 - NAMED))  # nats for an effect that its name takes
 EMG_NOISE = "emg_noise"  # what was recorded is not all that drove the arm
 EMG_NOISE_TITLE = "noise of the recorded EMG"
 OWN_CURVES = "muscle curves of another shape"  # than the settings or an effect of the catalogue allow

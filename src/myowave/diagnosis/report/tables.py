@@ -3,10 +3,11 @@
 import numpy as np
 import pandas as pd
 
+from myowave.diagnosis.causes import SURE
 from myowave.diagnosis.report.facts import parameters_of
 from myowave.diagnosis.report.numbers import estimate
 from myowave.diagnosis.search.diagnose import Diagnosis
-from myowave.diagnosis.search.ladder import SURE, Candidate
+from myowave.diagnosis.search.ladder import Candidate
 from myowave.diagnosis.search.score import confusion
 from myowave.identification.output_error import Fit
 from myowave.identification.record import Record

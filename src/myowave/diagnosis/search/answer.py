@@ -12,7 +12,7 @@ import numpy as np
 import torch
 from scipy.stats import chi2
 
-from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, OUTSIDE, OWN_CURVES
+from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, NAMED, OUTSIDE, OWN_CURVES
 from myowave.diagnosis.likelihood.algebra import fewest
 from myowave.diagnosis.likelihood.components import (
     COLOURED,
@@ -26,7 +26,6 @@ from myowave.diagnosis.likelihood.components import (
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.weigh import Posterior
 
-NAMED = 0.95
 LIKELY = 0.5
 UNLIKELY = 1e-4  # of noise: what is left is then not noise
 SURPRISING = 6e-5  # 4 standard deviations

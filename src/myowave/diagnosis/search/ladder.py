@@ -1,15 +1,15 @@
 """The models that a posterior leads through, each with the effects that were weighed from it, as pages show them."""
 
-import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 
+from myowave.diagnosis.causes import SURE
 from myowave.diagnosis.likelihood.components import MISSING
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
-from myowave.diagnosis.search.answer import NAMED, Answer
+from myowave.diagnosis.search.answer import Answer
 from myowave.diagnosis.search.score import ScoreTest
 from myowave.diagnosis.search.screen import screen
 from myowave.diagnosis.search.weigh import Posterior
@@ -17,7 +17,6 @@ from myowave.identification.output_error import Fit, polish, refit
 from myowave.identification.stages import attempt_fit
 from myowave.physics.effect import Effect
 
-SURE = math.log(NAMED / (1 - NAMED))  # nats for an effect that its name takes
 LEAST = -500.0  # nats: what is less likely is as good as impossible
 
 

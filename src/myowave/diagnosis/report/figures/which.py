@@ -9,10 +9,10 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from myowave.diagnosis.causes import SURE
 from myowave.diagnosis.report.figures.style import short
 from myowave.plotting import BLUE, GREY, MEASURED, PINK, SKY, canvas
 
-THRESHOLD = 2.9  # nats: 19 to 1
 SHOWN = 8  # candidates a panel
 REMARK_WIDTH = 48  # letters beside a point; the page has a table with all there is
 STATUS = {
@@ -39,7 +39,7 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
         axis.scatter(rows["log_odds"], y, color=[STATUS[s][0] for s in rows["status"]], s=60, zorder=3)
         axis.set_xscale("symlog", linthresh=3, linscale=0.7)
         axis.xaxis.set_major_formatter("{x:g}")
-        axis.axvline(THRESHOLD, color=MEASURED, linestyle=":", linewidth=2)
+        axis.axvline(SURE, color=MEASURED, linestyle=":", linewidth=2)
         axis.axvline(0, color=GREY, linewidth=0.8)
         axis.set_yticks(y, [f"{titles[e]} ({e})" if titles.get(e) else e for e in rows["effect"]], fontsize=9)
         axis.set_xlim(min(-3.0, rows["log_odds"].min() * 1.2), max(10.0, rows["log_odds"].max() * 1.5))
