@@ -42,7 +42,7 @@ DATASETS = {
 ANSWERS = {"adequate": "nothing", "unknown": "no answer: the model does not follow"}
 TITLES = {effect.name: effect.title or effect.name for effect in SHIPPED} | {"emg_noise": "noise of the recorded EMG"}
 GRADES = {  # of docs/reality.md
-    "named": "got the right name",
+    "named": "got the right answer",
     "class": "the right class",
     "honest": "no more than that something is missing",
     "silent": "no answer",
@@ -111,6 +111,7 @@ def _reality(cases: pd.DataFrame) -> dict[str, Any]:
         "best": {
             "system": best["system"],
             "effects": best["names"].split(", "),
+            "more": best["verdict"] == "partial",
             "errors_deg": [best["error_before"], best["error_after"]],
         },
     }
@@ -147,8 +148,8 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
               trials.
             - **The muscles' parameters** with standard errors: within {_small(exact, "%")} of the truth where trials
               are simulated and nothing is hidden.
-            - **What the model misses**: in the {best_found["system"]} that others measured
-              {_titles(best_found, " and ")}.
+            - **What the model misses**: for a measured {best_found["system"]} it names
+              {_titles(best_found, " and ")}{", and something else" * best_found["more"]}.
               With them the error on unseen motion falls from {_small(first, "")} to {_small(last, "deg")}.
             - **A plain no** where a muscle model does not follow, and what to record instead. It explains R²
               {r2["base"]:.2f} of the torque of the person's unseen trials, and no effect is named.""",
