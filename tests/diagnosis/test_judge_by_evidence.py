@@ -9,7 +9,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, OUTSIDE
 from myowave.diagnosis.likelihood.algebra import Covariance
-from myowave.diagnosis.likelihood.components import DRIFT, EMG, residual_of
+from myowave.diagnosis.likelihood.components import DRIFT, EMG, SLOW, residual_of
 from myowave.diagnosis.likelihood.sensor import Sensor, knots_of, straight
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.answer import answer_of
@@ -124,6 +124,13 @@ def test_a_filter_is_told_by_the_noise_and_not_by_what_a_model_lacks(recorded):
     )
     assert seen.sensor.corner_hz == pytest.approx(6.0, rel=0.2)
     assert plain.sensor.corner_hz is None
+
+
+def test_a_slow_torque_of_size_1_moves_the_arm_by_1_rad(recorded):
+    """So that its bounds mean the same for an arm and a small pendulum."""
+    fit = recorded()
+    slow = residual_of(fit, View.of(fit)).component(SLOW)
+    assert float(slow.blocks.diagonal(dim1=-2, dim2=-1).sum()) == pytest.approx(fit.record.samples)
 
 
 def test_noise_of_the_emg_has_the_covariance_that_draws_show(recorded, base, free):

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from myowave.diagnosis.causes import SURE
+from myowave.diagnosis.likelihood.algebra import Weighed
+from myowave.diagnosis.likelihood.components import EMG, NOISE, REPEATS
 from myowave.diagnosis.search.answer import Answer, answer_of
-from myowave.diagnosis.search.ladder import Ladder, ladder_of
+from myowave.diagnosis.search.ladder import Ladder, ladder_of, shown_fit
 from myowave.diagnosis.search.verdict import judge
 from myowave.diagnosis.search.weigh import weigh_models
+from myowave.identification.output_error import begin_from
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +44,17 @@ def test_each_rung_ranks_what_it_lacks_the_most_likely_first(weighed):
     assert {c.name for c in last} == {"gravity_tilt", "hand_load"} and not any(c.supported for c in last)
     without, nats = ladder.odds["joint_damping"]
     assert without == "base" and nats == pytest.approx(first[0].log_odds)
+
+
+def test_where_more_is_missing_what_was_found_is_shown_as_near_to_the_trials_as_it_gets(weighed):
+    """Given what is missing still, parameters would leave it to do the work of what was found; given noise, not."""
+    best = weighed[0].best
+    away = begin_from(best.fit.model, best.fit.record, best.fit.free, 1.02 * best.fit.values[None])
+    more, noisy = (
+        replace(best, fit=away, states={frozenset({cause}): Weighed({NOISE: 0.01, cause: 0.01}, 0.0)})
+        for cause in (REPEATS, EMG)
+    )
+    assert not away.converged and shown_fit(more).converged and shown_fit(noisy) is away
 
 
 def test_effects_that_cannot_be_told_apart_are_a_class(weighed):

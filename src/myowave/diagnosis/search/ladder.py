@@ -88,7 +88,7 @@ def ladder_of(
     for rung in rungs[1:-1]:
         fits.append(_by_least_squares(fits[-1], rung))
     if named:
-        fits.append(_shown(last))
+        fits.append(shown_fit(last))
     return Ladder(
         tuple(fits),
         tuple(_ranking(rung, posterior, catalogue, known) for rung in rungs),
@@ -107,7 +107,7 @@ def _by_least_squares(before: Fit, rung: Hypothesis) -> Fit:
     return min(found, key=lambda fit: fit.objective, default=rung.fit)
 
 
-def _shown(rung: Hypothesis) -> Fit:
+def shown_fit(rung: Hypothesis) -> Fit:
     """The fit of a model: that given its causes of noise; by least squares where there are none, or where something is
     missing still, which would do the work of what was found."""
     if rung.expected_emg or (rung.on and not rung.on & MISSING):
