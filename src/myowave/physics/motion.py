@@ -98,7 +98,7 @@ def advance(
         h: its length [s].
     """
     valued = instants[0].valued
-    activation, states = _advance_activation(instants, states, h.unsqueeze(-1))
+    activation, states = advance_activation(instants, states, h.unsqueeze(-1))
     tendons = valued.acting["tendon"]
     begin = muscle_quantities(valued, q, qdot, activation[0])
     pulls = {t.effect.name: Pull.at(t.relaxation, states[t.effect.name], begin) for t in tendons}
@@ -121,7 +121,7 @@ def advance(
     return q, qdot, {**states, **later(2, q, qdot)[1]} if tendons else states
 
 
-def _advance_activation(
+def advance_activation(
     instants: Sequence[Instant], states: Mapping[str, Tensor], h: Tensor
 ) -> tuple[list[Tensor], Mapping[str, Tensor]]:
     """Activation at the beginning, middle and end of a piece behind effects with states, and their states at its

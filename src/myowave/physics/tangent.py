@@ -3,10 +3,11 @@
 Those of a step are differences, which cost one evaluation for each number of the state and each parameter, or exact:
 each of many steps has parameters of its own, so one pass backwards gives the derivatives of all of them by all.
 
-Where the state is angle and velocity alone, the acceleration is evaluated at all stages of all Runge-Kutta steps at
-once, and its derivatives by angle, velocity, activation and every parameter make a linear equation: the derivative of a
-Runge-Kutta step is the same step of that. Where effects have states, the step itself is evaluated, and one pass
-backwards for each number of the state gives the derivatives of that.
+Where no state of an effect depends on the motion, the acceleration is evaluated at all stages of all Runge-Kutta steps
+at once, and its derivatives by angle, velocity, activation and every parameter make a linear equation: the derivative
+of a Runge-Kutta step is the same step of that. States of activation act through it, and what moves them are differences
+that cost no muscle. Where tendons have states, the step itself is evaluated, and one pass backwards for each number of
+the state gives the derivatives of that.
 
 Shapes: ... batch, T trials, N samples, n of the steps, S pieces of a step, 4 stages of a piece, M muscles, K numbers of
 the state, P parameters.
@@ -19,12 +20,22 @@ import torch
 from torch import Tensor
 
 from myowave.physics.dynamics import torques
-from myowave.physics.motion import STAGES, advance, initial_state, observe, pack, runge_kutta, step, unpack
+from myowave.physics.motion import (
+    STAGES,
+    advance,
+    advance_activation,
+    initial_state,
+    observe,
+    pack,
+    runge_kutta,
+    step,
+    unpack,
+)
 from myowave.physics.simulation import Drive, Instant, Simulation
 from myowave.physics.valued import Valued, along, give_values
 
 MOST_POINTS = 100_000  # evaluated at once
-COSTLIER = 3  # evaluations of the muscles for each point where effects have states, about
+COSTLIER = 3  # evaluations of the muscles for each point where tendons have states, about
 BACKWARDS = 3  # evaluations of a step that a pass backwards costs for each number of the state, about
 INSIDE = 1e-3  # of a piece: its ends are kinks, whose derivatives by a delay are those from inside the piece
 NUDGE = 1e-6  # relative step of one-sided differences; their error is far below what a fit needs
@@ -51,14 +62,14 @@ def linearise(simulation: Simulation, state: Tensor, wrt: Mapping[str, float]) -
         (..., T, N - 1, K, P).
     """
     simulation.model.check_names(wrt)
-    with_states = bool(simulation.model.stateful)
-    if not wrt or with_states and len(wrt) < BACKWARDS * state.shape[-1]:
-        linear = by_differences(simulation, state)
+    with_tendons = bool(simulation.model.on("tendon"))
+    if with_tendons and len(wrt) < BACKWARDS * state.shape[-1]:
+        linear = _by_differences(simulation, state)
         return linear, forcing_of(simulation, linear, wrt)
     drive, before, size = simulation.drive, state[..., :-1, :], state.shape[-1]
-    evaluated = 4 * drive.pieces.shape[-1] * (COSTLIER if with_states else 1)
+    evaluated = 4 * drive.pieces.shape[-1] * (COSTLIER if with_tendons else 1)
     length = max(1, MOST_POINTS // (evaluated * max(1, before[..., 0, 0].numel())))
-    backwards = _by_steps if with_states else _by_stages
+    backwards = _by_steps if with_tendons else _by_stages
     parts = []
     for first in range(0, before.shape[-2], length):
         steps = slice(first, min(first + length, before.shape[-2]))
@@ -67,7 +78,7 @@ def linearise(simulation: Simulation, state: Tensor, wrt: Mapping[str, float]) -
     return Linear(state, after, derivatives[..., :size]), derivatives[..., size:]
 
 
-def by_differences(simulation: Simulation, state: Tensor) -> Linear:
+def _by_differences(simulation: Simulation, state: Tensor) -> Linear:
     """Where steps from a state (..., T, N, K) lead, and the Jacobian, by differences."""
     before = state[..., :-1, :]
     bumps = NUDGE * torch.eye(state.shape[-1], dtype=state.dtype, device=state.device)
@@ -130,40 +141,96 @@ def _nudged_copies(
 def _by_stages(
     simulation: Simulation, state: Tensor, drive: Drive, steps: slice, wrt: Mapping[str, float]
 ) -> tuple[Tensor, Tensor]:
-    """Where steps of a model without states of effects lead, and the derivatives by their beginning and by parameters,
-    (..., T, n, 2) and (..., T, n, 2, 2 + P)."""
-    q, qdot = state.unbind(-1)
+    """Where steps of a model without states of tendons lead, and the derivatives by their beginning and by parameters,
+    (..., T, n, K) and (..., T, n, K, K + P)."""
+    q, qdot, size = state[..., 0], state[..., 1], state.shape[-1]
     seen: list[tuple[Tensor, Tensor]] = []
     instants = drive.instants(simulation.along_time)
-    places = [2 * piece + point for piece in range(drive.pieces.shape[-1]) for point in STAGES]
+    places = [2 * piece + point for piece in range(drive.pieces.shape[-1]) for point in range(3)]
+    early = drive.excitation[..., places, :], drive.activation[..., places, :]
+    activation, later = _activated(simulation, state, *early, drive.pieces)
     for piece, h in enumerate(drive.pieces.unbind(-1)):
 
-        def accelerate(stage: int, q: Tensor, qdot: Tensor, first: int = 4 * piece) -> Tensor:
+        def accelerate(stage: int, q: Tensor, qdot: Tensor, piece: int = piece) -> Tensor:
             seen.append((q, qdot))
-            at = instants[places[first + stage]]
-            return torques(at.valued, q, qdot, at.activation, {}).acceleration
+            point = STAGES[stage]
+            valued = instants[2 * piece + point].valued
+            return torques(valued, q, qdot, activation[..., 3 * piece + point, :], {}).acceleration
 
         q, qdot = runge_kutta(accelerate, q, qdot, h)
-    after = torch.stack(torch.broadcast_tensors(q, qdot), -1)
+    after = torch.cat([torch.stack(torch.broadcast_tensors(q, qdot), -1), later], -1)
+    stages = [3 * piece + point for piece in range(drive.pieces.shape[-1]) for point in STAGES]
+    course = None if drive.course is None else drive.course[..., places, :]
+    at_stages = [None if x is None else x[..., stages, :].unflatten(-2, (-1, 4)) for x in (activation, course)]
     q, qdot = (torch.stack(torch.broadcast_tensors(*x), -1).unflatten(-1, (-1, 4)) for x in zip(*seen, strict=True))
-    activation = drive.activation[..., places, :].unflatten(-2, (-1, 4))
-    course = None if drive.course is None else drive.course[..., places, :].unflatten(-2, (-1, 4))
-    by_q, by_qdot, by_activation, by_parameter = _slopes(simulation, q, qdot, activation, course, list(wrt))
-    for columns, _, change in _changes_of_drive(simulation, wrt, steps, state.ndim - 2):
-        by_parameter[columns] += (by_activation * change[..., STAGES, :]).sum(-1)
-    return after, _forced(by_q, by_qdot, by_parameter, drive.pieces)
+    by_q, by_qdot, by_activation, *by_parameter = _slopes(simulation, q, qdot, *at_stages, list(wrt))
+    # Others than q and qdot: states of activation, then parameters.
+    by_other = by_q.new_zeros(size - 2 + len(wrt), *by_q.shape)
+    for slope, found in zip(by_other[size - 2 :], by_parameter, strict=True):
+        slope.copy_(found)
+    of_later = later.new_zeros(2 + len(by_other), *later.shape)  # states of activation do not see the motion
+    for columns, of_points, of_states in _changes_of_activation(simulation, state, early, drive.pieces, steps, wrt):
+        by_other[columns] += (by_activation * of_points[..., stages, :].unflatten(-2, (-1, 4))).sum(-1)
+        of_later[[2 + column for column in columns]] = of_states
+    derivatives = torch.cat([_forced(by_q, by_qdot, by_other, drive.pieces), of_later.movedim(0, -1)], -2)
+    return after, derivatives
+
+
+def _changes_of_activation(
+    simulation: Simulation,
+    state: Tensor,
+    early: tuple[Tensor, Tensor],
+    pieces: Tensor,
+    steps: slice,
+    wrt: Mapping[str, float],
+) -> Iterator[tuple[list[int], Tensor, Tensor]]:
+    """How D of the states of activation and P parameters change what `_activated` gives, by differences: their places,
+    and the two, (D, ..., T, n, 3 S, M) and (D, ..., T, n, K - 2)."""
+    axes, rest = state.ndim - 2, state.shape[-1] - 2
+    pairs = []
+    if rest:
+        bumps = NUDGE * torch.eye(2 + rest, dtype=state.dtype, device=state.device)[2:]
+        bumped = state + bumps.reshape(rest, *(1,) * (axes + 1), -1)
+        still, moved = (_activated(simulation, x, *early, pieces) for x in (state, bumped))
+        pairs.append(([*range(rest)], still, moved, state.new_full((rest,), NUDGE)))
+    for columns, nudged, nudges in _driving(simulation, wrt, axes):
+        still, moved = (
+            _activated(x, state, *_inside(x, steps, simulation.breakpoints), pieces) for x in (simulation, nudged)
+        )
+        pairs.append(([rest + column for column in columns], still, moved, nudges))
+    for columns, still, moved, nudges in pairs:
+        by = nudges.reshape(-1, *(1,) * (axes + 2))
+        yield columns, (moved[0] - still[0]) / by.unsqueeze(-1), (moved[1] - still[1]) / by
+
+
+def _activated(
+    simulation: Simulation, state: Tensor, excitation: Tensor, activation: Tensor, pieces: Tensor
+) -> tuple[Tensor, Tensor]:
+    """Activation behind all effects at the beginning, middle and end of the pieces of steps, (..., T, n, 3 S, M), and
+    the states of effects after the steps (..., T, n, K - 2), from what is there before effects with states."""
+    model, valued = simulation.model, simulation.along_time
+    if not model.on("late_activation"):
+        return activation, state[..., 2:]
+    _, _, states = unpack(model, state)
+    points: list[Tensor] = []
+    instants = [Instant(valued, u, a) for u, a in zip(excitation.unbind(-2), activation.unbind(-2), strict=True)]
+    for piece, h in enumerate(pieces.unbind(-1)):
+        found, states = advance_activation(instants[3 * piece : 3 * piece + 3], states, h.unsqueeze(-1))
+        points += found
+    ahead = [x.movedim(-1, 0) for x in torch.broadcast_tensors(*points)]  # as in `muscle_quantities`
+    return torch.stack(ahead, 1).movedim((0, 1), (-1, -2)), torch.cat([*states.values()], -1)
 
 
 def _slopes(
     simulation: Simulation, q: Tensor, qdot: Tensor, activation: Tensor, course: Tensor | None, names: Sequence[str]
-) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+) -> list[Tensor]:
     """Derivatives of the acceleration at the stages of all pieces.
 
     Args:
         q, qdot: (..., T, n, S, 4); activation (..., T, n, S, 4, M) and what is known over time (..., T, n, S, 4, V).
 
     Returns:
-        Derivatives by q, by qdot, by the activation, of their shapes, and by parameters, (P, ..., T, n, S, 4).
+        Derivatives by q, by qdot, by the activation, of their shapes, and by each parameter, (..., T, n, S, 4).
     """
     with torch.enable_grad():
         q, qdot = (x.detach().requires_grad_() for x in (q, qdot))
@@ -171,19 +238,19 @@ def _slopes(
         valued, leaves = _valued_at(simulation, names, q.shape, axes=3)
         found = torques(valued.timed(course), q, qdot, a.movedim(0, -1), {}).acceleration
     by_q, by_qdot, by_a, *by_parameter = _derivatives(found, [q, qdot, a, *leaves])
-    return by_q, by_qdot, by_a.movedim(0, -1), torch.stack(by_parameter)
+    return [by_q, by_qdot, by_a.movedim(0, -1), *by_parameter]
 
 
-def _forced(by_q: Tensor, by_qdot: Tensor, by_parameter: Tensor, pieces: Tensor) -> Tensor:
-    """Derivatives of the state (..., T, n, 2, 2 + P) by q and qdot at the beginning of the pieces (..., T, 1, S) and by
-    parameters: a linear equation."""
-    by_parameter = torch.nn.functional.pad(by_parameter, (0, 0) * by_q.ndim + (2, 0))
-    q, qdot = torch.zeros_like(by_parameter[..., 0, 0]), torch.zeros_like(by_parameter[..., 0, 0])
+def _forced(by_q: Tensor, by_qdot: Tensor, by_other: Tensor, pieces: Tensor) -> Tensor:
+    """Derivatives of q and qdot (..., T, n, 2, 2 + C) by those at the beginning of the pieces (..., T, 1, S) and by
+    others, that change the acceleration by `by_other` (C, ..., T, n, S, 4): a linear equation."""
+    by_other = torch.nn.functional.pad(by_other, (0, 0) * by_q.ndim + (2, 0))
+    q, qdot = torch.zeros_like(by_other[..., 0, 0]), torch.zeros_like(by_other[..., 0, 0])
     q[0], qdot[1] = 1.0, 1.0
     for piece, h in enumerate(pieces.unbind(-1)):
 
         def accelerate(stage: int, q: Tensor, qdot: Tensor, piece: int = piece) -> Tensor:
-            slope_q, slope_qdot, forcing = (x[..., piece, stage] for x in (by_q, by_qdot, by_parameter))
+            slope_q, slope_qdot, forcing = (x[..., piece, stage] for x in (by_q, by_qdot, by_other))
             return slope_q * q + slope_qdot * qdot + forcing
 
         q, qdot = runge_kutta(accelerate, q, qdot, h)
@@ -212,8 +279,10 @@ def _by_steps(
         numbers = [_derivatives(after[..., k], [begin, u, a, *leaves], kept=k + 1 < size) for k in range(size)]
     by_state, by_u, by_a, *by_parameter = (torch.stack(slopes) for slopes in zip(*numbers, strict=True))
     derivatives = torch.stack([*by_state.unbind(1), *by_parameter], -1).movedim(0, -2)
-    for columns, *changes in _changes_of_drive(simulation, wrt, steps, state.ndim - 2):
-        for slope, change in zip((by_u, by_a), changes, strict=True):
+    for columns, nudged, nudges in _driving(simulation, wrt, state.ndim - 2):
+        pairs = zip(*(_inside(x, steps, simulation.breakpoints) for x in (simulation, nudged)), strict=True)
+        for slope, (still, moved) in zip((by_u, by_a), pairs, strict=True):
+            change = ((moved - still) / nudges.reshape(-1, *(1,) * (state.ndim + 1))).unflatten(-2, (-1, 3))
             slope = slope.movedim((1, 2), (-1, -2)).unflatten(-2, (-1, 3))  # (K, ..., T, n, S, 3, M)
             added = (slope * change.unsqueeze(1)).sum((-1, -2, -3))
             derivatives[..., [size + column for column in columns]] += added.movedim((0, 1), (-1, -2))
@@ -252,26 +321,25 @@ def _derivatives(of: Tensor, by: Sequence[Tensor], *, kept: bool = False) -> lis
     return [torch.zeros_like(x) if slope is None else slope for x, slope in zip(by, found, strict=True)]
 
 
-def _changes_of_drive(
-    simulation: Simulation, wrt: Mapping[str, float], steps: slice, axes: int
-) -> Iterator[tuple[list[int], Tensor, Tensor]]:
-    """How D of P parameters change excitation and activation at fixed times, at the beginning, middle and end of the
-    pieces of steps: their places in `wrt`, and the two, (D, ..., T, n, S, 3, M). Nothing where none does.
+def _driving(
+    simulation: Simulation, wrt: Mapping[str, float], axes: int
+) -> Iterator[tuple[list[int], Simulation, Tensor]]:
+    """Places of the parameters in `wrt` that change the drive, with a copy for each, moved by its nudge; nothing where
+    none does."""
+    driving = {name: size for name, size in wrt.items() if simulation.model.drives(name)}
+    if driving:
+        yield [i for i, name in enumerate(wrt) if name in driving], *simulation.nudged(driving, NUDGE, axes)
+
+
+def _inside(simulation: Simulation, steps: slice, split: Tensor) -> tuple[Tensor, Tensor]:
+    """Excitation and activation at the beginning, middle and end of the pieces of steps, a little inside, (..., T, n,
+    3 S, M).
 
     Args:
-        axes: of the batch (..., T).
+        split: where the steps are split, as `Simulation.breakpoints`; of copies with other delays those of the first.
     """
-    driving = {name: size for name, size in wrt.items() if simulation.model.drives(name)}
-    if not driving:
-        return
-    split = simulation.breakpoints  # (..., T, S + 1)
     begin, length = split[..., :-1, None], torch.diff(split, dim=-1)[..., None]
     inside = torch.tensor([INSIDE, 0.5, 1 - INSIDE], dtype=split.dtype, device=split.device)
     within = (begin + length * inside).flatten(-2)  # (..., T, 3 S)
     start = torch.arange(steps.start, steps.stop, dtype=split.dtype, device=split.device)
-    position = start[:, None, None] + within[..., None, :, None]
-    nudged, nudges = simulation.nudged(driving, NUDGE, axes)
-    pairs = zip(simulation.activate(position), nudged.activate(position), strict=True)
-    nudges = nudges.reshape(-1, *(1,) * (axes + 3))
-    excitation, activation = (((moved - still) / nudges).unflatten(-2, (-1, 3)) for still, moved in pairs)
-    yield [i for i, name in enumerate(wrt) if name in driving], excitation, activation
+    return simulation.activate(start[:, None, None] + within[..., None, :, None])

@@ -22,7 +22,6 @@ from myowave.physics.simulation import Simulation
 from myowave.physics.tangent import (
     NUDGE,
     Linear,
-    by_differences,
     derivatives_observed,
     derivatives_of_start,
     forcing_of,
@@ -139,7 +138,7 @@ def _approach(simulation: Simulation, state: Tensor, newton: Newton, jacobian: T
     gap, enough = math.inf, (newton.tolerance / CURVATURE) ** 0.5
     for _ in range(newton.iterations - 1):
         if jacobian is None:
-            linear = by_differences(simulation, state)
+            linear, _ = linearise(simulation, state, {})
             jacobian, after = linear.jacobian, linear.after
         else:
             after = step(simulation.along_time, state[..., :-1, :], simulation.drive)
