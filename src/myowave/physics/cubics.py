@@ -14,7 +14,7 @@ class Cubics:
 
     low: float  # where the first cell begins, one step before the curve does
     width: float  # of a cell
-    # of c0 + c1 t + c2 t^2 + c3 t^3 with t in [0, 1] across a cell, (cells + 2, 4); the outermost cells are straight
+    # of c0 + c1 t + c2 t^2 + c3 t^3 with t in [0, 1] across a cell, (4, cells + 2); the outermost cells are straight
     # lines
     coefficients: Tensor
 
@@ -26,7 +26,7 @@ class Cubics:
         cubics = np.stack([y[:-1], left, 3 * rise - 2 * left - right, left + right - 2 * rise], axis=-1)
         before = [[y[0] - left[0], left[0], 0.0, 0.0]]
         after = [[y[-1], right[-1], 0.0, 0.0]]
-        return cls(x[0] - width, width, torch.tensor(np.concatenate([before, cubics, after])))
+        return cls(x[0] - width, width, torch.tensor(np.concatenate([before, cubics, after]).T.copy()))
 
     def to(self, dtype: torch.dtype, device: torch.device) -> "Cubics":
         """The same in another precision or on another device."""
@@ -42,8 +42,12 @@ class Cubics:
         t, (c0, c1, c2, c3) = self._look_up(x)
         return c0 + t * (c1 + t * (c2 + t * c3)), (c1 + t * (2.0 * c2 + 3.0 * t * c3)) / self.width
 
-    def _look_up(self, x: Tensor) -> tuple[Tensor, tuple[Tensor, ...]]:
+    def _look_up(self, x: Tensor) -> tuple[Tensor, list[Tensor]]:
         position = (x - self.low) / self.width
-        cell = position.detach().floor().nan_to_num(0.0).clamp(0, len(self.coefficients) - 1)
-        coefficients = torch.nn.functional.embedding(cell.long(), self.coefficients)
-        return position - cell, coefficients.unbind(-1)
+        cell = position.detach().clamp(0, self.coefficients.shape[1] - 1).nan_to_num_(0.0).floor_()
+        # One coefficient after the other, as x lies in memory: what is done with them then runs along it.
+        order = sorted(range(x.ndim), key=lambda axis: -position.stride(axis))
+        lying = cell.long().permute(order)
+        flat, back = lying.reshape(-1), [order.index(axis) for axis in range(x.ndim)]
+        found = [of_all.index_select(0, flat).view(lying.shape).permute(back) for of_all in self.coefficients]
+        return position - cell, found

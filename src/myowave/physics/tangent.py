@@ -34,9 +34,9 @@ from myowave.physics.motion import (
 from myowave.physics.simulation import Drive, Instant, Simulation
 from myowave.physics.valued import Valued, along, give_values
 
-MOST_POINTS = 100_000  # evaluated at once
+MOST_POINTS = 30_000  # evaluated at once
 COSTLIER = 3  # evaluations of the muscles for each point where tendons have states, about
-BACKWARDS = 3  # evaluations of a step that a pass backwards costs for each number of the state, about
+BACKWARDS = 2  # evaluations of a step that a pass backwards costs for each number of the state, about
 INSIDE = 1e-3  # of a piece: its ends are kinks, whose derivatives by a delay are those from inside the piece
 NUDGE = 1e-6  # relative step of one-sided differences; their error is far below what a fit needs
 
@@ -63,7 +63,7 @@ def linearise(simulation: Simulation, state: Tensor, wrt: Mapping[str, float]) -
     """
     simulation.model.check_names(wrt)
     with_tendons = bool(simulation.model.on("tendon"))
-    if with_tendons and len(wrt) < BACKWARDS * state.shape[-1]:
+    if state.shape[-1] + len(wrt) <= BACKWARDS * (state.shape[-1] if with_tendons else 1):
         linear = _by_differences(simulation, state)
         return linear, forcing_of(simulation, linear, wrt)
     drive, before, size = simulation.drive, state[..., :-1, :], state.shape[-1]
