@@ -10,6 +10,7 @@ from myowave.identification.free_parameters import Free
 from myowave.identification.least_squares import (
     bounded_step,
     gain_of,
+    gather,
     minimise_within,
     normal_equations,
     onto_starts,
@@ -87,6 +88,24 @@ def test_eliminating_starts_solves_for_parameters_and_starts_together(make_noisy
     expected = np.linalg.lstsq(whole, target.ravel(), rcond=None)[0]
     vector = np.einsum("tnp,tn->p", moved.without_starts(moved.slope), target)
     np.testing.assert_allclose(pseudo_inverse(moved.matrix) @ vector, expected[: len(free)], rtol=1e-5)
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-3, 1.0, 1e3])
+def test_a_damped_step_is_that_of_parameters_and_starts_damped_together(damping):
+    rng = np.random.default_rng(5)
+    residual, slope, by_start = rng.normal(size=(2, 30)), rng.normal(size=(2, 30, 3)), rng.normal(size=(2, 30, 2))
+    normal = gather(residual, slope, by_start, np.zeros(0), np.zeros((0, 3)), np.zeros(3))
+    step = np.linalg.solve(*normal.damped(damping))
+    shift = normal.starts_after(step) / (1 + damping)
+
+    together = np.zeros((60, 7))  # three parameters and two numbers of each start
+    together[:, :3] = slope.reshape(60, 3)
+    together[:30, 3:5], together[30:, 5:] = by_start
+    matrix = together.T @ together
+    matrix[3:, 3:] *= 1 + damping  # in whatever units a start is counted
+    expected = np.linalg.solve(matrix, together.T @ residual.reshape(60))
+    np.testing.assert_allclose([*step, *shift.ravel()], expected, rtol=1e-8)
+    assert normal.gain(step, shift) > 0
 
 
 def test_more_columns_extend_the_normal_equations_as_if_they_had_been_there(make_noisy, base, free):

@@ -80,6 +80,14 @@ class Normal:
         left = self.residual[..., None] - self.slope @ step[..., None, :, None]
         return onto_starts(self.by_start, left)[..., 0]
 
+    def damped(self, damping: float) -> tuple[Array, Array]:
+        """`matrix` and `vector` where the changes of the starts are damped like the parameters: of what they would do
+        `1 / (1 + damping)` is left, and the rest falls to the parameters."""
+        share = damping / (1 + damping)
+        of_starts = self.slope - self.without_starts(self.slope)
+        matrix = self.matrix + share * np.einsum("...tnp,...tnq->...pq", of_starts, self.slope)
+        return matrix, self.vector + share * np.einsum("...tnp,...tn->...p", of_starts, self.residual)
+
     def gain(self, step: Array, shift: Array) -> float:
         """How much a step of the parameters (P,) and a shift of the starts (T, S) would lower the objective, to first
         order."""

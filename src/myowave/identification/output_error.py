@@ -178,7 +178,7 @@ class Fit(Problem):
 
     def next_step(self, damping: float = DAMPING) -> tuple[Array, Array]:
         """A damped step of the parameters (P,), in units of their scales, and the shift of the starts with it."""
-        step = bounded_step(self.normal.matrix, self.normal.vector, self.free, self.values, damping)
+        step = bounded_step(*self.normal.damped(damping), self.free, self.values, damping)
         return step, self.normal.starts_after(step) / (1 + damping)
 
 
