@@ -1,8 +1,16 @@
-"""The one definition of the scores of a network that tables, pictures, pages and MLflow show."""
+"""The one definition of the scores that tables, pictures, pages and MLflow show, and what these call baselines."""
 
 import numpy as np
 import pandas as pd
 
+# Of the baselines of config.yaml, on pages and in pictures; tables keep their names, and others have no title.
+TITLES = {
+    "hold": "hold the first angle",
+    "ridge": "ridge on lagged EMG",
+    "trees": "boosted trees",
+    "gru_plain": "plain GRU",
+    "cnn": "causal convolution",
+}
 WORST = {"test_rmse_deg": np.inf, "test_mse": np.inf, "test_nmse": np.inf, "test_r2": -np.inf}
 
 

@@ -179,13 +179,15 @@ def test_the_ladder_holds_the_network_beside_the_physics(story, tables):
 
 
 def test_a_predictor_without_physics_is_told_and_is_never_the_network_that_is_shown(tables, network, story, template):
-    plain = [network.assign(recipe=name, model="base", test_mse=mse) for name, mse in (("cnn", 2e-5), ("hold", 1e-2))]
+    plain = [network.assign(recipe=name, model="base", test_mse=mse) for name, mse in (("cnn", 2e-5), ("mine", 1e-2))]
+    plain.append(plain[1].assign(recipe="hold", test_r2=-1.1))
     ladder = join_ladder(tables["ladder"], [network], plain)
     assert shown_network(ladder, "base")["source"] == "network, rollout, 1-scale"
     assert shown_network(join_ladder(tables["ladder"], [], plain), "base") is None
     page = write_page(replace(story, ladder=ladder), template)
-    assert "The best predictor without physics, cnn, misses by 0.26 deg." in page
-    assert "<span>without physics, hold</span>" in page
+    assert "The best predictor without physics, causal convolution, misses by 0.26 deg." in page
+    assert "<span>without physics: hold the first angle</span>" in page, "no seed of it can fail"
+    assert "<span>without physics: mine</span>" in page, "one of the user's own goes by its name"
 
 
 def test_the_whole_catalogue_is_ranked_at_every_model(tables):

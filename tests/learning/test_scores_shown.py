@@ -60,8 +60,8 @@ def test_pictures_show_the_medians():
     assert "0.8000 (median of seeds)" in alone and "baseline" not in alone
     rivals = pd.concat([summary.assign(recipe=name, test_r2=r2) for name, r2 in (("hold", -1.0), ("cnn", 0.85))])
     beaten = draw_metrics(summary, {1: history}, rivals)
-    assert "the best baseline, cnn, has 0.8500, which is better" in beaten.get_suptitle()
-    assert [text.get_text() for text in beaten.axes[2].get_legend().get_texts()] == ["cnn"]
+    assert "the best baseline, causal convolution, has 0.8500, which is better" in beaten.get_suptitle()
+    assert [text.get_text() for text in beaten.axes[2].get_legend().get_texts()] == ["causal convolution"]
     assert "which is better" not in draw_metrics(summary, {1: history}, rivals.query("recipe == 'hold'")).get_suptitle()
     predictions = pd.DataFrame(
         {"trial": "t", "seed": [0, 0, 1, 1], "time_s": [0.0, 0.1] * 2, "angle_rad": 1.0, "predicted_rad": 1.1}

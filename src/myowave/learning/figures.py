@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from myowave.physics.constants import constant_of
 from myowave.plotting import CYCLE, GREY, MEASURED, MODEL, canvas, shade, title
-from myowave.scores import median_over_seeds
+from myowave.scores import TITLES, median_over_seeds
 
 ALIKE = 5.0  # %: seeds whose parameters scatter less are said to agree
 LINES = ("-", "--", ":", "-.", (0, (1, 4)))  # of baselines
@@ -44,7 +44,7 @@ def draw_metrics(summary: pd.DataFrame, histories: dict[int, pd.DataFrame], base
     for axis, column, label in ((mse, "test_mse", "test MSE [rad$^2$]"), (r2, "test_r2", "test R$^2$ [-]")):
         _each_seed(axis, summary, column, summary.groupby("scales")[column].median(), marker="o")
         for (name, rivals), style in zip(_worth_drawing(baselines).groupby("recipe"), LINES, strict=False):
-            axis.axhline(rivals[column].median(), color=GREY, linestyle=style, label=name)
+            axis.axhline(rivals[column].median(), color=GREY, linestyle=style, label=TITLES.get(name, name))
         axis.set(ylabel=label, title=f"{label.split(' [')[0]}: median and each seed")
     if r2.get_legend_handles_labels()[1]:
         r2.legend(title="baselines")
@@ -73,7 +73,7 @@ def _beaten(best: float, baselines: pd.DataFrame) -> str:
         return ""
     rivals = baselines.groupby("recipe")["test_r2"].median()
     name, r2 = rivals.idxmax(), rivals.max()
-    return f"; the best baseline, {name}, has {r2:.4f}" + (", which is better" if r2 > best else "")
+    return f"; the best baseline, {TITLES.get(name, name)}, has {r2:.4f}" + (", which is better" if r2 > best else "")
 
 
 def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame) -> Figure:

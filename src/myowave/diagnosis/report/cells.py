@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from myowave.diagnosis.comparison.baselines import HORIZON_BASELINES
-from myowave.diagnosis.report.ladder import NETWORK, PHYSICS
+from myowave.diagnosis.report.ladder import NETWORK, PHYSICS, PLAIN, baseline_of
 from myowave.diagnosis.report.numbers import NOTHING, degrees, estimate, number, r2_text
 from myowave.diagnosis.report.tell import base_of
 
@@ -45,7 +45,8 @@ def accuracy_cells(verdict: Mapping[str, Any], ladder: pd.DataFrame) -> pd.DataF
             rows.append((what, state, at, *errors, ""))
     for row in ladder[ladder["source"] != PHYSICS].to_dict("records"):
         failed = str(row["failed_seeds"] or "").replace("nan", "")
-        of = f"{row['source']}, on {row['model']}" if row["source"].startswith(NETWORK) else row["source"]
+        network = row["source"].startswith(NETWORK)
+        of = f"{row['source']}, on {row['model']}" if network else f"{PLAIN}: {baseline_of(row['source'])}"
         what = of + f"; {failed}" * bool(failed)
         error = degrees(row["heldout_rmse_deg"]) if np.isfinite(row["heldout_rmse_deg"]) else "runs away"
         rows.append((what, "first angles", whole, "", error, r2_text(row["heldout_r2"])))

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from myowave.scores import median_over_seeds
+from myowave.scores import TITLES, median_over_seeds
 
 ERROR = "heldout_rmse_deg"
 COLUMNS = [
@@ -35,22 +35,22 @@ def join_ladder(
         Columns `COLUMNS`: `seeds` is the number of seeds of a network, `failed_seeds` says which of them failed.
     """
     rows = rungs.assign(source=PHYSICS, failed_seeds="").to_dict("records")
-    for source, table in (
-        *((source_of(table), table) for table in evaluations),
-        *((f"{PLAIN}, {table['recipe'].iloc[0]}", table) for table in plain),
+    for source, network, table in (
+        *((source_of(table), True, table) for table in evaluations),
+        *((f"{PLAIN}, {table['recipe'].iloc[0]}", False, table) for table in plain),
     ):
         scores, model = median_over_seeds(table), table["model"].iloc[0]
         rows.append(
             {
                 "source": source,
                 "model": model,
-                "effects": model.count("+") if source.startswith(NETWORK) else LAST,
+                "effects": model.count("+") if network else LAST,
                 "named": False,
                 ERROR: float(np.degrees(np.sqrt(scores["test_mse"]))),
                 "noise_deg": rungs["noise_deg"].iloc[0],
                 "heldout_r2": scores["test_r2"],
                 "seeds": len(table),
-                "failed_seeds": _failures(table),
+                "failed_seeds": _failures(table) if network else "",
             }
         )
     return pd.DataFrame(rows, columns=COLUMNS).sort_values("effects", kind="stable", ignore_index=True)
@@ -95,6 +95,12 @@ def join_parameters(verdict: Mapping[str, Any], evaluations: Sequence[pd.DataFra
     joined = pd.DataFrame(rows, columns=PARAMETER_COLUMNS).astype(dict.fromkeys(NUMBERS, float))
     joined["if_right"] = joined["model"].isin(verdict["models_that_leave_more"])
     return joined.sort_values("model", key=lambda m: m.str.count(r"\+"), kind="stable", ignore_index=True)
+
+
+def baseline_of(source: str) -> str:
+    """What pages call the predictor without physics that a row comes from."""
+    name = source.removeprefix(f"{PLAIN}, ")
+    return TITLES.get(name, name)
 
 
 def of_networks(ladder: pd.DataFrame) -> pd.DataFrame:

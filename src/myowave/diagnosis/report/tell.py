@@ -10,7 +10,7 @@ import pandas as pd
 
 from myowave.diagnosis.causes import CAUSE_TITLES
 from myowave.diagnosis.comparison.baselines import HORIZON_BASELINES, POSTURE, POSTURE_LOAD
-from myowave.diagnosis.report.ladder import ERROR, PLAIN, shown_network
+from myowave.diagnosis.report.ladder import ERROR, PLAIN, baseline_of, shown_network
 from myowave.diagnosis.report.numbers import degrees, r2_text
 from myowave.diagnosis.report.templates import PAGES, paragraphs, templates_in
 from myowave.diagnosis.report.words import BASE
@@ -136,6 +136,6 @@ def tell_network(ladder: pd.DataFrame, found: str) -> str:
         text = f"The network, fed by its own predictions over whole held-out trials, misses by {error} (R2 {r2})."
     if plain[ERROR].notna().any():
         best = plain.loc[plain[ERROR].idxmin()]
-        name = best["source"].removeprefix(f"{PLAIN}, ")
-        text += f" The best predictor without physics, {name}, misses by {degrees(best[ERROR])}."
+        name, error = baseline_of(best["source"]), degrees(best[ERROR])
+        text += f" The best predictor without physics, {name}, misses by {error}."
     return text
