@@ -16,7 +16,8 @@ KINDS = ("hold", "ridge", "trees", "gru", "convolution")
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
-    for name, value in {"STEPS": 40, "PIECES": (4, 4), "PIECE_S": 2.0, "GAIN": 0.0}.items():
+    short = dict.fromkeys(baselines.PIECE_S, 2.0)
+    for name, value in {"STEPS": 40, "STEP_S": (8.0, 8.0), "PIECE_S": short, "GAIN": 0.0}.items():
         monkeypatch.setattr(baselines, name, value)
 
 
