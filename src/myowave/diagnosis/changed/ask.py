@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from myowave.data.trials import Trials
@@ -19,6 +20,7 @@ from myowave.physics.model import Model
 from myowave.settings import Scatter
 
 SURE = 0.98  # of what is said
+SILENT = "silent_electrode"  # stands among the effects that changed, where an electrode reports nothing
 USUAL = 3.0  # ASSUME: changes are about as large as this many times a strength of practical interest
 FIRST = (0.25, 1.0)  # strengths of practical interest, of either sign, that are tried first
 HOPELESS = 1.0  # nats: what explains less with all else as it was is not looked at more closely
@@ -29,7 +31,9 @@ UNCHANGING = (
     "muscle",
     "inertia",
 )  # ASSUME: bones and fibres stay as they are, and what inertia is added weighs
-OF_ELECTRODES = ("emg_gain", "emg_offset", "emg_crosstalk", "activation_shape")  # what placing electrodes anew changes
+# What EMG says of how a muscle is excited, which placing electrodes anew changes. A contraction that no electrode
+# records is crosstalk with its sign turned.
+OF_ELECTRODES = ("emg_gain", "emg_offset", "emg_crosstalk", "co_contraction", "activation_shape")
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,10 @@ class Change:
     interval: tuple[float, float] = (0.0, 0.0)
     nats: float = -math.inf  # log evidence less that of no change
     probability: float = 0.0  # among all candidates and no change
+
+
+Seen = tuple[Change, dict[float, float]]
+"""A candidate with log likelihoods over that of no change, by its value."""
 
 
 @dataclass(frozen=True)
@@ -82,17 +90,19 @@ class Answered:
     arm: Family  # changes of the arm, its load and its sensors
     electrodes: Family | None  # changes of what electrodes report; None where they stayed on
     control: Family | None  # of the arm in the first group, split in two; None where it has but one trial
-    scale: float  # what nats were divided by, as the control asks for it
+    scale: float  # what log likelihoods were divided by, as the control asks for it
+    silent: tuple[Change, ...]  # at most one: electrodes that report nothing in a group; the rest is weighed without
     left_out: tuple[str, ...]  # effects that were not weighed
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The class: effects that may be what changed; none where nothing did."""
-        return self.arm.names + (() if self.electrodes is None else self.electrodes.names[:1])
+        """What changed, or the class of effects that may be it; none where nothing did."""
+        of_electrodes = () if self.electrodes is None else self.electrodes.names[:1]
+        return tuple(c.effect for c in self.silent) + self.arm.names + of_electrodes
 
     def of(self, name: str) -> Change:
         """The likeliest change by an effect."""
-        changes = self.arm.changes + (() if self.electrodes is None else self.electrodes.changes)
+        changes = self.silent + self.arm.changes + (() if self.electrodes is None else self.electrodes.changes)
         return max((c for c in changes if c.effect == name), key=lambda c: c.probability)
 
 
@@ -116,42 +126,69 @@ def what_changed(
         electrodes_stayed: whether gains, offsets and crosstalk of the EMG are known to be the same.
 
     Raises:
-        ValueError: if a trial is not there or too short, or a muscle's channel was not recorded.
+        ValueError: if a trial is not there or too short, or a muscle's channel was not recorded or reports nothing in
+            one group, and so no muscle is left.
     """
     both = replace(trials.select((*reference, *against)), test=())
-    groups = Groups(make_record(both, base), np.array([name in against for name in both.names]))
+    second = np.array([name in against for name in both.names])
+    silent = [c for c in electrodes(base) if _silent(both, c, second) or _silent(both, c, ~second)]
+    base = replace(base, muscles=tuple(m for m in base.muscles if m.channel not in silent))
+    if not base.muscles:
+        raise ValueError(
+            f"{', '.join(silent)}: found no EMG in one of the groups; expected a muscle that both recorded."
+        )
+    groups = Groups(make_record(both, base), second)
     effects = list(effects)
-    left_out = tuple(e.name for e in effects if not _weighable(e))
+    left_out = tuple(e.name for e in effects if not _weighable(base, e))
     families: dict[bool, list[Effect]] = {False: [], True: []}
     for effect in effects:
-        if _weighable(effect) and not (electrodes_stayed and effect.name in OF_ELECTRODES):
+        if _weighable(base, effect) and not (electrodes_stayed and effect.name in OF_ELECTRODES):
             families[effect.name in OF_ELECTRODES].append(effect)
-    changes = {which: _ask(groups, base, family, scatter, report) for which, family in families.items()}
-    control = None
+    found = {which: _ask(groups, base, family, scatter, report) for which, family in families.items()}
+    control: list[Seen] = []
     if len(reference) > 1:
         report("control: the first group, split in two")
         first = range(len(reference))
         control = _ask(groups.take(first, first[1::2]), base, families[False], scatter, report)
     # ASSUME: where nothing has changed no candidate gains more than a cause costs; what one gains nevertheless says how
     # much too sure the model of what trials share is, and all is scaled by it.
-    scale = max([1.0, *(c.nats / COST for c in control or ())])
+    scale = max([1.0, *(_posterior(change, seen, 1.0).nats / COST for change, seen in control)])
     return Answered(
         reference=tuple(reference),
         against=tuple(against),
-        arm=_answer(changes[False], scale),
-        electrodes=None if electrodes_stayed else _answer(changes[True], scale),
-        control=None if control is None else _answer(control, scale),
+        arm=_answer(found[False], scale),
+        electrodes=None if electrodes_stayed else _answer(found[True], scale),
+        control=_answer(control, scale) if len(reference) > 1 else None,
         scale=scale,
+        silent=(_lost(silent),) if silent else (),
         left_out=left_out,
     )
 
 
-def _weighable(effect: Effect) -> bool:
-    """Whether windows of torque show an effect: it acts on the joint, on what drives the muscles or on the sensor, has
-    no states, and asks nothing of how strong the muscles are, which both groups share."""
+def _silent(trials: Trials, channel: str, group: NDArray[np.bool_]) -> bool:
+    """Whether an electrode reports nothing in a group: its EMG varies by less there than in the lower half of what each
+    trial of the others has."""
+    # ASSUME: movements are alike, so no muscle rests through all trials of one group alone.
+    emg = trials.emg[..., trials.channels.index(channel)]
+    whole = [float(np.ptp(e[:n])) for e, n in zip(emg, trials.lengths, strict=True)]
+    lower = [float(np.median(e[:n]) - e[:n].min()) for e, n in zip(emg, trials.lengths, strict=True)]
+    return max(np.compress(group, whole)) < min(np.compress(~group, lower))
+
+
+def _lost(channels: Sequence[str]) -> Change:
+    """Electrodes that report nothing: their gains are less by all of it."""
+    title = f"an electrode that reports nothing: {', '.join(channels)}"
+    names = tuple(f"{SILENT}.{channel}" for channel in channels)
+    return Change(SILENT, title, names, ", ".join(channels), "-", -1.0, 0.0, 1.0, -1.0, (-1.0, -1.0), 0.0, 1.0)
+
+
+def _weighable(model: Model, effect: Effect) -> bool:
+    """Whether windows of torque show an effect of a model: it acts on the joint, on what drives the muscles or on the
+    sensor, has no states, and asks nothing of how strong the muscles are, which both groups share."""
     of_drive = {"delay", "shape", "excitation", "side"}
     of_muscles = (set(MUSCLE_CONSTANTS) | {"torque", "activation", "curves"}) - of_drive
-    return not effect.stateful and effect.acts_on not in UNCHANGING and not effect.asks & of_muscles
+    shown = not effect.stateful and effect.acts_on not in UNCHANGING and not effect.asks & of_muscles
+    return shown and not model.refuses(effect)
 
 
 def _candidates(model: Model, effect: Effect) -> list[Change]:
@@ -182,18 +219,19 @@ def _ask(
     effects: Sequence[Effect],
     scatter: Mapping[str, Scatter],
     report: Callable[[str], None],
-) -> list[Change]:
+) -> list[Seen]:
     errors = {name: scatter[name].absolute for name in ("shape", "delay") if name in scatter}
     plain = groups.windows(base, {}, errors)
-    weighing = Weighing(plain.by_drive, plain.sizes)
+    weighing = Weighing(plain.by_drive)
     nothing, sizes = weighing.weigh(plain, {})
     report(f"nothing changed: {nothing:.1f} nats, " + ", ".join(f"{k} {v:.3g}" for k, v in sizes.items()))
     found = []
     for effect in effects:
         model = base.with_effects([effect])
         for candidate in _candidates(model, effect):
-            change = _weigh(groups, model, candidate, weighing, nothing, sizes)
-            found.append(change)
+            seen = _weigh(groups, model, candidate, weighing, nothing, sizes)
+            found.append((candidate, seen))
+            change = _posterior(candidate, seen, 1.0)
             low, high = change.interval
             report(
                 f"{effect.name} {change.electrode}: {change.nats:.1f} nats, "
@@ -202,15 +240,16 @@ def _ask(
     return found
 
 
-def _answer(changes: Sequence[Change], scale: float) -> Family:
+def _answer(found: Sequence[Seen], scale: float) -> Family:
     """Probabilities: nothing changed is as likely beforehand as that something did, and each effect as the next.
 
     Args:
-        scale: what nats are divided by.
+        scale: what log likelihoods are divided by.
     """
+    changes = [_posterior(change, seen, scale) for change, seen in found]
     count = Counter(c.effect for c in changes)
     beforehand = [math.log(0.5 / len(count) / count[c.effect]) for c in changes]
-    weights = np.array([math.log(0.5), *(c.nats / scale + p for c, p in zip(changes, beforehand, strict=True))])
+    weights = np.array([math.log(0.5), *(c.nats + p for c, p in zip(changes, beforehand, strict=True))])
     probability = np.exp(weights - weights.max())
     probability /= probability.sum()
     judged = (replace(c, probability=float(p)) for c, p in zip(changes, probability[1:], strict=True))
@@ -219,8 +258,8 @@ def _answer(changes: Sequence[Change], scale: float) -> Family:
 
 def _weigh(
     groups: Groups, model: Model, change: Change, weighing: Weighing, nothing: float, sizes: Mapping[str, float]
-) -> Change:
-    """A change with its evidence and its size: values are tried about the best one until nothing is left beyond."""
+) -> dict[float, float]:
+    """Log likelihoods of a change over that of none: values are tried about the best until nothing is left beyond."""
     seen: dict[float, float] = {0.0: 0.0}
 
     def nats(value: float, *, tune: bool = True) -> float:
@@ -241,7 +280,7 @@ def _weigh(
             if value is None:
                 break
             seen[value] = nats(value)
-    return _posterior(change, seen)
+    return seen
 
 
 def _next(seen: Mapping[float, float], change: Change) -> float | None:
@@ -266,16 +305,16 @@ def _next(seen: Mapping[float, float], change: Change) -> float | None:
     return (a + b) / 2
 
 
-def _posterior(change: Change, seen: Mapping[float, float]) -> Change:
+def _posterior(change: Change, seen: Mapping[float, float], scale: float) -> Change:
     """Evidence and interval of a change whose log likelihood is known at some values, N(0, `USUAL` typical) before."""
     values = np.array(sorted(seen))
-    curve = PchipInterpolator(values, [seen[v] for v in values])
+    curve = PchipInterpolator(values, [seen[v] / scale for v in values])
     grid = np.linspace(values[0], values[-1], 2001)
     deviation = USUAL * change.typical
     log = curve(grid) - 0.5 * (grid / deviation) ** 2 - math.log(deviation * math.sqrt(2 * math.pi))
     density = np.exp(log - log.max())
     mass = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(grid))])
-    low, high = np.interp([(1 - SURE) / 2, (1 + SURE) / 2], mass / mass[-1], grid)
+    low, high = np.interp([0.025, 0.975], mass / mass[-1], grid)
     return replace(
         change,
         value=float(grid[int(np.argmax(log))]),

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from scipy.optimize import nnls
 from torch import Tensor
 
 from myowave.data.trials import Array
@@ -37,8 +36,8 @@ LEAN_GAIN = 0.4  # ASSUME: a sensor of it reads between half and all of it; skin
 # to 30 %: Viitasalo & Komi 1975; Veiersted 1991, cited from memory), and what is left of the EMG's noise in a window.
 # ASSUME: the former is as if the share of muscles with other moment arms changed.
 TRIAL_GAIN, EMG_NOISE = (0.01, 0.05, 0.3), (0.01, 0.1, 1.0)
-STRENGTH = 0.5  # ASSUME: standard deviation of the strength of an electrode's muscles, relative to the fitted one
-SHAPE = (0.01, 0.2, 1.0)  # the same of smooth functions beside the usual curves and paths; curves differ by up to all
+STRENGTH = 0.5  # ASSUME: standard deviation of the strength of an electrode's muscles, relative to that fitted to all
+SHAPE = (0.01, 0.2, 5.0)  # the same of smooth functions beside the usual curves and paths: bounds that no fit reaches
 TINY = 1e-6  # squared activation of a silent channel
 
 
@@ -47,16 +46,17 @@ class Weighing:
     """Everything but the change: what stays the same while candidates are weighed."""
 
     by_drive: Array  # as `Windowed` has it where nothing has changed
-    usual: Array  # size of the torque of each trial where nothing has changed, (T,) [N m]
 
     def residual(self, windowed: Windowed) -> Residual:
         """The torque of the windows less that of the usual muscles, with all that may have made it."""
         size = float(np.sqrt((windowed.torque**2).mean()))
-        loaded = windowed.sizes / self.usual
+        loaded = windowed.sizes / size
         lasting = [_matern(windowed.time[rows]) for rows in windowed.rows]
-        # ASSUME: a muscle pulls to its own side, so strengths are not negative.
-        strength = np.asarray(nnls(windowed.usual.T, windowed.torque)[0])
-        given = strength[:, None] * windowed.usual
+        # ASSUME: what makes all muscles of an arm stronger than usual is alike. A fit of each alone finds none in those
+        # that work against the others, and what they do would be missing.
+        usual = windowed.usual.sum(0)
+        strength = max(float(usual @ windowed.torque / (usual @ usual).clip(TINY)), 0.0)
+        given = strength * windowed.usual
         share = np.sqrt((given**2).mean(-1) / (windowed.activation**2).mean(-1).clip(TINY))
         active = share[:, None] * windowed.activation
 
@@ -76,13 +76,14 @@ class Weighing:
         def each(r: slice) -> Array:
             return np.asarray(active[:, r].T @ active[:, r])
 
-        # ASSUME: what is not explained of a torque grows with it. In N m a forearm without weight would need no torque
+        # ASSUME: what is not explained of a trial's torque grows with it (noise of force does so: Jones, Hamilton &
+        # Wolpert 2002, cited from memory). In N m a forearm without weight would need no torque
         # and leave nothing, and in accelerations one that is heavier than it is would leave less.
         noise = (0.003 * size, 0.1 * size, size)
         smooth = smooth_functions(windowed)
         valid = columns(np.ones(len(windowed.torque))) > 0
         lean = blocks(lambda t, r: LEAN_RAD**2 * np.outer(windowed.by_tilt[r], windowed.by_tilt[r]))
-        drive = columns((np.tile(strength, 2)[:, None] * self.by_drive).T)
+        drive = columns(strength * self.by_drive.T)
         muscles = columns(np.concatenate([a[:, None] * smooth for a in active], -1))
         components = (
             Component("noise", blocks(lambda t, r: loaded[t] ** 2 * np.eye(len(lasting[t]))), None, None, *noise),

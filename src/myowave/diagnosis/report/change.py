@@ -30,8 +30,7 @@ def changed_facts(dataset: str, found: Answered) -> dict[str, Any]:
         "class": list(found.names),
         "unchanged": min(family.unchanged for family in families),
         "changes": [
-            asdict(change) | {"low": change.interval[0], "high": change.interval[1], "nats": change.nats / found.scale}
-            for change in map(found.of, order)
+            asdict(change) | {"low": change.interval[0], "high": change.interval[1]} for change in map(found.of, order)
         ],
         "control": None if control is None else {"class": list(control.names), "unchanged": control.unchanged},
         "scale": found.scale,
