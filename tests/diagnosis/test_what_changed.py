@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from myowave.data.simulate import simulate_trials
@@ -17,12 +18,14 @@ CANDIDATES = ("joint_damping", "hand_load", "gravity_tilt", "extra_delay")
 def ask(base, effects):
     """The question for six trials, of which nobody tells what differs in the third and fourth."""
 
-    def asked(hidden: dict[str, float], against: tuple[str, ...], reference=("1", "2"), names=CANDIDATES, **more):
+    def asked(hidden, against, reference=("1", "2"), names=CANDIDATES, silent=(), **more):
         conditions = {name: hidden for name in ("3", "4")}
         settings = SimulatedDataset(
             kind="simulated", trials=6, samples=300, test=("6",), seed=3, angle_noise_deg=0.2, conditions=conditions
         )
         trials = replace(simulate_trials("elbow", settings, base, {})[0], conditions={})
+        lost = np.isin(trials.names, against)[:, None, None] & np.isin(trials.channels, silent)
+        trials = replace(trials, emg=np.where(lost, 0.0, trials.emg))
         few = [effects[name] for name in names]
         return what_changed(trials, base, few, reference, against, SCATTER, **{"electrodes_stayed": True, **more})
 
@@ -62,6 +65,18 @@ def test_electrodes_placed_anew_may_be_what_changed(ask):
     found = ask({"load": 0.4}, ("3", "4"), names=names, electrodes_stayed=False)
     assert "emg_gain" in found.names and "hand_load" in found.names
     assert "emg_gain" not in ask({"load": 0.4}, ("3", "4"), names=names).names
+
+
+@pytest.mark.parametrize("channel", ["emg_biceps", "emg_triceps"])
+def test_an_electrode_that_reports_nothing_is_what_changed_and_no_load(ask, channel):
+    found = ask({}, ("3", "4"), names=("hand_load", "gravity_tilt"), silent=(channel,))
+    assert found.names == ("silent_electrode",) and found.of("silent_electrode").electrode == channel
+    assert channel in tell_change(changed_facts("elbow", found))[0]
+
+
+def test_without_any_electrode_there_is_nothing_to_ask(ask):
+    with pytest.raises(ValueError, match="found no EMG in one of the groups"):
+        ask({}, ("3", "4"), silent=("emg_biceps", "emg_triceps"))
 
 
 def test_an_effect_with_states_is_said_to_be_left_out(ask):
