@@ -146,9 +146,7 @@ def _by_stages(
     q, qdot, size = state[..., 0], state[..., 1], state.shape[-1]
     seen: list[tuple[Tensor, Tensor]] = []
     instants = drive.instants(simulation.along_time)
-    places = [2 * piece + point for piece in range(drive.pieces.shape[-1]) for point in range(3)]
-    early = drive.excitation[..., places, :], drive.activation[..., places, :]
-    activation, later = _activated(simulation, state, *early, drive.pieces)
+    activation, later = _activated(simulation, state, _early(drive), drive.pieces)
     for piece, h in enumerate(drive.pieces.unbind(-1)):
 
         def accelerate(stage: int, q: Tensor, qdot: Tensor, piece: int = piece) -> Tensor:
@@ -160,7 +158,7 @@ def _by_stages(
         q, qdot = runge_kutta(accelerate, q, qdot, h)
     after = torch.cat([torch.stack(torch.broadcast_tensors(q, qdot), -1), later], -1)
     stages = [3 * piece + point for piece in range(drive.pieces.shape[-1]) for point in STAGES]
-    course = None if drive.course is None else drive.course[..., places, :]
+    course = None if drive.course is None else drive.course[..., _ends(drive), :]
     at_stages = [None if x is None else x[..., stages, :].unflatten(-2, (-1, 4)) for x in (activation, course)]
     q, qdot = (torch.stack(torch.broadcast_tensors(*x), -1).unflatten(-1, (-1, 4)) for x in zip(*seen, strict=True))
     by_q, by_qdot, by_activation, *by_parameter = _slopes(simulation, q, qdot, *at_stages, list(wrt))
@@ -169,7 +167,7 @@ def _by_stages(
     for slope, found in zip(by_other[size - 2 :], by_parameter, strict=True):
         slope.copy_(found)
     of_later = later.new_zeros(2 + len(by_other), *later.shape)  # states of activation do not see the motion
-    for columns, of_points, of_states in _changes_of_activation(simulation, state, early, drive.pieces, steps, wrt):
+    for columns, of_points, of_states in _changes_of_activation(simulation, state, drive, steps, wrt):
         by_other[columns] += (by_activation * of_points[..., stages, :].unflatten(-2, (-1, 4))).sum(-1)
         of_later[[2 + column for column in columns]] = of_states
     derivatives = torch.cat([_forced(by_q, by_qdot, by_other, drive.pieces), of_later.movedim(0, -1)], -2)
@@ -177,48 +175,56 @@ def _by_stages(
 
 
 def _changes_of_activation(
-    simulation: Simulation,
-    state: Tensor,
-    early: tuple[Tensor, Tensor],
-    pieces: Tensor,
-    steps: slice,
-    wrt: Mapping[str, float],
+    simulation: Simulation, state: Tensor, drive: Drive, steps: slice, wrt: Mapping[str, float]
 ) -> Iterator[tuple[list[int], Tensor, Tensor]]:
     """How D of the states of activation and P parameters change what `_activated` gives, by differences: their places,
     and the two, (D, ..., T, n, 3 S, M) and (D, ..., T, n, K - 2)."""
     axes, rest = state.ndim - 2, state.shape[-1] - 2
-    pairs = []
+    early = _early(drive)
+    activation, later = _activated(simulation, state, early, drive.pieces)
     if rest:
         bumps = NUDGE * torch.eye(2 + rest, dtype=state.dtype, device=state.device)[2:]
         bumped = state + bumps.reshape(rest, *(1,) * (axes + 1), -1)
-        still, moved = (_activated(simulation, x, *early, pieces) for x in (state, bumped))
-        pairs.append(([*range(rest)], still, moved, state.new_full((rest,), NUDGE)))
+        moved = _activated(simulation, bumped, early, drive.pieces)
+        yield [*range(rest)], (moved[0] - activation) / NUDGE, (moved[1] - later) / NUDGE
     for columns, nudged, nudges in _driving(simulation, wrt, axes):
-        still, moved = (
-            _activated(x, state, *_inside(x, steps, simulation.breakpoints), pieces) for x in (simulation, nudged)
-        )
-        pairs.append(([rest + column for column in columns], still, moved, nudges))
-    for columns, still, moved, nudges in pairs:
         by = nudges.reshape(-1, *(1,) * (axes + 2))
-        yield columns, (moved[0] - still[0]) / by.unsqueeze(-1), (moved[1] - still[1]) / by
+        inside = (_inside(x, steps, simulation.breakpoints) for x in (simulation, nudged))
+        pairs = zip((simulation, nudged), inside, strict=True)
+        still, pushed = (_activated(x, state, points, drive.pieces)[0] for x, points in pairs)
+        # Pushes are compared at fixed times. Where a state gets to is seen from pieces that end with its own delay.
+        part = nudged.drive.part(steps)
+        of_states = _activated(nudged, state, _early(part), part.pieces)[1] - later
+        yield [rest + column for column in columns], (pushed - still) / by.unsqueeze(-1), of_states / by
+
+
+def _early(drive: Drive) -> tuple[Tensor, Tensor]:
+    """Excitation and activation before effects with states, at the beginning, middle and end of each piece, (..., T, n,
+    3 S, M)."""
+    return drive.excitation[..., _ends(drive), :], drive.activation[..., _ends(drive), :]
+
+
+def _ends(drive: Drive) -> list[int]:
+    """Places of these among the points of a drive, where one piece ends as the next begins."""
+    return [2 * piece + point for piece in range(drive.pieces.shape[-1]) for point in range(3)]
 
 
 def _activated(
-    simulation: Simulation, state: Tensor, excitation: Tensor, activation: Tensor, pieces: Tensor
+    simulation: Simulation, state: Tensor, early: tuple[Tensor, Tensor], pieces: Tensor
 ) -> tuple[Tensor, Tensor]:
-    """Activation behind all effects at the beginning, middle and end of the pieces of steps, (..., T, n, 3 S, M), and
-    the states of effects after the steps (..., T, n, K - 2), from what is there before effects with states."""
+    """Activation behind all effects at the beginning, middle and end of each piece, (..., T, n, 3 S, M), and the states
+    of effects after the steps (..., T, n, K - 2), from what `_early` gives."""
     model, valued = simulation.model, simulation.along_time
     if not model.on("late_activation"):
-        return activation, state[..., 2:]
+        return early[1], state[..., 2:]
     _, _, states = unpack(model, state)
     points: list[Tensor] = []
-    instants = [Instant(valued, u, a) for u, a in zip(excitation.unbind(-2), activation.unbind(-2), strict=True)]
+    instants = [Instant(valued, u, a) for u, a in zip(*(x.unbind(-2) for x in early), strict=True)]
     for piece, h in enumerate(pieces.unbind(-1)):
         found, states = advance_activation(instants[3 * piece : 3 * piece + 3], states, h.unsqueeze(-1))
         points += found
     ahead = [x.movedim(-1, 0) for x in torch.broadcast_tensors(*points)]  # as in `muscle_quantities`
-    return torch.stack(ahead, 1).movedim((0, 1), (-1, -2)), torch.cat([*states.values()], -1)
+    return torch.stack(ahead, 1).movedim((0, 1), (-1, -2)), torch.cat(torch.broadcast_tensors(*states.values()), -1)
 
 
 def _slopes(
@@ -262,15 +268,14 @@ def _by_steps(
 ) -> tuple[Tensor, Tensor]:
     """Where steps lead, and the derivatives by their beginning and by parameters, (..., T, n, K) and
     (..., T, n, K, K + P)."""
-    model, size, pieces = simulation.model, state.shape[-1], drive.pieces.shape[-1]
+    model, size = simulation.model, state.shape[-1]
     shape = state.shape[:-1]
-    places = [2 * piece + point for piece in range(pieces) for point in range(3)]  # each piece with ends of its own
     with torch.enable_grad():
         begin = state.detach().movedim(-1, 0).contiguous().requires_grad_()
-        u, a = (_leaf(x[..., places, :], shape, muscles=2) for x in (drive.excitation, drive.activation))
+        u, a = (_leaf(x, shape, muscles=2) for x in _early(drive))
         valued, leaves = _valued_at(simulation, list(wrt), shape, axes=1)
         timed = drive.instants(valued)
-        at = zip(places, u.movedim(0, -1), a.movedim(0, -1), strict=True)
+        at = zip(_ends(drive), u.movedim(0, -1), a.movedim(0, -1), strict=True)
         instants = [Instant(timed[place].valued, u_at, a_at) for place, u_at, a_at in at]
         q, qdot, states = unpack(model, begin.movedim(0, -1))
         for piece, h in enumerate(drive.pieces.unbind(-1)):
