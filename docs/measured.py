@@ -20,6 +20,7 @@ import pandas as pd
 import yaml
 
 from myowave.physics.effects import SHIPPED
+from myowave.scores import TITLES as RIVALS
 
 ROOT = Path(__file__).parents[1]
 NUMBERS = ROOT / "docs/numbers.json"
@@ -259,10 +260,11 @@ def _rivals(numbers: dict[str, Any]) -> str:
     """Who predicts the person best, whoever it is."""
     rows = [n for n in numbers["networks"] if (n["dataset"], n["model"]) == (PERSON, "base")]
     rivals, own = ({n["recipe"]: n["r2"] for n in rows if n["baseline"]}, _network(numbers, PERSON))
+    rivals = {RIVALS.get(name, name): r2 for name, r2 in rivals.items()}
     name = max(rivals, key=lambda rival: rivals[rival])
-    found = "The network here does best" if own["r2"] > rivals[name] else f"A plain predictor, `{name}`, does best"
-    found = f"{found}, {_r2(own['r2'])} against {_r2(rivals[name])} of `{name}`"
-    others = ", ".join(f"`{rival}` {r2:.2f}" for rival, r2 in rivals.items() if rival != name)
+    found = "The network here does best" if own["r2"] > rivals[name] else f"A plain predictor, {name}, does best"
+    found = f"{found}, {_r2(own['r2'])} against {_r2(rivals[name])} of {name}"
+    others = ", ".join(f"{rival} {r2:.2f}" for rival, r2 in rivals.items() if rival != name)
     return f"- **Against plain predictors.** {found} (R² on the two trials, medians over seeds); {others}."
 
 
