@@ -104,7 +104,7 @@ def test_each_seed_keeps_the_weights_of_its_own_lowest_validation_error(rollout)
     usable = torch.tensor(count_training_samples(trials, task.recipe.validation_fraction, network.history))
     emg, angle = to_tensors(trials, torch.device("cpu"))
     held_out = Validation(Corpus.of(network, emg, angle[None], trials.dt, usable), network, trials.lengths)
-    again, _ = held_out.score(network.to_rad(run_free(network, *held_out.windows)))
+    again = held_out.score(network.to_rad(run_free(network, *held_out.windows)))
     torch.testing.assert_close(again, errors.min(0).values, rtol=1e-4, atol=0)
 
 

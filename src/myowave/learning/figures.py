@@ -4,7 +4,7 @@ As in Taneja et al. 2023, Figs. 8, 10 and 11. Tables come in as the rules write 
 """
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from io import StringIO
 from typing import Any
 
@@ -49,7 +49,8 @@ def draw_metrics(summary: pd.DataFrame, histories: dict[int, pd.DataFrame], base
     if r2.get_legend_handles_labels()[1]:
         r2.legend(title="baselines")
     shown = {scales: median_over_seeds(rows)["test_r2"] for scales, rows in summary.groupby("scales")}
-    scores = f"{_list(f'{v:.4f}' for v in shown.values())} (median of seeds) with {_list(shown)} scales"
+    r2s, numbers = " / ".join(f"{v:.4f}" for v in shown.values()), " / ".join(map(str, shown))
+    scores = f"{r2s} (median of seeds) with {numbers} scales"
     title(figure, f"{_what(summary)}: test R$^2$ is {scores}{_beaten(max(shown.values()), baselines)}")
     return figure
 
@@ -174,10 +175,6 @@ def draw_parameters(summary: pd.DataFrame, names: list[str]) -> Figure:
 def _what(summary: pd.DataFrame) -> str:
     first = summary.iloc[0]
     return f"{first['dataset']}, {first['model']}, recipe {first['recipe']}"
-
-
-def _list(values: Iterable[object]) -> str:
-    return " / ".join(map(str, values))
 
 
 def _unit(name: str) -> str:

@@ -89,9 +89,12 @@ def given_inputs(trials: Trials, known: Known) -> NDArray[np.float64]:
     Raises:
         ValueError: where the trials lack a signal that the network was trained with.
     """
-    samples = trials.emg.shape[1]
-    columns = [_over_time(trials, name, value, samples) for name, value in known.items()]
-    return np.concatenate([trials.emg, *(column[..., None] for column in columns)], axis=-1)
+    columns = [
+        trials.signals[name] if name in trials.signals else trials.condition(name, value)[:, None]
+        for name, value in known.items()
+    ]
+    columns = [np.broadcast_to(column, trials.angle.shape)[..., None] for column in columns]
+    return np.concatenate([trials.emg, *columns], axis=-1)
 
 
 def to_tensors(trials: Trials, device: torch.device, known: Known = NOTHING) -> tuple[Tensor, Tensor]:
@@ -118,9 +121,3 @@ def unit_of(name: str) -> str:
 def constant_behind(name: str) -> Constant | None:
     """The physical constant that a known input is; None for an angle over time."""
     return constant_of(name) if is_constant(name) else None
-
-
-def _over_time(trials: Trials, name: str, value: float, samples: int) -> NDArray[np.float64]:
-    if name in trials.signals:
-        return trials.signals[name]
-    return np.broadcast_to(trials.condition(name, value)[:, None], (len(trials.names), samples))

@@ -97,9 +97,8 @@ def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Ite
 class _EarlyStopping:
     """Validation, and the weights with the lowest error of each seed; the last ones where nothing is kept to validate.
 
-    It stops only weights: parameters are the last ones, "final converged values" in the paper. `mse` [rad^2] and `r2`
-    (S,) are of a free run of the validation windows now, not a number without any; `best_mse` and `best_r2` with the
-    best weights.
+    It stops only weights: parameters are the last ones, "final converged values" in the paper. `mse` [rad^2] (S,) is of
+    a free run of the validation windows now, not a number without any; `best_mse` with the best weights.
     """
 
     def __init__(self, stage: Stage) -> None:
@@ -108,28 +107,27 @@ class _EarlyStopping:
         kept = recipe.validation_fraction > 0
         self._validation = Validation(stage.corpus, network, stage.trials.lengths) if kept else None
         self.weights = {name: value.detach().clone() for name, value in network.weights.items()}
-        self.mse, self.r2 = self._validate()
-        self.best_mse, self.best_r2 = torch.full_like(self.mse, math.inf), torch.full_like(self.mse, -math.inf)
+        self.variance = self._validation.variance if self._validation else math.nan
+        self.mse = self._validate()
+        self.best_mse = torch.full_like(self.mse, math.inf)
         self._epoch = torch.zeros_like(self.mse)
 
     def look(self, epoch: int) -> bool:
         """Validate, and take the weights of seeds whose error has fallen, of all where none is judged; whether no seed
         has improved for as many epochs as the recipe has patience."""
-        self.mse, self.r2 = self._validate()
+        self.mse = self._validate()
         better = self.mse < self.best_mse if self._validation else torch.ones_like(self.mse, dtype=torch.bool)
         self.best_mse = torch.where(better, self.mse, self.best_mse)
-        self.best_r2 = torch.where(better, self.r2, self.best_r2)
         self._epoch = torch.where(better, epoch, self._epoch)
         for name, value in self._network.weights.items():
             self.weights[name] = torch.where(better[:, None, None], value.detach(), self.weights[name])
         return bool((epoch - self._epoch >= self._patience).all())
 
     @torch.no_grad()
-    def _validate(self) -> tuple[Tensor, Tensor]:
+    def _validate(self) -> Tensor:
         network = self._network
         if self._validation is None:
-            unknown = torch.full((network.seeds,), math.nan, dtype=torch.float64, device=network.device)
-            return unknown, unknown
+            return torch.full((network.seeds,), math.nan, dtype=torch.float64, device=network.device)
         return self._validation.score(network.to_rad(run_free(network, *self._validation.windows)))
 
 
@@ -159,7 +157,7 @@ def _checkpoint(
         correlations=correlations,
         physics_mse=physics_mse,
         val_mse=stopping.best_mse.cpu(),
-        val_r2=stopping.best_r2.cpu(),
+        val_r2=1 - stopping.best_mse.cpu() / stopping.variance,
         band=band,
         seen=Seen.of(stage.trials, stage.network.architecture.known),
         real_time=stage.trials.provenance.get("real_time", {}),

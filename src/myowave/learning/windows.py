@@ -77,7 +77,8 @@ def count_training_samples(trials: Trials, fraction: float, history: int) -> lis
 
 
 class Validation:
-    """One window per trial of a corpus, from the end of its usable samples to that of all."""
+    """One window per trial of a corpus, from the end of its usable samples to that of all; `variance` [rad^2] is of
+    its angles."""
 
     def __init__(self, corpus: Corpus, network: Network, lengths: tuple[int, ...]) -> None:
         m, kept = network.history, torch.tensor(lengths, device=corpus.x.device) - corpus.usable
@@ -87,11 +88,8 @@ class Validation:
         self.windows = x, *(given[..., :m].expand(network.seeds, -1, -1) for given in (z, v))
         self.angle = network.to_rad(z[0, :, m:])  # of the predicted samples (B, K - m), of which `valid` count
         self.valid = torch.arange(longest, device=kept.device) < kept.unsqueeze(-1)
+        self.variance = float(self.angle[self.valid].var(correction=0))
 
-    def score(self, predicted: Tensor) -> tuple[Tensor, Tensor]:
-        """Mean square error [rad^2] and R2 of predictions (S, B, K - m) [rad], each (S,)."""
-        error = ((predicted - self.angle).square() * self.valid).sum((1, 2))
-        count = self.valid.sum()
-        mean = (self.angle * self.valid).sum() / count
-        spread = ((self.angle - mean).square() * self.valid).sum()
-        return error / count, 1 - error / spread
+    def score(self, predicted: Tensor) -> Tensor:
+        """Mean square error [rad^2] of predictions (S, B, K - m) [rad], (S,)."""
+        return (predicted - self.angle)[:, self.valid].square().mean(1)
