@@ -131,13 +131,13 @@ def test_derivatives_by_every_parameter_that_a_model_with_stiff_tendons_has(stat
     model = stateless.model.with_effects([e for e in SHIPPED if e.name in late])
     params = {name: p.typical for name, p in model.effect_parameters.items()}
     simulation = replace(stateless, model=model, params=params | stateless.params)
-    wrt = sizes(model)
+    # A lag has a kink where activation is at rest: there two-sided differences by what moves its target say little.
+    wrt = {n: size for n, size in sizes(model).items() if not late or not model.drives(n) or n.startswith(late)}
     found = in_usual_changes(solve(simulation, *START, wrt=wrt), wrt)
     for name, one, other in zip(wrt, found, differences(simulation, wrt), strict=True):
-        # Another delay splits the integrator's steps elsewhere, which changes its error, most with states.
+        # Another delay splits the integrator's steps elsewhere, which changes its error.
         close = 5e-3 if model.drives(name) else 2e-3
-        part = 0.25 if late and "delay" in name else 2e-2
-        bound = part * float(other.abs().max()) if model.drives(name) else 2e-5
+        bound = 2e-2 * float(other.abs().max()) if model.drives(name) else 2e-5
         torch.testing.assert_close(one, other, rtol=close, atol=bound, msg=lambda text, name=name: f"{name}: {text}")
 
 
