@@ -84,8 +84,6 @@ def facts() -> Callable[..., dict[str, Any]]:
         "rest": "",
         "models_that_leave_more": ["base"],
         "follows": True,
-        "stands_on": "motion",
-        "torque_left_out": {},
         "missing_deg": 0.0,
         "emg_noise": 0.0,
         "probabilities": {"joint_damping": 0.97, "outside": 0.02},

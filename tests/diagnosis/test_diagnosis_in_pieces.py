@@ -17,12 +17,10 @@ from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search import diagnose as search
 from myowave.diagnosis.search.diagnose import diagnose, weigh
 from myowave.diagnosis.search.weigh import weigh_models
-from myowave.identification.free_parameters import free_parameters
-from myowave.identification.output_error import fit_from, fit_simulated
+from myowave.identification.output_error import fit_from
 from myowave.identification.prediction import predict
 from myowave.identification.record import make_record
-from myowave.identification.stages import attempt_torque, fit_like, follows
-from myowave.identification.torque import TorqueFit
+from myowave.identification.stages import follows
 from myowave.physics.effect import Effect, Parameter
 from myowave.settings import DiagnosisSettings
 
@@ -144,19 +142,6 @@ def test_training_trials_are_predicted_from_measured_states_as_held_out_ones_are
     assert np.degrees(np.sqrt((left**2).mean())) == pytest.approx(errors["train"])
 
 
-def test_what_is_known_beforehand_is_not_what_a_fit_to_torque_left(diagnosis):
-    rung = diagnosis.rungs[0]
-    asked = [replace(p, deviation=np.inf, fixed=False, beforehand=None) for p in rung.fit.free]
-    first, *others = free = (replace(asked[0], deviation=5.0), *asked[1:])
-    fixed = TorqueFit(free, rung.fit.values + 1.0, np.eye(len(free))).fixed
-    assert all(p.fixed and p.deviation == 1.0 for p in fixed)
-    again = replace(diagnosis, rungs=(replace(rung, fit=replace(rung.fit, free=fixed)),), named=())
-    table = TABLES["parameters"](again).set_index("parameter")
-    assert list(table["assumed"]) == [True] + [False] * len(others)
-    assert tuple(table.loc[first.name, ["expected", "deviation"]]) == (first.start, 5.0)
-    assert table.iloc[1:][["expected", "deviation"]].isna().all(axis=None), "nothing was known of what was asked for"
-
-
 def test_the_page_says_over_what_the_model_was_judged(diagnosis, runaway):
     tables = {name: table(diagnosis) for name, table in TABLES.items()}
     comparison = compare_models(
@@ -180,15 +165,9 @@ def test_a_failing_candidate_changes_nothing_for_the_others(make_fit, effects, e
     assert posterior.screened[frozenset()].scores[effect.name].failure
 
 
-def test_a_model_asked_for_by_name_is_fitted_where_the_base_stands_on_torque(make_trials, base, effects, identify):
-    record = make_record(make_trials({"joint_damping": {"c": 1.5}}), base).train
-    free = free_parameters(base, identify, ())
-    torque = attempt_torque(base, record, free)
-    standing = replace(fit_simulated(base, record.cut(0.5), torque.fixed, torque.values), torque=torque)
+def test_a_model_asked_for_by_name_is_fitted_to_pieces_where_whole_trials_diverge(runaway, base, effects, identify):
     damped = base.with_effects([effects["joint_damping"]])
-    fit = fit_like(standing, damped, free_parameters(damped, identify, ()))
-    found = dict(zip((p.name for p in fit.free), fit.values, strict=True))
-    assert found["joint_damping.c"] == pytest.approx(1.5, rel=0.25)
-    with pytest.raises(ValueError, match="not fitted"):
-        tiring = base.with_effects([effects["fatigue"]])
-        fit_like(standing, tiring, free_parameters(tiring, identify, ()))
+    found = diagnose(runaway, base, [], identify, DiagnosisSettings(starts=1), models=[damped])
+    (rung,) = found.named
+    assert rung.fit.record.horizon_s == found.rungs[0].fit.record.horizon_s and not found.failed
+    assert rung.fit.objective < found.rungs[0].fit.objective and rung.fit.parameters["joint_damping.c"] > 0

@@ -66,7 +66,7 @@ def twice(found: dict[str, set[str]]) -> dict[str, set[str]]:
         {"verdict": "unknown", "effects": [], "model": "base", "missing_deg": 2.2, "formula": "+1.2 q"},
         {"verdict": "partial", "missing_deg": 0.3},
         {"verdict": "effect", "effects": ["joint_damping", "emg_noise"], "emg_noise": 0.02, "emg_motion_deg": 1.2},
-        {"follows": False, "horizon_s": 0.5, "effects": [], "model": "base", "stands_on": "torque"},
+        {"follows": False, "horizon_s": 0.5, "effects": [], "model": "base"},
         {"noise_is_bound": True},
     ],
 )

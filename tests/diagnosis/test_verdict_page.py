@@ -318,7 +318,7 @@ LONG = {"a": "crosstalk between electrodes", "b": "activation that lags behind t
         ),
         ({"verdict": "undecidable", "outside_usual_range": {"f0": ["x"]}}, "These trials cannot tell: f0 is outside"),
         (
-            {"follows": False, "model": "base", "stands_on": "torque"},
+            {"follows": False, "model": "base", "horizon_s": 0.5},
             "The muscle model does not follow this arm: 3.0 deg off after half a sec",
         ),
         ({"horizon_s": 0.5}, "error on short pieces of held-out trials is then 1.7 deg"),
@@ -346,7 +346,7 @@ def test_what_to_record_is_told_so_that_a_person_can_do_it(facts):
     assert tell(facts())["plan"] == "No further trial would tell more of what was weighed."
     assert "a helper lifts the forearm" in tell(facts(next_trial=proposed))["plan"]
     assert set(MENU) == set(tell(facts())["do"]), "every trial that can be proposed has its words"
-    lost = tell(facts(follows=False, stands_on="torque", horizon_s=0.5, model="base"))["plan"]
+    lost = tell(facts(follows=False, horizon_s=0.5, model="base"))["plan"]
     trials = [line for line in lost.splitlines() if re.match(r"\d+\. ", line)]
     assert len(trials) == 8 and all(re.search(r"in the hand: .*; \d+ s\.$", line) for line in trials)
 
@@ -466,16 +466,6 @@ def test_every_error_says_of_what_it_is(story):
     assert not cells.duplicated(["what", "starts from", "error over"]).any(), "one number for one thing"
     network = cells[cells["what"].str.startswith("network")]
     assert set(network["error over"]) == {"whole trials"} and set(network["starts from"]) == {"first angles"}
-
-
-def test_parameters_that_no_trial_left_out_has_tried_are_said_to_be(story, template):
-    """As with one training trial, of which the fit to torque makes all."""
-    verdict = {**story.verdict, "follows": False, "stands_on": "torque", "horizon_s": 0.5}
-    alone, tried = (
-        write_page(replace(story, verdict=verdict | {"torque_left_out": left_out}), template)
-        for left_out in ({}, {"1": 0.4, "2": 0.6})
-    )
-    assert "No training trial could be left out" in alone and "could be left out" not in tried
 
 
 def test_pieces_from_measured_states_have_no_r2(diagnosis):

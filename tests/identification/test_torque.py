@@ -11,7 +11,7 @@ from myowave.data.trials import TORQUE
 from myowave.identification.free_parameters import free_parameters
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
-from myowave.identification.torque import COARSE_S, TorqueBalance, fit_torque, leave_out, windows_of
+from myowave.identification.torque import COARSE_S, TorqueBalance, fit_torque, windows_of
 from myowave.identification.windows import between
 from myowave.physics.dynamics import torques
 from myowave.physics.motion import simulate
@@ -48,8 +48,6 @@ def test_a_fit_to_torque_finds_the_parameters_of_the_motion(exact_motion, base, 
     found = dict(zip((p.name for p in free), fit.values, strict=True))
     for name, value in TRUE.items():
         assert found[name] == pytest.approx(value, rel=0.03)
-    left_out = leave_out(base, exact_motion, free)
-    assert min(left_out.values()) > 0.99 and set(left_out) == set(exact_motion.names)
 
 
 def test_torque_is_that_of_an_upper_arm_that_leans_over_time(exact, base, free):
@@ -60,9 +58,9 @@ def test_torque_is_that_of_an_upper_arm_that_leans_over_time(exact, base, free):
     assert dict(zip((p.name for p in free), fit.values, strict=True))["f0_Bi"] == pytest.approx(240, rel=0.03)
     true = np.array([TRUE.get(p.name, p.start) for p in free])
     told, untold = (
-        TorqueBalance.of(base, r).shares_given(free, true) for r in (leaning, replace(leaning, course=None))
+        np.abs(TorqueBalance.of(base, r).residual(free, true)).max() for r in (leaning, replace(leaning, course=None))
     )
-    assert min(told.values()) > 0.99 > 0.9 > max(untold.values())
+    assert told < 0.1 < untold
     last = leaning.take([1])
     assert torch.equal(last.course[0], leaning.course[1, : last.angle.shape[1]])
 
@@ -84,18 +82,6 @@ def test_the_share_of_a_trial_does_not_depend_on_the_unit_of_torque(exact_motion
     usual = np.array([base.defaults[n] for n in names])
     double = usual * [2.0 if n.startswith("f0") or n == "mass" else 1.0 for n in names]
     np.testing.assert_allclose(balance.residual(free, double), balance.residual(free, usual), atol=1e-9)
-    assert balance.shares_given(free, double) == pytest.approx(balance.shares_given(free, usual))
-
-
-def test_a_trial_that_is_left_out_is_not_fitted(exact_motion, base, free):
-    emg = exact_motion.emg.clone()
-    emg[1] *= 0.7
-    record = replace(exact_motion, emg=emg)
-    fit, rest = fit_torque(base, record, free), fit_torque(base, record.take([0, 2]), free)
-    expected = TorqueBalance.of(base, record.take([1])).shares_given(free, rest.values)
-    own = TorqueBalance.of(base, record.take([1])).shares_given(free, fit.values)
-    assert leave_out(base, record, free)[record.names[1]] == pytest.approx(expected[record.names[1]], abs=0.01)
-    assert own != pytest.approx(expected, abs=0.02)
 
 
 def test_trials_shorter_than_a_window_are_refused(exact_motion, base, free):
@@ -145,15 +131,6 @@ def test_a_record_takes_the_torque_that_trials_hold(clean, base):
     record = make_record(replace(clean, signals={TORQUE: torque}), base)
     np.testing.assert_array_equal(record.take([1, 0]).torque, torque[[1, 0]])
     assert make_record(clean, base).torque is None
-
-
-def test_fixed_parameters_stay_and_keep_the_errors_of_their_stage(exact, base, effects):
-    identify = {name: Identify() for name in ("f0_Bi", "f0_Tri")}
-    free = list(free_parameters(base, identify, ()))
-    free[0] = replace(free[0], start=310.0, deviation=7.0, fixed=True)
-    fit = fit_model(base, exact, free)
-    assert fit.parameters["f0_Bi"] == 310.0 and fit.standard_errors()["f0_Bi"] == pytest.approx(7.0)
-    assert fit.parameters["f0_Tri"] != 300.0 and fit.converged
 
 
 @pytest.mark.parametrize("rate_hz", [31.6, 50, 66, 95, 107, 130, 157, 200, 1000])

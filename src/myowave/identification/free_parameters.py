@@ -34,20 +34,11 @@ class Free:
     spread: float = 0.0  # further starts are up to this fraction away
     # standard deviation of what is known of it beforehand, about `start`; infinite where nothing is
     deviation: float = np.inf
-    # whether it stays at `start`, where an earlier stage of a fit left it; its deviation is that stage's
-    fixed: bool = False
-    # value and standard deviation that were known before that stage; None where there was none
-    beforehand: tuple[float, float] | None = None
-
-    @property
-    def known(self) -> tuple[float, float]:
-        """Value and standard deviation that are known of it before any trial; the latter infinite where nothing is."""
-        return self.beforehand or (self.start, self.deviation)
 
     @property
     def assumed(self) -> bool:
         """Whether it is free only because nobody measured it: something is known of it before any trial."""
-        return bool(np.isfinite(self.known[1]))
+        return bool(np.isfinite(self.deviation))
 
 
 def free_parameters(

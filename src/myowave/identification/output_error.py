@@ -22,7 +22,7 @@ from myowave.identification.free_parameters import Free, bind_values, moved, sca
 from myowave.identification.least_squares import Normal, bounded_step, covariance, normal_equations
 from myowave.identification.noise import correlation_time
 from myowave.identification.record import Record
-from myowave.identification.torque import TorqueFit, measured_torque
+from myowave.identification.torque import measured_torque
 from myowave.physics.model import Model, Params
 from myowave.physics.motion import resting_states, simulate
 from myowave.physics.simulation import Simulation
@@ -62,23 +62,15 @@ class Problem:
         return Problem(simulation, self.record, self.free)
 
     def solve(self, starts: Array, guess: Tensor, iterations: int = 25, near: Tensor | None = None) -> Sensitive:
-        """The motion near a guess, with derivatives that are 0 for parameters that are fixed.
+        """The motion near a guess, with derivatives by the parameters.
 
         Args:
             near: Jacobian of the steps of a motion nearby.
         """
         q0, qdot0 = (torch.from_numpy(starts[..., i].copy()) for i in range(2))
         newton = Newton(iterations, TOLERANCE, rescue=False)
-        wrt = {p.name: p.scale for p in self.free if not p.fixed}
-        result = solve(self.simulation, q0, qdot0, guess=guess, wrt=wrt, newton=newton, near=near)
-        if len(wrt) == len(self.free):
-            return result
-        count, place = len(self.free), [i for i, p in enumerate(self.free) if not p.fixed]
-        by_parameter = result.by_start.new_zeros(count, *result.by_start.shape[1:])
-        by_parameter[place] = result.by_parameter
-        tangent = result.tangent.new_zeros(*result.tangent.shape[:-1], count + 2)
-        tangent[..., [*place, -2, -1]] = result.tangent
-        return replace(result, by_parameter=by_parameter, tangent=tangent)
+        wrt = {p.name: p.scale for p in self.free}
+        return solve(self.simulation, q0, qdot0, guess=guess, wrt=wrt, newton=newton, near=near)
 
     def normal_at(self, result: Sensitive, values: Array) -> Normal:
         """Residuals and their derivatives along a motion."""
@@ -114,8 +106,6 @@ class Fit(Problem):
     normal: Normal  # residuals and derivatives at the solution
     sensitive: Sensitive  # the solved motion
     converged: bool = False  # whether no step could gain anything any more
-    # the fit to torque that all values are taken from, where no motion of the model follows the trials
-    torque: TorqueFit | None = None
 
     @property
     def params(self) -> Params:
@@ -167,7 +157,7 @@ class Fit(Problem):
 
     def covariance(self) -> Array:
         """Covariance of the free parameters (P, P), see `least_squares`."""
-        return self.torque.covariance if self.torque else covariance(self.normal, self.record, self.free)
+        return covariance(self.normal, self.record, self.free)
 
     def standard_errors(self) -> dict[str, float]:
         return {p.name: float(e) for p, e in zip(self.free, np.sqrt(np.diag(self.covariance())), strict=True)}

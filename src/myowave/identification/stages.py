@@ -2,22 +2,20 @@
 
 A model that is far from the truth runs away from the measured motion within a second or two, and where a motion
 diverges no step of a fit means anything. So the fit starts in the torque along the measured motion, where nothing can
-diverge, and goes on to short predictions from starts of their own, and then to longer ones. It stands on the longest
-that works.
+diverge, and goes on to short predictions from starts of their own. A model that follows these goes on to longer ones.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
 
 from myowave.data.trials import Array
 from myowave.identification.free_parameters import Free
-from myowave.identification.output_error import Fit, fit_from, fit_model, fit_simulated, refit
+from myowave.identification.output_error import Fit, fit_from, fit_model, fit_simulated
 from myowave.identification.prediction import predict
 from myowave.identification.record import Record
-from myowave.identification.torque import TorqueFit, fit_torque, leave_out
+from myowave.identification.torque import TorqueFit, fit_torque
 from myowave.physics.model import Model
 
 Found = TypeVar("Found", Fit, TorqueFit)
@@ -28,41 +26,27 @@ ENOUGH_PIECES = 80  # to see what a model lacks: 40 s of motion, where a hundred
 
 
 def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: int = 1) -> Fit:
-    """Fit a model to whole trials, or to the longest pieces of them that it is able to predict, or to torque.
+    """Fit a model to whole trials, or to the shortest pieces of them where they are too much for it.
 
     Args:
         record: whole trials; all of them are fitted.
         starts: searches side by side, as in `fit_model`.
 
     Returns:
-        A fit whose `record` says the horizon: `record.horizon_s` is None for whole trials. Where the model does not
-        even follow the shortest pieces its values are those of `Fit.torque`.
+        A fit whose `record` says the horizon: `record.horizon_s` is None for whole trials.
 
     Raises:
         ValueError: if the model has no motion even over the shortest horizon from its usual values.
     """
-    pieces = record.cut(HORIZONS_S[0])
     torque = attempt_torque(model, record, free)
     # Torque diverges nowhere, so its values often lead to a lower valley than any that are spread about the usual ones.
     of_torque = [] if torque is None else [torque.values]
     found = attempt_fit(lambda: fit_model(model, record, free, starts=starts, further=of_torque))
     if found is not None and explained(found) > 0:
         return found
-    # ASSUME: motion that a model does not follow over whole trials tells nothing of constants that nobody measured;
-    # torque does, and they stay where it leaves them.
-    shortest = None if torque is None else _from_torque(model, pieces, torque)
-    if shortest is None:
-        certain = [p for p in free if not p.assumed]
-        usual = np.array([p.start for p in certain])
-        shortest = _next(model, pieces, certain, usual) or fit_model(model, pieces, certain, starts=starts)
-    if shortest.torque is not None:
-        return shortest
-    longest = lengthen(shortest, record, shortest.free)
-    if longest.record.pieces is not None:
-        return longest
-    # Over whole trials it does follow now, so what was fixed is estimated like the rest.
-    freed = attempt_fit(lambda: refit(longest, model, free))
-    return longest if freed is None or explained(freed) < explained(longest) else freed
+    begins = [*of_torque, np.array([p.start for p in free])]
+    shortest = next(filter(None, (_over_all_short_pieces(model, record, free, values) for values in begins)), None)
+    return shortest or fit_model(model, record.cut(HORIZONS_S[0]), free, starts=starts)
 
 
 def lengthen(fit: Fit, record: Record, free: Sequence[Free]) -> Fit:
@@ -73,12 +57,12 @@ def lengthen(fit: Fit, record: Record, free: Sequence[Free]) -> Fit:
         record: whole trials.
     """
     for horizon_s in (*HORIZONS_S[1:], None):
+        if predicted(fit) < ENOUGH:
+            break  # ASSUME: what does not follow so long from measured states follows no longer
         longer = _next(fit.model, record if horizon_s is None else record.cut(horizon_s), free, fit.values)
         if longer is None or explained(longer) < ENOUGH:
             break
         fit = longer
-        if not follows(fit):
-            break  # ASSUME: what does not follow so long from measured states follows no longer
     return fit
 
 
@@ -94,46 +78,23 @@ def over_short_pieces(model: Model, record: Record, free: Sequence[Free], values
     return attempt_fit(lambda: fit_simulated(model, some, free, values))
 
 
-def fit_like(standing: Fit, model: Model, free: Sequence[Free]) -> Fit:
-    """A model with further effects, fitted as far as one that stands on torque: to torque, then to short pieces.
-
-    Raises:
-        ValueError: if it has no fit to torque, or no motion.
-    """
-    torque = attempt_torque(model, standing.record.whole, free)
-    found = None if torque is None else _from_torque(model, standing.record, torque)
-    if found is None:
-        raise ValueError("not fitted: the measured angle says nothing of its states, or it has no motion there")
-    return found
-
-
-def _from_torque(model: Model, pieces: Record, torque: TorqueFit) -> Fit | None:
-    """The fit to short pieces from one to torque; the latter, with its scores, where the model does not follow them."""
-    standing = _on_torque(model, pieces, torque)
-    if standing is None:
+def _over_all_short_pieces(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit | None:
+    """The same to all of them, from the fit to some."""
+    some = over_short_pieces(model, record, free, values)
+    if some is None:
         return None
-    some = [fixed if p.assumed else p for p, fixed in zip(torque.free, torque.fixed, strict=True)]
-    shortest = _next(model, pieces, some, torque.values)
-    return _scored(standing) if shortest is None or not follows(shortest) else shortest
-
-
-def _on_torque(model: Model, pieces: Record, torque: TorqueFit) -> Fit | None:
-    """The motion over pieces with the values of a fit to torque; only where a piece starts is estimated."""
-    fit = attempt_fit(lambda: fit_simulated(model, pieces, torque.fixed, torque.values))
-    return None if fit is None else replace(fit, torque=torque)
-
-
-def _scored(standing: Fit) -> Fit:
-    """A fit that stands on torque, with the scores of each trial left out."""
-    assert standing.torque is not None
-    scores = leave_out(standing.model, standing.record.whole, standing.torque.free)
-    return replace(standing, torque=replace(standing.torque, left_out=scores))
+    return attempt_fit(lambda: fit_simulated(model, record.cut(HORIZONS_S[0]), free, some.values))
 
 
 def follows(fit: Fit) -> bool:
-    """Whether a model that was fitted to pieces of trials predicts them from measured states, too, better than a
-    constant angle does. Pieces are fitted from starts of their own, which can make up for much over a short horizon."""
-    return fit.record.pieces is None or share_explained(fit.record, predict(fit, fit.record).residual) > 0
+    """Whether a model that was fitted to pieces of trials predicts them better than a constant angle does."""
+    return fit.record.pieces is None or predicted(fit) > 0
+
+
+def predicted(fit: Fit) -> float:
+    """Share of the motion that is predicted from measured states [-], see `share_explained`. Pieces are fitted from
+    starts of their own, which can make up for much over a short horizon."""
+    return share_explained(fit.record, predict(fit, fit.record).residual)
 
 
 def explained(fit: Fit) -> float:

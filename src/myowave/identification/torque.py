@@ -17,7 +17,7 @@ Shapes: ... copies of the parameters, T trials, N samples, n steps, D points in 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
 
@@ -190,17 +190,6 @@ class TorqueBalance:
 
         return residual
 
-    def shares_given(self, free: Sequence[Free], values: Array) -> dict[str, float]:
-        """Share of the needed torque about its mean that is given [-], by trial; not of trials without a window."""
-        result = self.torques(bind_values(free, values))
-        found = {}
-        for name, inside, needed, given in zip(
-            self.record.names, self.inside, result.needed, result.given, strict=True
-        ):
-            if inside.any() and (variance := needed[inside].var()) > 0:
-                found[name] = float(1 - ((needed - given)[inside] ** 2).mean() / variance)
-        return found
-
 
 def _coarse(record: Record) -> int:
     """Samples in a step in which the torque of muscles is taken."""
@@ -226,16 +215,6 @@ class TorqueFit:
     free: tuple[Free, ...]
     values: Array  # (P,), and their `covariance` (P, P), SI units; `free` says of what
     covariance: Array
-    left_out: Mapping[str, float] = field(default_factory=dict)  # see `leave_out`; empty where nobody asked
-
-    @property
-    def fixed(self) -> tuple[Free, ...]:
-        """The parameters, fixed at these values."""
-        found = zip(self.free, self.values, np.sqrt(np.diag(self.covariance)), strict=True)
-        return tuple(
-            replace(p, start=float(value), deviation=float(error) or np.inf, fixed=True, beforehand=p.known)
-            for p, value, error in found
-        )
 
 
 def fit_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit:
@@ -269,19 +248,6 @@ def torque_values(balance: TorqueBalance, free: Sequence[Free]) -> Array:
             if 0 < gained[0] < GAIN:
                 break
     return values
-
-
-def leave_out(model: Model, record: Record, free: Sequence[Free]) -> dict[str, float]:
-    """Share of the torque of each trial that is given where only the others are fitted, from the usual values [-]."""
-    found: dict[str, float] = {}
-    for trial in range(len(record.names) if len(record.names) > 1 else 0):
-        rest, alone = record.take(np.delete(np.arange(len(record.names)), trial)), record.take([trial])
-        try:
-            fitted = torque_values(TorqueBalance.of(model, rest), free)
-            found |= TorqueBalance.of(model, alone).shares_given(free, fitted)
-        except ValueError:  # a trial, or all others, too short for a window
-            continue
-    return found
 
 
 def measured_torque(model: Model, record: Record, free: Sequence[Free], values: Array) -> tuple[Array, Array] | None:

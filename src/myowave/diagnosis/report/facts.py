@@ -20,7 +20,6 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
     verdict, last = diagnosis.verdict, diagnosis.rungs[-1]
     # What comes nearest to something unknown is no model that was found.
     found = diagnosis.rungs[0] if verdict.kind == "unknown" else last
-    torque = diagnosis.ladder.fits[0].torque
     return {
         "dataset": diagnosis.dataset,
         "horizon_s": diagnosis.record.horizon_s,
@@ -51,8 +50,6 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
         "rest": OWN_CURVES if verdict.of_curves else "",
         "models_that_leave_more": _leave_more(diagnosis),
         "follows": verdict.follows,
-        "stands_on": "torque" if torque else "motion",
-        "torque_left_out": dict(torque.left_out) if torque else {},
         "missing_deg": float(np.degrees(verdict.missing)),
         "emg_noise": verdict.emg_noise,
         "probabilities": {
@@ -80,7 +77,7 @@ def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
             "value": float(value),
             "se": errors[p.name],
             "assumed": p.assumed,
-            **dict(zip(("expected", "deviation"), p.known if p.assumed else (None, None), strict=True)),
+            **({"expected": p.start, "deviation": p.deviation} if p.assumed else {"expected": None, "deviation": None}),
             "unit": of_effects[p.name].unit if p.name in of_effects else constant_of(p.name).unit,
             "meaning": of_effects[p.name].meaning if p.name in of_effects else _meaning(p.name),
             "low": p.low,

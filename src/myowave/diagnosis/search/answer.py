@@ -179,7 +179,7 @@ BANDS = 6
 def p_of_constants(model: Hypothesis) -> float:
     """p-value of the constants of a model being as expected: how far data took them, by the share that data know."""
     free = model.fit.free
-    place = [i for i, p in enumerate(free) if np.isfinite(p.deviation) and not p.fixed]
+    place = [i for i, p in enumerate(free) if p.assumed]
     if not place:
         return 1.0
     mean, covariance = model.estimate

@@ -22,7 +22,7 @@ from myowave.identification.free_parameters import Free, free_parameters
 from myowave.identification.output_error import Fit, refit
 from myowave.identification.prediction import Prediction, predict
 from myowave.identification.record import Record, make_record
-from myowave.identification.stages import attempt_fit, fit_in_stages, fit_like, follows, lengthen, over_short_pieces
+from myowave.identification.stages import attempt_fit, fit_in_stages, follows, lengthen, over_short_pieces
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import DiagnosisSettings, Identify, Scatter
@@ -115,12 +115,8 @@ def diagnose(
     ladder, answer = weigh(fit, record.train, free, list(effects.values()), report)
     fit = ladder.fits[0]
     if fit.record.horizon_s is not None:
-        why = "it does not follow longer motion" if fit.torque is None else "with the values of the fit to torque"
-        report(f"stages: {base.name} is judged over {fit.record.horizon_s:g} s, {why}")
+        report(f"stages: {base.name} is judged over {fit.record.horizon_s:g} s, it does not follow longer motion")
         record = record.cut(fit.record.horizon_s)
-    if fit.torque is not None:
-        left_out = ", ".join(f"{name} {r2:.2f}" for name, r2 in fit.torque.left_out.items())
-        report(f"stages: R2 of the torque of each trial left out: {left_out or 'none'}")
     test = record.take(np.flatnonzero(~record.training))
     report(f"compare: {base.name} leaves {np.degrees(fit.rmse()):.3g} deg; the noise is {np.degrees(record.noise):.3g}")
     rungs = tuple(make_rung(fit, test) for fit in ladder.fits)
@@ -136,10 +132,11 @@ def diagnose(
     for rung in (*rungs, *named):
         train, heldout = np.degrees(rung.rmse), np.degrees(rung.heldout.rmse)
         report(f"{rung.name}: training {train:.3g} deg, held-out {heldout:.3g} deg")
-    verdict = judge(answer, ladder, follows=follows(fit))
+    verdict = judge(answer, ladder, follows=follows(ladder.fit))
     report(f"verdict: {verdict.kind}, {', '.join(verdict.causes) or 'no effect'}")
     missing = ladder.fits[0] if verdict.kind == "unknown" else ladder.fit
-    nameless = verdict.follows and not verdict.of_curves  # a torque of the moment is no way to say what curves do
+    # A torque of the moment is no way to say what curves do, nor what keeps a model from following.
+    nameless = missing.record.pieces is None and not verdict.of_curves
     draft = draft_effect(missing, trials.dataset, most=MOST_TERMS if nameless else 0)
     proposals = _proposals(ladder, verdict, effects)
     return Diagnosis(
@@ -171,10 +168,10 @@ def weigh(
         pair = _on_whole_trials(found.best, whole, fit.model, free)
         if pair is None:
             answer = answer_of(found)
-            ladder = ladder_of(short, found, answer, effects, whole.known)
-            if not follows(fit):  # what it lacks cannot be told, and no rung is added
-                return Ladder((fit,), ladder.rankings[:1]), answer
-            return _fitted_as_far(fit, ladder), answer
+            ladder = _fitted_as_far(fit, ladder_of(short, found, answer, effects, whole.known))
+            if not follows(ladder.fit):  # what it lacks cannot be told, and no rung is added
+                ladder = Ladder(ladder.fits[:1], ladder.rankings[:1])
+            return ladder, answer
         led, fit = pair
         report(f"stages: {led.model.name}, found over short pieces, follows whole trials")
     found = weigh_models(fit, effects, whole.known, led)
@@ -185,7 +182,7 @@ def weigh(
 def _on_whole_trials(best: Hypothesis, whole: Record, base: Model, free: Sequence[Free]) -> tuple[Fit, Fit] | None:
     """The most likely model over pieces and the one without its effects, both fitted to whole trials; None where one of
     them is not led there."""
-    led = attempt_fit(lambda: lengthen(best.fit, whole, best.fit.free)) if best.effects else None
+    led = attempt_fit(lambda: lengthen(best.fit, whole, best.fit.free))
     if led is None or led.record.pieces is not None:
         return None
     without = attempt_fit(partial(refit, led, base, free))
@@ -196,7 +193,7 @@ def _fitted_as_far(fit: Fit, ladder: Ladder) -> Ladder:
     """The same models fitted to all that the first was fitted to, as many as can be."""
     fits = [fit]
     for rung in ladder.fits[1:]:
-        further = attempt_fit(partial(fit_from_rung, fits[-1], rung.model, rung.free))
+        further = attempt_fit(partial(refit, fits[-1], rung.model, rung.free))
         if further is None:
             break
         fits.append(further)
@@ -215,12 +212,7 @@ def fit_beside(
     """
     wanted = {effect.name for effect in model.effects}
     within = [fit for fit in ladder if {effect.name for effect in fit.model.effects} <= wanted]
-    return fit_from_rung(within[-1], model, free_parameters(model, identify, ladder[0].record.known, scatter))
-
-
-def fit_from_rung(rung: Fit, model: Model, free: Sequence[Free]) -> Fit:
-    """A richer model fitted to what another was; from values of torque alone a fit to motion would not move."""
-    return refit(rung, model, free) if rung.torque is None else fit_like(rung, model, free)
+    return refit(within[-1], model, free_parameters(model, identify, ladder[0].record.known, scatter))
 
 
 def make_rung(fit: Fit, test: Record) -> Rung:
