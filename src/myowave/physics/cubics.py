@@ -46,7 +46,8 @@ class Cubics:
         position = (x - self.low) / self.width
         cell = position.detach().clamp(0, self.coefficients.shape[1] - 1).nan_to_num_(0.0).floor_()
         # One coefficient after the other, as x lies in memory: what is done with them then runs along it.
-        order = sorted(range(x.ndim), key=lambda axis: -position.stride(axis))
+        strides = position.stride()
+        order = sorted(range(x.ndim), key=lambda axis: -strides[axis])
         lying = cell.long().permute(order)
         flat, back = lying.reshape(-1), [order.index(axis) for axis in range(x.ndim)]
         found = [of_all.index_select(0, flat).view(lying.shape).permute(back) for of_all in self.coefficients]

@@ -158,17 +158,20 @@ def _by_stages(
         q, qdot = runge_kutta(accelerate, q, qdot, h)
     after = torch.cat([torch.stack(torch.broadcast_tensors(q, qdot), -1), later], -1)
     stages = [3 * piece + point for piece in range(drive.pieces.shape[-1]) for point in STAGES]
-    course = None if drive.course is None else drive.course[..., _ends(drive), :]
-    at_stages = [None if x is None else x[..., stages, :].unflatten(-2, (-1, 4)) for x in (activation, course)]
+
+    def at_stages(points: Tensor) -> Tensor:
+        return points[..., stages, :].unflatten(-2, (-1, 4))
+
+    course = None if drive.course is None else at_stages(drive.course[..., _ends(drive), :])
     q, qdot = (torch.stack(torch.broadcast_tensors(*x), -1).unflatten(-1, (-1, 4)) for x in zip(*seen, strict=True))
-    by_q, by_qdot, by_activation, *by_parameter = _slopes(simulation, q, qdot, *at_stages, list(wrt))
+    by_q, by_qdot, by_activation, *by_parameter = _slopes(simulation, q, qdot, at_stages(activation), course, list(wrt))
     # Others than q and qdot: states of activation, then parameters.
     by_other = by_q.new_zeros(size - 2 + len(wrt), *by_q.shape)
     for slope, found in zip(by_other[size - 2 :], by_parameter, strict=True):
         slope.copy_(found)
     of_later = later.new_zeros(2 + len(by_other), *later.shape)  # states of activation do not see the motion
     for columns, of_points, of_states in _changes_of_activation(simulation, state, drive, steps, wrt):
-        by_other[columns] += (by_activation * of_points[..., stages, :].unflatten(-2, (-1, 4))).sum(-1)
+        by_other[columns] += (by_activation * at_stages(of_points)).sum(-1)
         of_later[[2 + column for column in columns]] = of_states
     derivatives = torch.cat([_forced(by_q, by_qdot, by_other, drive.pieces), of_later.movedim(0, -1)], -2)
     return after, derivatives
