@@ -40,7 +40,7 @@ DATASETS = {
     "case1": "simulated, nothing hidden",
     "case3": "the same, rougher EMG",
 }
-ANSWERS = {"adequate": "nothing", "unknown": "no answer: the model does not follow"}
+ANSWERS = {"adequate": "nothing", "unknown": "something that has no name"}
 TITLES = {effect.name: effect.title or effect.name for effect in SHIPPED} | {"emg_noise": "noise of the recorded EMG"}
 GRADES = {  # of docs/reality.md
     "named": "got the right answer",
@@ -64,6 +64,7 @@ def collect(results: Path) -> dict[str, Any]:
             name: {
                 "kind": verdict["verdict"],
                 "effects": verdict["effects"],
+                "stand_ins": list(verdict["stand_ins"]),
                 "model": verdict["model"],
                 "horizon_s": verdict["horizon_s"],
                 "errors_deg": [verdict["rmse_deg"][model]["heldout"] for model in ("base", verdict["model"])],
@@ -152,8 +153,8 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
             - **What the model misses**: for a measured {best_found["system"]} it names
               {_titles(best_found, " and ")}{", and something else" * best_found["more"]}.
               With them the error on unseen motion falls from {_small(first, "")} to {_small(last, "deg")}.
-            - **A plain no** where a muscle model does not follow, and what to record instead. It explains R²
-              {r2["base"]:.2f} of the torque of the person's unseen trials, and no effect is named.""",
+            - **A plain no** where a muscle model follows no whole trial, and what to record instead. On the person
+              it explains R² {r2["base"]:.2f} of the torque, and is {ahead["base"]:.0f} deg off after half a second.""",
         "compare": f"""
             **Compare.** The published muscle model, fitted to four trials with every constant free that nobody
             measured, misses the fifth by {_small(before, "deg")}.""",
@@ -187,6 +188,14 @@ def _titles(verdict: dict[str, Any], between: str) -> str:
     return between.join(TITLES[name] for name in verdict["effects"])
 
 
+def _missing(verdict: dict[str, Any]) -> str:
+    """What a verdict says is missing, in words."""
+    if not verdict["effects"]:
+        return ANSWERS.get(verdict["kind"], str(verdict["kind"]))
+    found = _titles(verdict, ", ") + " or something like it" * bool(verdict["stand_ins"])
+    return found + ", and more" * (verdict["kind"] == "partial")
+
+
 def _network(numbers: dict[str, Any], dataset: str, model: str = "base", recipe: str = "") -> dict[str, Any]:
     """The network of a dataset with the fewest scales; of the paper's method only where it is asked for."""
     found = [n for n in numbers["networks"] if (n["dataset"], n["model"]) == (dataset, model) and not n["baseline"]]
@@ -205,7 +214,7 @@ def _results(numbers: dict[str, Any]) -> str:
         rows.append(
             [
                 text,
-                _titles(verdict, ", ") or ANSWERS.get(verdict["kind"], verdict["kind"]),
+                _missing(verdict),
                 " → ".join(_small(error, "") for error in dict.fromkeys(verdict["errors_deg"])) + over,
                 " → ".join(_small(n["deg"], "") for n in trained),
                 " → ".join(_r2(n["r2"]) for n in trained),
