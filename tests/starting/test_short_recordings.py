@@ -27,7 +27,8 @@ def test_trials_of_two_seconds_get_an_answer(workplace, laid_over):
     prepared, _ = import_trials("mine", dataset, ".", physics.tables)
     base, effects = build_model("base", physics), catalogue(()).values()
     found = diagnose(prepared.trials, base, effects, dataset.identify, settings.diagnosis)
-    assert found.verdict.kind == "unknown", "EMG and angle of such a session have nothing to do with each other"
+    # Half a curl, alike in all trials, is followed by many a model; what is missing in the usual one is seen.
+    assert found.verdict.kind not in ("adequate", "undecidable")
     assert np.isfinite(found.rungs[0].heldout.rmse)
 
 
