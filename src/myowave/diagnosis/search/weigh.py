@@ -108,27 +108,38 @@ def weigh_models(fit: Fit, effects: Iterable[Effect], known: Collection[str] = (
     joined = list(fit.record.joined(fit.record.angle).values())
     unfiltered = View.of(fit, Sensor(knots=knots_of(joined) if fit.record.pieces is None else None))
     view = through_likely_filter(fit, unfiltered)
-    found = _search(fit, view, catalogue, known, led)
-    best = found.best
-    likely = through_likely_filter(best.fit, unfiltered)
-    if likely.sensor.corner_hz is None and view.sensor.corner_hz is not None:
-        # What the model lacked had looked like the doing of a filter.
-        found = _search(fit, likely, catalogue, known, led)
-        again = Hypothesis.of(best.fit, likely, best.effects, [best.best], best.prior)
-        found.add(settle(replace(again, expected_emg=best.expected_emg)))
-    return found
-
-
-def _search(
-    fit: Fit, view: View, catalogue: Mapping[str, Effect], known: Collection[str], led: Fit | None
-) -> Posterior:
-    """The posterior of models, the trials looked at in one way."""
     found = Posterior(-math.log(2 * max(len(catalogue), 1)))
     base = settle(with_likely_memory(Hypothesis.of(fit, view)))
     found.add(base, _of_other_emg(base, fit))
     if led is not None:
         more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
         found.add(settle(Hypothesis.of(led, base.view, more, [base.best], found.prior * len(more))))
+    _search(found, fit, catalogue, known)
+    likely = through_likely_filter(found.best.fit, unfiltered)
+    if likely.sensor.corner_hz is None and view.sensor.corner_hz is not None:
+        # What the model lacked had looked like the doing of a filter.
+        found = _seen_anew(found, likely)
+        _search(found, fit, catalogue, known)
+    return found
+
+
+def _seen_anew(found: Posterior, view: View) -> Posterior:
+    """The same models, the trials looked at in another way."""
+    again, best = Posterior(found.prior), found.best
+    view = with_likely_memory(Hypothesis.of(best.fit, view, best.effects, [best.best], best.prior)).view
+    for model in sorted(found.models.values(), key=lambda model: -model.total):
+        begun = Hypothesis.of(model.fit, view, model.effects, [model.best], model.prior)
+        leader = again.best.total if again.models else -math.inf
+        again.add(settle(replace(begun, expected_emg=model.expected_emg), leader))
+    return again
+
+
+def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect], known: Collection[str]) -> None:
+    """Add the models that lead on from the most likely one.
+
+    Args:
+        fit: to the EMG as it was recorded.
+    """
     top = found.best
     for depth in range(MOST_EFFECTS):
         screened = found.screen(top, catalogue, known)
@@ -141,7 +152,6 @@ def _search(
         best = with_likely_memory(weighed_afresh(settle(best, steps=12)))
         top = _of_other_emg(best, fit)
         found.add(best, top, *_with_one_less(top))
-    return found
 
 
 def _with_one_less(model: Hypothesis) -> list[Hypothesis]:
