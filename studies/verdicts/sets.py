@@ -107,7 +107,7 @@ def draw_set(
     constants = {**base.defaults, **world.constants}
     if world.sample_and_hold:  # EMG that keeps its value acts half a sample later than straight EMG
         constants |= {name: value + dataset.dt_s / 2 for name, value in constants.items() if name.startswith("delay")}
-    values = fit.values if fit.record.pieces is None and fit.torque is None else None
+    values = fit.values if fit.record.pieces is None else None
     return Drawn(case, constants, world.recording, made[0], fit.free, settings.starts, values, signals)
 
 
