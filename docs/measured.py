@@ -40,7 +40,7 @@ DATASETS = {
     "case1": "simulated, nothing hidden",
     "case3": "the same, rougher EMG",
 }
-ANSWERS = {"adequate": "nothing", "unknown": "something that has no name"}
+ANSWERS = {"adequate": "nothing", "unknown": "no answer: the model does not follow"}
 TITLES = {effect.name: effect.title or effect.name for effect in SHIPPED} | {"emg_noise": "noise of the recorded EMG"}
 GRADES = {  # of docs/reality.md
     "named": "got the right answer",
@@ -64,7 +64,6 @@ def collect(results: Path) -> dict[str, Any]:
             name: {
                 "kind": verdict["verdict"],
                 "effects": verdict["effects"],
-                "stand_ins": list(verdict["stand_ins"]),
                 "model": verdict["model"],
                 "horizon_s": verdict["horizon_s"],
                 "errors_deg": [verdict["rmse_deg"][model]["heldout"] for model in ("base", verdict["model"])],
@@ -153,7 +152,7 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
             - **What the model misses**: for a measured {best_found["system"]} it names
               {_titles(best_found, " and ")}{", and something else" * best_found["more"]}.
               With them the error on unseen motion falls from {_small(first, "")} to {_small(last, "deg")}.
-            - **A plain no** where a muscle model follows no whole trial, and what to record instead. On the person
+            - **A plain no** where a muscle model does not follow, and what to record instead. On the person
               it explains R² {r2["base"]:.2f} of the torque, and is {ahead["base"]:.0f} deg off after half a second.""",
         "compare": f"""
             **Compare.** The published muscle model, fitted to four trials with every constant free that nobody
@@ -192,8 +191,7 @@ def _missing(verdict: dict[str, Any]) -> str:
     """What a verdict says is missing, in words."""
     if not verdict["effects"]:
         return ANSWERS.get(verdict["kind"], str(verdict["kind"]))
-    found = _titles(verdict, ", ") + " or something like it" * bool(verdict["stand_ins"])
-    return found + ", and more" * (verdict["kind"] == "partial")
+    return _titles(verdict, ", ") + ", and more" * (verdict["kind"] == "partial")
 
 
 def _network(numbers: dict[str, Any], dataset: str, model: str = "base", recipe: str = "") -> dict[str, Any]:

@@ -20,7 +20,6 @@ from myowave.diagnosis.search.weigh import weigh_models
 from myowave.identification.output_error import fit_from
 from myowave.identification.prediction import predict
 from myowave.identification.record import make_record
-from myowave.identification.stages import follows
 from myowave.physics.effect import Effect, Parameter
 from myowave.settings import DiagnosisSettings
 
@@ -65,13 +64,6 @@ def test_an_effect_that_cannot_be_fitted_is_a_row_with_its_reason(diagnosis):
     assert row["status"] == "failed" and "no motion with this effect" in row["reason"]
 
 
-def test_a_fit_to_pieces_follows_only_if_it_predicts_them_from_measured_states(make_trials, base, free):
-    record = make_record(make_trials(noise_deg=0.1), base).train.cut(1.0)
-    true = fit_from(base, record, free, np.array([[p.start for p in free]]))
-    weak = np.array([p.low if p.name.startswith("f0") else p.start for p in free])
-    assert follows(true) and not follows(replace(true, values=weak))
-
-
 def test_a_model_is_led_to_whole_trials_by_what_it_lacks(make_trials, base, effects, free, make_fit):
     """What a model lacks may be why it follows nothing, so the search does not end where it does not follow."""
     hidden = {"joint_damping": {"c": 1.0}}
@@ -102,7 +94,6 @@ def test_what_follows_pieces_alone_is_a_part_of_what_is_missing(
 
 
 def test_where_no_model_follows_no_effect_is_named(runaway, base, effects, identify, monkeypatch, facts):
-    monkeypatch.setattr(search, "follows", lambda fit: False)
     monkeypatch.setattr(search, "lengthen", lambda fit, *_: fit)
     found = diagnose(runaway, base, [effects["joint_damping"]], identify, DiagnosisSettings(starts=1))
     summary = verdict_facts(found)

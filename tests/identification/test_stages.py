@@ -7,7 +7,8 @@ import pytest
 import torch
 
 from myowave.identification import output_error, stages
-from myowave.identification.output_error import fit_from, fit_model
+from myowave.identification.free_parameters import Free
+from myowave.identification.output_error import fit_from, fit_model, fit_simulated
 from myowave.identification.prediction import predict
 from myowave.identification.stages import attempt_torque, explained, fit_in_stages, lengthen, over_short_pieces
 from myowave.physics.motion import simulate
@@ -109,3 +110,11 @@ def test_where_torque_is_no_help_short_motions_tell_all_that_is_free(noisy, base
     assert fit.record.horizon_s == 0.5 and len(fit.record.names) <= stages.ENOUGH_PIECES
     np.testing.assert_allclose(fit.values, [base.defaults[p.name] for p in free], rtol=0.03)
     assert lengthen(fit, noisy.train, free).record.horizon_s is None
+
+
+def test_what_a_model_misses_does_not_drive_constants_from_where_they_are_known(runaway, base, free):
+    mass = Free("mass", start=1.0, low=0.2, high=5.0, scale=0.1, deviation=0.1)
+    fit = over_short_pieces(base, runaway.train, [*free, mass], np.array([p.start for p in (*free, mass)]))
+    alone = fit_simulated(base, replace(fit.record, missed=0.0), fit.free, fit.values)
+    assert fit.record.missed > 3 * fit.record.noise
+    assert abs(fit.parameters["mass"] - 1.0) < 0.3 < abs(alone.parameters["mass"] - 1.0)

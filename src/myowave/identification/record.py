@@ -44,9 +44,10 @@ class Record:
     training: NDArray[np.bool_]  # which trials may be fitted, (T,)
     known: dict[str, Tensor]  # constants that are known, each (T,): the conditions of the trials
     # standard deviation of the noise of the angle [rad]; what is known of constants beforehand weighs as much as
-    # samples with it
+    # samples with it, and with what a model is known to miss
     noise: float
     window: int  # samples of the local cubics that smooth the motion, see `smoothing`
+    missed: float = 0.0  # by a model, whatever its constants [rad]
     at_rest: bool = False  # whether every trial is known to start at rest
     lead: int = 0  # samples of EMG before the first of the motion, L; 0 for trials
     pieces: Cut | None = None  # None for whole trials

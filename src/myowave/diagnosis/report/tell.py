@@ -96,7 +96,7 @@ def noise_with_emg(verdict: Verdict) -> float:
 
 def leaves_more(verdict: Verdict) -> bool:
     """Whether something is left that no effect explains, so that a drafted effect is news."""
-    return verdict["horizon_s"] is None and verdict["verdict"] in ("partial", "unknown")
+    return verdict["follows"] and verdict["verdict"] in ("partial", "unknown")
 
 
 def is_quiet(verdict: Verdict) -> bool:

@@ -1,7 +1,7 @@
 """The loop on one dataset: compare, where, which, add, watch; and what to do where the answer is not an effect."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -22,7 +22,7 @@ from myowave.identification.free_parameters import Free, free_parameters
 from myowave.identification.output_error import Fit, refit
 from myowave.identification.prediction import Prediction, predict
 from myowave.identification.record import Record, make_record
-from myowave.identification.stages import attempt_fit, fit_in_stages, follows, lengthen, over_short_pieces
+from myowave.identification.stages import attempt_fit, fit_in_stages, lengthen, over_short_pieces
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import DiagnosisSettings, Identify, Scatter
@@ -132,11 +132,10 @@ def diagnose(
     for rung in (*rungs, *named):
         train, heldout = np.degrees(rung.rmse), np.degrees(rung.heldout.rmse)
         report(f"{rung.name}: training {train:.3g} deg, held-out {heldout:.3g} deg")
-    verdict = judge(answer, ladder, follows=follows(ladder.fit))
+    verdict = judge(answer, ladder, follows=fit.record.pieces is None)
     report(f"verdict: {verdict.kind}, {', '.join(verdict.causes) or 'no effect'}")
     missing = ladder.fits[0] if verdict.kind == "unknown" else ladder.fit
-    # A torque of the moment is no way to say what curves do, nor what keeps a model from following.
-    nameless = missing.record.pieces is None and not verdict.of_curves
+    nameless = verdict.follows and not verdict.of_curves  # a torque of the moment is no way to say what curves do
     draft = draft_effect(missing, trials.dataset, most=MOST_TERMS if nameless else 0)
     proposals = _proposals(ladder, verdict, effects)
     return Diagnosis(
@@ -168,10 +167,9 @@ def weigh(
         pair = _on_whole_trials(found.best, whole, fit.model, free)
         if pair is None:
             answer = answer_of(found)
-            ladder = _fitted_as_far(fit, ladder_of(short, found, answer, effects, whole.known))
-            if not follows(ladder.fit):  # what it lacks cannot be told, and no rung is added
-                ladder = Ladder(ladder.fits[:1], ladder.rankings[:1])
-            return ladder, answer
+            # Nothing is named, so there is no rung to add.
+            nearest = ladder_of(short, found, answer, effects, whole.known)
+            return Ladder((fit,), nearest.rankings[:1]), answer
         led, fit = pair
         report(f"stages: {led.model.name}, found over short pieces, follows whole trials")
     found = weigh_models(fit, effects, whole.known, led)
@@ -187,17 +185,6 @@ def _on_whole_trials(best: Hypothesis, whole: Record, base: Model, free: Sequenc
         return None
     without = attempt_fit(partial(refit, led, base, free))
     return None if without is None else (led, without)
-
-
-def _fitted_as_far(fit: Fit, ladder: Ladder) -> Ladder:
-    """The same models fitted to all that the first was fitted to, as many as can be."""
-    fits = [fit]
-    for rung in ladder.fits[1:]:
-        further = attempt_fit(partial(refit, fits[-1], rung.model, rung.free))
-        if further is None:
-            break
-        fits.append(further)
-    return replace(ladder, fits=tuple(fits), rankings=ladder.rankings[: len(fits)])
 
 
 def fit_beside(
