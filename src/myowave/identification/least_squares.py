@@ -81,12 +81,12 @@ class Normal:
         return onto_starts(self.by_start, left)[..., 0]
 
     def damped(self, damping: float) -> tuple[Array, Array]:
-        """`matrix` and `vector` where the changes of the starts are damped like the parameters: of what they would do
-        `1 / (1 + damping)` is left, and the rest falls to the parameters."""
+        """`matrix` and `vector` where the changes of the starts are damped like the parameters, between those with the
+        starts eliminated and those with the starts held."""
         share = damping / (1 + damping)
-        of_starts = self.slope - self.without_starts(self.slope)
-        matrix = self.matrix + share * np.einsum("...tnp,...tnq->...pq", of_starts, self.slope)
-        return matrix, self.vector + share * np.einsum("...tnp,...tn->...p", of_starts, self.residual)
+        slope = np.concatenate([_flat(self.slope), self.further_slope])
+        matrix, vector = slope.T @ slope, slope.T @ self.left
+        return self.matrix + share * (matrix - self.matrix), self.vector + share * (vector - self.vector)
 
     def gain(self, step: Array, shift: Array) -> float:
         """How much a step of the parameters (P,) and a shift of the starts (T, S) would lower the objective, to first
