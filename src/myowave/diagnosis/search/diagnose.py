@@ -12,7 +12,7 @@ from myowave.data.trials import Trials
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.answer import Answer, answer_of
 from myowave.diagnosis.search.draft import MOST_TERMS, Draft, draft_effect
-from myowave.diagnosis.search.ladder import Ladder, ladder_of
+from myowave.diagnosis.search.ladder import Ladder, ladder_of, ranking_of
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
 from myowave.diagnosis.search.score import FAILURES
 from myowave.diagnosis.search.verdict import Verdict, judge
@@ -166,10 +166,9 @@ def weigh(
         found = weigh_models(short, effects, whole.known)
         pair = _on_whole_trials(found.best, whole, fit.model, free)
         if pair is None:
-            answer = answer_of(found)
             # Nothing is named, so there is no rung to add.
-            nearest = ladder_of(short, found, answer, effects, whole.known)
-            return Ladder((fit,), nearest.rankings[:1]), answer
+            ranking = ranking_of(found.base, found, {e.name: e for e in effects}, whole.known)
+            return Ladder((fit,), (ranking,)), answer_of(found)
         led, fit = pair
         report(f"stages: {led.model.name}, found over short pieces, follows whole trials")
     found = weigh_models(fit, effects, whole.known, led)

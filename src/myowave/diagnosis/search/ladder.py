@@ -91,7 +91,7 @@ def ladder_of(
         fits.append(shown_fit(last))
     return Ladder(
         tuple(fits),
-        tuple(_ranking(rung, posterior, catalogue, known) for rung in rungs),
+        tuple(ranking_of(rung, posterior, catalogue, known) for rung in rungs),
         {m: (m, *(o for o in c if o != m and o in catalogue)) for c in answer.named for m in c if m in named},
         odds,
     )
@@ -115,7 +115,7 @@ def shown_fit(rung: Hypothesis) -> Fit:
     return attempt_fit(lambda: polish(rung.fit)) or rung.fit
 
 
-def _ranking(
+def ranking_of(
     rung: Hypothesis, posterior: Posterior, catalogue: Mapping[str, Effect], known: Collection[str]
 ) -> list[Candidate]:
     """All effects that a model lacks, the most likely first."""
