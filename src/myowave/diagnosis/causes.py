@@ -10,10 +10,12 @@ OWN_CURVES = "muscle curves of another shape"  # than the settings or an effect 
 OUTSIDE = "outside"  # in a class: something like it that the catalogue lacks
 CLOCK_DRIFT, GAIN_PER_TRIAL = "clock_drift", "gain_per_trial"
 OF_RECORDER = (CLOCK_DRIFT, GAIN_PER_TRIAL)  # beside its noise: causes of misfit that no physics has
+SILENT = "silent_electrode"  # what may have changed between two groups of trials: it reports nothing in one
 CAUSE_TITLES = {
     EMG_NOISE: EMG_NOISE_TITLE,
     OWN_CURVES: OWN_CURVES,
     OUTSIDE: "something the catalogue lacks",
     CLOCK_DRIFT: "drift of the clock",
     GAIN_PER_TRIAL: "a gain of the EMG that differs between trials",
+    SILENT: "an electrode that reports nothing",
 }

@@ -10,7 +10,7 @@ import torch
 import yaml
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.changed.ask import SILENT
+from myowave.diagnosis.causes import SILENT
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from myowave.data.trials import Trials
+from myowave.diagnosis.causes import CAUSE_TITLES, SILENT
 from myowave.diagnosis.changed.weigh import Weighing
 from myowave.diagnosis.changed.windows import Groups, electrodes
 from myowave.diagnosis.likelihood.algebra import COST, fewest
@@ -20,7 +21,6 @@ from myowave.physics.model import Model
 from myowave.settings import Scatter
 
 SURE = 0.98  # of what is said
-SILENT = "silent_electrode"  # stands among the effects that changed, where an electrode reports nothing
 USUAL = 3.0  # ASSUME: changes are about as large as this many times a strength of practical interest
 FIRST = (0.25, 1.0)  # strengths of practical interest, of either sign, that are tried first
 HOPELESS = 1.0  # nats: what explains less with all else as it was is not looked at more closely
@@ -177,7 +177,7 @@ def _silent(trials: Trials, channel: str, group: NDArray[np.bool_]) -> bool:
 
 def _lost(channels: Sequence[str]) -> Change:
     """Electrodes that report nothing: their gains are less by all of it."""
-    title = f"an electrode that reports nothing: {', '.join(channels)}"
+    title = f"{CAUSE_TITLES[SILENT]}: {', '.join(channels)}"
     names = tuple(f"{SILENT}.{channel}" for channel in channels)
     return Change(SILENT, title, names, ", ".join(channels), "-", -1.0, 0.0, 1.0, -1.0, (-1.0, -1.0), 0.0, 1.0)
 
