@@ -5,6 +5,7 @@ rule reality:
         "results/logs/reality.log",
     threads: workflow.cores
     params:
+        python=sys.executable,
         study=ROOT / "studies/reality/Snakefile",
     shell:
-        "snakemake -s {params.study:q} --cores {threads} 2>&1 | tee {log:q}"
+        "{params.python:q} -m snakemake -s {params.study:q} --cores {threads} 2>&1 | tee {log:q}"
