@@ -15,7 +15,7 @@ def draw_reality(table: pd.DataFrame) -> Figure:
     Args:
         table: as `score.score_cases` gives it.
     """
-    figure, axes = canvas(1, 2, width=13.5, height=1.2 + 0.7 * len(table), width_ratios=(1.8, 1), sharey=True)
+    figure, axes = canvas(1, 2, width=15, height=1.2 + 0.7 * len(table), width_ratios=(1.8, 1), sharey=True)
     words, errors = axes[0]
     small = {"va": "center", "fontsize": 9}
     pairs = table[["error_before", "error_after"]].astype(float).clip(upper=RUNAWAY)

@@ -75,7 +75,7 @@ def said(row: Mapping[str, Any]) -> str:
     verdict, names, classes = row["verdict"], row["names"], row["class"]
     titles = CAUSE_TITLES | {name: effect.title for name, effect in catalogue().items()}
     if not names:
-        near = ", ".join(titles[name] for name in filter(None, row["nearest"].split(", ")))
+        near = ",\n".join(titles[name] for name in filter(None, row["nearest"].split(", ")))
         return PLAIN.get(verdict, verdict) + f"\n(nearest: {near})" * bool(near)
 
     def told(name: str) -> str:
