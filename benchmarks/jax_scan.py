@@ -107,10 +107,10 @@ def build_loss(network: Network) -> Callable:
 
 
 def compare_with_definition(scan: JaxScan, network: Network) -> float:
-    """Largest difference of the loss of a seed from that of `methods.rollout.rollout`, which defines it."""
-    from myowave.learning.methods.rollout.rollout import roll_out
+    """Largest difference of the loss of a seed from that of `prediction.run_free`, which defines it."""
+    from myowave.learning.prediction import run_free
 
     x, z, v = scan._draw()
     history = [values[..., : network.history].expand(network.seeds, -1, -1) for values in (z, v)]
-    expected = (roll_out(network, x, *history) - z[..., network.history :]).square().mean((1, 2)).detach().numpy()
+    expected = (run_free(network, x, *history) - z[..., network.history :]).square().mean((1, 2)).detach().numpy()
     return float(np.abs(np.asarray(scan.losses(scan.weights, x.numpy(), z.numpy(), v.numpy())) - expected).max())

@@ -38,7 +38,7 @@ from myowave.learning.optimisers import Adam
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
-from myowave.learning.windows import Corpus, count_training_samples, count_windows
+from myowave.learning.windows import Corpus, Pieces, count_training_samples, count_windows
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
@@ -144,8 +144,8 @@ class Plain:
 
     def epoch(self, decay: float = 1.0) -> None:
         length, history = self.network.history + self.steps, self.network.history
-        trial, start = self.corpus.draw(count_windows(self.corpus.usable, self.steps), length, self.random)
-        x, z, v = self.corpus.cut(trial, start, length)
+        usable = self.corpus.usable
+        x, z, v = self.corpus.cut(Pieces.draw(usable, count_windows(usable, self.steps), length, self.random))
         for net, optimizer in zip(self.nets, self.optimizers, strict=True):
             optimizer.param_groups[0]["lr"] = decay * self.rate
             optimizer.zero_grad()
@@ -230,8 +230,7 @@ def begin_jax(trials: Trials, recipe: RolloutRecipe, seeds: int) -> jax_scan.Jax
     length = network.history + steps
 
     def draw() -> tuple[Tensor, Tensor, Tensor]:
-        trial, start = corpus.draw(count_windows(corpus.usable, steps), length, random)
-        return corpus.cut(trial, start, length)
+        return corpus.cut(Pieces.draw(corpus.usable, count_windows(corpus.usable, steps), length, random))
 
     scan = jax_scan.JaxScan(network, draw, ADAM_RATE)
     missed = jax_scan.compare_with_definition(scan, network)

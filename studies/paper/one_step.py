@@ -13,7 +13,7 @@ from myowave.data.trials import Trials
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import evaluate
 from myowave.learning.inputs import to_tensors
-from myowave.learning.methods.paper.windowed import predict_teacher_forced
+from myowave.learning.methods.paper.one_step import predict_teacher_forced
 
 
 def score_one_step(checkpoint: Checkpoint, trials: Trials) -> pd.DataFrame:

@@ -7,8 +7,8 @@ import torch
 
 from myowave.learning.inputs import to_tensors
 from myowave.learning.loss import Noise
+from myowave.learning.methods.paper.one_step import predict_teacher_forced
 from myowave.learning.methods.paper.training import PaperLoss
-from myowave.learning.methods.paper.windowed import predict_teacher_forced
 from myowave.learning.task import begin_stage
 
 CPU = torch.device("cpu")

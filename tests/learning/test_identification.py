@@ -66,7 +66,7 @@ def test_a_seed_is_identified_the_same_alone_and_among_others(model, trials, fou
 def test_noise_on_the_angle_stays_within_the_standard_errors(model, trials, four):
     noise = np.random.default_rng(0).normal(0, np.radians(0.5), trials.angle.shape)
     free, identification = search(model, replace(trials, angle=trials.angle + noise), four, seeds=(0,))
-    errors, correlations = identification.uncertainty()
+    errors, correlations, _ = identification.judge()
     truth = torch.tensor([model.defaults[p.name] for p in free], dtype=torch.float64)
     assert ((identification.values - truth).abs() < 4 * errors).all()
     assert (errors / truth < 0.05).all()
@@ -87,7 +87,7 @@ def test_standard_errors_are_those_of_least_squares_in_noise_of_any_colour(model
         scatter = inverse @ np.einsum("tnp,nm,tmq->pq", slopes, covariance, slopes) @ inverse
         expected = np.array([p.scale for p in free]) * np.sqrt(np.diag(scatter))
         _, identification = search(model, replace(trials, angle=trials.angle + noise), four, seeds=(0,))
-        errors, _ = identification.uncertainty()
+        errors, *_ = identification.judge()
         assert 0.7 < np.exp(np.log(errors[0].numpy() / expected).mean()) < 1.4, colour
 
 
@@ -136,7 +136,7 @@ def test_a_condition_of_one_trial_is_known_there_and_nowhere_else(model, four):
 def test_a_motion_that_diverges_is_worth_nothing_and_ends_no_training(model, trials, four):
     free, identification = begin(model, trials, four)
     identification._values[1] = np.nan
-    errors, correlations = identification.uncertainty()
+    errors, correlations, _ = identification.judge()
     assert identification.mse.isfinite().tolist() == [True, False]
     assert errors[0].isfinite().all() and errors[1].isnan().all() and correlations[1].isnan().all()
 

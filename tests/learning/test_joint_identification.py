@@ -72,9 +72,3 @@ def test_gradients_of_a_parameter_reach_its_own_raw_numbers_only(model):
     _, identification = joint(model, {"f0_Bi": Identify(), "f0_Tri": Identify(literature=(200.0, 800.0))})
     identification.params["f0_Tri"][0].sum().backward()
     assert (identification.moved.grad != 0).tolist() == [[False, True, True], [False, False, False]]
-
-
-def test_standard_errors_are_not_known(model):
-    errors, correlations = joint(model, {"f0_Bi": Identify(), "l0_Bi": Identify()})[1].uncertainty()
-    assert errors.isnan().all() and correlations.isnan().all()
-    assert errors.shape == (2, 2) and correlations.shape == (2, 2, 2)

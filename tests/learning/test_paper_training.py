@@ -7,12 +7,13 @@ import pytest
 import torch
 
 from myowave.data.wavelets import decompose
-from myowave.learning.methods.paper.residual import MotionResidual, Pieces
+from myowave.learning.methods.paper.one_step import predict_teacher_forced, predict_with_time_derivatives
+from myowave.learning.methods.paper.residual import MotionResidual
 from myowave.learning.methods.paper.training import PaperLoss
-from myowave.learning.methods.paper.windowed import predict_teacher_forced, predict_with_time_derivatives, run_windowed
+from myowave.learning.prediction import run_free
 from myowave.learning.task import Stage, begin_stage
 from myowave.learning.training import train_scale
-from myowave.learning.windows import Corpus
+from myowave.learning.windows import Corpus, Pieces
 from myowave.models import build_model
 from myowave.physics.dynamics import torques
 from myowave.physics.effects import catalogue
@@ -53,7 +54,7 @@ def test_a_prediction_between_measured_angles_is_a_free_run_of_one_step(teacher_
     z, v = (values.expand(2, -1, -1) for values in network.encode_angle(angle))
     for n in (50, 199):
         window = slice(n - network.history, n)
-        one = run_windowed(network, x[:, window.start : n + 1], z[..., window], v[..., window])
+        one = run_free(network, x[:, window.start : n + 1], z[..., window], v[..., window])
         torch.testing.assert_close(predicted[..., n], network.to_rad(one[..., 0]), rtol=0, atol=1e-6)
 
 
@@ -77,13 +78,10 @@ def test_time_derivatives_equal_finite_differences_over_the_input_time(teacher_f
 def test_the_residual_is_small_along_a_true_motion_and_grows_with_wrong_parameters(trials, model):
     """Noisy EMG has kinks that central differences smear, so the true residual is small beside a wrong one, not 0."""
     q = torch.from_numpy(trials.angle)[None]
-    before, now, after = q[..., :-2], q[..., 1:-1], q[..., 2:]
-    motion = [torch.nn.functional.pad(part, (1, 1)) for part in (now, (after - before) / (2 * trials.dt))]
-    bend = torch.nn.functional.pad((after - 2 * now + before) / trials.dt**2, (1, 1))
     residual = MotionResidual(model, trials, ["f0_Bi"], CPU)
     whole = Pieces(torch.arange(3), torch.zeros(3, dtype=torch.long), trials.angle.shape[1])
     true, wrong = (
-        residual.along({"f0_Bi": torch.full((1, 1), strength)}, whole, *motion, bend)[..., 1:-1].square().mean()
+        residual.along_sequence({"f0_Bi": torch.full((1, 1), strength)}, whole, q).square().mean()
         for strength in (model.defaults["f0_Bi"], 1.2 * model.defaults["f0_Bi"])
     )
     assert wrong > 5 * true

@@ -6,8 +6,8 @@ import pytest
 import torch
 
 from myowave.learning.methods.rollout.fast import Workspace, roll_out_gru
-from myowave.learning.methods.rollout.rollout import roll_out
 from myowave.learning.network import Architecture, Network, Scaling, initialise
+from myowave.learning.prediction import run_free
 
 SCALING = Scaling((0.0, 0.0), (1.0, 1.0), 0.0, angle_std=1.0, step_std=0.2, bend_std=0.06, duration=1.0)
 SEEDS, WINDOWS, HISTORY, STEPS, HIDDEN = 2, 3, 3, 6, 5
@@ -43,7 +43,7 @@ def test_the_fast_rollout_and_its_gradients_equal_those_of_plain_torch(problem, 
     network, (x, z, v) = problem
     if inputs_by_seed:
         x = torch.stack([x, x.flip(0)])
-    plain = roll_out(network, x, z, v)
+    plain = run_free(network, x, z, v)
     fast = roll_out_gru(network, x, z, v, Workspace())
     torch.testing.assert_close(fast, plain, rtol=1e-12, atol=1e-12)
     expected, found = gradients_of(plain, network), gradients_of(fast, network)
@@ -61,7 +61,7 @@ def test_gradients_by_hand_equal_finite_differences(problem):
             moved = value.detach().clone()
             moved[place] += nudge
             nudged = replace(network, weights={**network.weights, name: moved})
-            losses.append(weigh(roll_out(nudged, *data)).item())
+            losses.append(weigh(run_free(nudged, *data)).item())
         difference = (losses[0] - losses[1]) / 2e-5
         assert gradients[name][place].item() == pytest.approx(difference, rel=1e-6, abs=1e-8), name
 
@@ -89,6 +89,6 @@ def test_a_backward_pass_that_comes_too_late_is_refused(problem):
 def test_a_network_without_output_extrapolates_linearly(problem):
     network, (x, z, v) = problem
     silent = {name: torch.zeros_like(network.weights[name]) for name in ("output", "output_bias")}
-    predicted = roll_out(replace(network, weights={**network.weights, **silent}), x, z, v)
+    predicted = run_free(replace(network, weights={**network.weights, **silent}), x, z, v)
     expected = z[..., -1:] + SCALING.step * v[..., -1:] * torch.arange(1, STEPS + 1)
     torch.testing.assert_close(predicted, expected)

@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from myowave.data.wavelets import decompose, project
-from myowave.learning.methods.paper.windowed import predict_teacher_forced
+from myowave.learning.methods.paper.one_step import predict_teacher_forced
 from myowave.learning.optimisers import Adam
 from myowave.learning.prediction import predict_free_running
 from myowave.learning.task import begin_stage

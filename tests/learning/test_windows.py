@@ -5,7 +5,7 @@ import torch
 
 from myowave.learning.inputs import to_tensors
 from myowave.learning.network import Architecture, Network, Scaling, initialise
-from myowave.learning.windows import Corpus, Validation
+from myowave.learning.windows import Corpus, Pieces, Validation
 
 CPU = torch.device("cpu")
 USABLE, LENGTHS = torch.tensor([150, 180, 60]), (170, 200, 75)
@@ -25,9 +25,9 @@ def corpus(network, trials):
 
 def test_training_windows_end_before_what_validates_and_reach_everything_else(corpus):
     length = 20
-    trial, start = corpus.draw(20000, length, torch.Generator().manual_seed(0))
+    drawn = Pieces.draw(corpus.usable, 20000, length, torch.Generator().manual_seed(0))
     for i, usable in enumerate(USABLE.tolist()):
-        begun = start[trial == i]
+        begun = drawn.start[drawn.trial == i]
         assert begun.min() == 0 and begun.max() + length == usable
         share = (usable - length + 1) / (USABLE - length + 1).sum().item()
         assert len(begun) / 20000 == pytest.approx(share, rel=0.1)
@@ -35,7 +35,7 @@ def test_training_windows_end_before_what_validates_and_reach_everything_else(co
 
 def test_a_window_holds_the_samples_it_says(corpus, trials):
     trial, start = torch.tensor([2, 0]), torch.tensor([7, 100])
-    _, z, _ = corpus.cut(trial, start, 5)
+    _, z, _ = corpus.cut(Pieces(trial, start, 5))
     scaling = Scaling.of(trials)
     for row, (t, n) in enumerate(zip(trial.tolist(), start.tolist(), strict=True)):
         expected = (torch.from_numpy(trials.angle[t, n : n + 5]) - scaling.angle_mean) / scaling.angle_std

@@ -64,13 +64,13 @@ class Identification:
         errors = [np.inf if fit is None else fit.rmse() ** 2 for fit in self._fitted()]
         return torch.tensor(errors, dtype=torch.float64)
 
-    def uncertainty(self) -> tuple[Tensor, Tensor]:
-        """Standard errors of the values (S, P), SI units, and how far they are confounded, correlations (S, P, P); see
-        `identification.least_squares`. Not a number where the motion diverges."""
+    def judge(self) -> tuple[Tensor, Tensor, Tensor]:
+        """Standard errors of the values (S, P), SI units, how far they are confounded, correlations (S, P, P), see
+        `identification.least_squares`, and `mse`. The first two are not a number where the motion diverges."""
         unknown = np.full((len(self._free), len(self._free)), np.nan)
         covariances = [unknown if fit is None else fit.covariance() for fit in self._fitted()]
         errors = np.sqrt([np.diag(c) for c in covariances])
-        return torch.from_numpy(errors), torch.from_numpy(np.stack([correlations(c) for c in covariances]))
+        return torch.from_numpy(errors), torch.from_numpy(np.stack([correlations(c) for c in covariances])), self.mse
 
     def step(self) -> None:
         """The next step of every seed's search; `done` once there is none."""

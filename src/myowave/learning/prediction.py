@@ -10,8 +10,8 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Trials
+from myowave.learning.cells import apply_cell, drive, read_out, recur, see, warm_up
 from myowave.learning.inputs import to_tensors
-from myowave.learning.methods import RUNS
 from myowave.learning.network import Network
 
 
@@ -34,5 +34,22 @@ def predict_free_running(network: Network, inputs: Tensor, angle: Tensor, dt: fl
 
 
 def run_free(network: Network, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
-    """Free run of windows: inputs (B, K, X), standardised history (S, B, m); standardised predictions (S, B, K - m)."""
-    return RUNS[network.architecture.method](network, x, z, v)
+    """Standardised predictions (S, B, K - m) of windows from the inputs of all samples, (B, K, X) or (S, B, K, X), and
+    the standardised angle and step of the history, (S, B, m).
+
+    A network of increments hands its hidden state on from sample to sample: the history cell and the current cell of a
+    sample share W_h h_(n-1) and W_x x_n and differ only by W_q q_n, so a step costs one product with W_h instead of one
+    for each sample of history. That of the paper goes through the history anew for each prediction, Eq. 15.
+    """
+    hidden, driven, hands_on = None, drive(network, x), network.architecture.increments
+    m, z, v = z.shape[-1], list(z.unbind(-1)), list(v.unbind(-1))
+    for n in range(m, x.shape[-2]):
+        if hidden is None or not hands_on:
+            hidden = warm_up(network, driven[:, :, n - m : n], torch.stack(z[-m:], -1), torch.stack(v[-m:], -1))
+        recurrent = recur(network, hidden)
+        current = apply_cell(network, hidden, driven[:, :, n], recurrent)
+        for values, value in zip((z, v), network.move(read_out(network, current), z[-1], v[-1]), strict=True):
+            values.append(value)
+        if hands_on:
+            hidden = apply_cell(network, hidden, see(network, driven[:, :, n], z[-1], v[-1]), recurrent)
+    return torch.stack(z[m:], dim=-1)

@@ -134,13 +134,11 @@ class _EarlyStopping:
 def _checkpoint(
     stage: Stage, parameters: Parameters, stopping: _EarlyStopping, epochs: int, seconds: float
 ) -> Checkpoint:
-    before, values = stage.before, parameters.values
-    if stage.level == 0 and stage.task.final:
-        (errors, correlations), physics_mse = parameters.uncertainty(), parameters.mse
-        band = _band(replace(stage.network, weights=stopping.weights), stage, physics_mse)
-    else:
-        band, errors, physics_mse = None, torch.full_like(values, math.nan), values.new_full(values.shape[:1], math.nan)
-        correlations = errors.unsqueeze(-1).expand(*values.shape, values.shape[1]).clone()
+    before, values, final = stage.before, parameters.values, stage.level == 0 and stage.task.final
+    seeds, count = values.shape
+    unknown = (values.new_full(shape, math.nan) for shape in ((seeds, count), (seeds, count, count), (seeds,)))
+    errors, correlations, physics_mse = (parameters.judge() if final else None) or unknown
+    band = _band(replace(stage.network, weights=stopping.weights), stage, physics_mse) if final else None
     return Checkpoint(
         **stage.task.labels,
         level=stage.level,

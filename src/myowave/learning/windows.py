@@ -18,6 +18,34 @@ BLOCK = 16  # windows of an epoch are a multiple of this: a few more than a mult
 
 
 @dataclass(frozen=True)
+class Pieces:
+    """Pieces of equal length of some trials: trial and first sample of each, (B,), and their number of samples K."""
+
+    trial: Tensor
+    start: Tensor
+    length: int
+
+    @classmethod
+    def draw(cls, usable: Tensor, count: int, length: int, random: torch.Generator) -> "Pieces":
+        """Anywhere in the first samples of trials, of which so many are `usable` (T,), all places equally likely; by
+        numbers of the CPU, so that a seed means the same on every device."""
+        places = (usable.cpu() - length + 1).clamp(min=0)
+        ends = places.cumsum(0)
+        assert ends[-1] > 0, "no trial is long enough for a window"
+        at = (torch.rand(count, generator=random) * ends[-1]).long().clamp(max=int(ends[-1]) - 1)
+        trial = torch.searchsorted(ends, at, right=True)
+        start = at - (ends - places)[trial]
+        return cls(trial.to(usable.device), start.to(usable.device), length)
+
+    def of(self, values: Tensor, *, seeds: bool = False) -> Tensor:
+        """Pieces (B, K, ...) of values (T, N, ...), or (S, B, K, ...) of (S, T, N, ...) where these have seeds; beyond
+        the record the last sample is repeated."""
+        sample = self.start[:, None] + torch.arange(self.length, device=self.start.device)
+        sample, trial = sample.clamp(max=values.shape[1 + seeds] - 1), self.trial[:, None]
+        return values[:, trial, sample] if seeds else values[trial, sample]
+
+
+@dataclass(frozen=True)
 class Corpus:
     """Trials as the network sees them: inputs (T, N, X), standardised angle and step (S or 1, T, N), and how many of
     the first samples of each windows may be cut from, (T,)."""
@@ -33,23 +61,9 @@ class Corpus:
         z, v = network.encode_angle(angle)
         return cls(network.encode_inputs(inputs, dt), z, v, usable.to(inputs.device))
 
-    def draw(self, count: int, length: int, random: torch.Generator) -> tuple[Tensor, Tensor]:
-        """Trial and first sample of windows, (B,) each, all places equally likely; by numbers of the CPU, so that a
-        seed means the same on every device."""
-        places = (self.usable.cpu() - length + 1).clamp(min=0)
-        ends = places.cumsum(0)
-        assert ends[-1] > 0, "no trial is long enough for a window"
-        at = (torch.rand(count, generator=random) * ends[-1]).long().clamp(max=int(ends[-1]) - 1)
-        trial = torch.searchsorted(ends, at, right=True)
-        start = at - (ends - places)[trial]
-        return trial.to(self.x.device), start.to(self.x.device)
-
-    def cut(self, trial: Tensor, start: Tensor, length: int) -> tuple[Tensor, Tensor, Tensor]:
-        """Windows as x (B, K, X), z and v (S or 1, B, K); beyond the record the last sample is repeated."""
-        index = start.unsqueeze(-1) + torch.arange(length, device=start.device)
-        index = index.clamp(max=self.x.shape[1] - 1)
-        trial = trial.unsqueeze(-1)
-        return self.x[trial, index], self.z[:, trial, index], self.v[:, trial, index]
+    def cut(self, pieces: Pieces) -> tuple[Tensor, Tensor, Tensor]:
+        """Windows as x (B, K, X), z and v (S or 1, B, K)."""
+        return pieces.of(self.x), pieces.of(self.z, seeds=True), pieces.of(self.v, seeds=True)
 
 
 def count_windows(usable: Tensor, steps: int) -> int:
@@ -84,7 +98,7 @@ class Validation:
         m, kept = network.history, torch.tensor(lengths, device=corpus.x.device) - corpus.usable
         longest = int(kept.max())
         trial = torch.arange(len(lengths), device=kept.device)
-        x, z, v = corpus.cut(trial, corpus.usable - m, m + longest)
+        x, z, v = corpus.cut(Pieces(trial, corpus.usable - m, m + longest))
         self.windows = x, *(given[..., :m].expand(network.seeds, -1, -1) for given in (z, v))
         self.angle = network.to_rad(z[0, :, m:])  # of the predicted samples (B, K - m), of which `valid` count
         self.valid = torch.arange(longest, device=kept.device) < kept.unsqueeze(-1)

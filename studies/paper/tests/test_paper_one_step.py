@@ -8,7 +8,7 @@ import yaml
 
 from myowave.data.store import write_trials
 from myowave.learning.evaluation import r_squared
-from myowave.learning.methods.paper.windowed import predict_teacher_forced
+from myowave.learning.methods.paper.one_step import predict_teacher_forced
 from myowave.learning.prediction import to_tensors
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale

@@ -99,12 +99,5 @@ class JointIdentification:
         """The parameters as they are now, (S, P), SI units."""
         return torch.cat([self.moved[:, :0], *self.params.values()], dim=-1).detach().cpu()
 
-    @property
-    def mse(self) -> Tensor:
-        """How far simulated motion misses the trials, (S,): not known, not a number."""
-        return self.values.new_full(self.moved.shape[:1], math.nan)
-
-    def uncertainty(self) -> tuple[Tensor, Tensor]:
-        """Standard errors (S, P) and correlations (S, P, P): not known, not a number."""
-        errors = torch.full_like(self.values, math.nan)
-        return errors, errors.unsqueeze(-1).expand(-1, -1, errors.shape[1]).clone()
+    def judge(self) -> None:
+        """Standard errors, and how far simulated motion misses the trials, are not known."""

@@ -8,7 +8,6 @@ Shapes: S seeds, T trials, N samples, B pieces of trials, K samples of a piece, 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -17,26 +16,13 @@ from torch import Tensor
 from myowave.data.trials import Trials
 from myowave.identification.torque import effects_unseen_by_angle
 from myowave.identification.windows import between_kinks
+from myowave.learning.windows import Pieces
 from myowave.physics.dynamics import Torques, torques
 from myowave.physics.model import Model
 from myowave.physics.simulation import Simulation, channels_of
 from myowave.physics.valued import Valued, along, give_values
 
 STENCIL = 4  # samples that a motion between two of them follows from
-
-
-@dataclass(frozen=True)
-class Pieces:
-    """Pieces of equal length of some trials: trial and first sample of each, (B,), and their number of samples."""
-
-    trial: Tensor
-    start: Tensor
-    length: int
-
-    def of(self, values: Tensor, seeds: bool = False) -> Tensor:
-        """Pieces (B, K, ...) of values (T, N, ...), or (S, B, K, ...) of (S, T, N, ...) where these have seeds."""
-        sample = self.start[:, None] + torch.arange(self.length, device=self.start.device)
-        return values[:, self.trial[:, None], sample] if seeds else values[self.trial[:, None], sample]
 
 
 class MotionResidual:
@@ -83,13 +69,10 @@ class MotionResidual:
         result = torques(self._valued(params, pieces, 1), q, qdot, activation, {})
         return result.inertia * qddot - result.total
 
-    def along_sequence(self, params: Mapping[str, Tensor], pieces: Pieces, q: Tensor, bend: Tensor) -> Tensor:
-        """The same along sequences of angles, without `margin` samples at either end, (S, B, K - 2 margin).
-
-        Args:
-            q: along which the torque is taken, (S, B, K) [rad].
-            bend: second differences over dt^2 of all samples but the first and the last, (S, B, K - 2) [rad/s^2].
-        """
+    def along_sequence(self, params: Mapping[str, Tensor], pieces: Pieces, q: Tensor) -> Tensor:
+        """The same along sequences of angles q (S, B, K) [rad], accelerations from their second differences; without
+        `margin` samples at either end, (S, B, K - 2 margin)."""
+        bend = (q[..., 2:] - 2 * q[..., 1:-1] + q[..., :-2]) / self._dt**2
         if self.margin == 1:
             inner = Pieces(pieces.trial, pieces.start + 1, pieces.length - 2)
             return self.along(params, inner, q[..., 1:-1], (q[..., 2:] - q[..., :-2]) / (2 * self._dt), bend)

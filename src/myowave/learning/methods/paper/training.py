@@ -11,10 +11,11 @@ from torch import Tensor
 
 from myowave.learning.loss import Losses, Noise
 from myowave.learning.methods.paper.joint_identification import JointIdentification
-from myowave.learning.methods.paper.residual import MotionResidual, Pieces
-from myowave.learning.methods.paper.windowed import predict_teacher_forced, predict_with_time_derivatives
+from myowave.learning.methods.paper.one_step import predict_teacher_forced, predict_with_time_derivatives
+from myowave.learning.methods.paper.residual import MotionResidual
 from myowave.learning.optimisers import Adam
 from myowave.learning.task import Stage
+from myowave.learning.windows import Pieces
 from myowave.settings import PaperRecipe
 
 BETAS = 0.9, 0.999  # of Adam: how slowly the two moments of a gradient forget
@@ -51,7 +52,7 @@ class PaperLoss:
     def __init__(self, stage: Stage, recipe: PaperRecipe) -> None:
         task, trials = stage.task, stage.trials
         self._recipe, self._network, self._corpus = recipe, stage.network, stage.corpus
-        self._angle, self._dt = torch.from_numpy(trials.angle).to(task.device), trials.dt
+        self._angle = torch.from_numpy(trials.angle).to(task.device)
         self._residual: MotionResidual | None = None
         if recipe.beta:
             averaged = recipe.residual not in ("time", "sequence")
@@ -61,50 +62,46 @@ class PaperLoss:
 
     def backward(self, params: Mapping[str, Tensor]) -> Losses:
         """Losses of one step; adds gradients to those of the weights and of what `params`, (S, 1) each, come from."""
-        pieces, used = self._pieces()
+        pieces, reading = self._pieces(), self._recipe.residual
         x, angle = pieces.of(self._corpus.x), pieces.of(self._angle)
+        step = torch.arange(pieces.length, device=angle.device)
+        usable = self._corpus.usable[pieces.trial] - pieces.start
+        used = (self._network.history <= step) & (step < usable[:, None])
         given = angle + self._noise.draw(*angle.shape, like=angle) if self._noise.std else angle
-        used = used & (torch.arange(pieces.length, device=used.device) >= self._network.history)
         slopes: list[Tensor] = []
-        if self._recipe.residual == "time":
+        if reading == "time":
             q, *slopes = predict_with_time_derivatives(self._network, x, given)
         else:
             q = predict_teacher_forced(self._network, x, given)
         data = _mean((q - angle).square(), used)
         residual = of_parameters = torch.zeros_like(data)
         if self._residual is not None:
-            measured = angle.expand_as(q)
-            if slopes:
-                residual = _mean(self._residual.along(params, pieces, q, *slopes).square(), used)
-            elif self._recipe.residual == "split":
+            measured, taught = angle.expand_as(q), params
+            if reading == "split":
                 taught = {name: value.detach() for name, value in params.items()}
-                residual = self._along(taught, pieces, q, used)
-                of_parameters = self._along(params, pieces, measured, used)
-            else:
-                residual = self._along(params, pieces, measured if self._recipe.residual == "measured" else q, used)
+                of_parameters = self._along(params, pieces, used, measured)
+            residual = self._along(taught, pieces, used, measured if reading == "measured" else q, *slopes)
         total = data + self._recipe.beta * residual
         (total + self._recipe.beta * of_parameters).sum().backward()
         return Losses(total.detach(), data.detach(), residual.detach())
 
-    def _pieces(self) -> tuple[Pieces, Tensor]:
-        """What the next step trains on, and which of its samples may be used, (B, K)."""
-        usable, samples = self._corpus.usable, self._angle.shape[1]
+    def _pieces(self) -> Pieces:
+        """What the next step trains on: whole trials, or a mini-batch of what is usable of them."""
+        usable, history = self._corpus.usable, self._network.history
         if self._recipe.batches == 1:
             trial = torch.arange(len(usable), device=usable.device)
-            sample = torch.arange(samples, device=usable.device)
-            return Pieces(trial, torch.zeros_like(trial), samples), sample < usable[:, None]
-        length = min(PIECE + self._network.history, int(usable.min()))
-        count = max(1, round(int(usable.sum()) / self._recipe.batches / (length - self._network.history)))
-        trial, start = self._corpus.draw(count, length, self._order)
-        return Pieces(trial, start, length), torch.ones(count, length, dtype=torch.bool, device=usable.device)
+            return Pieces(trial, torch.zeros_like(trial), self._angle.shape[1])
+        length = min(PIECE + history, int(usable.min()))
+        count = max(1, round(int(usable.sum()) / self._recipe.batches / (length - history)))
+        return Pieces.draw(usable, count, length, self._order)
 
-    def _along(self, params: Mapping[str, Tensor], pieces: Pieces, q: Tensor, used: Tensor) -> Tensor:
-        """J_res (S,) along sequences of angles (S, B, K), accelerations from their second differences."""
-        residual = self._residual
-        assert residual is not None
-        bend = (q[..., 2:] - 2 * q[..., 1:-1] + q[..., :-2]) / self._dt**2
-        left = residual.along_sequence(params, pieces, q, bend)
-        return _mean(left.square(), used.unfold(-1, 2 * residual.margin + 1, 1).all(-1))
+    def _along(self, params: Mapping[str, Tensor], pieces: Pieces, used: Tensor, q: Tensor, *slopes: Tensor) -> Tensor:
+        """J_res (S,) along angles (S, B, K), with these derivatives, else with differences."""
+        assert self._residual is not None
+        if slopes:
+            return _mean(self._residual.along(params, pieces, q, *slopes).square(), used)
+        left = self._residual.along_sequence(params, pieces, q)
+        return _mean(left.square(), used.unfold(-1, 2 * self._residual.margin + 1, 1).all(-1))
 
 
 def _mean(values: Tensor, counts: Tensor) -> Tensor:

@@ -1,4 +1,4 @@
-"""Fast rollouts of an increment GRU: three times as fast as `rollout.roll_out`, which says what they compute.
+"""Fast rollouts of an increment GRU: three times as fast as `prediction.run_free`, which says what they compute.
 
 The backward pass is written by hand (tested against autograd), on memory that is used again and again. Arrays of a step
 have the windows innermost, (S, rows, B): the rows of a gate are then one block, which element-wise operations run
@@ -97,7 +97,7 @@ _sigmoid_backward = torch.ops.aten.sigmoid_backward.grad_input
 
 
 def roll_out_gru(network: Network, x: Tensor, z: Tensor, v: Tensor, workspace: Workspace) -> Tensor:
-    """`rollout.roll_out`, with the derivatives of weights only; a workspace of its own for every shape that rollouts
+    """`prediction.run_free`, with the derivatives of weights only; a workspace of its own for every shape that rollouts
     alternate between."""
     weights, (gates, readout) = network.weights, pack(network)
     given = gates, weights["angle"], weights["state_bias"], readout, x, z, v, workspace

@@ -24,7 +24,7 @@ from myowave.learning.methods.rollout.fast import Workspace, roll_out_gru
 from myowave.learning.network import Network
 from myowave.learning.optimisers import Adam, Soap
 from myowave.learning.task import Stage
-from myowave.learning.windows import Corpus, count_windows
+from myowave.learning.windows import Corpus, Pieces, count_windows
 from myowave.settings import RolloutRecipe
 
 RISE = 20  # epochs at the beginning of a scale in which the step grows to its full length
@@ -170,10 +170,10 @@ class RolloutLoss:
 
     def _cut(self, corpus: Corpus, count: int) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """Windows of a corpus: inputs (B, K, X), standardised angle and step (S, B, K), and the trial of each, (B,)."""
-        trial, start = corpus.draw(count, self._length, self._random)
-        x, z, v = corpus.cut(trial, start, self._length)
+        pieces = Pieces.draw(corpus.usable, count, self._length, self._random)
+        x, z, v = corpus.cut(pieces)
         z, v = (values.expand(self._network.seeds, -1, -1) for values in (z, v))
-        return x, z, v, trial
+        return x, z, v, pieces.trial
 
     def _disturb(self, x: Tensor) -> Tensor:
         """Inputs (B, K, X) with other gains of the EMG, and other values of what is known beside it, (S, B, K, X); as

@@ -1,31 +1,15 @@
-"""Predictions whose hidden state starts at 0 `history` samples before each of them, Eq. 15.
+"""Predictions of one step, from a hidden state that starts at 0 `history` samples before, Eq. 15: all angles are given
+(teacher forced, Fig. 4a), so that every sample of a trial is predicted at once. `prediction` runs free.
 
-*Teacher forced* (Fig. 4a): all angles are given, so that every sample of a trial is predicted at once. *Free running*
-(Fig. 4b): the network is fed by its own predictions, one after the other.
-
-Shapes: S seeds, T trials, N samples, B windows, K samples of a window of which m are history, X inputs, G gates, H
-hidden units.
+Shapes: S seeds, T trials, N samples of which m are history, X inputs, G gates, H hidden units.
 """
 
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from myowave.learning.cells import apply_cell, drive, read_out, see, warm_up
+from myowave.learning.cells import apply_cell, drive, read_out, see
 from myowave.learning.network import Network
-
-
-def run_windowed(network: Network, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
-    """`rollout.roll_out` of this network: inputs (B, K, X), history (S, B, m), predictions (S, B, K - m)."""
-    m, driven = network.history, drive(network, x)
-    z, v = list(z.unbind(-1)), list(v.unbind(-1))
-    for n in range(m, x.shape[1]):
-        past = torch.stack(z[n - m : n], -1), torch.stack(v[n - m : n], -1)
-        hidden = warm_up(network, driven[:, :, n - m : n], *past)
-        output = read_out(network, apply_cell(network, hidden, driven[:, :, n]))
-        for values, value in zip((z, v), network.move(output, z[-1], v[-1]), strict=True):
-            values.append(value)
-    return torch.stack(z[m:], dim=-1)
 
 
 def predict_teacher_forced(network: Network, x: Tensor, angle: Tensor) -> Tensor:
