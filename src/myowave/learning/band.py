@@ -15,9 +15,11 @@ Shapes: S seeds, N samples, K of them held out of a trial, X inputs: EMG channel
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydantic import Field
 
 from myowave.data.trials import Array, Trials
 from myowave.identification.noise import correlation_time
@@ -32,8 +34,8 @@ class Band:
     """A band about the mean of all seeds: the scale of the error times a `factor` [-], where `floor` [rad] is the error
     that is there even where all seeds agree."""
 
-    factor: float
-    floor: float
+    factor: Annotated[float, Field(gt=1e-12)]
+    floor: Annotated[float, Field(gt=1e-12)]
 
     def half_width(self, spread: Array) -> Array:
         """Half of the band's width [rad] where the seeds have a standard deviation of `spread` [rad]."""

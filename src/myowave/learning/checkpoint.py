@@ -7,20 +7,23 @@ what it was trained on and how, and is refused, with the reason, where that does
 import hashlib
 import json
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import torch
+from pydantic import ConfigDict, Field, Json, TypeAdapter, ValidationError
 from torch import Tensor
 
 from myowave.data.store import replacing
 from myowave.data.trials import Trials
 from myowave.learning.band import Band, Seen
-from myowave.learning.inputs import Given
-from myowave.learning.network import Architecture, Network, Scaling
+from myowave.learning.network import Architecture, Network, Scaling, Size
+from myowave.physics.curves import Curve
+from myowave.physics.model import Model
 from myowave.settings.files import require_regular
 from myowave.settings.learning import RECIPES
 
@@ -31,19 +34,20 @@ FORMAT = 3
 class Checkpoint:
     """A trained network with its identified parameters, for all seeds."""
 
+    __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
     # dataset, model, recipe: what it was trained on and how, each with its digest or settings
     dataset: str
     dataset_digest: str
     model: str
     model_digest: str
-    recipe: Mapping[str, Any]
+    recipe: Json[dict[str, Any]]
     # level, scales: trained at scale [-level], of that many scales, for `epochs` and `seconds` through all so far
-    level: int
+    level: Annotated[int, Field(ge=0)]
     scales: int
     seeds: tuple[int, ...]  # numbers of the seeds S
     epochs: int
     seconds: float
-    dt: float  # sampling interval [s]; `channels` the EMG channels, in the network's order
+    dt: Annotated[Size, Field(le=1)]  # sampling interval [s]; `channels` the EMG channels, in the network's order
     channels: tuple[str, ...]
     architecture: Architecture
     scaling: Scaling
@@ -64,7 +68,7 @@ class Checkpoint:
     band: Band | None  # about the mean of the seeds, see `band`; None but at scale [0], and where the recipe wants none
     seen: Seen  # what the training trials covered
     # how raw EMG became that of the trials, as `RealTime` has it; empty where it came processed
-    real_time: Mapping[str, Any]
+    real_time: Json[dict[str, Any]]
 
     @property
     def network(self) -> Network:
@@ -73,14 +77,9 @@ class Checkpoint:
 
     def save(self, path: str | Path) -> None:
         """Write the checkpoint, atomically."""
-        content = {f.name: getattr(self, f.name) for f in fields(self)}
-        content |= {
+        content = asdict(self) | {
             "format": FORMAT,
             "recipe": json.dumps(dict(self.recipe)),
-            "architecture": asdict(self.architecture),
-            "scaling": asdict(self.scaling),
-            "band": asdict(self.band) if self.band else None,
-            "seen": asdict(self.seen),
             "real_time": json.dumps(dict(self.real_time)),
             "weights": {name: value.cpu() for name, value in self.weights.items()},
         }
@@ -112,19 +111,19 @@ class Checkpoint:
         if found != FORMAT:
             raise ValueError(f"{path}: checkpoint format is {found}, expected {FORMAT}. Train it again.")
         try:
-            content["recipe"] = json.loads(content["recipe"])
-            architecture = content["architecture"]
-            content["architecture"] = Architecture(**{**architecture, "given": Given(**architecture["given"])})
-            content["scaling"] = Scaling(**content["scaling"])
-            content["band"] = Band(**content["band"]) if content["band"] else None
-            content["seen"] = Seen(**content["seen"])
-            content["real_time"] = json.loads(content["real_time"])
-            checkpoint = cls(**content)
-            wrong = next((why for why, holds in _SOUND.items() if not holds(checkpoint)), None)
-        except (KeyError, TypeError, ValueError, AttributeError) as error:  # fields are missing, unknown or others
-            raise ValueError(f"{path}: written by another version of myowave ({error}). Train it again.") from None
-        if wrong:
-            raise ValueError(f"{path}: this checkpoint cannot be used: {wrong}. Train it again.")
+            checkpoint: Checkpoint = _READER.validate_python(content)
+        except ValidationError as error:
+            wrong = error.errors()[0]
+            where = ".".join(map(str, wrong["loc"]))
+            raise ValueError(
+                f"{path}: this checkpoint cannot be used, or is of another version of myowave: {where}: "
+                f"{wrong['msg']}, found {str(wrong['input']):.60}. Train it again."
+            ) from None
+        if not _fits(checkpoint):
+            raise ValueError(
+                f"{path}: this checkpoint cannot be used: its weights, channels, seeds, parameters, scaling and ranges "
+                "do not fit each other, or are not finite. Train it again."
+            )
         return checkpoint
 
     def require(self, **expected: Any) -> None:
@@ -146,13 +145,18 @@ class Checkpoint:
                 )
 
 
+_READER = TypeAdapter(Checkpoint)
+
+
 def _fits(c: Checkpoint) -> bool:
+    """What must hold of a checkpoint beyond the limits of each number."""
     a, one, given = c.architecture, len(c.seeds), len(c.architecture.given.told)
     return (
-        {name: tuple(weight.shape) for name, weight in c.weights.items()}
+        a.method in RECIPES
+        and {name: tuple(weight.shape) for name, weight in c.weights.items()}
         == {name: (one, *shape) for name, shape in a.shapes.items()}
         and all(weight.is_floating_point() and weight.layout == torch.strided for weight in c.weights.values())
-        and all(isinstance(name, str) for name in (*c.channels, *c.names))
+        and all(bool(values.isfinite().all()) for values in (*c.weights.values(), c.values))
         and a.channels == len(c.channels) == len(set(c.channels))
         and len(a.delays) in (0, a.channels)
         and len(c.scaling.input_mean) == len(c.scaling.input_std) == a.channels + given
@@ -160,33 +164,9 @@ def _fits(c: Checkpoint) -> bool:
         and c.values.shape == c.errors.shape == (one, len(set(c.names)))
         and c.correlations.shape == (*c.values.shape, len(c.names))
         and len(c.seen.low) == len(c.seen.high) == a.channels + len(a.known) + 2
-    )
-
-
-SMALLEST, LONGEST = 1e-12, 1000  # of a scaling, and of a history in samples: beyond them no network was trained
-
-
-def _usable(c: Checkpoint) -> bool:
-    s, band = c.scaling, () if c.band is None else (c.band.factor, c.band.floor)  # which may be infinitely wide
-    positive = (*s.input_std, s.angle_std, s.step_std, s.bend_std, s.duration, c.dt)
-    numbers = (*c.weights.values(), c.values, s.input_mean, s.angle_mean, positive)
-    return (
-        all(bool(torch.as_tensor(values).isfinite().all()) for values in numbers)
-        and all(value > SMALLEST for value in (*positive, *band))
         and all(low <= high for low, high in zip(c.seen.low, c.seen.high, strict=True))
-        and all(0 <= delay <= 1 for delay in c.architecture.delays)
-        and 1 <= c.architecture.history <= LONGEST
-        and c.dt <= 1
-        and 0 <= c.level < c.scales
+        and c.level < c.scales
     )
-
-
-# What must hold of a checkpoint, by what is said where it does not; each may build on those before.
-_SOUND: Mapping[str, Callable[[Checkpoint], bool]] = {
-    "there is no such method to train a network": lambda c: c.architecture.method in RECIPES,
-    "its weights, channels, seeds, parameters and scaling do not fit each other": _fits,
-    "some of its numbers are not finite, or out of range": _usable,
-}
 
 
 def _difference(name: str, found: Any, expected: Any) -> tuple[str, Any, Any]:
@@ -208,6 +188,13 @@ def digest_trials(trials: Trials) -> str:
     return digest.hexdigest()[:16]
 
 
-def digest_model(defaults: Mapping[str, float], curves: Sequence[str]) -> str:
+def digest_model(model: Model) -> str:
     """Digest of a model's nominal constants and its curves."""
-    return hashlib.sha256(json.dumps([dict(defaults), list(curves)], sort_keys=True).encode()).hexdigest()[:16]
+    shapes = model.curves
+    curves = [_named(curve) for curve in (shapes.active_length, shapes.passive, shapes.force_velocity)]
+    curves += [f"slowing {shapes.slowing}"] if shapes.slowing else []
+    return hashlib.sha256(json.dumps([dict(model.defaults), curves], sort_keys=True).encode()).hexdigest()[:16]
+
+
+def _named(curve: Curve) -> str:
+    return f"{curve.func.__name__} {curve.args} {curve.keywords}" if isinstance(curve, partial) else curve.__name__

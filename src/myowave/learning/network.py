@@ -11,10 +11,11 @@ Shapes: S seeds, B windows, N samples, C channels, K known inputs, X inputs, Q a
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import Annotated, TypeVar
 
 import numpy as np
 import torch
+from pydantic import Field
 from torch import Tensor
 
 from myowave.data.trials import Trials
@@ -22,6 +23,9 @@ from myowave.learning.inputs import Given, Known, given_inputs, unit_of
 
 Weights = Mapping[str, Tensor]
 Array = TypeVar("Array", Tensor, np.ndarray)
+# What the numbers of a network can be; `checkpoint` refuses others.
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Size = Annotated[float, Field(gt=1e-12, allow_inf_nan=False)]
 
 
 @dataclass(frozen=True)
@@ -32,9 +36,10 @@ class Architecture:
     # hidden, channels: number of units H and of EMG channels C
     hidden: int
     channels: int
-    history: int  # samples with a known angle before the first prediction
+    history: Annotated[int, Field(ge=1, le=1000)]  # samples with a known angle before the first prediction
     given: Given = field(default_factory=Given)  # what it is given beside EMG, see `inputs`
-    delays: tuple[float, ...] = ()  # [s] after which it sees the channels; () where it sees them at once
+    # [s] after which it sees the channels; () where it sees them at once
+    delays: tuple[Annotated[float, Field(ge=0, le=1)], ...] = ()
 
     @property
     def known(self) -> Known:
@@ -77,14 +82,14 @@ class Scaling:
 
     # input_mean, input_std: of each EMG channel [-], or [1/(N m)] where it counts over a torque, then of each input
     # that is told beside it in its own unit; angles count in units of the elbow's where they move less
-    input_mean: tuple[float, ...]
-    input_std: tuple[float, ...]
+    input_mean: tuple[Finite, ...]
+    input_std: tuple[Size, ...]
     # angle_mean, angle_std: [rad]
-    angle_mean: float
-    angle_std: float
-    step_std: float  # of q_n - q_(n-1) [rad]
-    bend_std: float  # of q_n - 2 q_(n-1) + q_(n-2) [rad], what an increment network has to output
-    duration: float  # of the longest trial [s]; time enters as a fraction of it
+    angle_mean: Finite
+    angle_std: Size
+    step_std: Size  # of q_n - q_(n-1) [rad]
+    bend_std: Size  # of q_n - 2 q_(n-1) + q_(n-2) [rad], what an increment network has to output
+    duration: Size  # of the longest trial [s]; time enters as a fraction of it
 
     @classmethod
     def of(cls, trials: Trials, given: Given | None = None) -> "Scaling":

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import torch
@@ -14,7 +14,6 @@ from myowave.learning.checkpoint import Checkpoint, digest_model, digest_trials
 from myowave.learning.inputs import Given, to_tensors
 from myowave.learning.network import Architecture, Network, Scaling, initialise
 from myowave.learning.windows import Corpus, count_training_samples
-from myowave.physics.curves import Curve
 from myowave.physics.model import Model
 from myowave.physics.simulation import channel_delays
 from myowave.settings import Identify, Recipe
@@ -51,24 +50,15 @@ class Task:
     @cached_property
     def labels(self) -> dict[str, Any]:
         """What a checkpoint says of where it comes from; those of all scales are the same."""
-        shapes = self.model.curves
-        curves = [_named(curve) for curve in (shapes.active_length, shapes.passive, shapes.force_velocity)]
-        curves += [f"slowing {shapes.slowing}"] if shapes.slowing else []
         return {
             "dataset": self.scales[0].dataset,
             "dataset_digest": digest_trials(self.scales[0]),
             "model": self.model.name,
-            "model_digest": digest_model(self.model.defaults, curves),
+            "model_digest": digest_model(self.model),
             "recipe": self.recipe.model_dump(mode="json"),
             "scales": self.total,
             "seeds": tuple(self.seeds),
         }
-
-
-def _named(curve: Curve) -> str:
-    if isinstance(curve, partial):
-        return f"{curve.func.__name__} {curve.args} {curve.keywords}"
-    return curve.__name__
 
 
 @dataclass(frozen=True)
