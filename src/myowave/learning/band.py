@@ -42,11 +42,13 @@ class Band:
         return self.factor * np.hypot(spread, self.floor)
 
 
-def band_about(predicted: Array, band: Band, given: int) -> tuple[Array, Array]:
+def band_about(predicted: Array, band: Band | None, given: int) -> tuple[Array, Array]:
     """Lower and upper end of the band [rad], (..., N), about predictions of all seeds (S, ..., N), of which the first
-    `given` samples are known."""
-    mean, half = predicted.mean(0), band.half_width(predicted.std(0))
-    half[..., :given] = 0.0
+    `given` samples are known; no numbers where there is no band."""
+    mean, half = predicted.mean(0), np.full(predicted.shape[1:], np.nan)
+    if band is not None:
+        half = band.half_width(predicted.std(0))
+        half[..., :given] = 0.0
     return mean - half, mean + half
 
 

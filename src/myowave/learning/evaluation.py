@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 from myowave.data.trials import Trials
@@ -19,20 +18,18 @@ from myowave.learning.prediction import predict_motion
 CONFOUNDED = 0.95  # correlation of two identified parameters above which a note names the pair
 
 
-def mean_square_error(measured: Tensor, predicted: Tensor) -> Tensor:
-    """MSE [rad^2] over the last axis. Source: Taneja et al. 2023, Eq. 39."""
-    return (measured - predicted).square().mean(-1)
-
-
 def r_squared(measured: Tensor, predicted: Tensor) -> Tensor:
     """R2 [-] over the last axis. Source: Taneja et al. 2023, Eq. 40."""
     spread = (measured - measured.mean(-1, keepdim=True)).square().sum(-1)
     return 1 - (measured - predicted).square().sum(-1) / spread
 
 
-def normalised_mean_square_error(measured: Tensor, predicted: Tensor) -> Tensor:
-    """NMSE [-] over the last axis, with the further 1/n of the paper. Source: Taneja et al. 2023, Eq. 44."""
-    return (1 - r_squared(measured, predicted)) / measured.shape[-1]
+def score(measured: Tensor, predicted: Tensor) -> dict[str, Tensor]:
+    """Metrics over the last axis: MSE [rad^2], R2 [-] and NMSE [-], which has a further 1/n in the paper.
+
+    Source: Taneja et al. 2023, Eqs. 39, 40 and 44."""
+    mse, r2 = (measured - predicted).square().mean(-1), r_squared(measured, predicted)
+    return {"test_mse": mse, "test_r2": r2, "test_nmse": (1 - r2) / measured.shape[-1]}
 
 
 def predict_trials(checkpoint: Checkpoint, trials: Trials) -> Tensor:
@@ -77,9 +74,8 @@ def evaluate(
 def score_trials(trials: Trials, predicted: Tensor, given: int) -> dict[str, list[float]]:
     """Test metrics by name, (S,) each: over all samples but the first `given`, the mean over test trials."""
     ends = [(t, slice(given, trials.lengths[t])) for t in trials.index(trials.test)]
-    parts = [(torch.from_numpy(trials.angle[t, end]), predicted[:, t, end]) for t, end in ends]
-    metrics = {"test_mse": mean_square_error, "test_r2": r_squared, "test_nmse": normalised_mean_square_error}
-    scores = {name: torch.stack([metric(*part) for part in parts]).mean(0) for name, metric in metrics.items()}
+    each = [score(torch.from_numpy(trials.angle[t, end]), predicted[:, t, end]) for t, end in ends]
+    scores = {name: torch.stack([of[name] for of in each]).mean(0) for name in each[0]}
     scores["test_rmse_deg"] = scores["test_mse"].sqrt().rad2deg()
     return {name: values.tolist() for name, values in scores.items()}
 
@@ -89,7 +85,8 @@ def _band_and_range(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -
     angle or speed of the prediction is not within the range of the training trials; means over test trials, of the mean
     of all seeds. Without a band the first is not a number."""
     given, mean = checkpoint.network.history, predicted.mean(0).numpy()
-    inputs, (low, high) = given_inputs(trials, checkpoint.architecture.known), _ends(checkpoint, predicted)
+    low, high = band_about(predicted.numpy(), checkpoint.band, given)
+    inputs = given_inputs(trials, checkpoint.architecture.known)
     inside, outside = [], []
     for t in trials.index(trials.test):
         end = trials.lengths[t]
@@ -103,18 +100,10 @@ def _band_and_range(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -
     }
 
 
-def _ends(checkpoint: Checkpoint, predicted: Tensor) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lower and upper end of the band (T, N) [rad], no numbers where the network has none."""
-    if checkpoint.band is None:
-        nowhere = np.full(predicted.shape[1:], np.nan)
-        return nowhere, nowhere
-    return band_about(predicted.numpy(), checkpoint.band, checkpoint.network.history)
-
-
 def tabulate_predictions(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -> pd.DataFrame:
     """Long table trial, seed, time_s, angle_rad, predicted_rad, low_rad, high_rad, role (train or test); the band from
     low to high is one about the mean of all seeds."""
-    low, high = _ends(checkpoint, predicted)
+    low, high = band_about(predicted.numpy(), checkpoint.band, checkpoint.network.history)
     frames = [
         pd.DataFrame(
             {
