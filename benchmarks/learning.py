@@ -340,11 +340,11 @@ def measure_latency(checkpoint: Checkpoint, trials: Trials, seeds: Sequence[int]
     for count in seeds:
         some = {name: value[:count] for name, value in checkpoint.weights.items()}
         copies = Checkpoint(**{**vars(checkpoint), "weights": some, "seeds": tuple(range(count))})
-        predictor = Predictor(copies, [trials.angle[0, 0]] * checkpoint.recipe["history_steps"])
+        predictor, rest = Predictor(copies), float(trials.angle[0, 0])
         wall, processor = [], []
         for sample in np.tile(trials.emg[0], (8, 1)).tolist():
             begin, begin_here = time.perf_counter(), time.thread_time()
-            predictor.step(sample)
+            predictor.step(sample, angle=rest)
             processor.append(1e3 * (time.thread_time() - begin_here))
             wall.append(1e3 * (time.perf_counter() - begin))
         median, late = np.percentile(wall, [50, 99])

@@ -128,7 +128,7 @@ def predict(
     angles = start_angles(trained, read_angles("--start-deg", start_deg))
     real_time = require_real_time(trained, checkpoint) if raw else None
     fixed = read_known("--known", known or [], tuple(trained.architecture.known))
-    predictor = Predictor(trained, angles, None if seed is None else [seed])
+    predictor = Predictor(trained, None if seed is None else [seed])
     if emg not in ("", "-") and dataset and not raw:
         trial = trial or sources.name_of_trial(dataset, Path(emg), config)
     for file in (output, picture):
@@ -137,28 +137,29 @@ def predict(
         sys.stdin.reconfigure(errors=sources.STRANGE)
     with ExitStack() as files:
         lines: Iterable[str] = sys.stdin
-        source, say = "standard input", None if start_deg else say_aside
+        source = "standard input"
         if trial:
             lines, source = sources.trial_lines(dataset, trial, trained, config), f"{dataset}, trial {trial}"
         elif emg != "-":
             lines, source = files.enter_context(sources.open_lines(Path(emg))), emg
-        seen: list[str] = []
+        seen: Iterable[str] = ()
         if picture:
-            lines = sources.remembered(lines, seen)
-        answers = predict_lines(
-            trained, predictor, lines, source, fixed, deg=deg, say=say, warn=say_aside, raw=real_time
-        )
-        first = next(answers, None)  # so that a file from before stays where nothing can be predicted
-        target = files.enter_context(output.open("w", encoding="utf-8")) if output else sys.stdout
+            lines, seen = itertools.tee(lines)
         told: list[str] = []
-        whole = itertools.chain([] if first is None else [first], answers)
-        for line in sources.remembered(whole, told) if picture else whole:
+        target: Any = None
+        for line in predict_lines(
+            trained, predictor, lines, source, angles, fixed, say=say_aside, deg=deg, raw=real_time
+        ):
+            # Opened here, so that a file from before stays where nothing can be predicted.
+            target = target or (files.enter_context(output.open("w", encoding="utf-8")) if output else sys.stdout)
             print(line, file=target, flush=True)
-    if picture and told:
-        from myowave.learning.figures import draw_prediction
-        from myowave.plotting import save
+            if picture:
+                told.append(line)
+        if picture and told:
+            from myowave.learning.figures import draw_prediction
+            from myowave.plotting import save
 
-        save(draw_prediction(told, seen, source), picture)
+            save(draw_prediction(told, seen, source), picture)
 
 
 @app.command("plan")

@@ -179,8 +179,8 @@ def of_stream(spoil, start=(30.0,), seeds=None, fixed=None) -> str:
     lines = table()
     spoil(lines)
     network = good()
-    predictor = Predictor(network, start_angles(network, start), seeds)
-    for _ in predict_lines(network, predictor, [f"{line}\n" for line in lines], "the sensor", fixed or {}):
+    whole, angles = [f"{line}\n" for line in lines], start_angles(network, start)
+    for _ in predict_lines(network, Predictor(network, seeds), whole, "the sensor", angles, fixed or {}, say=str):
         pass
     return ""
 

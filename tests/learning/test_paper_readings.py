@@ -151,6 +151,7 @@ def test_a_stream_of_emg_is_delayed_as_a_trial_is(teacher_forced, trials, tmp_pa
     checkpoint = type(last.checkpoint).load(tmp_path / "scale-0.pt")
     emg, angle = to_tensors(trials.select(trials.test), CPU)
     expected = predict_free_running(checkpoint.network, emg, angle, trials.dt)[:, 0, :40]
-    predictor = Predictor(checkpoint, angle[0, :2].tolist())
-    found = np.stack([predictor.step(sample) for sample in emg[0, :40].tolist()], -1)
+    predictor = Predictor(checkpoint)
+    samples = zip(emg[0, :40].tolist(), angle[0, :40].tolist(), strict=True)
+    found = np.stack([predictor.step(sample, angle=given) for sample, given in samples], -1)
     np.testing.assert_allclose(found, expected.numpy(), atol=1e-9)

@@ -22,16 +22,16 @@ def test_a_stream_gives_what_the_batch_gives(checkpoint, trials):
     network = checkpoint.network
     emg, angle = to_tensors(trials.select(["3"]), torch.device("cpu"))
     batch = predict_free_running(network, emg, angle, trials.dt)[:, 0]
-    predictor = Predictor(checkpoint, angle[0, : network.history].tolist())
-    stream = np.stack([predictor.step(sample) for sample in emg[0].numpy()], axis=-1)
+    predictor, samples = Predictor(checkpoint), zip(emg[0].numpy(), angle[0].tolist(), strict=True)
+    stream = np.stack([predictor.step(sample, angle=given) for sample, given in samples], axis=-1)
     np.testing.assert_allclose(stream, batch, rtol=0, atol=1e-9)
 
 
 def test_one_seed_streams_as_among_all(checkpoint, trials):
-    start = trials.angle[2, : checkpoint.recipe["history_steps"]].tolist()
-    every, one = Predictor(checkpoint, start), Predictor(checkpoint, start, seeds=[1])
+    every, one = Predictor(checkpoint), Predictor(checkpoint, seeds=[1])
     for sample in trials.emg[2, :30]:
-        np.testing.assert_allclose(one.step(sample)[0], every.step(sample)[1], rtol=0, atol=1e-9)
+        among, alone = (predictor.step(sample, angle=0.5) for predictor in (every, one))
+        np.testing.assert_allclose(alone[0], among[1], rtol=0, atol=1e-9)
 
 
 def test_prediction_reads_no_later_angle_and_no_later_emg(checkpoint, trials):
@@ -58,26 +58,23 @@ def test_a_carried_state_comes_from_measured_and_predicted_angles_alike(rollout,
 
 
 def test_a_stream_refuses_wrong_input(checkpoint):
-    with pytest.raises(ValueError, match="known angles"):
-        Predictor(checkpoint, [0.5])
     with pytest.raises(ValueError, match="no seed"):
-        Predictor(checkpoint, [0.5] * 4, seeds=[9])
-    with pytest.raises(ValueError, match="channels"):
-        Predictor(checkpoint, [0.5] * 4).step([0.1])
+        Predictor(checkpoint, seeds=[9])
+    with pytest.raises(ValueError):
+        Predictor(checkpoint).step([0.1], angle=0.5)
 
 
 def test_emg_of_more_effort_than_any_training_trial_is_answered(checkpoint, trials):
     """Light loads train, and a heavy one is predicted."""
-    running = Predictor(checkpoint, trials.angle[2, : checkpoint.recipe["history_steps"]].tolist())
-    assert np.isfinite([running.step(4 * sample) for sample in trials.emg[2, :20]]).all()
+    running = Predictor(checkpoint)
+    assert np.isfinite([running.step(4 * sample, angle=0.5) for sample in trials.emg[2, :20]]).all()
 
 
 @pytest.mark.parametrize("value", [-0.01, 5.1, float("nan")])
 def test_emg_that_is_not_normalised_is_refused_and_does_not_count(checkpoint, trials, value):
-    start = trials.angle[2, : checkpoint.recipe["history_steps"]].tolist()
-    spoilt, clean = Predictor(checkpoint, start), Predictor(checkpoint, start)
+    spoilt, clean = Predictor(checkpoint), Predictor(checkpoint)
     for i, sample in enumerate(trials.emg[2, :20]):
         if i == 10:
             with pytest.raises(ValueError, match="sample 11: emg_triceps is .*, expected 0 to 5"):
                 spoilt.step([sample[0], value])
-        np.testing.assert_array_equal(spoilt.step(sample), clean.step(sample))
+        np.testing.assert_array_equal(spoilt.step(sample, angle=0.5), clean.step(sample, angle=0.5))

@@ -4,7 +4,7 @@ As in Taneja et al. 2023, Figs. 8, 10 and 11. Tables come in as the rules write 
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable
 from io import StringIO
 from typing import Any
 
@@ -110,7 +110,7 @@ def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame
     return figure
 
 
-def draw_prediction(told: Sequence[str], given: Sequence[str], what: str) -> Figure:
+def draw_prediction(told: Iterable[str], given: Iterable[str], what: str) -> Figure:
     """A prediction with its band, beside the measured angle where the samples have one.
 
     Args:

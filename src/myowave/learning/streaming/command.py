@@ -10,24 +10,20 @@ from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.inputs import NOTHING, unit_of
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.streaming.raw import read_raw_samples
-from myowave.learning.streaming.reading import read_samples
+from myowave.learning.streaming.reading import Sample, read_samples
 
 Say = Callable[[str], None]
 
 
 def start_angles(checkpoint: Checkpoint, start_deg: Sequence[float]) -> list[float]:
-    """The known angles [rad] that a prediction starts from.
-
-    Args:
-        start_deg: the first angles [deg]; a single one is where the arm rests; none is the mean of the training trials.
+    """The known angles [rad] that a prediction starts from, from the first angles [deg], or a single one, where the arm
+    rests; none where nothing is said.
 
     Raises:
         ValueError: for neither one angle nor as many as the network's history.
     """
-    history = checkpoint.network.history
-    # ASSUME: the arm is at rest at the mean angle of the training trials, where nothing is said of its start.
-    angles = [math.radians(angle) for angle in start_deg] or [checkpoint.scaling.angle_mean]
-    if len(angles) not in (1, history):
+    history, angles = checkpoint.network.history, [math.radians(angle) for angle in start_deg]
+    if len(angles) not in (0, 1, history):
         raise ValueError(
             f"the start has {len(angles)} angles; give one, where the arm rests, or the first {history} measured ones."
         )
@@ -39,11 +35,11 @@ def predict_lines(
     predictor: Predictor,
     lines: Iterable[str],
     source: str,
+    start: Sequence[float],
     fixed: Mapping[str, float] = NOTHING,
     *,
+    say: Say,
     deg: bool = False,
-    say: Say | None = None,
-    warn: Say | None = None,
     raw: RealTime | None = None,
 ) -> Iterator[str]:
     """A line of prediction for each line of EMG, as soon as it is there.
@@ -51,11 +47,11 @@ def predict_lines(
     Args:
         lines: CSV, see `reading.read_samples`.
         source: what the lines come from, for messages.
+        start: from `start_angles`; where it is empty the first measured angles of the lines are taken, where they have
+            any, and which start was taken is said, and why.
         fixed: known inputs that hold for the whole run, see `reading.read_known`; the others are columns.
+        say: is told of the start, and once of each quantity that leaves the range of the training trials.
         deg: angles in degrees.
-        say: where nothing is said of the start: the first measured angles of the lines are taken, where they have any,
-            and which start was taken is said, and why.
-        warn: called once for each quantity that leaves the range of the training trials.
         raw: how the lines, which then hold raw EMG at its own rate, become EMG; see `raw.require_real_time`.
 
     Yields:
@@ -66,50 +62,56 @@ def predict_lines(
         ValueError: naming the line, at the first that is no sample of EMG.
     """
     unit, scale = ("deg", math.degrees(1)) if deg else ("rad", 1.0)
-    inputs, history = checkpoint.architecture.known, predictor.history
+    inputs, watch = checkpoint.architecture.known, watch_range(checkpoint, say)
     columns = [name for name in inputs if name not in fixed]
-    watch = watch_range(checkpoint, warn) if warn else None
     samples = (
         read_samples(lines, checkpoint.channels, checkpoint.dt, source, columns)
         if raw is None
         else read_raw_samples(lines, raw, checkpoint.dt, source, columns)
     )
-    from_column = say is not None
-    for i, sample in enumerate(samples):
-        measured = None
-        if say is not None and from_column and i < history:
-            try:
-                measured = sample.measured()
-            except ValueError as error:
-                if i:
-                    raise ValueError(
-                        f"{error} The prediction starts from it; correct it, or give --start-deg."
-                    ) from None
-                from_column = False
-                say(
-                    f"{error} Assumed: at rest at {math.degrees(checkpoint.scaling.angle_mean):.1f} deg, the mean of "
-                    f"the training trials, for the first {history} samples; --start-deg says otherwise."
-                )
-            if i == 0 and sample.angle is not None and from_column:
-                say(f"Start: the first {history} angles of the column {sample.angle[0]}; later ones are not looked at.")
+    for i, (sample, given) in enumerate(_with_start(samples, start, checkpoint, say)):
         known = {**fixed, **dict(zip(columns, sample.known, strict=True))}
         told = [known[name] for name in inputs]
-        angles = predictor.step(sample.emg, sample.where, told, measured)
+        angles = predictor.step(sample.emg, told, given, sample.where)
         angle, spread = float(angles.mean()), float(angles.std())
-        if watch is not None:
-            watch([*sample.emg, *told], angle, sample.where)
+        watch([*sample.emg, *told], angle, sample.where)
         numbers = {"angle": f"{scale * angle:.9g}"}
         if len(angles) > 1:
             numbers["spread"] = f"{scale * spread:.3g}"
         if checkpoint.band is not None and len(angles) == len(checkpoint.seeds):
-            half = float(checkpoint.band.half_width(np.asarray(spread))) if i >= history else 0.0
+            half = float(checkpoint.band.half_width(np.asarray(spread))) if math.isnan(given) else 0.0
             numbers |= {"low": f"{scale * (angle - half):.9g}", "high": f"{scale * (angle + half):.9g}"}
         if i == 0:
             yield ",".join(["time_s", *(f"{name}_{unit}" for name in numbers)])
         yield ",".join([f"{sample.time:.9g}", *numbers.values()])
 
 
-def watch_range(checkpoint: Checkpoint, warn: Say) -> Callable[[Sequence[float], float, str], None]:
+def _with_start(
+    samples: Iterable[Sample], start: Sequence[float], checkpoint: Checkpoint, say: Say
+) -> Iterator[tuple[Sample, float]]:
+    """Samples, each with its known angle [rad] where it is of the history, and with no number where it is later."""
+    history, rest = checkpoint.network.history, checkpoint.scaling.angle_mean
+    for i, sample in enumerate(samples):
+        if start or i >= history:
+            yield sample, start[i] if i < history else math.nan
+            continue
+        try:
+            angle = sample.measured()
+            if i == 0:
+                say(f"Start: the first {history} angles of the column {sample.angle[0]}; later ones are not looked at.")
+        except ValueError as error:
+            if i:
+                raise ValueError(f"{error} The prediction starts from it; correct it, or give --start-deg.") from None
+            # ASSUME: the arm is at rest at the mean angle of the training trials, where nothing is said of its start.
+            start, angle = [rest] * history, rest
+            say(
+                f"{error} Assumed: at rest at {math.degrees(rest):.1f} deg, the mean of the training trials, for the "
+                f"first {history} samples; --start-deg says otherwise."
+            )
+        yield sample, angle
+
+
+def watch_range(checkpoint: Checkpoint, say: Say) -> Callable[[Sequence[float], float, str], None]:
     """What looks at each sample - its EMG and known inputs, predicted angle [rad], and what messages call it - and says
     once of each quantity that it has left the range of the training trials."""
     seen, turn = checkpoint.seen, math.degrees(1)
@@ -130,7 +132,7 @@ def watch_range(checkpoint: Checkpoint, warn: Say) -> Callable[[Sequence[float],
             said.add(i)
             name, unit, factor = quantities[i]
             value, low, high = (factor * v for v in (values[i], seen.low[i], seen.high[i]))
-            warn(
+            say(
                 f"{where}: {name} is {value:.4g}{unit}; in the training trials it went from {low:.4g} to {high:.4g}. "
                 "From here on the prediction may be off by more than its band. (Said once.)"
             )

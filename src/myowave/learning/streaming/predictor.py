@@ -21,20 +21,14 @@ class Predictor:
     """Motion from a stream of EMG, for every seed; equal to `prediction.predict_free_running` on the same samples.
 
     Args:
-        angles: the first `history` angles [rad], such as the resting angle repeated.
         seeds: numbers of the seeds to run; all by default.
 
     Raises:
-        ValueError: for too few angles, or a seed that the checkpoint does not have.
+        ValueError: for a seed that the checkpoint does not have.
     """
 
-    def __init__(self, checkpoint: Checkpoint, angles: Sequence[float], seeds: Sequence[int] | None = None) -> None:
+    def __init__(self, checkpoint: Checkpoint, seeds: Sequence[int] | None = None) -> None:
         network, dt = checkpoint.network, checkpoint.dt
-        if len(angles) < network.history:
-            raise ValueError(
-                f"the network needs {network.history} known angles to start from, found {len(angles)}; "
-                "repeat the resting angle if it was at rest."
-            )
         seeds = checkpoint.seeds if seeds is None else seeds
         if unknown := sorted(set(seeds) - set(checkpoint.seeds)):
             raise ValueError(f"no seed {unknown} in the checkpoint; it has {list(checkpoint.seeds)}.")
@@ -43,45 +37,35 @@ class Predictor:
         self._weights = {name: value[chosen].double().cpu().numpy() for name, value in network.weights.items()}
         self._network, self._channels, self._dt, self._count = network, checkpoint.channels, dt, 0
         self._mean, self._std = np.array(network.scaling.input_mean), np.array(network.scaling.input_std)
-        self._angles = np.array(angles[: network.history], dtype=np.float64)
         self._z, self._v = np.zeros((2, len(chosen), 1, 1))
+        self._angles: list[float] = []  # the last two of the history
         self._hidden = self._start = np.zeros((len(chosen), 1, network.architecture.hidden))
         longest = max(network.architecture.delays, default=0.0)
         self._inputs: deque[np.ndarray] = deque(maxlen=math.ceil(longest / dt) + 2)
         self._past: deque[np.ndarray] = deque(maxlen=network.history)  # what drove the last history cells
 
-    @property
-    def history(self) -> int:
-        """Number of first samples whose angles are given."""
-        return self._network.history
-
     def step(
-        self,
-        emg: Sequence[float],
-        where: str | None = None,
-        known: Sequence[float] = (),
-        measured: float | None = None,
+        self, emg: Sequence[float], known: Sequence[float] = (), angle: float = math.nan, where: str = ""
     ) -> np.ndarray:
         """The angle [rad] at the next sample for every seed, (S,), from its EMG (one number per channel).
 
         Args:
-            where: what messages call the sample; its number by default.
             known: inputs beside EMG, in the order of its architecture's `known`, SI units.
-            measured: angle [rad] that takes the place of the given one; after the history it does not count.
+            angle: known angle [rad] of a sample of the history; of later ones it does not count.
+            where: what messages call the sample; its number by default.
 
         Raises:
-            ValueError: for another number of channels or known inputs, or EMG that is not normalised; the sample then
-                does not count.
+            ValueError: for another number of channels, or EMG that is not normalised; the sample then does not count.
         """
         n, weights, scaling = self._count, self._weights, self._network.scaling
-        self._check(emg, known, where or f"sample {n + 1}")
+        self._check(emg, where or f"sample {n + 1}")
         driven = self._encode(np.array([*emg, *known], dtype=np.float64)) @ weights["input"] + weights["bias"]
         recurrent = self._remember() @ weights["hidden"]
-        given = n < self.history
+        given = n < self._network.history
         if given:
-            self._angles[n] = self._angles[n] if measured is None else measured
-            two = torch.from_numpy(self._angles[max(n - 1, 0) : n + 1])
-            self._z, self._v = (np.full_like(self._z, float(values[-1])) for values in self._network.encode_angle(two))
+            self._angles = [*self._angles[-1:], angle]
+            encoded = self._network.encode_angle(torch.tensor(self._angles, dtype=torch.float64))
+            self._z, self._v = (np.full_like(self._z, float(values[-1])) for values in encoded)
         else:
             output = self._cell(driven, recurrent) @ weights["output"] + weights["output_bias"]
             self._z, self._v = self._network.move(output, self._z, self._v)
@@ -91,7 +75,7 @@ class Predictor:
         self._hidden = self._cell(seen, recurrent)
         self._count += 1
         if given:
-            return np.full(len(self._z), self._angles[n])
+            return np.full(len(self._z), angle)
         return self._z[:, 0, 0] * scaling.angle_std + scaling.angle_mean
 
     def _encode(self, inputs: np.ndarray) -> np.ndarray:
@@ -123,13 +107,7 @@ class Predictor:
         candidate = np.tanh(driven[..., 2 * h :] + gates[..., :h] * recurrent[..., 2 * h :])
         return candidate + gates[..., h:] * (self._hidden - candidate) + self._weights["state_bias"]
 
-    def _check(self, emg: Sequence[float], known: Sequence[float], where: str) -> None:
-        names = tuple(self._network.architecture.known)
-        if (len(emg), len(known)) != (len(self._channels), len(names)):
-            raise ValueError(
-                f"a sample has {len(emg)} channels and {len(known)} known inputs; the network takes "
-                f"{len(self._channels)} and {len(names)}: {', '.join((*self._channels, *names))}."
-            )
+    def _check(self, emg: Sequence[float], where: str) -> None:
         for name, value in zip(self._channels, emg, strict=True):
             if not 0 <= value <= UNSEEN_LIMIT:
                 raise ValueError(

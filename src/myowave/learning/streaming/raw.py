@@ -17,8 +17,7 @@ from myowave.data.processing.excitation import Excitation, RealTime
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.streaming.reading import RATE_TOLERANCE, Sample, read_samples
 
-ROUNDED = 0.25  # of the interval between raw samples, whose times are often rounded to 0.1 ms
-SAME = 1e-6  # of that interval: nearer to a raw sample than this is at it
+SAME = 1e-6  # of the interval between raw samples: nearer to a raw sample than this is at it
 
 
 def require_real_time(checkpoint: Checkpoint, path: str | Path) -> RealTime:
@@ -73,7 +72,7 @@ def _excite(lines: Iterable[str], real_time: RealTime, source: str, known: Seque
     """Samples at the amplifier's rate, their EMG as a fraction of what counts as 1."""
     excitation, step, first = Excitation(real_time), 1 / real_time.rate, 0.0
     waiting: deque[Sample] = deque()
-    for n, sample in enumerate(read_samples(lines, [*real_time.channels], step, source, known, ROUNDED, thins=False)):
+    for n, sample in enumerate(read_samples(lines, [*real_time.channels], step, source, known, raw=True)):
         first = sample.time if n == 0 else first
         if abs(sample.time - first - n * step) > RATE_TOLERANCE * n * step + step:
             raise ValueError(

@@ -10,6 +10,7 @@ from myowave.learning.inputs import constant_behind, unit_of
 from myowave.settings.keys import did_you_mean
 
 RATE_TOLERANCE = 0.01  # largest relative difference from the sampling interval of the training that counts as rounding
+ROUNDED = 0.25  # the same of raw EMG, whose times are often rounded to 0.1 ms
 WIDEST = 2 * math.pi  # rad, of an angle over time
 
 
@@ -22,7 +23,7 @@ class Sample:
     emg: Sequence[float]
     known: Sequence[float]
     where: str
-    angle: tuple[str, str] | None = None
+    angle: tuple[str, str] = "", ""
 
     def measured(self) -> float:
         """The measured angle [rad].
@@ -30,9 +31,9 @@ class Sample:
         Raises:
             ValueError: where there is none, or no angle.
         """
-        if self.angle is None:
-            raise ValueError(f"There is no column {' or '.join(ANGLES)}.")
         name, text = self.angle
+        if not name:
+            raise ValueError(f"There is no column {' or '.join(ANGLES)}.")
         limit = math.pi if name == "angle_rad" else 180.0
         angle = _float(text)
         if not abs(angle) <= limit:
@@ -46,18 +47,17 @@ def read_samples(
     dt: float,
     source: str,
     known: Sequence[str] = (),
-    tolerance: float = RATE_TOLERANCE,
     *,
-    thins: bool = True,
+    raw: bool = False,
 ) -> Iterator[Sample]:
     """Samples as soon as their lines are there; of lines at a whole multiple of the rate, those that the import keeps.
 
     Args:
         lines: CSV, the first line naming the columns: the channels, the known inputs, `time_s` where it is known, and
             `angle_rad` or `angle_deg` where it was measured. Others are not read.
-        dt: sampling interval that is expected [s]; `tolerance` the relative difference that counts as rounding.
+        dt: sampling interval that is expected [s].
         source: what the lines come from, for messages.
-        thins: whether a whole multiple of the rate is taken.
+        raw: whether they are an amplifier's, whose times are rounded and of which none is left out.
 
     Raises:
         ValueError: naming the line, at the first that is no sample of EMG.
@@ -65,9 +65,9 @@ def read_samples(
     numbered = ((f"{source}, line {n}", line) for n, line in enumerate(lines, 1))
     header = [name.strip().removeprefix("\ufeff") for name in _cells(*next(numbered, (source, "")))]
     _check_header(header, channels, known, source)
-    angle = next((name for name in ANGLES if name in header), None)
+    angle = next((name for name in ANGLES if name in header), "")
     wanted = [name for name in ("time_s", *channels, *known) if name in header]
-    before, every, count = math.nan, 1, 0
+    before, every, count, tolerance = math.nan, 1, 0, ROUNDED if raw else RATE_TOLERANCE
     for where, line in numbered:
         if not (row := _cells(where, line)):
             continue
@@ -76,7 +76,7 @@ def read_samples(
         cells = dict(zip(header, row, strict=True))
         numbers = {name: _number(name, cells[name], where) for name in wanted}
         time = numbers.get("time_s", before + dt if count else 0.0)
-        if count == 1 and thins and 0 < time - before < dt:
+        if count == 1 and not raw and 0 < time - before < dt:
             every = round(dt / (time - before))  # as `data.thinning`: the first sample, and then one of so many
         step = dt / every
         if count and abs(time - before - step) > tolerance * step + 1e-6:
@@ -91,7 +91,7 @@ def read_samples(
         for name in known:
             _check_known(name, numbers[name], where)
         emg, told = ([numbers[name] for name in names] for names in (channels, known))
-        yield Sample(time, emg, told, where, (angle, cells[angle]) if angle else None)
+        yield Sample(time, emg, told, where, (angle, cells.get(angle, "")))
 
 
 def _check_header(header: Sequence[str], channels: Sequence[str], known: Sequence[str], source: str) -> None:

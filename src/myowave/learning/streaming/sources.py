@@ -2,7 +2,7 @@
 
 import gzip
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -20,13 +20,6 @@ from myowave.settings.keys import did_you_mean
 
 GZIP = b"\x1f\x8b"
 STRANGE = "backslashreplace"  # bytes that are no UTF-8 are shown in the message on their line
-
-
-def remembered(lines: Iterable[str], seen: list[str]) -> Iterator[str]:
-    """The same lines, kept in a list as they pass."""
-    for line in lines:
-        seen.append(line)
-        yield line
 
 
 @contextmanager
