@@ -58,11 +58,11 @@ def in_memory(spoil: Callable[[dict[str, Signals]], object], form: str = "raw", 
     raw = {}
     for name, trial in trials.items():
         emg = {c: Sampled(values, EMG_HZ, 0.0, unit) for c, values in trial.items() if c in SIDES}
-        angles = {k: Sampled(np.radians(trial[k]), ANGLE_HZ, 0.0, "rad") for k in ("angle", "tilt_rad")}
+        angles = {k: Sampled(np.radians(trial[k]), ANGLE_HZ, 0.0, "rad", "deg") for k in ("angle", "tilt_rad")}
         signals = {"tilt_rad": angles["tilt_rad"]}
         if "torque" in trial:
             signals[TORQUE] = Sampled(trial["torque"], ANGLE_HZ, 0.0, "Nm")
-        raw[name] = RawTrial(emg, angles["angle"], signals, "deg")
+        raw[name] = RawTrial(emg, angles["angle"], signals)
     section = RecordedDataset(
         kind="recorded",
         trials=list("abc"),

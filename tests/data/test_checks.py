@@ -1,6 +1,7 @@
 """The quality report: each fault of a recording is found where it is, and none where there is none."""
 
 import types
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -76,10 +77,10 @@ def test_an_angle_that_leaps_is_found_and_one_that_moves_is_not(rate):
     angle = Sampled(smooth, rate, 0.0, "rad")
     assert list(motion.JUMP.of(angle)) == []
     leap = smooth + np.radians(40.0) * (np.arange(len(smooth)) > len(smooth) // 2)
-    told = list(motion.JUMP.of(angle.with_values(leap)))
+    told = list(motion.JUMP.of(replace(angle, values=leap)))
     assert len(told) == 1 and f"at {(len(smooth) // 2 + 1) / rate:.2f} s (1 such" in told[0].found
     spike = smooth + np.radians(40.0) * (np.arange(len(smooth)) == 50)
-    assert len(list(motion.JUMP.of(angle.with_values(spike)))) == 1
+    assert len(list(motion.JUMP.of(replace(angle, values=spike)))) == 1
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ file holds a whole trial: `time_s`, `emg_MUSCLE` as a fraction of a maximum cont
 """
 
 import glob
-import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
@@ -21,10 +20,11 @@ from myowave.data.processing.units import (
     ARBITRARY,
     TO_EMG,
     TO_FRACTION,
-    TO_MICROVOLTS,
     TO_NEWTON_METRES,
+    TO_NUMBER,
     TO_RADIANS,
     plain_unit,
+    unit_here,
 )
 from myowave.data.readers import RawRecording, Signal, read_raw
 from myowave.data.recording import RawTrial, Session
@@ -32,7 +32,7 @@ from myowave.data.trials import ANGLES, EMG_PREFIX, MOTOR, TIME, TORQUE
 from myowave.settings import MeasuredDataset, RawSignal, RecordedDataset, TextLayout
 from myowave.settings.data import role_problems
 from myowave.settings.keys import did_you_mean
-from myowave.settings.recording import TRIAL, EmgChannel, RawAngle, RawKeep, RawMotor, RawTorque
+from myowave.settings.recording import TRIAL, EmgChannel, RawAngle, RawKeep, RawMotor, RawTorque, Signed
 
 TIDY_ENDINGS = (".csv", ".parquet")
 
@@ -59,43 +59,28 @@ def _read_tidy(where: str, settings: MeasuredDataset, root: Path, channels: Sequ
     paths = name_trials(all_files(f"{where}.files", settings.files, root), TIDY_ENDINGS)
     trials = {}
     for name, path in paths.items():
-        raw = reading.file(path)
-        header = [] if raw is None else raw.header
-        emg = tuple(name for name in header if name.startswith(EMG_PREFIX)) if channels is None else channels
-        problems = list(_tidy_problems(path, header, emg if channels is None else None)) if raw else []
-        channels = emg or channels
-        reading.say(*problems)
-        if raw is None or problems:
+        if (raw := reading.file(path)) is None:
             continue
-        known = len(reading.said)
-        trial = replace(reading.trial(name, _as_recorded(path, header, emg)), file=(path, raw.first_row))
-        if len(reading.said) == known:
-            trials[name] = trial
+        said, listed = len(reading.said), ", ".join(raw.header)
+        if channels is None:
+            channels = [column for column in raw.header if column.startswith(EMG_PREFIX)] or None
+        if channels is None:
+            reading.say(f"{path}, header: no EMG column among {listed}; expected emg_<muscle>, such as emg_biceps.")
+        if len(angles := [column for column in ANGLES if column in raw.header]) != 1:
+            found = " and ".join(angles) or f"no angle among {listed}"
+            reading.say(f"{path}, header: found {found}; expected either {' or '.join(ANGLES)}.")
+        if len(reading.said) == said:
+            file = glob.escape(str(path))
+            columns = RecordedDataset.model_construct(  # what settings of raw recordings say of one
+                trials=(name,),
+                emg={column: EmgChannel(file=file, column=column, form="fraction") for column in channels or ()},
+                angle=RawAngle(file=file, column=angles[0], unit=ANGLES[angles[0]]),
+                torque=RawTorque(file=file, column=TORQUE, unit="Nm") if TORQUE in raw.header else None,
+            )
+            trial = replace(reading.trial(name, columns), file=(path, raw.first_row))
+            trials |= {name: trial} if len(reading.said) == said else {}
     reading.say(*(f"{where}.{problem}" for problem in role_problems(list(paths), settings)))
     return Session(trials, dict.fromkeys(channels or (), "fraction"), {}, reading.sha256, reading.problems)
-
-
-def _as_recorded(path: Path, header: Sequence[str], channels: Sequence[str]) -> RecordedDataset:
-    """Where the signals of a tidy file are, as a dataset of raw recordings says it."""
-    file = glob.escape(str(path))
-    angle = next(name for name in ANGLES if name in header)
-    return RecordedDataset.model_construct(
-        trials=(path.stem,),
-        emg={name: EmgChannel(file=file, column=name, form="fraction") for name in channels},
-        angle=RawAngle(file=file, column=angle, unit=ANGLES[angle]),
-        torque=RawTorque(file=file, column=TORQUE, unit="Nm") if TORQUE in header else None,
-    )
-
-
-def _tidy_problems(path: Path, header: Sequence[str], channels: Sequence[str] | None) -> Iterator[str]:
-    """Columns that a tidy file lacks; `channels` are its own, None where others are needed, or none."""
-    listed = ", ".join(header)
-    if channels is not None and not channels:
-        yield f"{path}, header: no EMG column among {listed}; expected emg_<muscle>, such as emg_biceps."
-    angles = [name for name in ANGLES if name in header]
-    if len(angles) != 1:
-        found = " and ".join(angles) or f"no angle among {listed}"
-        yield f"{path}, header: found {found}; expected either {' or '.join(ANGLES)}."
 
 
 @dataclass
@@ -113,7 +98,6 @@ class Reading:
     sha256: dict[str, str] = field(default_factory=dict, init=False)  # of each signal's file, by trial and signal
     _files: dict[Path, RawRecording | None] = field(default_factory=dict, init=False)
     _used: dict[Path, set[str]] = field(default_factory=dict, init=False)
-    _digests: dict[Path, str] = field(default_factory=dict, init=False)
 
     @property
     def problems(self) -> list[str]:
@@ -130,82 +114,63 @@ class Reading:
             self._files[path] = None
             try:
                 self._files[path] = read_raw(path, form, self.layout)
-                self._digests[path] = hashlib.sha256(path.read_bytes()).hexdigest()
             except ValueError as error:
                 self.say(str(error))
         return self._files[path]
 
     def trial(self, name: str, settings: RecordedDataset) -> RawTrial:
-        angle, unit = self._angle(name, "angle", settings.angle)
-        signals = {key: self._angle(name, f"signals.{key}", one)[0] for key, one in settings.signals.items()}
+        angle = self._read(name, "angle", settings.angle, TO_RADIANS)
+        signals = {key: self._read(name, f"signals.{key}", one, TO_RADIANS) for key, one in settings.signals.items()}
         if settings.motor is not None:
-            signals[MOTOR] = self._motor(name, "motor", settings.motor)
+            signals[MOTOR] = self._motor(name, settings.motor)
         if settings.torque is not None and name in settings.torque_trials:
-            signals[TORQUE] = self._torque(name, "torque", settings.torque)
+            signals[TORQUE] = self._read(name, "torque", settings.torque, TO_NEWTON_METRES)
         cut = settings.cut_s.get(name)
         if settings.keep is not None:
-            low, high = (at - angle.start for at in self._kept(name, "keep", settings.keep))
+            low, high = (at - angle.start for at in self._kept(name, settings.keep))
             cut = (low, high) if cut is None else (max(low, cut[0]), min(high, cut[1]))
-        return RawTrial(self.emg(name, settings), angle, signals, unit, cut=cut)
+        return RawTrial(self.emg(name, settings), angle, signals, cut=cut)
 
     def emg(self, trial: str, settings: RecordedDataset) -> dict[str, Sampled]:
         """EMG of each channel [uV]; as it is where its unit is arbitrary, a fraction of 1 where it is one."""
-        each = {}
-        for name, channel in settings.emg.items():
-            fraction = channel.form == "fraction"
-            factors, unnamed = (TO_FRACTION, ARBITRARY) if fraction else (TO_EMG, "")
-            sampled, unit = self._read(trial, f"emg.{name}", channel, factors, unnamed)
-            each[name] = replace(sampled, unit="uV" if unit in TO_MICROVOLTS else ARBITRARY)
-        return each
+        factors = {channel: TO_FRACTION if one.form == "fraction" else TO_EMG for channel, one in settings.emg.items()}
+        return {c: self._read(trial, f"emg.{c}", one, factors[c]) for c, one in settings.emg.items()}
 
-    def _angle(self, trial: str, key: str, angle: RawAngle) -> tuple[Sampled, str]:
-        """An angle [rad] with sign and offset, and the unit that it was written in."""
-        sampled, unit = self._read(trial, key, angle, TO_RADIANS)
-        turned = angle.sign * sampled.values + angle.offset_deg * TO_RADIANS["deg"]
-        return sampled.with_values(turned, "rad"), unit
-
-    def _torque(self, trial: str, key: str, torque: RawTorque | RawMotor) -> Sampled:
-        sampled, _ = self._read(trial, key, torque, TO_NEWTON_METRES)
-        return sampled.with_values(torque.sign * sampled.values, "Nm")
-
-    def _motor(self, trial: str, key: str, motor: RawMotor) -> Sampled:
+    def _motor(self, trial: str, motor: RawMotor) -> Sampled:
         """Torque of a motor at rest [N m], recorded or by its duty and the voltage."""
         if motor.volts is None:
-            return self._torque(trial, key, motor)
-        duty, _ = self._read(trial, key, motor, {ARBITRARY: 1.0}, ARBITRARY)
-        supply = motor.model_copy(update={"column": motor.volts, "unit": "V"})
-        volts, _ = self._read(trial, key, supply, {"V": 1.0})
-        return duty.with_values(motor.sign * motor.per_volt * duty.values * volts.values, "Nm")
+            return self._read(trial, "motor", motor, TO_NEWTON_METRES)
+        duty = self._read(trial, "motor", motor, TO_NUMBER)
+        supply = motor.model_copy(update={"column": motor.volts, "unit": "V", "sign": 1})
+        volts = self._read(trial, "motor", supply, {"V": 1.0})
+        return replace(duty, values=motor.per_volt * duty.values * volts.values, unit="Nm")
 
-    def _kept(self, trial: str, key: str, keep: RawKeep) -> tuple[float, float]:
+    def _kept(self, trial: str, keep: RawKeep) -> tuple[float, float]:
         """From and to [s] on the recorder's clock, the longest time in which a column has the value that is kept."""
-        sampled, _ = self._read(trial, key, keep, {ARBITRARY: 1.0}, ARBITRARY)
+        sampled = self._read(trial, "keep", keep, TO_NUMBER)
         runs = runs_of(np.isclose(sampled.values, keep.equals))
         if not runs:
-            self.say(f"{self.where}.{key}: {keep.column} is never {keep.equals:g} in trial {trial}. Correct the value.")
+            self.say(f"{self.where}.keep: {keep.column} is never {keep.equals:g} in trial {trial}. Correct the value.")
             return sampled.start, sampled.end
         begin, length = max(runs, key=lambda run: run[1])
         return float(sampled.time[begin]), float(sampled.time[begin + length - 1])
 
-    def _read(
-        self, trial: str, key: str, settings: RawSignal, factors: Mapping[str, float], unnamed: str = ""
-    ) -> tuple[Sampled, str]:
-        """One signal and the unit that it was written in; a stand-in where there is a problem.
+    def _read(self, trial: str, key: str, settings: RawSignal, factors: Mapping[str, float]) -> Sampled:
+        """One signal with its sign and offset, in the unit that is used here; a stand-in where there is a problem.
 
         Args:
             factors: of the units that it may be written in, by which it is multiplied.
-            unnamed: its unit where nobody names one.
         """
         where, units = f"{self.where}.{self.key or key}", tuple(factors)
-        stand_in = Sampled(np.zeros(1), 1.0, 0.0, units[0]), units[0]
+        stand_in = Sampled(np.zeros(1), 1.0, 0.0, unit_here(units[0]), units[0])
         raw = self._one_file(trial, where, settings)
         if raw is None or (signal := self._column(raw, where, settings)) is None:
             return stand_in
         self._used.setdefault(raw.path, set()).add(signal.name)
-        self.sha256[f"{trial}/{self.key or key}"] = self._digests[raw.path]
+        self.sha256[f"{trial}/{self.key or key}"] = raw.sha256
         said = plain_unit(settings.unit or "")
         written = plain_unit(signal.unit or (signal.angle_unit if signal.angle_unit in units else ""))
-        unit = written or said or unnamed
+        unit = written or said or (ARBITRARY if units[0] == ARBITRARY else "")
         problems = list(signal_problems(raw, signal, settings.rate_hz, self.pace))
         if written and said and written != said:
             problems.append(f"{raw.path}: {signal.name} is in {written}, but {where} says {said}. Correct one of them.")
@@ -216,8 +181,11 @@ class Reading:
         rate = signal.rate or settings.rate_hz or signal.rate_by_time  # a stated rate is exact, times are rounded
         if problems or rate is None:
             return stand_in
+        values = signal.values * factors[unit]
+        values = settings.sign * values if isinstance(settings, Signed) else values
+        values = values + settings.offset_deg * TO_RADIANS["deg"] if isinstance(settings, RawAngle) else values
         start = 0.0 if signal.time is None else float(signal.time[0])
-        return Sampled(signal.values * factors[unit], rate, start, unit), unit
+        return Sampled(values, rate, start, unit_here(unit), unit)
 
     def _one_file(self, trial: str, where: str, settings: RawSignal) -> RawRecording | None:
         pattern = settings.file.replace(TRIAL, self.recordings.get(trial, trial))

@@ -17,7 +17,6 @@ class RawTrial:
     emg: Mapping[str, Sampled]  # {channel: [uV], or any unit where it is arbitrary or a fraction}
     angle: Sampled  # elbow angle [rad], with the sign and offset of the settings
     signals: Mapping[str, Sampled] = field(default_factory=dict)  # further angles [rad], and `TORQUE`, `MOTOR` [N m]
-    angle_unit: str = "rad"  # in which the angle was written
     file: tuple[Path, int] | None = None  # that holds all of it, with its first row of samples
     cut: tuple[float, float] | None = None  # from and to [s] after the start of the angle: what is kept; None for all
 

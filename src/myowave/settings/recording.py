@@ -33,10 +33,13 @@ class EmgChannel(RawSignal):
     )
 
 
-class RawAngle(RawSignal):
+class Signed(RawSignal):
+    sign: Literal[1, -1] = setting("1, or -1 where the recorder counts the other way round", default=1)
+
+
+class RawAngle(Signed):
     """An angle as recorded: sign * value + offset."""
 
-    sign: Literal[1, -1] = setting("1, or -1 where the recorder counts the other way round", default=1)
     offset_deg: Real = setting("added after the sign, so that 0 hangs straight down", "deg", 0.0, ge=-360, le=360)
 
 
@@ -48,17 +51,15 @@ class ExtraAngle(RawAngle):
     )
 
 
-class RawTorque(RawSignal):
+class RawTorque(Signed):
     """Torque as a dynamometer recorded it: sign * value, in N m (Ncm or Nmm where `unit` or the file says so)."""
 
-    sign: Literal[1, -1] = setting("1, or -1 where the dynamometer counts the other way round", default=1)
     trials: tuple[TrialName, ...] | None = setting("trials in which it was measured; null: all", default=None)
 
 
-class RawMotor(RawSignal):
+class RawMotor(Signed):
     """Known torque of a motor on the joint: sign * value in N m, or that of a direct-current motor from its duty."""
 
-    sign: Literal[1, -1] = setting("1, or -1 where the recorder counts the other way round", default=1)
     volts: str | None = setting(
         "column of the supply's voltage; `column` is then the share of it on the motor, -1 to 1, and torque is kt / R "
         "(duty volts - kt speed)",

@@ -96,9 +96,9 @@ _ARTEFACT = "Look for an artefact there and cut it off with cut_s, or name a str
 
 def _odd_problems(one: Recording) -> Iterator[str]:
     """Angles beyond half a turn, an elbow that is still or looks like the other unit, a torque that no elbow gives."""
-    angle, unit = np.degrees(one.angle), one.raw.angle_unit
+    angle, unit = np.degrees(one.angle), one.raw.angle.written
     named = "If it was written in deg, name that unit (or call the column angle_deg); else correct sign or offset_deg."
-    far = named if unit == "rad" else "Correct its unit, sign or offset_deg."
+    far = "Correct its unit, sign or offset_deg." if unit == "deg" else named
     still = "The sensor was off, or the column is another one: correct it, or leave the trial out."
     if problem := _odd(one, "the angle", angle, "deg", HALF_TURN_DEG, far, still):
         yield problem

@@ -6,6 +6,8 @@ training trials: the offset, whether there is hum to take out, and the envelope 
 Shapes: C channels, n samples at a time.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from myowave.data.processing.filters import band_pass, lag_s, low_pass, notch
@@ -89,7 +91,7 @@ def envelope(emg: Sampled, processing: Processing, known: Known | None = None) -
         return emg
     known = known.model_copy(update={"rate_hz": emg.rate})
     excitation = Excitation(RealTime(processing=processing, channels={"": known}))
-    return emg.with_values(np.concatenate([excitation.push(emg.values[:, None]), excitation.finish()])[:, 0])
+    return replace(emg, values=np.concatenate([excitation.push(emg.values[:, None]), excitation.finish()])[:, 0])
 
 
 def known_from(emg: list[Sampled], processing: Processing, form: str = "raw") -> Known:

@@ -1,7 +1,7 @@
 """Signals sampled at one rate, each with a clock of its own, and how they come onto one grid of times."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -26,6 +26,7 @@ class Sampled:
     rate: float  # samples a second [Hz]
     start: float  # time of the first sample [s]
     unit: str  # such as uV, rad, or au for a fraction
+    written: str = ""  # unit in the file that it is from
 
     @property
     def time(self) -> Array:
@@ -39,10 +40,6 @@ class Sampled:
     def within(self, start: float, end: float) -> Array:
         time = self.time
         return self.values[(time >= start) & (time <= end)]
-
-    def with_values(self, values: Array, unit: str | None = None) -> "Sampled":
-        """Other values at the same times."""
-        return replace(self, values=values, unit=self.unit if unit is None else unit)
 
     @cached_property
     def power(self) -> tuple[Array, Array]:

@@ -9,6 +9,7 @@ TO_RADIANS = {"rad": 1.0, "deg": math.pi / 180}
 TO_MICROVOLTS = {"uV": 1.0, "mV": 1e3, "V": 1e6, "nV": 1e-3}
 TO_EMG = {**TO_MICROVOLTS, ARBITRARY: 1.0, PERCENT: 1.0}
 TO_FRACTION = {ARBITRARY: 1.0, PERCENT: 1e-2}
+TO_NUMBER = {ARBITRARY: 1.0}
 TO_NEWTON_METRES = {"Nm": 1.0, "Ncm": 1e-2, "Nmm": 1e-3}
 _SPELLINGS = {
     "uV": ("µV", "μV", "microvolts"),  # micro sign and Greek mu
@@ -28,3 +29,8 @@ def plain_unit(unit: str) -> str:
     """The one spelling of a unit that is used here: `Volts` and `µV` are `V` and `uV`."""
     unit = unit.strip().strip("[]()")
     return _PLAIN.get(unit, _PLAIN.get(unit.lower(), unit))
+
+
+def unit_here(unit: str) -> str:
+    """What a plain unit is converted to: rad, uV or Nm, and arbitrary ones stay that."""
+    return next((next(iter(to)) for to in (TO_RADIANS, TO_MICROVOLTS, TO_NEWTON_METRES) if unit in to), ARBITRARY)

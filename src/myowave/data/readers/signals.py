@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +51,11 @@ class RawRecording:
     path: Path  # the file, for messages
     signals: tuple[Signal, ...]  # in the order of the file; names may repeat, which is for a check to refuse
     first_row: int = 1  # the row of the first sample as an editor or a data frame counts it, for messages
+
+    @cached_property
+    def sha256(self) -> str:
+        """Digest of the file."""
+        return hashlib.sha256(self.path.read_bytes()).hexdigest()
 
     @property
     def header(self) -> list[str]:
