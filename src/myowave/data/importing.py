@@ -23,6 +23,10 @@ from myowave.data.trials import MOTOR, Array, Trials
 from myowave.settings import MeasuredDataset, PathTable, RecordedDataset, dump
 from myowave.settings.recording import Processing
 
+_NO_EMG = (
+    "the EMG never rises above 0, so there is nothing to divide it by. The electrode was off, or the column is another "
+    "one: leave the channel out, or correct it."
+)
 SHORTEST = 50  # fewest samples of a trial [-]; training needs windows, diagnosis degrees of freedom
 Dataset = MeasuredDataset | RecordedDataset
 
@@ -56,13 +60,11 @@ def import_trials(
 def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     """Process the session of a dataset, or raise a ValueError with a line for each problem; see `import_trials`."""
     processing, forms = settings.processing, session.forms
-    one_by_one = isinstance(settings, MeasuredDataset)  # where what counts as 1 does not need all of them
-    if not one_by_one or not session.trials:
-        _refuse(dataset, session.problems)
+    fractions = {*forms.values()} <= {"fraction"}  # then EMG of a trial is what it is without the other trials
     raw = {name: trial.with_emg_later(processing.emg_start_offset_s) for name, trial in session.trials.items()}
     grids = {name: common_grid(trial.all, trial.angle, processing.rate_hz, trial.cut) for name, trial in raw.items()}
     problems = [*session.problems, *_grid_problems(grids, raw)]
-    if not one_by_one:
+    if not fractions or not raw:
         _refuse(dataset, problems)
     train = [name for name in raw if name not in settings.test]
     # A causal filter may know no more than the training trials tell.
@@ -73,7 +75,7 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         if len(grid) >= SHORTEST
     }
     gains = _gains(processing, known, session.mvc, [recordings[name] for name in train if name in recordings])
-    _refuse(dataset, _gain_problems(gains))
+    _refuse(dataset, [f"{channel}: {_NO_EMG}" for channel, gain in gains.items() if not gain > 0])
     for name, one in recordings.items():
         emg = {c: e if forms[c] == "fraction" else np.maximum(e, 0.0) / gains[c] for c, e in one.emg.items()}
         recordings[name] = replace(one, emg=emg)  # splines undershoot a little
@@ -85,7 +87,7 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         "source": settings.kind,
         "ignored columns": list(settings.ignore_columns),
         "sha256": dict(session.sha256),
-        "real_time": {} if {*forms.values()} <= {"fraction"} else dump(RealTime(processing=processing, channels=known)),
+        "real_time": {} if fractions else dump(RealTime(processing=processing, channels=known)),
     }
     return Prepared(_to_trials(dataset, settings, recordings, provenance), recordings, gains, forms)
 
@@ -158,13 +160,4 @@ def _grid_problems(grids: Mapping[str, Array], raw: Mapping[str, RawTrial]) -> I
                 f"{file[0] if file else f'trial {name}'}: {len(grid)} samples at which all signals were recorded; "
                 f"expected at least {SHORTEST}. {emg}the angle from {angle.start:.4g} to {angle.end:.4g} s: record "
                 "longer, correct processing.emg_start_offset_s or cut_s, or leave the trial out."
-            )
-
-
-def _gain_problems(gains: Mapping[str, float]) -> Iterator[str]:
-    for channel, gain in gains.items():
-        if not gain > 0:
-            yield (
-                f"{channel}: the EMG never rises above 0, so there is nothing to divide it by. The electrode was off, "
-                "or the column is another one: leave the channel out, or correct it."
             )

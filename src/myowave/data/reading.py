@@ -48,7 +48,7 @@ def read_session(
     if isinstance(settings, MeasuredDataset):
         return _read_tidy(where, settings, root, channels)
     reading = Reading(where, root, RAW, settings.ignore_columns, settings.layout, settings.recordings)
-    trials = {name: reading.trial(name, settings) for name in settings.trials}
+    trials = {name: trial for name in settings.trials if (trial := reading.trial(name, settings))}
     mvc = {name: reading.emg(name, settings) for name in settings.mvc}
     forms = {channel: one.form for channel, one in settings.emg.items()}
     return Session(trials, forms, mvc, reading.sha256, reading.problems)
@@ -77,8 +77,8 @@ def _read_tidy(where: str, settings: MeasuredDataset, root: Path, channels: Sequ
                 angle=RawAngle(file=file, column=angles[0], unit=ANGLES[angles[0]]),
                 torque=RawTorque(file=file, column=TORQUE, unit="Nm") if TORQUE in raw.header else None,
             )
-            trial = replace(reading.trial(name, columns), file=(path, raw.first_row))
-            trials |= {name: trial} if len(reading.said) == said else {}
+            if trial := reading.trial(name, columns):
+                trials[name] = replace(trial, file=(path, raw.first_row))
     reading.say(*(f"{where}.{problem}" for problem in role_problems(list(paths), settings)))
     return Session(trials, dict.fromkeys(channels or (), "fraction"), {}, reading.sha256, reading.problems)
 
@@ -118,7 +118,8 @@ class Reading:
                 self.say(str(error))
         return self._files[path]
 
-    def trial(self, name: str, settings: RecordedDataset) -> RawTrial:
+    def trial(self, name: str, settings: RecordedDataset) -> RawTrial | None:
+        """All signals of a trial; None where there is a problem with one."""
         angle = self._read(name, "angle", settings.angle, TO_RADIANS)
         signals = {key: self._read(name, f"signals.{key}", one, TO_RADIANS) for key, one in settings.signals.items()}
         if settings.motor is not None:
@@ -129,7 +130,8 @@ class Reading:
         if settings.keep is not None:
             low, high = (at - angle.start for at in self._kept(name, settings.keep))
             cut = (low, high) if cut is None else (max(low, cut[0]), min(high, cut[1]))
-        return RawTrial(self.emg(name, settings), angle, signals, cut=cut)
+        trial = RawTrial(self.emg(name, settings), angle, signals, cut=cut)
+        return None if any(len(signal.values) == 1 for signal in trial.all) else trial
 
     def emg(self, trial: str, settings: RecordedDataset) -> dict[str, Sampled]:
         """EMG of each channel [uV]; as it is where its unit is arbitrary, a fraction of 1 where it is one."""
@@ -156,7 +158,7 @@ class Reading:
         return float(sampled.time[begin]), float(sampled.time[begin + length - 1])
 
     def _read(self, trial: str, key: str, settings: RawSignal, factors: Mapping[str, float]) -> Sampled:
-        """One signal with its sign and offset, in the unit that is used here; a stand-in where there is a problem.
+        """One signal with its sign and offset, in the unit that is used here; one sample where there is a problem.
 
         Args:
             factors: of the units that it may be written in, by which it is multiplied.
