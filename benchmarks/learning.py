@@ -31,14 +31,13 @@ from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import predict_trials, r_squared
-from myowave.learning.loss import Noise
 from myowave.learning.methods.rollout.training import BETAS, DATA_SEED, OPTIMISERS, RolloutLoss, clip_gradients
 from myowave.learning.network import Architecture, Network, Scaling, initialise
 from myowave.learning.optimisers import Adam
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
-from myowave.learning.windows import Corpus, Pieces, count_training_samples, count_windows
+from myowave.learning.windows import Corpus, Noise, Pieces, count_training_samples, count_windows
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model

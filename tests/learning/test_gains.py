@@ -6,10 +6,10 @@ import pytest
 import torch
 
 from myowave.learning.inputs import Given
-from myowave.learning.loss import Noise
 from myowave.learning.methods.rollout.training import RolloutLoss
 from myowave.learning.task import begin_stage
 from myowave.learning.training import train_scale
+from myowave.learning.windows import Noise
 
 SEEDS = (0, 1)
 STILL = Noise(0.0, SEEDS, 0)

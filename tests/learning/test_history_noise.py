@@ -6,10 +6,10 @@ import pytest
 import torch
 
 from myowave.learning.inputs import to_tensors
-from myowave.learning.loss import Noise
 from myowave.learning.methods.paper.one_step import predict_teacher_forced
 from myowave.learning.methods.paper.training import PaperLoss
 from myowave.learning.task import begin_stage
+from myowave.learning.windows import Noise
 
 CPU = torch.device("cpu")
 

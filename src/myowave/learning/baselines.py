@@ -9,8 +9,9 @@ Shapes: S seeds, T trials, N samples, X inputs, B pieces, K samples of a piece, 
 
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -101,36 +102,40 @@ def given_samples(trials: Trials) -> int:
     return max(2, round(GIVEN_S / trials.dt))
 
 
-def _lagged(x: Array, lags: Iterable[int]) -> Array:
+def _lagged(x: Array, lags: Sequence[int]) -> Array:
     """Inputs (N, X) as they were so many samples ago, the first held before it, (N, lags X)."""
     at = np.arange(len(x))
     return np.concatenate([x[np.maximum(at - lag, 0)] for lag in lags], axis=1)
 
 
+def _lagged_trials(seen: Standardised, lags: Sequence[int]) -> tuple[list[Array], Array, Array]:
+    """Lagged inputs of each trial, and those and the angles of all that train, one after the other."""
+    x = [_lagged(values, lags) for values in seen.x]
+    return x, np.concatenate([x[t] for t in seen.train]), np.concatenate([seen.z[t] for t in seen.train])
+
+
 def _ridge(seen: Standardised, seeds: Sequence[int]) -> list[Array]:
     """Linear in the inputs of all samples within reach; seeds agree."""
-    reach = range(round(REACH_S / seen.dt) + 1)
-    x = [_lagged(values, reach) for values in seen.x]
-    rows = np.concatenate([np.full(len(seen.z[t]), t) for t in seen.train])
+    x, *data = _lagged_trials(seen, range(round(REACH_S / seen.dt) + 1))
+    rows = np.repeat(seen.train, [len(seen.z[t]) for t in seen.train])
     each_out = list(LeaveOneGroupOut().split(rows, groups=rows)) if len(seen.train) > 1 else None
-    fit = RidgeCV(PENALTIES, fit_intercept=False, cv=each_out, scoring="neg_mean_squared_error")
-    fit.fit(np.concatenate([x[t] for t in seen.train]), np.concatenate([seen.z[t] for t in seen.train]))
+    fit = RidgeCV(PENALTIES, fit_intercept=False, cv=each_out, scoring="neg_mean_squared_error").fit(*data)
     return [np.tile(fit.predict(values), (len(seeds), 1)) for values in x]
 
 
 def _trees(seen: Standardised, seeds: Sequence[int]) -> list[Array]:
     """Boosted regression trees."""
     lags = np.unique(np.linspace(0, round(REACH_S / seen.dt), TREE_LAGS).astype(int)).tolist()
-    x = [_lagged(values, lags) for values in seen.x]
-    data = np.concatenate([x[t] for t in seen.train]), np.concatenate([seen.z[t] for t in seen.train])
-    settings = {
-        "max_iter": 150,
-        "learning_rate": 0.1,
-        "max_leaf_nodes": 15,
-        "max_features": 0.5,
-        "early_stopping": False,
-    }
-    fits = [HistGradientBoostingRegressor(**settings, random_state=seed).fit(*data) for seed in seeds]
+    x, *data = _lagged_trials(seen, lags)
+    trees = partial(
+        HistGradientBoostingRegressor,
+        max_iter=150,
+        learning_rate=0.1,
+        max_leaf_nodes=15,
+        max_features=0.5,
+        early_stopping=False,
+    )
+    fits = [trees(random_state=seed).fit(*data) for seed in seeds]
     return [np.stack([fit.predict(values) for fit in fits]) for values in x]
 
 
@@ -186,25 +191,20 @@ def _start(kind: str, inputs: int, seed: int) -> Weights:
     return weights | {"output": uniform(1, WIDTH)[0], "output_bias": torch.zeros(1)}
 
 
-def _train(kind: str) -> Callable[[Standardised, Sequence[int]], list[Tensor]]:
-    run = TRAINED[kind]
-
-    def predict(seen: Standardised, seeds: Sequence[int]) -> list[Tensor]:
-        each = [_start(kind, seen.x[0].shape[1], seed) for seed in seeds]
-        weights = {name: torch.stack([of[name] for of in each]).requires_grad_() for name in each[0]}
-        randoms = [np.random.default_rng([seed, 17]) for seed in seeds]
-        optimiser = Adam(list(weights.values()), BETAS, DECAY)
-        for step in range(STEPS):
-            drawn = zip(*(_draw(seen, PIECE_S[kind], random) for random in randoms), strict=True)
-            x, z = (torch.from_numpy(np.stack(part)).float() for part in drawn)
-            optimiser.forget_gradients()
-            (run(weights, x) - z).square().mean((1, 2)).sum().backward()
-            optimiser.step(RATE * 0.5 * (1 + math.cos(math.pi * step / STEPS)))
-        with torch.no_grad():
-            whole = (torch.from_numpy(x.T.copy()).float().expand(len(seeds), 1, -1, -1) for x in seen.x)
-            return [run(weights, x)[:, 0] for x in whole]
-
-    return predict
+def _train(kind: str, seen: Standardised, seeds: Sequence[int]) -> list[Tensor]:
+    run, each = TRAINED[kind], [_start(kind, seen.x[0].shape[1], seed) for seed in seeds]
+    weights = {name: torch.stack([of[name] for of in each]).requires_grad_() for name in each[0]}
+    randoms = [np.random.default_rng([seed, 17]) for seed in seeds]
+    optimiser = Adam(list(weights.values()), BETAS, DECAY)
+    for step in range(STEPS):
+        drawn = zip(*(_draw(seen, PIECE_S[kind], random) for random in randoms), strict=True)
+        x, z = (torch.from_numpy(np.stack(part)).float() for part in drawn)
+        optimiser.forget_gradients()
+        (run(weights, x) - z).square().mean((1, 2)).sum().backward()
+        optimiser.step(RATE * 0.5 * (1 + math.cos(math.pi * step / STEPS)))
+    with torch.no_grad():
+        whole = (torch.from_numpy(x.T.copy()).float().expand(len(seeds), 1, -1, -1) for x in seen.x)
+        return [run(weights, x)[:, 0] for x in whole]
 
 
 def _draw(seen: Standardised, piece_s: float, random: np.random.Generator) -> tuple[Array, Array]:
@@ -226,5 +226,5 @@ TRAINED: Mapping[str, Run] = {"gru": _gru, "convolution": _convolution}
 PREDICTORS: Mapping[str, Callable[[Standardised, Sequence[int]], Sequence[Array | Tensor]]] = {
     "ridge": _ridge,
     "trees": _trees,
-    **{kind: _train(kind) for kind in TRAINED},
+    **{kind: partial(_train, kind) for kind in TRAINED},
 }

@@ -144,13 +144,10 @@ class Network:
     def device(self) -> torch.device:
         return self.weights["hidden"].device
 
-    def to(self, device: torch.device) -> "Network":
-        """The same on another device."""
-        return replace(self, weights={name: value.to(device) for name, value in self.weights.items()})
-
-    def trainable(self) -> "Network":
-        """A copy whose weights take gradients."""
-        return replace(self, weights={name: w.detach().clone().requires_grad_() for name, w in self.weights.items()})
+    def trainable(self, device: torch.device | None = None) -> "Network":
+        """A copy, on another device where one is named, whose weights take gradients."""
+        weights = {name: w.detach().clone().to(device).requires_grad_() for name, w in self.weights.items()}
+        return replace(self, weights=weights)
 
     def encode_inputs(self, inputs: Tensor, dt: float) -> Tensor:
         """Inputs x_n = [e_n, told, t_n], standardised, (T, N, X), float32, from `given_inputs` `dt` apart [s]."""

@@ -62,6 +62,16 @@ class Task:
 
 
 @dataclass(frozen=True)
+class Losses:
+    """Loss of each seed, which trains the same by itself or among others, and its parts, (S,) each: `data` [rad^2],
+    `residual` [(N m)^2], weights not in them."""
+
+    total: Tensor
+    data: Tensor
+    residual: Tensor
+
+
+@dataclass(frozen=True)
 class Stage:
     """Training at one scale as it begins."""
 
@@ -98,7 +108,7 @@ def begin_stage(task: Task, level: int, before: Checkpoint | None = None) -> Sta
         network, values = fresh_network(task), start
     else:
         raise ValueError(f"scale -{level} of {task.total} starts from the checkpoint of -{level + 1}; none given.")
-    network = network.to(task.device).trainable()
+    network = network.trainable(task.device)
     usable = torch.tensor(count_training_samples(trials, recipe.validation_fraction, network.history))
     inputs, angle = to_tensors(trials, task.device, network.architecture.known)
     corpus = Corpus.of(network, inputs, angle.unsqueeze(0), trials.dt, usable)

@@ -16,11 +16,10 @@ from torch import Tensor
 
 from myowave.learning.band import Band, Seen, calibrate
 from myowave.learning.checkpoint import Checkpoint
-from myowave.learning.loss import Losses
 from myowave.learning.methods import TRAININGS, Parameters
 from myowave.learning.network import Network
-from myowave.learning.prediction import predict_motion, run_free
-from myowave.learning.task import Stage, Task, begin_stage
+from myowave.learning.prediction import predict_motion
+from myowave.learning.task import Losses, Stage, Task, begin_stage
 from myowave.learning.windows import Validation
 
 VALIDATE_EVERY = 5  # epochs
@@ -33,7 +32,7 @@ class EpochReport:
 
     epoch: int  # from 1, within this scale
     seeds: tuple[int, ...]
-    losses: Losses  # see `loss.Losses`
+    losses: Losses
     # on the validation windows, free running [rad^2]; of the last time it was computed. Not a number where nothing is
     # kept for validation.
     val_mse: Tensor
@@ -123,12 +122,9 @@ class _EarlyStopping:
             self.weights[name] = torch.where(better[:, None, None], value.detach(), self.weights[name])
         return bool((epoch - self._epoch >= self._patience).all())
 
-    @torch.no_grad()
     def _validate(self) -> Tensor:
-        network = self._network
-        if self._validation is None:
-            return torch.full((network.seeds,), math.nan, dtype=torch.float64, device=network.device)
-        return self._validation.score(network.to_rad(run_free(network, *self._validation.windows)))
+        nothing = torch.full((self._network.seeds,), math.nan, dtype=torch.float64, device=self._network.device)
+        return self._validation.mse() if self._validation else nothing
 
 
 def _checkpoint(

@@ -1,4 +1,4 @@
-"""Windows of trials for training and validation.
+"""Windows of trials for training and validation, and noise on what a network sees of them.
 
 The last part of every training trial is kept for validation and never trained on. A training window begins anywhere in
 the rest: `history` samples with a known angle, then the samples to predict.
@@ -6,6 +6,7 @@ the rest: `history` samples with a known angle, then the samples to predict.
 Shapes: S seeds (1 where all seeds share the motion), T trials, N samples, X inputs, B windows, K samples of a window.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
@@ -13,6 +14,7 @@ from torch import Tensor
 
 from myowave.data.trials import Trials
 from myowave.learning.network import Network
+from myowave.learning.prediction import run_free
 
 BLOCK = 16  # windows of an epoch are a multiple of this: a few more than a multiple cost a whole vector register
 
@@ -95,6 +97,7 @@ class Validation:
     its angles."""
 
     def __init__(self, corpus: Corpus, network: Network, lengths: tuple[int, ...]) -> None:
+        self._network = network
         m, kept = network.history, torch.tensor(lengths, device=corpus.x.device) - corpus.usable
         longest = int(kept.max())
         trial = torch.arange(len(lengths), device=kept.device)
@@ -104,6 +107,30 @@ class Validation:
         self.valid = torch.arange(longest, device=kept.device) < kept.unsqueeze(-1)
         self.variance = float(self.angle[self.valid].var(correction=0))
 
+    @torch.no_grad()
+    def mse(self) -> Tensor:
+        """Mean square error of a free run of the network as it is now, (S,) [rad^2]."""
+        return self.score(self._network.to_rad(run_free(self._network, *self.windows)))
+
     def score(self, predicted: Tensor) -> Tensor:
         """Mean square error [rad^2] of predictions (S, B, K - m) [rad], (S,)."""
         return (predicted - self.angle)[:, self.valid].square().mean(1)
+
+
+class Noise:
+    """Normal numbers to disturb what a network sees, from a generator for each seed.
+
+    Args:
+        std: standard deviation, in the unit of what is disturbed.
+        level: of the scale; each has noise of its own.
+        stream: of what is disturbed; each has noise of its own.
+    """
+
+    def __init__(self, std: float, seeds: Sequence[int], level: int, stream: int = 0) -> None:
+        self.std = std
+        self._random = [torch.Generator().manual_seed(stream * 1_000_000 + seed * 100 + level) for seed in seeds]
+
+    def draw(self, *shape: int, like: Tensor) -> Tensor:
+        """(S, *shape), with the type and on the device of `like`."""
+        noise = torch.stack([torch.randn(*shape, generator=random) for random in self._random])
+        return (self.std * noise).to(like)

@@ -101,7 +101,7 @@ class Predictor:
         return self._hidden
 
     def _cell(self, driven: np.ndarray, recurrent: np.ndarray) -> np.ndarray:
-        """As `cells.apply_cell`."""
+        """As `prediction.apply_cell`."""
         h = self._network.architecture.hidden
         gates = 0.5 + 0.5 * np.tanh(0.5 * (recurrent[..., : 2 * h] + driven[..., : 2 * h]))
         candidate = np.tanh(driven[..., 2 * h :] + gates[..., :h] * recurrent[..., 2 * h :])

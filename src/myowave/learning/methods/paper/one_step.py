@@ -8,8 +8,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from myowave.learning.cells import apply_cell, drive, read_out, see
 from myowave.learning.network import Network
+from myowave.learning.prediction import apply_cell, drive, read_out, see
 
 
 def predict_teacher_forced(network: Network, x: Tensor, angle: Tensor) -> Tensor:

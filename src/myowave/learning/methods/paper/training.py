@@ -9,13 +9,12 @@ from collections.abc import Mapping
 import torch
 from torch import Tensor
 
-from myowave.learning.loss import Losses, Noise
 from myowave.learning.methods.paper.joint_identification import JointIdentification
 from myowave.learning.methods.paper.one_step import predict_teacher_forced, predict_with_time_derivatives
 from myowave.learning.methods.paper.residual import MotionResidual
 from myowave.learning.optimisers import Adam
-from myowave.learning.task import Stage
-from myowave.learning.windows import Pieces
+from myowave.learning.task import Losses, Stage
+from myowave.learning.windows import Noise, Pieces
 from myowave.settings import PaperRecipe
 
 BETAS = 0.9, 0.999  # of Adam: how slowly the two moments of a gradient forget

@@ -18,13 +18,12 @@ from torch import Tensor
 
 from myowave.learning.identification import Identification
 from myowave.learning.inputs import known_of
-from myowave.learning.loss import Losses, Noise
 from myowave.learning.methods.rollout.augmentation import imagine_emg, simulate_imagined
 from myowave.learning.methods.rollout.fast import Workspace, roll_out_gru
 from myowave.learning.network import Network
 from myowave.learning.optimisers import Adam, Soap
-from myowave.learning.task import Stage
-from myowave.learning.windows import Corpus, Pieces, count_windows
+from myowave.learning.task import Losses, Stage
+from myowave.learning.windows import Corpus, Noise, Pieces, count_windows
 from myowave.settings import RolloutRecipe
 
 RISE = 20  # epochs at the beginning of a scale in which the step grows to its full length
