@@ -37,7 +37,7 @@ from myowave.learning.optimisers import Adam
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
-from myowave.learning.windows import Corpus, Noise, Pieces, count_training_samples, count_windows
+from myowave.learning.windows import Corpus, Pieces, count_training_samples, count_windows
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
@@ -91,8 +91,7 @@ class Ours:
     @classmethod
     def of(cls, trials: Trials, recipe: RolloutRecipe, seeds: int) -> "Ours":
         network, corpus = prepare(trials, recipe, seeds)
-        random, still = torch.Generator().manual_seed(DATA_SEED), Noise(0.0, range(seeds), 0)
-        loss = RolloutLoss(network, corpus, round(recipe.rollout_s / trials.dt), random, still, still)
+        loss = RolloutLoss(network, corpus, recipe, round(recipe.rollout_s / trials.dt), range(seeds))
         weights = list(network.weights.values())
         return cls(loss, weights, OPTIMISERS[recipe.optimiser](weights, BETAS))
 

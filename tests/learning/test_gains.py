@@ -12,11 +12,6 @@ from myowave.learning.training import train_scale
 from myowave.learning.windows import Noise
 
 SEEDS = (0, 1)
-STILL = Noise(0.0, SEEDS, 0)
-
-
-def gains(std: float) -> Noise:
-    return Noise(std, SEEDS, 0, stream=1)
 
 
 @pytest.fixture
@@ -24,9 +19,9 @@ def stage(rollout):
     return begin_stage(rollout, level=0)
 
 
-def windows(stage, gains):
+def windows(stage, **noise):
     """Windows of the first epoch as the network sees them."""
-    loss = RolloutLoss(stage.network, stage.corpus, 10, torch.Generator().manual_seed(0), gains, STILL)
+    loss = RolloutLoss(stage.network, stage.corpus, stage.task.recipe.changed(noise), 10, SEEDS)
     return loss._disturb(loss._cut(stage.corpus, 64)[0])
 
 
@@ -36,7 +31,7 @@ def as_emg(stage, x):
 
 
 def test_each_window_channel_and_seed_has_one_factor_over_its_whole_length(stage):
-    recorded, seen = (as_emg(stage, windows(stage, g)) for g in (STILL, gains(0.2)))
+    recorded, seen = (as_emg(stage, windows(stage, emg_gain=gain)) for gain in (0.0, 0.2))
     factor = seen / recorded
     assert factor.shape == (2, 64, recorded.shape[1], 2)
     torch.testing.assert_close(factor, factor[:, :, :1].expand_as(factor), rtol=1e-3, atol=1e-3)
@@ -45,7 +40,7 @@ def test_each_window_channel_and_seed_has_one_factor_over_its_whole_length(stage
     assert len(logs.flatten().unique()) == logs.numel()
 
 
-def known_windows(stage, gains=None, shifts=None):
+def known_windows(stage, **noise):
     """Windows of a network that is given a load, which is 0.7 of its scaling everywhere."""
     network = stage.network
     known = replace(
@@ -54,19 +49,16 @@ def known_windows(stage, gains=None, shifts=None):
         scaling=replace(network.scaling, input_mean=(0.3, 0.2, 1.0), input_std=(0.2, 0.1, 0.5)),
     )
     x = torch.cat((stage.corpus.x, torch.full_like(stage.corpus.x[..., :1], 0.7)), dim=-1)
-    loss = RolloutLoss(
-        known, replace(stage.corpus, x=x), 10, torch.Generator().manual_seed(0), gains or STILL, shifts or STILL
-    )
-    return loss._disturb(loss._cut(loss._corpus, 64)[0])
+    return windows(replace(stage, network=known, corpus=replace(stage.corpus, x=x)), **noise)
 
 
 def test_gains_leave_what_is_known_as_it_is(stage):
-    x = known_windows(stage, gains=gains(0.5))
+    x = known_windows(stage, emg_gain=0.5)
     assert (x[..., 2] == 0.7).all() and x[..., :2].std() > 0
 
 
 def test_what_is_known_is_told_with_one_error_for_a_window(stage):
-    recorded, x = known_windows(stage), known_windows(stage, shifts=Noise(0.3, SEEDS, 0, stream=2))
+    recorded, x = known_windows(stage), known_windows(stage, known_noise=0.3)
     error = x[..., 2] - 0.7
     assert torch.equal(x[..., :2], recorded[..., :2].expand(2, -1, -1, -1))
     torch.testing.assert_close(error, error[..., :1].expand_as(error))

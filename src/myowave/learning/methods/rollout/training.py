@@ -9,7 +9,7 @@ Shapes: S seeds, T trials, B windows, K samples of a window of which m are histo
 
 import math
 import operator
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import reduce
 
 import numpy as np
@@ -44,14 +44,8 @@ class RolloutTraining:
         self._weights = list(stage.network.weights.values())
         self._optimiser = OPTIMISERS[recipe.optimiser](self._weights, BETAS)
         self.parameters = Identification(stage.task.model, stage.trials, stage.free, stage.values, finest=finest)
-        self._loss = RolloutLoss(
-            stage.network,
-            stage.corpus,
-            max(1, round(recipe.rollout_s / stage.trials.dt)),
-            torch.Generator().manual_seed(DATA_SEED + stage.level),
-            Noise(recipe.emg_gain, stage.task.seeds, stage.level, stream=1),
-            Noise(recipe.known_noise, stage.task.seeds, stage.level, stream=2),
-        )
+        steps = max(1, round(recipe.rollout_s / stage.trials.dt))
+        self._loss = RolloutLoss(stage.network, stage.corpus, recipe, steps, stage.task.seeds, stage.level)
         self._data: Tensor | None = None  # loss on windows of the epoch before
         self._simulates = finest and recipe.simulated_trials > 0
         self._simulated: tuple[Corpus, Tensor, Tensor] | None = None  # see `_simulate`
@@ -123,24 +117,20 @@ class RolloutLoss:
     Args:
         network: its weights take the gradients.
         steps: samples to predict in each window, fewer where no trial is that long.
-        random: of where windows begin, which all seeds share.
-        gains: on the logarithm of the EMG of measured windows, one for each channel.
-        shifts: on what is known beside the EMG of measured windows, in units of its scaling.
+        seeds, level: numbers of the seeds and of the scale, for the noise.
     """
 
     def __init__(
-        self,
-        network: Network,
-        corpus: Corpus,
-        steps: int,
-        random: torch.Generator,
-        gains: Noise,
-        shifts: Noise,
+        self, network: Network, corpus: Corpus, recipe: RolloutRecipe, steps: int, seeds: Sequence[int], level: int = 0
     ) -> None:
         steps = min(steps, int(corpus.usable.max()) - network.history)
-        self._network, self._corpus, self._random = network, corpus, random
-        self._gains, self._shifts = gains, shifts
+        self._network, self._corpus = network, corpus
         self._length, self._count = network.history + steps, count_windows(corpus.usable, steps)
+        self._random = torch.Generator().manual_seed(DATA_SEED + level)  # of where windows begin, which all seeds share
+        # On measured windows: on the logarithm of the EMG, one for each channel, and on what is known beside it, in
+        # units of its scaling.
+        self._gains = Noise(recipe.emg_gain, seeds, level, stream=1)
+        self._shifts = Noise(recipe.known_noise, seeds, level, stream=2)
         self._workspace = Workspace()
 
     def backward(self, simulated: Corpus | None = None, counts: Tensor | None = None) -> Losses:
@@ -154,9 +144,9 @@ class RolloutLoss:
         x, z, v, _ = self._cut(self._corpus, self._count - made)
         x, weight = self._disturb(x), z.new_ones(z.shape[:2])
         if simulated is not None and counts is not None:
-            *other, trial = self._cut(simulated, made)
-            x = torch.cat((x, other[0].expand(*x.shape[:-3], *other[0].shape)), dim=-3)
-            z, v = (torch.cat(pair, dim=1) for pair in zip((z, v), other[1:], strict=True))
+            further_x, further_z, further_v, trial = self._cut(simulated, made)
+            x = torch.cat((x, further_x.expand(*x.shape[:-3], *further_x.shape)), dim=-3)
+            z, v = torch.cat((z, further_z), dim=1), torch.cat((v, further_v), dim=1)
             weight = torch.cat((weight, counts[:, trial].to(z)), dim=1)
         m = self._network.history
         weight = (weight / (weight.sum(-1, keepdim=True) * (self._length - m))).unsqueeze(-1)
