@@ -16,7 +16,6 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
 
 PACKAGE = Path(__file__).parents[1]
 _ROOTS = (PACKAGE.parent,)
@@ -27,11 +26,12 @@ CATALOGUE = PACKAGE / "physics/effects/__init__.py"
 
 def digest_script(script: Path, *, roots: tuple[Path, ...] = _ROOTS) -> str:
     """Digest of a Python script and of all of our modules that it imports, from folders that hold our packages."""
-    used = {_below(path, roots): path for path in imported_modules(script, roots=roots)} | {script.name: script}
+    files = imported_modules(script, roots=roots)
+    below = {next(f.relative_to(root).as_posix() for root in roots if f.is_relative_to(root)): f for f in files}
     digest = hashlib.sha256()
-    for name in sorted(used):
+    for name, file in sorted((below | {script.name: script}).items()):
         digest.update(name.encode())
-        digest.update(_read(used[name]).digest.encode())
+        digest.update(_read(file)[0].encode())
     return digest.hexdigest()[:16]
 
 
@@ -59,7 +59,7 @@ def imported_modules(script: Path, *, roots: tuple[Path, ...] = _ROOTS) -> set[P
 def _imports_of(path: Path, roots: tuple[Path, ...]) -> frozenset[Path]:
     """Files of ours that a file names in its import statements; importing a module runs its packages, too."""
     found: set[Path] = set()
-    for name in _read(path).imports:
+    for name in _read(path)[1]:
         parts = name.split(".")
         if ".".join(parts[:2]) in BESIDE:
             continue
@@ -70,61 +70,39 @@ def _imports_of(path: Path, roots: tuple[Path, ...]) -> frozenset[Path]:
     return frozenset(found)
 
 
-def _below(file: Path, roots: tuple[Path, ...]) -> str:
-    """The path of a file below the first of the roots that holds it."""
-    return next(file.relative_to(root).as_posix() for root in roots if file.is_relative_to(root))
-
-
-class _Read(NamedTuple):
-    """What is kept of a file: the digest of its statements, and the dotted names that it imports."""
-
-    digest: str
-    imports: list[str]
-
-
 @cache
-def _read(path: Path) -> _Read:
-    """Read a file, or what was kept of it beside its byte code, as parsing the whole package takes a second."""
+def _read(path: Path) -> tuple[str, list[str]]:
+    """Digest of a file's statements, and the dotted names that it imports, of which the last part may be a name within
+    a module; or what was kept of them beside its byte code, as parsing the whole package takes a second."""
     text = path.read_bytes()
-    version = f"{sys.version_info.major}.{sys.version_info.minor}"  # statements are written down differently
-    key = hashlib.sha256(version.encode() + _own_code() + text).hexdigest()
+    key = hashlib.sha256(_own_version() + text).hexdigest()
     kept = path.parent / "__pycache__" / f"{path.stem}.digest.json"
     with suppress(OSError, ValueError, TypeError):
-        content = json.loads(kept.read_bytes())
-        if content.pop("key") == key:
-            return _Read(**content)
-    tree = ast.parse(text, str(path))
-    imports = sorted(set(_names_imported(tree)))
-    found = _Read(_digest_statements(tree), imports)
+        kept_key, digest, imports = json.loads(kept.read_bytes())
+        if kept_key == key:
+            return digest, imports
+    tree, names = ast.parse(text, str(path)), set[str]()
+    for node in _statements(tree):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            names |= {f"{node.module}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            does = [s for s in node.body if not (isinstance(s, ast.Expr) and isinstance(s.value, ast.Constant))]
+            node.body = does or [ast.Pass()]  # without docstrings
+    found = hashlib.sha256(ast.dump(tree).encode()).hexdigest(), sorted(names)
     with suppress(OSError):  # a folder that nobody may write to
         kept.parent.mkdir(exist_ok=True)
         draft = kept.with_suffix(f".{os.getpid()}")  # other processes may be reading
-        draft.write_text(json.dumps({"key": key, **found._asdict()}))
+        draft.write_text(json.dumps([key, *found]))
         draft.replace(kept)
     return found
 
 
 @cache
-def _own_code() -> bytes:
-    return Path(__file__).read_bytes()
-
-
-def _names_imported(tree: ast.Module) -> Iterator[str]:
-    """Dotted names that a module imports, inside functions too; the last part may be a name within a module."""
-    for node in _statements(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
-
-
-def _digest_statements(tree: ast.Module) -> str:
-    """Digest of a module's statements without docstrings, which are taken out of the tree."""
-    for node in _statements(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            does = [s for s in node.body if not (isinstance(s, ast.Expr) and isinstance(s.value, ast.Constant))]
-            node.body = does or [ast.Pass()]
-    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()
+def _own_version() -> bytes:
+    """Of what reads: this file, and Python, each version of which writes statements down differently."""
+    return f"{sys.version_info[:2]}".encode() + Path(__file__).read_bytes()
 
 
 def _statements(tree: ast.Module) -> Iterator[ast.AST]:
