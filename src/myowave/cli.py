@@ -130,7 +130,7 @@ def predict(
     fixed = read_known("--known", known or [], tuple(trained.architecture.known))
     predictor = Predictor(trained, None if seed is None else [seed])
     if emg not in ("", "-") and dataset and not raw:
-        trial = trial or sources.name_of_trial(dataset, Path(emg), config)
+        trial = trial or Path(emg).stem  # prepared as the other trials, so that the same EMG counts as 1
     for file in (output, picture):
         refuse_to_overwrite(file, [checkpoint, Path("/dev/stdin" if emg == "-" else emg or checkpoint)])
     if isinstance(sys.stdin, TextIOWrapper):

@@ -1,7 +1,6 @@
 """Where the lines of `myowave predict` come from: a file, or a trial of a dataset, prepared as by the import."""
 
 import gzip
-import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -84,34 +83,16 @@ def trial_lines(dataset: str, trial: str, checkpoint: Checkpoint, config: Sequen
     return iter(table.to_csv(index=False).splitlines(keepends=True))
 
 
-def name_of_trial(dataset: str, path: Path, config: Sequence[Path]) -> str:
-    """The name by which a dataset knows the trial of a file, or of several with it.
-
-    Raises:
-        ValueError: for a file that stands at no place where the dataset's settings look.
-    """
-    settings = _settings_of(dataset, config)
-    if isinstance(settings, MeasuredDataset):
-        return path.stem
-    patterns = [signal.file for signal in (*settings.emg.values(), settings.angle)]
-    for pattern in patterns:
-        if match := re.fullmatch("(.+)".join(map(re.escape, pattern.split("{trial}"))), str(path)):
-            return match[1]
-    raise ValueError(
-        f"{path} is not where data.datasets.{dataset} looks for recordings: {patterns[0]}. Put the files of the trial "
-        "there, or name the trial: --trial NAME."
-    )
-
-
 def _trials_with(dataset: str, trial: str, config: Sequence[Path]) -> Trials:
-    stored = Path("results/data", dataset, "trials.parquet")
-    names: tuple[str, ...] = ()
+    stored, names = Path("results/data", dataset, "trials.parquet"), tuple[str, ...]()
     if stored.exists():
         trials = read_trials(stored)
         names = trials.names
         if trial in names:
             return trials
-    settings = _settings_of(dataset, config)
+    settings = read_settings(config).dataset(dataset)
+    if not isinstance(settings, MeasuredDataset | RecordedDataset):
+        raise ValueError(f"{dataset} is simulated: only the trials in results/data/{dataset} can be predicted.")
     more = {"test": (*settings.test, trial)}
     if isinstance(settings, RecordedDataset):
         more |= {"trials": (*settings.trials, trial)}
@@ -123,10 +104,3 @@ def _trials_with(dataset: str, trial: str, config: Sequence[Path]) -> Trials:
             f"{dataset} has no trial {trial!r}{did_you_mean(trial, names) or '.'} There are "
             f"{', '.join(names) or 'none'}. Nor can it be imported, if it was recorded since: {problem}"
         ) from None
-
-
-def _settings_of(dataset: str, config: Sequence[Path]) -> MeasuredDataset | RecordedDataset:
-    settings = read_settings(config).dataset(dataset)
-    if not isinstance(settings, MeasuredDataset | RecordedDataset):
-        raise ValueError(f"{dataset} is simulated: only the trials in results/data/{dataset} can be predicted.")
-    return settings
