@@ -7,7 +7,7 @@ import torch
 
 from myowave.learning.inputs import to_tensors
 from myowave.learning.methods.paper.one_step import predict_teacher_forced
-from myowave.learning.methods.paper.training import PaperLoss
+from myowave.learning.methods.paper.training import PaperTraining
 from myowave.learning.task import begin_stage
 from myowave.learning.windows import Noise
 
@@ -31,7 +31,7 @@ def test_noise_on_the_history_of_one_step_is_not_on_the_target(teacher_forced):
         for seen in (noisy, angle)
     )
     params = {name: stage.values[:, i, None] for i, name in enumerate(stage.names)}
-    found = PaperLoss(stage, recipe).backward(params)
+    found = PaperTraining(stage).backward(params)
     torch.testing.assert_close(found.data, expected)
     assert (found.data / without - 1).abs().min() > 1e-3
 

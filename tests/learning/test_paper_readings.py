@@ -10,7 +10,7 @@ from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
 from myowave.learning.inputs import to_tensors
 from myowave.learning.methods.paper.residual import MotionResidual
-from myowave.learning.methods.paper.training import PaperLoss
+from myowave.learning.methods.paper.training import PaperTraining
 from myowave.learning.network import delayed
 from myowave.learning.prediction import predict_free_running
 from myowave.learning.streaming.predictor import Predictor
@@ -89,7 +89,7 @@ def losses_of(task: Task, level: int = 0):
     """Losses at the start, and the gradients that the residual alone gives to weights and parameters."""
     stage = begin_stage(task, level)
     values = stage.values.clone().requires_grad_()
-    found = PaperLoss(stage, task.recipe).backward({name: values[:, i, None] for i, name in enumerate(stage.names)})
+    found = PaperTraining(stage).backward({name: values[:, i, None] for i, name in enumerate(stage.names)})
     return found, sum(w.grad.abs().sum() for w in stage.network.weights.values()), values.grad
 
 
@@ -124,7 +124,7 @@ def test_split_teaches_the_weights_along_predictions_and_the_parameters_along_me
 def test_mini_batches_are_many_steps_that_never_see_what_validates(teacher_forced):
     task = changed(teacher_forced, batches=4, validation_fraction=0.25)
     stage = begin_stage(task, 0)
-    loss, seen = PaperLoss(stage, task.recipe), set()
+    loss, seen = PaperTraining(stage), set()
     for _ in range(60):
         pieces = loss._pieces()
         seen |= {

@@ -9,7 +9,7 @@ import torch
 from myowave.data.wavelets import decompose
 from myowave.learning.methods.paper.one_step import predict_teacher_forced, predict_with_time_derivatives
 from myowave.learning.methods.paper.residual import MotionResidual
-from myowave.learning.methods.paper.training import PaperLoss
+from myowave.learning.methods.paper.training import PaperTraining
 from myowave.learning.prediction import run_free
 from myowave.learning.task import Stage, begin_stage
 from myowave.learning.training import train_scale
@@ -103,7 +103,7 @@ def test_the_residual_is_eq_38_of_the_predicted_motion(stage):
     torque = torques(simulation.along_time, q, qdot, activation, {})
     inside = slice(stage.network.history, 150 - 2)  # of the samples that have two neighbours
     residual = (torque.inertia * torch.from_numpy(qddot) - torque.total)[..., inside].detach()
-    losses = PaperLoss(stage, stage.task.recipe).backward(params)
+    losses = PaperTraining(stage).backward(params)
     torch.testing.assert_close(losses.residual, residual.square().mean((1, 2)), rtol=1e-4, atol=0)
     slower = torques(simulation.along_time, q, 0.5 * qdot, activation, {}).total - torque.total
     assert slower.square().mean() / residual.square().mean() > 1e-3, "speed does not matter"
@@ -118,7 +118,7 @@ def test_what_validates_is_in_no_loss(residual, stage):
     corpus = Corpus.of(stage.network, emg, angle, trials.dt, stage.corpus.usable)
     as_it_is = with_recipe(stage, residual=residual)
     losses = [
-        PaperLoss(each, each.task.recipe).backward(params_of(each)[0])
+        PaperTraining(each).backward(params_of(each)[0])
         for each in (as_it_is, replace(as_it_is, trials=trials, corpus=corpus))
     ]
     torch.testing.assert_close(losses[0].data, losses[1].data)
@@ -129,7 +129,7 @@ def test_parameters_get_a_gradient_only_through_the_residual(stage):
     gradients = []
     for beta in (1e-3, 2e-3):
         params, values = params_of(stage)
-        losses = PaperLoss(stage, stage.task.recipe.changed({"beta": beta})).backward(params)
+        losses = PaperTraining(with_recipe(stage, beta=beta)).backward(params)
         torch.testing.assert_close(losses.total, losses.data + beta * losses.residual)
         gradients.append(values.grad)
     torch.testing.assert_close(gradients[1], 2 * gradients[0])

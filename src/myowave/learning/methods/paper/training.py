@@ -22,34 +22,15 @@ PIECE = 32  # predicted samples in a piece of a mini-batch
 
 
 class PaperTraining:
-    """An epoch is some steps of Adam on weights and parameters together; see `methods`."""
-
-    def __init__(self, stage: Stage) -> None:
-        task, recipe = stage.task, stage.task.recipe
-        assert isinstance(recipe, PaperRecipe)
-        self._recipe, self._loss = recipe, PaperLoss(stage, recipe)
-        self.parameters = JointIdentification(
-            stage.free, task.wanted, stage.start, stage.values, task.device, recipe.parameter_pace
-        )
-        self._optimiser = Adam([*stage.network.weights.values(), self.parameters.moved], BETAS)
-
-    def learn(self, epoch: int, done: float, val_mse: Tensor) -> Losses:
-        for _ in range(self._recipe.batches):
-            self._optimiser.forget_gradients()
-            losses = self._loss.backward(self.parameters.params)
-            self._optimiser.step(self._recipe.learning_rate)
-        return losses
-
-
-class PaperLoss:
-    """One-step predictions of the training trials, and the residual along them.
+    """An epoch is some steps of Adam on weights and parameters together; see `methods`.
 
     Raises:
         ValueError: for a model with effects that the residual cannot hold.
     """
 
-    def __init__(self, stage: Stage, recipe: PaperRecipe) -> None:
-        task, trials = stage.task, stage.trials
+    def __init__(self, stage: Stage) -> None:
+        task, recipe, trials = stage.task, stage.task.recipe, stage.trials
+        assert isinstance(recipe, PaperRecipe)
         self._recipe, self._network, self._corpus = recipe, stage.network, stage.corpus
         self._angle = torch.from_numpy(trials.angle).to(task.device)
         self._residual: MotionResidual | None = None
@@ -58,9 +39,21 @@ class PaperLoss:
             self._residual = MotionResidual(task.model, trials, stage.names, task.device, averaged=averaged)
         self._noise = Noise(recipe.history_noise, task.seeds, stage.level)
         self._order = torch.Generator().manual_seed(stage.level)
+        self.parameters = JointIdentification(
+            stage.free, task.wanted, stage.start, stage.values, task.device, recipe.parameter_pace
+        )
+        self._optimiser = Adam([*stage.network.weights.values(), self.parameters.moved], BETAS)
+
+    def learn(self, epoch: int, done: float, val_mse: Tensor) -> Losses:
+        for _ in range(self._recipe.batches):
+            self._optimiser.forget_gradients()
+            losses = self.backward(self.parameters.params)
+            self._optimiser.step(self._recipe.learning_rate)
+        return losses
 
     def backward(self, params: Mapping[str, Tensor]) -> Losses:
-        """Losses of one step; adds gradients to those of the weights and of what `params`, (S, 1) each, come from."""
+        """Losses of one-step predictions, and the residual along them; adds gradients to those of the weights and of what
+        `params`, (S, 1) each, come from."""
         pieces, reading = self._pieces(), self._recipe.residual
         x, angle = pieces.of(self._corpus.x), pieces.of(self._angle)
         step = torch.arange(pieces.length, device=angle.device)
