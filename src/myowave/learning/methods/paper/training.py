@@ -52,8 +52,8 @@ class PaperTraining:
         return losses
 
     def backward(self, params: Mapping[str, Tensor]) -> Losses:
-        """Losses of one-step predictions, and the residual along them; adds gradients to those of the weights and of what
-        `params`, (S, 1) each, come from."""
+        """Losses of one-step predictions; adds gradients to those of the weights and of what `params`, (S, 1) each,
+        come from."""
         pieces, reading = self._pieces(), self._recipe.residual
         x, angle = pieces.of(self._corpus.x), pieces.of(self._angle)
         step = torch.arange(pieces.length, device=angle.device)
