@@ -14,12 +14,9 @@ SIDES = {"flexor": FLEXOR, "extensor": EXTENSOR}
 
 
 def build_model(name: str, physics: Physics) -> Model:
-    """The model that a coordinate such as `base+joint_damping` names, with the muscles and effects of the settings.
-
-    Raises:
-        ValueError: for an effect that neither ships nor is in `physics.effect_files`, one that cannot act on the
-            muscles' paths, a faulty effect file, or a faulty table of a path.
-    """
+    """The model that a coordinate such as `base+joint_damping` names, with the muscles and effects of the settings. A
+    ValueError for an effect that neither ships nor is in `physics.effect_files`, one that cannot act on the muscles'
+    paths, a faulty effect file, or a faulty table of a path."""
     base = Model(
         muscles=tuple(
             Muscle(n, SIDES[m.side], m.emg, values_of(MUSCLE_CONSTANTS, m, ""), _path(n, m), m.group or "")

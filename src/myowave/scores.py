@@ -15,11 +15,7 @@ WORST = {"test_rmse_deg": np.inf, "test_mse": np.inf, "test_nmse": np.inf, "test
 
 
 def median_over_seeds(evaluation: pd.DataFrame) -> pd.Series:
-    """The numbers that are shown of a network: medians over its seeds; one whose prediction is not finite counts as the
-    worst.
-
-    Args:
-        evaluation: rows of evaluation.csv of one network.
-    """
+    """The numbers that are shown of a network, from its rows of evaluation.csv: medians over its seeds; one whose
+    prediction is not finite counts as the worst."""
     numbers = evaluation.select_dtypes("number")
     return numbers.fillna({name: worst for name, worst in WORST.items() if name in numbers}).median()

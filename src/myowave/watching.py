@@ -127,11 +127,8 @@ def _patterns(folder: Path, block: Dataset) -> dict[str, tuple[str, ...]]:
 
 
 def import_named(names: Sequence[str], folder: Path, settings: Settings, dataset: str) -> Trials:
-    """The trials of these names, all for training.
-
-    Raises:
-        ValueError: if one cannot be read, or nobody says what the hand holds in it.
-    """
+    """The trials of these names, all for training; a ValueError if one cannot be read, or nobody says what the hand
+    holds in it."""
     block = _block(settings, dataset)
     update: dict[str, Any] = {"test": (), "conditions": {name: _known_of(name, block) for name in names}}
     if isinstance(block, MeasuredDataset):

@@ -88,12 +88,8 @@ class Checkpoint:
 
     @classmethod
     def load(cls, path: str | Path, device: torch.device | str = "cpu") -> "Checkpoint":
-        """Read a checkpoint.
-
-        Raises:
-            ValueError: for a file that is none, is damaged, or of another version.
-            OSError: for one that is not there, or may not be read.
-        """
+        """Read a checkpoint. A ValueError for a file that is none, is damaged, or of another version; an OSError for
+        one that is not there, or may not be read."""
         content: Any = None
         require_regular(Path(path))
         with open(path, "rb") as file:
@@ -127,14 +123,7 @@ class Checkpoint:
         return checkpoint
 
     def require(self, **expected: Any) -> None:
-        """Refuse what does not fit.
-
-        Args:
-            **expected: fields of the checkpoint and the values they must have.
-
-        Raises:
-            ValueError: naming the first field that differs, with both values.
-        """
+        """A ValueError for the first of these fields that has another value here, with both."""
         for name, value in expected.items():
             found = getattr(self, name)
             if found != value:

@@ -33,11 +33,7 @@ def score(measured: Tensor, predicted: Tensor) -> dict[str, Tensor]:
 
 
 def predict_trials(checkpoint: Checkpoint, trials: Trials) -> Tensor:
-    """Free-running prediction of all trials, (S, T, N) [rad].
-
-    Raises:
-        ValueError: for trials that the network was not trained on.
-    """
+    """Free-running prediction of all trials, (S, T, N) [rad], or a ValueError where others trained."""
     checkpoint.require(dataset_digest=digest_trials(trials))
     return predict_motion(checkpoint.network, trials)
 

@@ -84,11 +84,7 @@ def known_inputs(trials: Trials, defaults: Mapping[str, float]) -> Known:
 
 
 def given_inputs(trials: Trials, known: Known) -> NDArray[np.float64]:
-    """EMG and known inputs of trials, (T, N, C + K).
-
-    Raises:
-        ValueError: where the trials lack a signal that the network was trained with.
-    """
+    """EMG and known inputs of trials, (T, N, C + K), or a ValueError where they lack a signal."""
     columns = [
         trials.signals[name] if name in trials.signals else trials.condition(name, value)[:, None]
         for name, value in known.items()

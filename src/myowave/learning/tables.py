@@ -16,11 +16,8 @@ _SCORES = ["dataset", "model", "recipe", "scales", "seed", "epochs", "seconds"] 
 
 
 def read_evaluations(paths: Iterable[str | Path]) -> pd.DataFrame:
-    """Rows of all evaluations; columns of parameters that some models do not identify are empty there.
-
-    Raises:
-        ValueError: for a file that holds no table.
-    """
+    """Rows of all evaluations; columns of parameters that some models do not identify are empty there. A ValueError for
+    a file that holds no table."""
     return pd.concat([_read_evaluation(path) for path in paths], ignore_index=True)
 
 

@@ -92,12 +92,8 @@ class Stage:
 
 
 def begin_stage(task: Task, level: int, before: Checkpoint | None = None) -> Stage:
-    """Training at scale [-level], from the checkpoint of the next coarser one.
-
-    Raises:
-        ValueError: if the checkpoint does not fit or is missing, the trials are too short, or the model lacks a wanted
-            constant.
-    """
+    """Training at scale [-level], from the checkpoint of the next coarser one. A ValueError if that does not fit or is
+    missing, the trials are too short, or the model lacks a wanted constant."""
     recipe, trials = task.recipe, task.training_trials(level)
     free = free_parameters(task.model, task.wanted, trials.known(task.model.defaults))
     start = torch.from_numpy(start_values(free, task.seeds))

@@ -66,14 +66,8 @@ def train_scales(task: Task) -> Iterator[Checkpoint]:
 
 
 def train_scale(task: Task, level: int, before: Checkpoint | None = None) -> Iterator[EpochReport]:
-    """Train at scale [-level].
-
-    Args:
-        before: checkpoint of the next coarser scale, to start from; None at the coarsest.
-
-    Raises:
-        ValueError: if the checkpoint does not fit, the trials are too short, or the method cannot hold the model.
-    """
+    """Train at scale [-level], from the checkpoint of the next coarser scale, None at the coarsest. A ValueError as
+    from `begin_stage`, or if the method cannot hold the model."""
     started, recipe = time.perf_counter(), task.recipe
     stage = begin_stage(task, level, before)
     training = TRAININGS[recipe.method](stage)

@@ -74,11 +74,8 @@ def count_windows(usable: Tensor, steps: int) -> int:
 
 
 def count_training_samples(trials: Trials, fraction: float, history: int) -> list[int]:
-    """Samples of each trial to train on; the `fraction` after them is for validation, none of them where it is 0.
-
-    Raises:
-        ValueError: where a trial is too short for both.
-    """
+    """Samples of each trial to train on; the `fraction` after them is for validation, none of them where it is 0. A
+    ValueError where a trial is too short for both."""
     counts = []
     for name, length in zip(trials.names, trials.lengths, strict=True):
         validation = max(2, round(fraction * length)) if fraction else 0

@@ -16,12 +16,8 @@ Say = Callable[[str], None]
 
 
 def start_angles(checkpoint: Checkpoint, start_deg: Sequence[float]) -> list[float]:
-    """The known angles [rad] that a prediction starts from, from the first angles [deg], or a single one, where the arm
-    rests; none where nothing is said.
-
-    Raises:
-        ValueError: for neither one angle nor as many as the network's history.
-    """
+    """The known angles [rad] that a prediction starts from, from as many first angles [deg] as the network's history
+    has, or from a single one, where the arm rests; none where nothing is said. A ValueError for any other number."""
     history, angles = checkpoint.network.history, [math.radians(angle) for angle in start_deg]
     if len(angles) not in (0, 1, history):
         raise ValueError(
@@ -56,10 +52,7 @@ def predict_lines(
 
     Yields:
         CSV: time_s, angle_rad, spread_rad over the seeds (1 SD) where they are several, and low_rad and high_rad of the
-        90 % band where all seeds are run; with `deg` angle_deg, ...
-
-    Raises:
-        ValueError: naming the line, at the first that is no sample of EMG.
+        90 % band where all seeds are run; with `deg` angle_deg, ... A ValueError names the first line that is none.
     """
     unit, scale = ("deg", math.degrees(1)) if deg else ("rad", 1.0)
     inputs, watch = checkpoint.architecture.known, watch_range(checkpoint, say)

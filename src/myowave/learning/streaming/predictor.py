@@ -18,14 +18,8 @@ from myowave.learning.checkpoint import Checkpoint
 
 
 class Predictor:
-    """Motion from a stream of EMG, for every seed; equal to `prediction.predict_free_running` on the same samples.
-
-    Args:
-        seeds: numbers of the seeds to run; all by default.
-
-    Raises:
-        ValueError: for a seed that the checkpoint does not have.
-    """
+    """Motion from a stream of EMG, for all seeds or those of these numbers; equal to `prediction.predict_free_running`
+    on the same samples. A ValueError for a seed that the checkpoint does not have."""
 
     def __init__(self, checkpoint: Checkpoint, seeds: Sequence[int] | None = None) -> None:
         network, dt = checkpoint.network, checkpoint.dt

@@ -21,11 +21,7 @@ SAME = 1e-6  # of the interval between raw samples: nearer to a raw sample than 
 
 
 def require_real_time(checkpoint: Checkpoint, path: str | Path) -> RealTime:
-    """How raw EMG becomes that of the training trials.
-
-    Raises:
-        ValueError: for a network whose EMG cannot be processed in real time.
-    """
+    """How raw EMG becomes that of the training trials, or a ValueError where it cannot in real time."""
     dataset = f"data.datasets.{checkpoint.dataset}"
     if not checkpoint.real_time:
         raise ValueError(
@@ -51,11 +47,7 @@ def require_real_time(checkpoint: Checkpoint, path: str | Path) -> RealTime:
 def read_raw_samples(
     lines: Iterable[str], real_time: RealTime, dt: float, source: str, known: Sequence[str] = ()
 ) -> Iterator[Sample]:
-    """Samples `dt` apart [s] with EMG as a fraction of what counts as 1, from lines of raw EMG; see `read_samples`.
-
-    Raises:
-        ValueError: naming the line, at the first that is no sample, or whose EMG cannot be.
-    """
+    """Samples `dt` apart [s] with EMG as a fraction of what counts as 1, from lines of raw EMG; see `read_samples`."""
     count, started, before = 0, 0.0, np.empty(0)
     for n, sample in enumerate(_excite(lines, real_time, source, known)):
         now = np.array(sample.emg)

@@ -26,11 +26,7 @@ class Sample:
     angle: tuple[str, str] = "", ""
 
     def measured(self) -> float:
-        """The measured angle [rad].
-
-        Raises:
-            ValueError: where there is none, or no angle.
-        """
+        """The measured angle [rad], or a ValueError where there is none."""
         name, text = self.angle
         if not name:
             raise ValueError(f"There is no column {' or '.join(ANGLES)}.")
@@ -140,12 +136,8 @@ def _float(text: str) -> float:
 
 
 def read_known(option: str, texts: Sequence[str], names: Sequence[str]) -> dict[str, float]:
-    """Values of known inputs, of these names, that hold for the whole run, from texts such as `load=2.5`; messages call
-    them by the option.
-
-    Raises:
-        ValueError: for a name that is none of them, one given twice, or a value that cannot be.
-    """
+    """Values of known inputs, of these names, that hold for the whole run, from texts such as `load=2.5`. A ValueError,
+    which calls them by the option, for a name that is none of them, one given twice, or a value that cannot be."""
     values: dict[str, float] = {}
     for text in texts:
         name, _, number = text.partition("=")

@@ -23,11 +23,7 @@ STRANGE = "backslashreplace"  # bytes that are no UTF-8 are shown in the message
 
 @contextmanager
 def open_lines(path: Path) -> Iterator[Iterator[str]]:
-    """Lines of CSV of a text file, of one compressed by gzip, or of a Parquet file.
-
-    Raises:
-        ValueError: for a file that holds something else.
-    """
+    """Lines of CSV of a text file, of one compressed by gzip, or of a Parquet file; a ValueError for something else."""
     with open(path, "rb") as file:
         begin = file.read(4096)
     if begin.startswith(b"PAR1"):
@@ -44,12 +40,8 @@ def open_lines(path: Path) -> Iterator[Iterator[str]]:
 
 
 def find_checkpoint(dataset: str) -> Path:
-    """The network of a dataset that is taken where none is named: of the model without effects, with the fewest
-    scales, not by the paper's method where there is another.
-
-    Raises:
-        ValueError: where there is none.
-    """
+    """The network of a dataset that is taken where none is named, or a ValueError: of the model without effects, with
+    the fewest scales, not by the paper's method where there is another."""
     found = Path("results/learning", dataset).glob("*/*/*-scale/scale-0.pt")
     ordered = sorted(found, key=lambda p: (p.parts[-4].count("+"), "paper" in p.parts[-3], p.parts[-3], p.parts[-2]))
     if not ordered:
@@ -62,11 +54,8 @@ def find_checkpoint(dataset: str) -> Path:
 
 def trial_lines(dataset: str, trial: str, checkpoint: Checkpoint, config: Sequence[Path]) -> Iterator[str]:
     """A trial as lines of CSV, at the rate of a network: of the trials in results/, else of its recordings, which are
-    then prepared together with those of the dataset, so that the same EMG counts as 1.
-
-    Raises:
-        ValueError: for a dataset or trial that is not there, or that cannot be prepared.
-    """
+    then prepared together with those of the dataset, so that the same EMG counts as 1. A ValueError for a dataset or
+    trial that is not there, or that cannot be prepared."""
     trials = _trials_with(dataset, trial, config)
     one = thin(trials.select([trial]), checkpoint.recipe["rate_hz"])
     if missing := [name for name in checkpoint.channels if name not in one.channels]:

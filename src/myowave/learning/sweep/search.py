@@ -114,11 +114,8 @@ def tabulate(search: optuna.Study, sweep: Sweep, default: Settings) -> pd.DataFr
 
 
 def best_settings(search: optuna.Study) -> dict[str, float]:
-    """Settings of the best trial that was not given up, by the error on held-out training trials.
-
-    Raises:
-        ValueError: if none was tried to the end.
-    """
+    """Settings of the best trial, by the error on held-out training trials, or a ValueError if none was tried to the
+    end."""
     if not search.get_trials(deepcopy=False, states=(TrialState.COMPLETE,)):
         raise ValueError(
             f"sweep {search.study_name!r}: no setting was tried to the end without diverging; look into the logs of "

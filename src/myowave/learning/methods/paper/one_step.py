@@ -13,12 +13,8 @@ from myowave.learning.prediction import apply_cell, drive, read_out, see
 
 
 def predict_teacher_forced(network: Network, x: Tensor, angle: Tensor) -> Tensor:
-    """Every sample predicted from the given angles before it, (S, T, N) [rad], float64; the first are those given.
-
-    Args:
-        x: network inputs, (T, N, X).
-        angle: [rad], (T, N) or (S, T, N), float64.
-    """
+    """Every sample predicted from network inputs x (T, N, X) and the given angles before it, (T, N) or (S, T, N);
+    (S, T, N) [rad], float64; the first are those given."""
     return _predict(network, x, angle, *_states_before(network, x, angle))
 
 

@@ -26,14 +26,8 @@ STENCIL = 4  # samples that a motion between two of them follows from
 
 
 class MotionResidual:
-    """The equation of motion along pieces of some trials.
-
-    Args:
-        averaged: whether the torque is a mean between samples.
-
-    Raises:
-        ValueError: for a model with effects that the residual cannot hold.
-    """
+    """The equation of motion along pieces of some trials, `averaged` where the torque is a mean between samples. A
+    ValueError for a model with effects that it cannot hold."""
 
     def __init__(
         self, model: Model, trials: Trials, names: Sequence[str], device: torch.device, *, averaged: bool = False
@@ -59,12 +53,8 @@ class MotionResidual:
         return STENCIL // 2 if len(self._points) > 1 else 1
 
     def along(self, params: Mapping[str, Tensor], pieces: Pieces, q: Tensor, qdot: Tensor, qddot: Tensor) -> Tensor:
-        """I qddot - E - T^MT - (torques of effects) at every sample [N m], (S, B, K), Eq. 38.
-
-        Args:
-            params: identified parameters, (S, 1) each, SI units.
-            q, qdot, qddot: the motion, (S, B, K) [rad, rad/s, rad/s^2].
-        """
+        """I qddot - E - T^MT - (torques of effects) at every sample [N m], (S, B, K), Eq. 38, with identified
+        parameters (S, 1), SI units, along a motion (S, B, K) [rad, rad/s, rad/s^2]."""
         activation = self._activation(params, pieces)[..., 0, :]
         result = torques(self._valued(params, pieces, 1), q, qdot, activation, {})
         return result.inertia * qddot - result.total

@@ -22,11 +22,7 @@ PIECE = 32  # predicted samples in a piece of a mini-batch
 
 
 class PaperTraining:
-    """An epoch is some steps of Adam on weights and parameters together; see `methods`.
-
-    Raises:
-        ValueError: for a model with effects that the residual cannot hold.
-    """
+    """An epoch is some steps of Adam on weights and parameters together; see `methods`."""
 
     def __init__(self, stage: Stage) -> None:
         task, recipe, trials = stage.task, stage.task.recipe, stage.trials

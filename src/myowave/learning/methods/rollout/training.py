@@ -92,10 +92,7 @@ class RolloutTraining:
 
 def weigh_physics(physics_mse: Tensor, network_mse: Tensor) -> Tensor:
     """Weight of simulated motion beside measured, (S,) [-]: 1 as long as physics explains the trials as well as the
-    network does, then the less the worse it is, and none from `LEAST_TRUST` on.
-
-    Args:
-        physics_mse, network_mse: how far each misses measured motion [rad^2], (S,).
+    network does, then the less the worse it is, and none from `LEAST_TRUST` on; both miss it by so much [rad^2], (S,).
     """
     trust = (network_mse / physics_mse).clamp(max=1.0)
     return torch.where(trust < LEAST_TRUST, 0.0, trust)
