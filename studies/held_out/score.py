@@ -25,7 +25,7 @@ INPUTS = {
 
 
 def score_networks(
-    trials: Trials, model: Model, recipe: Recipe, wanted: Mapping[str, Identify], wavelet: str, total: int, seeds: int
+    trials: Trials, model: Model, recipe: Recipe, wanted: Mapping[str, Identify], total: int, seeds: int
 ) -> Iterator[pd.DataFrame]:
     """Tables of networks trained with each kind of inputs, a row for each test trial and seed.
 
@@ -35,7 +35,7 @@ def score_networks(
     for inputs, changes in INPUTS.items():
         own = recipe.changed(changes)
         thinned = thin(trials, own.rate_hz)
-        scales = decompose(thinned, total - 1, wavelet)
+        scales = decompose(thinned, total - 1)
         *_, last = train_scales(Task(scales, model, own, wanted, total=total, seeds=range(seeds), final=False))
         predicted = predict_motion(last.network, thinned)
         yield _rows(thinned, predicted, last.network.history, seeds).assign(scales=total, inputs=inputs)

@@ -19,7 +19,7 @@ def labels(figure):
 
 rule train_scale:
     input:
-        scales="results/data/{dataset}/scales.parquet",
+        trials="results/data/{dataset}/trials.parquet",
         coarser=coarser_checkpoint,
         physics=physics_files,
     output:
@@ -36,7 +36,6 @@ rule train_scale:
         contents=physics_contents,
         identify=identify_section,
         recipe=recipe_section,
-        wavelet=dump(SETTINGS.data.wavelet),
         seeds=SETTINGS.learning.seeds,
         code=digest("train_scale"),
     script:

@@ -1,9 +1,6 @@
 """Trials at a lower rate: every so many samples one is kept."""
 
-from collections.abc import Mapping
-
 from myowave.data.trials import Trials
-from myowave.data.wavelets import decompose
 
 
 def thin(trials: Trials, rate_hz: float | None) -> Trials:
@@ -25,9 +22,3 @@ def thin(trials: Trials, rate_hz: float | None) -> Trials:
             "a second leave one. Use longer trials, or raise the recipe's rate_hz."
         )
     return trials.changed(lambda values: values[::every], dt=trials.dt * every)
-
-
-def thin_scales(scales: Mapping[int, Trials], rate_hz: float | None, levels: int, wavelet: str) -> Mapping[int, Trials]:
-    """Scales of thinned trials, see `wavelets.decompose`: projected anew where they are thinned, as each is coarser."""
-    thinned = thin(scales[0], rate_hz)
-    return scales if thinned is scales[0] else decompose(thinned, levels, wavelet)
