@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from myowave.data.thinning import thin
 from myowave.data.trials import Trials
 
 
@@ -26,7 +25,7 @@ def trials() -> Trials:
 
 
 def test_every_fourth_sample_is_kept_of_all_signals_and_time_goes_on_as_it_was(trials):
-    thinned = thin(trials, 25.0)
+    thinned = trials.thinned(25.0)
     assert thinned.dt == pytest.approx(0.04) and thinned.lengths == (50, 31)
     for t, length in enumerate(trials.lengths):
         kept = slice(0, length, 4)
@@ -40,9 +39,9 @@ def test_every_fourth_sample_is_kept_of_all_signals_and_time_goes_on_as_it_was(t
 
 @pytest.mark.parametrize("rate", [None, 100.0, 70.0, 500.0])
 def test_trials_that_have_no_more_samples_than_asked_for_stay_as_they_are(trials, rate):
-    assert thin(trials, rate) is trials
+    assert trials.thinned(rate) is trials
 
 
 def test_a_rate_that_leaves_one_sample_of_a_trial_is_refused(trials):
     with pytest.raises(ValueError, match=r"trial 'b': of 121 samples 100 a second, 0\.6 a second leave one\..*rate_hz"):
-        thin(trials, 0.6)
+        trials.thinned(0.6)

@@ -7,7 +7,6 @@ import pandas as pd
 import yaml
 
 from myowave.data.store import read_trials
-from myowave.data.thinning import thin
 from myowave.data.wavelets import decompose
 from myowave.learning.evaluation import evaluate, predict_trials
 from myowave.learning.sweep.outcome import BEST
@@ -24,7 +23,7 @@ label = f"score {sweep.dataset} {sweep.model} {name} {sweep.scales}-scale"
 with job_log(label, snakemake.log[0]) as log:
     best = yaml.safe_load(Path(inputs.best).read_text())["learning"]["recipes"][name]
     recipe = parse_recipe(best)
-    trials = thin(read_trials(inputs.trials), recipe.rate_hz)
+    trials = read_trials(inputs.trials).thinned(recipe.rate_hz)
     task = Task(
         decompose(trials, sweep.scales - 1),
         build_model(sweep.model, Physics.model_validate(judged["physics"])),

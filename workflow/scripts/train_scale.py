@@ -3,7 +3,6 @@
 import pandas as pd
 
 from myowave.data.store import read_trials, write_table
-from myowave.data.thinning import thin
 from myowave.data.wavelets import decompose
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.task import Task
@@ -19,7 +18,7 @@ with job_log(label, snakemake.log[0]) as log:
     recipe = parse_recipe(params.recipe)
     trials = read_trials(snakemake.input.trials)
     task = Task(
-        decompose(thin(trials, recipe.rate_hz), total - 1),
+        decompose(trials.thinned(recipe.rate_hz), total - 1),
         build_model(where.model, Physics.model_validate(params.physics)),
         recipe,
         {name: Identify.model_validate(values) for name, values in params.identify.items()},
