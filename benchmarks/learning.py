@@ -33,7 +33,7 @@ from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import predict_trials, r_squared
 from myowave.learning.methods.rollout.training import BETAS, DATA_SEED, OPTIMISERS, RolloutLoss, clip_gradients
 from myowave.learning.network import Architecture, Network, Scaling, initialise
-from myowave.learning.optimisers import Adam
+from myowave.learning.optimisers import Adam, Soap
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
@@ -86,7 +86,7 @@ class Ours:
 
     loss: RolloutLoss
     weights: list[Tensor]
-    optimiser: Adam
+    optimiser: Adam | Soap
 
     @classmethod
     def of(cls, trials: Trials, recipe: RolloutRecipe, seeds: int) -> "Ours":
@@ -96,10 +96,10 @@ class Ours:
         return cls(loss, weights, OPTIMISERS[recipe.optimiser](weights, BETAS))
 
     def epoch(self) -> None:
-        self.optimiser.forget_gradients()
+        self.optimiser.zero_grad()
         self.loss.backward()
         clip_gradients(self.weights)
-        self.optimiser.step(ADAM_RATE)  # an epoch takes as long at any rate
+        self.optimiser.move(ADAM_RATE)  # an epoch takes as long at any rate
 
 
 class PlainNetwork(nn.Module):

@@ -126,7 +126,7 @@ def test_steps_of_the_papers_method_are_as_long_at_every_scale(level, printed):
 def test_steps_of_rollouts_fall_along_one_cosine_over_all_scales(rollout, scales, monkeypatch):
     """And each scale begins with a twentieth of it."""
     rates = []
-    monkeypatch.setattr(Adam, "step", lambda self, rate: rates.append(rate))
+    monkeypatch.setattr(Adam, "move", lambda self, rate: rates.append(rate))
     task = changed(replace(rollout, scales=scales, total=2), epochs=80, learning_rate=0.01, simulated_trials=0)
     list(train_scales(replace(task, final=False)))
     cosine = [0.005 * (1 + math.cos(math.pi * n / 80)) * min(1.0, (n % 40 + 1) / 20) for n in range(80)]

@@ -20,9 +20,9 @@ def start(seeds=2):
 
 def moved(optimiser, loss, steps=STEPS, rate=0.01):
     for _ in range(steps):
-        optimiser.forget_gradients()
+        optimiser.zero_grad()
         loss().sum().backward()
-        optimiser.step(rate)
+        optimiser.move(rate)
 
 
 def run(x, loss, steps=STEPS, kind=Soap):

@@ -198,9 +198,9 @@ def _train(kind: str, seen: Standardised, seeds: Sequence[int]) -> list[Tensor]:
     for step in range(STEPS):
         drawn = zip(*(_draw(seen, PIECE_S[kind], random) for random in randoms), strict=True)
         x, z = (torch.from_numpy(np.stack(part)).float() for part in drawn)
-        optimiser.forget_gradients()
+        optimiser.zero_grad()
         (run(weights, x) - z).square().mean((1, 2)).sum().backward()
-        optimiser.step(RATE * 0.5 * (1 + math.cos(math.pi * step / STEPS)))
+        optimiser.move(RATE * 0.5 * (1 + math.cos(math.pi * step / STEPS)))
     with torch.no_grad():
         whole = (torch.from_numpy(x.T.copy()).float().expand(len(seeds), 1, -1, -1) for x in seen.x)
         return [run(weights, x)[:, 0] for x in whole]

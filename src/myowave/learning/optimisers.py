@@ -5,63 +5,35 @@ times as many steps.
 Shapes: S seeds, I inputs and O outputs of a layer.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import torch
 from torch import Tensor
-from torch.optim.adam import adam
 
-EPSILON = 1e-8
 SMALLEST = 1e-5  # of SOAP, of the largest coordinate: smaller ones may be rounding, which must not be scaled up
 MEMORY = 0.98  # of the gradient's covariances
 EVERY = 5  # steps between two looks for the basis
 
 
-class Adam:
-    """Source: Kingma & Ba 2015, Algorithm 1, by the function of torch that its class calls: the class imports torch's
-    compiler first, 2 s in every job.
+class Adam(torch.optim.AdamW):
+    """Torch's, each step of a rate of its own.
 
     Args:
         moved: leaves of the graph; one without a gradient stays where it is.
         betas: how slowly the two moments of a gradient forget the steps before.
-        decay: share of the rate that tensors decay by in a step (AdamW).
+        decay: share of the rate that tensors decay by in a step.
     """
 
-    def __init__(self, moved: Sequence[Tensor], betas: tuple[float, float], decay: float = 0.0) -> None:
-        self._moved, self._betas, self._decay = list(moved), betas, decay
-        self._steps = [torch.tensor(0.0) for _ in moved]
-        self._means, self._squares = ([torch.zeros_like(tensor) for tensor in moved] for _ in range(2))
+    def __init__(self, moved: Iterable[Tensor], betas: tuple[float, float], decay: float = 0.0) -> None:
+        super().__init__(moved, betas=betas, weight_decay=decay)
 
-    def forget_gradients(self) -> None:
-        """Begin a step: gradients add up from here."""
-        for tensor in self._moved:
-            tensor.grad = None
-
-    @torch.no_grad()
-    def step(self, rate: float) -> None:
+    def move(self, rate: float) -> None:
         """Move against the gradients, each coordinate by about `rate`."""
-        given = zip(self._moved, self._means, self._squares, self._steps, strict=True)
-        rows = [(x, x.grad, mean, square, steps) for x, mean, square, steps in given if x.grad is not None]
-        moved, gradients, means, squares, steps = map(list, zip(*rows, strict=True))
-        adam(
-            moved,
-            gradients,
-            means,
-            squares,
-            [],
-            steps,
-            amsgrad=False,
-            beta1=self._betas[0],
-            beta2=self._betas[1],
-            lr=rate,
-            weight_decay=self._decay,
-            decoupled_weight_decay=True,
-            eps=EPSILON,
-            maximize=False,
-        )
+        self.param_groups[0]["lr"] = rate
+        self.step()
 
 
-class Soap(Adam):
+class Soap:
     """Source: Vyas et al. 2025, SOAP: Improving and Stabilizing Shampoo using Adam, Algorithm 3; here the basis is that
     of the first gradient from the first step on, and found anew without a shortcut.
 
@@ -70,12 +42,17 @@ class Soap(Adam):
             as what they give is added up. One without a gradient stays where it is.
     """
 
-    def __init__(self, moved: Sequence[Tensor], betas: tuple[float, float]) -> None:
-        super().__init__(moved, betas)
+    def __init__(self, moved: Iterable[Tensor], betas: tuple[float, float]) -> None:
+        self._moved, self._betas = list(moved), betas
         self._layers: dict[int, _Layer] = {}  # by the number of outputs
 
+    def zero_grad(self) -> None:
+        """Begin a step: gradients add up from here."""
+        for tensor in self._moved:
+            tensor.grad = None
+
     @torch.no_grad()
-    def step(self, rate: float) -> None:
+    def move(self, rate: float) -> None:
         """Move against the gradients, each coordinate of the basis by about `rate`."""
         layers: dict[int, list[Tensor]] = {}
         for tensor in self._moved:

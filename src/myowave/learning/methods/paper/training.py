@@ -42,9 +42,9 @@ class PaperTraining:
 
     def learn(self, epoch: int, done: float, val_mse: Tensor) -> Losses:
         for _ in range(self._recipe.batches):
-            self._optimiser.forget_gradients()
+            self._optimiser.zero_grad()
             losses = self.backward(self.parameters.params)
-            self._optimiser.step(self._recipe.learning_rate)
+            self._optimiser.move(self._recipe.learning_rate)
         return losses
 
     def backward(self, params: Mapping[str, Tensor]) -> Losses:

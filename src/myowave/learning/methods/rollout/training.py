@@ -31,7 +31,7 @@ LEAST_TRUST = 0.5  # of physics beside the network, in mean squares; what explai
 CLIP = 1.0  # largest norm of a seed's gradient through a rollout
 DATA_SEED = 20230  # of windows and made-up EMG, which all seeds share
 BETAS = 0.9, 0.99  # of the optimiser: how slowly the two moments of a gradient forget
-OPTIMISERS: Mapping[str, type[Adam]] = {"adam": Adam, "soap": Soap}  # by the recipe's `optimiser`
+OPTIMISERS: Mapping[str, type[Adam] | type[Soap]] = {"adam": Adam, "soap": Soap}  # by the recipe's `optimiser`
 
 
 class RolloutTraining:
@@ -52,7 +52,7 @@ class RolloutTraining:
 
     def learn(self, epoch: int, done: float, val_mse: Tensor) -> Losses:
         """The next epoch; the step falls with a cosine over all scales together."""
-        self._optimiser.forget_gradients()
+        self._optimiser.zero_grad()
         if not self.parameters.done:
             self.parameters.step()
         elif self._simulates:
@@ -66,7 +66,7 @@ class RolloutTraining:
         self._data = losses.data.to(val_mse)
         clip_gradients(self._weights)
         falling = 0.5 * (1 + math.cos(math.pi * done))
-        self._optimiser.step(self._recipe.learning_rate * falling * min(1.0, epoch / RISE))
+        self._optimiser.move(self._recipe.learning_rate * falling * min(1.0, epoch / RISE))
         return losses
 
     def _simulate(self) -> tuple[Corpus, Tensor, Tensor] | None:
