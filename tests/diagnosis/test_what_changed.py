@@ -50,8 +50,8 @@ def test_the_other_way_round_the_load_is_less(ask):
 
 
 def test_a_lean_is_no_load(ask):
-    found = ask({"tilt": 0.2}, ("3", "4"), names=("hand_load", "gravity_tilt"))
-    assert found.names == ("gravity_tilt",) and found.of("gravity_tilt").value == pytest.approx(0.2, abs=0.1)
+    found = ask({"tilt": 0.3}, ("3", "4"), names=("hand_load", "gravity_tilt"))
+    assert found.names == ("gravity_tilt",) and found.of("gravity_tilt").value == pytest.approx(0.3, abs=0.1)
 
 
 def test_nothing_is_found_where_nothing_changed_nor_in_the_control(loaded, ask):

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
-from myowave.data.trials import Trials
+from myowave.data.trials import Array, Trials
 from myowave.diagnosis.causes import CAUSE_TITLES, SILENT
+from myowave.diagnosis.changed.by_trial import ByTrial
 from myowave.diagnosis.changed.weigh import Weighing
-from myowave.diagnosis.changed.windows import Groups, electrodes
-from myowave.diagnosis.likelihood.algebra import COST, fewest
+from myowave.diagnosis.changed.windows import Groups, Windowed, electrodes
+from myowave.diagnosis.likelihood.algebra import fewest
 from myowave.identification.record import make_record
 from myowave.physics.constants import MUSCLE_CONSTANTS
 from myowave.physics.effect import Effect, Parameter
@@ -21,11 +21,6 @@ from myowave.physics.model import Model
 from myowave.settings import Scatter
 
 SURE = 0.98  # of what is said
-USUAL = 3.0  # ASSUME: changes are about as large as this many times a strength of practical interest
-FIRST = (0.25, 1.0)  # strengths of practical interest, of either sign, that are tried first
-HOPELESS = 1.0  # nats: what explains less with all else as it was is not looked at more closely
-FALLEN = 8.0  # nats below the best value, where nothing is left of a posterior
-MOST = 12  # values of a change that are tried from its best one on
 UNCHANGING = (
     "path",
     "muscle",
@@ -51,12 +46,11 @@ class Change:
     typical: float
     value: float = 0.0  # most likely, and the bounds of an interval that holds it with probability .95
     interval: tuple[float, float] = (0.0, 0.0)
-    nats: float = -math.inf  # log evidence less that of no change
+    # changed, anyway: log evidence that the groups differ, and that trials do whatever their group, over that of no
+    # difference
+    changed: float = -math.inf
+    anyway: float = -math.inf
     probability: float = 0.0  # among all candidates and no change
-
-
-Seen = tuple[Change, dict[float, float]]
-"""A candidate with log likelihoods over that of no change, by its value."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +59,20 @@ class Family:
 
     changes: tuple[Change, ...]
     unchanged: float
+
+    @classmethod
+    def of(cls, found: Sequence[Change]) -> "Family":
+        """Beforehand that nothing changed is as likely as that something did, and each effect as the next; where
+        nothing changed, that trials differ nevertheless is as likely as that they do not."""
+        count = Counter(c.effect for c in found)
+        share = np.log([1 / len(count) / count[c.effect] for c in found])
+        anyway, changed = (share + [getattr(c, name) for c in found] for name in ("anyway", "changed"))
+        logs = np.concatenate([[0.0], anyway, changed + math.log(2)])
+        probability = np.exp(logs - logs.max())
+        probability /= probability.sum()
+        unchanged, of_changes = np.split(probability, [1 + len(found)])
+        judged = (replace(c, probability=float(p)) for c, p in zip(found, of_changes, strict=True))
+        return cls(tuple(sorted(judged, key=lambda c: -c.probability)), float(unchanged.sum()))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -90,9 +98,9 @@ class Answered:
     arm: Family  # changes of the arm, its load and its sensors
     electrodes: Family | None  # changes of what electrodes report; None where they stayed on
     control: Family | None  # of the arm in the first group, split in two; None where it has but one trial
-    scale: float  # what log likelihoods were divided by, as the control asks for it
     silent: tuple[Change, ...]  # at most one: electrodes that report nothing in a group; the rest is weighed without
     left_out: tuple[str, ...]  # effects that were not weighed
+    told: tuple[str, ...]  # conditions that are told and differ: what a model says of these may be wrong, too
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -140,28 +148,23 @@ def what_changed(
     groups = Groups(make_record(both, base), second)
     effects = list(effects)
     left_out = tuple(e.name for e in effects if not _weighable(base, e))
-    families: dict[bool, list[Effect]] = {False: [], True: []}
-    for effect in effects:
-        if _weighable(base, effect) and not (electrodes_stayed and effect.name in OF_ELECTRODES):
-            families[effect.name in OF_ELECTRODES].append(effect)
-    found = {which: _ask(groups, base, family, scatter, report) for which, family in families.items()}
-    control: list[Seen] = []
+    weighable = [e for e in effects if _weighable(base, e)]
+    of_arm = [e for e in weighable if e.name not in OF_ELECTRODES]
+    found = _ask(groups, base, of_arm if electrodes_stayed else weighable, scatter, report)
+    control = []
     if len(reference) > 1:
         report("control: the first group, split in two")
         first = range(len(reference))
-        control = _ask(groups.take(first, first[1::2]), base, families[False], scatter, report)
-    # ASSUME: where nothing has changed no candidate gains more than a cause costs; what one gains nevertheless says how
-    # much too sure the model of what trials share is, and all is scaled by it.
-    scale = max([1.0, *(_posterior(change, seen, 1.0).nats / COST for change, seen in control)])
+        control = _ask(groups.take(first, first[1::2]), base, of_arm, scatter, report)
     return Answered(
         reference=tuple(reference),
         against=tuple(against),
-        arm=_answer(found[False], scale),
-        electrodes=None if electrodes_stayed else _answer(found[True], scale),
-        control=_answer(control, scale) if len(reference) > 1 else None,
-        scale=scale,
+        arm=Family.of([c for c in found if c.effect not in OF_ELECTRODES]),
+        electrodes=None if electrodes_stayed else Family.of([c for c in found if c.effect in OF_ELECTRODES]),
+        control=Family.of(control) if len(reference) > 1 else None,
         silent=(_lost(silent),) if silent else (),
         left_out=left_out,
+        told=tuple(groups.told),
     )
 
 
@@ -179,7 +182,7 @@ def _lost(channels: Sequence[str]) -> Change:
     """Electrodes that report nothing: their gains are less by all of it."""
     title = f"{CAUSE_TITLES[SILENT]}: {', '.join(channels)}"
     names = tuple(f"{SILENT}.{channel}" for channel in channels)
-    return Change(SILENT, title, names, ", ".join(channels), "-", -1.0, 0.0, 1.0, -1.0, (-1.0, -1.0), 0.0, 1.0)
+    return Change(SILENT, title, names, ", ".join(channels), "-", -1.0, 0.0, 1.0, -1.0, (-1.0, -1.0), probability=1.0)
 
 
 def _weighable(model: Model, effect: Effect) -> bool:
@@ -219,105 +222,29 @@ def _ask(
     effects: Sequence[Effect],
     scatter: Mapping[str, Scatter],
     report: Callable[[str], None],
-) -> list[Seen]:
+) -> list[Change]:
+    """The candidates of some effects, with what they explain."""
     errors = {name: scatter[name].absolute for name in ("shape", "delay") if name in scatter}
     plain = groups.windows(base, {}, errors)
-    weighing = Weighing(plain.by_drive)
-    nothing, sizes = weighing.weigh(plain, {})
-    report(f"nothing changed: {nothing:.1f} nats, " + ", ".join(f"{k} {v:.3g}" for k, v in sizes.items()))
+    weighing, second = Weighing(plain.by_drive), groups.second.astype(float)
+    nothing = weighing.likeliest(plain, {})
+    told = np.reshape([*groups.told.values()], (-1, len(second))).T
+    report(f"nothing changed: {nothing.value:.1f} nats, " + ", ".join(f"{k} {v:.3g}" for k, v in nothing.sizes.items()))
     found = []
     for effect in effects:
         model = base.with_effects([effect])
-        for candidate in _candidates(model, effect):
-            seen = _weigh(groups, model, candidate, weighing, nothing, sizes)
-            found.append((candidate, seen))
-            change = _posterior(candidate, seen, 1.0)
-            low, high = change.interval
+        for c in _candidates(model, effect):
+
+            def windows(values: Array, model: Model = model, c: Change = c) -> Windowed:
+                return groups.windows(model, dict.fromkeys(c.parameters, values * c.typical))
+
+            by_trial = ByTrial(windows, c.low / c.typical, c.high / c.typical, weighing, nothing)
+            differing = by_trial.differing(second, told)
+            value, low, high = (share * c.typical for share in differing.change)
+            change = replace(c, value=value, interval=(low, high), changed=differing.changed, anyway=differing.anyway)
             report(
-                f"{effect.name} {change.electrode}: {change.nats:.1f} nats, "
-                f"{change.value:.3g} ({low:.3g} to {high:.3g}) {change.unit}"
+                f"{effect.name} {c.electrode}: changed {change.changed:.1f} nats, trials differ {change.anyway:.1f}; "
+                f"{value:.3g} ({low:.3g} to {high:.3g}) {c.unit}; {np.round(differing.values * c.typical, 3)}"
             )
+            found.append(change)
     return found
-
-
-def _answer(found: Sequence[Seen], scale: float) -> Family:
-    """Probabilities: nothing changed is as likely beforehand as that something did, and each effect as the next.
-
-    Args:
-        scale: what log likelihoods are divided by.
-    """
-    changes = [_posterior(change, seen, scale) for change, seen in found]
-    count = Counter(c.effect for c in changes)
-    beforehand = [math.log(0.5 / len(count) / count[c.effect]) for c in changes]
-    weights = np.array([math.log(0.5), *(c.nats + p for c, p in zip(changes, beforehand, strict=True))])
-    probability = np.exp(weights - weights.max())
-    probability /= probability.sum()
-    judged = (replace(c, probability=float(p)) for c, p in zip(changes, probability[1:], strict=True))
-    return Family(tuple(sorted(judged, key=lambda c: -c.probability)), float(probability[0]))
-
-
-def _weigh(
-    groups: Groups, model: Model, change: Change, weighing: Weighing, nothing: float, sizes: Mapping[str, float]
-) -> dict[float, float]:
-    """Log likelihoods of a change over that of none: values are tried about the best until nothing is left beyond."""
-    seen: dict[float, float] = {0.0: 0.0}
-
-    def nats(value: float, *, tune: bool = True) -> float:
-        windowed = groups.windows(model, dict.fromkeys(change.parameters, value))
-        return weighing.weigh(windowed, sizes, tune=tune)[0] - nothing
-
-    step = change.typical
-    tried = [sign * strength * step for strength in FIRST for sign in (1.0, -1.0)]
-    tried = [value for value in tried if change.low <= value <= change.high]
-    first = {value: nats(value, tune=False) for value in tried}
-    best = max(first, key=lambda v: first[v])
-    if first[best] < HOPELESS:
-        seen |= first
-    else:
-        seen[best] = nats(best)
-        for _ in range(MOST):
-            value = _next(seen, change)
-            if value is None:
-                break
-            seen[value] = nats(value)
-    return seen
-
-
-def _next(seen: Mapping[float, float], change: Change) -> float | None:
-    """The value to try next: beyond the best as far as it pays, then where the curve about the best is coarse."""
-    values = sorted(seen)
-    top = max(seen.values())
-    at = max(range(len(values)), key=lambda i: seen[values[i]])
-    for sign, end in ((1, values[-1]), (-1, values[0])):
-        limit = change.high if sign > 0 else change.low
-        if seen[end] > top - FALLEN and abs(end - limit) > 1e-9 * change.typical:
-            further = end + sign * max(abs(end - values[-2 if sign > 0 else 1]), 0.25 * change.typical)
-            return min(further, limit) if sign > 0 else max(further, limit)
-    gaps = [
-        (abs(seen[a] - seen[b]) + 1) * (b - a)
-        for a, b in zip(values[:-1], values[1:], strict=True)
-        if max(seen[a], seen[b]) > top - FALLEN
-    ]
-    near = [(a, b) for a, b in zip(values[:-1], values[1:], strict=True) if max(seen[a], seen[b]) > top - FALLEN]
-    a, b = near[int(np.argmax(gaps))]
-    if max(gaps) < 0.3 * (values[min(at + 1, len(values) - 1)] - values[max(at - 1, 0)]):
-        return None
-    return (a + b) / 2
-
-
-def _posterior(change: Change, seen: Mapping[float, float], scale: float) -> Change:
-    """Evidence and interval of a change whose log likelihood is known at some values, N(0, `USUAL` typical) before."""
-    values = np.array(sorted(seen))
-    curve = PchipInterpolator(values, [seen[v] / scale for v in values])
-    grid = np.linspace(values[0], values[-1], 2001)
-    deviation = USUAL * change.typical
-    log = curve(grid) - 0.5 * (grid / deviation) ** 2 - math.log(deviation * math.sqrt(2 * math.pi))
-    density = np.exp(log - log.max())
-    mass = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(grid))])
-    low, high = np.interp([0.025, 0.975], mass / mass[-1], grid)
-    return replace(
-        change,
-        value=float(grid[int(np.argmax(log))]),
-        interval=(float(low), float(high)),
-        nats=float(log.max() + math.log(mass[-1])),
-    )

@@ -19,7 +19,7 @@ from torch import Tensor
 
 from myowave.data.trials import Array
 from myowave.diagnosis.changed.windows import Windowed
-from myowave.diagnosis.likelihood.algebra import Component, Residual, log_evidence, most_likely
+from myowave.diagnosis.likelihood.algebra import Component, Residual, Weighed, most_likely
 
 # ASSUME: moment arm times force changes over as much of angle [rad] and velocity [rad/s] as curves of the arm's muscles
 # do: over an elbow's range they are near to parabolas (Murray et al. 1995; Hill 1938).
@@ -52,10 +52,7 @@ class Weighing:
         size = float(np.sqrt((windowed.torque**2).mean()))
         loaded = windowed.sizes / size
         lasting = [_matern(windowed.time[rows]) for rows in windowed.rows]
-        # ASSUME: what makes all muscles of an arm stronger than usual is alike. A fit of each alone finds none in those
-        # that work against the others, and what they do would be missing.
-        usual = windowed.usual.sum(0)
-        strength = max(float(usual @ windowed.torque / (usual @ usual).clip(TINY)), 0.0)
+        strength = windowed.strength
         given = strength * windowed.usual
         share = np.sqrt((given**2).mean(-1) / (windowed.activation**2).mean(-1).clip(TINY))
         active = share[:, None] * windowed.activation
@@ -96,23 +93,16 @@ class Weighing:
             Component("gain of a trial", blocks(lambda t, r: each(r)), None, None, *TRIAL_GAIN),
             Component("noise of the EMG", blocks(lambda t, r: each(r) * lasting[t]), None, None, *EMG_NOISE),
         )
-        return Residual(columns(windowed.torque - given.sum(0)), valid, components)
+        return Residual(columns(windowed.left), valid, components)
 
-    def weigh(
-        self, windowed: Windowed, start: Mapping[str, float], further: tuple[Component, ...] = (), *, tune: bool = True
-    ) -> tuple[float, dict[str, float]]:
-        """Log evidence of the torque in units of its size in each trial [nats] and the sizes of what made them.
+    def likeliest(self, windowed: Windowed, start: Mapping[str, float]) -> Weighed:
+        """The likeliest sizes of what made the torque, and its log evidence in units of its size in each trial [nats].
 
         Args:
             start: sizes to start from.
-            further: components beside those of all.
-            tune: whether sizes are sought, or those of the start taken.
         """
-        residual = self.residual(windowed).with_components(further)
-        if not tune:
-            return log_evidence(residual, start) + windowed.log_size, dict(start)
-        found = most_likely(residual, [c.name for c in further], start)
-        return found.value + windowed.log_size, dict(found.sizes)
+        found = most_likely(self.residual(windowed), (), start)
+        return Weighed(found.sizes, found.value + windowed.log_size)
 
 
 def _matern(time: Array) -> Array:

@@ -19,6 +19,7 @@ from myowave.physics.constants import OVER_TIME
 from myowave.physics.model import Model
 
 BUMP_RAD = 0.01  # of the lean, for differences
+TINY = 1e-12  # squared torque of muscles that give none [N^2 m^2]
 NO_FORCE = -30.0  # logarithm of a factor on passive forces that leaves none
 
 
@@ -47,9 +48,31 @@ class Windowed:
         return np.sqrt([(self.torque[rows] ** 2).mean() for rows in self.rows])
 
     @property
+    def strength(self) -> float:
+        """What the usual torque of all muscles is to be multiplied by, at least 0."""
+        # ASSUME: what makes all muscles of an arm stronger than usual is alike. A fit of each alone finds none in those
+        # that work against the others, and what they do would be missing.
+        usual = self.usual.sum(0)
+        return max(float(usual @ self.torque / (usual @ usual).clip(TINY)), 0.0)
+
+    @property
+    def left(self) -> Array:
+        """The torque that the usual muscles do not give [N m], (L,)."""
+        return self.left_by(self.strength)
+
+    def left_by(self, strength: float) -> Array:
+        """The same where the usual torque is multiplied by this."""
+        return self.torque - strength * self.usual.sum(0)
+
+    @property
+    def size(self) -> Array:
+        """That of its trial at each window [N m], (L,)."""
+        return np.repeat(self.sizes, [rows.stop - rows.start for rows in self.rows])
+
+    @property
     def log_size(self) -> float:
         """Sum over the windows of the logarithm of the size of the torque, for densities in units of it."""
-        return float(sum((r.stop - r.start) * np.log(s) for r, s in zip(self.rows, self.sizes, strict=True)))
+        return float(np.log(self.size).sum())
 
 
 @dataclass(frozen=True)
@@ -59,12 +82,18 @@ class Groups:
     record: Record  # whole trials of both
     second: NDArray[np.bool_]  # which of them are of the second group, (T,)
 
+    @property
+    def told(self) -> dict[str, Array]:
+        """Conditions that are told and differ between trials, by name, from 0 to 1 each, (T,)."""
+        known = {name: values.numpy() for name, values in self.record.known.items()}
+        return {name: (v - v.min()) / np.ptp(v) for name, v in known.items() if np.ptp(v) > 0}
+
     def take(self, trials: Sequence[int], second: Sequence[int]) -> "Groups":
         """Some of the trials, of which some others than now are the second group."""
         return Groups(self.record.take(list(trials)), np.isin(trials, second))
 
-    def windows(self, model: Model, change: Mapping[str, float], errors: Mapping[str, float] | None = None) -> Windowed:
-        """What the windows show if parameters of a model have these values in the second group, and none elsewhere.
+    def windows(self, model: Model, change: Mapping[str, Array], errors: Mapping[str, float] | None = None) -> Windowed:
+        """What the windows show if parameters of a model have these values in each trial, (T,).
 
         Args:
             errors: usual ones of `shape` and `delay` of muscles, where their derivatives are wanted.
@@ -72,8 +101,8 @@ class Groups:
         Raises:
             ValueError: if a trial is too short for a window.
         """
-        record, second = self.record, torch.from_numpy(self.second.astype(float))
-        params: dict[str, Tensor] = {name: value * second for name, value in change.items()}
+        record = self.record
+        params: dict[str, Tensor] = {name: torch.from_numpy(values) for name, values in change.items()}
         balance = TorqueBalance.along(Along(model, record, params if model.on("observation") else {}))
         # ASSUME: windows that overlap are no samples; those that only touch are.
         every = 2 * balance.windows.half // balance.windows.stride

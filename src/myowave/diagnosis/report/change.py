@@ -33,7 +33,7 @@ def changed_facts(dataset: str, found: Answered) -> dict[str, Any]:
             asdict(change) | {"low": change.interval[0], "high": change.interval[1]} for change in map(found.of, order)
         ],
         "control": None if control is None else {"class": list(control.names), "unchanged": control.unchanged},
-        "scale": found.scale,
+        "told": list(found.told),
         "left_out": list(found.left_out),
     }
 
@@ -53,7 +53,8 @@ def change_page(facts: Mapping[str, Any], template: Path) -> str:
             "electrode": change["electrode"],
             "change": f"{number(change['value'])} {change['unit']}".removesuffix(" -"),
             "95 %": f"{number(change['low'])} to {number(change['high'])}",
-            "nats": f"{change['nats']:.1f}",
+            "changed [nats]": f"{change['changed']:.1f}",
+            "trials differ [nats]": f"{change['anyway']:.1f}",
             "probability": f"{change['probability']:.2g}",
         }
         for change in facts["changes"]

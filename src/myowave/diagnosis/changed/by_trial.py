@@ -1,0 +1,172 @@
+"""One number that may differ from trial to trial: has it changed between two groups, or do trials differ anyway?
+
+A sensor that slips, a posture that shifts, a timing that no model of a muscle knows differ within a group as well, and
+what a model says wrongly of another load goes with the load. So a number is sought in every trial, and what trials of
+one group differ by says by how much those of two have to. Source: Gelman & Hill 2007, Data Analysis Using Regression
+and Multilevel/Hierarchical Models, Ch. 12 (groups of trials that differ by themselves).
+
+Values are in strengths of practical interest. Shapes: T trials, K directions in which their values differ.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import torch
+from scipy.special import logsumexp
+from scipy.stats import multivariate_normal, norm
+
+from myowave.data.trials import Array
+from myowave.diagnosis.changed.weigh import Weighing
+from myowave.diagnosis.changed.windows import Windowed
+from myowave.diagnosis.likelihood.algebra import Covariance, Weighed
+
+USUAL = 3.0  # ASSUME: changes are about as large as this
+APART = (0.03, 0.1, 0.3, 1.0, 3.0)  # ASSUME: so far trials may differ by themselves, or with what is told of them
+FIRST = (0.25, 1.0, 3.0)  # values of the second group, of either sign, that are tried first
+HOPELESS = 1.0  # nats: what explains less in the second group alone is not sought in every trial
+NUDGE = 0.02  # for differences
+STEPS, SHARES, LITTLE = 12, (1.0, 0.3, 0.1), 0.02  # of Gauss-Newton, what of each is tried, nats that end them
+LOOSE = 0.01  # of the usual information: what is known of a value that data say nothing of
+
+
+@dataclass(frozen=True)
+class Directions:
+    """In which values differ; their mean over the first group stays 0."""
+
+    columns: Array  # orthonormal, (T, K)
+    change: Array  # amplitudes of 1 more in every trial of the second group, (K,)
+    # apart, told: covariance of the amplitudes where each trial differs by itself, and where they differ with what is
+    # told of them, with variance 1, (K, K)
+    apart: Array
+    told: Array
+
+    @classmethod
+    def of(cls, columns: Array, second: Array, told: Array) -> "Directions":
+        """Those that some columns (T, ...) span, the first group's mean taken out.
+
+        Args:
+            second: 1 for trials of the second group, else 0, (T,).
+            told: conditions of the trials, 0 to 1 each, (T, C).
+        """
+        centred = np.eye(len(second)) - (1 - second) / (1 - second).sum()
+        vectors, strength, _ = np.linalg.svd(centred @ columns, full_matrices=False)
+        kept = vectors[:, strength > 1e-9 * strength[0]]
+        alone, with_told = kept.T @ centred, kept.T @ centred @ told
+        return cls(kept, kept.T @ second, alone @ alone.T, with_told @ with_told.T)
+
+
+@dataclass(frozen=True)
+class Differing:
+    """The likeliest amplitudes (K,) of directions, their covariance (K, K), and their log likelihood over that of no
+    difference [nats]."""
+
+    directions: Directions
+    amplitudes: Array
+    covariance: Array
+    nats: float
+
+    @property
+    def values(self) -> Array:
+        """Of the trials, (T,)."""
+        return self.directions.columns @ self.amplitudes
+
+    @property
+    def changed(self) -> float:
+        """Log evidence that the groups differ, over that of no difference [nats]."""
+        return float(logsumexp(self._nats(USUAL)) - 2 * np.log(len(APART)))
+
+    @property
+    def anyway(self) -> float:
+        """The same that trials differ, but by themselves or with what is told of them."""
+        return float(logsumexp(self._nats(0.0)) - 2 * np.log(len(APART)))
+
+    @property
+    def change(self) -> tuple[float, float, float]:
+        """How much more there is in the second group: the mean, and bounds that hold it with probability .95."""
+        nats, along = self._nats(USUAL), USUAL**2 * self.directions.change
+        gains = [np.linalg.solve(prior + self.covariance, along) for prior in self._priors(USUAL)]
+        mean = np.array([gain @ self.amplitudes for gain in gains])
+        deviation = np.sqrt([USUAL**2 - gain @ along for gain in gains])
+        weight = np.exp(nats - logsumexp(nats))
+        grid = np.linspace((mean - 5 * deviation).min(), (mean + 5 * deviation).max(), 4001)
+        below = weight @ norm.cdf((grid - mean[:, None]) / deviation[:, None])
+        low, high = np.interp([0.025, 0.975], below, grid)
+        return float(weight @ mean), float(low), float(high)
+
+    def _priors(self, size: float) -> list[Array]:
+        """Covariances (K, K) of the amplitudes, for each pair of `APART`, with changes of a size."""
+        d = self.directions
+        changed = size**2 * np.outer(d.change, d.change)
+        return [alone**2 * d.apart + told**2 * d.told + changed for alone, told in product(APART, repeat=2)]
+
+    def _nats(self, size: float) -> Array:
+        """Log evidence with each prior, over that of no difference [nats]."""
+        covariances = [prior + self.covariance for prior in self._priors(size)]
+        here = [multivariate_normal.logpdf(self.amplitudes, np.zeros(len(c)), c) for c in covariances]
+        return np.array(here) + self.nats + np.linalg.slogdet(2 * np.pi * self.covariance)[1] / 2
+
+
+@dataclass(frozen=True)
+class Point:
+    """Values of the trials, (T,), what windows show with them, and the likeliest sizes of all that made it."""
+
+    values: Array
+    windowed: Windowed
+    state: Weighed
+
+    @property
+    def total(self) -> float:
+        """Log likelihood, and that of the values beforehand, up to a constant [nats]."""
+        return self.state.value - float(self.values @ self.values) / (2 * USUAL**2)
+
+
+@dataclass(frozen=True)
+class ByTrial:
+    """One number in every trial, and all that tells how likely its values are."""
+
+    windows: Callable[[Array], Windowed]  # of values (T,) between `low` and `high`
+    low: float
+    high: float
+    weighing: Weighing
+    nothing: Weighed  # where all values are 0
+
+    def differing(self, second: Array, told: Array) -> Differing:
+        """How trials differ; in every one only where the second group seems to; see `Directions.of`."""
+        steps = [sign * step for step in FIRST for sign in (1.0, -1.0) if self.low <= sign * step <= self.high]
+        begun = max((self._point(step * second) for step in (0.0, *steps)), key=lambda point: point.total)
+        found = self._follow(begun, Directions.of(second[:, None], second, told))
+        if found.nats < HOPELESS:
+            return found
+        return self._follow(self._point(found.values), Directions.of(np.eye(len(second)), second, told))
+
+    def _point(self, values: Array, near: Weighed | None = None) -> Point:
+        windowed = self.windows(inside := values.clip(self.low, self.high))
+        return Point(inside, windowed, self.weighing.likeliest(windowed, (near or self.nothing).sizes))
+
+    def _follow(self, point: Point, directions: Directions) -> Differing:
+        """Gauss-Newton steps in some directions."""
+        columns, usual = directions.columns, np.eye(len(directions.change)) / USUAL**2
+        for _ in range(STEPS):
+            information, product_with_left = self._normal(point, columns)
+            off = columns.T @ point.values
+            step = columns @ np.linalg.solve(information + usual, product_with_left - usual @ off)
+            tried = (self._point(point.values + share * step, point.state) for share in SHARES)
+            better = next((some for some in tried if some.total > point.total), point)
+            gained, point = better.total - point.total, better
+            if gained < LITTLE:
+                break
+        covariance: Array = np.linalg.inv(self._normal(point, columns)[0] + LOOSE * usual)
+        return Differing(directions, columns.T @ point.values, covariance, point.state.value - self.nothing.value)
+
+    def _normal(self, point: Point, columns: Array) -> tuple[Array, Array]:
+        """Normal equations of amplitudes: what is left of the torque, in units of its size in each trial."""
+        now, more = point.windowed, self.windows(point.values + NUDGE)
+        slope = (more.left_by(now.strength) / more.size - now.left / now.size) * now.size / NUDGE
+        residual = self.weighing.residual(now)
+        by_value = residual.values.new_zeros(*residual.values.shape, len(now.rows))
+        for trial, rows in enumerate(now.rows):
+            by_value[trial, : rows.stop - rows.start, trial] = torch.from_numpy(slope[rows])
+        covariance, along = Covariance(residual, point.state.sizes), by_value @ torch.from_numpy(columns)
+        return covariance.inner(along, along).numpy(), -covariance.with_residual(along).numpy()
