@@ -157,7 +157,7 @@ class ByTrial:
             gained, point = better.total - point.total, better
             if gained < LITTLE:
                 break
-        covariance: Array = np.linalg.inv(self._normal(point, columns)[0] + LOOSE * usual)
+        covariance = np.asarray(np.linalg.inv(self._normal(point, columns)[0] + LOOSE * usual), dtype=np.float64)
         return Differing(directions, columns.T @ point.values, covariance, point.state.value - self.nothing.value)
 
     def _normal(self, point: Point, columns: Array) -> tuple[Array, Array]:
