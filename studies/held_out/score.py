@@ -6,6 +6,7 @@ from dataclasses import replace
 import pandas as pd
 from torch import Tensor
 
+from myowave.data.thinning import thin
 from myowave.data.trials import Trials
 from myowave.data.wavelets import decompose
 from myowave.learning.baselines import given_samples, predict_baseline
@@ -24,7 +25,7 @@ INPUTS = {
 
 
 def score_networks(
-    trials: Trials, model: Model, recipe: Recipe, wanted: Mapping[str, Identify], total: int, seeds: int
+    trials: Trials, model: Model, recipe: Recipe, wanted: Mapping[str, Identify], wavelet: str, total: int, seeds: int
 ) -> Iterator[pd.DataFrame]:
     """Tables of networks trained with each kind of inputs, a row for each test trial and seed.
 
@@ -33,8 +34,8 @@ def score_networks(
     """
     for inputs, changes in INPUTS.items():
         own = recipe.changed(changes)
-        thinned = trials.thinned(own.rate_hz)
-        scales = decompose(thinned, total - 1)
+        thinned = thin(trials, own.rate_hz)
+        scales = decompose(thinned, total - 1, wavelet)
         *_, last = train_scales(Task(scales, model, own, wanted, total=total, seeds=range(seeds), final=False))
         predicted = predict_motion(last.network, thinned)
         yield _rows(thinned, predicted, last.network.history, seeds).assign(scales=total, inputs=inputs)
@@ -46,7 +47,7 @@ def score_baselines(
     """The same of baselines by name (method)."""
     for inputs, changes in INPUTS.items():
         for name, baseline in baselines.items():
-            own = trials.thinned(baseline.rate_hz)
+            own = thin(trials, baseline.rate_hz)
             changed = Baseline.model_validate(baseline.model_dump() | changes)
             rows = _rows(own, predict_baseline(changed, own, model, range(seeds)), given_samples(own), seeds)
             yield rows.assign(method=name, scales=1, inputs=inputs)

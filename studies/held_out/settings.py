@@ -33,6 +33,8 @@ class HeldOut(StudySection):
     def problems(self, settings: Settings) -> list[str]:
         problems = unless_known("dataset", self.dataset, settings.data.datasets)
         problems += unless_known("recipe", self.recipe, settings.learning.recipes)
+        if max(self.scales) > settings.data.wavelet.levels + 1:
+            problems.append(f"scales: {max(self.scales)} scales need data.wavelet.levels of one less.")
         dataset = settings.data.datasets.get(self.dataset)
         for question, name, split in self.splits():
             where = f"questions.{question}.{name}"

@@ -70,6 +70,7 @@ VALUES = [
     ("data.datasets.case1.test", ["7"], ("7", "1, 2, 3, 4, 5")),
     ("data.datasets.case1.identify", {"f0_Bic": {}}, ("f0_Bic", "did you mean 'f0_Bi'")),
     ("data.datasets.case1.identify", {"f0_Bi": {"low": 3, "high": 2}}, ("low", "below high")),
+    ("data.wavelet.levels", 1, ("targets.scales", "data.wavelet.levels")),
     # values that no arm has
     ("data.datasets.bench_elbow.constants", {"mass": -1}, ("constants.mass = -1", "above 0", "[kg]")),
     ("data.datasets.bench_elbow.constants", {"length": 0}, ("constants.length = 0", "at least 0.001", "[m]")),
@@ -133,6 +134,8 @@ VALUES = [
     ),
     ("diagnosis.starts", 10**9, ("diagnosis.starts", "at most 1000")),
     ("diagnosis.angle_noise_deg", 0, ("angle_noise_deg", "above 0")),
+    ("data.wavelet.name", "morlet", ("'morlet'", "matching")),
+    ("data.wavelet.levels", 99, ("levels", "at most 8")),
     ("data.datasets.case1.samples", 10**9, ("samples", "at most 100000")),
     ("data.datasets.case1.trials", 1, ("trials", "at least 2")),
     ("data.datasets.case1.emg_noise", -0.1, ("emg_noise", "at least 0")),

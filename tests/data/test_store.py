@@ -7,13 +7,16 @@ import pandas as pd
 import pytest
 
 from myowave.data.store import (
+    read_scales,
     read_table,
     read_trials,
     replacing,
     write_json,
+    write_scales,
     write_table,
     write_trials,
 )
+from myowave.data.wavelets import decompose
 
 
 def assert_same(left, right):
@@ -30,11 +33,21 @@ def test_trials_come_back_exactly(trials, tmp_path):
     assert_same(read_trials(tmp_path / "deep" / "trials.parquet"), trials)
 
 
+def test_scales_come_back_exactly(trials, tmp_path):
+    scales = decompose(trials, 2)
+    write_scales(scales, tmp_path / "scales.parquet")
+    back = read_scales(tmp_path / "scales.parquet")
+    assert list(back) == [0, 1, 2]
+    for level, expected in scales.items():
+        assert_same(back[level], expected)
+
+
 def test_the_table_is_long_with_units_in_its_columns_and_without_padding(trials, tmp_path):
-    write_trials(trials, tmp_path / "trials.parquet")
-    frame = pd.read_parquet(tmp_path / "trials.parquet")
-    assert list(frame.columns) == ["trial", "time_s", "emg_biceps", "emg_triceps", "angle_rad", "tilt_rad"]
-    assert frame.groupby("trial").size()["short"] == 80
+    write_scales(decompose(trials, 1), tmp_path / "scales.parquet")
+    frame = pd.read_parquet(tmp_path / "scales.parquet")
+    assert list(frame.columns) == ["scale", "trial", "time_s", "emg_biceps", "emg_triceps", "angle_rad", "tilt_rad"]
+    assert sorted(frame["scale"].unique()) == [-1, 0]
+    assert frame.groupby(["scale", "trial"]).size()[(-1, "short")] == 80
 
 
 def test_writing_twice_gives_the_same_bytes(trials, tmp_path):
@@ -54,11 +67,14 @@ def test_a_failed_write_leaves_the_old_file_and_no_other(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_file_of_another_kind_is_refused_by_name(tmp_path):
+def test_a_file_of_another_kind_is_refused_by_name(trials, tmp_path):
     path = tmp_path / "table.parquet"
-    pd.DataFrame({"a": [1.0]}).to_parquet(path)
-    with pytest.raises(ValueError, match="table.parquet: this Parquet file holds no trials of myowave"):
+    write_scales(decompose(trials, 1), path)
+    with pytest.raises(ValueError, match="table.parquet: this Parquet file holds scales, expected trials"):
         read_trials(path)
+    pd.DataFrame({"a": [1.0]}).to_parquet(path)
+    with pytest.raises(ValueError, match="holds no myowave table, expected scales"):
+        read_scales(path)
     path.write_text("time_s,emg_biceps\n")
     with pytest.raises(ValueError, match="table.parquet: this is not a Parquet file"):
         read_table(path)

@@ -4,7 +4,7 @@
 
 kills  The job is killed with SIGKILL, all of its processes at once, at random moments, and started again until it is
        done; its summary and predictions are then those of a job that nobody killed, byte by byte.
-load   1,000 subjects are planned, and a trial of 100,000 samples is imported into scales, within limits.
+load   1,000 subjects are planned, and a trial of 100,000 samples is imported and split into scales, within limits.
 disk   results/ on a full disk, and on one that may only be read: the run ends with a message that says so, and goes on
        to the same results once there is room. Needs root, as it mounts a disk of a few MB.
 """
@@ -133,9 +133,9 @@ def attack_with_load(folder: Path) -> None:
         table.round(6).to_csv(project.folder / f"{name}.csv", index=False)
     dataset = {"kind": "measured", "files": ["long*.csv"], "test": ["long2"], "identify": {"f0_Bi": {}}}
     project.lay_over({"data": {"datasets": {"long": dataset}}, "targets": {"datasets": ["long"], "follow_verdict": []}})
-    seconds, peak, done = measured(project, "--cores", "1", "results/data/long/trials.parquet", *CONFIG)
+    seconds, peak, done = measured(project, "--cores", "1", "results/data/long/scales.parquet", *CONFIG)
     assert done.returncode == 0, done.stdout[-3000:]
-    print(f"two trials of {SAMPLES} samples imported in {seconds:.0f} s of one core; at most {peak:.0f} MB")
+    print(f"two trials of {SAMPLES} samples imported and split in {seconds:.0f} s of one core; at most {peak:.0f} MB")
     assert seconds < IMPORT_S and peak < max(IMPORT_MB, PLAN_MB)
 
 

@@ -8,6 +8,10 @@ from myowave.settings import read_settings
 from myowave.settings.files import check_command_line
 
 CONFIG = Path(__file__).parents[2] / "config.yaml"
+_TEN = ", ".join(["*{}"] * 10)
+BOMB = "a: &a [x]\n" + "".join(
+    f"{b}: &{b} [{_TEN.replace('{}', a)}]\n" for a, b in zip("abcdefgh", "bcdefghi", strict=True)
+)
 
 
 def test_a_second_configuration_is_laid_over_the_first(tmp_path):
@@ -44,6 +48,11 @@ FAULTS = {
         b"data:\n  x: 1\n  x: 2\n",
         "mine.yaml is not valid YAML, line 3, column 3: the key x is there already",
     ),
+    "aliases within aliases": (
+        BOMB.encode(),
+        "mine.yaml is not valid YAML, line 1, column 1: aliases within aliases make it",
+    ),
+    "an alias of itself": (b"data: &a [*a]\n", "aliases within aliases make it huge"),
     "depth without end": (b"data: " + b"[" * 5000, "mine.yaml: sections within sections without end"),
     "no day of the calendar": (b"data: 2026-02-31\n", "mine.yaml is not valid YAML: day is out of range for month"),
     "nothing": (b"# later\n", "mine.yaml: expected sections such as physics and data; found nothing"),

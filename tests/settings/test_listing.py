@@ -23,12 +23,12 @@ def test_groups_fit_on_a_screen_and_count_every_key_once():
     sections = {key.name for key in KEYS if any(k.name.startswith(f"{key.name}.") for k in KEYS)}
     assert sum(count for count, _ in groups.values()) == len({key.name for key in KEYS} - sections)
     assert len(asked().output.splitlines()) == len(groups) + 1 <= 24
-    assert groups["targets"][0] == len(names("targets")) - 1, "and the section itself"
+    assert groups["data.wavelet"][0] == len(names("data.wavelet")) - 1, "and the section itself"
 
 
 def test_a_group_is_listed_whole_and_nothing_else():
-    assert names("targets")[0] == "targets"
-    assert all(name.startswith("targets") for name in names("targets"))
+    assert names("data.wavelet")[0] == "data.wavelet"
+    assert all(name.startswith("data.wavelet") for name in names("data.wavelet"))
     assert "targets.scales" in names("targets") and "learning.sweep.scales" not in names("targets")
 
 
@@ -46,7 +46,7 @@ def test_all_is_every_key():
     assert asked("--all").output.count("\n") == 2 * len(KEYS)
 
 
-@pytest.mark.parametrize(("word", "near"), [("trakcing", "did you mean 'tracking'?"), ("no such thing", "No setting")])
+@pytest.mark.parametrize(("word", "near"), [("wavelett", "did you mean 'wavelet'?"), ("no such thing", "No setting")])
 def test_a_word_that_is_nowhere_is_said(word, near):
     result = asked(word)
     assert result.exit_code == 2 and near in result.output

@@ -155,7 +155,7 @@ def test_a_missing_key_is_named_with_its_meaning():
 def test_every_problem_is_reported_at_once():
     config = changed("learning.seeds", 0)
     config["physics"]["arms"]["paper"]["joint"]["mass_kg"] = -1
-    config["tracking"] = {"url": "sqlite:///x.db"}
+    config["data"]["wavelet"] = {"nam": "db2"}
     assert len(problems(config)) == 3
 
 

@@ -7,7 +7,7 @@ HIDDEN = {
 }
 MAY_KNOW_WHAT_IS_HIDDEN = {"simulate_trials"}
 MAY_READ_THE_TRUTH = {"evaluate_model", "score_verdict"}
-DECIDING = {"train_scale", "diagnose_dataset"}
+DECIDING = {"decompose_scales", "train_scale", "diagnose_dataset"}
 SCORED = ("truth.json", "verdict.json", "evaluation.csv", "watch.csv", "watch_parameters.csv")
 
 

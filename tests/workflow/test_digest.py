@@ -124,7 +124,7 @@ def test_an_edit_is_seen_although_what_was_read_before_is_kept(tmp_path):
             {"data", "physics/path.py"},
             {"physics/model.py", "physics/effects", "identification", "learning"},
         ),
-        ("draw_trials", {"data"}, {"physics", "identification", "learning", "diagnosis"}),
+        ("decompose_scales", {"data"}, {"physics", "identification", "learning", "diagnosis"}),
         ("simulate_trials", {"physics", "data"}, {"identification", "learning", "diagnosis"}),
         ("train_scale", {"physics", "data", "identification", "learning"}, {"diagnosis", "plotting.py"}),
         ("train_scale", {"learning"}, {"learning/sweep", "learning/streaming"}),

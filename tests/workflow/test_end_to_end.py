@@ -159,15 +159,15 @@ def test_after_an_interruption_training_goes_on_from_the_last_finished_scale(run
 
 
 def test_training_anew_that_fails_takes_nothing_of_before_away(run):
-    folder, data = run.folder / "results/learning/case1/base/rollout/2-scale", run.folder / "results/data/case1"
-    trained, good = (folder / "scale-1.pt").read_bytes(), data / "trials.parquet"
-    good.rename(data / "good.parquet")
+    folder, scales = run.folder / "results/learning/case1/base/rollout/2-scale", run.folder / "results/data/case1"
+    trained, good = (folder / "scale-1.pt").read_bytes(), scales / "scales.parquet"
+    good.rename(scales / "good.parquet")
     good.write_bytes(b"damaged")
     target = str(folder.relative_to(run.folder) / "scale-1.pt")
     done = run.snakemake("--cores", "1", target, "--forcerun", "train_scale", *CONFIG)
     assert done.returncode != 0 and "damaged" in done.stdout, done.stdout
     assert (folder / "scale-1.pt").read_bytes() == trained
-    (data / "good.parquet").rename(good)
+    (scales / "good.parquet").rename(good)
 
 
 def test_a_run_with_other_settings_takes_nothing_of_this_one_away(run):

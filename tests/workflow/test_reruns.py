@@ -63,7 +63,7 @@ def test_a_recording_put_back_with_an_older_date_and_a_setting_rerun_what_reads_
 def test_changed_physics_reruns_all_that_stands_on_it(finished):
     with edited(finished, "src/myowave/physics/joint.py", "9.80665", "9.81"):
         planned = finished.planned(*CONFIG)
-    assert set(planned) >= {"simulate_trials"} | LEARNING | {"draw_models"}
+    assert set(planned) >= {"simulate_trials", "decompose_scales"} | LEARNING | {"draw_models"}
     assert "import_trials" not in planned, "recordings stay what they are"
 
 

@@ -16,5 +16,5 @@ def test_every_subject_and_model_gets_its_own_jobs(project):
         }
     )
     jobs = project.planned(*config)
-    assert jobs["import_trials"] == jobs["diagnose_dataset"] == SUBJECTS
+    assert jobs["import_trials"] == jobs["decompose_scales"] == jobs["diagnose_dataset"] == SUBJECTS
     assert jobs["train_scale"] == jobs["evaluate_model"] == SUBJECTS * len(MODELS)

@@ -90,9 +90,24 @@ rule draw_recording:
         "../scripts/draw_recording.py"
 
 
+rule decompose_scales:
+    input:
+        trials="results/data/{dataset}/trials.parquet",
+    output:
+        scales="results/data/{dataset}/scales.parquet",
+    log:
+        "results/logs/decompose_scales/{dataset}.log",
+    params:
+        wavelet=dump(SETTINGS.data.wavelet),
+        code=digest("decompose_scales"),
+    script:
+        "../scripts/decompose_scales.py"
+
+
 rule draw_trials:
     input:
         trials="results/data/{dataset}/trials.parquet",
+        scales="results/data/{dataset}/scales.parquet",
     output:
         trials=report(
             "results/figures/{dataset}/trials.png",
@@ -109,7 +124,6 @@ rule draw_trials:
     log:
         "results/logs/draw_trials/{dataset}.log",
     params:
-        levels=4,  # as many as a network may have
         code=digest("draw_trials"),
     script:
         "../scripts/draw_trials.py"

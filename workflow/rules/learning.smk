@@ -19,7 +19,7 @@ def labels(figure):
 
 rule train_scale:
     input:
-        trials="results/data/{dataset}/trials.parquet",
+        scales="results/data/{dataset}/scales.parquet",
         coarser=coarser_checkpoint,
         physics=physics_files,
     output:
@@ -36,6 +36,7 @@ rule train_scale:
         contents=physics_contents,
         identify=identify_section,
         recipe=recipe_section,
+        wavelet=dump(SETTINGS.data.wavelet),
         seeds=SETTINGS.learning.seeds,
         code=digest("train_scale"),
     script:

@@ -40,12 +40,13 @@ rule prepare_sweep:
     input:
         trials=f"results/data/{SWEEP.dataset}/trials.parquet",
     output:
-        trials=f"{SWEEP_FOLDER}/training.parquet",
+        scales=f"{SWEEP_FOLDER}/scales.parquet",
         search=f"{SWEEP_FOLDER}/search.txt",
     log:
         f"results/logs/prepare_sweep/{SWEPT}.log",
     params:
         sweep=sweep_section("trials", "workers"),
+        wavelet=dump(SETTINGS.data.wavelet),
         journal=JOURNAL,
         judged=judged_section,
     script:
@@ -54,7 +55,7 @@ rule prepare_sweep:
 
 rule search_settings:
     input:
-        trials=f"{SWEEP_FOLDER}/training.parquet",
+        scales=f"{SWEEP_FOLDER}/scales.parquet",
         search=f"{SWEEP_FOLDER}/search.txt",
         physics=SWEEP_PHYSICS.files,
     output:
@@ -122,6 +123,7 @@ rule score_sweep:
         best=f"{SWEEP_FOLDER}/best.yaml",
         default=f"results/learning/{SWEPT}/evaluation.csv",
         trials=f"results/data/{SWEEP.dataset}/trials.parquet",
+        scales=f"results/data/{SWEEP.dataset}/scales.parquet",
         truth=truth_of(SWEEP.dataset),
         physics=SWEEP_PHYSICS.files,
     output:
@@ -137,6 +139,7 @@ rule score_sweep:
     params:
         sweep=sweep_section("workers", "trials"),
         seeds=SETTINGS.learning.seeds,
+        wavelet=dump(SETTINGS.data.wavelet),
         judged=judged_section,
         code=digest("score_sweep"),
     script:

@@ -6,14 +6,14 @@ from pathlib import Path
 import pandas as pd
 import yaml
 
-from myowave.data.store import read_trials
-from myowave.data.wavelets import decompose
+from myowave.data.store import read_scales, read_trials
+from myowave.data.thinning import thin, thin_scales
 from myowave.learning.evaluation import evaluate, predict_trials
 from myowave.learning.sweep.outcome import BEST
 from myowave.learning.task import Task
 from myowave.learning.training import train_scales
 from myowave.models import build_model
-from myowave.settings import Identify, Physics, Sweep, parse_recipe
+from myowave.settings import Identify, Physics, Sweep, Wavelet, parse_recipe
 from myowave.workflow.job import job_log
 
 inputs, params, judged = snakemake.input, snakemake.params, snakemake.params.judged
@@ -22,10 +22,10 @@ name = sweep.recipe + BEST
 label = f"score {sweep.dataset} {sweep.model} {name} {sweep.scales}-scale"
 with job_log(label, snakemake.log[0]) as log:
     best = yaml.safe_load(Path(inputs.best).read_text())["learning"]["recipes"][name]
-    recipe = parse_recipe(best)
-    trials = read_trials(inputs.trials).thinned(recipe.rate_hz)
+    recipe, wavelet = parse_recipe(best), Wavelet.model_validate(params.wavelet)
+    scales = read_scales(inputs.scales)
     task = Task(
-        decompose(trials, sweep.scales - 1),
+        thin_scales(scales, recipe.rate_hz, sweep.scales - 1, wavelet.name),
         build_model(sweep.model, Physics.model_validate(judged["physics"])),
         recipe,
         {key: Identify.model_validate(values) for key, values in judged["identify"].items()},
@@ -34,6 +34,7 @@ with job_log(label, snakemake.log[0]) as log:
     )
     for checkpoint in train_scales(task):
         log.progress(sweep.scales - checkpoint.level, sweep.scales, f"scale {-checkpoint.level} is trained")
+    trials = thin(read_trials(inputs.trials), recipe.rate_hz)
     truth = json.loads(Path(inputs.truth).read_text())["parameters"] if inputs.truth else None
     rows = evaluate(checkpoint, trials, predict_trials(checkpoint, trials), recipe=name, truth=truth)
     both = pd.concat({"default": pd.read_csv(inputs.default), "best": rows}, names=["setting", None])

@@ -3,8 +3,7 @@
 from functools import partial
 from pathlib import Path
 
-from myowave.data.store import read_trials
-from myowave.data.wavelets import decompose
+from myowave.data.store import read_scales
 from myowave.learning.sweep.objective import judge
 from myowave.learning.sweep.search import count, describe, open_search, work
 from myowave.learning.task import Task
@@ -18,7 +17,7 @@ label = f"sweep {sweep.dataset} {sweep.model} {sweep.recipe} {sweep.scales}-scal
 with job_log(label, snakemake.log[0]) as log:
     search = open_search(Path(snakemake.input.search).read_text(), params.journal, seed=worker)
     task = Task(
-        decompose(read_trials(snakemake.input.trials), sweep.scales - 1),
+        read_scales(snakemake.input.scales),
         build_model(sweep.model, Physics.model_validate(judged["physics"])),
         parse_recipe(judged["recipe"]),
         {name: Identify.model_validate(values) for name, values in judged["identify"].items()},

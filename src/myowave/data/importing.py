@@ -61,11 +61,7 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     """Process the session of a dataset, or raise a ValueError with a line for each problem; see `import_trials`."""
     processing, forms = settings.processing, session.forms
     fractions = {*forms.values()} <= {"fraction"}  # then EMG of a trial is what it is without the other trials
-    later = processing.emg_start_offset_s  # to be at times of the angle's clock
-    raw = {
-        name: replace(trial, emg={c: replace(emg, start=emg.start + later) for c, emg in trial.emg.items()})
-        for name, trial in session.trials.items()
-    }
+    raw = {name: trial.with_emg_later(processing.emg_start_offset_s) for name, trial in session.trials.items()}
     grids = {name: common_grid(trial.all, trial.angle, processing.rate_hz, trial.cut) for name, trial in raw.items()}
     problems = [*session.problems, *_grid_problems(grids, raw)]
     if not fractions or not raw:

@@ -1,8 +1,8 @@
 """Tables on disk: Parquet with the metadata in the schema. The only module that imports pyarrow.
 
 A table of trials is long: one row per sample, columns `trial, time_s, emg_<muscle>..., angle_rad`, and further signals
-such as `tilt_rad` where they were recorded. What is no column travels as JSON in the schema metadata, so a file is
-complete by itself.
+such as `tilt_rad` where they were recorded. A table of scales has a `scale` column before them (0, -1, ..., -J). What
+is no column travels as JSON in the schema metadata, so a file is complete by itself.
 """
 
 import json
@@ -73,35 +73,69 @@ def write_json(content: Mapping[str, Any], path: str | Path) -> None:
 
 
 def write_trials(trials: Trials, path: str | Path) -> None:
-    """Write the recorded samples as a long table, padding left out; all else goes into the metadata."""
+    write_table(_to_frame(trials), path, _to_metadata(trials))
+
+
+def read_trials(path: str | Path) -> Trials:
+    """Read trials written by `write_trials`; a ValueError for a file that holds none."""
+    frame, metadata = _read_kind("trials", path)
+    return _from_frame(frame, metadata, path)
+
+
+def write_scales(scales: Mapping[int, Trials], path: str | Path) -> None:
+    """Write the projections of one dataset.
+
+    Args:
+        scales: {number of coarsenings: trials at that scale}; level 2 is written as scale -2.
+    """
+    frames = {-level: _to_frame(trials) for level, trials in scales.items()}
+    table = pd.concat(frames, names=["scale", None]).reset_index("scale")
+    write_table(table, path, _to_metadata(scales[min(scales)]) | {"kind": "scales"})
+
+
+def read_scales(path: str | Path) -> dict[int, Trials]:
+    """Read what `write_scales` wrote, {coarsenings: trials at that scale}; a ValueError where there is none."""
+    frame, metadata = _read_kind("scales", path)
+    return {-int(scale): _from_frame(rows, metadata, path) for scale, rows in frame.groupby("scale", sort=False)}
+
+
+def _to_frame(trials: Trials) -> pd.DataFrame:
+    """Long table of the recorded samples, padding left out."""
     valid = trials.valid
     columns = {"trial": np.repeat(np.array(trials.names, dtype=object), trials.lengths)}
     columns["time_s"] = np.broadcast_to(trials.time, valid.shape)[valid]
     columns |= {name: trials.emg[..., c][valid] for c, name in enumerate(trials.channels)}
     columns["angle_rad"] = trials.angle[valid]
     columns |= {name: values[valid] for name, values in trials.signals.items()}
-    labels = {name: getattr(trials, name) for name in _LABELS}
-    write_table(pd.DataFrame(columns), path, {"signals": list(trials.signals), **labels})
+    return pd.DataFrame(columns)
 
 
-def read_trials(path: str | Path) -> Trials:
-    """Read trials written by `write_trials`; a ValueError for a file that holds none."""
-    frame, metadata = read_table(path)
-    if "signals" not in metadata:
-        raise ValueError(
-            f"{path}: this Parquet file holds no trials of myowave. Recordings of your own are named under "
-            "data.datasets in config.yaml and imported, not read directly."
-        )
+def _to_metadata(trials: Trials) -> dict[str, Any]:
+    """Everything but the samples; mappings and tuples are plain data."""
+    return {"kind": "trials", "signals": list(trials.signals), **{name: getattr(trials, name) for name in _LABELS}}
+
+
+def _from_frame(frame: pd.DataFrame, metadata: Mapping[str, Any], path: str | Path) -> Trials:
     try:
         labels = {name: metadata[name] for name in _LABELS}
+        rows = [frame[frame["trial"] == name] for name in labels["names"]]
+        return Trials.from_sequences(
+            emg=[one[labels["channels"]].to_numpy() for one in rows],
+            angle=[one["angle_rad"].to_numpy() for one in rows],
+            signals={name: [one[name].to_numpy() for one in rows] for name in metadata["signals"]},
+            **labels,
+        )
     except KeyError as error:
         raise ValueError(
             f"{path}: written by another version of myowave (no {error}). Remove it, and run again."
         ) from None
-    rows = [frame[frame["trial"] == name] for name in labels["names"]]
-    return Trials.from_sequences(
-        emg=[one[labels["channels"]].to_numpy() for one in rows],
-        angle=[one["angle_rad"].to_numpy() for one in rows],
-        signals={name: [one[name].to_numpy() for one in rows] for name in metadata["signals"]},
-        **labels,
-    )
+
+
+def _read_kind(kind: str, path: str | Path) -> tuple[pd.DataFrame, dict[str, Any]]:
+    frame, metadata = read_table(path)
+    if (found := metadata.get("kind")) != kind:
+        raise ValueError(
+            f"{path}: this Parquet file holds {found or 'no myowave table'}, expected {kind}. Recordings of your own "
+            "are named under data.datasets in config.yaml and imported, not read directly."
+        )
+    return frame, metadata

@@ -6,7 +6,7 @@ settings` lists the keys. Nothing heavy is imported here: the Snakefile reads th
 """
 
 from myowave.settings.configuration import Settings, parse_settings, read_settings
-from myowave.settings.data import Identify, MeasuredDataset, RecordedDataset, SimulatedDataset, public
+from myowave.settings.data import Identify, MeasuredDataset, RecordedDataset, SimulatedDataset, Wavelet, public
 from myowave.settings.diagnosis import DiagnosisSettings, Scatter
 from myowave.settings.learning import (
     SEARCHABLE,
@@ -27,5 +27,5 @@ __all__ = [
     "SEARCHABLE", "Baseline", "CurveSettings", "DiagnosisSettings", "Dimension", "Identify", "Inputs",
     "MeasuredDataset", "MuscleSettings", "PaperRecipe", "PathTable", "Physics", "Processing", "RawSignal", "Recipe",
     "RecordedDataset", "RolloutRecipe", "Scatter", "Section", "Settings", "SimulatedDataset", "Sweep", "TextLayout",
-    "dump", "parse_recipe", "parse_settings", "public", "read_settings",
+    "Wavelet", "dump", "parse_recipe", "parse_settings", "public", "read_settings",
 ]  # fmt: skip

@@ -34,7 +34,7 @@ class Settings(Section):
 
     targets: Targets = setting("what plain `snakemake` makes")
     physics: Arms = setting("the musculoskeletal model")
-    data: Data = setting("trials")
+    data: Data = setting("trials and scales")
     learning: Learning = setting("training")
     diagnosis: DiagnosisSettings = setting("diagnosis", default=DiagnosisSettings)
     tracking: Tracking = setting("MLflow", default=Tracking)
@@ -112,6 +112,12 @@ class Settings(Section):
         ]
         for name, dataset in self.data.datasets.items():
             problems += check_dataset(f"data.datasets.{name}", dataset, self.physics_of(name))
+        sweep, levels = self.learning.sweep, self.data.wavelet.levels
+        if (scales := max([*self.targets.scales, *([sweep.scales] if sweep else [])])) > levels + 1:
+            problems.append(
+                f"targets.scales, learning.sweep.scales: {scales} scales need data.wavelet.levels of {scales - 1}, "
+                f"which is {levels}."
+            )
         return problems
 
     def _problems_of_sweep(self, sweep: Sweep) -> list[str]:

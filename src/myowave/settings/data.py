@@ -236,9 +236,17 @@ class RecordedDataset(_Dataset):
 Dataset = Annotated[SimulatedDataset | MeasuredDataset | RecordedDataset, Field(discriminator="kind")]
 
 
-class Data(Section):
-    """Where trials come from."""
+class Wavelet(Section):
+    """The projection of the trials on coarser scales."""
 
+    name: Annotated[str, Field(pattern=r"^(db|sym|coif|haar)\d*$")] = setting("orthogonal wavelet", "", "db2")
+    levels: Whole = setting("how often the samples are coarsened: scales 0, -1, ..., -levels", "-", 4, ge=0, le=8)
+
+
+class Data(Section):
+    """Where trials come from, and how they are seen at coarser scales."""
+
+    wavelet: Wavelet = setting("multi-resolution", default=Wavelet)
     datasets: dict[Name, Dataset] = setting("all datasets, by name", each="dataset", min_length=1)
     subjects: FilePath | None = setting(
         "CSV table of subjects, each row a measured dataset; `subjects` in targets stands for all", default=None

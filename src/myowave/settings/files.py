@@ -3,18 +3,27 @@
 import argparse
 import sys
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import yaml
-from yaml.nodes import MappingNode, ScalarNode
+from yaml.nodes import CollectionNode, MappingNode, Node, ScalarNode
 
 LARGEST_BYTES = 1e9
 """Of a file that is read whole: an hour of 16 channels at 1 kHz as text is half of it, and takes some GB of memory."""
+LARGEST = 200_000  # values in a file with its aliases written out; the configuration that ships has a thousand
 
 
 class _Loader(yaml.SafeLoader):  # type: ignore[misc]
-    """Refuses a key that is there twice, of which YAML would keep the last in silence."""
+    """Refuses a key that is there twice, of which YAML would keep the last in silence, and aliases that become huge."""
+
+    def get_single_node(self) -> Node | None:
+        node = super().get_single_node()
+        if node is not None and _size(node, {}) > LARGEST:
+            problem = "aliases within aliases make it huge; write out what you mean"
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark)
+        return node
 
     def compose_mapping_node(self, anchor: Any) -> MappingNode:
         node = super().compose_mapping_node(anchor)
@@ -95,6 +104,16 @@ def check_command_line(arguments: Sequence[str] | None = None) -> None:
         read_layers(dict.fromkeys([*named, *own]), "--configfile")
     except ValueError as error:
         sys.exit(f"The configuration has problems; nothing was run.\n{error}")
+
+
+def _size(node: Node, known: dict[Node, float]) -> float:
+    """Values at and below a node, those of an alias counted wherever it stands; infinite where one holds itself."""
+    if node not in known:
+        known[node] = float("inf")
+        children = node.value if isinstance(node, CollectionNode) else ()
+        flat = chain.from_iterable(children) if isinstance(node, MappingNode) else children
+        known[node] = 1 + sum(_size(child, known) for child in flat)
+    return known[node]
 
 
 def _at(mark: Any) -> str:

@@ -91,9 +91,14 @@ def _explained(angle: Sampled, envelope: Sampled) -> Array | None:
     third = len(time) // 3
     parts = [slice(None), slice(0, third), slice(len(time) - third, None)]
     emg = np.stack([np.interp(time - lag, envelope.time, envelope.values) for lag in LAGS_S], axis=1)
-    left = [emg[part] - x[part] @ np.linalg.lstsq(x[part], emg[part], rcond=None)[0] for part in parts]
-    scatter = np.stack([emg[part].var(axis=0) for part in parts])
-    return 1 - np.stack([of.var(axis=0) for of in left]) / np.where(scatter > 0, scatter, 1.0)
+    return np.stack([_r2(x[part], emg[part]) for part in parts])
+
+
+def _r2(x: Array, y: Array) -> Array:
+    """Explained variance of each column of y (N, K) by the columns of x (N, P), (K,)."""
+    left = y - x @ np.linalg.lstsq(x, y, rcond=None)[0]
+    scatter = y.var(axis=0)
+    return 1 - left.var(axis=0) / np.where(scatter > 0, scatter, 1.0)
 
 
 def _against(of: Cause) -> str | None:
