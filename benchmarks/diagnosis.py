@@ -41,7 +41,7 @@ def main() -> None:
 
     begin = time.process_time()
     fit = fit_model(base, record, free_parameters(base, settings.identify, (), scatter), starts=8)
-    ladder, _ = weigh(fit, record, fit.free, list(effects.values()))
+    ladder = weigh(fit, record, fit.free, list(effects.values())).ladder
     ours = time.process_time() - begin
 
     begin = time.process_time()

@@ -49,7 +49,7 @@ def answer_case(
     return {
         "verdict": verdict.kind,
         "names": list(verdict.causes),
-        "class": [list(members) for members in verdict.alternatives],
+        "class": [list(members) for members in verdict.ladder.classes],
         "nearest": list(verdict.nearest),
         "sizes": {name: [value, value - half, value + half] for name, (value, half) in sizes.items()},
         "error_before": held_out_deg(first, trials),

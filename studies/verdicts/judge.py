@@ -28,7 +28,7 @@ class Judged:
 
 def by_evidence(fit: Fit, effects: Iterable[Effect]) -> Judged:
     """What the diagnosis says."""
-    _, found = weigh(fit, fit.record.whole, fit.free, list(effects))
+    found = weigh(fit, fit.record.whole, fit.free, list(effects)).answer
     given = {} if found.kind == "unknown" else {k: p for k, p in found.probabilities.items() if k != OUTSIDE}
     present = {effect.name for effect in fit.model.effects}
     more = tuple(e.name for e in found.best.fit.model.effects if e.name not in present)

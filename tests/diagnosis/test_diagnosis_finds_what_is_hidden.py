@@ -10,9 +10,8 @@ from myowave.data.simulate import simulate_trials
 from myowave.diagnosis.report.facts import verdict_facts
 from myowave.diagnosis.report.tables import TABLES, predictions_table
 from myowave.diagnosis.scoring import add_truth
-from myowave.diagnosis.search import diagnose as search
+from myowave.diagnosis.search.answer import Answer
 from myowave.diagnosis.search.diagnose import diagnose
-from myowave.diagnosis.search.verdict import judge
 from myowave.diagnosis.search.weigh import weigh_models
 from myowave.settings import DiagnosisSettings, SimulatedDataset
 
@@ -110,9 +109,10 @@ def test_the_test_trial_takes_no_part_in_any_decision(make_trials, base, few, id
     other.angle[test] = 0.9 + 0.3 * random.standard_normal(other.angle[test].shape)
     other.emg[test] = random.random(other.emg[test].shape)
     seen, unseen = (diagnose(trials, base, candidates, identify, SETTINGS) for trials in (one, other))
-    assert seen.verdict == unseen.verdict and seen.noise_deg == unseen.noise_deg
+    assert seen.verdict.kind == unseen.verdict.kind and seen.noise_deg == unseen.noise_deg
+    assert seen.verdict.answer.probabilities == unseen.verdict.answer.probabilities
     assert seen.draft.formula == unseen.draft.formula and seen.proposals == unseen.proposals
-    for ranked, again in zip(seen.ladder.rankings, unseen.ladder.rankings, strict=True):
+    for ranked, again in zip(seen.verdict.ladder.rankings, unseen.verdict.ladder.rankings, strict=True):
         assert [weighed(c) for c in ranked] == [weighed(c) for c in again]
     for rung, again in zip(seen.rungs, unseen.rungs, strict=True):
         np.testing.assert_array_equal(rung.fit.values, again.fit.values)
@@ -147,7 +147,7 @@ def test_what_the_catalogue_lacks_is_called_unknown_and_drafted(make_trials, bas
 def test_no_torque_is_drafted_for_what_goes_with_muscle_curves(make_trials, base, identify, monkeypatch):
     trials = make_trials({"joint_damping": {"c": 1.5}})
     assert diagnose(trials, base, [], identify, SETTINGS).draft.formula != "0"
-    monkeypatch.setattr(search, "judge", lambda *args, **more: replace(judge(*args, **more), of_curves=True))
+    monkeypatch.setattr(Answer, "of_curves", True)
     assert diagnose(trials, base, [], identify, SETTINGS).draft.formula == "0"
 
 
@@ -156,7 +156,7 @@ def test_a_class_comes_with_the_trial_that_would_separate_it(make_trials, base, 
     candidates = [effect for name, effect in few.items() if name != "clock_shift"]  # which says the same with less
     found = diagnose(trials, base, candidates, identify, SETTINGS)
     assert found.verdict.kind == "class"
-    assert {"extra_delay", "activation_dynamics"} <= set(found.verdict.alternatives[0])
+    assert {"extra_delay", "activation_dynamics"} <= set(found.verdict.ladder.classes[0])
     assert found.proposals
 
 

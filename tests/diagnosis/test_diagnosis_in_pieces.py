@@ -70,10 +70,10 @@ def test_a_model_is_led_to_whole_trials_by_what_it_lacks(make_trials, base, effe
     whole = make_record(make_trials(hidden), base).train
     lost = fit_from(base, whole.cut(0.5), free, np.array([[0.9 * p.start for p in free]]))
     candidates = [effects["joint_damping"], effects["joint_stiffness"]]
-    ladder, answer = weigh(lost, whole, free, candidates)
-    assert ladder.effects == ("joint_damping",) and answer.kind == "effect"
-    assert all(fit.record.pieces is None for fit in ladder.fits)
-    alone = ladder.fits[0]
+    found = weigh(lost, whole, free, candidates)
+    assert found.effects == ("joint_damping",) and found.kind == "effect"
+    assert all(fit.record.pieces is None for fit in found.ladder.fits)
+    alone = found.ladder.fits[0]
     assert alone.objective == pytest.approx(make_fit(hidden).objective, rel=0.01), "as where it follows by itself"
 
 
@@ -89,7 +89,7 @@ def test_what_follows_pieces_alone_is_a_part_of_what_is_missing(
     monkeypatch.setattr(search, step, does)
     whole = make_record(make_trials({"joint_damping": {"c": 1.0}}), base).train
     lost = fit_from(base, whole.cut(0.5), free, np.array([[0.9 * p.start for p in free]]))
-    _, answer = weigh(lost, whole, free, [effects["joint_damping"], effects["joint_stiffness"]])
+    answer = weigh(lost, whole, free, [effects["joint_damping"], effects["joint_stiffness"]]).answer
     assert answer.kind == "partial" and answer.named == (("joint_damping", OUTSIDE),)
 
 

@@ -10,7 +10,7 @@ from myowave.diagnosis.likelihood.algebra import Weighed
 from myowave.diagnosis.likelihood.components import EMG, NOISE, REPEATS
 from myowave.diagnosis.search.answer import Answer, answer_of
 from myowave.diagnosis.search.ladder import Ladder, ladder_of, shown_fit
-from myowave.diagnosis.search.verdict import judge
+from myowave.diagnosis.search.verdict import Verdict
 from myowave.diagnosis.search.weigh import weigh_models
 from myowave.identification.output_error import begin_from
 
@@ -30,9 +30,9 @@ def weighed(make_fit, few):
 
 
 def test_an_effect_that_alone_explains_all_is_named(weighed):
-    verdict = judge(*weighed)
+    verdict = Verdict(*weighed)
     assert (verdict.kind, verdict.effects, verdict.causes) == ("effect", ("joint_damping",), ("joint_damping",))
-    assert verdict.explained > 0.9 and verdict.missing == 0.0 and not verdict.structure_left
+    assert verdict.explained > 0.9 and not verdict.left
 
 
 def test_each_rung_ranks_what_it_lacks_the_most_likely_first(weighed):
@@ -61,18 +61,20 @@ def test_effects_that_cannot_be_told_apart_are_a_class(weighed):
     answer, ladder = weighed
     members = ("joint_damping", "muscle_damping")
     hedged = replace(answer, kind="class", named=(members,))
-    verdict = judge(hedged, replace(ladder, classes={"joint_damping": members}))
-    assert verdict.kind == "class" and verdict.alternatives == (members,)
+    verdict = Verdict(hedged, replace(ladder, classes=(members,)))
+    assert (verdict.kind, verdict.effects, verdict.stand_ins) == ("class", ("joint_damping",), {})
 
 
 def test_what_is_left_beside_a_name_makes_it_a_part(weighed):
     answer, ladder = weighed
-    verdict = judge(replace(answer, kind="partial"), ladder)
-    assert verdict.kind == "partial" and verdict.effects == ("joint_damping",) and verdict.structure_left
+    verdict = Verdict(replace(answer, kind="partial"), ladder)
+    assert verdict.kind == "partial" and verdict.effects == ("joint_damping",) and verdict.left
 
 
 def test_a_model_that_does_not_follow_is_unknown_whatever_is_likely(weighed):
-    verdict = judge(*weighed, follows=False)
+    answer, ladder = weighed
+    short = replace(ladder.fits[0], record=ladder.fits[0].record.cut(0.5))
+    verdict = Verdict(answer, Ladder((short,), ladder.rankings[:1]))
     assert verdict.kind == "unknown" and not verdict.follows and not verdict.effects
     assert verdict.nearest == ("joint_damping",)
 
@@ -88,6 +90,6 @@ def test_a_parameter_outside_its_usual_range_may_hide_an_absorbed_effect(errors_
         i = next(i for i, p in enumerate(fit.free) if p.name == name)
         p, error, values = fit.free[i], fit.standard_errors()[name], np.array([p.start for p in fit.free])
         values[i] += np.sign(errors_away) * p.spread * p.start + errors_away * error
-        verdict = judge(nothing, Ladder((replace(fit, values=values),), (ranking,)))
+        verdict = Verdict(nothing, Ladder((replace(fit, values=values),), (ranking,)))
         assert verdict.kind == (kind if hidden else "adequate")
         assert verdict.masked == ({name: hidden} if verdict.kind == "undecidable" else {})

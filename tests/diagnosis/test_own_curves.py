@@ -11,7 +11,6 @@ from myowave.diagnosis.causes import OWN_CURVES
 from myowave.diagnosis.likelihood.pushes import ACTIVE, PASSIVE, WIDTH, bumps, moved_by, pushes_of_curves
 from myowave.diagnosis.search.diagnose import weigh
 from myowave.diagnosis.search.score import score_effect
-from myowave.diagnosis.search.verdict import judge
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
 from myowave.physics.curves import Curves
@@ -63,14 +62,13 @@ def test_what_curves_of_another_shape_leave_is_named_so_and_so_is_damping_beside
     few = [effects[name] for name in ("joint_damping", "gravity_tilt", "emg_crosstalk", "extra_delay")]
 
     def judged(fit):
-        ladder, answer = weigh(fit, fit.record, fit.free, few)
-        return judge(answer, ladder)
+        return weigh(fit, fit.record, fit.free, few)
 
     alone = judged(make_strange())
-    assert alone.kind == "unknown" and alone.of_curves and alone.missing > np.radians(0.1)
-    assert OWN_CURVES in alone.probabilities
+    assert alone.kind == "unknown" and alone.answer.of_curves and alone.answer.missing > np.radians(0.1)
+    assert OWN_CURVES in alone.answer.probabilities
     beside = judged(make_strange(joint_damping={"c": 1.0}))
-    assert (beside.kind, beside.effects, beside.of_curves) == ("partial", ("joint_damping",), True)
+    assert (beside.kind, beside.effects, beside.answer.of_curves) == ("partial", ("joint_damping",), True)
 
 
 def test_bumps_leave_the_force_at_rest_to_the_largest_force_and_are_small():

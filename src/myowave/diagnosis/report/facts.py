@@ -1,5 +1,6 @@
 """A diagnosis as verdict.json: numbers, names, kinds and units. `tell` makes all sentences of these."""
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -17,22 +18,31 @@ AT_BOUND = 1e-3  # of the way between its bounds: nearer than this a value is at
 
 def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
     """What a diagnosis has to say: verdict.json but for what comparison, scoring and the run's settings add to it."""
-    verdict, last = diagnosis.verdict, diagnosis.rungs[-1]
+    verdict, (base, *_), last = diagnosis.verdict, diagnosis.rungs, diagnosis.rungs[-1]
+    answer, ladder = verdict.answer, verdict.ladder
     # What comes nearest to something unknown is no model that was found.
-    found = diagnosis.rungs[0] if verdict.kind == "unknown" else last
+    found = base if verdict.kind == "unknown" else last
+    before = diagnosis.rungs[:-1] if verdict.kind != "adequate" else ()
+    worse = [rung for rung in diagnosis.named if rung.fit.rss > last.fit.rss]
+    next_trials = (
+        {"question": question, **asdict(best)}
+        for question, proposals in diagnosis.proposals.items()
+        for best in proposals[:1]
+        if best.separates
+    )
     return {
         "dataset": diagnosis.dataset,
         "horizon_s": diagnosis.record.horizon_s,
         "verdict": verdict.kind,
         "effects": list(verdict.causes),
         "model": found.name,
-        "alternatives": [list(c) for c in verdict.alternatives],
-        "stand_ins": {name: list(others) for name, others in verdict.stand_ins.items()},
-        "where": locate(diagnosis.rungs[0].misfit),
-        "worst_part_deg": float(diagnosis.rungs[0].misfit["rmse_deg"].max()),
+        "alternatives": [list(c) for c in ladder.classes],
+        "stand_ins": verdict.stand_ins,
+        "where": locate(base.misfit),
+        "worst_part_deg": float(base.misfit["rmse_deg"].max()),
         "rmse_deg": {
             rung.name: {
-                "train": float(np.degrees(rung.rmse)),
+                "train": float(np.degrees(rung.seen.rmse)),
                 "heldout": float(np.degrees(rung.heldout.rmse)),
                 # What the fit leaves, each piece with a start of its own: to be set beside the noise.
                 "fitted": float(np.degrees(rung.fit.rmse())),
@@ -41,28 +51,32 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
             for rung in diagnosis.tried
         },
         "parameters": {rung.name: parameters_of(rung.fit) for rung in diagnosis.tried},
-        "missing_torque_Nm": {rung.name: rung.missing.rms for rung in (diagnosis.rungs[0], found)},
-        "torque_noise_Nm": {rung.name: rung.missing.standard_error for rung in (diagnosis.rungs[0], found)},
-        "next_trial": _best_proposal(diagnosis),
+        "missing_torque_Nm": {rung.name: rung.missing.rms for rung in (base, found)},
+        "torque_noise_Nm": {rung.name: rung.missing.standard_error for rung in (base, found)},
+        "next_trial": next(next_trials, None),
         "absorbed": {name: list(by) for name, by in verdict.absorbed.items()},
         "outside_usual_range": {name: list(by) for name, by in verdict.masked.items()},
         "explained": verdict.explained,
-        "rest": OWN_CURVES if verdict.of_curves else "",
-        "models_that_leave_more": _leave_more(diagnosis),
+        "rest": OWN_CURVES if answer.of_curves else "",
+        # Their intervals hold only if the model were right.
+        "models_that_leave_more": sorted({rung.name for rung in (*worse, *before, *[last] * verdict.left)}),
         "follows": verdict.follows,
-        "missing_deg": float(np.degrees(verdict.missing)),
-        "emg_noise": verdict.emg_noise,
+        "missing_deg": float(np.degrees(answer.missing)) if verdict.left else 0.0,
+        "emg_noise": answer.emg_noise,
         "probabilities": {
-            name: float(p) for name, p in sorted(verdict.probabilities.items(), key=lambda pair: -pair[1]) if p > LEAST
+            name: float(p)
+            for name, p in sorted(answer.probabilities.items(), key=lambda pair: -pair[1])
+            if p > LEAST and verdict.follows
         },
-        "emg_motion_deg": float(np.degrees(verdict.emg_motion)),
-        "evidence": _evidence(diagnosis),
-        "scored": len(diagnosis.ladder.rankings[0]),
+        "emg_motion_deg": float(np.degrees(answer.emg_motion)),
+        # Against the model without the effect, which has all others.
+        "evidence": {name: {"without": model, "log_odds": nats} for name, (model, nats) in ladder.odds.items()},
+        "scored": len(ladder.rankings[0]),
         "nearest": list(verdict.nearest),
         "formula": diagnosis.draft.formula,
         "failed": dict(diagnosis.failed),
         "noise_is_bound": is_bound(diagnosis.noise_deg),
-        "titles": {c.name: c.effect.title for c in diagnosis.ladder.rankings[0]}
+        "titles": {c.name: c.effect.title for c in ladder.rankings[0]}
         | {c: CAUSE_TITLES[c] for c in (EMG_NOISE, *OF_RECORDER)},
     }
 
@@ -97,29 +111,3 @@ def _meaning(constant: str) -> str:
     if kind in GROUP_CONSTANTS:
         return f"{kind} of the {owner}"
     return constant_of(constant).meaning + f" of {owner}" * (bool(owner) and owner != CURVE)
-
-
-def _evidence(diagnosis: Diagnosis) -> dict[str, dict[str, Any]]:
-    """For each effect that is named the log odds against the model `without` it, which has all others."""
-    return {
-        name: {"without": without, "log_odds": nats}
-        for name, (without, nats) in diagnosis.ladder.odds.items()
-        if name in diagnosis.verdict.effects
-    }
-
-
-def _leave_more(diagnosis: Diagnosis) -> list[str]:
-    """Models whose residual is not noise: their intervals hold only if the model were right."""
-    found, last = diagnosis.verdict, diagnosis.rungs[-1].name
-    left = [rung.name for rung in diagnosis.named if rung.fit.rss > diagnosis.rungs[-1].fit.rss]
-    before = [rung.name for rung in diagnosis.rungs[:-1]] if found.kind != "adequate" else []
-    return sorted({*left, *before, *([last] if found.structure_left else [])})
-
-
-def _best_proposal(diagnosis: Diagnosis) -> dict[str, Any] | None:
-    """The trial to record next, if one would tell candidates apart."""
-    for question, proposals in diagnosis.proposals.items():
-        if proposals and proposals[0].separates:
-            best = proposals[0]
-            return {"question": question, "trial": best.trial, "separation": best.separation, "now": best.now}
-    return None

@@ -18,8 +18,8 @@ CONFUSED = 0.8  # one effect imitates at least this much of another
 def ranking_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Every candidate at every rung: score, refitted error, log odds, value, what it may be confused with."""
     rows = []
-    added = {fit.model.name: fit for fit in diagnosis.ladder.fits}
-    for fit, ranking in zip(diagnosis.ladder.fits, diagnosis.ladder.rankings, strict=True):
+    added = {fit.model.name: fit for fit in diagnosis.verdict.ladder.fits}
+    for fit, ranking in zip(diagnosis.verdict.ladder.fits, diagnosis.verdict.ladder.rankings, strict=True):
         scores = {c.name: c.score for c in ranking if not c.score.failure}
         for c in ranking:
             rivals = [n for n in scores if c.name in scores and n != c.name and not scores[n].absorbed]
@@ -52,10 +52,10 @@ def ladder_table(diagnosis: Diagnosis) -> pd.DataFrame:
             "model": rung.name,
             "effects": len(rung.fit.model.effects),
             "named": rung.name in named,
-            "train_rmse_deg": np.degrees(rung.rmse),
+            "train_rmse_deg": np.degrees(rung.seen.rmse),
             "heldout_rmse_deg": np.degrees(rung.heldout.rmse),
             "noise_deg": diagnosis.noise_deg,
-            "train_r2": _r2(rung.residual, rung.fit.record),
+            "train_r2": _r2(rung.seen.residual, rung.fit.record),
             "heldout_r2": _r2(rung.heldout.residual, diagnosis.test),
             "missing_torque_Nm": rung.missing.rms,
             "converged": rung.fit.converged,
@@ -87,7 +87,7 @@ def predictions_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Measured and simulated angle of every trial and model; each `piece` starts at a measured state."""
     tables = []
     for rung in diagnosis.tried:
-        parts = (("train", rung.fit.record, rung.residual), ("test", diagnosis.test, rung.heldout.residual))
+        parts = (("train", rung.fit.record, rung.seen.residual), ("test", diagnosis.test, rung.heldout.residual))
         for role, record, residual in parts:
             left = record.joined(residual)
             piece = record.joined(np.broadcast_to(np.arange(len(residual))[:, None], residual.shape))

@@ -38,6 +38,9 @@ NAME_OF = dict.fromkeys(MISSING, OUTSIDE) | {
     GAINS: GAIN_PER_TRIAL,
 }
 
+# adequate; effect (named ones, and nothing is left but noise); class (some cannot be told apart); partial (named, while
+# something else is missing); unknown (something is missing that no effect explains); undecidable (a parameter may hide
+# an effect)
 Kind = Literal["adequate", "effect", "class", "partial", "unknown", "undecidable"]
 
 
@@ -45,7 +48,7 @@ Kind = Literal["adequate", "effect", "class", "partial", "unknown", "undecidable
 class Answer:
     """The answer."""
 
-    kind: Kind  # see `verdict.Verdict`
+    kind: Kind
     named: tuple[tuple[str, ...], ...]  # classes of names, most of one: effects, and causes of `diagnosis.causes`
     probabilities: Mapping[str, float]  # of every name, `OUTSIDE` for what the catalogue lacks
     best: Hypothesis  # the most likely model

@@ -1,21 +1,21 @@
 """The loop on one dataset: compare, where, which, add, watch; and what to do where the answer is not an effect."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
-from myowave.diagnosis.search.answer import Answer, answer_of
+from myowave.diagnosis.search.answer import answer_of
 from myowave.diagnosis.search.draft import MOST_TERMS, Draft, draft_effect
-from myowave.diagnosis.search.ladder import Ladder, ladder_of, ranking_of
+from myowave.diagnosis.search.ladder import ladder_of
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
 from myowave.diagnosis.search.score import FAILURES
-from myowave.diagnosis.search.verdict import Verdict, judge
+from myowave.diagnosis.search.verdict import Verdict
 from myowave.diagnosis.search.weigh import weigh_models
 from myowave.diagnosis.search.where import MissingTorque, misfit_by, missing_torque
 from myowave.identification.free_parameters import Free, free_parameters
@@ -33,22 +33,12 @@ class Rung:
     """A model fitted to the training trials and tried on the others."""
 
     fit: Fit
+    # the training trials as they are to be set beside the others: pieces that start at measured states are predicted
+    # as these are, as the fit has a start of its own for each piece, and looks better by that
+    seen: Prediction
     heldout: Prediction
     misfit: pd.DataFrame
     missing: MissingTorque
-    # the training trials predicted as the others are, where these are in pieces that start at measured states: the fit
-    # has a start of its own for each piece, and looks better by that
-    seen: Prediction | None = None
-
-    @property
-    def residual(self) -> NDArray[np.float64]:
-        """Of the training trials, to be set beside that of the others (T, N) [rad]."""
-        return self.fit.residual if self.seen is None else self.seen.residual
-
-    @property
-    def rmse(self) -> float:
-        """On the training trials, to be set beside that on the others [rad]."""
-        return self.fit.rmse() if self.seen is None else self.seen.rmse
 
     @property
     def name(self) -> str:
@@ -63,11 +53,9 @@ class Diagnosis:
     # record, test: all trials, and those that no fit has seen; in pieces where whole trials diverge
     record: Record
     test: Record
-    answer: Answer  # what the evidence allows to say, and `ladder` the models that lead there
-    ladder: Ladder
+    verdict: Verdict  # what the evidence allows to say
     rungs: tuple[Rung, ...]  # the base model, then what the search added, one effect more each
     named: tuple[Rung, ...]  # further models that somebody asked for; they decide nothing
-    verdict: Verdict
     # trials to record next, for each pair of candidates or absorbed effect that wants one: {"joint_damping or
     # muscle_damping": [...]}
     proposals: Mapping[str, list[Proposal]]
@@ -83,7 +71,7 @@ class Diagnosis:
     def noise_deg(self) -> float:
         """Noise of the angle [deg]; of a filtered one what the filter has left of it. What a model leaves that does not
         follow is not noise."""
-        return float(np.degrees(self.answer.angle_noise if self.verdict.follows else self.record.noise))
+        return float(np.degrees(self.verdict.answer.angle_noise if self.verdict.follows else self.record.noise))
 
 
 def diagnose(
@@ -112,8 +100,8 @@ def diagnose(
     record = make_record(trials, base, settings.angle_noise_deg, settings.at_rest)
     free = free_parameters(base, identify, record.known, settings.scatter)
     fit = fit_in_stages(base, record.train, free, settings.starts)
-    ladder, answer = weigh(fit, record.train, free, list(effects.values()), report)
-    fit = ladder.fits[0]
+    verdict = weigh(fit, record.train, free, list(effects.values()), report)
+    ladder, fit = verdict.ladder, verdict.ladder.fits[0]
     if fit.record.horizon_s is not None:
         report(f"stages: {base.name} is judged over {fit.record.horizon_s:g} s, it does not follow longer motion")
         record = record.cut(fit.record.horizon_s)
@@ -125,22 +113,21 @@ def diagnose(
     for model in models:
         if model.name not in visited:
             try:
-                named.append(make_rung(fit_beside(ladder.fits, model, identify, settings.scatter), test))
+                named.append(make_rung(_fit_beside(ladder.fits, model, identify, settings.scatter), test))
             except FAILURES as error:
                 failed[model.name] = str(error)
                 report(f"left out: model {model.name}: {error}")
     for rung in (*rungs, *named):
-        train, heldout = np.degrees(rung.rmse), np.degrees(rung.heldout.rmse)
+        train, heldout = np.degrees(rung.seen.rmse), np.degrees(rung.heldout.rmse)
         report(f"{rung.name}: training {train:.3g} deg, held-out {heldout:.3g} deg")
-    verdict = judge(answer, ladder, follows=fit.record.pieces is None)
     report(f"verdict: {verdict.kind}, {', '.join(verdict.causes) or 'no effect'}")
     missing = ladder.fits[0] if verdict.kind == "unknown" else ladder.fit
-    nameless = verdict.follows and not verdict.of_curves  # a torque of the moment is no way to say what curves do
+    nameless = (
+        verdict.follows and not verdict.answer.of_curves
+    )  # a torque of the moment is no way to say what curves do
     draft = draft_effect(missing, trials.dataset, most=MOST_TERMS if nameless else 0)
-    proposals = _proposals(ladder, verdict, effects)
-    return Diagnosis(
-        trials.dataset, record, test, answer, ladder, rungs, tuple(named), verdict, proposals, draft, failed
-    )
+    proposals = _proposals(verdict, effects)
+    return Diagnosis(trials.dataset, record, test, verdict, rungs, tuple(named), proposals, draft, failed)
 
 
 def weigh(
@@ -149,7 +136,7 @@ def weigh(
     free: Sequence[Free],
     effects: Sequence[Effect],
     report: Callable[[str], None] = lambda line: None,
-) -> tuple[Ladder, Answer]:
+) -> Verdict:
     """What a fitted model lacks, by the evidence of whole trials or, where it is not led to these, of short pieces.
 
     A model that lacks much runs away within a second, and what it lacks is why. Over half a second it cannot get far,
@@ -166,14 +153,14 @@ def weigh(
         found = weigh_models(short, effects, whole.known)
         pair = _on_whole_trials(found.best, whole, fit.model, free)
         if pair is None:
-            # Nothing is named, so there is no rung to add.
-            ranking = ranking_of(found.base, found, {e.name: e for e in effects}, whole.known)
-            return Ladder((fit,), (ranking,)), answer_of(found)
+            answer = answer_of(found)
+            # No effect is named, so there is no rung to add.
+            return Verdict(answer, ladder_of(fit, found, replace(answer, named=()), effects, whole.known))
         led, fit = pair
         report(f"stages: {led.model.name}, found over short pieces, follows whole trials")
     found = weigh_models(fit, effects, whole.known, led)
     answer = answer_of(found)
-    return ladder_of(fit, found, answer, effects, whole.known), answer
+    return Verdict(answer, ladder_of(fit, found, answer, effects, whole.known))
 
 
 def _on_whole_trials(best: Hypothesis, whole: Record, base: Model, free: Sequence[Free]) -> tuple[Fit, Fit] | None:
@@ -186,16 +173,10 @@ def _on_whole_trials(best: Hypothesis, whole: Record, base: Model, free: Sequenc
     return None if without is None else (led, without)
 
 
-def fit_beside(
+def _fit_beside(
     ladder: Sequence[Fit], model: Model, identify: Mapping[str, Identify], scatter: Mapping[str, Scatter]
 ) -> Fit:
-    """Fit a model to the trials of a ladder, from the rung that has most of its effects and none besides.
-
-    Args:
-        ladder: fits, the base model's first.
-        identify: constants to estimate beside the parameters of effects.
-        scatter: what is known of those that nobody measured.
-    """
+    """Fit a model to the trials of a ladder, from the rung that has most of its effects and none besides."""
     wanted = {effect.name for effect in model.effects}
     within = [fit for fit in ladder if {effect.name for effect in fit.model.effects} <= wanted]
     return refit(within[-1], model, free_parameters(model, identify, ladder[0].record.known, scatter))
@@ -203,25 +184,19 @@ def fit_beside(
 
 def make_rung(fit: Fit, test: Record) -> Rung:
     """Try a fitted model on trials it has not seen, and look at what it leaves."""
-    seen = None if fit.record.pieces is None else predict(fit, fit.record)
-    return Rung(fit, predict(fit, test), misfit_by(fit), missing_torque(fit), seen)
+    seen = Prediction(fit.angle, fit.residual, fit.rmse()) if fit.record.pieces is None else predict(fit, fit.record)
+    return Rung(fit, seen, predict(fit, test), misfit_by(fit), missing_torque(fit))
 
 
-def _proposals(ladder: Ladder, verdict: Verdict, effects: Mapping[str, Effect]) -> dict[str, list[Proposal]]:
-    """Trials that separate the members of a class, and those that show an absorbed effect a verdict hinges on."""
-    proposals = {}
-    for members in verdict.alternatives:
-        without = next(f for f in reversed(ladder.fits) if members[0] not in {e.name for e in f.model.effects})
-        one, other = (effects[name] for name in members[:2])
-        proposals[f"{one.name} or {other.name}"] = _propose(without, one, other)
+def _proposals(verdict: Verdict, effects: Mapping[str, Effect]) -> dict[str, list[Proposal]]:
+    """Trials that separate the members of a class, and those that show an absorbed effect a verdict hinges on; none
+    where no motion is found with the effects."""
+    ladder, proposals = verdict.ladder, {}
+    for one, other, *_ in ladder.classes:
+        without = next(f for f in reversed(ladder.fits) if one not in {e.name for e in f.model.effects})
+        with suppress(*FAILURES):
+            proposals[f"{one} or {other}"] = propose_trials(without, effects[one], effects[other])
     for name in sorted({name for names in verdict.masked.values() for name in names}):
-        proposals[f"{name} or its absence"] = _propose(ladder.fit, effects[name])
+        with suppress(*FAILURES):
+            proposals[f"{name} or its absence"] = propose_trials(ladder.fit, effects[name])
     return proposals
-
-
-def _propose(fit: Fit, one: Effect, other: Effect | None = None) -> list[Proposal]:
-    """Trials to record next; none where no motion is found with the effects."""
-    try:
-        return propose_trials(fit, one, other)
-    except FAILURES:
-        return []

@@ -47,8 +47,8 @@ class Ladder:
     fits: tuple[Fit, ...]  # of each model
     # of the effects that each lacks, the most likely first; the last asks for none
     rankings: tuple[list[Candidate], ...]
-    # for each effect that was added the names that the trials do not tell from it, itself first
-    classes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    # for each effect that was added and that the trials do not tell from others all of them, itself first
+    classes: tuple[tuple[str, ...], ...] = ()
     # for each such effect the model with all others, and the log odds of the last model against it [nats]
     odds: Mapping[str, tuple[str, float]] = field(default_factory=dict)
 
@@ -89,12 +89,9 @@ def ladder_of(
         fits.append(_by_least_squares(fits[-1], rung))
     if named:
         fits.append(shown_fit(last))
-    return Ladder(
-        tuple(fits),
-        tuple(ranking_of(rung, posterior, catalogue, known) for rung in rungs),
-        {m: (m, *(o for o in c if o != m and o in catalogue)) for c in answer.named for m in c if m in named},
-        odds,
-    )
+    classes = [(m, *(o for o in c if o != m and o in catalogue)) for c in answer.named for m in c if m in named]
+    rankings = tuple(_ranking_of(rung, posterior, catalogue, known) for rung in rungs)
+    return Ladder(tuple(fits), rankings, tuple(c for c in classes if len(c) > 1), odds)
 
 
 def _by_least_squares(before: Fit, rung: Hypothesis) -> Fit:
@@ -115,7 +112,7 @@ def shown_fit(rung: Hypothesis) -> Fit:
     return attempt_fit(lambda: polish(rung.fit)) or rung.fit
 
 
-def ranking_of(
+def _ranking_of(
     rung: Hypothesis, posterior: Posterior, catalogue: Mapping[str, Effect], known: Collection[str]
 ) -> list[Candidate]:
     """All effects that a model lacks, the most likely first."""
