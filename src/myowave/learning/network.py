@@ -11,7 +11,7 @@ Shapes: S seeds, B windows, N samples, C channels, K known inputs, X inputs, Q a
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, TypeVar
+from typing import Annotated
 
 import numpy as np
 import torch
@@ -22,7 +22,6 @@ from myowave.data.trials import Trials
 from myowave.learning.inputs import Given, Known, given_inputs, unit_of
 
 Weights = Mapping[str, Tensor]
-Array = TypeVar("Array", Tensor, np.ndarray)
 # What the numbers of a network can be; `checkpoint` refuses others.
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Size = Annotated[float, Field(gt=1e-12, allow_inf_nan=False)]
@@ -149,15 +148,16 @@ class Network:
         weights = {name: w.detach().clone().to(device).requires_grad_() for name, w in self.weights.items()}
         return replace(self, weights=weights)
 
-    def encode_inputs(self, inputs: Tensor, dt: float) -> Tensor:
-        """Inputs x_n = [e_n, told, t_n], standardised, (T, N, X), float32, from `given_inputs` `dt` apart [s]."""
+    def encode_inputs(self, inputs: Tensor, dt: float, first: int = 0) -> Tensor:
+        """Inputs x_n = [e_n, told, t_n], standardised, (T, N, X), float32, from `given_inputs` `dt` apart [s], which
+        begin with the sample of the number `first` of their trial."""
         scaling, inputs = self.scaling, self.architecture.given.see(inputs)
         if delays := self.architecture.delays:
             at_once = [0.0] * (inputs.shape[-1] - len(delays))
             inputs = delayed(inputs, [*(d / dt for d in delays), *at_once])
         x = (inputs - inputs.new_tensor(scaling.input_mean)) / inputs.new_tensor(scaling.input_std)
         if not self.architecture.increments:
-            time = torch.arange(x.shape[-2], dtype=x.dtype, device=x.device) * dt
+            time = torch.arange(x.shape[-2], dtype=x.dtype, device=x.device).add(first) * dt
             x = torch.cat([x, (time / scaling.duration).unsqueeze(-1).expand(*x.shape[:-1], 1)], dim=-1)
         return x.float()
 
@@ -171,7 +171,7 @@ class Network:
         """Angle [rad], float64, from standardised predictions."""
         return z.double() * self.scaling.angle_std + self.scaling.angle_mean
 
-    def move(self, output: Array, z: Array, v: Array) -> tuple[Array, Array]:
+    def move(self, output: Tensor, z: Tensor, v: Tensor) -> tuple[Tensor, Tensor]:
         """Standardised angle and step of a sample from the network's output and those of the sample before."""
         if self.architecture.increments:
             v = v + self.scaling.bend * output

@@ -12,6 +12,7 @@ Shapes: S seeds, T trials, N samples, C channels, X inputs, B windows, K samples
 H hidden units, G gates.
 """
 
+from collections import deque
 from dataclasses import replace
 
 import torch
@@ -42,24 +43,37 @@ def predict_free_running(network: Network, inputs: Tensor, angle: Tensor, dt: fl
 
 def run_free(network: Network, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
     """Standardised predictions (S, B, K - m) of windows from the inputs of all samples, (B, K, X) or (S, B, K, X), and
-    the standardised angle and step of the history, (S, B, m).
+    the standardised angle and step of the history, (S, B, m)."""
+    run, driven, m = FreeRun(network), drive(network, x).unbind(2), z.shape[-1]
+    run.past.extend(zip(driven[:m], z.unbind(-1), v.unbind(-1), strict=True))
+    return torch.stack([run.step(sample) for sample in driven[m:]], dim=-1)
+
+
+class FreeRun:
+    """A network that is fed by its own predictions, sample after sample, once the samples of its history are given.
 
     A network of increments hands its hidden state on from sample to sample: the history cell and the current cell of a
     sample share W_h h_(n-1) and W_x x_n and differ only by W_q q_n, so a step costs one product with W_h instead of one
     for each sample of history. That of the paper goes through the history anew for each prediction, Eq. 15.
     """
-    hidden, driven, hands_on = None, drive(network, x), network.architecture.increments
-    m, z, v = z.shape[-1], list(z.unbind(-1)), list(v.unbind(-1))
-    for n in range(m, x.shape[-2]):
-        if hidden is None or not hands_on:
-            hidden = warm_up(network, driven[:, :, n - m : n], torch.stack(z[-m:], -1), torch.stack(v[-m:], -1))
+
+    def __init__(self, network: Network) -> None:
+        self._network = network
+        self._hidden: Tensor | None = None
+        # what drives the cells of the last `history` samples (S, B, G), their standardised angles and steps (S, B)
+        self.past: deque[tuple[Tensor, Tensor, Tensor]] = deque(maxlen=network.history)
+
+    def step(self, driven: Tensor) -> Tensor:
+        """Standardised angle (S, B) of the next sample, from what drives its cells (S, B, G)."""
+        network, (_, z, v), hidden = self._network, self.past[-1], self._hidden
+        if hidden is None:
+            hidden = warm_up(network, *(torch.stack(part, 2) for part in zip(*self.past, strict=True)))
         recurrent = recur(network, hidden)
-        current = apply_cell(network, hidden, driven[:, :, n], recurrent)
-        for values, value in zip((z, v), network.move(read_out(network, current), z[-1], v[-1]), strict=True):
-            values.append(value)
-        if hands_on:
-            hidden = apply_cell(network, hidden, see(network, driven[:, :, n], z[-1], v[-1]), recurrent)
-    return torch.stack(z[m:], dim=-1)
+        z, v = network.move(read_out(network, apply_cell(network, hidden, driven, recurrent)), z, v)
+        self.past.append((driven, z, v))
+        if network.architecture.increments:
+            self._hidden = apply_cell(network, hidden, see(network, driven, z, v), recurrent)
+        return z
 
 
 def apply_cell(network: Network, hidden: Tensor, driven: Tensor, recurrent: Tensor | None = None) -> Tensor:
