@@ -12,7 +12,7 @@ import hashlib
 import json
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -74,15 +74,16 @@ def _imports_of(path: Path, roots: tuple[Path, ...]) -> frozenset[Path]:
 def _read(path: Path) -> tuple[str, list[str]]:
     """Digest of a file's statements, and the dotted names that it imports, of which the last part may be a name within
     a module; or what was kept of them beside its byte code, as parsing the whole package takes a second."""
-    text = path.read_bytes()
-    key = hashlib.sha256(_own_version() + text).hexdigest()
+    # Each version of Python, and of this file, reads and writes statements differently.
+    text, reader = path.read_bytes(), f"{sys.version_info[:2]}".encode() + Path(__file__).read_bytes()
+    key = hashlib.sha256(reader + text).hexdigest()
     kept = path.parent / "__pycache__" / f"{path.stem}.digest.json"
     with suppress(OSError, ValueError, TypeError):
         kept_key, digest, imports = json.loads(kept.read_bytes())
         if kept_key == key:
             return digest, imports
     tree, names = ast.parse(text, str(path)), set[str]()
-    for node in _statements(tree):
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -97,20 +98,3 @@ def _read(path: Path) -> tuple[str, list[str]]:
         draft.write_text(json.dumps([key, *found]))
         draft.replace(kept)
     return found
-
-
-@cache
-def _own_version() -> bytes:
-    """Of what reads: this file, and Python, each version of which writes statements down differently."""
-    return f"{sys.version_info[:2]}".encode() + Path(__file__).read_bytes()
-
-
-def _statements(tree: ast.Module) -> Iterator[ast.AST]:
-    """A module and all its statements, without their expressions, which are many and hold no import or docstring."""
-    stack: list[ast.AST] = [tree]
-    while stack:
-        node = stack.pop()
-        for name in ("body", "orelse", "finalbody", "handlers", "cases"):
-            block = getattr(node, name, ())
-            stack += block if isinstance(block, list) else ()
-        yield node
