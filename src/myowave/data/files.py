@@ -7,7 +7,7 @@ from pathlib import Path
 from time import ctime, time
 
 from myowave.settings.files import require_regular
-from myowave.settings.section import odd_name
+from myowave.settings.section import NOT_PLAIN, PLAIN
 
 SKEW_S = 5.0  # by how much clocks of two machines may differ [s]
 
@@ -54,8 +54,8 @@ def name_trials(paths: Sequence[Path], endings: Collection[str]) -> dict[str, Pa
     trials: dict[str, Path] = {}
     problems = []
     for path in paths:
-        if why := odd_name(path.stem):
-            problems.append(f"{path}: {why}, which is named after its file.")
+        if not re.fullmatch(PLAIN, path.stem):
+            problems.append(f"{path}: {NOT_PLAIN}, which is named after its file.")
         elif path.suffix.lower() not in endings:
             problems.append(f"{path}: the ending is {path.suffix!r}; expected {' or '.join(endings)}.")
         elif trials.setdefault(path.stem, path) is not path:

@@ -19,7 +19,7 @@ from myowave.physics.constants import (
     values_of,
 )
 from myowave.settings.files import lay_over, read_yaml
-from myowave.settings.section import FilePath, Name, Once, Real, Section, setting
+from myowave.settings.section import FilePath, Name, Once, Real, Section, WithoutNull, setting
 
 PRESETS = Path("data")  # folder of the arms that ship, each in one of its own
 
@@ -118,7 +118,7 @@ class Arm(Section):
         "arm that ships: what data/PRESET/PRESET.yaml says holds where nothing else is said here; null once it is read",
         default=None,
     )
-    muscles: dict[Name, MuscleSettings] = setting(
+    muscles: Annotated[dict[Name, MuscleSettings], WithoutNull] = setting(
         "muscle groups, by short name; {} for a limb or machine that a known torque drives, or nothing", each="muscle"
     )
     joint: JointSettings = setting("the forearm")
@@ -127,13 +127,9 @@ class Arm(Section):
     @model_validator(mode="before")
     @classmethod
     def _over_preset(cls, value: Any) -> Any:
-        if not isinstance(value, Mapping):
+        if not isinstance(value, Mapping) or not isinstance(value.get("preset"), str):
             return value
-        if isinstance(value.get("preset"), str):
-            value = lay_over(read_preset(value["preset"]), {k: v for k, v in value.items() if k != "preset"})
-        if isinstance(muscles := value.get("muscles"), Mapping):  # what is laid over can only replace: null takes out
-            value = {**value, "muscles": {name: muscle for name, muscle in muscles.items() if muscle is not None}}
-        return value
+        return lay_over(read_preset(value["preset"]), {k: v for k, v in value.items() if k != "preset"})
 
     @property
     def groups(self) -> tuple[str, ...]:

@@ -1,24 +1,23 @@
 """Raw recordings within the section `data`: where each signal is, and how EMG is processed."""
 
-import re
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, model_validator
+from pydantic import model_validator
 
-from myowave.settings.section import Real, Section, TrialName, Whole, setting
+from myowave.settings.section import Real, Section, TrialName, Whole, matching, setting
 
 Format = Literal["csv", "parquet", "noraxon", "delsys", "vicon", "opensim", "matlab", "c3d", "edf"]
 TRIAL = "{trial}"
-
-
-def _one_placeholder(pattern: str) -> str:
-    if set("{}") & set(pattern.replace(TRIAL, "")):
-        raise ValueError(f"the only placeholder is {TRIAL}, which stands for the name of a trial")
-    return pattern
+_ONE_PLACEHOLDER = matching(
+    r"(?s)([^{}]|\{trial\})*", f"the only placeholder is {TRIAL}, which stands for the name of a trial"
+)
+ChannelName = Annotated[str, matching(r"emg_\w+", "EMG channels are called emg_<muscle>, such as emg_biceps")]
+ExtraName = Annotated[str, matching(r"[a-z]\w*_rad", "further angles have names that end in _rad, such as tilt_rad")]
+Cut = tuple[Real, Real]
 
 
 class RawSignal(Section):
-    file: Annotated[str, AfterValidator(_one_placeholder)] = setting(
+    file: Annotated[str, _ONE_PLACEHOLDER] = setting(
         "file that holds it; {trial} stands for the name of the trial, and * for anything that matches one file"
     )
     column: str | None = setting("its name in the file; null where the file holds one signal", default=None)
@@ -140,20 +139,3 @@ class Processing(Section):
                 "0.4 of the rate"
             )
         return self
-
-
-def _emg_name(name: str) -> str:
-    if not re.fullmatch(r"emg_\w+", name):
-        raise ValueError("EMG channels are called emg_<muscle>, such as emg_biceps")
-    return name
-
-
-def _extra_name(name: str) -> str:
-    if not re.fullmatch(r"[a-z]\w*_rad", name):
-        raise ValueError("further angles have names that end in _rad, such as tilt_rad")
-    return name
-
-
-ChannelName = Annotated[str, AfterValidator(_emg_name)]
-ExtraName = Annotated[str, AfterValidator(_extra_name)]
-Cut = tuple[Real, Real]

@@ -6,8 +6,10 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
-# What figures read as formulas, the workflow as placeholders, and a file system as folders or patterns.
-_ODD = re.compile(r"[$\\{}*?\[\]/\x00-\x1f]")
+# No trial is called by what figures read as formulas, the workflow as placeholders, a file system as folders, patterns.
+PLAIN = r"(?=.*\S)[^$\\{}*?\[\]/\x00-\x1f]*"
+NOT_PLAIN = "a name may not be empty or hold $ \\ { } * ? [ ] / or a control sign; rename the trial"
+_NO_PATH = "a path may not be empty or hold braces, which would be placeholders; rename what is called so"
 
 
 def _refuse_bool(value: Any) -> Any:
@@ -16,25 +18,15 @@ def _refuse_bool(value: Any) -> Any:
     return value
 
 
-def odd_name(name: str) -> str:
-    """Why a trial cannot be called so; empty where it can."""
-    if name.strip() and not _ODD.search(name):
-        return ""
-    return f"the name {name!r} is empty or holds one of $ \\ {{ }} * ? [ ] / or a control sign; rename the trial"
+def matching(pattern: str, otherwise: str) -> AfterValidator:
+    """Refuses a text that does not match all of a pattern, and says `otherwise`."""
 
+    def check(text: str) -> str:
+        if not re.fullmatch(pattern, text):
+            raise ValueError(otherwise)
+        return text
 
-def _plain_name(name: str) -> str:
-    if why := odd_name(name):
-        raise ValueError(why)
-    return name
-
-
-def _plain_path(path: str) -> str:
-    if set("{}\n\0") & set(path) or not path.strip():
-        raise ValueError(
-            "a path may not be empty or hold braces, which would be placeholders; rename what is called so"
-        )
-    return path
+    return AfterValidator(check)
 
 
 def without_secrets(text: str) -> str:
@@ -60,18 +52,15 @@ def _each_once(values: Sequence[Any]) -> Sequence[Any]:
     return values
 
 
-def _effects_once(model: str) -> str:
-    return "+".join(_each_once(model.split("+")))
-
-
 Real = Annotated[float, BeforeValidator(_refuse_bool)]
 Whole = Annotated[int, BeforeValidator(_refuse_bool)]
-TrialName = Annotated[str, Field(coerce_numbers_to_str=True), AfterValidator(_plain_name)]  # YAML reads 1 as a number
-FilePath = Annotated[str, AfterValidator(_plain_path)]
+TrialName = Annotated[str, Field(coerce_numbers_to_str=True), matching(PLAIN, NOT_PLAIN)]  # YAML reads 1 as a number
+FilePath = Annotated[str, matching(r"(?=.*\S)[^{}\n\0]*", _NO_PATH)]
 Address = Annotated[str, BeforeValidator(_without_secret)]
 Once = AfterValidator(_each_once)  # of a list
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
-ModelName = Annotated[str, Field(pattern=r"^base(\+[A-Za-z_][A-Za-z0-9_]*)*$"), AfterValidator(_effects_once)]
+_EffectsOnce = AfterValidator(lambda model: "+".join(_each_once(model.split("+"))))
+ModelName = Annotated[str, Field(pattern=r"^base(\+[A-Za-z_][A-Za-z0-9_]*)*$"), _EffectsOnce]
 
 
 def without_null(value: Any) -> Any:
