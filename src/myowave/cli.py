@@ -8,7 +8,6 @@ import os
 import sys
 from collections.abc import Iterable
 from contextlib import ExitStack
-from io import TextIOWrapper
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -133,14 +132,13 @@ def predict(
         trial = trial or Path(emg).stem  # prepared as the other trials, so that the same EMG counts as 1
     for file in (output, picture):
         refuse_to_overwrite(file, [checkpoint, Path("/dev/stdin" if emg == "-" else emg or checkpoint)])
-    if isinstance(sys.stdin, TextIOWrapper):
-        sys.stdin.reconfigure(errors=sources.STRANGE)
     with ExitStack() as files:
-        lines: Iterable[str] = sys.stdin
-        source = "standard input"
+        lines: Iterable[str]
         if trial:
             lines, source = sources.trial_lines(dataset, trial, trained, config), f"{dataset}, trial {trial}"
-        elif emg != "-":
+        elif emg == "-":
+            lines, source = sources.standard_input(), "standard input"
+        else:
             lines, source = files.enter_context(sources.open_lines(Path(emg))), emg
         seen: Iterable[str] = ()
         if picture:

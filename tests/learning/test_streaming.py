@@ -20,6 +20,7 @@ from myowave.learning.inputs import to_tensors
 from myowave.learning.prediction import predict_free_running
 from myowave.learning.streaming.command import predict_lines, start_angles
 from myowave.learning.streaming.predictor import Predictor
+from myowave.learning.streaming.reading import LONGEST
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
 
@@ -262,6 +263,7 @@ FAULTS = {
     "a quote before the last cell": (with_line(7, lambda x: ',"'.join(x.rsplit(",", 1))), ["line 7", "no line of CSV"]),
     "a cell too many": (with_line(7, lambda x: "0," + x), ["line 7", "5 values", "names 4 columns"]),
     "a line cut off": (with_line(7, lambda x: x[:9] + "\n"), ["line 7", "values, but the first line names 4"]),
+    "a line without an end": (with_line(7, lambda x: 9 * LONGEST * "0"), ["line 7", "without end"]),
     "a zero byte": (with_line(7, lambda x: x.replace("0", "\0", 1)), ["line 7", "expected a number"]),
     "bytes of another encoding": (with_line(7, lambda x: x.replace(",1,", ",1,\udcff", 1)), ["line 7", "\\xff"]),
 }
@@ -296,6 +298,17 @@ def test_a_stray_quote_holds_no_answer_back(checkpoint, table):
     assert len([next(answers) for _ in range(5)]) == 5
     with pytest.raises(ValueError, match="the sensor, line 6"):
         next(answers)
+
+
+def test_input_that_is_closed_or_never_ends_is_told(checkpoint, tmp_path, monkeypatch, capsys):
+    os.mkfifo(tmp_path / "emg.csv")
+    for endless in (tmp_path / "emg.csv", "/dev/zero"):
+        result = run("--checkpoint", checkpoint[1], "--emg", endless)
+        assert result.exit_code == 2 and "this is a pipe or a device; expected a file" in result.stderr
+    monkeypatch.setattr(sys, "stdin", None)
+    with pytest.raises(SystemExit, match="2"):
+        app(["predict", "--checkpoint", str(checkpoint[1]), "--emg", "-"])
+    assert "Standard input is closed" in capsys.readouterr().err
 
 
 def test_an_output_that_is_an_input_is_refused_and_stays(checkpoint, table, tmp_path):

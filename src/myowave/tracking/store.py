@@ -203,6 +203,8 @@ def _check(path: Path) -> None:
     """Raise a ValueError where a file is there and not MLflow's: it may be anything."""
     if not path.exists():
         return
+    if not path.is_file():
+        raise ValueError(f"{path} is no file. Name one in tracking.uri.")
     try:
         with closing(sqlite3.connect(path)) as database:
             theirs = database.execute("SELECT 1 FROM sqlite_master WHERE name = 'experiments'").fetchone()

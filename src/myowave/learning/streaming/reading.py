@@ -12,6 +12,7 @@ from myowave.settings.keys import did_you_mean
 RATE_TOLERANCE = 0.01  # largest relative difference from the sampling interval of the training that counts as rounding
 ROUNDED = 0.25  # the same of raw EMG, whose times are often rounded to 0.1 ms
 WIDEST = 2 * math.pi  # rad, of an angle over time
+LONGEST = 100_000  # characters of a line: a thousand columns have fewer
 
 
 @dataclass(frozen=True)
@@ -109,6 +110,8 @@ def _check_header(header: Sequence[str], channels: Sequence[str], known: Sequenc
 
 def _cells(where: str, line: str) -> list[str]:
     """The cells of one line; each is read by itself, so that a stray quote keeps no later line waiting."""
+    if len(line) >= LONGEST:
+        raise ValueError(f"{where}: found {line[:40]!r} and on without end; expected a line of CSV.")
     try:
         return next(csv.reader([line], strict=True), [])
     except csv.Error as error:

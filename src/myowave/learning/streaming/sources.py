@@ -1,9 +1,13 @@
 """Where the lines of `myowave predict` come from: a file, or a trial of a dataset, prepared as by the import."""
 
 import gzip
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
+from io import TextIOWrapper
 from pathlib import Path
+from typing import TextIO
 
 import pandas as pd
 
@@ -13,8 +17,10 @@ from myowave.data.thinning import thin
 from myowave.data.trials import TIME, Trials
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.inputs import given_inputs
+from myowave.learning.streaming.reading import LONGEST
 from myowave.settings import MeasuredDataset, RecordedDataset
 from myowave.settings.configuration import read_settings
+from myowave.settings.files import require_regular
 from myowave.settings.keys import did_you_mean
 
 GZIP = b"\x1f\x8b"
@@ -24,6 +30,7 @@ STRANGE = "backslashreplace"  # bytes that are no UTF-8 are shown in the message
 @contextmanager
 def open_lines(path: Path) -> Iterator[Iterator[str]]:
     """Lines of CSV of a text file, of one compressed by gzip, or of a Parquet file; a ValueError for something else."""
+    require_regular(path)
     with open(path, "rb") as file:
         begin = file.read(4096)
     if begin.startswith(b"PAR1"):
@@ -36,7 +43,20 @@ def open_lines(path: Path) -> Iterator[Iterator[str]]:
         )
     opened = gzip.open if begin.startswith(GZIP) else open
     with opened(path, "rt", encoding="utf-8-sig", errors=STRANGE) as lines:
-        yield lines
+        yield _bounded(lines)
+
+
+def standard_input() -> Iterator[str]:
+    """Lines of CSV as they come; a ValueError where none can."""
+    if not isinstance(sys.stdin, TextIOWrapper):
+        raise ValueError("Standard input is closed: pipe lines of CSV into it, or name a file with --emg.")
+    sys.stdin.reconfigure(errors=STRANGE)
+    return _bounded(sys.stdin)
+
+
+def _bounded(stream: TextIO) -> Iterator[str]:
+    """Lines, each read no further than a line may be long: what never ends would fill the memory."""
+    return iter(partial(stream.readline, LONGEST), "")
 
 
 def find_checkpoint(dataset: str) -> Path:
