@@ -6,7 +6,6 @@ from dataclasses import replace
 import pandas as pd
 from torch import Tensor
 
-from myowave.data.thinning import thin
 from myowave.data.trials import Trials
 from myowave.data.wavelets import decompose
 from myowave.learning.baselines import given_samples, predict_baseline
@@ -34,7 +33,7 @@ def score_networks(
     """
     for inputs, changes in INPUTS.items():
         own = recipe.changed(changes)
-        thinned = thin(trials, own.rate_hz)
+        thinned = trials.thinned(own.rate_hz)
         scales = decompose(thinned, total - 1, wavelet)
         *_, last = train_scales(Task(scales, model, own, wanted, total=total, seeds=range(seeds), final=False))
         predicted = predict_motion(last.network, thinned)
@@ -47,7 +46,7 @@ def score_baselines(
     """The same of baselines by name (method)."""
     for inputs, changes in INPUTS.items():
         for name, baseline in baselines.items():
-            own = thin(trials, baseline.rate_hz)
+            own = trials.thinned(baseline.rate_hz)
             changed = Baseline.model_validate(baseline.model_dump() | changes)
             rows = _rows(own, predict_baseline(changed, own, model, range(seeds)), given_samples(own), seeds)
             yield rows.assign(method=name, scales=1, inputs=inputs)

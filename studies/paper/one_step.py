@@ -8,7 +8,6 @@ import pandas as pd
 import torch
 
 from myowave.data.store import read_trials
-from myowave.data.thinning import thin
 from myowave.data.trials import Trials
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import evaluate
@@ -20,7 +19,7 @@ def score_one_step(checkpoint: Checkpoint, trials: Trials) -> pd.DataFrame:
     """One row per seed: test_r2_one_step, and acceleration_share, the share of the measured accelerations that the
     predictions have; means over test trials, without the samples that are given."""
     network = checkpoint.network
-    trials = thin(trials, checkpoint.recipe["rate_hz"])
+    trials = trials.thinned(checkpoint.recipe["rate_hz"])
     inputs, angle = to_tensors(trials, network.device, network.architecture.known)
     with torch.no_grad():
         predicted = predict_teacher_forced(network, network.encode_inputs(inputs, trials.dt), angle).cpu()

@@ -12,7 +12,6 @@ from sessions import curl, noraxon, session_section, write_session
 
 from myowave.data.importing import import_trials
 from myowave.data.store import read_trials, write_trials
-from myowave.data.thinning import thin
 from myowave.data.trials import TORQUE
 from myowave.data.wavelets import decompose
 from myowave.settings import RecordedDataset, parse_settings
@@ -147,7 +146,7 @@ def test_torque_of_a_dynamometer_is_a_signal_in_newton_metres_where_it_was_measu
     assert np.isnan(found[2]).all() and trials.over_time == {"tilt": "tilt_rad"}
     write_trials(trials, tmp_path / "trials.parquet")
     np.testing.assert_array_equal(read_trials(tmp_path / "trials.parquet").signals[TORQUE], found)
-    np.testing.assert_array_equal(decompose(thin(trials, 25.0), 1)[1].signals[TORQUE][2], np.nan)
+    np.testing.assert_array_equal(decompose(trials.thinned(25.0), 1)[1].signals[TORQUE][2], np.nan)
 
 
 @pytest.mark.parametrize(

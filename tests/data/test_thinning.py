@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from myowave.data.thinning import thin, thin_scales
 from myowave.data.trials import Trials
-from myowave.data.wavelets import decompose
+from myowave.data.wavelets import decompose, thin_scales
 
 
 @pytest.fixture
@@ -27,7 +26,7 @@ def trials() -> Trials:
 
 
 def test_every_fourth_sample_is_kept_of_all_signals_and_time_goes_on_as_it_was(trials):
-    thinned = thin(trials, 25.0)
+    thinned = trials.thinned(25.0)
     assert thinned.dt == pytest.approx(0.04) and thinned.lengths == (50, 31)
     for t, length in enumerate(trials.lengths):
         kept = slice(0, length, 4)
@@ -41,13 +40,13 @@ def test_every_fourth_sample_is_kept_of_all_signals_and_time_goes_on_as_it_was(t
 
 @pytest.mark.parametrize("rate", [None, 100.0, 70.0, 500.0])
 def test_trials_that_have_no_more_samples_than_asked_for_stay_as_they_are(trials, rate):
-    assert thin(trials, rate) is trials
+    assert trials.thinned(rate) is trials
 
 
 def test_scales_of_thinned_trials_are_those_of_what_is_left(trials):
     scales = decompose(trials, 2)
     assert thin_scales(scales, None, 2, "db2") is scales
-    thinned, expected = thin_scales(scales, 25.0, 1, "db2"), decompose(thin(trials, 25.0), 1)
+    thinned, expected = thin_scales(scales, 25.0, 1, "db2"), decompose(trials.thinned(25.0), 1)
     assert set(thinned) == {0, 1}
     for level in thinned:
         np.testing.assert_array_equal(thinned[level].angle, expected[level].angle)
@@ -55,4 +54,4 @@ def test_scales_of_thinned_trials_are_those_of_what_is_left(trials):
 
 def test_a_rate_that_leaves_one_sample_of_a_trial_is_refused(trials):
     with pytest.raises(ValueError, match=r"trial 'b': of 121 samples 100 a second, 0\.6 a second leave one\..*rate_hz"):
-        thin(trials, 0.6)
+        trials.thinned(0.6)

@@ -4,7 +4,6 @@ import json
 from pathlib import Path
 
 from myowave.data.store import read_trials, replacing, write_table
-from myowave.data.thinning import thin
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import evaluate, predict_trials, tabulate_parameters, tabulate_predictions
 from myowave.workflow.job import job_log
@@ -12,7 +11,7 @@ from myowave.workflow.job import job_log
 where = snakemake.wildcards
 with job_log(f"evaluate {where.dataset} {where.model} {where.recipe} {where.scales}-scale", snakemake.log[0]):
     checkpoint = Checkpoint.load(snakemake.input.checkpoint)
-    trials = thin(read_trials(snakemake.input.trials), checkpoint.recipe["rate_hz"])
+    trials = read_trials(snakemake.input.trials).thinned(checkpoint.recipe["rate_hz"])
     predicted = predict_trials(checkpoint, trials)
     truth = json.loads(Path(snakemake.input.truth).read_text())["parameters"] if snakemake.input.truth else None
     rows = evaluate(checkpoint, trials, predicted, recipe=where.recipe, truth=truth)

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from myowave.data.store import read_trials, write_scales
-from myowave.data.thinning import thin
 from myowave.data.wavelets import decompose
 from myowave.learning.sweep.outcome import search_name
 from myowave.learning.sweep.search import open_search, try_first
@@ -14,7 +13,7 @@ params, output = snakemake.params, snakemake.output
 with job_log("prepare sweep", snakemake.log[0]) as log:
     sweep, wavelet = Sweep.model_validate(params.sweep), Wavelet.model_validate(params.wavelet)
     trials = read_trials(snakemake.input.trials)
-    trials = thin(trials.select(trials.train), params.judged["recipe"]["rate_hz"])
+    trials = trials.select(trials.train).thinned(params.judged["recipe"]["rate_hz"])
     write_scales(decompose(trials, sweep.scales - 1, wavelet.name), output.scales)
     name = search_name(sweep, params.judged, Path(output.scales))
     try_first(open_search(name, params.journal), params.judged["recipe"], sweep)

@@ -7,7 +7,7 @@ import pandas as pd
 import yaml
 
 from myowave.data.store import read_scales, read_trials
-from myowave.data.thinning import thin, thin_scales
+from myowave.data.wavelets import thin_scales
 from myowave.learning.evaluation import evaluate, predict_trials
 from myowave.learning.sweep.outcome import BEST
 from myowave.learning.task import Task
@@ -34,7 +34,7 @@ with job_log(label, snakemake.log[0]) as log:
     )
     for checkpoint in train_scales(task):
         log.progress(sweep.scales - checkpoint.level, sweep.scales, f"scale {-checkpoint.level} is trained")
-    trials = thin(read_trials(inputs.trials), recipe.rate_hz)
+    trials = read_trials(inputs.trials).thinned(recipe.rate_hz)
     truth = json.loads(Path(inputs.truth).read_text())["parameters"] if inputs.truth else None
     rows = evaluate(checkpoint, trials, predict_trials(checkpoint, trials), recipe=name, truth=truth)
     both = pd.concat({"default": pd.read_csv(inputs.default), "best": rows}, names=["setting", None])

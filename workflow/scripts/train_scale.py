@@ -3,7 +3,7 @@
 import pandas as pd
 
 from myowave.data.store import read_scales, write_table
-from myowave.data.thinning import thin_scales
+from myowave.data.wavelets import thin_scales
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale

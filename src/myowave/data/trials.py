@@ -139,6 +139,26 @@ class Trials:
         own = {"emg": each.pop("emg"), "angle": each.pop("angle"), "signals": each}
         return Trials.from_sequences(**{**same, **own, **fields})
 
+    def thinned(self, rate_hz: float | None) -> Trials:
+        """The trials with about as many samples a second, beginning with the first of each; None keeps all.
+
+        ASSUME: EMG and motion hold nothing above half of the rate, as envelopes of 4 Hz and the motion of an arm at
+        25 Hz. Kept are samples as they were recorded, so that a stream is thinned in the same way, with no lag.
+
+        Raises:
+            ValueError: where fewer than 2 samples of a trial are left.
+        """
+        every = 1 if rate_hz is None else max(1, round(1 / (self.dt * rate_hz)))
+        if every == 1:
+            return self
+        length, name = min(zip(self.lengths, self.names, strict=True))
+        if length <= every:
+            raise ValueError(
+                f"dataset {self.dataset!r}, trial {name!r}: of {length} samples {1 / self.dt:g} a second, {rate_hz:g} "
+                "a second leave one. Use longer trials, or raise the recipe's rate_hz."
+            )
+        return self.changed(lambda values: values[::every], dt=self.dt * every)
+
     def condition(self, parameter: str, default: float) -> Array:
         """Value of a known parameter in each trial, (T,): its condition, else the constant, else `default`."""
         constant = self.constants.get(parameter, default)

@@ -14,6 +14,7 @@ more noise than the inner ones: 0.62 against 0.50 of it at level 2. The basis is
 banded Cholesky solves it in time proportional to the length.
 """
 
+from collections.abc import Mapping
 from functools import lru_cache, partial
 
 import numpy as np
@@ -41,6 +42,12 @@ def decompose(trials: Trials, levels: int, wavelet: str = "db2") -> dict[int, Tr
     for name, length in zip(trials.names, trials.lengths, strict=True):
         _check_level(length, levels, wavelet, where=f"dataset {trials.dataset!r}, trial {name!r}")
     return {j: trials.changed(partial(project, level=j, wavelet=wavelet)) for j in range(levels + 1)}
+
+
+def thin_scales(scales: Mapping[int, Trials], rate_hz: float | None, levels: int, wavelet: str) -> Mapping[int, Trials]:
+    """Scales of thinned trials, see `Trials.thinned`: projected anew where they are thinned, as each is coarser."""
+    thinned = scales[0].thinned(rate_hz)
+    return scales if thinned is scales[0] else decompose(thinned, levels, wavelet)
 
 
 def project(signal: ArrayLike, level: int, wavelet: str = "db2") -> Array:

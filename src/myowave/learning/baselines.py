@@ -22,7 +22,6 @@ from sklearn.linear_model import RidgeCV
 from sklearn.model_selection import LeaveOneGroupOut
 from torch import Tensor
 
-from myowave.data.thinning import thin
 from myowave.data.trials import Array, Trials
 from myowave.learning.evaluation import score_trials
 from myowave.learning.inputs import Given, given_inputs
@@ -63,7 +62,7 @@ def score_baseline(
         trials: at the rate at which they were stored.
         name: what stands in the column recipe.
     """
-    started, trials = time.perf_counter(), thin(trials, baseline.rate_hz)
+    started, trials = time.perf_counter(), trials.thinned(baseline.rate_hz)
     predicted = predict_baseline(baseline, trials, model, seeds)
     labels = {"dataset": trials.dataset, "model": "base", "recipe": name, "scales": scales, "seed": list(seeds)}
     rows = pd.DataFrame(labels | score_trials(trials, predicted, given_samples(trials)))

@@ -74,7 +74,7 @@ def read_samples(
         numbers = {name: _number(name, cells[name], where) for name in wanted}
         time = numbers.get("time_s", before + dt if count else 0.0)
         if count == 1 and not raw and 0 < time - before < dt:
-            every = round(dt / (time - before))  # as `data.thinning`: the first sample, and then one of so many
+            every = round(dt / (time - before))  # as `Trials.thinned`: the first sample, and then one of so many
         step = dt / every
         if count and abs(time - before - step) > tolerance * step + 1e-6:
             taken = f", and one of {every} lines is taken" if every > 1 else ""

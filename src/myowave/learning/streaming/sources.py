@@ -13,7 +13,6 @@ import pandas as pd
 
 from myowave.data.importing import import_trials
 from myowave.data.store import read_table, read_trials
-from myowave.data.thinning import thin
 from myowave.data.trials import TIME, Trials
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.inputs import given_inputs
@@ -77,7 +76,7 @@ def trial_lines(dataset: str, trial: str, checkpoint: Checkpoint, config: Sequen
     then prepared together with those of the dataset, so that the same EMG counts as 1. A ValueError for a dataset or
     trial that is not there, or that cannot be prepared."""
     trials = _trials_with(dataset, trial, config)
-    one = thin(trials.select([trial]), checkpoint.recipe["rate_hz"])
+    one = trials.select([trial]).thinned(checkpoint.recipe["rate_hz"])
     if missing := [name for name in checkpoint.channels if name not in one.channels]:
         raise ValueError(
             f"{dataset}, trial {trial}: no {', '.join(missing)}, which the network takes; there are "
