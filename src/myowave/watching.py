@@ -33,6 +33,7 @@ from myowave.physics.model import Model
 from myowave.physics.muscle import EXTENSOR, FLEXOR
 from myowave.settings import MeasuredDataset, RecordedDataset, Settings, read_settings
 from myowave.settings.recording import TRIAL
+from myowave.starting.block import kind_of
 
 POLL_S = 1.0
 KNOWN = 0.25  # of a strength: an interval of 95 % that reaches no further decides it
@@ -142,17 +143,12 @@ def import_named(names: Sequence[str], folder: Path, settings: Settings, dataset
 
 def _known_of(name: str, block: Dataset) -> Mapping[str, float]:
     """What is known of a trial: by its own name in the settings, of others of its kind, or by a name such as 2kg_1."""
-    alike = {_kind(one): known for one, known in block.conditions.items()}
+    alike = {kind_of(one): known for one, known in block.conditions.items()}
     load = re.search(r"(\d+(?:\.\d+)?) ?kg", name)
-    known = block.conditions.get(name, alike.get(_kind(name), {"load": float(load[1])} if load else {}))
+    known = block.conditions.get(name, alike.get(kind_of(name), {"load": float(load[1])} if load else {}))
     if not known and any("load" in one for one in block.conditions.values()):
         raise ValueError(f"what does the hand hold? Call it 2kg_1, or write conditions: {{{name}: {{load: 2}}}}.")
     return known
-
-
-def _kind(name: str) -> str:
-    """A trial's name without the number at its end: `light_1` and `light_2` are of one kind."""
-    return re.sub(r"[\W_]*\d+$", "", name)
 
 
 def ask(trials: Trials, settings: Settings, dataset: str) -> list[Question]:
@@ -200,8 +196,8 @@ def _changes(trials: Trials, settings: Settings, dataset: str, base: Model) -> I
     if groups is None:
         return
     asked = "What changed between the two groups?"
-    kinds = [{_kind(name) for name in listed} for listed in (groups.reference, groups.against)]
-    reference, against = ([name for name in trials.names if _kind(name) in kind] for kind in kinds)
+    kinds = [{kind_of(name) for name in listed} for listed in (groups.reference, groups.against)]
+    reference, against = ([name for name in trials.names if kind_of(name) in kind] for kind in kinds)
     more = f"one more as {(groups.reference if len(reference) <= len(against) else groups.against)[0]}"
     if min(len(reference), len(against)) < FEWEST:
         yield Question(asked, f"{len(reference)} trials of the first, {len(against)} of the second.", more)

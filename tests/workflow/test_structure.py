@@ -38,7 +38,7 @@ PARTS = {
 }
 DOORS = {
     "mlflow": "tracking/store.py",
-    "opensim": "starting/opensim_model.py",
+    "opensim": "starting/geometry.py",
     "optuna": "learning/sweep",
     "pywt": "data/wavelets.py",
     "pyarrow": "data/store.py",

@@ -54,14 +54,19 @@ def flow(value: Any) -> str:
     return text.strip()[1:-1]
 
 
+def kind_of(trial: str) -> str:
+    """A trial's name without the number at its end: `light_1` and `light_2` are of one kind."""
+    return re.sub(r"[\W_]*\d+$", "", trial)
+
+
 def held_out(trials: Sequence[str]) -> list[str]:
-    """The last trial of each condition, as names without the number at their end tell them: `light_1`, `light_2`.
+    """The last trial of each condition, as the kinds of their names tell them.
 
     A condition with a single trial keeps it for training; where all are single, the last trial is held out.
     """
     conditions: dict[str, list[str]] = {}
     for name in trials:
-        conditions.setdefault(re.sub(r"[\W_]*\d+$", "", name), []).append(name)
+        conditions.setdefault(kind_of(name), []).append(name)
     return [names[-1] for names in conditions.values() if len(names) > 1] or [trials[-1]]
 
 

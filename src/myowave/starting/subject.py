@@ -10,7 +10,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _NOTE = "sd: standard deviation, how far a person may be from the value; no setting reads it. Measure what you can."
 
 
-def subject_settings(mass: float, height: float, sex: str, name: str = "me") -> str:
+def subject_settings(mass: float, height: float, sex: str, name: str) -> str:
     """A block `physics.arms.NAME` with the forearm and hand of a person, each value with its standard deviation.
 
     Args:
