@@ -3,7 +3,6 @@
 import contextlib
 import itertools
 import json
-import math
 import os
 import sys
 from collections.abc import Iterable
@@ -16,7 +15,7 @@ from typer.core import TyperGroup
 
 from myowave.settings import Settings, dump, parse_settings, read_settings
 from myowave.settings.files import lay_over, require_regular
-from myowave.settings.keys import describe, find_keys, list_groups, list_keys
+from myowave.settings.keys import find_keys, list_groups, list_keys
 
 
 class Commands(TyperGroup):
@@ -75,9 +74,7 @@ def list_settings(
         typer.echo("`myowave settings GROUP` lists the keys of one, `myowave settings WORD` finds some, --all is all.")
         return
     for key in find_keys(keys, words or []):
-        facts, meaning = describe(key)
-        typer.echo(f"{typer.style(key.name, bold=True)}  {facts}")
-        typer.echo(f"    {meaning}")
+        typer.echo(f"{typer.style(key.name, bold=True)}  {key}")
 
 
 @app.command("effects")
@@ -124,7 +121,7 @@ def predict(
         checkpoint = sources.find_checkpoint(dataset)
         say_aside(f"Network: {checkpoint}; --checkpoint names another.")
     trained = Checkpoint.load(checkpoint)
-    angles = start_angles(trained, read_angles("--start-deg", start_deg))
+    angles = start_angles(trained, "--start-deg", start_deg)
     real_time = require_real_time(trained, checkpoint) if raw else None
     fixed = read_known("--known", known or [], tuple(trained.architecture.known))
     predictor = Predictor(trained, None if seed is None else [seed])
@@ -139,7 +136,7 @@ def predict(
         elif emg == "-":
             lines, source = sources.standard_input(), "standard input"
         else:
-            lines, source = files.enter_context(sources.open_lines(Path(emg))), emg
+            lines, source = sources.file_lines(Path(emg)), emg
         seen: Iterable[str] = ()
         if picture:
             lines, seen = itertools.tee(lines)
@@ -280,17 +277,6 @@ def ask_what_changed(
 
 def named(texts: str) -> list[str]:
     return [name.strip() for name in texts.split(",") if name.strip()]
-
-
-def read_angles(option: str, text: str) -> list[float]:
-    """Angles [deg] separated by commas; none where the text is empty."""
-    try:
-        angles = [float(part) for part in text.split(",")] if text else []
-    except ValueError:
-        angles = [math.nan]
-    if not all(-180 <= angle <= 180 for angle in angles):
-        raise ValueError(f"{option} is {text!r}; expected angles of -180 to 180 with commas, such as 30 or 30,30.5.")
-    return angles
 
 
 def refuse_to_overwrite(output: Path | None, inputs: Iterable[Path]) -> None:

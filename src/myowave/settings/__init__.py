@@ -22,10 +22,3 @@ from myowave.settings.learning import (
 from myowave.settings.physics import CurveSettings, MuscleSettings, PathTable, Physics
 from myowave.settings.recording import Processing, RawSignal, TextLayout
 from myowave.settings.section import Section, dump
-
-__all__ = [
-    "SEARCHABLE", "Baseline", "CurveSettings", "DiagnosisSettings", "Dimension", "Identify", "Inputs",
-    "MeasuredDataset", "MuscleSettings", "PaperRecipe", "PathTable", "Physics", "Processing", "RawSignal", "Recipe",
-    "RecordedDataset", "RolloutRecipe", "Scatter", "Section", "Settings", "SimulatedDataset", "Sweep", "TextLayout",
-    "Wavelet", "dump", "parse_recipe", "parse_settings", "public", "read_settings",
-]  # fmt: skip

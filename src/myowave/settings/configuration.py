@@ -1,22 +1,27 @@
 """All of config.yaml in one object: from parsed YAML to settings, or to a message with a line for each problem."""
 
+import operator
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError, model_validator
 
-from myowave.physics.constants import CURVE, GROUP_CONSTANTS, JOINT_CONSTANTS, MUSCLE_CONSTANTS
-from myowave.settings.data import Data, Dataset, force_and_length
-from myowave.settings.dataset_check import check_dataset
+from myowave.physics.constants import CURVE, GROUP_CONSTANTS, JOINT_CONSTANTS, MUSCLE_CONSTANTS, constant_of
+from myowave.settings.data import Data, Dataset, RecordedDataset, force_and_length
 from myowave.settings.diagnosis import DiagnosisSettings
 from myowave.settings.files import read_layers
-from myowave.settings.keys import did_you_mean, explain, unless_known
+from myowave.settings.keys import did_you_mean, explain, in_words, unless_known
 from myowave.settings.learning import Learning, Sweep
-from myowave.settings.physics import Arms, Physics
+from myowave.settings.physics import Arm, Arms, Physics
 from myowave.settings.section import Address, Section, setting
 from myowave.settings.subjects import add_subjects
 from myowave.settings.targets import Targets
+
+_EFFECTS = (
+    " A parameter of an effect is not set here: it is estimated wherever the model has the effect, within the bounds "
+    "in the effect's file."
+)
 
 
 class Tracking(Section):
@@ -111,7 +116,7 @@ class Settings(Section):
             if not self.physics_of(name).muscles
         ]
         for name, dataset in self.data.datasets.items():
-            problems += check_dataset(f"data.datasets.{name}", dataset, self.physics_of(name))
+            problems += _problems_of_dataset(f"data.datasets.{name}", dataset, self.physics_of(name))
         sweep, levels = self.learning.sweep, self.data.wavelet.levels
         if (scales := max([*self.targets.scales, *([sweep.scales] if sweep else [])])) > levels + 1:
             problems.append(
@@ -149,6 +154,86 @@ class Settings(Section):
             for name in scatter
             if name not in (*constants, *full)
         ]
+
+
+def _problems_of_dataset(where: str, dataset: Dataset, arm: Arm) -> list[str]:
+    """One line for each thing that a dataset, which stands at `where`, asks of its arm and does not find there."""
+    whose, nominal = f" in arm {dataset.arm}", arm.nominal
+    problems = []
+    for path, name, values in _constants(dataset):
+        problems += unless_known(f"{where}.{path}", name, nominal, whose, _EFFECTS if "." in name else "")
+        if name in nominal:
+            problems += _out_of_bounds(f"{where}.{path}", name, values)
+    conditions = {f"conditions.{trial}": known for trial, known in dataset.conditions.items()}
+    for at, known in {"constants": {}, **conditions}.items():
+        problems += _problems_of_body(f"{where}.{at}", nominal | dataset.constants | known)
+    named = {"constants": dataset.constants, "conditions": {p for c in conditions.values() for p in c}}
+    problems += [
+        f"{where}: {name} is both known ({key}) and to identify; keep one of them."
+        for key, names in named.items()
+        for name in sorted({*names} & {*dataset.identify})
+    ]
+    problems += [
+        f"{where}.identify.{name}: {name} is 0{whose}, so a search has nothing to start from. Give the arm the value "
+        "that you expect, or leave it out."
+        for name in dataset.identify
+        if nominal.get(name) == 0
+    ]
+    return problems + (_problems_of_signals(where, dataset, arm) if isinstance(dataset, RecordedDataset) else [])
+
+
+def _constants(dataset: Dataset) -> Iterator[tuple[str, str, dict[str, float]]]:
+    """Where a dataset names a physical constant, which, and what values it gives it, by the key below that place."""
+    known = {"constants": dataset.constants, "hidden_constants": getattr(dataset, "hidden_constants", {})}
+    known |= {f"conditions.{trial}": conditions for trial, conditions in dataset.conditions.items()}
+    for key, constants in known.items():
+        yield from ((f"{key}.{name}", name, {"": value}) for name, value in constants.items())
+    for name, choice in dataset.identify.items():
+        bounds = {".low": choice.low, ".high": choice.high}
+        yield f"identify.{name}", name, {key: value for key, value in bounds.items() if value is not None}
+    for signal, angle in getattr(dataset, "signals", {}).items():
+        if angle.condition:
+            yield f"signals.{signal}.condition", angle.condition, {}
+
+
+def _out_of_bounds(path: str, name: str, values: Mapping[str, float]) -> list[str]:
+    """Those of the values that the physical constant of this name cannot have."""
+    constant = constant_of(name)
+    return [
+        f"{path}{key} = {value:g}: expected a number, {', '.join(in_words(constant.bounds))} [{constant.unit}] "
+        f"({constant.meaning})."
+        for key, value in values.items()
+        if not all(getattr(operator, bound)(value, limit) for bound, limit in constant.bounds.items())
+    ]
+
+
+def _problems_of_body(at: str, constants: Mapping[str, float]) -> list[str]:
+    """Whether a rigid forearm can have such an inertia."""
+    if "com" not in constants or constants["inertia"] >= (least := constants["mass"] * constants["com"] ** 2):
+        return []
+    return [
+        f"{at}: the forearm's inertia is {constants['inertia']:g}, but about the elbow it is at least mass com^2 = "
+        f"{least:g} kg m^2; give mass, com and inertia together."
+    ]
+
+
+def _problems_of_signals(where: str, dataset: RecordedDataset, arm: Arm) -> list[str]:
+    """Channels that the arm needs, and conditions that no angle can be."""
+    problems = []
+    for channel in arm.channels:
+        if channel not in dataset.emg:
+            driven = ", ".join(name for name, muscle in arm.muscles.items() if muscle.emg == channel)
+            problems.append(
+                f"{where}.emg: {channel}, which drives {driven} in arm {dataset.arm}, is not here; there are "
+                f"{', '.join(dataset.emg) or 'none'}. Add the channel, or name another one as the emg of {driven}."
+            )
+    for signal, angle in dataset.signals.items():
+        if angle.condition in arm.nominal and (unit := constant_of(angle.condition).unit) != "rad":
+            problems.append(
+                f"{where}.signals.{signal}.condition: {angle.condition} is in {unit}, and the signal is an angle; "
+                "expected a constant in rad, such as tilt."
+            )
+    return problems
 
 
 def shipped_effects() -> list[str]:

@@ -105,15 +105,11 @@ class _Dataset(Section):
     )
     changed: Changed | None = setting("what changed between these trials, to be found out; null asks nothing", "", None)
 
-    @property
-    def compared(self) -> tuple[str, ...]:
-        """Trials that are asked what changed between them."""
-        return () if self.changed is None else (*self.changed.reference, *self.changed.against)
-
 
 def role_problems(trials: Sequence[str], dataset: _Dataset, **others: Iterable[str]) -> Iterator[str]:
     """Trials that are named and not there, by key of the dataset, and that none is left to train on."""
-    named = {"test": dataset.test, "conditions": dataset.conditions, "changed": dataset.compared, **others}
+    changed = (*dataset.changed.reference, *dataset.changed.against) if dataset.changed else ()
+    named = {"test": dataset.test, "conditions": dataset.conditions, "changed": changed, **others}
     for key, names in named.items():
         if unknown := [name for name in names if name not in trials]:
             yield f"{key}: no trial named {', '.join(unknown)}; the trials are {', '.join(trials)}."

@@ -49,6 +49,12 @@ class Key:
         parts = self.name.split(".")
         return ".".join(parts[:2]) if self.section or len(parts) > 2 else parts[0]
 
+    def __str__(self) -> str:
+        """Unit and default, and below them the meaning with what is allowed."""
+        default = "required" if self.default is None else f"default {self.default}" if self.default else ""
+        facts = "  ".join(fact for fact in (self.unit and f"[{self.unit}]", default) if fact)
+        return f"{facts}\n    {self.meaning}: {self.allowed}"
+
 
 # ---- the table
 
@@ -78,13 +84,6 @@ def find_keys(keys: Sequence[Key], words: Sequence[str]) -> list[Key]:
         parts = sorted({part for key in keys for part in key.name.split(".") if part.isidentifier()})
         raise ValueError(f"No setting has {asked!r} in its name or meaning{did_you_mean(asked, parts) or '.'}")
     return found
-
-
-def describe(key: Key) -> tuple[str, str]:
-    """Unit and default, and the meaning with what is allowed."""
-    default = "required" if key.default is None else f"default {key.default}" if key.default else ""
-    facts = "  ".join(fact for fact in (key.unit and f"[{key.unit}]", default) if fact)
-    return facts, f"{key.meaning}: {key.allowed}"
 
 
 def _keys_inside(node: Schema, path: str, each: str) -> Iterator[Key]:

@@ -138,7 +138,9 @@ def _write(
     keep = local.log_artifact if local else partial(client.log_artifact, run_id)
     try:
         client.log_batch(run_id, params=[Param(k, str(v)) for k, v in content.params.items()])
-        metrics = list(_metrics(content))
+        metrics = [Metric(k, float(v), 0, 0) for k, v in content.metrics.items() if pd.notna(v)]
+        curves = [(k, curve.dropna()) for k, curve in content.curves.items()]
+        metrics += [Metric(k, float(v), 0, int(epoch)) for k, curve in curves for epoch, v in curve.items()]
         for start in range(0, len(metrics), _BATCH):
             client.log_batch(run_id, metrics=metrics[start : start + _BATCH])
         for name, file in content.artifacts.items():
@@ -147,16 +149,6 @@ def _write(
     finally:
         client.set_terminated(run_id, state, end_time=round(1000 * content.finished))
     return run_id
-
-
-def _metrics(content: RunContent) -> Iterator[Metric]:
-    """Final values and curves; values that are not there are left out."""
-    for name, value in content.metrics.items():
-        if pd.notna(value):
-            yield Metric(name, float(value), 0, 0)
-    for name, curve in content.curves.items():
-        for epoch, value in curve.dropna().items():
-            yield Metric(name, float(value), 0, int(epoch))
 
 
 def _experiment(client: mlflow.MlflowClient, path: Path | None) -> str:

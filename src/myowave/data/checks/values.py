@@ -100,37 +100,33 @@ def _odd_problems(one: Recording) -> Iterator[str]:
     named = "If it was written in deg, name that unit (or call the column angle_deg); else correct sign or offset_deg."
     far = "Correct its unit, sign or offset_deg." if unit == "deg" else named
     still = "The sensor was off, or the column is another one: correct it, or leave the trial out."
-    if problem := _odd(one, "the angle", angle, "deg", HALF_TURN_DEG, far, still):
-        yield problem
-    elif unit == "deg" and np.abs(angle).max() < math.pi:
+    odd = list(_odd(one, "the angle", angle, "deg", HALF_TURN_DEG, far, still))
+    yield from odd
+    if not odd and unit == "deg" and np.abs(angle).max() < math.pi:
         yield (
             f"{one.origin}: the angle goes from {angle.min():.4g} to {angle.max():.4g} deg, which no elbow motion does."
             " If it was written in rad, name that unit (or call the column angle_rad)."
         )
     for key, values in one.signals.items():
-        problem = None
         if one.raw.signals[key].unit == "rad":
             far = "Correct its unit (deg or rad), sign or offset_deg."
-            problem = _odd(one, key, np.degrees(values), "deg", HALF_TURN_DEG, far)
+            yield from _odd(one, key, np.degrees(values), "deg", HALF_TURN_DEG, far)
         elif key == TORQUE:
             far = "Correct its unit: N cm and N mm are others."
             still = "The dynamometer was off: remove the column, or leave the trial out of torque.trials."
-            problem = _odd(one, "the torque", values, "N m", TORQUE_LIMIT, far, still)
-        if problem:
-            yield problem
+            yield from _odd(one, "the torque", values, "N m", TORQUE_LIMIT, far, still)
 
 
 def _odd(
     one: Recording, what: str, values: Array, unit: str, limit: float, far: str, still: str | None = None
-) -> str | None:
+) -> Iterator[str]:
     """Values (N,) beyond a limit, or that never change; `far` and `still` say what to do, None lets them be still."""
     n, span = int(np.abs(values).argmax()), f"it goes from {values.min():.4g} to {values.max():.4g}"
     if abs(values[n]) > limit:
         found = f"{what} is {values[n]:.4g} {unit} ({span})"
-        return f"{one.at(n)}: {found}; expected -{limit:g} to {limit:g}. {far}"
-    if still and np.ptp(values) < STILL:
-        return f"{one.origin}: {what} stays at {values[0]:.4g} {unit} in all {len(values)} samples. {still}"
-    return None
+        yield f"{one.at(n)}: {found}; expected -{limit:g} to {limit:g}. {far}"
+    elif still and np.ptp(values) < STILL:
+        yield f"{one.origin}: {what} stays at {values[0]:.4g} {unit} in all {len(values)} samples. {still}"
 
 
 def beyond_tables(trials: Trials, tables: Mapping[str, PathTable]) -> tuple[list[Finding], list[str]]:

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from myowave.data.processing.filters import band_pass, lag_s, low_pass, notch
-from myowave.data.processing.sampled import Sampled
+from myowave.data.processing.sampled import LINE_HEIGHT, Sampled
 from myowave.data.trials import Array
 from myowave.settings import Processing, Section
 
@@ -100,5 +100,6 @@ def known_from(emg: list[Sampled], processing: Processing, form: str = "raw") ->
     if form != "raw":
         return known
     offset = float(np.median(np.concatenate([one.values for one in emg])))
-    hum = processing.notch_hz is not None and any(one.has_hum(processing.notch_hz) for one in emg)
+    mains = processing.notch_hz or 0.0
+    hum = any(0 < mains < one.rate / 2 and one.line_height(mains) >= LINE_HEIGHT for one in emg)
     return known.model_copy(update={"offset": offset, "hum": hum})

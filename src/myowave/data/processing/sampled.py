@@ -62,10 +62,6 @@ class Sampled:
             return 0.0
         return float(line.max() / np.median(around))
 
-    def has_hum(self, frequency: float) -> bool:
-        """Whether mains hum at a frequency [Hz] stands out."""
-        return frequency < self.rate / 2 and self.line_height(frequency) >= LINE_HEIGHT
-
 
 def runs_of(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """(start, length) of each stretch of True."""

@@ -24,8 +24,6 @@ from myowave.data.readers.vicon import read_vicon
 from myowave.settings import TextLayout
 from myowave.settings.files import require_regular
 
-__all__ = ["ENDINGS", "READERS", "RawRecording", "Reader", "Signal", "ending_of", "read_raw"]
-
 Reader = Callable[[Path], RawRecording]
 
 READERS: dict[str, Reader] = {  # by the name of the format in the settings

@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from io import StringIO
+from itertools import accumulate
 from pathlib import Path
 
 import numpy as np
@@ -59,11 +60,7 @@ def split_row(line: str, separator: str) -> list[str]:
 
 def carried(cells: Sequence[str], columns: int) -> list[str]:
     """Cells that stand once over several columns, for each of these."""
-    last, each = "", []
-    for cell in [*cells, *[""] * columns][:columns]:
-        last = cell or last
-        each.append(last)
-    return each
+    return list(accumulate([*cells, *[""] * columns][:columns], lambda last, cell: cell or last))
 
 
 def split_unit(name: str) -> tuple[str, str]:

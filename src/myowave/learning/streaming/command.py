@@ -10,20 +10,23 @@ from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.inputs import NOTHING, unit_of
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.streaming.raw import read_raw_samples
-from myowave.learning.streaming.reading import Sample, read_samples
+from myowave.learning.streaming.reading import Sample, read_number, read_samples
 
 Say = Callable[[str], None]
 
 
-def start_angles(checkpoint: Checkpoint, start_deg: Sequence[float]) -> list[float]:
-    """The known angles [rad] that a prediction starts from, from as many first angles [deg] as the network's history
-    has, or from a single one, where the arm rests; none where nothing is said. A ValueError for any other number."""
-    history, angles = checkpoint.network.history, [math.radians(angle) for angle in start_deg]
+def start_angles(checkpoint: Checkpoint, option: str, text: str) -> list[float]:
+    """The known angles [rad] that a prediction starts from, from a text of as many first angles [deg], with commas, as
+    the network's history has, or of a single one, where the arm rests; none of an empty one. Else a ValueError, which
+    calls the text by the option."""
+    history, angles = checkpoint.network.history, [read_number(part) for part in text.split(",")] if text else []
+    if not all(-180 <= angle <= 180 for angle in angles):
+        raise ValueError(f"{option} is {text!r}; expected angles of -180 to 180 with commas, such as 30 or 30,30.5.")
     if len(angles) not in (0, 1, history):
         raise ValueError(
-            f"the start has {len(angles)} angles; give one, where the arm rests, or the first {history} measured ones."
+            f"{option} has {len(angles)} angles; give one, where the arm rests, or the first {history} measured ones."
         )
-    return angles * history if len(angles) == 1 else angles
+    return [math.radians(angle) for angle in (angles * history if len(angles) == 1 else angles)]
 
 
 def predict_lines(

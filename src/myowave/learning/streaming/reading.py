@@ -32,7 +32,7 @@ class Sample:
         if not name:
             raise ValueError(f"There is no column {' or '.join(ANGLES)}.")
         limit = math.pi if name == "angle_rad" else 180.0
-        angle = _float(text)
+        angle = read_number(text)
         if not abs(angle) <= limit:
             raise ValueError(f"{self.where}: {name} is {text!r}, expected a number from {-limit:.4g} to {limit:.4g}.")
         return angle if name == "angle_rad" else math.radians(angle)
@@ -122,7 +122,7 @@ def _cells(where: str, line: str) -> list[str]:
 
 
 def _number(name: str, text: str, where: str) -> float:
-    number = _float(text)
+    number = read_number(text)
     if not math.isfinite(number):
         raise ValueError(
             f"{where}: {name} is {text!r}, expected a number. What was predicted before is written; correct the line, "
@@ -131,7 +131,8 @@ def _number(name: str, text: str, where: str) -> float:
     return number
 
 
-def _float(text: str) -> float:
+def read_number(text: str) -> float:
+    """A number, or what is none."""
     try:
         return float(text)
     except ValueError:
@@ -152,7 +153,7 @@ def read_known(option: str, texts: Sequence[str], names: Sequence[str]) -> dict[
             )
         if name in values:
             raise ValueError(f"{option}: {name} is given more than once; keep one.")
-        values[name] = _float(number)
+        values[name] = read_number(number)
         _check_known(name, values[name], f"{option} {text!r}")
     return values
 

@@ -1,17 +1,15 @@
 """Where the lines of `myowave predict` come from: a file, or a trial of a dataset, prepared as by the import."""
 
-import gzip
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from functools import partial
 from io import TextIOWrapper
 from pathlib import Path
-from typing import TextIO
 
 import pandas as pd
 
 from myowave.data.importing import import_trials
+from myowave.data.readers.text import read_lines
 from myowave.data.store import read_table, read_trials
 from myowave.data.trials import TIME, Trials
 from myowave.learning.checkpoint import Checkpoint
@@ -22,40 +20,29 @@ from myowave.settings.configuration import read_settings
 from myowave.settings.files import require_regular
 from myowave.settings.keys import did_you_mean
 
-GZIP = b"\x1f\x8b"
-STRANGE = "backslashreplace"  # bytes that are no UTF-8 are shown in the message on their line
 
-
-@contextmanager
-def open_lines(path: Path) -> Iterator[Iterator[str]]:
-    """Lines of CSV of a text file, of one compressed by gzip, or of a Parquet file; a ValueError for something else."""
+def file_lines(path: Path) -> list[str]:
+    """Lines of CSV of a text, plain or packed (.gz), or of a Parquet file; a ValueError for something else."""
     require_regular(path)
     with open(path, "rb") as file:
-        begin = file.read(4096)
-    if begin.startswith(b"PAR1"):
-        yield iter(read_table(path)[0].to_csv(index=False).splitlines(keepends=True))
-        return
-    if b"\0" in begin and not begin.startswith(GZIP):
+        if file.read(4) == b"PAR1":
+            return read_table(path)[0].to_csv(index=False).splitlines()
+    try:
+        return read_lines(path)
+    except ValueError:
         raise ValueError(
             f"{path} holds no text. Expected CSV (as it is, or .gz) or Parquet; for another file of a recorder name "
             "its dataset and trial: --dataset NAME --trial TRIAL."
-        )
-    opened = gzip.open if begin.startswith(GZIP) else open
-    with opened(path, "rt", encoding="utf-8-sig", errors=STRANGE) as lines:
-        yield _bounded(lines)
+        ) from None
 
 
 def standard_input() -> Iterator[str]:
     """Lines of CSV as they come; a ValueError where none can."""
     if not isinstance(sys.stdin, TextIOWrapper):
         raise ValueError("Standard input is closed: pipe lines of CSV into it, or name a file with --emg.")
-    sys.stdin.reconfigure(errors=STRANGE)
-    return _bounded(sys.stdin)
-
-
-def _bounded(stream: TextIO) -> Iterator[str]:
-    """Lines, each read no further than a line may be long: what never ends would fill the memory."""
-    return iter(partial(stream.readline, LONGEST), "")
+    sys.stdin.reconfigure(errors="backslashreplace")  # the message on a line shows bytes that are no UTF-8
+    # Each is read no further than a line may be long: what never ends would fill the memory.
+    return iter(partial(sys.stdin.readline, LONGEST), "")
 
 
 def find_checkpoint(dataset: str) -> Path:
@@ -71,7 +58,7 @@ def find_checkpoint(dataset: str) -> Path:
     return ordered[0]
 
 
-def trial_lines(dataset: str, trial: str, checkpoint: Checkpoint, config: Sequence[Path]) -> Iterator[str]:
+def trial_lines(dataset: str, trial: str, checkpoint: Checkpoint, config: Sequence[Path]) -> list[str]:
     """A trial as lines of CSV, at the rate of a network: of the trials in results/, else of its recordings, which are
     then prepared together with those of the dataset, so that the same EMG counts as 1. A ValueError for a dataset or
     trial that is not there, or that cannot be prepared."""
@@ -88,7 +75,7 @@ def trial_lines(dataset: str, trial: str, checkpoint: Checkpoint, config: Sequen
     table = pd.DataFrame(inputs, columns=[*one.channels, *known])
     table.insert(0, TIME, one.time[: len(table)])
     table["angle_rad"] = one.angle[0, : len(table)]
-    return iter(table.to_csv(index=False).splitlines(keepends=True))
+    return table.to_csv(index=False).splitlines()
 
 
 def _trials_with(dataset: str, trial: str, config: Sequence[Path]) -> Trials:
