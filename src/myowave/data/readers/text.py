@@ -60,7 +60,8 @@ def split_row(line: str, separator: str) -> list[str]:
 
 def carried(cells: Sequence[str], columns: int) -> list[str]:
     """Cells that stand once over several columns, for each of these."""
-    return list(accumulate([*cells, *[""] * columns][:columns], lambda last, cell: cell or last))
+    padded = [*cells, *[""] * columns][:columns]
+    return list(accumulate(padded, lambda last, cell: cell or last, initial=""))[1:]
 
 
 def split_unit(name: str) -> tuple[str, str]:
