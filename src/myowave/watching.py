@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from myowave.data.importing import import_trials
+from myowave.data.importing import Dataset, import_trials
 from myowave.data.reading import TIDY_ENDINGS
 from myowave.data.trials import Trials
 from myowave.diagnosis.changed.ask import what_changed
@@ -31,7 +31,7 @@ from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
 from myowave.physics.muscle import EXTENSOR, FLEXOR
-from myowave.settings import MeasuredDataset, RecordedDataset, Settings, read_settings
+from myowave.settings import MeasuredDataset, Settings, read_settings
 from myowave.settings.recording import TRIAL
 from myowave.starting.block import kind_of
 
@@ -43,7 +43,6 @@ LOADING = {  # what shows how strong muscles of a side are
     EXTENSOR: "upper arm straight up beside the head, 1 kg in the hand: stretch the elbow and bend it, three times, "
     "faster each time; call the trial up_1 and write conditions: {up_1: {load: 1, tilt: 3.14}}",
 }
-Dataset = MeasuredDataset | RecordedDataset
 Seen = dict[str, list[tuple[Path, int, int]]]
 """Files of each trial, and those of the settings, with their sizes and times of change."""
 

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from myowave.settings.section import Real, Section, Whole, setting
 
-CONSTANT = r"^[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9_]+)?$"
+_Constant = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9_]+)?$")]
 
 
 class Scatter(Section):
@@ -23,7 +23,7 @@ class DiagnosisSettings(Section):
         "standard deviation of the angle's noise; null: estimated from the training trials", "deg", None, gt=0, le=30
     )
     at_rest: bool = setting("every trial starts at rest, so that its first velocity is not estimated", "", False)
-    scatter: dict[Annotated[str, Field(pattern=CONSTANT)], Scatter] = setting(
+    scatter: dict[_Constant, Scatter] = setting(
         "constants that nobody measured, which stay free, as slack, or slack_Bi of a muscle", "", dict, each="constant"
     )
     starts: Whole = setting("searches of the fit of the base model, side by side", "-", 8, ge=1, le=1000)

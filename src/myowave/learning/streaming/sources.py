@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pandas as pd
 
-from myowave.data.importing import import_trials
+from myowave.data.importing import Dataset, import_trials
 from myowave.data.readers.text import read_lines
 from myowave.data.store import read_table, read_trials
 from myowave.data.trials import TIME, Trials
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.inputs import given_inputs
 from myowave.learning.streaming.reading import LONGEST
-from myowave.settings import MeasuredDataset, RecordedDataset
+from myowave.settings import RecordedDataset
 from myowave.settings.configuration import read_settings
 from myowave.settings.files import require_regular
 from myowave.settings.keys import did_you_mean
@@ -86,7 +86,7 @@ def _trials_with(dataset: str, trial: str, config: Sequence[Path]) -> Trials:
         if trial in names:
             return trials
     settings = read_settings(config).dataset(dataset)
-    if not isinstance(settings, MeasuredDataset | RecordedDataset):
+    if not isinstance(settings, Dataset):
         raise ValueError(f"{dataset} is simulated: only the trials in results/data/{dataset} can be predicted.")
     more = {"test": (*settings.test, trial)}
     if isinstance(settings, RecordedDataset):
