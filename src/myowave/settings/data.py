@@ -11,7 +11,6 @@ from myowave.settings.physics import Arm
 from myowave.settings.recording import (
     TRIAL,
     ChannelName,
-    Cut,
     EmgChannel,
     ExtraAngle,
     ExtraName,
@@ -185,7 +184,7 @@ class RecordedDataset(_Dataset):
     )
     motor: RawMotor | None = setting("known torque of a motor on the joint; null: none", default=None)
     keep: RawKeep | None = setting("part of all trials to keep, by a column's value; null: all", default=None)
-    cut_s: dict[TrialName, Cut] = setting(
+    cut_s: dict[TrialName, tuple[Real, Real]] = setting(
         "part to keep, {trial: [from, to]} on the angle's clock", "s", dict, each="trial"
     )
     layout: TextLayout = setting("how CSV files are written", default=TextLayout)

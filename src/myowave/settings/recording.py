@@ -13,7 +13,6 @@ _ONE_PLACEHOLDER = matching(
 )
 ChannelName = Annotated[str, matching(r"emg_\w+", "EMG channels are called emg_<muscle>, such as emg_biceps")]
 ExtraName = Annotated[str, matching(r"[a-z]\w*_rad", "further angles have names that end in _rad, such as tilt_rad")]
-Cut = tuple[Real, Real]
 
 
 class RawSignal(Section):
