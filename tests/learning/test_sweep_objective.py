@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from myowave.learning.prediction import predict_motion
-from myowave.learning.training import judge_settings, train_scales
+from myowave.learning.sweep.objective import judge
+from myowave.learning.training import train_scales
 
 
 @pytest.fixture
@@ -17,7 +18,7 @@ def training(rollout):
 
 
 def test_each_training_trial_judges_networks_that_were_trained_without_it(training):
-    scores = list(judge_settings({"hidden": 6}, training, 4))
+    scores = list(judge({"hidden": 6}, training, 4))
     assert [left for left, _ in scores] == [1, 0]
     errors = []
     for name, other in (("1", "2"), ("2", "1")):

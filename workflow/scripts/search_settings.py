@@ -4,9 +4,9 @@ from functools import partial
 from pathlib import Path
 
 from myowave.data.store import read_scales
+from myowave.learning.sweep.objective import judge
 from myowave.learning.sweep.search import count, describe, open_search, work
 from myowave.learning.task import Task
-from myowave.learning.training import judge_settings
 from myowave.models import build_model
 from myowave.settings import Identify, Physics, Sweep, parse_recipe
 from myowave.workflow.job import job_log
@@ -24,7 +24,7 @@ with job_log(label, snakemake.log[0]) as log:
         total=sweep.scales,
         seeds=range(sweep.seeds),
     )
-    objective = partial(judge_settings, task=task, epochs=sweep.epochs)
+    objective = partial(judge, task=task, epochs=sweep.epochs)
     tried = 0
     for trial in work(search, sweep, objective, f"worker {worker}"):
         tried += 1

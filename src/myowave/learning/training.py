@@ -6,7 +6,7 @@ identified, is up to the method: see `methods`.
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -179,20 +179,3 @@ def hold_out_each(task: Task) -> Iterator[tuple[NDArray[np.float64], NDArray[np.
         *_, checkpoint = train_scales(replace(task, final=False).holding_out([name]))
         trial, given = trials.select([name]), checkpoint.network.history
         yield trial.angle[0, given:], predict_motion(checkpoint.network, trial)[:, 0, given:].numpy()
-
-
-def judge_settings(
-    settings: Mapping[str, float], task: Task, epochs: int | None
-) -> Iterator[tuple[int, Sequence[float]]]:
-    """What a sweep judges: train with other settings of the recipe and each trial held out in turn; yield, after each,
-    how many are left, and the root mean square error [deg] of those held out so far, the mean over them, of each seed.
-
-    Args:
-        task: of training trials only: the test trials are in neither.
-        epochs: of all scales together, where they are not searched; None for those of the recipe.
-    """
-    shorter = {} if epochs is None else {"epochs": epochs}
-    task, errors = replace(task, recipe=task.recipe.changed(shorter | dict(settings))), []
-    for angle, predicted in hold_out_each(task):
-        errors.append(np.rad2deg(np.sqrt(np.square(predicted - angle).mean(axis=1))))
-        yield len(task.scales[0].names) - len(errors), np.mean(errors, axis=0).tolist()
