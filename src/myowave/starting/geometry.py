@@ -87,7 +87,12 @@ def sample_model(
     Raises:
         ValueError: if the package opensim is missing, the file is no model, or a name is none in it.
     """
-    opensim = _opensim(path)
+    try:
+        opensim = import_module("opensim")
+    except ImportError:
+        raise ValueError(f"{path}: models need the package opensim: pip install 'myowave[opensim]'.") from None
+    opensim.Logger.removeFileSink()  # else it leaves a file opensim.log here
+    opensim.Logger.setLevelString("Error")
     if not path.is_file():
         raise ValueError(f"{path}: no such file; expected a model of OpenSim, .osim.")
     try:
@@ -164,16 +169,6 @@ def _moment_arm(muscle: pd.DataFrame, table: Path) -> str:
     if (apart := np.abs(tabled - arm).max()) > _MOST_APART_M:
         said += f"; the table's differs from the model's by up to {1e3 * apart:.1f} mm: sample it more finely (--step)"
     return said
-
-
-def _opensim(path: Path) -> Any:
-    try:
-        opensim = import_module("opensim")
-    except ImportError:
-        raise ValueError(f"{path}: models need the package opensim: pip install 'myowave[opensim]'.") from None
-    opensim.Logger.removeFileSink()  # else it leaves a file opensim.log here
-    opensim.Logger.setLevelString("Error")
-    return opensim
 
 
 def _names(members: Any) -> list[str]:

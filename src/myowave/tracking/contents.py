@@ -110,8 +110,8 @@ def _overview(results: Path, dataset: str, networks: Mapping[Path, pd.DataFrame]
         name = f"{dataset}: {verdict['verdict']} {missing}".strip()
         params |= {"verdict": verdict["verdict"], "missing": missing or "-", "physics": verdict["model"]}
         metrics |= ladder.loc[verdict["model"]].to_dict()
-        metrics |= {"base_heldout_rmse_deg": ladder["heldout_rmse_deg"].iloc[0]}
-        metrics |= {"missing_deg": verdict["missing_deg"]}
+        of_base = ladder["heldout_rmse_deg"].iloc[0]
+        metrics |= {"base_heldout_rmse_deg": of_base, "missing_deg": verdict["missing_deg"]}
         story = tell(verdict)
         told += [story["headline"], story["where"], story["which"], "The whole story is in verdict.html, attached."]
         files |= {file.name: file for file in (*diagnosis.glob("verdict.*"), *sorted(diagnosis.glob("*.csv")))}
