@@ -15,7 +15,7 @@ import myowave
 from myowave.physics.effect import STAGES, Effect
 from myowave.physics.effects import catalogue
 from myowave.settings import Settings
-from myowave.settings.keys import Key, describe, find_keys, list_groups, list_keys
+from myowave.settings.keys import Key, find_keys, list_groups, list_keys
 
 DOCS = Path(__file__).parent
 STAGE_MEANS = {
@@ -75,7 +75,7 @@ def settings_page() -> str:
 
 
 def _setting(key: Key) -> str:
-    facts, meaning = describe(key)
+    facts, meaning = key.facts, f"{key.meaning}: {key.allowed}"
     return f"`{key.name}` {_plain(facts)}".rstrip() + f"\n: {_plain(meaning)}"
 
 

@@ -74,7 +74,7 @@ def list_settings(
         typer.echo("`myowave settings GROUP` lists the keys of one, `myowave settings WORD` finds some, --all is all.")
         return
     for key in find_keys(keys, words or []):
-        typer.echo(f"{typer.style(key.name, bold=True)}  {key}")
+        typer.echo(f"{typer.style(key.name, bold=True)}  {key.facts}\n    {key.meaning}: {key.allowed}")
 
 
 @app.command("effects")

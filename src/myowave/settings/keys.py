@@ -49,11 +49,11 @@ class Key:
         parts = self.name.split(".")
         return ".".join(parts[:2]) if self.section or len(parts) > 2 else parts[0]
 
-    def __str__(self) -> str:
-        """Unit and default, and below them the meaning with what is allowed."""
+    @property
+    def facts(self) -> str:
+        """Unit and default."""
         default = "required" if self.default is None else f"default {self.default}" if self.default else ""
-        facts = "  ".join(fact for fact in (self.unit and f"[{self.unit}]", default) if fact)
-        return f"{facts}\n    {self.meaning}: {self.allowed}"
+        return "  ".join(fact for fact in (self.unit and f"[{self.unit}]", default) if fact)
 
 
 # ---- the table
