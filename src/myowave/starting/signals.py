@@ -5,7 +5,7 @@ What a unit or a word says is a guess, and whoever uses it says so; what they do
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path, PurePosixPath
@@ -70,6 +70,10 @@ class Found:
         text = f"{self.signal.name} {self.pattern}".lower()
         return any(word in text for word in words)
 
+    def may_be(self, units: Collection[str], named: object) -> bool:
+        """Whether its unit is one of these, or, where it has none, it is named so."""
+        return self.unit in units or bool(not self.unit and named)
+
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
@@ -82,21 +86,14 @@ class Recorded:
     @property
     def emg(self) -> list[Found]:
         """Signals in volts, or that speak of EMG or a muscle; those only that name a muscle where any does."""
-        likely = [
-            one
-            for one in self.signals
-            if one.unit in TO_MICROVOLTS or (not one.unit and (one.muscle or one.says("emg")))
-        ]
+        likely = [one for one in self.signals if one.may_be(TO_MICROVOLTS, one.muscle or one.says("emg"))]
         return [one for one in likely if one.muscle] or likely
 
     @property
     def angles(self) -> list[Found]:
         """What may be the elbow's angle: of those in rad or deg, or that speak of one, those that name the elbow."""
-        likely = [
-            one
-            for one in self.signals
-            if one not in self.emg and (one.unit in TO_RADIANS or (not one.unit and one.says("angle", "elbow")))
-        ]
+        others = [one for one in self.signals if one not in self.emg]
+        likely = [one for one in others if one.may_be(TO_RADIANS, one.says("angle", "elbow"))]
         named = [one for one in likely if "elbow" in one.signal.name.lower()]
         return named or [one for one in likely if one.says("elbow")] or likely
 
