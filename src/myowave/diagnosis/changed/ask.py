@@ -21,11 +21,8 @@ from myowave.physics.model import Model
 from myowave.settings import Scatter
 
 SURE = 0.98  # of what is said
-UNCHANGING = (
-    "path",
-    "muscle",
-    "inertia",
-)  # ASSUME: bones and fibres stay as they are, and what inertia is added weighs
+# ASSUME: bones and fibres stay as they are, and what inertia is added weighs
+UNCHANGING = ("path", "muscle", "inertia")
 # What EMG says of how a muscle is excited, which placing electrodes anew changes. A contraction that no electrode
 # records is crosstalk with its sign turned.
 OF_ELECTRODES = ("emg_gain", "emg_offset", "emg_crosstalk", "co_contraction", "activation_shape")

@@ -44,12 +44,8 @@ class Directions:
 
     @classmethod
     def of(cls, columns: Array, second: Array, told: Array) -> "Directions":
-        """Those that some columns (T, ...) span, the first group's mean taken out.
-
-        Args:
-            second: 1 for trials of the second group, else 0, (T,).
-            told: conditions of the trials, 0 to 1 each, (T, C).
-        """
+        """Those that some columns (T, ...) span, the first group's mean taken out; `second` is 1 in the second group,
+        else 0, (T,), and conditions that are told are 0 to 1 each, (T, C)."""
         centred = np.eye(len(second)) - (1 - second) / (1 - second).sum()
         vectors, strength, _ = np.linalg.svd(centred @ columns, full_matrices=False)
         kept = vectors[:, strength > 1e-9 * strength[0]]

@@ -96,13 +96,10 @@ class Weighing:
         return Residual(columns(windowed.left), valid, components)
 
     def likeliest(self, windowed: Windowed, start: Mapping[str, float]) -> Weighed:
-        """The likeliest sizes of what made the torque, and its log evidence in units of its size in each trial [nats].
-
-        Args:
-            start: sizes to start from.
-        """
+        """The likeliest sizes of what made the torque, searched from others, and its log evidence in units of its size
+        in each trial [nats]."""
         found = most_likely(self.residual(windowed), (), start)
-        return Weighed(found.sizes, found.value + windowed.log_size)
+        return Weighed(found.sizes, found.value + float(np.log(windowed.size).sum()))
 
 
 def _matern(time: Array) -> Array:

@@ -69,11 +69,6 @@ class Windowed:
         """That of its trial at each window [N m], (L,)."""
         return np.repeat(self.sizes, [rows.stop - rows.start for rows in self.rows])
 
-    @property
-    def log_size(self) -> float:
-        """Sum over the windows of the logarithm of the size of the torque, for densities in units of it."""
-        return float(np.log(self.size).sum())
-
 
 @dataclass(frozen=True)
 class Groups:
@@ -93,10 +88,8 @@ class Groups:
         return Groups(self.record.take(list(trials)), np.isin(trials, second))
 
     def windows(self, model: Model, change: Mapping[str, Array], errors: Mapping[str, float] | None = None) -> Windowed:
-        """What the windows show if parameters of a model have these values in each trial, (T,).
-
-        Args:
-            errors: usual ones of `shape` and `delay` of muscles, where their derivatives are wanted.
+        """What the windows show if parameters of a model have these values in each trial, (T,); with usual errors of
+        `shape` and `delay` of muscles, where their derivatives are wanted.
 
         Raises:
             ValueError: if a trial is too short for a window.

@@ -23,11 +23,9 @@ def compare_models(
     """The tables of the comparisons, {"torque": ..., "horizons": ...}; see `compare_torque` and `compare_horizons`.
 
     Args:
-        trials: training and test trials; the test trials are only scored.
         build: from a name such as `base+joint_damping` to the model.
-        parameters: columns model, parameter, value of every fitted model; nothing is fitted again.
-        errors: columns model, trial, role, rmse_deg, noise_deg, horizon_s: free running over whole trials where
-            horizon_s is empty. It says which models there are; the first is the one without effects.
+        parameters, errors: tables of a diagnosis. The latter says which models there are, the one without effects
+            first.
     """
     models = {name: build(name) for name in errors["model"].unique()}
     record = make_record(trials, next(iter(models.values())), float(errors["noise_deg"].iloc[0]))

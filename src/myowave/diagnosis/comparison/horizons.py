@@ -64,12 +64,8 @@ def compare_horizons(models: list[Along], errors: pd.DataFrame) -> pd.DataFrame:
     - `EMG without physics`: the same plus the means of the EMG in four equal windows from 0.2 s before t to t + h.
     The last two are least squares over all samples of the training trials only, and all see the same smoothed state.
 
-    Args:
-        errors: columns model, trial, role, rmse_deg, horizon_s: of free running over whole trials, the last horizon
-            (inf), where horizon_s is empty.
-
-    Returns:
-        rmse_deg is inf where a prediction overflows (beyond 1e6 rad); a row is missing where no trial is long enough.
+    The last horizon (inf) is free running over whole trials, from the table `errors` of a diagnosis where its horizon_s
+    is empty. The RMSE is inf where a prediction overflows (1e6 rad); a row is missing where no trial is long enough.
     """
     record = models[0].record
     restarts, steps = Restarts.every(record, RESTART_S), _steps(record)

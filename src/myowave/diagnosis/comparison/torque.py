@@ -9,7 +9,6 @@ Shapes: T trials, N samples, n steps, D points in a step, K windows, F features.
 import numpy as np
 import pandas as pd
 import torch
-from torch import Tensor
 
 from myowave.data.trials import Array
 from myowave.diagnosis.comparison.baselines import EMG_ONLY, NOISE, POSTURE, POSTURE_LOAD, fit_linear, polynomial
@@ -18,18 +17,6 @@ from myowave.identification.torque import TorqueBalance, windows_of
 
 COLUMNS = ["model", "trial", "held_out", "rmse_Nm", "r2"]
 OVERFLOWN_NM = 1e9  # a torque beyond this is none
-
-
-def posture_features(balance: TorqueBalance) -> Array:
-    """Means over the windows of a polynomial of degree 3 in angle and velocity, (T, K, 10): no EMG."""
-    return balance.mean(torch.from_numpy(polynomial(balance.q.numpy(), balance.qdot.numpy())))
-
-
-def emg_features(balance: TorqueBalance, activation: Tensor) -> Array:
-    """Means over the windows of 1, the delayed activations (T, n, D, M), and their products with the angle,
-    (T, K, 1 + 2 M)."""
-    q = balance.q[..., None]
-    return balance.mean(torch.cat([torch.ones_like(q), activation, q * activation], -1))
 
 
 def compare_torque(models: list[Along]) -> pd.DataFrame:
@@ -54,14 +41,16 @@ def compare_torque(models: list[Along]) -> pd.DataFrame:
         rows += score(balance.model.name, result.needed, result.given, balance)
     balance, needed = balances[0], results[0].needed
     training = balance.inside & record.training[:, None]
-    posture = posture_features(balance)
+    # Means over the windows of a polynomial of degree 3 in angle and velocity, (T, K, 10): no EMG.
+    posture = balance.mean(torch.from_numpy(polynomial(balance.q.numpy(), balance.qdot.numpy())))
     rivals = {POSTURE: posture}
     load = record.known["load"].numpy() if "load" in record.known else np.zeros(len(record.names))
     if np.ptp(load[record.training]):
         # ASSUME: a known load changes torque in proportion to it, as its weight and inertia do.
         rivals[POSTURE_LOAD] = np.concatenate([posture, posture * load[:, None, None]], -1)
     _, activation = first.simulation.activate(balance.position)
-    rivals[EMG_ONLY] = emg_features(balance, activation.expand(len(record.names), -1, -1, -1))
+    activation, q = activation.expand(len(record.names), -1, -1, -1), balance.q[..., None]
+    rivals[EMG_ONLY] = balance.mean(torch.cat([torch.ones_like(q), activation, q * activation], -1))
     for name, features in rivals.items():
         rows += score(name, needed, features @ fit_linear(features, needed, training), balance)
     # ASSUME: noise reaches the needed torque through the acceleration; angle and velocity are smooth beside it.
