@@ -18,7 +18,7 @@ from myowave.diagnosis.report.figures import draw_diagnosis
 from myowave.diagnosis.report.ladder import join_ladder, join_parameters
 from myowave.diagnosis.report.motion import beside
 from myowave.diagnosis.report.page import Story, write_page
-from myowave.diagnosis.report.tables import TABLES, predictions_table
+from myowave.diagnosis.report.tables import TABLES, draft_source, predictions_table
 from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search import diagnose as search
 from myowave.models import build_model
@@ -27,8 +27,6 @@ from myowave.plotting import save
 from myowave.settings import MeasuredDataset, Physics, read_settings
 from myowave.settings.data import force_and_length
 from myowave.settings.files import read_yaml
-
-TEMPLATE = Path(__file__).parents[2] / "workflow/report/verdict.html.j2"
 
 
 class TrialsOfFiles(Trials):
@@ -80,10 +78,10 @@ class Diagnosed:
             images = {name: Path(folder, f"{name}.png") for name in figures}
             for name, figure in figures.items():
                 save(figure, images[name])
-            parameters, draft = join_parameters(self.verdict, []), self.diagnosis.draft.source
+            parameters, draft = join_parameters(self.verdict, []), draft_source(self.diagnosis)
             facts = {"ladder": ladder, "parameters": parameters, "ranking": tables["ranking"], "draft": draft}
             story = Story(verdict=self.verdict, predictions=predictions, images=images, **facts)
-            Path(path).write_text(write_page(story, TEMPLATE), encoding="utf-8")
+            Path(path).write_text(write_page(story), encoding="utf-8")
         return Path(path)
 
 

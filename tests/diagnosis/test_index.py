@@ -40,18 +40,13 @@ def entry(facts, tmp_path):
     return make
 
 
-@pytest.fixture(scope="module")
-def template(pytestconfig) -> Path:
-    return pytestconfig.rootpath / "workflow/report/index.html.j2"
-
-
 SETTINGS = {"kind": "measured", "test": ["trial3"]}
 
 
 @pytest.fixture
-def page(template, entry) -> str:
+def page(entry) -> str:
     folders = [entry("anna"), entry("ben", "adequate"), entry("cleo", "partial", horizon_s=0.5)]
-    return write_index(dict.fromkeys(folders, SETTINGS), [("summary.csv", "summary.csv")], template)
+    return write_index(dict.fromkeys(folders, SETTINGS), [("summary.csv", "summary.csv")])
 
 
 def rows_of(page: str, table: str) -> list[list[str]]:
@@ -82,33 +77,33 @@ def test_links_lead_to_the_pages_and_to_what_belongs_to_all(page):
     assert 'href="summary.csv"' in page and "make ui" in page
 
 
-def test_the_index_needs_no_network_and_escapes_what_comes_from_data(template, entry):
-    page = write_index({entry("<script>alert(1)</script>"): SETTINGS}, [], template)
+def test_the_index_needs_no_network_and_escapes_what_comes_from_data(entry):
+    page = write_index({entry("<script>alert(1)</script>"): SETTINGS}, [])
     assert "<script>alert" not in page and "default-src 'none'" in page
     assert not re.search(r'src="(?!data:)|@import|url\(', page)
 
 
-def test_without_datasets_there_is_still_a_page(template):
-    assert rows_of(write_index({}, [], template), "datasets") == []
+def test_without_datasets_there_is_still_a_page():
+    assert rows_of(write_index({}, []), "datasets") == []
 
 
-def test_noise_of_the_emg_stands_beside_effects_in_words(template, entry):
+def test_noise_of_the_emg_stands_beside_effects_in_words(entry):
     entries = [
         entry("anna", effects=["joint_damping", "emg_noise"], emg_noise=0.02),
         entry("ben", effects=["emg_noise"], model="base", emg_noise=0.02),
     ]
-    page = write_index(dict.fromkeys(entries, SETTINGS), [], template)
+    page = write_index(dict.fromkeys(entries, SETTINGS), [])
     anna, ben = (row[2] for row in rows_of(page, "datasets"))
     assert anna == "missing: damping of the joint and noise of the recorded EMG"
     assert ben == "missing: noise of the recorded EMG"
 
 
-def test_a_diagnosis_of_another_run_has_no_settings_and_one_of_another_version_is_said_and_left_out(template, entry):
+def test_a_diagnosis_of_another_run_has_no_settings_and_one_of_another_version_is_said_and_left_out(entry):
     said: list[str] = []
     other, old, cut = entry("anna"), entry("ben"), entry("cleo")
     (old / "verdict.json").write_text(json.dumps({"verdict": "effect", "dataset": "ben"}))
     (cut / "watch.csv").unlink()
-    page = write_index(dict.fromkeys((other, old, cut), {}), [], template, said.append)
+    page = write_index(dict.fromkeys((other, old, cut), {}), [], said.append)
     assert [row[0] for row in rows_of(page, "datasets")] == ["anna"]
     assert "<pre>" not in page, "nobody knows the settings of that run"
     assert len(said) == 2 and all("another version" in line and "remove it" in line for line in said)

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from myowave.diagnosis.report.figures.watch import draw_ladder
+from myowave.diagnosis.report.figures import draw_ladder
 
 
 def test_a_ladder_says_over_what_its_errors_are_and_which_noise_makes_them():

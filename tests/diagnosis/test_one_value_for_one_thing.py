@@ -10,7 +10,7 @@ import pytest
 
 from myowave.diagnosis.report.cells import accuracy_cells, parameter_cells
 from myowave.diagnosis.report.ladder import join_parameters, shown_network
-from myowave.diagnosis.report.tell import tell, tell_network
+from myowave.diagnosis.report.tell import tell
 
 ROOT = Path(__file__).parents[2]
 NUMBER = r"((?:at most |under |over )?-?\d[\d.]*(?: deg| N m)?)"
@@ -26,8 +26,7 @@ def said(verdict: dict, ladder: pd.DataFrame, parameters: pd.DataFrame) -> dict[
     """All values that a page gives, by what they are of."""
     found: dict[str, set[str]] = defaultdict(set)
     network = shown_network(ladder, verdict["model"])
-    told = [part for part in tell(verdict).values() if isinstance(part, str)]
-    text = " ".join([*told, tell_network(ladder, verdict["model"])])
+    text = " ".join(part for part in tell(verdict, ladder).values() if isinstance(part, str))
     for thing, pattern in SAID.items():
         for match in re.finditer(pattern, text, re.IGNORECASE):
             found[thing].add(match.groups()[-1])

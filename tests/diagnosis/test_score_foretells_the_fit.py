@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from myowave.diagnosis.search.score import best_within, confusion, score_effect, score_effects
-from myowave.identification.free_parameters import Free, free_parameters
+from myowave.diagnosis.search.score import confusion, score_effect, score_effects
+from myowave.identification.free_parameters import free_parameters
+from myowave.identification.least_squares import gain_of
 from myowave.identification.output_error import fit_model, polish
 from myowave.identification.record import make_record
 from myowave.settings import Scatter
@@ -57,7 +58,7 @@ def test_a_hand_load_is_absorbed_by_both_strengths_in_one_condition(loaded, base
 def test_a_known_load_in_one_trial_makes_the_unknown_one_visible(loaded, base, identify, effects):
     record = loaded({"2": {"load": 1.0}})
     fit = fit_model(base, record.train, free_parameters(base, identify, record.known))
-    score = score_effect(fit, effects["hand_load"], record.known)
+    score = score_effect(fit, effects["hand_load"])
     assert not score.absorbed
     found = polish(score.start)
     assert found.parameters["hand_load.m"] == pytest.approx(0.5, abs=4 * found.standard_errors()["hand_load.m"])
@@ -88,9 +89,9 @@ def test_the_smallest_detectable_value_grows_with_the_noise(make_trials, base, f
 
 def test_the_promise_of_two_parameters_is_the_best_within_their_bounds():
     """Best of all is (-1, 2); with a one-sided first parameter it is not enough to hold it and keep the second."""
-    free = (Free("a", 0.0, 0.0, 9.0, 1.0), Free("b", 0.0, 0.0, 9.0, 1.0))
+    bounds = np.zeros(2), np.full(2, 9.0)
     information, product = np.array([[1.0, 0.9], [0.9, 1.0]]), np.array([0.8, 1.1])
-    values, drop = best_within(information, product, free)
+    values, drop = gain_of(information, product, *bounds)
     assert values == pytest.approx([0.0, 1.1], abs=1e-6) and drop == pytest.approx(1.1**2)
     opposed = np.array([[1.0, -0.9], [-0.9, 1.0]])  # without bounds both are negative, beside a = 0 only a is
-    assert best_within(opposed, np.array([-1.0, 0.2]), free)[0] == pytest.approx([0.0, 0.2], abs=1e-6)
+    assert gain_of(opposed, np.array([-1.0, 0.2]), *bounds)[0] == pytest.approx([0.0, 0.2], abs=1e-6)

@@ -13,7 +13,6 @@ import pytest
 from myowave.diagnosis.comparison.compare import compare_models
 from myowave.diagnosis.comparison.summary import summarize
 from myowave.diagnosis.report.cells import accuracy_cells
-from myowave.diagnosis.report.command import adding_command
 from myowave.diagnosis.report.contents import COMPARISON_NAMES, FIGURE_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.facts import verdict_facts
 from myowave.diagnosis.report.figures import draw_diagnosis
@@ -21,8 +20,8 @@ from myowave.diagnosis.report.ladder import join_ladder, join_parameters, shown_
 from myowave.diagnosis.report.motion import beside
 from myowave.diagnosis.report.numbers import estimate
 from myowave.diagnosis.report.page import Story, write_page
-from myowave.diagnosis.report.tables import TABLES, ladder_table, predictions_table
-from myowave.diagnosis.report.tell import tell
+from myowave.diagnosis.report.tables import TABLES, draft_source, ladder_table, predictions_table
+from myowave.diagnosis.report.tell import adding_command, tell
 from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.diagnosis.search.next_trial import MENU
@@ -110,13 +109,8 @@ def story(diagnosis, verdict, tables, comparison, network, tmp_path_factory):
         ranking=tables["ranking"],
         predictions=predictions,
         images=images,
-        draft=diagnosis.draft.source,
+        draft=draft_source(diagnosis),
     )
-
-
-@pytest.fixture(scope="module")
-def template(pytestconfig):
-    return pytestconfig.rootpath / "workflow/report/verdict.html.j2"
 
 
 def test_verdict_json_says_what_was_found_and_how_well(verdict):
@@ -178,13 +172,13 @@ def test_the_ladder_holds_the_network_beside_the_physics(story, tables):
     assert spread["se"] == 4.5, "that of one estimate: all seeds see the same trials"
 
 
-def test_a_predictor_without_physics_is_told_and_is_never_the_network_that_is_shown(tables, network, story, template):
+def test_a_predictor_without_physics_is_told_and_is_never_the_network_that_is_shown(tables, network, story):
     plain = [network.assign(recipe=name, model="base", test_mse=mse) for name, mse in (("cnn", 2e-5), ("mine", 1e-2))]
     plain.append(plain[1].assign(recipe="hold", test_r2=-1.1))
     ladder = join_ladder(tables["ladder"], [network], plain)
     assert shown_network(ladder, "base")["source"] == "network, rollout, 1-scale"
     assert shown_network(join_ladder(tables["ladder"], [], plain), "base") is None
-    page = write_page(replace(story, ladder=ladder), template)
+    page = write_page(replace(story, ladder=ladder))
     assert "The best predictor without physics, causal convolution, misses by 0.26 deg." in page
     assert "<span>without physics: hold the first angle</span>" in page, "no seed of it can fail"
     assert "<span>without physics: mine</span>" in page, "one of the user's own goes by its name"
@@ -208,8 +202,8 @@ class Links(HTMLParser):
         self.found += [value or "" for name, value in attrs if name in ("src", "href", "srcset", "action", "data")]
 
 
-def test_the_page_needs_nothing_else(story, template):
-    page = write_page(story, template)
+def test_the_page_needs_nothing_else(story):
+    page = write_page(story)
     links = Links()
     links.feed(page)
     assert all(link.startswith(("data:image/png;base64,", "#")) for link in links.found)
@@ -220,8 +214,8 @@ def test_the_page_needs_nothing_else(story, template):
     assert len([link for link in links.found if link.startswith("data:")]) == len(story.images)
 
 
-def test_the_page_tells_the_verdict_and_the_command_in_order(story, template):
-    page = write_page(story, template)
+def test_the_page_tells_the_verdict_and_the_command_in_order(story):
+    page = write_page(story)
     places = [page.index(f'<h2 id="{step}"') for step in ("compare", "where", "which", "add", "watch")]
     assert places == sorted(places)
     top = page[page.index("<h1>") : page.index("</h1>")]
@@ -262,16 +256,16 @@ def test_the_page_tells_the_verdict_and_the_command_in_order(story, template):
         ),
     ],
 )
-def test_the_page_says_what_to_do_whatever_the_verdict(story, template, changes, expected):
+def test_the_page_says_what_to_do_whatever_the_verdict(story, changes, expected):
     changed = replace(story, verdict={**story.verdict, **changes})
-    assert expected in write_page(changed, template)
+    assert expected in write_page(changed)
 
 
-def test_no_effect_is_drafted_for_what_goes_with_curves(story, template):
+def test_no_effect_is_drafted_for_what_goes_with_curves(story):
     changes = {"verdict": "unknown", "effects": [], "nearest": []}
     rest = {"formula": "0", "rest": "muscle curves of another shape"}
     nameless, named = (
-        write_page(replace(story, verdict={**story.verdict, **changes, **more}), template)
+        write_page(replace(story, verdict={**story.verdict, **changes, **more}))
         for more in ({"formula": "+1.2 q"}, rest)
     )
     assert "Look at the draft below" in nameless and "q in rad" in nameless
@@ -279,10 +273,10 @@ def test_no_effect_is_drafted_for_what_goes_with_curves(story, template):
     assert "It goes with muscle curves of another shape" in named and "physics.curves" in named
 
 
-def test_noise_of_the_emg_is_named_in_words_and_there_is_no_model_to_add(story, template):
+def test_noise_of_the_emg_is_named_in_words_and_there_is_no_model_to_add(story):
     assert story.verdict["titles"]["emg_noise"] == "noise of the recorded EMG"
     noisy = {"verdict": "effect", "effects": ["emg_noise"], "model": "base", "emg_noise": 0.02, "emg_motion_deg": 1.2}
-    page = write_page(replace(story, verdict={**story.verdict, **noisy}), template)
+    page = write_page(replace(story, verdict={**story.verdict, **noisy}))
     assert "noise of the recorded EMG (<code>emg_noise</code>)" in page
     assert "There is nothing to add. No model makes up for" in page
     assert "targets: {models" not in page and "base/rollout" not in page
@@ -291,7 +285,7 @@ def test_noise_of_the_emg_is_named_in_words_and_there_is_no_model_to_add(story, 
     assert "moves the simulated arm by 1.2 deg" in words, "what is left is more than the noise of the angle"
     assert f"that makes about {np.hypot(noise, 1.2):.2g} deg" in words
     both = {**noisy, "effects": ["joint_damping", "emg_noise"], "model": "base+joint_damping"}
-    page = write_page(replace(story, verdict={**story.verdict, **both}), template)
+    page = write_page(replace(story, verdict={**story.verdict, **both}))
     assert "base+joint_damping/rollout" in page and "noise of the recorded EMG" in page
 
 
@@ -331,13 +325,13 @@ def test_the_headline_is_one_short_sentence_with_at_most_one_number(changes, tol
     assert len(re.findall(r"(?<![\w.])\d[\d.]*", headline)) <= 1, headline
 
 
-def test_what_would_do_as_well_outside_the_catalogue_is_told(facts, story, template):
+def test_what_would_do_as_well_outside_the_catalogue_is_told(facts, story):
     changes = {"verdict": "class", "stand_ins": {"joint_damping": ["a torque like q qdot"]}}
     assert (
         "Outside the catalogue, a torque like q qdot would do as well as joint_damping."
         in tell(facts(**changes))["lead"]
     )
-    page = write_page(replace(story, verdict={**story.verdict, **changes}), template)
+    page = write_page(replace(story, verdict={**story.verdict, **changes}))
     assert "a torque like q qdot would do as well" in page
 
 
@@ -351,11 +345,11 @@ def test_what_to_record_is_told_so_that_a_person_can_do_it(facts):
     assert len(trials) == 8 and all(re.search(r"in the hand: .*; \d+ s\.$", line) for line in trials)
 
 
-def test_what_is_doubtful_in_the_recordings_is_told(story, template):
+def test_what_is_doubtful_in_the_recordings_is_told(story):
     line = {"check": "mains hum", "where": "trial 2: emg_a", "found": "50 Hz.", "do": "Set notch_hz.", "severity": "x"}
-    page = write_page(replace(story, doubts=[line]), template)
+    page = write_page(replace(story, doubts=[line]))
     assert "<b>mains hum</b> (trial 2: emg_a): 50 Hz. Set notch_hz." in page
-    assert "doubtful" not in write_page(story, template)
+    assert "doubtful" not in write_page(story)
 
 
 def test_held_out_trials_that_disagree_with_a_model_that_is_adequate_are_told(facts):
@@ -396,30 +390,30 @@ def test_an_effect_has_the_evidence_given_the_rest_of_the_model_that_was_found(v
     assert "given base+fatigue, log odds of 321" in text and "given base+joint_damping, log odds of 44" in text
 
 
-def test_the_model_to_start_from_is_told(story, template):
-    assert "is the model to start from: the published muscles and joint" in write_page(story, template)
+def test_the_model_to_start_from_is_told(story):
+    assert "is the model to start from: the published muscles and joint" in write_page(story)
 
 
-def test_text_from_data_is_escaped(story, template):
+def test_text_from_data_is_escaped(story):
     changed = replace(story, verdict={**story.verdict, "failed": {"base+x": "<script>alert(1)</script>"}})
-    page = write_page(changed, template)
+    page = write_page(changed)
     assert "<script>alert" not in page and "&lt;script&gt;alert" in page
     trials = story.predictions.assign(trial="</script><script>alert(2)</script>")
-    assert "<script>alert" not in write_page(replace(story, predictions=trials), template)
+    assert "<script>alert" not in write_page(replace(story, predictions=trials))
 
 
-def test_the_page_is_the_same_each_time(story, template):
-    assert write_page(story, template) == write_page(story, template)
+def test_the_page_is_the_same_each_time(story):
+    assert write_page(story) == write_page(story)
 
 
-def test_a_page_of_long_trials_can_still_be_opened_from_the_report(story, template):
+def test_a_page_of_long_trials_can_still_be_opened_from_the_report(story):
     """Ten minutes at 100 Hz in each of eight trials, with three models: the motion is thinned, and the page says so."""
     time = np.arange(60_000) * 0.01
     motion = pd.DataFrame({"time_s": time, "angle_rad": 1 + np.sin(time), "predicted_rad": 1 + np.cos(time)})
     models = [*story.verdict["rmse_deg"], "base+joint_damping+fatigue"]
     long = [motion.assign(model=m, trial=f"trial{t}", role="train") for m in models for t in range(8)]
     predictions = pd.concat(long).assign(piece=0)
-    page = write_page(replace(story, predictions=predictions), template)
+    page = write_page(replace(story, predictions=predictions))
     assert "samples one is drawn" in page
     assert len(page.encode()) < MOST_BYTES
 
@@ -434,12 +428,12 @@ def quiet(story: Story, **errors: float) -> Story:
     return replace(story, verdict=verdict)
 
 
-def test_below_the_noise_the_page_finds_nothing_and_says_so_once(story, template):
-    page = write_page(quiet(story), template)
+def test_below_the_noise_the_page_finds_nothing_and_says_so_once(story):
+    page = write_page(quiet(story))
     assert page.count("nothing to locate") == 1 and "grows with" not in page
     for drawn in ("missing torque over angle", "evidence for each"):
         assert drawn not in page
-    above = write_page(quiet(story, fitted=0.1), template)
+    above = write_page(quiet(story, fitted=0.1))
     assert "grows with" in above and "missing torque over angle" in above
 
 
@@ -451,9 +445,9 @@ def test_below_the_noise_the_page_finds_nothing_and_says_so_once(story, template
         ("class", "Whichever it is, nothing but noise is left", "leaves a choice"),
     ],
 )
-def test_below_the_headline_the_page_says_how_much_is_claimed_and_not_the_same_again(kind, told, cut, story, template):
+def test_below_the_headline_the_page_says_how_much_is_claimed_and_not_the_same_again(kind, told, cut, story):
     verdict = {**story.verdict, "verdict": kind, "formula": "+1 q", "explained": 0.9999}
-    page = write_page(replace(story, verdict=verdict), template)
+    page = write_page(replace(story, verdict=verdict))
     top = re.sub("<[^>]+>", "", page[page.index("<header>") : page.index("</header>")])
     assert told in top and cut not in top
 
@@ -475,20 +469,20 @@ def test_pieces_from_measured_states_have_no_r2(diagnosis):
     assert ladder_table(pieces)["heldout_r2"].isna().all()
 
 
-def test_a_failed_seed_is_said_in_words(tables, network, story, template, tmp_path):
+def test_a_failed_seed_is_said_in_words(tables, network, story, tmp_path):
     evaluation = pd.concat([network, network.assign(seed=[2, 3], test_mse=[np.nan, 0.5], test_r2=[np.nan, -0.3])])
     join_ladder(tables["ladder"], [evaluation]).to_csv(tmp_path / "watch.csv", index=False)
-    page = write_page(replace(story, ladder=pd.read_csv(tmp_path / "watch.csv")), template)
+    page = write_page(replace(story, ladder=pd.read_csv(tmp_path / "watch.csv")))
     assert "2 of 4 seeds failed (2, 3)" in re.sub("<[^>]+>", "", page)
-    assert "failed" not in write_page(story, template)
+    assert "failed" not in write_page(story)
     assert (
         join_ladder(tables["ladder"], [network.assign(test_r2=[0.9, np.nan])])["failed_seeds"].iloc[-1]
         == "1 of 2 seeds failed (1)"
     )
 
 
-def test_every_cell_knows_its_column_on_a_phone(story, template):
-    page = write_page(story, template)
+def test_every_cell_knows_its_column_on_a_phone(story):
+    page = write_page(story)
     for table in re.findall(r"<table.*?</table>", page, re.DOTALL):
         columns = [re.sub("<[^>]+>", "", c) for c in re.findall(r"<th[ >].*?</th>", table)]
         for row in re.findall(r"<tr><td.*?</tr>", table, re.DOTALL):

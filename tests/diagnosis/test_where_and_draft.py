@@ -1,13 +1,15 @@
 """What is missing, where, and as a formula that runs."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 import torch
 
-from myowave.diagnosis.report.figures.where import draw_missing_torque
+from myowave.diagnosis.report.figures import draw_missing_torque
+from myowave.diagnosis.report.tables import draft_source
 from myowave.diagnosis.report.tell import tell
 from myowave.diagnosis.search.draft import LIBRARY, draft_effect
 from myowave.diagnosis.search.next_trial import propose_trials
@@ -126,11 +128,11 @@ def test_the_map_of_a_damper_shows_that_it_brakes_and_short_trials_have_a_coarse
 
 
 def test_the_draft_is_an_effect_file_that_runs_and_says_what_was_found(make_fit, tmp_path):
-    draft = draft_effect(make_fit({"joint_damping": {"c": 1.0}}), "elbow")
+    draft = draft_effect(make_fit({"joint_damping": {"c": 1.0}}))
     (term, value, error), *_ = draft.terms
     assert term.name == "velocity" and value == pytest.approx(-1.0, abs=4 * error)
     path = tmp_path / "draft.py"
-    path.write_text(draft.source, encoding="utf-8")
+    path.write_text(draft_source(SimpleNamespace(draft=draft, dataset="elbow")), encoding="utf-8")
     (effect,) = load_effects(path)
     q, qdot, a = torch.rand(3, 4, 5, dtype=torch.float64).unbind(0)
     values = {f"c_{t.name}": torch.tensor(v, dtype=torch.float64) for t, v, _ in draft.terms}

@@ -7,7 +7,7 @@ import pytest
 
 from myowave.diagnosis.report.numbers import degrees
 from myowave.diagnosis.report.tell import noise, tell
-from myowave.diagnosis.report.words import GLOSSARY, explained
+from myowave.diagnosis.report.templates import explained, glossary
 from myowave.diagnosis.search.verdict import Kind
 
 TITLES = {"joint_damping": "damping of the joint", "fatigue": "muscles that tire"}
@@ -36,7 +36,7 @@ def test_names_of_models_and_parameters_stay_as_they_are(text):
 def test_terms_are_explained_once_in_a_text_and_text_is_escaped():
     html = str(explained("held out RMSE <b>, held out, log odds of 3-scale", TITLES))
     assert html.count("<abbr") == 4 and "&lt;b&gt;" in html
-    assert f'<abbr tabindex="0" title="{GLOSSARY["held-out"]}">held out</abbr>' in html
+    assert f'<abbr tabindex="0" title="{glossary()["held-out"]}">held out</abbr>' in html
     assert re.sub("<[^>]+>", "", html) == "held out RMSE &lt;b&gt;, held out, log odds of 3-scale"
 
 

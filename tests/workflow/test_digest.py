@@ -130,7 +130,7 @@ def test_an_edit_is_seen_although_what_was_read_before_is_kept(tmp_path):
         ("train_scale", {"learning"}, {"learning/sweep", "learning/streaming"}),
         ("evaluate_model", {"data", "learning"}, {"physics/effects", "diagnosis", "learning/sweep", "plotting.py"}),
         ("diagnose_dataset", {"physics", "data", "identification", "diagnosis"}, {"learning", "plotting.py"}),
-        ("diagnose_dataset", {"diagnosis"}, {"diagnosis/report/figures"}),
+        ("diagnose_dataset", {"diagnosis"}, {"diagnosis/report/figures.py"}),
         ("watch_ladder", {"diagnosis/report"}, {"physics", "learning", "diagnosis/search"}),
         ("tell_verdict", {"diagnosis/report"}, {"physics", "learning", "diagnosis/search"}),
         ("list_datasets", {"diagnosis/report"}, {"physics", "learning", "diagnosis/search"}),

@@ -8,9 +8,11 @@ DIAGNOSIS_PICTURES = "results/figures/{dataset}/diagnosis"
 DIAGNOSIS_TABLES = expand(f"{DIAGNOSIS}/{{table}}.csv", table=TABLE_NAMES, allow_missing=True)
 # What stands inside the pages.
 PAGE_PARTS = (
+    "verdict.html.j2",
     "page.html.j2",
     "tables.html.j2",
     "sentences.j2",
+    "words.j2",
     "style.css",
     "print.js",
     "motion.js",
@@ -35,6 +37,7 @@ checkpoint diagnose_dataset:
     input:
         trials="results/data/{dataset}/trials.parquet",
         physics=physics_files,
+        draft=page_file("draft_effect.py.j2"),
     output:
         summary=f"{DIAGNOSIS}/summary.json",
         tables=DIAGNOSIS_TABLES,
@@ -160,8 +163,7 @@ rule tell_verdict:
         draft=f"{DIAGNOSIS}/draft_effect.py",
         quality=quality_of,
         figures=rules.draw_diagnosis.output.figures,
-        template=page_file("verdict.html.j2"),
-        assets=[page_file(name) for name in PAGE_PARTS],
+        parts=[page_file(name) for name in PAGE_PARTS],
     output:
         page=report(
             f"{DIAGNOSIS}/verdict.html",
@@ -200,8 +202,7 @@ rule list_datasets:
         verdicts=expand(f"{DIAGNOSIS}/verdict.json", dataset=SETTINGS.targets.diagnosed),
         ladders=expand(f"{DIAGNOSIS}/watch.csv", dataset=SETTINGS.targets.diagnosed),
         pictures=expand(f"{DIAGNOSIS_PICTURES}/glance.png", dataset=SETTINGS.targets.diagnosed),
-        template=page_file("index.html.j2"),
-        assets=[page_file(name) for name in ("page.html.j2", "sentences.j2", "style.css")],
+        parts=[page_file(name) for name in ("index.html.j2", "page.html.j2", "sentences.j2", "words.j2", "style.css")],
     output:
         index="results/index.html",
     log:
@@ -220,8 +221,10 @@ rule tell_change:
     input:
         trials="results/data/{dataset}/trials.parquet",
         physics=physics_files,
-        template=page_file("changed.html.j2"),
-        assets=[page_file(name) for name in ("page.html.j2", "tables.html.j2", "changed.j2", "style.css")],
+        parts=[
+            page_file(name)
+            for name in ("changed.html.j2", "page.html.j2", "tables.html.j2", "changed.j2", "words.j2", "style.css")
+        ],
     output:
         facts=f"{DIAGNOSIS}/changed.json",
         page=report(

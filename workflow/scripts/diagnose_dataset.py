@@ -4,7 +4,7 @@ from pathlib import Path
 
 from myowave.data.store import read_trials, write_json, write_table
 from myowave.diagnosis.report.facts import verdict_facts
-from myowave.diagnosis.report.tables import TABLES, predictions_table
+from myowave.diagnosis.report.tables import TABLES, draft_source, predictions_table
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
@@ -26,5 +26,5 @@ with job_log(f"diagnose {name}", snakemake.log[0]) as log:
     for path in snakemake.output.tables:
         TABLES[Path(path).stem](diagnosis).to_csv(path, index=False)
     write_table(predictions_table(diagnosis), snakemake.output.predictions)
-    Path(snakemake.output.draft).write_text(diagnosis.draft.source, encoding="utf-8")
+    Path(snakemake.output.draft).write_text(draft_source(diagnosis), encoding="utf-8")
     write_json(verdict_facts(diagnosis), snakemake.output.summary)

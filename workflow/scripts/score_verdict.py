@@ -7,8 +7,7 @@ import pandas as pd
 
 from myowave.data.store import write_json
 from myowave.diagnosis.comparison.summary import summarize
-from myowave.diagnosis.report.command import adding_command
-from myowave.diagnosis.report.tell import tell
+from myowave.diagnosis.report.tell import adding_command, tell
 from myowave.diagnosis.scoring import add_truth
 from myowave.workflow.job import job_log
 

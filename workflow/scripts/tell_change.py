@@ -10,11 +10,11 @@ from myowave.physics.effects import catalogue
 from myowave.settings import Physics, Scatter
 from myowave.workflow.job import job_log
 
-inputs, outputs, params = snakemake.input, snakemake.output, snakemake.params
+outputs, params = snakemake.output, snakemake.params
 with job_log(f"what changed in {snakemake.wildcards.dataset}", snakemake.log[0]) as log:
     physics = Physics.model_validate(params.physics)
     found = what_changed(
-        read_trials(inputs.trials),
+        read_trials(snakemake.input.trials),
         build_model("base", physics),
         catalogue(physics.effect_files).values(),
         params.changed["reference"],
@@ -25,4 +25,4 @@ with job_log(f"what changed in {snakemake.wildcards.dataset}", snakemake.log[0])
     )
     facts = changed_facts(snakemake.wildcards.dataset, found)
     write_json(facts, outputs.facts)
-    Path(outputs.page).write_text(change_page(facts, Path(inputs.template)), encoding="utf-8")
+    Path(outputs.page).write_text(change_page(facts), encoding="utf-8")

@@ -25,4 +25,4 @@ with job_log(f"tell verdict of {snakemake.wildcards.dataset}", snakemake.log[0])
         doubts=json.loads(Path(inputs.quality).read_text(encoding="utf-8"))["lines"] if inputs.quality else [],
         files=True,
     )
-    Path(snakemake.output.page).write_text(write_page(story, Path(inputs.template)), encoding="utf-8")
+    Path(snakemake.output.page).write_text(write_page(story), encoding="utf-8")

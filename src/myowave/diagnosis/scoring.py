@@ -16,7 +16,6 @@ def answer(causes: Sequence[str], alternatives: Sequence[Sequence[str]], stand_i
     """What a verdict names: one class for each cause, of the cause only where the data tell it from all others.
 
     Args:
-        causes: that it names, in the order they were added.
         alternatives: classes of those that others stand in for equally well, the accepted effect first.
         stand_ins: causes that something outside the catalogue would do as well for.
     """
@@ -53,12 +52,8 @@ def grade(kind: str, named: Named, true: Collection[str], wanted: Collection[str
 
 def add_truth(summary: Mapping[str, Any], truth: Mapping[str, Any] | None) -> dict[str, Any]:
     """verdict.json: the summary with the true value of each parameter, the error of its estimate in percent, the
-    effects that were hidden in the data, and what the verdict is worth (`grade`); null where the truth is not known.
-
-    Args:
-        summary: from `report.facts.verdict_facts`.
-        truth: of a simulated dataset; None for a measured one.
-    """
+    effects that were hidden in the data, and what the verdict is worth (`grade`); null where the truth is not known, as
+    of a measured dataset."""
     parameters = {
         model: {name: {**entry, **_against(entry["value"], name, truth)} for name, entry in values.items()}
         for model, values in summary["parameters"].items()

@@ -6,7 +6,7 @@ import pytest
 
 from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
 from myowave.diagnosis.comparison.summary import summarize
-from myowave.diagnosis.report.figures.comparisons import draw_horizons, draw_torque
+from myowave.diagnosis.report.figures import draw_horizons, draw_torque
 from myowave.diagnosis.report.tell import tell
 
 SHORT = pd.DataFrame([("base", np.inf, True, 5.0)], columns=["predictor", "horizon_s", "held_out", "rmse_deg"])

@@ -101,11 +101,7 @@ class Residual:
 
 
 class Covariance:
-    """V at given sizes, ready to be divided by.
-
-    Args:
-        sizes: of the components that are on, by name; known ones are on whatever is said here.
-    """
+    """V at given sizes of the components that are on, by name, ready to be divided by; known ones are always on."""
 
     def __init__(self, residual: Residual, sizes: Mapping[str, float]) -> None:
         self.residual = residual
@@ -236,12 +232,7 @@ def log_evidence(residual: Residual, sizes: Mapping[str, float]) -> float:
 
 
 def most_likely(residual: Residual, on: Collection[str], start: Mapping[str, float] | None = None) -> Weighed:
-    """The sizes that make a residual most likely.
-
-    Args:
-        on: optional components that are there.
-        start: where to search from, by name.
-    """
+    """The sizes that make a residual most likely with the optional components that are `on`, searched from `start`."""
     fitted = [c for c in residual.components if not c.known and (not c.cost or c.name in on)]
     bounds = np.log([(c.low, c.high) for c in fitted]).reshape(-1, 2)
     first = np.log([(start or {}).get(c.name, c.first) for c in fitted]).clip(*bounds.T)
@@ -262,11 +253,8 @@ def most_likely(residual: Residual, on: Collection[str], start: Mapping[str, flo
 
 
 def weigh_components(residual: Residual, seeds: Sequence[Weighed] = ()) -> dict[frozenset[str], Weighed]:
-    """Every set of optional components that a search visits: it adds and drops those that help most, while one does.
-
-    Args:
-        seeds: where it may start.
-    """
+    """Every set of optional components that a search visits: it adds and drops those that help most, while one does;
+    it may start at seeds."""
     seen: dict[frozenset[str], Weighed] = {}
     residual = residual.condensed()
 
@@ -310,12 +298,8 @@ def fewest(weight: Mapping[str, float], enough: float) -> tuple[str, ...]:
 
 
 def log_share_within(low: Array, high: Array, mean: Array, covariance: Array) -> float:
-    """Logarithm of the share of a posterior within bounds over that of its prior N(0, 1), by what is known of each
-    amplitude alone: what a prior that ends at the bounds adds to the log evidence.
-
-    Args:
-        low, high, mean: of the amplitudes, (C,) each, and their `covariance` (C, C).
-    """
+    """Logarithm of the share of a posterior within bounds over that of its prior N(0, 1), by what is known of each of C
+    amplitudes alone: what a prior that ends at the bounds adds to the log evidence."""
     deviation = np.sqrt(np.diag(covariance))
     inside = _log_between((low - mean) / deviation, (high - mean) / deviation)
     return float((inside - _log_between(low, high)).sum())

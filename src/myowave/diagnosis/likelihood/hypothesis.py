@@ -63,10 +63,11 @@ class Hypothesis:
         effects: Sequence[str] = (),
         seeds: Sequence[Weighed] = (),
         prior: float = 0.0,
+        expected_emg: bool = False,
     ) -> "Hypothesis":
         """Linearised where a fit stands."""
         residual = residual_of(fit, view)
-        return cls(tuple(effects), fit, view, residual, weigh_components(residual, seeds), prior)
+        return cls(tuple(effects), fit, view, residual, weigh_components(residual, seeds), prior, expected_emg)
 
     @property
     def best(self) -> Weighed:
@@ -115,12 +116,8 @@ class Hypothesis:
 
 
 def settle(begin: Hypothesis, leader: float = -math.inf, behind: float = 20.0, steps: int = 4) -> Hypothesis:
-    """The same model where its parameters are most likely, causes weighed anew there.
-
-    Args:
-        leader: the most likely model so far; one that stays so far behind is given up.
-        steps: of the parameters, before causes are weighed again.
-    """
+    """The same model where its parameters are most likely, causes weighed anew there after so many steps of these; one
+    that stays so far behind the leader, the most likely model so far, is given up."""
     best = begin
     for turn in range(CLIMBS):
         if best.total < leader - behind:
@@ -128,9 +125,7 @@ def settle(begin: Hypothesis, leader: float = -math.inf, behind: float = 20.0, s
         fit = climb(best, steps)
         if fit is best.fit:
             break
-        found = replace(
-            Hypothesis.of(fit, best.view, best.effects, [best.best], best.prior), expected_emg=best.expected_emg
-        )
+        found = Hypothesis.of(fit, best.view, best.effects, [best.best], best.prior, best.expected_emg)
         gained = found.total - best.total
         # Where the first step comes from its evidence is of first order, be it the larger.
         if gained > 0 or not turn:

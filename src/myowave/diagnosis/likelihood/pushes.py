@@ -72,11 +72,7 @@ def moved_by(fit: Fit, pushes: Array) -> Array:
 
 def answers(jacobian: Array, forcing: Array, waves: Array) -> Iterator[Array]:
     """Amplitudes of waves (T, N, W) in the angle's answer to 1 more in each muscle's excitation within one step,
-    (T, M, W), for each step from the last to the first.
-
-    Args:
-        jacobian, forcing: of the steps, (T, N - 1, K, K) and (T, N - 1, K, M).
-    """
+    (T, M, W), for each step from the last to the first, of a Jacobian (T, N - 1, K, K) and forcing (T, N - 1, K, M)."""
     by_state = np.zeros((len(waves), jacobian.shape[-1], waves.shape[-1]))  # of what comes after, by the state now
     for n in reversed(range(jacobian.shape[1])):
         by_state[:, 0] += waves[:, n + 1]

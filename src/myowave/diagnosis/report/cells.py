@@ -1,4 +1,7 @@
-"""Tables of a diagnosis as text for its page: columns as they are headed, and a row of cells for each row."""
+"""Tables of a diagnosis as text for its page: columns as they are headed, and a row of cells for each row.
+
+They are made of verdict.json, `ladder.join_ladder`, `ladder.join_parameters` and the table `ranking`.
+"""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,12 +24,7 @@ def read_ranking(path: str | Path) -> pd.DataFrame:
 
 
 def accuracy_cells(verdict: Mapping[str, Any], ladder: pd.DataFrame) -> pd.DataFrame:
-    """Every error of the page, and what it is of: which predictor, from which start, over how long.
-
-    Args:
-        verdict: verdict.json.
-        ladder: of `ladder.join_ladder`.
-    """
+    """Every error of the page, and what it is of: which predictor, from which start, over how long."""
     (base, first), horizon, ahead = base_of(verdict), verdict["horizon_s"], verdict["horizons"]
     state, whole = "measured angle and speed", "whole trials"
     pieces = whole if horizon is None else f"all of {horizon:g} s"
@@ -55,11 +53,7 @@ def accuracy_cells(verdict: Mapping[str, Any], ladder: pd.DataFrame) -> pd.DataF
 
 
 def ranking_cells(rows: pd.DataFrame) -> pd.DataFrame:
-    """The catalogue weighed at one model; without columns in which nothing stands.
-
-    Args:
-        rows: of the table `ranking` of `tables`.
-    """
+    """The catalogue weighed at one model; without columns in which nothing stands."""
     absorbed = "absorbed by " + rows["absorbed_by"].str.replace(" ", ", ").replace("", "parameters together")
     cells = pd.DataFrame(
         {
@@ -77,12 +71,8 @@ def ranking_cells(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def parameter_cells(parameters: pd.DataFrame, *, models: bool = False) -> pd.DataFrame:
-    """Estimated parameters by what they mean; true values where they are known.
-
-    Args:
-        parameters: rows of `ladder.join_parameters`.
-        models: whether they are of several models and networks, which are then named.
-    """
+    """Estimated parameters by what they mean, of several `models` and networks if these are to be named; true values
+    where they are known."""
     scatter = parameters["scatter"].mask(parameters["scatter"] <= NOTHING * parameters["value"].abs(), 0.0)
     of = {"model": parameters["model"], "from": parameters["source"].replace(PHYSICS, "muscle model")}
     cells = pd.DataFrame(

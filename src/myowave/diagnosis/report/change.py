@@ -2,16 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from functools import partial
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
 from myowave.diagnosis.changed.ask import Answered
 from myowave.diagnosis.report.numbers import number
-from myowave.diagnosis.report.templates import PAGES, fill, paragraphs, templates_in
-from myowave.diagnosis.report.words import explained, titled
+from myowave.diagnosis.report.templates import fill, paragraphs, templates
 
 
 def changed_facts(dataset: str, found: Answered) -> dict[str, Any]:
@@ -38,13 +35,13 @@ def changed_facts(dataset: str, found: Answered) -> dict[str, Any]:
     }
 
 
-def tell_change(facts: Mapping[str, Any], folder: Path = PAGES) -> list[str]:
+def tell_change(facts: Mapping[str, Any]) -> list[str]:
     """The sentences of the page, the answer first, as they stand in changed.j2."""
     named = [change for change in facts["changes"] if change["effect"] in facts["class"]]
-    return paragraphs(templates_in(folder).get_template("changed.j2").render(facts=facts, named=named))
+    return paragraphs(templates().get_template("changed.j2").render(facts=facts, named=named))
 
 
-def change_page(facts: Mapping[str, Any], template: Path) -> str:
+def change_page(facts: Mapping[str, Any]) -> str:
     """The page as HTML."""
     titles = {change["effect"]: change["title"] for change in facts["changes"]}
     rows = [
@@ -59,12 +56,5 @@ def change_page(facts: Mapping[str, Any], template: Path) -> str:
         }
         for change in facts["changes"]
     ]
-    content = {
-        "facts": facts,
-        "told": tell_change(facts, template.parent),
-        "candidates": pd.DataFrame(rows),
-        "explained": partial(explained, titles=titles),
-        "titled": partial(titled, titles=titles),
-        "named": str,
-    }
-    return fill(template, content)
+    content = {"facts": facts, "told": tell_change(facts), "candidates": pd.DataFrame(rows)}
+    return fill("changed.html.j2", titles, content)

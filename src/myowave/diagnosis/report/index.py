@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +13,11 @@ from myowave.diagnosis.report.ladder import ERROR, shown_network
 from myowave.diagnosis.report.page import inline
 from myowave.diagnosis.report.tell import base_of, tell
 from myowave.diagnosis.report.templates import fill
-from myowave.diagnosis.report.words import BASE, explained
 
 
 def write_index(
     folders: Mapping[Path, Mapping[str, Any]],
     links: Sequence[tuple[str, str]],
-    template: Path,
     say: Callable[[str], None] = lambda line: None,
 ) -> str:
     """The page as HTML, pictures and styles inside; it stands beside the folder `diagnosis`.
@@ -29,24 +26,23 @@ def write_index(
         folders: of diagnoses, each with the settings of its dataset without what is hidden in it, none where they are
             not known. One that is not whole, or another version's, is said and left out.
         links: (text, address) of what belongs to all datasets.
-        template: index.html.j2; every text that comes from data is escaped.
     """
     rows = []
     for folder, settings in folders.items():
         try:
-            rows.append(_row(folder, settings, template.parent))
+            rows.append(_row(folder, settings))
         except (OSError, ValueError, LookupError, TypeError, AttributeError, jinja2.UndefinedError) as error:
             say(
                 f"Left out of the index: {folder} is not whole, or another version's ({type(error).__name__}: "
                 f"{error}). Run its dataset again, or remove it."
             )
-    return fill(template, {"explained": partial(explained, titles={}), "datasets": rows, "links": links, "base": BASE})
+    return fill("index.html.j2", {}, {"datasets": rows, "links": links})
 
 
-def _row(folder: Path, settings: Mapping[str, Any], templates: Path) -> dict[str, Any]:
+def _row(folder: Path, settings: Mapping[str, Any]) -> dict[str, Any]:
     """What the table of all datasets shows of one."""
     verdict = json.loads((folder / "verdict.json").read_text(encoding="utf-8"))
-    told, name, found = tell(verdict, templates), verdict["dataset"], verdict["model"]
+    told, name, found = tell(verdict), verdict["dataset"], verdict["model"]
     picture = folder.parents[1] / "figures" / folder.name / "diagnosis/glance.png"
     network = shown_network(pd.read_csv(folder / "watch.csv"), found)
     models = dict.fromkeys((base_of(verdict)[0], found))

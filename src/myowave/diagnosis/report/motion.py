@@ -14,18 +14,12 @@ FARTHEST_DEG = 1e4  # a motion beyond it is drawn as a gap
 
 
 def read_beside(path: str, ladder: pd.DataFrame, found: str, networks: Path) -> pd.DataFrame:
-    """`beside` of files: predictions.parquet of a diagnosis, and that of the network that is shown.
-
-    Args:
-        ladder: of `ladder.join_ladder`.
-        found: the model that was found.
-        networks: the folder of all networks of the dataset.
-    """
-    shown = shown_network(ladder, found)
-    if shown is None:
-        return beside(read_table(path)[0], "", None)
-    network = read_table(networks / folder_of(shown) / "predictions.parquet")[0]
-    return beside(read_table(path)[0], f"{shown['source']}, {shown['model']}", network)
+    """`beside` of files: predictions.parquet of a diagnosis, and that of the network of a ladder that is shown with the
+    model that was found, in the folder of all networks of the dataset."""
+    shown, network = shown_network(ladder, found), None
+    if shown is not None:
+        network = read_table(networks / folder_of(shown) / "predictions.parquet")[0]
+    return beside(read_table(path)[0], "" if shown is None else f"{shown['source']}, {shown['model']}", network)
 
 
 def beside(predictions: pd.DataFrame, name: str, network: pd.DataFrame | None) -> pd.DataFrame:

@@ -6,7 +6,6 @@ The page is made of verdict.json, the tables and the pictures; the template stan
 import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +14,8 @@ import pandas as pd
 from myowave.diagnosis.report.cells import accuracy_cells, parameter_cells, ranking_cells
 from myowave.diagnosis.report.contents import COMPARISON_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.motion import list_motion
-from myowave.diagnosis.report.tell import base_of, is_quiet, leaves_more, tell, tell_network
+from myowave.diagnosis.report.tell import base_of, is_quiet, leaves_more, tell
 from myowave.diagnosis.report.templates import fill
-from myowave.diagnosis.report.words import GLOSSARY, explained, named, titled
 
 PIXELS = 1.9  # of a picture in one of the page
 FILES = ("verdict.json", "watch.csv", *(f"{name}.csv" for name in (*COMPARISON_NAMES, *TABLE_NAMES)))
@@ -39,24 +37,15 @@ class Story:
     files: bool = False  # whether the page stands among the tables, with the index above it, and can link to them
 
 
-def write_page(story: Story, template: Path) -> str:
-    """The page as HTML, pictures, styles and scripts inside.
-
-    Args:
-        template: verdict.html.j2; every text that comes from data is escaped.
-    """
-    verdict, titles, found = story.verdict, story.verdict["titles"], story.verdict["model"]
+def write_page(story: Story) -> str:
+    """The page as HTML, pictures, styles and scripts inside."""
+    verdict, found = story.verdict, story.verdict["model"]
     of_found = (story.parameters["model"] == found) & (story.parameters["source"] == "physics")
     assumed = story.parameters["assumed"].astype(bool)
     content = {
         "verdict": verdict,
-        "told": tell(verdict, template.parent),
+        "told": tell(verdict, story.ladder),
         "quiet": is_quiet(verdict),
-        "network": tell_network(story.ladder, found),
-        "explained": partial(explained, titles=titles),
-        "titled": partial(titled, titles=titles),
-        "named": named,
-        "glossary": GLOSSARY,
         "images": {name: inline(path) for name, path in story.images.items()},
         "widths": {name: shown_width(path) for name, path in story.images.items()},
         "motion": list_motion(story.predictions, found, base_of(verdict)[1]["noise"]),
@@ -70,14 +59,14 @@ def write_page(story: Story, template: Path) -> str:
         "others": parameter_cells(story.parameters[~of_found & ~assumed], models=True),
         "files": FILES if story.files else (),
     }
-    return fill(template, content)
+    return fill("verdict.html.j2", verdict["titles"], content)
 
 
 def inline(path: Path) -> str:
     """A PNG file as a data URL."""
-    return "data:image/png;base64," + base64.b64encode(Path(path).read_bytes()).decode()
+    return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()
 
 
 def shown_width(path: Path) -> int:
     """Width of a picture on the page [px], so that letters are as large in all of them; from the header of the PNG."""
-    return round(int.from_bytes(Path(path).read_bytes()[16:20]) / PIXELS)
+    return round(int.from_bytes(path.read_bytes()[16:20]) / PIXELS)

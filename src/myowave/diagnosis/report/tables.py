@@ -1,12 +1,17 @@
 """A diagnosis as tables: plain data, from which pictures and pages are drawn."""
 
+from collections.abc import Callable, Mapping
+from functools import partial
+
 import numpy as np
 import pandas as pd
 
 from myowave.diagnosis.causes import SURE
+from myowave.diagnosis.likelihood.terms import LARGEST
 from myowave.diagnosis.report.facts import parameters_of
 from myowave.diagnosis.report.numbers import estimate
-from myowave.diagnosis.search.diagnose import Diagnosis
+from myowave.diagnosis.report.templates import templates
+from myowave.diagnosis.search.diagnose import Diagnosis, Rung
 from myowave.diagnosis.search.ladder import Candidate
 from myowave.diagnosis.search.score import confusion
 from myowave.identification.output_error import Fit
@@ -98,14 +103,14 @@ def predictions_table(diagnosis: Diagnosis) -> pd.DataFrame:
     return pd.concat(tables, ignore_index=True)
 
 
-def misfit_table(diagnosis: Diagnosis) -> pd.DataFrame:
-    """RMSE of every model in parts of the data."""
-    return pd.concat([rung.misfit.assign(model=rung.name) for rung in diagnosis.tried], ignore_index=True)
+def _of_each(part: Callable[[Rung], pd.DataFrame], diagnosis: Diagnosis) -> pd.DataFrame:
+    return pd.concat([part(rung).assign(model=rung.name) for rung in diagnosis.tried], ignore_index=True)
 
 
-def missing_torque_table(diagnosis: Diagnosis) -> pd.DataFrame:
-    """Missing torque of every model in each window."""
-    return pd.concat([rung.missing.points.assign(model=rung.name) for rung in diagnosis.tried], ignore_index=True)
+def draft_source(diagnosis: Diagnosis) -> str:
+    """A formula for what is missing as a complete effect file, for `physics.effect_files`."""
+    about = {"draft": diagnosis.draft, "dataset": diagnosis.dataset, "largest": LARGEST}
+    return templates().get_template("draft_effect.py.j2").render(about)
 
 
 def _r2(residual: np.ndarray, record: Record) -> float:
@@ -130,23 +135,19 @@ def _estimates(candidate: Candidate, fit: Fit | None) -> str:
     """Values and standard errors of the effect's parameters by a fit with it, to first order without one."""
     if candidate.score.failure:
         return ""
+    pairs = zip(candidate.score.free, candidate.score.estimate, strict=True)
+    values = {p.name: float(e) * p.scale for p, e in pairs} | ({} if fit is None else fit.parameters)
+    errors = {} if fit is None else fit.standard_errors()
     names = [p.name for p in candidate.score.free]
-    if fit is None:
-        values = [float(e) * p.scale for p, e in zip(candidate.score.free, candidate.score.estimate, strict=True)]
-        errors: list[float | None] = [None] * len(names)
-    else:
-        fitted, scatter = fit.parameters, fit.standard_errors()
-        values, errors = [fitted[name] for name in names], [scatter[name] for name in names]
-    found = zip(names, values, errors, strict=True)
-    return ", ".join(f"{name.split('.', 1)[1]} = {estimate(value, se)}" for name, value, se in found)
+    return ", ".join(f"{n.split('.', 1)[1]} = {estimate(values[n], errors.get(n))}" for n in names)
 
 
 # The CSV files of a diagnosis, by the names in `contents.TABLE_NAMES`.
-TABLES = {
+TABLES: Mapping[str, Callable[[Diagnosis], pd.DataFrame]] = {
     "ladder": ladder_table,
     "ranking": ranking_table,
     "parameters": parameters_table,
     "errors": errors_by_trial,
-    "misfit": misfit_table,
-    "missing_torque": missing_torque_table,
+    "misfit": partial(_of_each, lambda rung: rung.misfit),  # RMSE in parts of the data
+    "missing_torque": partial(_of_each, lambda rung: rung.missing.points),  # in each window
 }

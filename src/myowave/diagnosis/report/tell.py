@@ -2,18 +2,18 @@
 workflow/report/sentences.j2, and `tell` fills them for the page, the index, the terminal and MLflow."""
 
 import math
-from collections.abc import Mapping
-from pathlib import Path
+import shlex
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pandas as pd
 
-from myowave.diagnosis.causes import CAUSE_TITLES
+from myowave.diagnosis.causes import CAUSE_TITLES, OUTSIDE
 from myowave.diagnosis.comparison.baselines import HORIZON_BASELINES, POSTURE, POSTURE_LOAD
 from myowave.diagnosis.report.ladder import ERROR, PLAIN, baseline_of, shown_network
-from myowave.diagnosis.report.numbers import degrees, r2_text
-from myowave.diagnosis.report.templates import PAGES, paragraphs, templates_in
-from myowave.diagnosis.report.words import BASE
+from myowave.diagnosis.report.numbers import degrees
+from myowave.diagnosis.report.templates import paragraphs, templates
+from myowave.diagnosis.scoring import answer
 
 Verdict = Mapping[str, Any]
 
@@ -24,12 +24,12 @@ AS_GOOD = 0.02  # difference of R2 that is none
 DISAGREES = 3.0
 
 
-def tell(verdict: Verdict, folder: Path = PAGES) -> dict[str, Any]:
+def tell(verdict: Verdict, ladder: pd.DataFrame | None = None) -> dict[str, Any]:
     """All that is said of a verdict, by the names that sentences.j2 sets: `headline`, `lead`, `todo`, `plan`, ...
 
     Args:
         verdict: verdict.json.
-        folder: of the templates.
+        ladder: of `ladder.join_ladder`, where what networks and predictors without physics are worth is to be told.
 
     Returns:
         Texts, empty where there is nothing to say, with an empty line between paragraphs; `session` is a list of trials
@@ -39,6 +39,8 @@ def tell(verdict: Verdict, folder: Path = PAGES) -> dict[str, Any]:
     rmse = verdict["horizons"]["rmse_deg"]
     rivals = [name for name in HORIZON_BASELINES if name in rmse]
     likely = verdict["probabilities"]
+    of_plain = pd.DataFrame() if ladder is None else ladder[ladder["source"].str.startswith(PLAIN)].dropna(subset=ERROR)
+    named = answer(verdict["effects"] or verdict["nearest"], verdict["alternatives"], verdict["stand_ins"])
 
     def title(name: str) -> str:
         return CAUSE_TITLES.get(name) or verdict["titles"].get(name) or name
@@ -46,14 +48,17 @@ def tell(verdict: Verdict, folder: Path = PAGES) -> dict[str, Any]:
     variables = {
         "v": verdict,
         "base": base,
-        "base_text": BASE,
         "errors": errors,  # of the base model
-        "added": added(verdict),
-        "named": " and ".join(" or ".join(map(title, members)) for members in classes_of(verdict)),
+        # Noise of the EMG is a cause, and no part of a model.
+        "added": [effect for effect in verdict["effects"] if effect in verdict["model"].split("+")],
+        "named": " and ".join(" or ".join("something like it" if m == OUTSIDE else title(m) for m in c) for c in named),
         "title": title,
         "likeliest": title(max(likely, key=lambda name: likely[name])) if likely else "an effect",
         "noise": noise(verdict),
         "noise_with_emg": noise_with_emg(verdict),
+        "network": None if ladder is None else shown_network(ladder, verdict["model"]),
+        "plain": None if of_plain.empty else of_plain.loc[of_plain[ERROR].idxmin()],
+        "baseline_of": baseline_of,
         "rival": min(rivals, key=lambda name: rmse[name], default=""),
         "as_good": AS_GOOD,
         "quiet": is_quiet(verdict),
@@ -61,7 +66,7 @@ def tell(verdict: Verdict, folder: Path = PAGES) -> dict[str, Any]:
         "disagrees": disagrees(verdict),
         "needs_others": needs_others(verdict),
     }
-    told = templates_in(folder).get_template("sentences.j2").make_module(variables)
+    told = templates().get_template("sentences.j2").make_module(variables)
     parts = {name: part for name, part in vars(told).items() if not name.startswith("_")}
     return {name: "\n\n".join(paragraphs(part)) if isinstance(part, str) else part for name, part in parts.items()}
 
@@ -69,19 +74,6 @@ def tell(verdict: Verdict, folder: Path = PAGES) -> dict[str, Any]:
 def base_of(verdict: Verdict) -> tuple[str, Mapping[str, float]]:
     """The model without effects, and its errors [deg]."""
     return next(iter(verdict["rmse_deg"].items()))
-
-
-def added(verdict: Verdict) -> list[str]:
-    """The named effects that the model has which was found: noise of the EMG is a cause, and no part of a model."""
-    return [effect for effect in verdict["effects"] if effect in verdict["model"].split("+")]
-
-
-def classes_of(verdict: Verdict) -> list[list[str]]:
-    """What is missing, or comes nearest to it: for each cause those that may be it."""
-    classes = {members[0]: members for members in verdict["alternatives"]}
-    causes = verdict["effects"] or verdict["nearest"]
-    like = {name: ["something like it"] * (name in verdict["stand_ins"]) for name in causes}
-    return [[*classes.get(name, [name]), *like[name]] for name in causes]
 
 
 def noise(verdict: Verdict) -> str:
@@ -120,22 +112,18 @@ def needs_others(verdict: Verdict) -> bool:
     return not r2[found] > r2[POSTURE] + AS_GOOD or r2[found] < r2.get(POSTURE_LOAD, -math.inf) - AS_GOOD
 
 
-def tell_network(ladder: pd.DataFrame, found: str) -> str:
-    """How well the network that is shown predicts the held-out trials, and what predicts them without physics.
+def adding_command(
+    dataset: str, model: str, *, recipes: Sequence[str] = ("rollout",), config_files: Sequence[str] = ()
+) -> str:
+    """The command that trains networks with the model that was found, then shows them beside those without it: two
+    calls, as the page shows every network that is there when its call begins.
 
     Args:
-        ladder: of `ladder.join_ladder`.
-        found: the model that was found.
+        config_files: what the run was given after --configfile, in order; none where it had only config.yaml.
     """
-    network, plain = shown_network(ladder, found), ladder[ladder["source"].str.startswith(PLAIN)]
-    if network is None:
-        return ""
-    text = "The network does not follow the held-out trials."
-    if network["heldout_r2"] > 0:
-        error, r2 = degrees(network[ERROR]), r2_text(network["heldout_r2"])
-        text = f"The network, fed by its own predictions over whole held-out trials, misses by {error} (R2 {r2})."
-    if plain[ERROR].notna().any():
-        best = plain.loc[plain[ERROR].idxmin()]
-        name, error = baseline_of(best["source"]), degrees(best[ERROR])
-        text += f" The best predictor without physics, {name}, misses by {error}."
-    return text
+    trained = [f"results/figures/{dataset}/{model}/{recipe}/predictions.png" for recipe in recipes]
+    page = f"results/diagnosis/{dataset}/verdict.html"
+    # Targets come first: --configfile takes all words that follow it.
+    settings = ["--configfile", *config_files] if config_files else []
+    calls = (shlex.join(["snakemake", "--cores", "2", *targets, *settings]) for targets in (trained, [page]))
+    return " && ".join(calls)

@@ -1,41 +1,53 @@
-"""Pages from the templates that stand with the workflow's captions, styles and scripts inside."""
+"""Pages from the templates that stand with the workflow's captions, styles and scripts inside; effects stand there by
+their titles, and terms of words.j2 are explained on hover."""
 
 import re
 import subprocess
 from collections.abc import Mapping
 from datetime import UTC, datetime
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import jinja2
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from myowave.diagnosis.report.numbers import degrees, estimate, r2_text, two_digits
 
 PAGES = Path(__file__).parents[4] / "workflow/report"
+_WRITTEN = {
+    "base": r"base(?![+\w])",
+    "held-out": r"held[- ]out",
+    "R2": r"R2|R²",
+    "scale": r"\d-scale|scales",
+    "absorbed": r"absorbed|absorbs?",
+    "standard error": r"standard error|SE",
+}
 
 
-def fill(template: Path, content: Mapping[str, Any]) -> str:
+def fill(template: str, titles: Mapping[str, str], content: Mapping[str, Any]) -> str:
     """A page as HTML that needs nothing else, with date, version and commit; every text that comes from data is
     escaped.
 
     Args:
-        template: a Jinja template; what stands in its folder can be included, as it is with `asset(name)`.
+        template: its name; what stands in its folder can be included, as it is with `asset(name)`.
+        titles: of effects.
     """
 
     def asset(name: str) -> Markup:
-        return Markup((template.parent / name).read_text(encoding="utf-8"))
+        return Markup((PAGES / name).read_text(encoding="utf-8"))
 
     made = f"{datetime.now(UTC):%Y-%m-%d}, myowave {version('myowave')}{_commit()}"
-    return templates_in(template.parent).get_template(template.name).render(asset=asset, made=made, **content)
+    marked = {"explained": partial(explained, titles=titles), "titled": partial(titled, titles=titles), "named": named}
+    return templates().get_template(template).render(asset=asset, made=made, **marked, **content)
 
 
-def templates_in(folder: Path) -> jinja2.Environment:
-    """The templates of a folder; text of data is escaped in those of HTML."""
+@cache
+def templates() -> jinja2.Environment:
+    """All of them; text of data is escaped in those of HTML."""
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(folder),
+        loader=jinja2.FileSystemLoader(PAGES),
         autoescape=jinja2.select_autoescape(["html", "html.j2"]),
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -43,6 +55,13 @@ def templates_in(folder: Path) -> jinja2.Environment:
     environment.policies["json.dumps_kwargs"] = {"sort_keys": True, "separators": (",", ":"), "allow_nan": False}
     environment.filters |= {"deg": degrees, "two": two_digits, "r2": r2_text, "estimate": estimate, "unit": with_unit}
     return environment
+
+
+@cache
+def glossary() -> Mapping[str, str]:
+    """What terms mean."""
+    found: Mapping[str, str] = templates().get_template("words.j2").module.glossary  # type: ignore[attr-defined]
+    return found
 
 
 def paragraphs(text: str) -> list[str]:
@@ -54,6 +73,37 @@ def paragraphs(text: str) -> list[str]:
 def with_unit(unit: str) -> str:
     """A unit behind its number; nothing for a number without one."""
     return "" if unit in ("-", "") else f" {unit}"
+
+
+def explained(text: str, titles: Mapping[str, str]) -> Markup:
+    """A text as HTML: effects with their titles, terms with their meaning on hover, each where it first stands. Names
+    within models, such as base+joint_damping, are left alone."""
+    names = "|".join(sorted(map(re.escape, titles), key=len, reverse=True)) or "$^"
+    terms = "|".join(rf"(?P<t{i}>{_WRITTEN.get(term, term)})" for i, term in enumerate(glossary()))
+    pattern = rf"(?<![\w+./])(?:(?P<effect>{names})(?![\w+/]|\.\w)|(?:{terms})(?!\w))"
+    seen: set[str] = set()
+
+    def mark(match: re.Match[str]) -> str:
+        group, found = str(match.lastgroup), match[0]
+        term = found if group == "effect" else list(glossary())[int(group[1:])]
+        first = term not in seen
+        seen.add(term)
+        if group == "effect":
+            return str(titled(found, titles)) if first else f"<code>{found}</code>"
+        return f'<abbr tabindex="0" title="{escape(glossary()[term])}">{found}</abbr>' if first else found
+
+    return Markup(re.sub(pattern, mark, str(escape(text))))
+
+
+def titled(effect: str, titles: Mapping[str, str]) -> Markup:
+    """An effect by its title, with the name that settings and models know it by."""
+    name = Markup("<code>{}</code>").format(effect)
+    return Markup("{} ({})").format(titles[effect], name) if titles.get(effect) else name
+
+
+def named(model: str) -> Markup:
+    """A model's name that may break after each +."""
+    return Markup("+<wbr>").join(escape(part) for part in model.split("+"))
 
 
 @cache

@@ -30,6 +30,7 @@ LIKELY = 0.5
 UNLIKELY = 1e-4  # of noise: what is left is then not noise
 SURPRISING = 6e-5  # 4 standard deviations
 FAR = 3.0  # standard deviations
+BANDS = 6  # of frequencies, in which what is left is looked at
 ANYTHING = "something that the catalogue lacks"
 NAME_OF = dict.fromkeys(MISSING, OUTSIDE) | {
     CURVES: OWN_CURVES,
@@ -174,9 +175,6 @@ def p_of_noise(model: Hypothesis) -> float:
     squares = [group**2 for group in groups if len(group)]
     worst = min(float(chi2.sf(s.sum(), len(s))) for s in squares)
     return min(1.0, worst * len(squares))
-
-
-BANDS = 6
 
 
 def p_of_constants(model: Hypothesis) -> float:

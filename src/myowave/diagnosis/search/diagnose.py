@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.answer import answer_of
 from myowave.diagnosis.search.draft import MOST_TERMS, Draft, draft_effect
 from myowave.diagnosis.search.ladder import ladder_of
@@ -125,7 +124,7 @@ def diagnose(
     nameless = (
         verdict.follows and not verdict.answer.of_curves
     )  # a torque of the moment is no way to say what curves do
-    draft = draft_effect(missing, trials.dataset, most=MOST_TERMS if nameless else 0)
+    draft = draft_effect(missing, most=MOST_TERMS if nameless else 0)
     proposals = _proposals(verdict, effects)
     return Diagnosis(trials.dataset, record, test, verdict, rungs, tuple(named), proposals, draft, failed)
 
@@ -150,27 +149,21 @@ def weigh(
     led = None
     if fit.record.pieces is not None:
         short = over_short_pieces(fit.model, whole, free, fit.values) or fit
-        found = weigh_models(short, effects, whole.known)
-        pair = _on_whole_trials(found.best, whole, fit.model, free)
-        if pair is None:
+        found = weigh_models(short, effects)
+        # The most likely model, and then the one without its effects, fitted to whole trials.
+        best = found.best.fit
+        led = attempt_fit(lambda: lengthen(best, whole, best.free))
+        led = None if led is None or led.record.pieces is not None else led
+        alone = None if led is None else attempt_fit(partial(refit, led, fit.model, free))
+        if led is None or alone is None:
             answer = answer_of(found)
             # No effect is named, so there is no rung to add.
-            return Verdict(answer, ladder_of(fit, found, replace(answer, named=()), effects, whole.known))
-        led, fit = pair
+            return Verdict(answer, ladder_of(fit, found, replace(answer, named=()), effects))
+        fit = alone
         report(f"stages: {led.model.name}, found over short pieces, follows whole trials")
-    found = weigh_models(fit, effects, whole.known, led)
+    found = weigh_models(fit, effects, led)
     answer = answer_of(found)
-    return Verdict(answer, ladder_of(fit, found, answer, effects, whole.known))
-
-
-def _on_whole_trials(best: Hypothesis, whole: Record, base: Model, free: Sequence[Free]) -> tuple[Fit, Fit] | None:
-    """The most likely model over pieces and the one without its effects, both fitted to whole trials; None where one of
-    them is not led there."""
-    led = attempt_fit(lambda: lengthen(best.fit, whole, best.fit.free))
-    if led is None or led.record.pieces is not None:
-        return None
-    without = attempt_fit(partial(refit, led, base, free))
-    return None if without is None else (led, without)
+    return Verdict(answer, ladder_of(fit, found, answer, effects))
 
 
 def _fit_beside(

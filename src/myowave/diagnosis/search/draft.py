@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from myowave.diagnosis.likelihood.terms import LARGEST, OF_ACTIVATION, OF_MOTION, OfJoint, torque_effect
+from myowave.diagnosis.likelihood.terms import OF_ACTIVATION, OF_MOTION, OfJoint, torque_effect
 from myowave.diagnosis.search.score import score_effects
 from myowave.identification.noise import SMALLEST_NOISE_DEG, correlation_time
 from myowave.identification.output_error import Fit, polish
@@ -70,20 +70,23 @@ class Draft:
     """A formula for what is missing."""
 
     terms: tuple[tuple[Term, float, float], ...]  # library terms with their coefficients [N m] and standard errors
-    formula: str  # their sum as it is written for people; "0" where there are none
-    source: str  # a complete effect file; put it into `physics.effect_files`
+
+    @property
+    def formula(self) -> str:
+        """Their sum as it is written for people; "0" where there are none."""
+        return " ".join(f"{value:+.3g} {term.text}" for term, value, _ in self.terms) or "0"
 
 
-def draft_effect(fit: Fit, dataset: str, *, most: int = MOST_TERMS) -> Draft:
+def draft_effect(fit: Fit, *, most: int = MOST_TERMS) -> Draft:
     """Describe what a fitted model still misses by a few terms of the library.
 
     Args:
         most: terms; 0 where a formula would say nothing.
     """
-    chosen: list[str] = []
-    current = fit
+    chosen: list[Term] = []
+    current, library = fit, {f"draft_{term.name}": term for term in LIBRARY}
     for _ in range(most):
-        scores = score_effects(current, (t.effect for t in LIBRARY if t.name not in chosen))
+        scores = score_effects(current, (term.effect for term in LIBRARY))
         sound = sorted((s for s in scores.values() if not s.absorbed and not s.failure), key=lambda s: -s.drop)
         fits = [(s.effect, attempt_fit(partial(polish, s.start))) for s in sound[:TRIED]]
         tried = [(name, found) for name, found in fits if found is not None]
@@ -92,13 +95,10 @@ def draft_effect(fit: Fit, dataset: str, *, most: int = MOST_TERMS) -> Draft:
         best, better = min(tried, key=lambda pair: pair[1].objective)
         if _delta_bic(current, better) < EVIDENCE:
             break
-        chosen.append(best.removeprefix("draft_"))
+        chosen.append(library[best])
         current = better
     values, errors = current.parameters, current.standard_errors()
-    by_name = {t.name: t for t in LIBRARY}
-    terms = tuple((by_name[n], values[f"draft_{n}.c"], errors[f"draft_{n}.c"]) for n in chosen)
-    formula = " ".join(f"{value:+.3g} {term.text}" for term, value, _ in terms) or "0"
-    return Draft(terms, formula, _source(terms, formula, dataset))
+    return Draft(tuple((t, values[f"draft_{t.name}.c"], errors[f"draft_{t.name}.c"]) for t in chosen))
 
 
 def _delta_bic(fit: Fit, better: Fit) -> float:
@@ -109,43 +109,3 @@ def _delta_bic(fit: Fit, better: Fit) -> float:
     samples = fit.record.samples / correlation_time(better.normal.residual, fit.record.samples)
     floor = fit.record.samples * np.radians(SMALLEST_NOISE_DEG) ** 2
     return float(samples * np.log((fit.objective + floor) / (better.objective + floor)) - np.log(samples))
-
-
-def _source(terms: tuple[tuple[Term, float, float], ...], formula: str, dataset: str) -> str:
-    """The text of an effect file with these terms; of one that says so where there are none."""
-    if not terms:
-        return (
-            f'"""No short formula of angle, velocity and activation describes what the model misses on {dataset}."""\n'
-        )
-    arguments = ", ".join(f"c_{term.name}: Tensor" for term, _, _ in terms)
-    body = " + ".join(f"c_{term.name} * {term.code}" for term, _, _ in terms)
-    parameters = "\n".join(
-        f'        "c_{term.name}": Parameter(unit="N m", low={-LARGEST}, high={LARGEST}, typical={value:.3g}, '
-        f'meaning="coefficient of {term.text}; found {value:.3g} +- {error:.2g}"),'
-        for term, value, error in terms
-    )
-    return f'''"""What the model misses on {dataset}: a formula found in the data. Give it a physical meaning."""
-
-import torch
-from torch import Tensor
-
-from myowave.physics.effect import Effect, Parameter
-
-
-def missing(q: Tensor, qdot: Tensor, activation: Tensor, *, {arguments}) -> Tensor:
-    """Extra torque [N m]: {formula}; q in rad, qdot in rad/s, a mean activation."""
-    a = activation.mean(-1)
-    return {body} + torch.zeros_like(q + a)
-
-
-EFFECT = Effect(
-    name="missing_torque",
-    acts_on="joint",
-    equation="{formula}",
-    function=missing,
-    parameters={{
-{parameters}
-    }},
-    source="drafted from the residual of {dataset}",
-)
-'''

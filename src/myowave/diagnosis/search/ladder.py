@@ -1,6 +1,6 @@
 """The models that a posterior leads through, each with the effects that were weighed from it, as pages show them."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -61,15 +61,8 @@ class Ladder:
         return tuple(effect.name for effect in self.fit.model.effects)
 
 
-def ladder_of(
-    fit: Fit, posterior: Posterior, answer: Answer, effects: Iterable[Effect], known: Collection[str] = ()
-) -> Ladder:
-    """The ladder of what is named.
-
-    Args:
-        fit: of the model without effects.
-        effects, known: as `weigh_models` had them.
-    """
+def ladder_of(fit: Fit, posterior: Posterior, answer: Answer, effects: Iterable[Effect]) -> Ladder:
+    """The ladder of what is named, from the fit of the model without effects."""
     catalogue = {e.name: e for e in effects}
     named = frozenset(name for members in answer.named for name in members) & frozenset(answer.best.effects)
     rungs, likeliest = [posterior.base], posterior.by_effects()
@@ -90,7 +83,7 @@ def ladder_of(
     if named:
         fits.append(shown_fit(last))
     classes = [(m, *(o for o in c if o != m and o in catalogue)) for c in answer.named for m in c if m in named]
-    rankings = tuple(_ranking_of(rung, posterior, catalogue, known) for rung in rungs)
+    rankings = tuple(_ranking_of(rung, posterior, catalogue) for rung in rungs)
     return Ladder(tuple(fits), rankings, tuple(c for c in classes if len(c) > 1), odds)
 
 
@@ -112,12 +105,10 @@ def shown_fit(rung: Hypothesis) -> Fit:
     return attempt_fit(lambda: polish(rung.fit)) or rung.fit
 
 
-def _ranking_of(
-    rung: Hypothesis, posterior: Posterior, catalogue: Mapping[str, Effect], known: Collection[str]
-) -> list[Candidate]:
+def _ranking_of(rung: Hypothesis, posterior: Posterior, catalogue: Mapping[str, Effect]) -> list[Candidate]:
     """All effects that a model lacks, the most likely first."""
     key, likeliest = frozenset(rung.effects), posterior.by_effects()
-    screened = posterior.screened.get(key) or screen(rung, catalogue, known)
+    screened = posterior.screened.get(key) or screen(rung, catalogue)
     found = []
     for name, score in screened.scores.items():
         with_it = likeliest.get(key | {name})

@@ -55,21 +55,18 @@ def propose_trials(fit: Fit, one: Effect, other: Effect | None = None) -> list[P
         one: the effect taken to be real, as strong as the trials say (or of its typical strength where they cannot).
         other: the effect that imitates it; None asks whether the fitted parameters alone can imitate it.
     """
-    strength = _strength(fit, one)
-    own = effect_parameters(fit.model.with_effects([one]), one)
-    rival = effect_parameters(fit.model.with_effects([other]), other) if other is not None else ()
-    imitators = (*fit.free, *rival)
-    weight = expected(imitators)[1] * fit.record.noise**2
-    recorded = _slopes(fit, fit.record, [one, *([other] if other else [])], own, imitators)
+    effects = [one] if other is None else [one, other]
+    own, *rival = (effect_parameters(fit.model.with_effects([effect]), effect) for effect in effects)
+    imitators = (*fit.free, *(p for parameters in rival for p in parameters))
+    strength, weight = _strength(fit, one), expected(imitators)[1] * fit.record.noise**2
     menu = _menu(fit)
-    trials = _slopes(fit, menu, [one, *([other] if other else [])], own, imitators)
+    recorded, trials = (_slopes(fit, record, effects, own, imitators) for record in (fit.record, menu))
     before = _separation([recorded], strength, weight, fit.record.noise)
     proposals = []
     for i, name in enumerate(menu.names):
-        slope, wanted, free = (part[i : i + 1] for part in trials)
-        one_trial = slope, wanted, free
-        if np.isfinite(one_trial[0]).all():
-            after = _separation([recorded, one_trial], strength, weight, fit.record.noise)
+        slope, wanted, by_start = (part[i : i + 1] for part in trials)
+        if np.isfinite(slope).all():
+            after = _separation([recorded, (slope, wanted, by_start)], strength, weight, fit.record.noise)
             proposals.append(Proposal(name, after, before))
     return sorted(proposals, key=lambda p: -p.separation)
 
@@ -89,13 +86,9 @@ def _menu(fit: Fit) -> Record:
     samples = record.angle.shape[1]
     manoeuvres = [m for m, _ in MENU.values()]
     emg = synthetic_emg(SEED, sides=sides, trials=len(MENU), samples=samples, dt=record.dt, manoeuvres=manoeuvres)
-    usual = {name: float(values.median()) for name, values in record.known.items()}
-    defaults = fit.model.defaults
-    changed = {name for _, values in MENU.values() for name in values}
-    known = {}
-    for name in sorted(changed | set(usual)):
-        values = [constants.get(name, usual.get(name, defaults[name])) for _, constants in MENU.values()]
-        known[name] = torch.tensor(values, dtype=torch.float64)
+    usual = fit.model.defaults | {name: float(values.median()) for name, values in record.known.items()}
+    names = sorted({*record.known, *(name for _, values in MENU.values() for name in values)})
+    known = {name: [values.get(name, usual[name]) for _, values in MENU.values()] for name in names}
     return replace(
         record,
         names=tuple(MENU),
@@ -103,7 +96,7 @@ def _menu(fit: Fit) -> Record:
         angle=np.zeros((len(MENU), samples)),
         valid=np.ones((len(MENU), samples), dtype=bool),
         training=np.ones(len(MENU), dtype=bool),
-        known=known,
+        known={name: torch.tensor(values, dtype=torch.float64) for name, values in known.items()},
         course=None,
         lead=0,
         pieces=None,

@@ -12,7 +12,7 @@ Shapes: T trials, N samples, P free parameters of the fit, R = T N + P samples a
 effect.
 """
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,54 +56,45 @@ class ScoreTest:
         return self.visible < ABSORBED and not self.failure
 
     def detectable(self, variance: float, statistic: float) -> float:
-        """Smallest value of the first parameter that 9 of 10 recordings would show [its unit].
-
-        Args:
-            variance: of an independent sample of the residual [rad^2].
-            statistic: chi-square that counts as found.
-        """
+        """Smallest value of the first parameter that 9 of 10 recordings would show [its unit], given the variance of an
+        independent sample of the residual [rad^2] and the chi-square that counts as found."""
         if self.failure:
             return np.inf
         information = max(float(self.information[0, 0]), 1e-300)
         return self.free[0].scale * (np.sqrt(statistic) + 1.2816) * np.sqrt(variance / information)
 
 
-def score_effects(fit: Fit, effects: Iterable[Effect], known: Collection[str] = ()) -> dict[str, ScoreTest]:
-    """Score every effect that the fitted model does not have; one that cannot be scored says why in its `failure`.
-
-    Args:
-        known: names of parameters that are known and so not to be estimated.
-    """
+def score_effects(fit: Fit, effects: Iterable[Effect]) -> dict[str, ScoreTest]:
+    """Score every effect that the fitted model does not have; one that cannot be scored says why in its `failure`."""
     present = {e.name for e in fit.model.effects}
-    return {e.name: _score_or_reason(fit, e, known) for e in effects if e.name not in present}
+    return {e.name: _score_or_reason(fit, e) for e in effects if e.name not in present}
 
 
-def _score_or_reason(fit: Fit, effect: Effect, known: Collection[str]) -> ScoreTest:
+def _score_or_reason(fit: Fit, effect: Effect) -> ScoreTest:
     """The score of an effect; of one that cannot be scored, which promises nothing, the reason."""
     try:
-        return score_effect(fit, effect, known)
+        return score_effect(fit, effect)
     except FAILURES as error:
-        free, left = effect_parameters(fit.model.with_effects([effect]), effect, known), fit.normal.left
-        count, nothing = len(free), np.zeros((len(left), len(free)))
-        none = np.zeros(count)
-        information = np.zeros((count, count))
-        return ScoreTest(effect.name, free, fit, nothing, left, information, none, 0.0, 0.0, (), str(error))
+        free, left = effect_parameters(fit.model.with_effects([effect]), effect), fit.normal.left
+        signal, information, estimate = (np.zeros((*rows, len(free))) for rows in ((len(left),), (len(free),), ()))
+        return ScoreTest(effect.name, free, fit, signal, left, information, estimate, 0.0, 0.0, (), str(error))
 
 
-def score_effect(fit: Fit, effect: Effect, known: Collection[str] = ()) -> ScoreTest:
+def score_effect(fit: Fit, effect: Effect) -> ScoreTest:
     """Score one effect; see the module.
 
     Raises:
         ValueError: if the model with the effect has no finite derivatives along the motion of the fit.
     """
     model = fit.model.with_effects([effect])
-    free = effect_parameters(model, effect, known)
+    free = effect_parameters(model, effect)
     start = _start(fit, model, free)
     count, normal = len(fit.free), fit.normal
     raw = start.normal.slope[..., count:]
     (signal, imitation), residual = normal.beyond(raw), normal.left
     information = signal.T @ signal
-    estimate, drop = best_within(information, signal.T @ residual, free)
+    low, high = (bound / scales(free) for bound in bounds(free))
+    estimate, drop = gain_of(information, signal.T @ residual, low, high)
     visible, direction = _visible(information, np.einsum("tne,tnf->ef", raw, raw))
     size = np.abs(imitation @ direction) * np.sqrt(np.einsum("tnp,tnp->p", normal.slope, normal.slope))
     order = np.argsort(-size)
@@ -114,17 +105,10 @@ def score_effect(fit: Fit, effect: Effect, known: Collection[str] = ()) -> Score
 def confusion(scores: Mapping[str, ScoreTest], one: str, other: str) -> float:
     """How much of what one effect does another can imitate: 1 for all of it [-]. Both as `score_effects` gave them."""
     a, b = scores[one], scores[other]
-    towards = _strongest(a)
-    signal = a.signal @ towards
+    # The values that the data call for, or the most visible combination where they call for none.
+    signal = a.signal @ (a.estimate if np.any(a.estimate) else np.linalg.eigh(a.information)[1][:, -1])
     _, imitated = gain_of(b.information, b.signal.T @ signal)
     return float(np.sqrt(np.clip(imitated / max((signal**2).sum(), 1e-300), 0.0, 1.0)))
-
-
-def _strongest(score: ScoreTest) -> Array:
-    """The values that the data call for, or the most visible combination where they call for none."""
-    if np.any(score.estimate):
-        return score.estimate
-    return np.linalg.eigh(score.information)[1][:, -1]
 
 
 def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
@@ -162,20 +146,6 @@ def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
     # The motion is that of the fit, so its normal equations hold, with a few columns more.
     normal = fit.normal.extended(scaled_slope(added, scales(free), record.valid))
     return Fit(simulation, record, everything, values, fit.starts, normal, sensitive)
-
-
-def best_within(information: Array, product: Array, free: tuple[Free, ...]) -> tuple[Array, float]:
-    """Least squares within the bounds, and the fall of the sum of squares.
-
-    Args:
-        information, product: signal^T signal (E, E) and signal^T residual (E,).
-        free: the parameters, whose bounds and scales count.
-
-    Returns:
-        The values in units of the scales, (E,), and the fall, at least 0.
-    """
-    low, high = (bound / scales(free) for bound in bounds(free))
-    return gain_of(information, product, low, high)
 
 
 def _visible(left: Array, whole: Array) -> tuple[float, Array]:

@@ -3,7 +3,7 @@
 Shapes: E parameters of effects, C columns.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,10 +34,10 @@ class Screened:
     parts: Mapping[int, float]  # of each part of the general correction, but for those that an effect does
 
 
-def screen(model: Hypothesis, catalogue: Mapping[str, Effect], known: Collection[str] = ()) -> Screened:
+def screen(model: Hypothesis, catalogue: Mapping[str, Effect]) -> Screened:
     """Every effect, pair of effects and part of the general correction, beside what a model's best states have."""
     fit, residual = model.fit, model.residual
-    scores = score_effects(fit, catalogue.values(), known)
+    scores = score_effects(fit, catalogue.values())
     names = [name for name, score in scores.items() if not score.failure]
     columns, place, limits = [], {}, {}
     for name in names:

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-from myowave.diagnosis.causes import EMG_NOISE, EMG_NOISE_TITLE, OF_RECORDER, OUTSIDE, OWN_CURVES
+from myowave.diagnosis.causes import CAUSE_TITLES, EMG_NOISE, OF_RECORDER, OUTSIDE, OWN_CURVES
 from myowave.diagnosis.search.answer import Answer, Kind
 from myowave.diagnosis.search.ladder import Ladder
 
 # What may stand in for an effect, in words.
-STAND_INS = {OUTSIDE: "something like it", OWN_CURVES: OWN_CURVES, EMG_NOISE: EMG_NOISE_TITLE}
+STAND_INS = {OUTSIDE: "something like it", OWN_CURVES: OWN_CURVES, EMG_NOISE: CAUSE_TITLES[EMG_NOISE]}
 CERTAINLY_OUTSIDE = 2.0  # standard errors
 
 

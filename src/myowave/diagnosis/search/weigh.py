@@ -6,13 +6,12 @@ orders only choose what is fitted: what is compared was linearised where it stan
 """
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from myowave.diagnosis.likelihood.algebra import COST, most_likely
 from myowave.diagnosis.likelihood.components import COLOURED, EMG, MISSING, REPEATS, residual_above
@@ -75,9 +74,9 @@ class Posterior:
             if key not in self.models or model.total > self.models[key].total:
                 self.models[key] = model
 
-    def screen(self, model: Hypothesis, catalogue: Mapping[str, Effect], known: Collection[str]) -> Screened:
+    def screen(self, model: Hypothesis, catalogue: Mapping[str, Effect]) -> Screened:
         """What effects promise from a model, which is kept."""
-        found = self.screened[frozenset(model.effects)] = screen(model, catalogue, known)
+        found = self.screened[frozenset(model.effects)] = screen(model, catalogue)
         share = self.prior + math.log(OUTSIDE * max(len(catalogue), 1) / max(len(found.parts), 1))
         for part, value in found.parts.items():
             self.parts[frozenset(model.effects), part] = value + model.prior + share
@@ -97,13 +96,8 @@ class Posterior:
         return [(math.exp(value - top) / total, effects, frozenset(on)) for value, effects, on in rows]
 
 
-def weigh_models(fit: Fit, effects: Iterable[Effect], known: Collection[str] = (), led: Fit | None = None) -> Posterior:
-    """The posterior of models, from the fit of the one without any effect.
-
-    Args:
-        known: names of parameters that are known and so not to be estimated.
-        led: a fit with effects that is known to be good.
-    """
+def weigh_models(fit: Fit, effects: Iterable[Effect], led: Fit | None = None) -> Posterior:
+    """The posterior of models, from the fit of the one without any effect; `led` has some, and is known to be good."""
     catalogue = {e.name: e for e in effects}
     joined = list(fit.record.joined(fit.record.angle).values())
     unfiltered = View.of(fit, Sensor(knots=knots_of(joined) if fit.record.pieces is None else None))
@@ -114,12 +108,12 @@ def weigh_models(fit: Fit, effects: Iterable[Effect], known: Collection[str] = (
     if led is not None:
         more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
         found.add(settle(Hypothesis.of(led, base.view, more, [base.best], found.prior * len(more))))
-    _search(found, fit, catalogue, known)
+    _search(found, fit, catalogue)
     likely = through_likely_filter(found.best.fit, unfiltered)
     if likely.sensor.corner_hz is None and view.sensor.corner_hz is not None:
         # What the model lacked had looked like the doing of a filter.
         found = _seen_anew(found, likely)
-        _search(found, fit, catalogue, known)
+        _search(found, fit, catalogue)
     return found
 
 
@@ -128,21 +122,16 @@ def _seen_anew(found: Posterior, view: View) -> Posterior:
     again, best = Posterior(found.prior), found.best
     view = with_likely_memory(Hypothesis.of(best.fit, view, best.effects, [best.best], best.prior)).view
     for model in sorted(found.models.values(), key=lambda model: -model.total):
-        begun = Hypothesis.of(model.fit, view, model.effects, [model.best], model.prior)
-        leader = again.best.total if again.models else -math.inf
-        again.add(settle(replace(begun, expected_emg=model.expected_emg), leader))
+        begun = Hypothesis.of(model.fit, view, model.effects, [model.best], model.prior, model.expected_emg)
+        again.add(settle(begun, again.best.total if again.models else -math.inf))
     return again
 
 
-def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect], known: Collection[str]) -> None:
-    """Add the models that lead on from the most likely one.
-
-    Args:
-        fit: to the EMG as it was recorded.
-    """
+def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None:
+    """Add the models that lead on from the most likely one; the fit is to the EMG as it was recorded."""
     top = found.best
     for depth in range(MOST_EFFECTS):
-        screened = found.screen(top, catalogue, known)
+        screened = found.screen(top, catalogue)
         found.add(*_fit_singles(top, screened, found))
         if not depth:
             found.add(*_fit_pairs(top, screened, catalogue, found.prior))
@@ -161,8 +150,9 @@ def _with_one_less(model: Hypothesis) -> list[Hypothesis]:
         fit = attempt_fit(partial(without_effect, model.fit, name))
         if fit is not None:
             rest = tuple(other for other in model.effects if other != name)
-            begun = Hypothesis.of(fit, model.view, rest, [model.best], model.prior * len(rest) / len(model.effects))
-            found.append(settle(replace(begun, expected_emg=model.expected_emg), model.total))
+            prior = model.prior * len(rest) / len(model.effects)
+            begun = Hypothesis.of(fit, model.view, rest, [model.best], prior, model.expected_emg)
+            found.append(settle(begun, model.total))
     return found
 
 
@@ -230,13 +220,16 @@ def _fit_pairs(top: Hypothesis, screened: Screened, catalogue: Mapping[str, Effe
 def _fitted(top: Hypothesis, begin: Fit, effects: tuple[str, ...], prior: float, leader: float) -> Hypothesis | None:
     """A model settled from where a fit stands, given the causes of the model without the effect; where there are some,
     as they may hold the effect back, also from its fit by least squares. None where it has no motion."""
+
+    def settled(fit: Fit) -> Hypothesis:
+        return settle(Hypothesis.of(fit, top.view, effects, [top.best], prior, top.expected_emg), leader)
+
     try:
-        found = [settle(Hypothesis.of(begin, top.view, effects, [top.best], prior), leader)]
-        if top.on and found[0].total < leader + CLEARLY:
-            found.append(settle(Hypothesis.of(polish(begin), top.view, effects, [top.best], prior), leader))
+        found = settled(begin)
+        again = settled(polish(begin)) if top.on and found.total < leader + CLEARLY else found
     except FAILURES:
         return None
-    return replace(max(found, key=lambda model: model.total), expected_emg=top.expected_emg)
+    return max(found, again, key=lambda model: model.total)
 
 
 def through_likely_filter(fit: Fit, view: View) -> View:
@@ -261,26 +254,18 @@ def through_likely_filter(fit: Fit, view: View) -> View:
 
 def _of_other_emg(model: Hypothesis, recorded: Fit) -> Hypothesis:
     """The same model fitted to the EMG that is expected behind a noisy recording (errors in variables), or to the
-    recording again where what is expected leaves no noise of the EMG; itself where neither is called for.
-
-    Args:
-        recorded: a fit to the EMG as it was recorded.
-    """
+    recording again where what is expected leaves no noise of the EMG; itself where neither is called for. `recorded` is
+    a fit to the EMG as it was recorded."""
     if (EMG in model.on) == model.expected_emg:
         return model
     record = recorded.record
     if not model.expected_emg:
-        emg = expected_excitation(record.emg.numpy(), _valid_of_emg(recorded), model.best.sizes[EMG])
+        lead = np.ones((len(record.valid), record.lead), bool)  # of pieces what is before their start counts, too
+        valid = np.concatenate([lead, record.valid], 1)
+        emg = expected_excitation(record.emg.numpy(), valid, model.best.sizes[EMG])
         record = replace(record, emg=torch.from_numpy(emg))
     fit = replace(model.fit, record=record)
     found = attempt_fit(lambda: refit(fit, fit.model, fit.free))
     if found is None:
         return model
-    begun = Hypothesis.of(found, model.view, model.effects, [model.best], model.prior)
-    return settle(replace(begun, expected_emg=not model.expected_emg))
-
-
-def _valid_of_emg(fit: Fit) -> NDArray[np.bool_]:
-    """Samples of the EMG that count; of pieces those before their start, too."""
-    lead = np.ones((len(fit.record.valid), fit.record.lead), bool)
-    return np.concatenate([lead, fit.record.valid], 1)
+    return settle(Hypothesis.of(found, model.view, model.effects, [model.best], model.prior, not model.expected_emg))

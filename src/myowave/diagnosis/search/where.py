@@ -80,10 +80,8 @@ def _activations(fit: Fit) -> dict[str, Array]:
 
 
 def locate(misfit: pd.DataFrame) -> list[dict[str, Any]]:
-    """What the error goes with, as plain data, the strongest first; nothing where it is the same everywhere.
-
-    Args:
-        misfit: as `misfit_by` gives it.
+    """What the error of `misfit_by` goes with, as plain data, the strongest first; nothing where it is the same
+    everywhere.
 
     Returns:
         Findings with their `kind`, what they are `of` and its `unit`, and two `parts`, each {"part", "low", "high",
