@@ -275,6 +275,7 @@ REFUSED_IN_MEMORY = {
     "an angle in deg called rad": (made(np.degrees), "trial a, .* expected -180 to 180"),
     "an angle in tenths of a degree": (made(lambda q: 10 * q), "trial a, .* expected -180 to 180. Correct its unit"),
     "a leap by a turn": (made(stepped(360.0), trials="b"), "trial b, .*after its start: the angle is"),
+    "180 for the straight arm, beyond it": (made(lambda q: 190 - q), "straight arm, sign: -1 and offset_deg: 180"),
     "a lean of 573 deg": (made(lambda t: t * 0 + 573, "tilt_rad"), "trial a, .*: tilt_rad is 573 deg .*-180 to 180"),
     "the same trial twice": (
         lambda trials: trials.update(b={key: values.copy() for key, values in trials["a"].items()}),

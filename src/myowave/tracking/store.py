@@ -37,10 +37,10 @@ logging.getLogger("mlflow.store.db.utils").setLevel(logging.CRITICAL)  # likewis
 
 EXPERIMENT = "myowave"
 _NAME = "attributes.`Run Name`"
-# Few columns, so that a laptop shows recipes beside scores.
+# Few columns of the first page, before the duration, so that a laptop shows recipes beside scores.
 _COLUMNS = [f"metrics.`{name}`" for name in ("test_r2", "test_rmse_deg")]
 _COLUMNS += [f"params.`{name}`" for name in ("recipe", "scales", "verdict")]
-_TABLE = {"selectedColumns": _COLUMNS, "columnOrder": [_NAME], "columnWidths": {_NAME: 300}}  # of the first page
+_TABLE = {"selectedColumns": _COLUMNS, "columnOrder": [_NAME, *_COLUMNS], "columnWidths": {_NAME: 300}}
 _BATCH, _ALL = 1000, 50_000  # MLflow's limits for metrics in one call, and for runs in one answer
 _AGAIN = "delete it and publish again: `snakemake --cores 1 publish` makes it of the files in results/"
 

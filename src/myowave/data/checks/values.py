@@ -98,7 +98,8 @@ def _odd_problems(one: Recording) -> Iterator[str]:
     """Angles beyond half a turn, an elbow that is still or looks like the other unit, a torque that no elbow gives."""
     angle, unit = np.degrees(one.angle), one.raw.angle.written
     named = "If it was written in deg, name that unit (or call the column angle_deg); else correct sign or offset_deg."
-    far = "Correct its unit, sign or offset_deg." if unit == "deg" else named
+    straight = "Correct its unit, sign or offset_deg; where 180 is the straight arm, sign: -1 and offset_deg: 180."
+    far = straight if unit == "deg" else named
     still = "The sensor was off, or the column is another one: correct it, or leave the trial out."
     odd = list(_odd(one, "the angle", angle, "deg", HALF_TURN_DEG, far, still))
     yield from odd
