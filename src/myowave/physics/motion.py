@@ -67,14 +67,18 @@ class Pull:
         """
         # To where y would be at its target.
         gap0 = (self.target - self.state) / self.strength
-        lag = torch.where(gap0 > 0, self.rise, self.fall) / (self.strength * step.clamp(min=SHORTEST))
-        moved = -torch.expm1(-1 / lag.clamp(min=1e-3)) * gap0  # as if all stayed as it is
+        pace = self.strength * step.clamp(min=SHORTEST)
+        moved = _closed(torch.where(gap0 > 0, self.rise, self.fall) / pace) * gap0  # as if all stayed as it is
         target, rise, fall = self.relaxation({**end, "state": self.state + moved})
         gap1 = (target - self.state) / self.strength + (1 - 1 / self.strength) * moved
-        rises = gap0 + gap1 > 0
-        lag = torch.where(rises, self.rise + rise, self.fall + fall) / (2 * self.strength * step.clamp(min=SHORTEST))
-        closed = -torch.expm1(-1 / lag.clamp(min=1e-3))  # share of the gap that closes; 1 where the lag is short
+        lag = torch.where(gap0 + gap1 > 0, self.rise + rise, self.fall + fall) / (2 * pace)
+        closed = _closed(lag)
         return self.state + closed * gap0 + (1 - lag * closed) * (gap1 - gap0)
+
+
+def _closed(lag: Tensor) -> Tensor:
+    """Share of a gap that closes within a step, from the time constant in steps; 1 where that is short."""
+    return -torch.expm1(-1 / lag.clamp(min=1e-3))
 
 
 def step(valued: Valued, state: Tensor, drive: Drive) -> Tensor:

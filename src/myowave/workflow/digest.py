@@ -22,6 +22,8 @@ _ROOTS = (PACKAGE.parent,)
 # A rule's settings are in its params, and its log is no result.
 BESIDE = ("myowave.settings", "myowave.workflow")
 CATALOGUE = PACKAGE / "physics/effects/__init__.py"
+# What is kept of a file is of one reader: each version of Python, and of this file, writes statements differently.
+_READER = f"{sys.version_info[:2]}".encode() + Path(__file__).read_bytes()
 
 
 def digest_script(script: Path, *, roots: tuple[Path, ...] = _ROOTS) -> str:
@@ -74,9 +76,8 @@ def _imports_of(path: Path, roots: tuple[Path, ...]) -> frozenset[Path]:
 def _read(path: Path) -> tuple[str, list[str]]:
     """Digest of a file's statements, and the dotted names that it imports, of which the last part may be a name within
     a module; or what was kept of them beside its byte code, as parsing the whole package takes a second."""
-    # Each version of Python, and of this file, reads and writes statements differently.
-    text, reader = path.read_bytes(), f"{sys.version_info[:2]}".encode() + Path(__file__).read_bytes()
-    key = hashlib.sha256(reader + text).hexdigest()
+    text = path.read_bytes()
+    key = hashlib.sha256(_READER + text).hexdigest()
     kept = path.parent / "__pycache__" / f"{path.stem}.digest.json"
     with suppress(OSError, ValueError, TypeError):
         kept_key, digest, imports = json.loads(kept.read_bytes())

@@ -121,9 +121,8 @@ def diagnose(
         report(f"{rung.name}: training {train:.3g} deg, held-out {heldout:.3g} deg")
     report(f"verdict: {verdict.kind}, {', '.join(verdict.causes) or 'no effect'}")
     missing = ladder.fits[0] if verdict.kind == "unknown" else ladder.fit
-    nameless = (
-        verdict.follows and not verdict.answer.of_curves
-    )  # a torque of the moment is no way to say what curves do
+    # A torque of the moment is no way to say what curves do.
+    nameless = verdict.follows and not verdict.answer.of_curves
     draft = draft_effect(missing, most=MOST_TERMS if nameless else 0)
     proposals = _proposals(verdict, effects)
     return Diagnosis(trials.dataset, record, test, verdict, rungs, tuple(named), proposals, draft, failed)
