@@ -48,12 +48,12 @@ def stretch(
 ) -> tuple[Tensor, Tensor, Tensor]:
     """The tendon's force y relaxes to the force of a fibre that moves as if the tendon were rigid.
 
-    The tendon is longer by x = strain slack e(y), the fibre shorter by as much. It moves by dx/dt less than with a
-    rigid tendon, which makes its force F - D dx/dt, with D the slope of force over velocity; it equals y. So
+    The tendon is longer by x = strain slack e(y), the fibre shorter by as much. It moves by dx/dt less than with a rigid
+    tendon, which makes its force F - D dx/dt, with D the slope of force over velocity; it equals y. So
     dy/dt = (F - y) / (strain slack e'(y) D).
     """
-    # ASSUME: a straight force-velocity curve between the velocities of the muscle and of its fibre; the tendon runs
-    # along the fibres, whatever their pennation.
+    # ASSUME: a straight force-velocity curve between the velocities of the muscle and of its fibre; the tendon runs along
+    # the fibres, whatever their pennation.
     force = hill(activation, fibre_length - strain * slack * elongation(state) / l0, fibre_velocity)
     faster = hill(activation, fibre_length, fibre_velocity + VELOCITY_STEP)
     slower = hill(activation, fibre_length, fibre_velocity - VELOCITY_STEP)
