@@ -61,24 +61,18 @@ class Pull:
         """The state `step` seconds later, where the quantities are those of `end`.
 
         Exact where the target is linear in y and time and the time constant is constant, however short: with 0 the
-        state is at its target. Second order otherwise.
+        state is at its target. Second order otherwise, if the time constant depends on y only through the sense of
+        change.
 
         Source: exponential Rosenbrock-Euler, Hochbruck & Ostermann 2010, Exponential integrators, Sec. 2.4.
         """
+        target, rise, fall = self.relaxation({**end, "state": self.state})
         # To where y would be at its target.
-        gap0 = (self.target - self.state) / self.strength
-        pace = self.strength * step.clamp(min=SHORTEST)
-        moved = _closed(torch.where(gap0 > 0, self.rise, self.fall) / pace) * gap0  # as if all stayed as it is
-        target, rise, fall = self.relaxation({**end, "state": self.state + moved})
-        gap1 = (target - self.state) / self.strength + (1 - 1 / self.strength) * moved
-        lag = torch.where(gap0 + gap1 > 0, self.rise + rise, self.fall + fall) / (2 * pace)
-        closed = _closed(lag)
+        gap0, gap1 = (self.target - self.state) / self.strength, (target - self.state) / self.strength
+        rises = gap0 + gap1 > 0
+        lag = torch.where(rises, self.rise + rise, self.fall + fall) / (2 * self.strength * step.clamp(min=SHORTEST))
+        closed = -torch.expm1(-1 / lag.clamp(min=1e-3))  # share of the gap that closes; 1 where the lag is short
         return self.state + closed * gap0 + (1 - lag * closed) * (gap1 - gap0)
-
-
-def _closed(lag: Tensor) -> Tensor:
-    """Share of a gap that closes within a step, from the time constant in steps; 1 where that is short."""
-    return -torch.expm1(-1 / lag.clamp(min=1e-3))
 
 
 def step(valued: Valued, state: Tensor, drive: Drive) -> Tensor:
