@@ -40,6 +40,7 @@ PARAMETERS = ("constants", "starts")
 DAMPING = (0.0, 0.01, 0.1, 1.0, 10.0)  # of steps, until one is for the better
 LEAST = 1e-6  # information on the start of a trial before any
 LITTLE = 0.3  # nats: steps that gain less are the last
+BEHIND = 20.0  # nats: a model that stays so far behind another is followed no further
 CLIMBS = 3  # times that parameters and sizes follow one another
 
 
@@ -115,12 +116,12 @@ class Hypothesis:
         return log_share_within(low, high, mean[place] / unit, scaled)
 
 
-def settle(begin: Hypothesis, leader: float = -math.inf, behind: float = 20.0, steps: int = 4) -> Hypothesis:
+def settle(begin: Hypothesis, leader: float = -math.inf, steps: int = 4) -> Hypothesis:
     """The same model where its parameters are most likely, causes weighed anew there after so many steps of these; one
-    that stays so far behind the leader, the most likely model so far, is given up."""
+    that stays `BEHIND` the leader, the most likely model so far, is given up."""
     best = begin
     for turn in range(CLIMBS):
-        if best.total < leader - behind:
+        if best.total < leader - BEHIND:
             break
         fit = climb(best, steps)
         if fit is best.fit:

@@ -15,7 +15,7 @@ import torch
 
 from myowave.diagnosis.likelihood.algebra import COST, most_likely
 from myowave.diagnosis.likelihood.components import COLOURED, EMG, MISSING, REPEATS, residual_above
-from myowave.diagnosis.likelihood.hypothesis import Hypothesis, settle, weighed_afresh, with_likely_memory
+from myowave.diagnosis.likelihood.hypothesis import BEHIND, Hypothesis, settle, weighed_afresh, with_likely_memory
 from myowave.diagnosis.likelihood.sensor import Sensor, knots_of
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.score import FAILURES, ScoreTest, score_effects
@@ -128,11 +128,12 @@ def _seen_anew(found: Posterior, view: View) -> Posterior:
 
 
 def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None:
-    """Add the models that lead on from the most likely one; the fit is to the EMG as it was recorded."""
-    top = found.best
+    """Add the models that lead on from the most likely ones; the fit is to the EMG as it was recorded."""
+    top, rivals = found.best, list[Hypothesis]()
     for depth in range(MOST_EFFECTS):
-        screened = found.screen(top, catalogue)
-        found.add(*_fit_singles(top, screened, found))
+        for model in (top, *rivals):
+            screened = found.screen(model, catalogue)
+            found.add(*_fit_singles(model, screened, found))
         if not depth:
             found.add(*_fit_pairs(top, screened, catalogue, found.prior))
         best = found.best
@@ -141,6 +142,15 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None
         best = with_likely_memory(weighed_afresh(settle(best, steps=12)))
         top = _of_other_emg(best, fit)
         found.add(best, top, *_with_one_less(top))
+        rivals = _rivals(found, top)
+
+
+def _rivals(found: Posterior, top: Hypothesis) -> list[Hypothesis]:
+    """Models with as many effects as the most likely one and not far behind it, where something strange is left: what
+    is missing still decides which of its parts seems likeliest alone, by a few nats that another machine may turn."""
+    others = (m for names, m in found.by_effects().items() if names != set(top.effects))
+    alike = [m for m in others if len(m.effects) == len(top.effects) and m.total > top.total - BEHIND]
+    return alike if top.on & STRANGE else []
 
 
 def _with_one_less(model: Hypothesis) -> list[Hypothesis]:
