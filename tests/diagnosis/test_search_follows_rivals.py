@@ -1,0 +1,27 @@
+"""What is missing decides by a few nats which of its parts seems likeliest alone: the search follows all that are near."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from myowave.diagnosis.search.weigh import Posterior, _rivals
+
+
+def model(total, *effects, on=frozenset({"curves"}), expected_emg=False):
+    return SimpleNamespace(total=total, effects=effects, on=on, expected_emg=expected_emg)
+
+
+@pytest.fixture
+def found():
+    posterior = Posterior(-3.0)
+    posterior.add(model(0.0), model(100.0, "drag"), model(91.0, "damping"), model(79.0, "stiffness"))
+    posterior.add(model(95.0, "drag", "tilt"), model(93.0, "damping", expected_emg=True))
+    return posterior
+
+
+def test_models_that_are_nearly_as_likely_are_followed_each_once(found):
+    assert [(m.effects, m.total) for m in _rivals(found, found.best)] == [(("damping",), 93.0)]
+
+
+def test_none_is_followed_beside_a_model_that_leaves_noise_alone(found):
+    assert _rivals(found, model(100.0, "drag", on=frozenset())) == []
