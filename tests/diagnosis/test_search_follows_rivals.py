@@ -1,4 +1,4 @@
-"""What is missing decides by a few nats which of its parts seems likeliest alone: the search follows all that are near."""
+"""What is missing decides by a few nats which of its parts seems likeliest alone: the search follows all near it."""
 
 from types import SimpleNamespace
 
