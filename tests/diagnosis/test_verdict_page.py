@@ -15,12 +15,12 @@ from myowave.diagnosis.comparison.summary import summarize
 from myowave.diagnosis.report.cells import accuracy_cells
 from myowave.diagnosis.report.contents import COMPARISON_NAMES, FIGURE_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.facts import verdict_facts
-from myowave.diagnosis.report.figures import draw_diagnosis
+from myowave.diagnosis.report.figures import draw_diagnosis, draw_ranking
 from myowave.diagnosis.report.ladder import join_ladder, join_parameters, shown_network
 from myowave.diagnosis.report.motion import beside
 from myowave.diagnosis.report.numbers import estimate
 from myowave.diagnosis.report.page import Story, write_page
-from myowave.diagnosis.report.tables import TABLES, draft_source, ladder_table, predictions_table
+from myowave.diagnosis.report.tables import TABLES, draft_source, ladder_table, predictions_table, ranking_table
 from myowave.diagnosis.report.tell import adding_command, tell
 from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search.diagnose import diagnose
@@ -259,6 +259,13 @@ def test_the_page_tells_the_verdict_and_the_command_in_order(story):
 def test_the_page_says_what_to_do_whatever_the_verdict(story, changes, expected):
     changed = replace(story, verdict={**story.verdict, **changes})
     assert expected in write_page(changed)
+
+
+def test_an_empty_catalogue_has_a_table_and_a_picture_without_rows(diagnosis, tables, story):
+    ladder = replace(diagnosis.verdict.ladder, rankings=([],) * len(diagnosis.verdict.ladder.fits))
+    table = ranking_table(replace(diagnosis, verdict=replace(diagnosis.verdict, ladder=ladder)))
+    assert list(table) == list(tables["ranking"]) and not len(table)
+    assert draw_ranking(table, {}).axes and write_page(replace(story, ranking=table))
 
 
 def test_no_effect_is_drafted_for_what_goes_with_curves(story):

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 import torch
 
+from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.report.figures import draw_missing_torque
 from myowave.diagnosis.report.tables import draft_source
 from myowave.diagnosis.report.tell import tell
@@ -128,7 +129,8 @@ def test_the_map_of_a_damper_shows_that_it_brakes_and_short_trials_have_a_coarse
 
 
 def test_the_draft_is_an_effect_file_that_runs_and_says_what_was_found(make_fit, tmp_path):
-    draft = draft_effect(make_fit({"joint_damping": {"c": 1.0}}))
+    fit = make_fit({"joint_damping": {"c": 1.0}})
+    draft = draft_effect(fit, View.of(fit))
     (term, value, error), *_ = draft.terms
     assert term.name == "velocity" and value == pytest.approx(-1.0, abs=4 * error)
     path = tmp_path / "draft.py"

@@ -180,7 +180,7 @@ def draw_missing_torque(windows: pd.DataFrame) -> Figure:
 
 def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
     """The catalogue weighed at each model, the most evident effects of each by their titles, a panel a model."""
-    models = list(ranking["model"].unique())
+    models = list(ranking["model"].unique()) or ["the model"]
     figure, axes = canvas(len(models), 1, width=12.0, height=3.3 * len(models) + 1.1)
     figure.set_layout_engine("constrained", rect=(0.01, 0, 0.98, 1))  # the texts beside the panels need the width
     for axis, model in zip(axes[:, 0], models, strict=True):

@@ -1,6 +1,6 @@
 """A diagnosis as tables: plain data, from which pictures and pages are drawn."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -22,31 +22,34 @@ CONFUSED = 0.8  # one effect imitates at least this much of another
 
 def ranking_table(diagnosis: Diagnosis) -> pd.DataFrame:
     """Every candidate at every rung: score, refitted error, log odds, value, what it may be confused with."""
-    rows = []
-    added = {fit.model.name: fit for fit in diagnosis.verdict.ladder.fits}
-    for fit, ranking in zip(diagnosis.verdict.ladder.fits, diagnosis.verdict.ladder.rankings, strict=True):
-        scores = {c.name: c.score for c in ranking if not c.score.failure}
-        for c in ranking:
-            rivals = [n for n in scores if c.name in scores and n != c.name and not scores[n].absorbed]
-            others = {n: confusion(scores, c.name, n) for n in rivals}
-            like = sorted((n for n, share in others.items() if share > CONFUSED), key=lambda n: -others[n])
-            rows.append(
-                {
-                    "model": fit.model.name,
-                    "effect": c.name,
-                    "status": _status(c),
-                    "score": c.score.drop / fit.variance,
-                    "rmse_deg": None if c.fit is None else np.degrees(c.fit.rmse()),
-                    "log_odds": c.log_odds,
-                    "estimate": _estimates(c, added.get(f"{fit.model.name}+{c.name}", c.fit)),
-                    "visible_share": c.score.visible,
-                    "smallest_detectable": c.detectable,
-                    "absorbed_by": " ".join(c.score.absorbed_by) if c.score.absorbed else "",
-                    "confused_with": " ".join(like[:3]) if not c.score.absorbed else "",
-                    "reason": c.score.failure,
-                }
-            )
-    return pd.DataFrame(rows)
+    ladder = diagnosis.verdict.ladder
+    added = {fit.model.name: fit for fit in ladder.fits}
+    rows = [(fit, c, ranking) for fit, ranking in zip(ladder.fits, ladder.rankings, strict=True) for c in ranking]
+    return pd.DataFrame(
+        {
+            "model": [fit.model.name for fit, _, _ in rows],
+            "effect": [c.name for _, c, _ in rows],
+            "status": [_status(c) for _, c, _ in rows],
+            "score": [c.score.drop / fit.variance for fit, c, _ in rows],
+            "rmse_deg": [None if c.fit is None else np.degrees(c.fit.rmse()) for _, c, _ in rows],
+            "log_odds": [c.log_odds for _, c, _ in rows],
+            "estimate": [_estimates(c, added.get(f"{fit.model.name}+{c.name}", c.fit)) for fit, c, _ in rows],
+            "visible_share": [c.score.visible for _, c, _ in rows],
+            "smallest_detectable": [c.detectable for _, c, _ in rows],
+            "absorbed_by": [" ".join(c.score.absorbed_by) if c.score.absorbed else "" for _, c, _ in rows],
+            "confused_with": [" ".join(_confused_with(c, ranking)) for _, c, ranking in rows],
+            "reason": [c.score.failure for _, c, _ in rows],
+        }
+    )
+
+
+def _confused_with(candidate: Candidate, ranking: Sequence[Candidate]) -> list[str]:
+    """The effects that imitate a candidate best, if they do."""
+    scores = {c.name: c.score for c in ranking if not c.score.failure and not c.score.absorbed}
+    if candidate.name not in scores:
+        return []
+    shares = {name: confusion(scores, candidate.name, name) for name in scores if name != candidate.name}
+    return sorted((name for name in shares if shares[name] > CONFUSED), key=lambda name: -shares[name])[:3]
 
 
 def ladder_table(diagnosis: Diagnosis) -> pd.DataFrame:

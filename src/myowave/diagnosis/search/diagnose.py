@@ -10,7 +10,7 @@ import pandas as pd
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.search.answer import answer_of
-from myowave.diagnosis.search.draft import MOST_TERMS, Draft, draft_effect
+from myowave.diagnosis.search.draft import Draft, draft_effect
 from myowave.diagnosis.search.ladder import ladder_of
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
 from myowave.diagnosis.search.score import FAILURES
@@ -123,7 +123,7 @@ def diagnose(
     missing = ladder.fits[0] if verdict.kind == "unknown" else ladder.fit
     # A torque of the moment is no way to say what curves do.
     nameless = verdict.follows and not verdict.answer.of_curves
-    draft = draft_effect(missing, most=MOST_TERMS if nameless else 0)
+    draft = draft_effect(missing, verdict.answer.best.view) if nameless else Draft()
     proposals = _proposals(verdict, effects)
     return Diagnosis(trials.dataset, record, test, verdict, rungs, tuple(named), proposals, draft, failed)
 

@@ -1,25 +1,27 @@
 """No effect of the catalogue explains what is left: a short formula for the missing torque, as an effect that runs.
 
-The formula is a sum of few terms from a small library, each tried as an effect on the joint by the same score and fit
-as any other effect: nothing is differentiated, and what the parameters already explain is not explained twice.
+The formula is a sum of few terms from a small library, each tried as an effect on the joint by the same score, fit and
+evidence as any other effect: nothing is differentiated, and what the parameters already explain is not explained twice.
 """
 
+import math
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
 import torch
 from torch import Tensor
 
+from myowave.diagnosis.causes import SURE
+from myowave.diagnosis.likelihood.algebra import weigh_components
+from myowave.diagnosis.likelihood.components import MISSING, residual_of
 from myowave.diagnosis.likelihood.terms import OF_ACTIVATION, OF_MOTION, OfJoint, torque_effect
+from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.score import score_effects
-from myowave.identification.noise import SMALLEST_NOISE_DEG, correlation_time
 from myowave.identification.output_error import Fit, polish
 from myowave.identification.stages import attempt_fit
 from myowave.physics.effect import Effect
 
 MOST_TERMS = 3
-EVIDENCE = 10.0  # difference of BIC that counts as very strong (Kass & Raftery 1995)
 TRIED = 3  # terms of the best scores that are fitted before one is taken
 
 
@@ -65,11 +67,14 @@ LIBRARY = (
 )
 
 
+PRIOR = -math.log(2 * len(LIBRARY))  # how likely a term is before any trial, as an effect of such a catalogue
+
+
 @dataclass(frozen=True)
 class Draft:
     """A formula for what is missing."""
 
-    terms: tuple[tuple[Term, float, float], ...]  # library terms with their coefficients [N m] and standard errors
+    terms: tuple[tuple[Term, float, float], ...] = ()  # library terms, coefficients [N m] and their standard errors
 
     @property
     def formula(self) -> str:
@@ -77,35 +82,24 @@ class Draft:
         return " ".join(f"{value:+.3g} {term.text}" for term, value, _ in self.terms) or "0"
 
 
-def draft_effect(fit: Fit, *, most: int = MOST_TERMS) -> Draft:
-    """Describe what a fitted model still misses by a few terms of the library.
-
-    Args:
-        most: terms; 0 where a formula would say nothing.
-    """
+def draft_effect(fit: Fit, view: View) -> Draft:
+    """Describe what a fitted model still misses by a few terms of the library."""
     chosen: list[Term] = []
-    current, library = fit, {f"draft_{term.name}": term for term in LIBRARY}
-    for _ in range(most):
+    current, likely, library = fit, _log_evidence(fit, view), {f"draft_{term.name}": term for term in LIBRARY}
+    while len(chosen) < MOST_TERMS:
         scores = score_effects(current, (term.effect for term in LIBRARY))
         sound = sorted((s for s in scores.values() if not s.absorbed and not s.failure), key=lambda s: -s.drop)
         fits = [(s.effect, attempt_fit(partial(polish, s.start))) for s in sound[:TRIED]]
-        tried = [(name, found) for name, found in fits if found is not None]
-        if not tried:
+        tried = [(_log_evidence(found, view) + PRIOR, name, found) for name, found in fits if found is not None]
+        total, name, better = max(tried, key=lambda found: found[0], default=(-math.inf, "", fit))
+        if total - likely < SURE:
             break
-        best, better = min(tried, key=lambda pair: pair[1].objective)
-        if _delta_bic(current, better) < EVIDENCE:
-            break
-        chosen.append(library[best])
-        current = better
+        chosen.append(library[name])
+        current, likely = better, total
     values, errors = current.parameters, current.standard_errors()
     return Draft(tuple((t, values[f"draft_{t.name}.c"], errors[f"draft_{t.name}.c"]) for t in chosen))
 
 
-def _delta_bic(fit: Fit, better: Fit) -> float:
-    """Difference of BIC in favour of a fit with one parameter more, its residual's independent samples counted.
-
-    While a model misses something its residual is slow, and thousands of samples are worth few.
-    """
-    samples = fit.record.samples / correlation_time(better.normal.residual, fit.record.samples)
-    floor = fit.record.samples * np.radians(SMALLEST_NOISE_DEG) ** 2
-    return float(samples * np.log((fit.objective + floor) / (better.objective + floor)) - np.log(samples))
+def _log_evidence(fit: Fit, view: View) -> float:
+    """How likely a fit is where all that is more than noise is left to the terms [nats]."""
+    return max(state.value for state in weigh_components(residual_of(fit, view).without(MISSING)).values())
