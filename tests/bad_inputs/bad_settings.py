@@ -160,6 +160,7 @@ VALUES = [
     ("tracking.uri", "http://host with blanks", ("tracking.uri", "matching")),
     ("tracking.uri", "http://token@host", ("tracking.uri", "may not hold a user, password")),
     ("tracking.uri", "http://host?key=1", ("tracking.uri", "may not hold a user, password")),
+    ("tracking.uri", "http://host/path;key=1", ("tracking.uri", "may not hold a user, password")),
 ]
 NAMED = {f"{path} = {value!r:.40}": (path, value, says) for path, value, says in VALUES}
 SESSIONS = {

@@ -115,6 +115,8 @@ def test_scatter_that_is_no_deviation_is_refused(value, says):
         "postgresql://me@db.example/sweeps?password=hunter2",
         "https://hunter2@mlflow.example",
         "https://mlflow.example?key=hunter2",
+        "https://mlflow.example/api;key=hunter2",
+        "https://mlflow.example;hunter2/api",
         "https://:hunter2 @mlflow.example",
     ],
 )

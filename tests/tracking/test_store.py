@@ -273,8 +273,9 @@ def test_a_moved_store_still_opens_its_artifacts(results, uri, tmp_path, monkeyp
     assert published(moved, f"sqlite:///{moved}/mlflow.db").startswith("0 runs written"), "nothing to make again"
 
 
-def test_no_note_holds_a_password(results):
-    note = published(results, "http://me:hunter2@127.0.0.1:9?key=hunter2")
+@pytest.mark.parametrize("address", ["http://me:hunter2@127.0.0.1:9?key=hunter2", "http://127.0.0.1:9/a;key=hunter2"])
+def test_no_note_holds_a_password(results, address):
+    note = published(results, address)
     assert note.startswith("**Not published**") and "hunter2" not in note and "127.0.0.1:9" in note
 
 

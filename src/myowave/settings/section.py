@@ -30,11 +30,15 @@ def matching(pattern: str, otherwise: str) -> AfterValidator:
 
 
 def without_secrets(text: str) -> str:
-    """A text with all masked that addresses in it hold but scheme, host, port and path: a user may be a token, too.
+    """A text with all masked that addresses in it hold but scheme, host, port and path without parameters (`;key=`): a
+    user may be a token, too.
 
-    Rather too much is masked than too little. An address within a page, after `#/`, stays.
+    Rather too much is masked than too little, also of `url: /path`, as libraries tell addresses. An address within a
+    page, after `#/`, stays.
     """
-    return re.sub(r"(://[^\s?#]*)(?:\?|#(?!/))\S*", r"\1?***", re.sub(r"(?s)://.*@", "://***@", text))
+    return re.sub(
+        r"((?:://|url: /)[^\s?#;]*)(?:\?|;(?=\S)|#(?!/))\S*", r"\1?***", re.sub(r"(?s)://.*@", "://***@", text)
+    )
 
 
 def _without_secret(address: Any) -> Any:
