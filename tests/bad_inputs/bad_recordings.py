@@ -122,6 +122,12 @@ def swapped(trials, names="abc"):
         one["emg_biceps"], one["emg_triceps"] = one["emg_triceps"], one["emg_biceps"]
 
 
+def swapped_in_the_longest(trials):
+    for name in "ac":
+        trials[name] = {key: values[: len(values) // 6] for key, values in trials[name].items()}
+    swapped(trials, "b")
+
+
 def beside_a_third(trials):
     """Biceps and triceps swapped; the brachioradialis is another flexor, and in its place."""
     for seed, one in enumerate(trials.values()):
@@ -215,8 +221,16 @@ TOLD_IN_MEMORY = {
         lambda trials: swapped(trials, "b"),
         "EMG against the motion: .* in trial b and no other the wrong way round",
     ),
+    "channels swapped in one trial that is longer than the others": (
+        swapped_in_the_longest,
+        "EMG against the motion: .* in trial b and no other the wrong way round",
+    ),
     "channels swapped beside a third that is right": (beside_a_third, "EMG against the motion: .* EMG of emg_biceps"),
     "an arm over the head": (made(lambda t: t + 120, "tilt_rad"), "a tilt_rad lean of the upper arm: .*unit"),
+    "a lean in rad called deg": (
+        made(lambda t: np.radians(t + 3 * np.sin(np.arange(len(t)) / 40)), "tilt_rad"),
+        "c tilt_rad stillness of the upper arm: from .* to .* deg, while the elbow .*Is it in rad",
+    ),
     "a lean that leaps": (made(stepped(30.0), "tilt_rad"), "a tilt_rad jump of the angle"),
     "clipping": (made(lambda x: np.clip(x, -40, 40), "emg_biceps"), "a emg_biceps clipping: stays at"),
     "clipping on one side": (made(lambda x: np.minimum(x, 40), "emg_biceps"), "a emg_biceps clipping"),
@@ -419,6 +433,11 @@ TOLD_TIDY = {
         lambda f: f.rename(columns={"emg_biceps": "emg_triceps", "emg_triceps": "emg_biceps"}),
         "",
         "EMG against the motion",
+    ),
+    "channels swapped in one file": (
+        lambda f: f.rename(columns={"emg_biceps": "emg_triceps", "emg_triceps": "emg_biceps"}),
+        "trial2",
+        "EMG against the motion: .* in trial trial2 and no other.*channels swapped",
     ),
     "an angle that is negated": (times(-1, "angle_deg"), "", "sign of the angle"),
     "180 for the straight arm": (lambda f: f.assign(angle_deg=180 - f.angle_deg), "", "against the motion: .*180 the"),

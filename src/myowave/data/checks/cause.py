@@ -113,11 +113,18 @@ def _pair_against(prepared: Prepared, flexor: str, extensor: str) -> Iterator[st
     effort = effort_along_motion(prepared, flexor, extensor)
     # Muscles that pull together may give extensors the sign of flexors, but not more than half of these have then.
     against = {trial: f < e / 2 for trial, (f, e) in effort.items()}
-    clear = [trial for trial, each in effort.items() if np.abs(each).max() >= AGAINST]
-    share = np.mean([against[trial] for trial in effort if trial != ALL] or [0.0])
+    size = {trial: np.abs(each).max() for trial, each in effort.items()}
+    trials = [trial for trial in effort if trial != ALL]
+    share = np.mean([against[trial] for trial in trials] or [0.0])
     where = f"in {share:.0%} of the trials"
-    told = ALL if ALL in clear and against[ALL] and share >= MOST_TRIALS else None
-    if ALL in clear and not against[ALL] and (odd := [trial for trial in clear if against[trial]]):
+    told = ALL if size.get(ALL, 0.0) >= AGAINST and against[ALL] and share >= MOST_TRIALS else None
+    odd = []
+    for trial in trials:  # one that is as clear as half of the others are together, and the wrong way round alone
+        flexed, extended = np.mean([effort[other] for other in trials if other != trial] or np.zeros((1, 2)), axis=0)
+        others = max(abs(flexed), abs(extended))
+        if against[trial] and flexed >= extended / 2 and others >= AGAINST and size[trial] >= min(AGAINST, others / 2):
+            odd.append(trial)
+    if odd:
         told, where = odd[0], f"in trial {', '.join(odd)} and no other"
     if told is not None:
         both = zip((flexor, extensor), effort[told], strict=True)

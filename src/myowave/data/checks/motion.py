@@ -11,6 +11,9 @@ HALF_TURN_DEG = 15.0  # how near to half a turn or a whole one a jump is that an
 STRAIGHT_DEG, BENT_DEG = -15.0, 165.0  # ends of the range of an elbow [deg]
 LITTLE_DEG = 20.0  # range of motion below which a trial says little [deg]
 LEAN_DEG = 100.0  # lean of an upper arm beyond which it is raised above the shoulder [deg]
+# ASSUME: a forearm held out weighs on the shoulder by 1.5 N m more than one that hangs, and no shoulder is stiffer than
+# 100 N m/rad (Perreault et al. 2001, cited from memory): so much an upper arm gives way that nothing holds [deg].
+GIVES_WAY_DEG = 0.8
 
 
 def _jumps(of: Sampled) -> str | None:
@@ -56,6 +59,16 @@ def _leaning(of: Sampled) -> str | None:
     return span if max(-low, high) > LEAN_DEG else None
 
 
+def _still_lean(of: tuple[Sampled, Sampled]) -> str | None:
+    """A lean that is stiller than the weight of the forearm allows, and one of a hanging arm if it were in rad."""
+    lean, elbow = of
+    degrees = np.degrees(lean.values)
+    in_rad = lean.written == "deg" and np.abs(degrees).max() < np.radians(LEAN_DEG)
+    still = 0 < np.ptp(degrees) < GIVES_WAY_DEG * np.ptp(np.sin(elbow.values))  # one that never changes was said
+    span = f"from {degrees.min():.2f} to {degrees.max():.2f} deg, while the elbow {_span(elbow)[2]}"
+    return span if in_rad and still else None
+
+
 JUMP = Check(
     "jump of the angle",
     _jumps,
@@ -74,3 +87,8 @@ EXTRA = (
     Check("lean of the upper arm", _leaning,
           "An upper arm that hangs leans by 0: correct unit (deg or rad), sign or offset_deg of the signal."),
 )  # fmt: skip
+STILL_LEAN = Check(
+    "stillness of the upper arm",
+    _still_lean,
+    "An upper arm that nothing holds gives way more to the forearm's weight. Is it in rad? Correct the signal's unit.",
+)

@@ -8,7 +8,7 @@ import numpy as np
 from myowave.data.checks.cause import CAUSE, Cause
 from myowave.data.checks.emg import CHECKS, CROSS_TALK, DEAD_CHANNEL, LIVE_CHECKS, RAW_CHECKS, Channel
 from myowave.data.checks.finding import Check, Finding
-from myowave.data.checks.motion import ELBOW, EXTRA
+from myowave.data.checks.motion import ELBOW, EXTRA, STILL_LEAN
 from myowave.data.processing.sampled import Sampled
 from myowave.data.recording import Prepared
 
@@ -54,6 +54,7 @@ def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, 
         for key, signal in raw.signals.items():
             for check in EXTRA if signal.unit == "rad" else ():
                 yield from check.of(signal, name, key)
+            yield from STILL_LEAN.of((signal, raw.angle), name, key) if forms else ()
     for check in SESSION if forms else ():
         yield from check.of(prepared)
     cause = Cause(prepared, sides)
