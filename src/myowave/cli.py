@@ -244,7 +244,7 @@ def ask_what_changed(
     settings = read_settings(config)
     groups = settings.dataset(dataset).changed
     if reference or against:
-        wanted = {"reference": named(reference), "against": named(against), "electrodes_stayed": electrodes_stayed}
+        wanted = {"reference": named(reference), "against": named(against), "electrodes_stayed": False}
         block = {"data": {"datasets": {dataset: {"changed": wanted}}}}
         groups = parse_settings(lay_over(dump(settings), block)).dataset(dataset).changed
     if groups is None:
@@ -266,11 +266,9 @@ def ask_what_changed(
         read_trials(prepared),
         build_model("base", physics),
         catalogue(physics.effect_files).values(),
-        groups.reference,
-        groups.against,
-        settings.diagnosis.scatter,
-        electrodes_stayed=groups.electrodes_stayed or electrodes_stayed,
-        report=say_aside,
+        groups.model_copy(update={"electrodes_stayed": True}) if electrodes_stayed else groups,
+        settings.diagnosis_of(dataset).scatter,
+        say_aside,
     )
     typer.echo("\n".join(tell_change(changed_facts(dataset, found))))
 

@@ -202,7 +202,7 @@ def _changes(trials: Trials, settings: Settings, dataset: str, base: Model) -> I
         yield Question(asked, f"{len(reference)} trials of the first, {len(against)} of the second.", more)
         return
     effects = catalogue(settings.physics_of(dataset).effect_files).values()
-    scatter, stayed = settings.diagnosis_of(dataset).scatter, groups.electrodes_stayed
-    answer = what_changed(trials, base, effects, reference, against, scatter, electrodes_stayed=stayed)
+    alike = groups.model_copy(update={"reference": reference, "against": against})
+    answer = what_changed(trials, base, effects, alike, settings.diagnosis_of(dataset).scatter)
     sure = answer.names and answer.control is not None and not answer.control.names
     yield Question(asked, " ".join(tell_change(changed_facts(dataset, answer))[:2]), "" if sure else more)

@@ -92,17 +92,7 @@ def _changed(
 ) -> dict[str, Any]:
     """The likeliest change is named, with the class that it cannot leave."""
     assert case.changed is not None
-    groups = case.changed
-    found = what_changed(
-        trials,
-        base,
-        effects.values(),
-        groups.reference,
-        groups.against,
-        settings.scatter,
-        electrodes_stayed=groups.electrodes_stayed,
-        report=say,
-    )
+    found = what_changed(trials, base, effects.values(), case.changed, settings.scatter, say)
     kind = "adequate" if not found.names else "effect" if len(found.names) == 1 else "class"
     changes = {name: found.of(name) for name in found.names}
     return {

@@ -9,6 +9,7 @@ from myowave.data.simulate import simulate_trials
 from myowave.diagnosis.changed.ask import what_changed
 from myowave.diagnosis.report.change import changed_facts, tell_change
 from myowave.settings import Scatter, SimulatedDataset
+from myowave.settings.data import Changed
 
 SCATTER = {"shape": Scatter(absolute=0.15), "delay": Scatter(absolute=0.007)}
 CANDIDATES = ("joint_damping", "hand_load", "gravity_tilt", "extra_delay")
@@ -27,7 +28,8 @@ def ask(base, effects):
         lost = np.isin(trials.names, against)[:, None, None] & np.isin(trials.channels, silent)
         trials = replace(trials, emg=np.where(lost, 0.0, trials.emg))
         few = [effects[name] for name in names]
-        return what_changed(trials, base, few, reference, against, SCATTER, **{"electrodes_stayed": True, **more})
+        groups = Changed(reference=reference, against=against, **{"electrodes_stayed": True, **more})
+        return what_changed(trials, base, few, groups, SCATTER)
 
     return asked
 

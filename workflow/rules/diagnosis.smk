@@ -240,7 +240,7 @@ rule tell_change:
         physics=physics_section,
         contents=physics_contents,
         changed=lambda wildcards: dataset_section(wildcards)["changed"],
-        scatter=section("diagnosis")["scatter"],
+        scatter=lambda wildcards: dump(SETTINGS.diagnosis_of(wildcards.dataset))["scatter"],
         code=digest("tell_change"),
     script:
         "../scripts/tell_change.py"

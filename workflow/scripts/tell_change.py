@@ -8,6 +8,7 @@ from myowave.diagnosis.report.change import change_page, changed_facts
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.settings import Physics, Scatter
+from myowave.settings.data import Changed
 from myowave.workflow.job import job_log
 
 outputs, params = snakemake.output, snakemake.params
@@ -17,11 +18,9 @@ with job_log(f"what changed in {snakemake.wildcards.dataset}", snakemake.log[0])
         read_trials(snakemake.input.trials),
         build_model("base", physics),
         catalogue(physics.effect_files).values(),
-        params.changed["reference"],
-        params.changed["against"],
+        Changed.model_validate(params.changed),
         {name: Scatter.model_validate(scatter) for name, scatter in params.scatter.items()},
-        electrodes_stayed=params.changed["electrodes_stayed"],
-        report=log.say,
+        log.say,
     )
     facts = changed_facts(snakemake.wildcards.dataset, found)
     write_json(facts, outputs.facts)

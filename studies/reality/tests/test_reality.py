@@ -15,6 +15,7 @@ from myowave.physics.model import Model
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
 from myowave.settings import DiagnosisSettings, Identify
+from myowave.settings.data import Changed
 from studies.reality import answer as answers_of
 from studies.reality.answer import answer_case, as_asked
 from studies.reality.figures import draw_reality
@@ -140,11 +141,11 @@ def test_what_is_withheld_goes_and_what_is_put_in_comes_from_the_samples_before(
 
 def test_what_changed_is_asked_with_what_is_told_and_the_likeliest_is_named(trials, model, effects, monkeypatch):
     change = SimpleNamespace(parameters=("hand_load.m",), value=1.2, interval=(1.0, 1.4))
-    groups = {"reference": ["1"], "against": ["2", "3"], "electrodes_stayed": True}
-    case = Case(dataset="x", kind="measured", system="a", withheld="b", told={"load": 1.25}, changed=groups)
+    changed = {"reference": ["1"], "against": ["2", "3"], "electrodes_stayed": True}
+    case = Case(dataset="x", kind="measured", system="a", withheld="b", told={"load": 1.25}, changed=changed)
 
-    def what_changed(trials, base, effects, reference, against, scatter, *, electrodes_stayed, report):
-        assert (reference, against, electrodes_stayed) == (("1",), ("2", "3"), True)
+    def what_changed(trials, base, effects, groups, scatter, report):
+        assert groups == Changed.model_validate(changed)
         assert set(map(str, trials.conditions.values())) == {"{'load': 1.25}"}
         return SimpleNamespace(names=names, of=lambda name: change)
 

@@ -19,6 +19,7 @@ from myowave.physics.constants import MUSCLE_CONSTANTS
 from myowave.physics.effect import Effect, Parameter
 from myowave.physics.model import Model
 from myowave.settings import Scatter
+from myowave.settings.data import Changed
 
 SURE = 0.98  # of what is said
 # ASSUME: bones and fibres stay as they are, and what inertia is added weighs
@@ -90,8 +91,7 @@ class Answered:
     as torque says, so what electrodes report is weighed apart from the rest, and stands beside it where both explain.
     """
 
-    reference: tuple[str, ...]
-    against: tuple[str, ...]
+    groups: Changed
     arm: Family  # changes of the arm, its load and its sensors
     electrodes: Family | None  # changes of what electrodes report; None where they stayed on
     control: Family | None  # of the arm in the first group, split in two; None where it has but one trial
@@ -115,53 +115,48 @@ def what_changed(
     trials: Trials,
     base: Model,
     effects: Iterable[Effect],
-    reference: Sequence[str],
-    against: Sequence[str],
+    groups: Changed,
     scatter: Mapping[str, Scatter],
-    *,
-    electrodes_stayed: bool = False,
     report: Callable[[str], None] = lambda line: None,
 ) -> Answered:
     """Ask what changed between two groups of trials.
 
     Args:
         base: the model of the arm; of its muscles only delay, shape and electrodes count.
-        reference, against: names of the trials of the first and the second group.
+        groups: names of their trials, and whether gains, offsets and crosstalk of the EMG are known to be the same.
         scatter: standard deviations of what nobody measured.
-        electrodes_stayed: whether gains, offsets and crosstalk of the EMG are known to be the same.
 
     Raises:
         ValueError: if a trial is not there or too short, or a muscle's channel was not recorded or reports nothing in
             one group, and so no muscle is left.
     """
-    both = replace(trials.select((*reference, *against)), test=())
-    second = np.array([name in against for name in both.names])
+    both = replace(trials.select((*groups.reference, *groups.against)), test=())
+    second = np.array([name in groups.against for name in both.names])
     silent = [c for c in electrodes(base) if _silent(both, c, second) or _silent(both, c, ~second)]
     base = replace(base, muscles=tuple(m for m in base.muscles if m.channel not in silent))
     if not base.muscles:
         raise ValueError(
             f"{', '.join(silent)}: found no EMG in one of the groups; expected a muscle that both recorded."
         )
-    groups = Groups(make_record(both, base), second)
+    recorded = Groups(make_record(both, base), second)
     effects = list(effects)
-    left_out = tuple(e.name for e in effects if not _weighable(base, e))
     weighable = [e for e in effects if _weighable(base, e)]
     of_arm = [e for e in weighable if e.name not in OF_ELECTRODES]
-    found = _ask(groups, base, of_arm if electrodes_stayed else weighable, scatter, report)
-    control = []
-    if len(reference) > 1:
+    found = _ask(recorded, base, of_arm if groups.electrodes_stayed else weighable, scatter, report)
+    control = None
+    if len(groups.reference) > 1:
         report("control: the first group, split in two")
-        first = range(len(reference))
-        control = _ask(groups.take(first, first[1::2]), base, of_arm, scatter, report)
+        first = range(len(groups.reference))
+        control = Family.of(_ask(recorded.take(first, first[1::2]), base, of_arm, scatter, report))
+    of_electrodes = [c for c in found if c.effect in OF_ELECTRODES]
     return Answered(
-        reference=tuple(reference),
-        against=tuple(against),
+        groups=groups,
         arm=Family.of([c for c in found if c.effect not in OF_ELECTRODES]),
-        electrodes=None if electrodes_stayed else Family.of([c for c in found if c.effect in OF_ELECTRODES]),
-        control=Family.of(control) if len(reference) > 1 else None,
+        electrodes=None if groups.electrodes_stayed else Family.of(of_electrodes),
+        control=control,
         silent=(_lost(silent),) if silent else (),
-        left_out=left_out,
-        told=tuple(groups.told),
+        left_out=tuple(e.name for e in effects if e not in weighable),
+        told=tuple(recorded.told),
     )
 
 

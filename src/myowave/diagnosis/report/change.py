@@ -21,9 +21,7 @@ def changed_facts(dataset: str, found: Answered) -> dict[str, Any]:
     control = found.control
     return {
         "dataset": dataset,
-        "reference": list(found.reference),
-        "against": list(found.against),
-        "electrodes_stayed": found.electrodes is None,
+        **found.groups.model_dump(mode="json"),
         "class": list(found.names),
         "unchanged": min(family.unchanged for family in families),
         "changes": [
