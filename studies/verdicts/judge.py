@@ -5,7 +5,10 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE
+from myowave.diagnosis.report.numbers import Z95
 from myowave.diagnosis.scoring import Named, grade, is_wrong
 from myowave.diagnosis.search.diagnose import weigh
 from myowave.diagnosis.search.score import FAILURES
@@ -32,7 +35,11 @@ def by_evidence(fit: Fit, effects: Iterable[Effect]) -> Judged:
     given = {} if found.kind == "unknown" else {k: p for k, p in found.probabilities.items() if k != OUTSIDE}
     present = {effect.name for effect in fit.model.effects}
     more = tuple(e.name for e in found.best.fit.model.effects if e.name not in present)
-    return Judged(found.kind, found.named, given, more, found.intervals, found.white)
+    mean, covariance = found.best.estimate
+    low, high = (mean + end * np.sqrt(np.diag(covariance)) for end in (-Z95, Z95))
+    names = [parameter.name for parameter in found.best.fit.free]
+    intervals = dict(zip(names, zip(low.tolist(), high.tolist(), strict=True), strict=True))
+    return Judged(found.kind, found.named, given, more, intervals, found.white)
 
 
 def judge_set(

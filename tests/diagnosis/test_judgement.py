@@ -39,9 +39,9 @@ def test_each_rung_ranks_what_it_lacks_the_most_likely_first(weighed):
     ladder = weighed[1]
     assert ladder.effects == ("joint_damping",)
     first, last = ladder.rankings
-    assert first[0].name == "joint_damping" and first[0].supported and first[0].log_odds > SURE
+    assert first[0].name == "joint_damping" and first[0].status == "supported" and first[0].log_odds > SURE
     assert [c.log_odds for c in first] == sorted((c.log_odds for c in first), reverse=True)
-    assert {c.name for c in last} == {"gravity_tilt", "hand_load"} and not any(c.supported for c in last)
+    assert {c.name for c in last} == {"gravity_tilt", "hand_load"} and not any(c.status == "supported" for c in last)
     without, nats = ladder.odds["joint_damping"]
     assert without == "base" and nats == pytest.approx(first[0].log_odds)
 

@@ -28,12 +28,11 @@ PARTS = {
     },
     "diagnosis": {
         "": (),
-        "misfit": (),
-        "likelihood": ("misfit",),
+        "likelihood": (),
         "comparison": ("likelihood",),
-        "search": ("misfit", "likelihood"),
+        "search": ("likelihood",),
         "changed": ("likelihood",),
-        "report": ("misfit", "likelihood", "comparison", "search", "changed"),
+        "report": ("likelihood", "comparison", "search", "changed"),
     },
 }
 DOORS = {

@@ -46,11 +46,8 @@ def _unusable(path: Path) -> Iterator[str]:
 
 
 def name_trials(paths: Sequence[Path], endings: Collection[str]) -> dict[str, Path]:
-    """Trials that are named after their files, one each: {name: path}.
-
-    Raises:
-        ValueError: one line for each file of another ending, name taken twice, or name that a trial cannot have.
-    """
+    """Trials that are named after their files, one each: {name: path}. A ValueError has a line for each file of
+    another ending, name taken twice, or name that a trial cannot have."""
     trials: dict[str, Path] = {}
     problems = []
     for path in paths:
@@ -69,11 +66,8 @@ def name_trials(paths: Sequence[Path], endings: Collection[str]) -> dict[str, Pa
 
 
 def look_up(pattern: str, root: str | Path = ".") -> list[Path]:
-    """Files that a path or pattern stands for, in natural order (trial2 before trial10).
-
-    Raises:
-        ValueError: if there is none, or one is a link to nothing, a pipe, a device or far too large.
-    """
+    """Files that a path or pattern stands for, in natural order (trial2 before trial10). A ValueError if there is none,
+    or one is a link to nothing, a pipe, a device or far too large."""
     whole = Path(root) / pattern
     matches = [whole]
     if _is_pattern(pattern):

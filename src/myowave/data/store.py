@@ -49,12 +49,9 @@ def write_table(frame: pd.DataFrame, path: str | Path, metadata: Mapping[str, An
 
 
 def read_table(path: str | Path) -> tuple[pd.DataFrame, dict[str, Any]]:
-    """Read a Parquet table and the metadata that `write_table` put in it (empty for a foreign file).
-
-    Raises:
-        ValueError: for a file that is none, or damaged: pages of what `write_table` wrote carry checksums.
-        OSError: for one that is not there, or may not be read.
-    """
+    """Read a Parquet table and the metadata that `write_table` put in it (empty for a foreign file). A ValueError for a
+    file that is none, or damaged: pages of what `write_table` wrote carry checksums. An OSError for one that is not
+    there, or may not be read."""
     with open(path, "rb") as file:
         try:
             table = pq.ParquetFile(file, page_checksum_verification=True).read()

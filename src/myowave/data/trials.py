@@ -143,10 +143,8 @@ class Trials:
         """The trials with about as many samples a second, beginning with the first of each; None keeps all.
 
         ASSUME: EMG and motion hold nothing above half of the rate, as envelopes of 4 Hz and the motion of an arm at
-        25 Hz. Kept are samples as they were recorded, so that a stream is thinned in the same way, with no lag.
-
-        Raises:
-            ValueError: where fewer than 2 samples of a trial are left.
+        25 Hz. Kept are samples as they were recorded, so that a stream is thinned in the same way, with no lag. A
+        ValueError where fewer than 2 samples of a trial are left.
         """
         every = 1 if rate_hz is None else max(1, round(1 / (self.dt * rate_hz)))
         if every == 1:

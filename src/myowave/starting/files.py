@@ -30,11 +30,8 @@ class Naming:
 
 
 def recordings_in(folder: Path) -> list[PurePosixPath]:
-    """Files in a folder, and in those in it, whose ending is one that a reader knows; relative, in natural order.
-
-    Raises:
-        ValueError: if there is no such folder, no such file in it, or far too many files.
-    """
+    """Files in a folder, and in those in it, whose ending is one that a reader knows; relative, in natural order. A
+    ValueError if there is no such folder, no such file in it, or far too many files."""
     if not folder.is_dir():
         raise ValueError(f"{folder}: no such folder; expected one with recordings. Name it with --from.")
     inside = list(islice(folder.rglob("*"), _MOST + 1))
@@ -54,11 +51,8 @@ def recordings_in(folder: Path) -> list[PurePosixPath]:
 
 
 def format_of(path: Path) -> str:
-    """The reader's name for a file: by its ending, and tables of text by their first rows.
-
-    Raises:
-        ValueError: if a table of text is no text.
-    """
+    """The reader's name for a file: by its ending, and tables of text by their first rows. A ValueError if a table of
+    text is no text."""
     form = ENDINGS[ending_of(path)]
     lines = read_lines(path, head_only=True)[:_HEAD] if form == "csv" else []
     return next((program for program, wrote in _WRITTEN_BY.items() if any(map(wrote, lines))), form)

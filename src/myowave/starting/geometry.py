@@ -30,12 +30,9 @@ LEAST_ARM_M = 1e-3  # a muscle whose moment arm stays below this does not cross 
 def write_geometry(
     model: Path, coordinate: str, muscles: Sequence[str], folder: Path, name: str, step_deg: float, sign: int
 ) -> str:
-    """Write `path_lengths.csv` and `arm.yaml`, whose arm is called `name`, and return what to say on the terminal.
-
-    Raises:
-        ValueError: as `sample_model`, which has the other arguments; for a name that settings do not take; and for an
-            `arm.yaml` that is there.
-    """
+    """Write `path_lengths.csv` and `arm.yaml`, whose arm is called `name`, and return what to say on the terminal. A
+    ValueError as `sample_model`, which has the other arguments; for a name that settings do not take; and for an
+    `arm.yaml` that is there."""
     check_name(name, "the arm")
     if not 0 < step_deg <= 45:
         raise ValueError(f"--step is {step_deg:g}; expected above 0, at most 45 deg.")

@@ -102,10 +102,8 @@ def read_folder(folder: Path, files: Sequence[PurePosixPath]) -> Recorded:
     """The trials of a folder and the signals of the first one.
 
     Names make trials in several ways; right is the first by which files hold the same signals in all trials, as
-    `curl1_emg.csv` and `curl1_angle.csv` look like two trials until they are read; or else in most trials.
-
-    Raises:
-        ValueError: if no way makes two trials.
+    `curl1_emg.csv` and `curl1_angle.csv` look like two trials until they are read; or else in most trials. A ValueError
+    if no way makes two trials.
     """
     skipped: list[str] = []
 

@@ -58,11 +58,8 @@ def ending_of(path: Path) -> str:
 
 
 def read_raw(path: Path, form: str | None = None, layout: TextLayout | None = None) -> RawRecording:
-    """Read a file in a format of `READERS`, None goes by the ending; `layout` says how tables of text are written.
-
-    Raises:
-        ValueError: if the ending says nothing, or the file cannot be read as that format.
-    """
+    """Read a file in a format of `READERS`, None goes by the ending; `layout` says how tables of text are written. A
+    ValueError if the ending says nothing, or the file cannot be read as that format."""
     form = form or ENDINGS.get(ending_of(path))
     if form is None:
         raise ValueError(

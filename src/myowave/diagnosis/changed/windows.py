@@ -89,11 +89,8 @@ class Groups:
 
     def windows(self, model: Model, change: Mapping[str, Array], errors: Mapping[str, float] | None = None) -> Windowed:
         """What the windows show if parameters of a model have these values in each trial, (T,); with usual errors of
-        `shape` and `delay` of muscles, where their derivatives are wanted.
-
-        Raises:
-            ValueError: if a trial is too short for a window.
-        """
+        `shape` and `delay` of muscles, where their derivatives are wanted. A ValueError if a trial is too short for a
+        window."""
         record = self.record
         params: dict[str, Tensor] = {name: torch.from_numpy(values) for name, values in change.items()}
         balance = TorqueBalance.along(Along(model, record, params if model.on("observation") else {}))

@@ -6,7 +6,6 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from myowave.diagnosis.causes import SURE
 from myowave.diagnosis.likelihood.terms import LARGEST
 from myowave.diagnosis.report.facts import parameters_of
 from myowave.diagnosis.report.numbers import estimate
@@ -29,7 +28,7 @@ def ranking_table(diagnosis: Diagnosis) -> pd.DataFrame:
         {
             "model": [fit.model.name for fit, _, _ in rows],
             "effect": [c.name for _, c, _ in rows],
-            "status": [_status(c) for _, c, _ in rows],
+            "status": [c.status for _, c, _ in rows],
             "score": [c.score.drop / fit.variance for fit, c, _ in rows],
             "rmse_deg": [None if c.fit is None else np.degrees(c.fit.rmse()) for _, c, _ in rows],
             "log_odds": [c.log_odds for _, c, _ in rows],
@@ -122,16 +121,6 @@ def _r2(residual: np.ndarray, record: Record) -> float:
         return np.nan
     measured = record.angle[record.valid]
     return float(1 - (residual**2).sum() / ((measured - measured.mean()) ** 2).sum())
-
-
-def _status(candidate: Candidate) -> str:
-    if candidate.score.failure:
-        return "failed"
-    if candidate.score.absorbed:
-        return "absorbed"
-    if candidate.supported:
-        return "supported"
-    return "not needed" if candidate.log_odds <= SURE else "behind"
 
 
 def _estimates(candidate: Candidate, fit: Fit | None) -> str:

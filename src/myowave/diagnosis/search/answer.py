@@ -110,15 +110,6 @@ class Answer:
         rest = samples - int(residual.valid.sum())
         return float(np.sqrt((within + above * rest / max(len(residual.tail), 1)) / samples))
 
-    @property
-    def intervals(self) -> dict[str, tuple[float, float]]:
-        """95 % of each parameter of the best model."""
-        mean, covariance = self.best.estimate
-        error = 1.96 * np.sqrt(np.diag(covariance))
-        return {
-            p.name: (m - e, m + e) for p, m, e in zip(self.best.fit.free, mean.tolist(), error.tolist(), strict=True)
-        }
-
 
 def answer_of(posterior: Posterior) -> Answer:
     """What is said of a posterior."""

@@ -35,9 +35,11 @@ class Candidate:
         return self.effect.name
 
     @property
-    def supported(self) -> bool:
-        """Whether the trials ask for it."""
-        return self.fit is not None and not self.score.absorbed and self.log_odds > SURE
+    def status(self) -> str:
+        """Whether the trials ask for it; `behind` is what promises enough, but less than those that were fitted."""
+        if self.score.failure or self.score.absorbed:
+            return "failed" if self.score.failure else "absorbed"
+        return "not needed" if self.log_odds <= SURE else "behind" if self.fit is None else "supported"
 
 
 @dataclass(frozen=True)

@@ -81,11 +81,8 @@ def _score_or_reason(fit: Fit, effect: Effect) -> ScoreTest:
 
 
 def score_effect(fit: Fit, effect: Effect) -> ScoreTest:
-    """Score one effect; see the module.
-
-    Raises:
-        ValueError: if the model with the effect has no finite derivatives along the motion of the fit.
-    """
+    """Score one effect; see the module. A ValueError if the model with the effect has no finite derivatives along the
+    motion of the fit."""
     model = fit.model.with_effects([effect])
     free = effect_parameters(model, effect)
     start = _start(fit, model, free)
