@@ -140,7 +140,7 @@ def predict(
         seen: Iterable[str] = ()
         if picture:
             lines, seen = itertools.tee(lines)
-        told: list[str] = []
+        predicted: list[str] = []
         target: Any = None
         for line in predict_lines(
             trained, predictor, lines, source, angles, fixed, say=say_aside, deg=deg, raw=real_time
@@ -149,12 +149,12 @@ def predict(
             target = target or (files.enter_context(output.open("w", encoding="utf-8")) if output else sys.stdout)
             print(line, file=target, flush=True)
             if picture:
-                told.append(line)
-        if picture and told:
+                predicted.append(line)
+        if picture and predicted:
             from myowave.learning.figures import draw_prediction
             from myowave.plotting import save
 
-            save(draw_prediction(told, seen, source), picture)
+            save(draw_prediction(predicted, seen, source), picture)
 
 
 @app.command("plan")
@@ -179,11 +179,11 @@ def plan_trials(
         raise ValueError(f"There is no verdict {path}; there are {there or 'none'}. `make run` makes it.")
     require_regular(path)
     try:
-        told = tell(json.loads(path.read_text(encoding="utf-8")))
+        said = tell(json.loads(path.read_text(encoding="utf-8")))
     except Exception as error:  # whatever its facts make the sentences raise
         reason = f"{type(error).__name__}: {error}"
         raise ValueError(f"{path} is no verdict ({reason}). Remove it, and run again: it is made anew.") from None
-    typer.echo(f"{told['headline']}\n{told['plan']}")
+    typer.echo(f"{said['headline']}\n{said['plan']}")
 
 
 @app.command("subject")

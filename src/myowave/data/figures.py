@@ -90,11 +90,11 @@ def draw_recording(prepared: Prepared, quality: Mapping[str, Any], trial: str) -
         axis.axvspan(start, grid[0], color="#e3e3e3", zorder=0)
         axis.axvspan(grid[-1], end, color="#e3e3e3", zorder=0)
         axis.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=3, borderaxespad=0.0, handlelength=1.5)
-    title(figure, _told(prepared, quality, trial))
+    title(figure, _sentence(prepared, quality, trial))
     return figure
 
 
-def _told(prepared: Prepared, quality: Mapping[str, Any], trial: str) -> str:
+def _sentence(prepared: Prepared, quality: Mapping[str, Any], trial: str) -> str:
     """What was found in a trial, in a sentence."""
     grid = prepared.recordings[trial].time
     warnings = [f for f in quality["findings"] if f["trial"] == trial and f["severity"] == "warning"]

@@ -158,11 +158,8 @@ class Reading:
         return float(sampled.time[begin]), float(sampled.time[begin + length - 1])
 
     def _read(self, trial: str, key: str, settings: RawSignal, factors: Mapping[str, float]) -> Sampled:
-        """One signal with its sign and offset, in the unit that is used here; one sample where there is a problem.
-
-        Args:
-            factors: of the units that it may be written in, by which it is multiplied.
-        """
+        """One signal with its sign and offset, in the unit that is used here, by factors of the units that it may be
+        written in; one sample where there is a problem."""
         where, units = f"{self.where}.{self.key or key}", tuple(factors)
         stand_in = Sampled(np.zeros(1), 1.0, 0.0, unit_here(units[0]), units[0])
         raw = self._one_file(trial, where, settings)

@@ -80,11 +80,7 @@ def read_trials(path: str | Path) -> Trials:
 
 
 def write_scales(scales: Mapping[int, Trials], path: str | Path) -> None:
-    """Write the projections of one dataset.
-
-    Args:
-        scales: {number of coarsenings: trials at that scale}; level 2 is written as scale -2.
-    """
+    """Write the projections of one dataset, {coarsenings: trials at that scale}; level 2 is written as scale -2."""
     frames = {-level: _to_frame(trials) for level, trials in scales.items()}
     table = pd.concat(frames, names=["scale", None]).reset_index("scale")
     write_table(table, path, _to_metadata(scales[min(scales)]) | {"kind": "scales"})

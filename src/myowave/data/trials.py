@@ -127,12 +127,8 @@ class Trials:
         )
 
     def changed(self, change: Callable[[Array], Array], **fields: Any) -> Trials:
-        """The same trials with every signal changed, trial by trial without padding, and other fields that differ.
-
-        Args:
-            change: of angles and further signals, samples (N_i,), and of the EMG, (N_i, C).
-            **fields: by name.
-        """
+        """The same trials with every signal changed, trial by trial without padding - angles and further signals are
+        (N_i,), the EMG (N_i, C) - and other fields that differ, by name."""
         arrays = {"emg": self.emg, "angle": self.angle, **self.signals}
         each = {name: [change(a[:n]) for a, n in zip(of, self.lengths, strict=True)] for name, of in arrays.items()}
         same = {name: value for name, value in vars(self).items() if name != "lengths"}

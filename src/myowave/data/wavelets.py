@@ -30,14 +30,10 @@ MAD_TO_SIGMA = 0.6744897501960817
 
 
 def decompose(trials: Trials, levels: int, wavelet: str = "db2") -> dict[int, Trials]:
-    """Project every trial over its own length onto scales 0, -1, ..., -levels: {j: trials at scale [-j]}.
+    """Project every trial over its own length onto scales 0, -1, ..., -levels: {j: trials at scale [-j]}, with an
+    orthogonal wavelet; the paper's is the order-2 Daubechies.
 
     Projected EMG may leave [0, 1] a little, as any linear filter's output may.
-
-    Args:
-        trials: the trials at scale [0].
-        levels: number of coarsenings J.
-        wavelet: name of an orthogonal wavelet; the paper uses order-2 Daubechies.
     """
     for name, length in zip(trials.names, trials.lengths, strict=True):
         _check_level(length, levels, wavelet, where=f"dataset {trials.dataset!r}, trial {name!r}")
@@ -104,11 +100,8 @@ def estimate_noise(*signals: ArrayLike, wavelet: str = "db6") -> float:
 
 @lru_cache(maxsize=128)
 def _interval_basis(samples: int, level: int, wavelet: str) -> tuple[csc_array, Array]:
-    """Scaling functions of one level cut to [0, samples), normalised, and the Cholesky factor of their Gram matrix.
-
-    Returns:
-        Basis (samples, K) and the factor's lower bands as scipy.linalg.cholesky_banded gives them.
-    """
+    """Scaling functions of one level cut to [0, samples), normalised, (samples, K), and the Cholesky factor of their
+    Gram matrix, its lower bands as scipy.linalg.cholesky_banded gives them."""
     # ASSUME: beyond its ends a recording is unknown, and its coarse scales are the best fit of V_-j to what is known.
     filter_length = _filter_length(wavelet)
     spacing = 2**level

@@ -56,12 +56,8 @@ class Standardised:
 def score_baseline(
     baseline: Baseline, trials: Trials, model: Model, seeds: Sequence[int], *, name: str, scales: int = 1
 ) -> pd.DataFrame:
-    """Rows of summary.csv, one per seed, of a baseline that is trained on the training trials.
-
-    Args:
-        trials: at the rate at which they were stored.
-        name: what stands in the column recipe.
-    """
+    """Rows of summary.csv, one per seed, of a baseline that is trained on the training trials, which are at the rate at
+    which they were stored; the column recipe has its name."""
     started, trials = time.perf_counter(), trials.thinned(baseline.rate_hz)
     predicted = predict_baseline(baseline, trials, model, seeds)
     labels = {"dataset": trials.dataset, "model": "base", "recipe": name, "scales": scales, "seed": list(seeds)}
@@ -148,8 +144,8 @@ def _convolution(weights: Weights, x: Tensor) -> Tensor:
     x = x.transpose(0, 1).flatten(1, 2)  # the seeds are groups of channels
     for i, dilation in enumerate(DILATIONS):
         kernel, bias = (weights[f"{name}{i}"].flatten(0, 1) for name in ("layer", "bias"))
-        held = F.pad(x, ((KERNEL - 1) * dilation, 0), mode="replicate")
-        made = F.gelu(F.conv1d(held, kernel, bias, dilation=dilation, groups=seeds))
+        padded = F.pad(x, ((KERNEL - 1) * dilation, 0), mode="replicate")
+        made = F.gelu(F.conv1d(padded, kernel, bias, dilation=dilation, groups=seeds))
         x = made if i == 0 else x + made
     return _read_out(weights, x.unflatten(1, (seeds, -1)).transpose(0, 1))
 

@@ -41,13 +41,8 @@ def predict_trials(checkpoint: Checkpoint, trials: Trials) -> Tensor:
 def evaluate(
     checkpoint: Checkpoint, trials: Trials, predicted: Tensor, *, recipe: str, truth: Mapping[str, float] | None = None
 ) -> pd.DataFrame:
-    """Rows of summary.csv, one per seed, columns as in docs/results.md.
-
-    Args:
-        trials: at scale [0].
-        predicted: from `predict_trials`.
-        truth: true values of parameters where they are known.
-    """
+    """Rows of summary.csv, one per seed, columns as in docs/results.md, of trials at scale [0] and what
+    `predict_trials` predicted of them; with the error of parameters whose truth is known."""
     columns: dict[str, Any] = {
         "dataset": checkpoint.dataset,
         "model": checkpoint.model,

@@ -110,17 +110,14 @@ def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame
     return figure
 
 
-def draw_prediction(told: Iterable[str], given: Iterable[str], what: str) -> Figure:
+def draw_prediction(lines: Iterable[str], given: Iterable[str], what: str) -> Figure:
     """A prediction with its band, beside the measured angle where the samples have one.
 
     Args:
-        told: lines of `streaming.command.predict_lines`; `given`: those that it was made of.
+        lines: of `streaming.command.predict_lines`; `given`: those that it was made of.
         what: is predicted.
     """
-    predicted, samples = (
-        pd.read_csv(StringIO("\n".join(line.rstrip("\n") for line in lines))) for lines in (told, given)
-    )
-    predicted, samples = (_in_degrees(table) for table in (predicted, samples))
+    predicted, samples = _in_degrees(lines), _in_degrees(given)
     figure, axes = canvas(1, 1, width=9.0, height=3.6)
     axis, time = axes[0, 0], predicted["time_s"]
     if "angle" in samples:
@@ -136,8 +133,9 @@ def draw_prediction(told: Iterable[str], given: Iterable[str], what: str) -> Fig
     return figure
 
 
-def _in_degrees(table: pd.DataFrame) -> pd.DataFrame:
-    """A table whose angles, in columns named after their unit, are in degrees, and named without it."""
+def _in_degrees(lines: Iterable[str]) -> pd.DataFrame:
+    """Lines of CSV as a table; angles, in columns named after their unit, are in degrees, and named without it."""
+    table = pd.read_csv(StringIO("\n".join(line.rstrip("\n") for line in lines)))
     turned = {name: np.degrees(pd.to_numeric(table[name], errors="coerce")) for name in table if name.endswith("_rad")}
     return table.assign(**turned).rename(columns=lambda name: re.sub("_(rad|deg)$", "", name))
 

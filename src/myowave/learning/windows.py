@@ -115,13 +115,8 @@ class Validation:
 
 
 class Noise:
-    """Normal numbers to disturb what a network sees, from a generator for each seed.
-
-    Args:
-        std: standard deviation, in the unit of what is disturbed.
-        level: of the scale; each has noise of its own.
-        stream: of what is disturbed; each has noise of its own.
-    """
+    """Normal numbers to disturb what a network sees, from a generator for each seed, with a standard deviation in the
+    unit of what is disturbed; each level of the scales has noise of its own, and each stream that is disturbed."""
 
     def __init__(self, std: float, seeds: Sequence[int], level: int, stream: int = 0) -> None:
         self.std = std

@@ -42,9 +42,9 @@ def recordings_in(folder: Path) -> list[PurePosixPath]:
     found = [path for path in files if ending_of(Path(path)) in ENDINGS]
     if not found:
         other = Counter(path.suffix or "no ending" for path in files)
-        held = ", ".join(f"{count} files {ending}" for ending, count in other.most_common(5)) or "nothing"
+        there = ", ".join(f"{count} files {ending}" for ending, count in other.most_common(5)) or "nothing"
         raise ValueError(
-            f"{folder}: no recording in it; found {held}, expected files that end in {', '.join(ENDINGS)} (text also "
+            f"{folder}: no recording in it; found {there}, expected files that end in {', '.join(ENDINGS)} (text also "
             "as .gz). Export the recordings in one of these formats, or name another folder with --from."
         )
     return sorted(found, key=lambda path: natural(str(path)))

@@ -96,9 +96,9 @@ def _arm_lines(preset: str, channels: Sequence[str], body: tuple[float, float, s
     yield from joint_lines(*body) if body else ()
     if missing:
         spare = [channel for channel in channels if channel not in muscles.values()]
-        told = f"FILL IN {{emg: one of {', '.join(spare)}}}; null leaves it out" if spare else "nobody recorded it"
+        note = f"FILL IN {{emg: one of {', '.join(spare)}}}; null leaves it out" if spare else "nobody recorded it"
         yield "muscles:"
-        yield from (f"  {name}: null # driven by {channel}: {told}" for name, channel in missing.items())
+        yield from (f"  {name}: null # driven by {channel}: {note}" for name, channel in missing.items())
 
 
 def _laid_over(below: dict[str, Any], lines: Sequence[str]) -> dict[str, Any]:

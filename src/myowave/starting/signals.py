@@ -119,7 +119,7 @@ def read_folder(folder: Path, files: Sequence[PurePosixPath]) -> Recorded:
     def reads(naming: Naming, trial: str) -> list[tuple[str, tuple[str, RawRecording] | None]]:
         return [(pattern, read(pattern.replace(TRIAL, trial))) for pattern in naming.patterns]
 
-    def held(naming: Naming, trial: str) -> tuple[object, ...]:
+    def contents(naming: Naming, trial: str) -> tuple[object, ...]:
         """What files of a trial hold: formats, names and units of signals."""
         return tuple(r and (r[0], *((s.name, s.unit) for s in r[1].signals)) for _, r in reads(naming, trial))
 
@@ -130,12 +130,12 @@ def read_folder(folder: Path, files: Sequence[PurePosixPath]) -> Recorded:
 
     namings = name_trials(files)[:_TRIED]
     for naming in namings:
-        if len({held(naming, trial) for trial in (*naming.trials[:2], naming.trials[-1])}) == 1:
+        if len({contents(naming, trial) for trial in (*naming.trials[:2], naming.trials[-1])}) == 1:
             return recorded(naming)
     for naming in namings:
-        usual, count = Counter(held(naming, trial) for trial in naming.trials).most_common(1)[0]
+        usual, count = Counter(contents(naming, trial) for trial in naming.trials).most_common(1)[0]
         if count >= 2 and 2 * count > len(naming.trials):
-            trials = tuple(trial for trial in naming.trials if held(naming, trial) == usual)
+            trials = tuple(trial for trial in naming.trials if contents(naming, trial) == usual)
             others = [p.replace(TRIAL, t) for t in naming.trials if t not in trials for p in naming.patterns]
             return recorded(replace(naming, trials=trials, left_out=(*naming.left_out, *others)))
     listed = ", ".join(map(str, files[:3])) + (", ..." if len(files) > 3 else "")

@@ -11,16 +11,9 @@ _NOTE = "sd: standard deviation, how far a person may be from the value; no sett
 
 
 def subject_settings(mass: float, height: float, sex: str, name: str) -> str:
-    """A block `physics.arms.NAME` with the forearm and hand of a person, each value with its standard deviation.
-
-    Args:
-        mass: of the body [kg].
-        height: [m].
-        sex: f or m, whose table of body segments is taken.
-
-    Raises:
-        ValueError: for a mass, height or sex that there is no table for, or a name that settings do not take.
-    """
+    """A block `physics.arms.NAME` with the forearm and hand of a person, each value with its standard deviation, by the
+    mass of the body [kg], its height [m] and its sex (f or m: whose table of body segments is taken). A ValueError
+    where there is no table for them, or for a name that settings do not take."""
     check_name(name, "the arm")
     who = f"a {SEXES.get(sex, 'person')} of {mass:g} kg and {height:g} m"
     lines = [

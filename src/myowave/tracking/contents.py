@@ -48,14 +48,8 @@ def digest(runs: Iterable[RunContent]) -> str:
 
 
 def read_results(results: Path, recipes: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[RunContent, ...]]:
-    """The runs of each dataset that has a verdict or networks, that of the dataset first.
-
-    Args:
-        recipes: settings of recipes and baselines by name; networks of others are left out.
-
-    Raises:
-        OSError, ValueError: for a file that is missing or cut short.
-    """
+    """The runs of each dataset that has a verdict or networks, that of the dataset first; networks are those of these
+    recipes and baselines, settings by name. An OSError or ValueError for a file that is missing or cut short."""
     folders = [path.parent for path in sorted(results.glob("learning/*/*/*/*-scale/evaluation.csv"))]
     networks = [folder for folder in folders if folder.parent.name in recipes]
     networks.sort(key=lambda folder: "kind" in recipes[folder.parent.name])  # what has a kind is a baseline

@@ -44,14 +44,11 @@ class JobLog:
 
 @contextmanager
 def job_log(label: str, path: str | Path) -> Iterator[JobLog]:
-    """Run a job under its log.
+    """Run a job under its log; the label says for people what it works on, as "train case1 base rollout 3-scale".
 
     A ValueError is a user's mistake: its message goes to the log and the job ends with exit status 1. It ends likewise
     where the disk is full or may not be written; as the log may lie on it, that is said on the terminal. Anything else
     is ours, and goes to the log with its traceback.
-
-    Args:
-        label: what the job works on, for people: "train case1 base rollout 3-scale, scale -2".
     """
     bar = tqdm(desc=label, disable=None, leave=False, dynamic_ncols=True)
     try:

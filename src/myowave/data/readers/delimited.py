@@ -26,18 +26,18 @@ _SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording:
     """Read one file, plain or .gz; rows count as an editor counts them.
 
-    What is null in its layout is told from the file. A unit may stand in a row of its own, or in brackets behind a
+    What is null in its layout is found in the file. A unit may stand in a row of its own, or in brackets behind a
     column's name, which is then the name without it.
     """
     layout = layout or TextLayout()
     lines = read_lines(path)
     top = lines[: max(layout.header_row or 0, layout.units_row or 0, _HEAD) + 1]
-    separator = _SEPARATORS[layout.separator] if layout.separator else _told_separator(top, layout.header_row)
+    separator = _SEPARATORS[layout.separator] if layout.separator else _find_separator(top, layout.header_row)
     rows = [split_row(line, separator) for line in top]
     header_row, units_row = layout.header_row, layout.units_row
     if header_row is None:
-        header_row, told = _told_header(path, rows)
-        units_row = units_row or told
+        header_row, found = _find_header(path, rows)
+        units_row = units_row or found
     head = max(header_row, units_row or 0)
     if len(lines) <= head or not lines[header_row - 1].strip():
         raise ValueError(f"{path}: {len(lines)} rows; expected names of columns in row {header_row} and samples below.")
@@ -52,18 +52,18 @@ def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording
     return RawRecording(path, signals, first_row=head + 1)
 
 
-def _told_separator(lines: Sequence[str], header_row: int | None) -> str:
+def _find_separator(lines: Sequence[str], header_row: int | None) -> str:
     """That of the row of names where it is known, else of a row of samples."""
     if header_row is not None:
         return separator_of(lines[header_row - 1]) if len(lines) >= header_row else " "
     line = next((line for line in reversed(lines) if line.strip()), "")
-    told = separator_of(line)
+    found = separator_of(line)
     cells = line.split()  # 0,5 1,2 has commas in decimals; 1, 2 has not
     decimal = len(cells) > 1 and all(re.fullmatch(r"[-+]?\d+(,\d+)?(e[-+]?\d+)?", cell) for cell in cells)
-    return " " if told == "," and decimal else told
+    return " " if found == "," and decimal else found
 
 
-def _told_header(path: Path, rows: Sequence[Sequence[str]]) -> tuple[int, int | None]:
+def _find_header(path: Path, rows: Sequence[Sequence[str]]) -> tuple[int, int | None]:
     """The row of names, and that of units below it if there is one, counted from 1.
 
     It is the last one without a number above the first row of numbers; without such a row, the first.

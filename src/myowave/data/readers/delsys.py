@@ -25,7 +25,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from myowave.data.readers.signals import RawRecording, Signal
-from myowave.data.readers.text import carried, read_cells, read_lines, separator_of, split_row, split_unit, to_signals
+from myowave.data.readers.text import read_cells, read_lines, separator_of, split_row, split_unit, spread, to_signals
 
 _TIME = re.compile(r"^(X|.*Time Series)\s*[\[(]s[\])]$", re.IGNORECASE)
 _RATE = re.compile(r"^([\d.,]+)\s*Hz$", re.IGNORECASE)
@@ -78,7 +78,7 @@ def _split(line: str) -> list[str]:
 def _with_sensors(names: list[str], above: list[list[str]]) -> list[str]:
     """Names of channels with those of their sensors before them, which stand once over all of a sensor's channels."""
     sensors = next((row for row in reversed(above) if not row[0].lower().startswith("sensor mode")), [])
-    sensors = carried([_SERIAL.sub("", cell) for cell in sensors], len(names))
+    sensors = spread([_SERIAL.sub("", cell) for cell in sensors], len(names))
     return [f"{sensor} {name}".strip() for sensor, name in zip(sensors, names, strict=True)]
 
 

@@ -58,7 +58,7 @@ def split_row(line: str, separator: str) -> list[str]:
     return [cell.strip().strip('"').strip() for cell in cells]
 
 
-def carried(cells: Sequence[str], columns: int) -> list[str]:
+def spread(cells: Sequence[str], columns: int) -> list[str]:
     """Cells that stand once over several columns, for each of these."""
     padded = [*cells, *[""] * columns][:columns]
     return list(accumulate(padded, lambda last, cell: cell or last, initial=""))[1:]

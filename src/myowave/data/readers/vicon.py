@@ -17,7 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from myowave.data.readers.signals import RawRecording, Signal
-from myowave.data.readers.text import carried, read_cells, read_lines, separator_of, split_row, to_signals
+from myowave.data.readers.text import read_cells, read_lines, separator_of, split_row, spread, to_signals
 
 _HEADER = re.compile(r"^\W*Frame\W+Sub Frame\b", re.IGNORECASE)
 _SEPARATORS = ",;\t "
@@ -68,5 +68,5 @@ def _names(groups: Sequence[str], own: Sequence[str], device: bool) -> list[str]
     """Names of the columns; empty where nothing stands above them."""
     return [
         name if not name or (device and own.count(name) == 1) else f"{group.rpartition(':')[2]} {name}".strip()
-        for name, group in zip(own, carried(groups, len(own)), strict=True)
+        for name, group in zip(own, spread(groups, len(own)), strict=True)
     ]

@@ -97,7 +97,7 @@ class Answered:
     control: Family | None  # of the arm in the first group, split in two; None where it has but one trial
     silent: tuple[Change, ...]  # at most one: electrodes that report nothing in a group; the rest is weighed without
     left_out: tuple[str, ...]  # effects that were not weighed
-    told: tuple[str, ...]  # conditions that are told and differ: what a model says of these may be wrong, too
+    known: tuple[str, ...]  # conditions that are known and differ: what a model says of these may be wrong, too
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -156,7 +156,7 @@ def what_changed(
         control=control,
         silent=(_lost(silent),) if silent else (),
         left_out=tuple(e.name for e in effects if e not in weighable),
-        told=tuple(recorded.told),
+        known=tuple(recorded.known),
     )
 
 
@@ -220,7 +220,7 @@ def _ask(
     plain = groups.windows(base, {}, errors)
     weighing, second = Weighing(plain.by_drive), groups.second.astype(float)
     nothing = weighing.likeliest(plain, {})
-    told = np.reshape([*groups.told.values()], (-1, len(second))).T
+    known = np.reshape([*groups.known.values()], (-1, len(second))).T
     report(f"nothing changed: {nothing.value:.1f} nats, " + ", ".join(f"{k} {v:.3g}" for k, v in nothing.sizes.items()))
     found = []
     for effect in effects:
@@ -231,7 +231,7 @@ def _ask(
                 return groups.windows(model, dict.fromkeys(c.parameters, values * c.typical))
 
             by_trial = ByTrial(windows, c.low / c.typical, c.high / c.typical, weighing, nothing)
-            differing = by_trial.differing(second, told)
+            differing = by_trial.differing(second, known)
             value, low, high = (share * c.typical for share in differing.change)
             change = replace(c, value=value, interval=(low, high), changed=differing.changed, anyway=differing.anyway)
             report(

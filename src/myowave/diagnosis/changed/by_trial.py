@@ -23,7 +23,7 @@ from myowave.diagnosis.changed.windows import Windowed
 from myowave.diagnosis.likelihood.algebra import Covariance, Weighed
 
 USUAL = 3.0  # ASSUME: changes are about as large as this
-APART = (0.03, 0.1, 0.3, 1.0, 3.0)  # ASSUME: so far trials may differ by themselves, or with what is told of them
+APART = (0.03, 0.1, 0.3, 1.0, 3.0)  # ASSUME: so far trials may differ by themselves, or with what is known of them
 FIRST = (0.25, 1.0, 3.0)  # values of the second group, of either sign, that are tried first
 HOPELESS = 1.0  # nats: what explains less in the second group alone is not sought in every trial
 NUDGE = 0.02  # for differences
@@ -37,20 +37,20 @@ class Directions:
 
     columns: Array  # orthonormal, (T, K)
     change: Array  # amplitudes of 1 more in every trial of the second group, (K,)
-    # apart, told: covariance of the amplitudes where each trial differs by itself, and where they differ with what is
-    # told of them, with variance 1, (K, K)
+    # apart, known: covariance of the amplitudes where each trial differs by itself, and where they differ with what
+    # is known of them, with variance 1, (K, K)
     apart: Array
-    told: Array
+    known: Array
 
     @classmethod
-    def of(cls, columns: Array, second: Array, told: Array) -> "Directions":
+    def of(cls, columns: Array, second: Array, known: Array) -> "Directions":
         """Those that some columns (T, ...) span, the first group's mean taken out; `second` is 1 in the second group,
-        else 0, (T,), and conditions that are told are 0 to 1 each, (T, C)."""
+        else 0, (T,), and conditions that are known are 0 to 1 each, (T, C)."""
         centred = np.eye(len(second)) - (1 - second) / (1 - second).sum()
         vectors, strength, _ = np.linalg.svd(centred @ columns, full_matrices=False)
         kept = vectors[:, strength > 1e-9 * strength[0]]
-        alone, with_told = kept.T @ centred, kept.T @ centred @ told
-        return cls(kept, kept.T @ second, alone @ alone.T, with_told @ with_told.T)
+        alone, with_known = kept.T @ centred, kept.T @ centred @ known
+        return cls(kept, kept.T @ second, alone @ alone.T, with_known @ with_known.T)
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Differing:
 
     @property
     def anyway(self) -> float:
-        """The same that trials differ, but by themselves or with what is told of them."""
+        """The same that trials differ, but by themselves or with what is known of them."""
         return float(logsumexp(self._nats(0.0)) - 2 * np.log(len(APART)))
 
     @property
@@ -95,7 +95,7 @@ class Differing:
         """Covariances (K, K) of the amplitudes, for each pair of `APART`, with changes of a size."""
         d = self.directions
         changed = size**2 * np.outer(d.change, d.change)
-        return [alone**2 * d.apart + told**2 * d.told + changed for alone, told in product(APART, repeat=2)]
+        return [alone**2 * d.apart + known**2 * d.known + changed for alone, known in product(APART, repeat=2)]
 
     def _nats(self, size: float) -> Array:
         """Log evidence with each prior, over that of no difference [nats]."""
@@ -128,14 +128,14 @@ class ByTrial:
     weighing: Weighing
     nothing: Weighed  # where all values are 0
 
-    def differing(self, second: Array, told: Array) -> Differing:
+    def differing(self, second: Array, known: Array) -> Differing:
         """How trials differ; in every one only where the second group seems to; see `Directions.of`."""
         steps = [sign * step for step in FIRST for sign in (1.0, -1.0) if self.low <= sign * step <= self.high]
         begun = max((self._point(step * second) for step in (0.0, *steps)), key=lambda point: point.total)
-        found = self._follow(begun, Directions.of(second[:, None], second, told))
+        found = self._follow(begun, Directions.of(second[:, None], second, known))
         if found.nats < HOPELESS:
             return found
-        return self._follow(self._point(found.values), Directions.of(np.eye(len(second)), second, told))
+        return self._follow(self._point(found.values), Directions.of(np.eye(len(second)), second, known))
 
     def _point(self, values: Array, near: Weighed | None = None) -> Point:
         windowed = self.windows(inside := values.clip(self.low, self.high))

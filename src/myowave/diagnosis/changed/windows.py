@@ -78,10 +78,10 @@ class Groups:
     second: NDArray[np.bool_]  # which of them are of the second group, (T,)
 
     @property
-    def told(self) -> dict[str, Array]:
-        """Conditions that are told and differ between trials, by name, from 0 to 1 each, (T,)."""
-        known = {name: values.numpy() for name, values in self.record.known.items()}
-        return {name: (v - v.min()) / np.ptp(v) for name, v in known.items() if np.ptp(v) > 0}
+    def known(self) -> dict[str, Array]:
+        """Conditions that are known and differ between trials, by name, from 0 to 1 each, (T,)."""
+        values = {name: of_trials.numpy() for name, of_trials in self.record.known.items()}
+        return {name: (v - v.min()) / np.ptp(v) for name, v in values.items() if np.ptp(v) > 0}
 
     def take(self, trials: Sequence[int], second: Sequence[int]) -> "Groups":
         """Some of the trials, of which some others than now are the second group."""

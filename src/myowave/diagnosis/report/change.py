@@ -28,7 +28,7 @@ def changed_facts(dataset: str, found: Answered) -> dict[str, Any]:
             asdict(change) | {"low": change.interval[0], "high": change.interval[1]} for change in map(found.of, order)
         ],
         "control": None if control is None else {"class": list(control.names), "unchanged": control.unchanged},
-        "told": list(found.told),
+        "known": list(found.known),
         "left_out": list(found.left_out),
     }
 

@@ -27,13 +27,9 @@ _WRITTEN = {
 
 
 def fill(template: str, titles: Mapping[str, str], content: Mapping[str, Any]) -> str:
-    """A page as HTML that needs nothing else, with date, version and commit; every text that comes from data is
-    escaped.
-
-    Args:
-        template: its name; what stands in its folder can be included, as it is with `asset(name)`.
-        titles: of effects.
-    """
+    """A page as HTML that needs nothing else, with date, version and commit, by the name of its template and titles of
+    effects. What is in the template's folder can be included, as it is with `asset(name)`; every text that comes from
+    data is escaped."""
 
     def asset(name: str) -> Markup:
         return Markup((PAGES / name).read_text(encoding="utf-8"))

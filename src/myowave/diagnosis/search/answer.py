@@ -179,6 +179,6 @@ def p_of_constants(model: Hypothesis) -> float:
     off = (mean[place] - np.array([free[i].start for i in place])) / deviation
     known = np.eye(len(place)) - covariance[np.ix_(place, place)] / np.outer(deviation, deviation)
     values, vectors = np.linalg.eigh(known)
-    told = values > 0.1
-    squares = (vectors[:, told].T @ off) ** 2 / values[told]
-    return float(chi2.sf(squares.sum(), max(int(told.sum()), 1)))
+    sure = values > 0.1
+    squares = (vectors[:, sure].T @ off) ** 2 / values[sure]
+    return float(chi2.sf(squares.sum(), max(int(sure.sum()), 1)))

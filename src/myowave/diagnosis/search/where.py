@@ -39,11 +39,7 @@ class MissingTorque:
 
 
 def misfit_by(fit: Fit) -> pd.DataFrame:
-    """RMSE of a fit in parts of its data.
-
-    Returns:
-        Columns factor, part, low, high, samples, rmse_deg, mean_deg.
-    """
+    """RMSE of a fit in parts of its data: columns factor, part, low, high, samples, rmse_deg, mean_deg."""
     record, valid = fit.record, fit.record.valid
     residual = np.degrees(fit.residual)
     q, velocity = fit.sensitive.motion.state[..., :2].numpy().transpose(2, 0, 1)

@@ -34,12 +34,8 @@ def search_name(sweep: Sweep, judged: Mapping[str, Any], data: Path) -> str:
 
 
 def override_text(sweep: Sweep, recipe: Recipe, best: Settings, table: pd.DataFrame, path: str) -> str:
-    """A configuration file, to lay over config.yaml, with the best settings as a recipe of their own.
-
-    Args:
-        table: of the trials, see `search.tabulate`.
-        path: where the file will be, for its own comment.
-    """
+    """A configuration file, to lay over config.yaml, with the best settings as a recipe of their own; of the table of
+    `search.tabulate`, and with the path where it will be in its comment."""
     name = sweep.recipe + BEST
     figure = f"results/figures/{sweep.dataset}/{sweep.model}/{name}/metrics.png"
     values = {
