@@ -15,8 +15,8 @@ import torch
 from myowave.data.simulate import MANOEUVRES, Manoeuvre, synthetic_emg
 from myowave.data.trials import Array
 from myowave.diagnosis.search.score import score_effect
-from myowave.identification.free_parameters import Free, bind_values, effect_parameters, expected
-from myowave.identification.least_squares import gain_of, normal_equations, without_starts
+from myowave.identification.free_parameters import Free, bind_values, effect_parameters
+from myowave.identification.least_squares import Normal, gain_of, gather, normal_equations
 from myowave.identification.output_error import Fit, polish
 from myowave.identification.record import Record
 from myowave.physics.effect import Effect
@@ -58,17 +58,15 @@ def propose_trials(fit: Fit, one: Effect, other: Effect | None = None) -> list[P
     effects = [one] if other is None else [one, other]
     own, *rival = (effect_parameters(fit.model.with_effects([effect]), effect) for effect in effects)
     imitators = (*fit.free, *(p for parameters in rival for p in parameters))
-    strength, weight = _strength(fit, one), expected(imitators)[1] * fit.record.noise**2
-    menu = _menu(fit)
-    recorded, trials = (_slopes(fit, record, effects, own, imitators) for record in (fit.record, menu))
-    before = _separation([recorded], strength, weight, fit.record.noise)
-    proposals = []
-    for i, name in enumerate(menu.names):
-        slope, wanted, by_start = (part[i : i + 1] for part in trials)
-        if np.isfinite(slope).all():
-            after = _separation([recorded, (slope, wanted, by_start)], strength, weight, fit.record.noise)
-            proposals.append(Proposal(name, after, before))
-    return sorted(proposals, key=lambda p: -p.separation)
+    strength, noise, menu = _strength(fit, one), fit.record.noise, _menu(fit)
+    recorded, further = (_normal(fit, record, effects, (*own, *imitators)) for record in (fit.record, menu))
+    # Of each trial of the menu by itself, (T, P, P); what is known beforehand counts once, with the recorded ones.
+    nothing = np.zeros((len(menu.names), 0)), np.zeros((len(menu.names), 0, len(further.weight)))
+    residual, slope, by_start = (part[:, None] for part in (further.residual, further.slope, further.by_start))
+    alone = gather(residual, slope, by_start, *nothing, further.weight).matrix
+    now = _separation(recorded.matrix, strength, noise)
+    after = [_separation(recorded.matrix + matrix, strength, noise) for matrix in alone]
+    return sorted(map(Proposal, menu.names, after, [now] * len(after)), key=lambda p: -p.separation)
 
 
 def _strength(fit: Fit, effect: Effect) -> Array:
@@ -103,33 +101,19 @@ def _menu(fit: Fit) -> Record:
     )
 
 
-def _slopes(
-    fit: Fit, record: Record, effects: Sequence[Effect], own: tuple[Free, ...], imitators: tuple[Free, ...]
-) -> tuple[Array, Array, Array]:
-    """Derivatives of the angle by the effect's own parameters, by all that may imitate it, and by the starts."""
-    everything = (*own, *imitators)
-    values = np.array([fit.parameters.get(p.name, 0.0) for p in everything])
-    model = fit.model.with_effects(effects)
-    if record is fit.record:
-        start = torch.from_numpy(fit.starts)
-    else:
-        start = torch.tensor([[START_RAD, 0.0]], dtype=torch.float64).expand(len(record.names), 2)
-    simulation = record.simulation(model, bind_values(everything, values))
-    result = solve(simulation, start[:, 0], start[:, 1], wrt={p.name: p.scale for p in everything})
-    normal = normal_equations(result, record, everything, values)
-    count = len(own)
-    return normal.slope[..., :count], normal.slope[..., count:], normal.by_start
+def _normal(fit: Fit, record: Record, effects: Sequence[Effect], free: Sequence[Free]) -> Normal:
+    """The normal equations of trials whose motion is that of a fit with further effects, which are still 0."""
+    values = np.array([fit.parameters.get(p.name, 0.0) for p in free])
+    start = torch.tensor([[START_RAD, 0.0]], dtype=torch.float64).expand(len(record.names), 2)
+    start = torch.from_numpy(fit.starts) if record is fit.record else start
+    simulation = record.simulation(fit.model.with_effects(effects), bind_values(free, values))
+    result = solve(simulation, start[:, 0], start[:, 1], wrt={p.name: p.scale for p in free})
+    return normal_equations(result, record, free, values)
 
 
-def _separation(parts: Sequence[tuple[Array, Array, Array]], strength: Array, weight: Array, noise: float) -> float:
-    """Chi-square of an effect of this strength that no change of the imitators, which is dear by their `weight`, and of
-    the starts can make up for."""
-    matrix, vector, total = np.diag(weight), np.zeros(len(weight)), 0.0
-    for own, imitators, by_start in parts:
-        signal = own @ strength
-        left = without_starts(by_start, signal[..., None])[..., 0]
-        columns = without_starts(by_start, imitators)
-        matrix += np.einsum("tnp,tnq->pq", columns, columns)
-        vector += np.einsum("tnp,tn->p", columns, left)
-        total += float((left**2).sum())
-    return max(total - gain_of(matrix, vector)[1], 0.0) / noise**2
+def _separation(matrix: Array, strength: Array, noise: float) -> float:
+    """Chi-square of an effect of this strength, whose parameters come first in a normal matrix, that no change of the
+    others, which imitate it, can make up for."""
+    own = len(strength)
+    imitated = gain_of(matrix[own:, own:], matrix[own:, :own] @ strength)[1]
+    return max(float(strength @ matrix[:own, :own] @ strength) - imitated, 0.0) / noise**2
