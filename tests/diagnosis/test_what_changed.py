@@ -1,11 +1,16 @@
 """What changed between two groups of trials: the change is named with its size, and where there is none, none is."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
+from typer.testing import CliRunner
 
+from myowave.cli import app
 from myowave.data.simulate import simulate_trials
+from myowave.data.store import write_trials
 from myowave.diagnosis.changed.ask import what_changed
 from myowave.diagnosis.report.change import changed_facts, tell_change
 from myowave.settings import Scatter, SimulatedDataset
@@ -94,3 +99,33 @@ def test_the_first_sentence_tells_what_how_much_and_what_the_control_says(loaded
     assert "a load in the hand that nobody noted" in told[0] and "kg" in told[0]
     assert "split in two" in " ".join(told)
     assert facts["class"] == ["hand_load"] and facts["changes"][0]["low"] < 0.4 < facts["changes"][0]["high"]
+
+
+def test_the_command_asks_of_the_groups_it_is_given_with_what_is_known_of_the_dataset(
+    make_trials, pytestconfig, tmp_path, monkeypatch
+):
+    asked = []
+
+    def ask(trials, base, effects, groups, scatter, report):
+        asked.append((groups, scatter))
+        raise ValueError("that is all")
+
+    monkeypatch.setattr("myowave.diagnosis.changed.ask.what_changed", ask)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "data").symlink_to(pytestconfig.rootpath / "data")
+    write_trials(make_trials(), "results/data/elbow/trials.parquet")
+    changed = {"reference": ["1"], "against": ["2"], "electrodes_stayed": True}
+    block = {"kind": "simulated", "trials": 4, "test": ["4"], "scatter": {"shape": {"absolute": 0.05}}}
+    config = yaml.safe_load((pytestconfig.rootpath / "config.yaml").read_text(encoding="utf-8"))
+    config["data"]["datasets"]["elbow"] = {**block, "changed": changed}
+    Path("config.yaml").write_text(yaml.safe_dump(config), encoding="utf-8")
+    others = ["--reference", "2", "--against", "1, 3"]
+    for options, groups in (
+        ([], Changed(**changed)),
+        (others, Changed(reference=["2"], against=["1", "3"])),
+        ([*others, "--electrodes-stayed"], Changed(reference=["2"], against=["1", "3"], electrodes_stayed=True)),
+    ):
+        done = CliRunner().invoke(app, ["changed", "elbow", *options])
+        found, scatter = asked.pop()
+        assert done.exit_code == 2 and found == groups
+        assert scatter["shape"].absolute == 0.05 and scatter["vmax"].relative == 0.2

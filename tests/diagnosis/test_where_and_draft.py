@@ -142,6 +142,12 @@ def test_the_draft_is_an_effect_file_that_runs_and_says_what_was_found(make_fit,
     torch.testing.assert_close(effect.function(q, qdot, a.unsqueeze(-1), **values), expected)
 
 
+@pytest.mark.parametrize("hidden", [{}, {"extra_delay": {"d_Bi": 0.02, "d_Tri": 0.02}}], ids=["noise", "late EMG"])
+def test_no_torque_is_drafted_for_what_is_none(hidden, make_fit):
+    fit = make_fit(hidden)
+    assert draft_effect(fit, View.of(fit)).formula == "0"
+
+
 @pytest.mark.parametrize("term", LIBRARY, ids=lambda term: term.name)
 def test_each_term_is_written_as_it_is_computed(term):
     q, qdot, a = torch.randn(3, 7, dtype=torch.float64).unbind(0)
