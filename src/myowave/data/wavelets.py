@@ -27,6 +27,7 @@ from myowave.data.trials import Array, Trials
 
 MAD_TO_SIGMA = 0.6744897501960817
 """Median of |x| for a standard normal x: MAD / 0.6745 estimates its standard deviation."""
+OF_NOISE = "db6"  # the wavelet whose details tell noise, see `estimate_noise`
 
 
 def decompose(trials: Trials, levels: int, wavelet: str = "db2") -> dict[int, Trials]:
@@ -70,7 +71,7 @@ def max_level(samples: int, wavelet: str = "db2") -> int:
     return pywt.dwt_max_level(samples, _filter_length(wavelet))
 
 
-def estimate_noise(*signals: ArrayLike, wavelet: str = "db6") -> float:
+def estimate_noise(*signals: ArrayLike) -> float:
     """Standard deviation of the white noise on smooth signals, from their finest wavelet details.
 
     Half the details of the noise are in the finest ones, and hardly any of the motion; their median is not moved by
@@ -85,16 +86,16 @@ def estimate_noise(*signals: ArrayLike, wavelet: str = "db6") -> float:
 
     Source: Donoho & Johnstone 1994, Ideal spatial adaptation by wavelet shrinkage, Biometrika 81.
     """
-    length = _filter_length(wavelet)
+    length = _filter_length(OF_NOISE)
     details = []
     for signal in signals:
         signal = np.asarray(signal, dtype=np.float64)
         if signal.ndim != 1 or len(signal) < 2 * length:
             raise ValueError(
                 f"noise estimate: a signal has shape {signal.shape}; expected one dimension and at least {2 * length} "
-                f"samples for {wavelet}."
+                f"samples for {OF_NOISE}."
             )
-        details.append(pywt.dwt(signal, wavelet, mode="symmetric")[1][length // 2 - 1 : len(signal) // 2])
+        details.append(pywt.dwt(signal, OF_NOISE, mode="symmetric")[1][length // 2 - 1 : len(signal) // 2])
     return float(np.median(np.abs(np.concatenate(details))) / MAD_TO_SIGMA)
 
 

@@ -54,13 +54,13 @@ class Standardised:
 
 
 def score_baseline(
-    baseline: Baseline, trials: Trials, model: Model, seeds: Sequence[int], *, name: str, scales: int = 1
+    baseline: Baseline, trials: Trials, model: Model, seeds: Sequence[int], *, name: str
 ) -> pd.DataFrame:
     """Rows of summary.csv, one per seed, of a baseline that is trained on the training trials, which are at the rate at
     which they were stored; the column recipe has its name."""
     started, trials = time.perf_counter(), trials.thinned(baseline.rate_hz)
     predicted = predict_baseline(baseline, trials, model, seeds)
-    labels = {"dataset": trials.dataset, "model": "base", "recipe": name, "scales": scales, "seed": list(seeds)}
+    labels = {"dataset": trials.dataset, "model": "base", "recipe": name, "scales": 1, "seed": list(seeds)}
     rows = pd.DataFrame(labels | score_trials(trials, predicted, given_samples(trials)))
     epochs = STEPS if baseline.kind in TRAINED else 0
     nothing = dict.fromkeys(("band_coverage", "outside_training", "val_r2"), math.nan)

@@ -64,12 +64,10 @@ def low_pass(rate: float, corner: float, phase: Phase, order: int = ENVELOPE_ORD
     return Filter(sp.butter(order, moved, fs=rate, output="sos"), phase, "even")
 
 
-def lag_s(corner: float, order: int = ENVELOPE_ORDER) -> float:
-    """Time [s] by which a causal low-pass of a corner [Hz] delays what changes slowly.
-
-    The group delay at 0 Hz of an analog Butterworth filter; at order 2 and 4 Hz it is 56 ms.
-    """
-    poles = [math.sin(math.pi * (2 * k + 1) / (2 * order)) for k in range(order)]
+def lag_s(corner: float) -> float:
+    """Time [s] by which the causal low-pass of envelopes, of a corner [Hz], delays what changes slowly: the group delay
+    at 0 Hz of an analog Butterworth filter; at 4 Hz it is 56 ms."""
+    poles = [math.sin(math.pi * (2 * k + 1) / (2 * ENVELOPE_ORDER)) for k in range(ENVELOPE_ORDER)]
     return sum(poles) / (2 * math.pi * corner)
 
 
