@@ -151,12 +151,12 @@ def test_no_torque_is_drafted_for_what_goes_with_muscle_curves(make_trials, base
     assert diagnose(trials, base, [], identify, SETTINGS).draft.formula == "0"
 
 
-def test_a_class_comes_with_the_trial_that_would_separate_it(make_trials, base, few, identify):
-    trials = make_trials({"extra_delay": {"d_Bi": 0.02, "d_Tri": 0.02}})
-    candidates = [effect for name, effect in few.items() if name != "clock_shift"]  # which says the same with less
+def test_a_class_comes_with_the_trial_that_would_separate_it(make_trials, base, effects, identify):
+    trials = make_trials({"joint_damping": {"c": 0.8}}, noise_deg=1.0)
+    candidates = [effects[name] for name in ("joint_damping", "muscle_damping", "vmax_change", "hand_load")]
     found = diagnose(trials, base, candidates, identify, SETTINGS)
     assert found.verdict.kind == "class"
-    assert {"extra_delay", "activation_dynamics"} <= set(found.verdict.ladder.classes[0])
+    assert {"joint_damping", "muscle_damping"} <= set(found.verdict.ladder.classes[0])
     assert found.proposals
 
 

@@ -5,6 +5,7 @@ import pytest
 import torch
 
 from myowave.physics.effects import catalogue
+from myowave.physics.effects.compliant_tendon import compliance, elongation
 from myowave.physics.motion import Pull, simulate
 from myowave.physics.simulation import Simulation
 
@@ -12,13 +13,13 @@ DOUBLE = torch.float64
 
 
 def settle(time_constants, steps, *, stiffness=0.3, end=1.0, start=0.2):
-    """State after `end` seconds of dy/dt = (target - y) / T with a moving, state-dependent target."""
+    """State after `end` seconds of dy/dt = (target - y) / T; target and T move and depend on the state."""
     rise, fall = (torch.tensor(t, dtype=DOUBLE) for t in time_constants)
     state, h = torch.tensor(start, dtype=DOUBLE), end / steps
 
     def relaxation(quantities):
         target = 0.5 + 0.4 * torch.sin(3 * quantities["time"]) - stiffness * torch.sin(quantities["state"])
-        lag = 1 + 0.3 * torch.cos(2 * quantities["time"])
+        lag = (1 + 0.3 * torch.cos(2 * quantities["time"])) * (0.5 + quantities["state"])
         return target, rise * lag, fall * lag
 
     for n in range(steps):
@@ -49,7 +50,7 @@ def test_a_state_never_passes_its_target_however_stiff(time_constant):
 
 
 def test_a_lagging_activation_moves_the_joint_by_what_it_is_in_the_middle_of_a_step(elbow, dt):
-    emg = (0.4 + 0.2 * torch.sin(40 * dt * torch.arange(60, dtype=DOUBLE))).reshape(1, -1, 1).repeat(1, 1, 2)
+    emg = (0.2 + 0.6 * torch.linspace(0, 1, 60, dtype=DOUBLE) ** 2).reshape(1, -1, 1).repeat(1, 1, 2)
     model = elbow.with_effects([catalogue()["activation_dynamics"]])
     lags = {"activation_dynamics.rise": 0.05, "activation_dynamics.decay": 0.05}
     exact, one, two = (simulate(Simulation(model, lags, emg, dt, substeps=n), 1.0).q for n in (32, 1, 2))
@@ -70,6 +71,17 @@ def test_rise_lags_rising_and_decay_lags_falling_activation(elbow, dt):
     assert (decay[going_down] > plain[going_down] + 0.01).all()
 
 
+@pytest.mark.parametrize(
+    ("name", "time_constant"), [("rise", lambda a: 0.1 * (0.5 + 1.5 * a)), ("decay", lambda a: 0.1 / (0.5 + 1.5 * a))]
+)
+def test_time_constants_change_with_the_activation_as_thelens_do(name, time_constant):
+    effect, state = catalogue()["activation_dynamics"], torch.tensor([0.05, 0.6], dtype=DOUBLE)
+    _, rise, decay = effect.relaxation(
+        torch.tensor(0.3, dtype=DOUBLE), state, rise=torch.tensor(0.1), decay=torch.tensor(0.1)
+    )
+    torch.testing.assert_close({"rise": rise, "decay": decay}[name], time_constant(state), rtol=1e-6, atol=0)
+
+
 def test_a_stretching_tendon_carries_the_force_of_a_shorter_fibre_at_rest(elbow, dt):
     """Constant EMG: when all has come to rest, the tendon's force is the fibre's at its stretched-out length."""
     emg = torch.tensor([0.5, 0.3], dtype=DOUBLE).expand(1, 130, 2)
@@ -79,10 +91,25 @@ def test_a_stretching_tendon_carries_the_force_of_a_shorter_fibre_at_rest(elbow,
     q, force = motion.q[0, -1], motion.state[0, -1, 2:]
     assert motion.qdot[0, -1].abs() < 1e-6
     path = torch.sqrt(0.3**2 + 0.8**2 + 2 * 0.3 * 0.8 * torch.cos(q))
-    fibre = (path - 0.55 * (1 + strain * force[0])) / 0.6
+    fibre = (path - 0.55 * (1 + strain * _thelens_elongation(force[0].item()))) / 0.6
     a = np.expm1(0.2 * 0.5) / np.expm1(0.2)
     expected = a * elbow.curves.active_length(fibre) + elbow.curves.passive(fibre)
-    assert force[0].item() == pytest.approx(expected.item(), abs=1e-6)
+    assert force[0].item() == pytest.approx(expected.item(), abs=1e-3)
+
+
+@pytest.mark.parametrize("force", [0.02, 0.1, 0.33, 0.6, 1.0])
+def test_a_tendon_is_soft_where_it_carries_little(force):
+    step, force = 1e-6, torch.tensor(force, dtype=DOUBLE)
+    assert elongation(force).item() == pytest.approx(_thelens_elongation(force.item()), rel=1e-3)
+    slope = (elongation(force + step) - elongation(force - step)) / (2 * step)
+    assert compliance(force).item() == pytest.approx(slope.item(), rel=5e-3)
+
+
+def _thelens_elongation(force):
+    """Thelen 2003, Eq. 5 solved for the strain, in units of that at f0: 1 there, a slope of 1.712 above the toe."""
+    if force < 0.33:
+        return 0.609 / 3 * np.log(1 + force / 0.33 * (np.exp(3) - 1))
+    return 1.0 - (1.0 - force) / 1.712
 
 
 def test_fatigue_weakens_a_muscle_that_works(elbow, dt):

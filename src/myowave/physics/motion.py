@@ -61,14 +61,16 @@ class Pull:
         """The state `step` seconds later, where the quantities are those of `end`.
 
         Exact where the target is linear in y and time and the time constant is constant, however short: with 0 the
-        state is at its target. Second order otherwise, if the time constant depends on y only through the sense of
-        change.
+        state is at its target. Second order otherwise.
 
         Source: exponential Rosenbrock-Euler, Hochbruck & Ostermann 2010, Exponential integrators, Sec. 2.4.
         """
-        target, rise, fall = self.relaxation({**end, "state": self.state})
         # To where y would be at its target.
-        gap0, gap1 = (self.target - self.state) / self.strength, (target - self.state) / self.strength
+        gap0 = (self.target - self.state) / self.strength
+        lag = torch.where(gap0 > 0, self.rise, self.fall) / (self.strength * step.clamp(min=SHORTEST))
+        moved = -torch.expm1(-1 / lag.clamp(min=1e-3)) * gap0  # as if all stayed as it is
+        target, rise, fall = self.relaxation({**end, "state": self.state + moved})
+        gap1 = (target - self.state) / self.strength + (1 - 1 / self.strength) * moved
         rises = gap0 + gap1 > 0
         lag = torch.where(rises, self.rise + rise, self.fall + fall) / (2 * self.strength * step.clamp(min=SHORTEST))
         closed = -torch.expm1(-1 / lag.clamp(min=1e-3))  # share of the gap that closes; 1 where the lag is short

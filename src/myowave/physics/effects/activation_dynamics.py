@@ -11,8 +11,10 @@ def lagging_activation(state: Tensor) -> Tensor:
 
 
 def lag(activation: Tensor, state: Tensor, *, rise: Tensor, decay: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """The state relaxes to the activation of Eq. 2, with time constants `rise` and `decay` [s]."""
-    return activation, rise, decay
+    """The state relaxes to the activation of Eq. 2, with time constants `rise` and `decay` [s] at an activation of 1/3:
+    an active muscle takes longer to become more active, and less time to relax."""
+    active = 0.5 + 1.5 * state
+    return activation, rise * active, decay / active
 
 
 def at_its_target(activation: Tensor) -> Tensor:
@@ -24,13 +26,17 @@ EFFECT = Effect(
     name="activation_dynamics",
     title="activation that lags",
     acts_on="activation",
-    equation="dy/dt = (a - y) / (rise where a > y, else decay)",
+    equation="dy/dt = (a - y) / (rise (0.5 + 1.5 y) where a > y, else decay / (0.5 + 1.5 y))",
     function=lagging_activation,
     relaxation=lag,
     initial=at_its_target,
     parameters={
-        "rise": Parameter("s", high=0.3, typical=0.03, meaning="time constant of rising activation"),
-        "decay": Parameter("s", high=0.5, typical=0.06, meaning="time constant of falling activation"),
+        "rise": Parameter(
+            "s", high=0.3, typical=0.03, meaning="time constant of rising activation, at an activation of 1/3"
+        ),
+        "decay": Parameter(
+            "s", high=0.5, typical=0.06, meaning="time constant of falling activation, at an activation of 1/3"
+        ),
     },
-    source="Zajac 1989, Crit. Rev. Biomed. Eng. 17; time constants as in Thelen 2003, J. Biomech. Eng. 125",
+    source="Thelen 2003, J. Biomech. Eng. 125, Eqs. 1-2; OpenSim has the same",
 )
