@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from myowave.data.trials import Array, Trials
 from myowave.diagnosis.causes import CAUSE_TITLES, SILENT
-from myowave.diagnosis.changed.by_trial import ByTrial
+from myowave.diagnosis.changed.by_trial import ByTrial, Point
 from myowave.diagnosis.changed.weigh import Weighing
 from myowave.diagnosis.changed.windows import Groups, Windowed, electrodes
 from myowave.diagnosis.likelihood.algebra import fewest
@@ -138,16 +138,16 @@ def what_changed(
         raise ValueError(
             f"{', '.join(silent)}: found no EMG in one of the groups; expected a muscle that both recorded."
         )
-    recorded = Groups(make_record(both, base), second)
+    recorded = Groups(make_record(both, base), second, base)
     effects = list(effects)
     weighable = [e for e in effects if _weighable(base, e)]
     of_arm = [e for e in weighable if e.name not in OF_ELECTRODES]
-    found = _ask(recorded, base, of_arm if groups.electrodes_stayed else weighable, scatter, report)
+    found = _ask(recorded, of_arm if groups.electrodes_stayed else weighable, scatter, report)
     control = None
     if len(groups.reference) > 1:
         report("control: the first group, split in two")
         first = range(len(groups.reference))
-        control = Family.of(_ask(recorded.take(first, first[1::2]), base, of_arm, scatter, report))
+        control = Family.of(_ask(recorded.take(first, first[1::2]), of_arm, scatter, report))
     of_electrodes = [c for c in found if c.effect in OF_ELECTRODES]
     return Answered(
         groups=groups,
@@ -210,25 +210,23 @@ def _change(effect: Effect, names: tuple[str, ...], electrode: str, p: Parameter
 
 def _ask(
     groups: Groups,
-    base: Model,
     effects: Sequence[Effect],
     scatter: Mapping[str, Scatter],
     report: Callable[[str], None],
 ) -> list[Change]:
     """The candidates of some effects, with what they explain."""
     errors = {name: scatter[name].absolute for name in ("shape", "delay") if name in scatter}
-    plain = groups.windows(base, {}, errors)
-    weighing, second = Weighing(plain.by_drive), groups.second.astype(float)
-    nothing = weighing.likeliest(plain, {})
+    weighing, second = Weighing(groups.by_errors(errors)), groups.second.astype(float)
+    nothing = Point(np.zeros(len(second)), groups.plain, weighing.likeliest(groups.plain, {}))
     known = np.reshape([*groups.known.values()], (-1, len(second))).T
-    report(f"nothing changed: {nothing.value:.1f} nats, " + ", ".join(f"{k} {v:.3g}" for k, v in nothing.sizes.items()))
+    sizes = ", ".join(f"{name} {size:.3g}" for name, size in nothing.state.sizes.items())
+    report(f"nothing changed: {nothing.state.value:.1f} nats, {sizes}")
     found = []
     for effect in effects:
-        model = base.with_effects([effect])
-        for c in _candidates(model, effect):
+        for c in _candidates(groups.base.with_effects([effect]), effect):
 
-            def windows(values: Array, model: Model = model, c: Change = c) -> Windowed:
-                return groups.windows(model, dict.fromkeys(c.parameters, values * c.typical))
+            def windows(values: Array, effect: Effect = effect, c: Change = c) -> Windowed:
+                return groups.windows(effect, c.parameters, values * c.typical)
 
             by_trial = ByTrial(windows, c.low / c.typical, c.high / c.typical, weighing, nothing)
             differing = by_trial.differing(second, known)

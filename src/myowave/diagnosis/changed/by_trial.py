@@ -126,39 +126,43 @@ class ByTrial:
     low: float
     high: float
     weighing: Weighing
-    nothing: Weighed  # where all values are 0
+    nothing: Point  # where all values are 0
 
     def differing(self, second: Array, known: Array) -> Differing:
         """How trials differ; in every one only where the second group seems to; see `Directions.of`."""
         steps = [sign * step for step in FIRST for sign in (1.0, -1.0) if self.low <= sign * step <= self.high]
-        begun = max((self._point(step * second) for step in (0.0, *steps)), key=lambda point: point.total)
-        found = self._follow(begun, Directions.of(second[:, None], second, known))
+        begun = (self.nothing, *(self._point(step * second, self.nothing) for step in steps))
+        best = max(begun, key=lambda point: point.total)
+        best, found = self._follow(best, Directions.of(second[:, None], second, known))
         if found.nats < HOPELESS:
             return found
-        return self._follow(self._point(found.values), Directions.of(np.eye(len(second)), second, known))
+        return self._follow(best, Directions.of(np.eye(len(second)), second, known))[1]
 
-    def _point(self, values: Array, near: Weighed | None = None) -> Point:
+    def _point(self, values: Array, near: Point) -> Point:
         windowed = self.windows(inside := values.clip(self.low, self.high))
-        return Point(inside, windowed, self.weighing.likeliest(windowed, (near or self.nothing).sizes))
+        return Point(inside, windowed, self.weighing.likeliest(windowed, near.state.sizes))
 
-    def _follow(self, point: Point, directions: Directions) -> Differing:
-        """Gauss-Newton steps in some directions."""
+    def _follow(self, point: Point, directions: Directions) -> tuple[Point, Differing]:
+        """Gauss-Newton steps in some directions, and where they end."""
         columns, usual = directions.columns, np.eye(len(directions.change)) / USUAL**2
+        information, left = self._normal(point, columns)
         for _ in range(STEPS):
-            information, product_with_left = self._normal(point, columns)
-            off = columns.T @ point.values
-            step = columns @ np.linalg.solve(information + usual, product_with_left - usual @ off)
-            tried = (self._point(point.values + share * step, point.state) for share in SHARES)
+            step = columns @ np.linalg.solve(information + usual, left - usual @ (columns.T @ point.values))
+            tried = (self._point(point.values + share * step, point) for share in SHARES)
             better = next((some for some in tried if some.total > point.total), point)
+            if better is point:
+                break
             gained, point = better.total - point.total, better
+            information, left = self._normal(point, columns)
             if gained < LITTLE:
                 break
-        covariance = np.asarray(np.linalg.inv(self._normal(point, columns)[0] + LOOSE * usual), dtype=np.float64)
-        return Differing(directions, columns.T @ point.values, covariance, point.state.value - self.nothing.value)
+        covariance = np.asarray(np.linalg.inv(information + LOOSE * usual), dtype=np.float64)
+        nats = point.state.value - self.nothing.state.value
+        return point, Differing(directions, columns.T @ point.values, covariance, nats)
 
     def _normal(self, point: Point, columns: Array) -> tuple[Array, Array]:
         """Normal equations of amplitudes: what is left of the torque, in units of its size in each trial."""
-        now, more = point.windowed, self.windows(point.values + NUDGE)
+        now, more = point.windowed, self.windows(point.values + NUDGE * columns.any(-1))
         slope = (more.left_by(now.strength) / more.size - now.left / now.size) * now.size / NUDGE
         residual = self.weighing.residual(now)
         by_value = residual.values.new_zeros(*residual.values.shape, len(now.rows))

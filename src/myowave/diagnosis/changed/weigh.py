@@ -21,10 +21,6 @@ from myowave.data.trials import Array
 from myowave.diagnosis.changed.windows import Windowed
 from myowave.diagnosis.likelihood.algebra import Component, Residual, Weighed, most_likely
 
-# ASSUME: moment arm times force changes over as much of angle [rad] and velocity [rad/s] as curves of the arm's muscles
-# do: over an elbow's range they are near to parabolas (Murray et al. 1995; Hill 1938).
-SMOOTH_RAD, SMOOTH_RAD_S = 1.2, 4.0
-NEGLIGIBLE = 1e-3  # share of the largest variance below which a direction of such functions is left out
 # ASSUME: what moves the shoulder or the sensor disturbs the torque for about this long [s].
 MEMORY_S = 0.5
 # ASSUME: torque of a relaxed elbow: constant [N m], with the angle [N m/rad], with velocity [N m s/rad] (Hayes & Hatze
@@ -45,13 +41,13 @@ TINY = 1e-6  # squared activation of a silent channel
 class Weighing:
     """Everything but the change: what stays the same while candidates are weighed."""
 
-    by_drive: Array  # as `Windowed` has it where nothing has changed
+    by_errors: Array  # as `Groups` has it
 
     def residual(self, windowed: Windowed) -> Residual:
         """The torque of the windows less that of the usual muscles, with all that may have made it."""
         size = float(np.sqrt((windowed.torque**2).mean()))
         loaded = windowed.sizes / size
-        lasting = [_matern(windowed.time[rows]) for rows in windowed.rows]
+        lasting = [_matern(windowed.motion.time[rows]) for rows in windowed.rows]
         strength = windowed.strength
         given = strength * windowed.usual
         share = np.sqrt((given**2).mean(-1) / (windowed.activation**2).mean(-1).clip(TINY))
@@ -77,10 +73,10 @@ class Weighing:
         # Wolpert 2002, cited from memory). In N m a forearm without weight would need no torque
         # and leave nothing, and in accelerations one that is heavier than it is would leave less.
         noise = (0.003 * size, 0.1 * size, size)
-        smooth = smooth_functions(windowed)
+        smooth = windowed.motion.smooth
         valid = columns(np.ones(len(windowed.torque))) > 0
         lean = blocks(lambda t, r: LEAN_RAD**2 * np.outer(windowed.by_tilt[r], windowed.by_tilt[r]))
-        drive = columns(strength * self.by_drive.T)
+        drive = columns(strength * self.by_errors.T)
         muscles = columns(np.concatenate([a[:, None] * smooth for a in active], -1))
         components = (
             Component("noise", blocks(lambda t, r: loaded[t] ** 2 * np.eye(len(lasting[t]))), None, None, *noise),
@@ -108,17 +104,8 @@ def _matern(time: Array) -> Array:
     return np.asarray((1 + apart) * np.exp(-apart))
 
 
-def smooth_functions(windowed: Windowed) -> Array:
-    """Directions of smooth functions of angle and velocity at the windows, of variance 1, (L, ...)."""
-    q, qdot = windowed.q / SMOOTH_RAD, windowed.qdot / SMOOTH_RAD_S
-    kernel = np.exp(-((q[:, None] - q) ** 2 + (qdot[:, None] - qdot) ** 2) / 2)
-    values, vectors = np.linalg.eigh(kernel)
-    kept = values > NEGLIGIBLE * values[-1]
-    return np.asarray(vectors[:, kept] * np.sqrt(values[kept]))
-
-
 def _posture(windowed: Windowed) -> Array:
     """What is not known of the posture, in standard deviations: the relaxed joint, gain of the lean's sensor."""
-    constant, stiff, damped = RELAXED
-    columns = [np.full(len(windowed.q), constant), stiff * (windowed.q - 1), damped * windowed.qdot]
-    return np.stack([*columns, LEAN_GAIN * windowed.by_tilt * windowed.read], -1)
+    (constant, stiff, damped), (q, qdot, read) = RELAXED, windowed.motion.mean
+    columns = [np.full(len(q), constant), stiff * (q - 1), damped * qdot]
+    return np.stack([*columns, LEAN_GAIN * windowed.by_tilt * read], -1)

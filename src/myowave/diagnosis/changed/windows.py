@@ -1,14 +1,16 @@
 """What the windows of two groups of trials show, with a change in the second group: torques and activations.
 
-Shapes: T trials, K windows, L windows of all trials one after the other, C electrodes, M muscles, B copies.
+Shapes: T trials, K windows, L windows of all trials one after the other, C electrodes, M muscles, B copies, E errors.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dpstrf
 from torch import Tensor
 
 from myowave.data.trials import Array
@@ -16,31 +18,99 @@ from myowave.identification.along import Along
 from myowave.identification.record import Record
 from myowave.identification.torque import TorqueBalance
 from myowave.physics.constants import OVER_TIME
+from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 
 BUMP_RAD = 0.01  # of the lean, for differences
 TINY = 1e-12  # squared torque of muscles that give none [N^2 m^2]
 NO_FORCE = -30.0  # logarithm of a factor on passive forces that leaves none
+# ASSUME: moment arm times force changes over as much of angle [rad] and velocity [rad/s] as curves of the arm's muscles
+# do: over an elbow's range they are near to parabolas (Murray et al. 1995; Hill 1938).
+SMOOTH_RAD, SMOOTH_RAD_S = 1.2, 4.0
+NEGLIGIBLE = 1e-3  # share of the largest variance below which a direction of such functions is left out
+ROUNDING = 1e-10  # variance that a root of their covariance need not hold
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Of all windows of the trials, each trial's one after the other."""
+
+    rows: tuple[slice, ...]  # where each trial's windows are, T of them; `time` of each window [s], (L,)
+    time: Array
+    mean: Array  # angle [rad], velocity [rad/s] and measured lean of the upper arm [rad], (3, L)
+
+    @cached_property
+    def smooth(self) -> Array:
+        """Directions of smooth functions of angle and velocity at the windows, of variance 1, (L, ...)."""
+        q, qdot = self.mean[0] / SMOOTH_RAD, self.mean[1] / SMOOTH_RAD_S
+        kernel = np.exp(-((q[:, None] - q) ** 2 + (qdot[:, None] - qdot) ** 2) / 2)
+        # They are few: a triangular root of the kernel ends with them, long before all of its directions are known.
+        root, order, rank, _ = dpstrf(kernel, tol=ROUNDING, lower=1)
+        columns = np.empty((len(q), rank))
+        columns[order - 1] = np.tril(root)[:, :rank]
+        vectors, strength, _ = np.linalg.svd(columns, full_matrices=False)
+        kept = strength**2 > NEGLIGIBLE * strength[0] ** 2
+        return np.asarray(vectors[:, kept] * strength[kept])
+
+
+@dataclass(frozen=True, eq=False)
+class Moving:
+    """What windows are taken from, whatever drives the joint."""
+
+    balance: TorqueBalance
+    inside: NDArray[np.bool_]  # which of its windows count, (T, K)
+    motion: Motion
+
+    @classmethod
+    def along(cls, model: Model, record: Record, params: Mapping[str, Tensor]) -> "Moving":
+        """Raises a ValueError if a trial is too short for a window."""
+        balance = TorqueBalance.along(Along(model, record, params))
+        # ASSUME: windows that overlap are no samples; those that only touch are.
+        every = 2 * balance.windows.half // balance.windows.stride
+        inside = balance.inside & (np.arange(balance.inside.shape[1]) % every == 0)
+        if not inside.any(-1).all():
+            short = ", ".join(name for name, some in zip(record.names, inside.any(-1), strict=True) if not some)
+            raise ValueError(f"trials {short} are too short for a window; name longer ones")
+        ends = np.cumsum(inside.sum(-1))
+        rows = tuple(slice(int(end - n), int(end)) for end, n in zip(ends, inside.sum(-1), strict=True))
+        course = record.simulation(model, {}).course_at(balance.position)
+        lean = tilt_of(record)[:, None, None].expand(balance.q.shape)
+        lean = lean if course is None else lean + course[..., OVER_TIME.index("tilt")]
+        mean = balance.mean(torch.stack([balance.q, balance.qdot, lean], -1))[inside].T
+        time = np.nonzero(inside)[1].astype(float) * balance.windows.stride * balance.windows.dt
+        return cls(balance, inside, Motion(rows, time, mean))
+
+    def torques(self, model: Model, params: Mapping[str, Tensor]) -> tuple[Array, Array, Array]:
+        """What copies (B, 1) or (B, T) of a model's constants need, what muscles give and what effects on the joint
+        give, (B, L) each [N m]."""
+        found = replace(self.balance, model=model).torques(params)
+        needed, given, effects = (
+            np.broadcast_to(x, (len(found.given), *self.inside.shape))[:, self.inside]
+            for x in (found.needed, found.given, found.effects)
+        )
+        return needed, given - effects, effects
+
+
+def tilt_of(record: Record) -> Tensor:
+    """What is known of the lean of the upper arm in each trial [rad], (T,)."""
+    return record.known.get("tilt", torch.zeros(len(record.names), dtype=torch.float64))
 
 
 @dataclass(frozen=True)
 class Windowed:
-    """All windows of the trials, each trial's one after the other."""
+    """What the windows show."""
 
-    rows: tuple[slice, ...]  # where each trial's windows are, T of them; `time` of each window [s], (L,)
-    time: Array
-    # q, qdot: mean motion [rad, rad/s], (L,)
-    q: Array
-    qdot: Array
+    motion: Motion
     # that the muscles have to give [N m], (L,): what the motion needs less what effects on the joint give
     torque: Array
-    by_tilt: Array  # its derivative by the lean of the upper arm [N m/rad], and `read`, the measured lean [rad], (L,)
-    read: Array
+    by_tilt: Array  # its derivative by the lean of the upper arm [N m/rad], (L,)
     activation: Array  # of each electrode's muscles (mean), (C, L)
     usual: Array  # the active torque of the model's muscles of each electrode, (C, L) [N m]
-    # what usual errors of shape and delay of the muscles of each electrode do to it, (2 C, L) [N m]; none where nobody
-    # asked
-    by_drive: Array
+
+    @property
+    def rows(self) -> tuple[slice, ...]:
+        """Where each trial's windows are, T of them."""
+        return self.motion.rows
 
     @property
     def sizes(self) -> Array:
@@ -76,6 +146,7 @@ class Groups:
 
     record: Record  # whole trials of both
     second: NDArray[np.bool_]  # which of them are of the second group, (T,)
+    base: Model
 
     @property
     def known(self) -> dict[str, Array]:
@@ -85,76 +156,103 @@ class Groups:
 
     def take(self, trials: Sequence[int], second: Sequence[int]) -> "Groups":
         """Some of the trials, of which some others than now are the second group."""
-        return Groups(self.record.take(list(trials)), np.isin(trials, second))
+        return Groups(self.record.take(list(trials)), np.isin(trials, second), self.base)
 
-    def windows(self, model: Model, change: Mapping[str, Array], errors: Mapping[str, float] | None = None) -> Windowed:
-        """What the windows show if parameters of a model have these values in each trial, (T,); with usual errors of
-        `shape` and `delay` of muscles, where their derivatives are wanted. A ValueError if a trial is too short for a
-        window."""
-        record = self.record
-        params: dict[str, Tensor] = {name: torch.from_numpy(values) for name, values in change.items()}
-        balance = TorqueBalance.along(Along(model, record, params if model.on("observation") else {}))
-        # ASSUME: windows that overlap are no samples; those that only touch are.
-        every = 2 * balance.windows.half // balance.windows.stride
-        inside = balance.inside & (np.arange(balance.inside.shape[1]) % every == 0)
-        if not inside.any(-1).all():
-            short = ", ".join(name for name, some in zip(record.names, inside.any(-1), strict=True) if not some)
-            raise ValueError(f"trials {short} are too short for a window; name longer ones")
-        counts = np.cumsum(inside.sum(-1))
-        rows = tuple(slice(int(end - n), int(end)) for end, n in zip(counts, inside.sum(-1), strict=True))
-        tilt = record.known.get("tilt", torch.zeros(len(record.names), dtype=torch.float64))
-        errors = errors or {}
-        found = balance.torques({**params, **self._copies(model, tilt, errors)})
-        needed, given, effects = (
-            np.broadcast_to(x, (len(found.given), *inside.shape))[:, inside]
-            for x in (found.needed, found.given, found.effects)
-        )
-        count = len(electrodes(model))
-        muscles = (given - effects)[2:].reshape(1 + len(errors), count, -1)
-        _, activation = record.simulation(model, params).activate(balance.position)
-        activation = balance.mean(activation.expand(*balance.q.shape, -1))[inside].T
-        channels = np.array([m.channel for m in model.muscles])
-        mean = balance.mean(torch.stack([balance.q, balance.qdot, self._lean(balance, tilt)], -1))[inside]
+    @cached_property
+    def moving(self) -> Moving:
+        """The motion where nothing has changed; raises a ValueError if a trial is too short for a window."""
+        return Moving.along(self.base, self.record, {})
+
+    @cached_property
+    def plain(self) -> Windowed:
+        """What the windows show there."""
+        return self._seen_by(self.moving, self.base, {})
+
+    @cached_property
+    def _parts(self) -> dict[tuple[int, ...], "Groups"]:
+        """Trials that values of a change were asked for alone."""
+        return {}
+
+    def windows(self, effect: Effect, names: Sequence[str], values: Array) -> Windowed:
+        """The same if parameters of an effect have a value in each trial, (T,); what it leaves as it is stays."""
+        moved = tuple(np.flatnonzero(values).tolist())
+        if not moved:
+            return self.plain
+        if len(moved) == len(values):
+            return self._changed(effect, dict.fromkeys(names, torch.from_numpy(values)))
+        part = self._parts.setdefault(moved, self.take(moved, ()))
+        seen, plain = part.windows(effect, names, values[list(moved)]), self.plain
+        at = np.concatenate([np.r_[plain.rows[trial]] for trial in moved])
+
+        def both(whole: Array, some: Array) -> Array:
+            whole = whole.copy()
+            whole[..., at] = some
+            return whole
+
+        still = seen.motion is part.plain.motion
+        motion = plain.motion if still else replace(plain.motion, mean=both(plain.motion.mean, seen.motion.mean))
+        names = ("torque", "by_tilt", "activation", "usual")
+        return Windowed(motion, *(both(getattr(plain, name), getattr(seen, name)) for name in names))
+
+    def _changed(self, effect: Effect, params: Mapping[str, Tensor]) -> Windowed:
+        model, plain = self.base.with_effects([effect]), self.plain
+        if effect.acts_on == "observation":
+            return self._seen_by(Moving.along(model, self.record, params), model, params)
+        if effect.acts_on == "joint" or not effect.needs_muscles:
+            torque, by_tilt = self._of_joint(self.moving, model, params)
+            return replace(plain, torque=torque, by_tilt=by_tilt)
+        activation, usual = self._of_muscles(self.moving, model, params)
+        return replace(plain, activation=activation, usual=usual)
+
+    def by_errors(self, errors: Mapping[str, float]) -> Array:
+        """What usual errors of `shape` and `delay` of the muscles of each electrode do to torque, (2 C, L) [N m]."""
+        muscles = self._by_electrode(self.moving, self.base, {}, errors)
+        return (muscles[1:] - muscles[0]).reshape(-1, muscles.shape[-1])
+
+    def _seen_by(self, moving: Moving, model: Model, params: Mapping[str, Tensor]) -> Windowed:
+        parts = *self._of_joint(moving, model, params), *self._of_muscles(moving, model, params)
+        return Windowed(moving.motion, *parts)
+
+    def _of_joint(self, moving: Moving, model: Model, params: Mapping[str, Tensor]) -> tuple[Array, Array]:
+        """Its torque and the derivative, from the arm as it is and leaning more, both without muscles."""
+        leaning = torch.tensor([[0.0], [BUMP_RAD]], dtype=torch.float64)
+        muscles = model.muscles if any(effect.needs_muscles for effect in model.effects) else ()
+        bare, record = replace(model, muscles=muscles), self.record
+        known = {name: values for name, values in record.known.items() if name in bare.defaults}
+        balance = replace(moving.balance, record=replace(record, emg=record.emg[..., : len(muscles)], known=known))
+        without = {f"f0_{m.name}": torch.zeros(1, 1, dtype=torch.float64) for m in muscles}
+        params = {**params, **without, "tilt": tilt_of(record) + leaning}
+        needed, _, effects = replace(moving, balance=balance).torques(bare, params)
         torque = needed - effects
-        return Windowed(
-            rows=rows,
-            time=np.nonzero(inside)[1].astype(float) * balance.windows.stride * balance.windows.dt,
-            q=mean[:, 0],
-            qdot=mean[:, 1],
-            torque=torque[0],
-            by_tilt=(torque[1] - torque[0]) / BUMP_RAD,
-            read=mean[:, 2],
-            activation=np.stack([activation[channels == c].mean(0) for c in electrodes(model)]),
-            usual=muscles[0],
-            by_drive=(muscles[1:] - muscles[0]).reshape(-1, len(mean)),
-        )
+        return torque[0], (torque[1] - torque[0]) / BUMP_RAD
 
-    def _copies(self, model: Model, tilt: Tensor, errors: Mapping[str, float]) -> dict[str, Tensor]:
-        """Values (B, 1) or (B, T) of constants for copies of the trials: as it is and with the arm leaning more, both
-        without muscles; then with the muscles of one electrode after the other, as they are and with each error of
-        theirs. No muscle has a passive force."""
+    def _of_muscles(self, moving: Moving, model: Model, params: Mapping[str, Tensor]) -> tuple[Array, Array]:
+        """Activation and usual torque."""
+        balance = moving.balance
+        _, activation = self.record.simulation(model, params).activate(balance.position)
+        activation = balance.mean(activation.expand(*balance.q.shape, -1))[moving.inside].T
+        of = np.array([m.channel for m in model.muscles])
+        means = np.stack([activation[of == c].mean(0) for c in electrodes(model)])
+        return means, self._by_electrode(moving, model, params, {})[0]
+
+    def _by_electrode(
+        self, moving: Moving, model: Model, params: Mapping[str, Tensor], errors: Mapping[str, float]
+    ) -> Array:
+        """Torque of the muscles of one electrode after the other, as they are and with each error, (1 + E, C, L); no
+        muscle has a passive force."""
         channels = electrodes(model)
-        copies = 2 + (1 + len(errors)) * len(channels)
-        leaning = torch.zeros(copies, 1, dtype=torch.float64)
-        leaning[1] = BUMP_RAD
-        values = {"passive_curve": torch.tensor(NO_FORCE, dtype=torch.float64), "tilt": tilt + leaning}
+        values = {"passive_curve": torch.tensor(NO_FORCE, dtype=torch.float64)}
         for m in model.muscles:
-            place = 2 + channels.index(m.channel)
-            force = torch.zeros(copies, 1, dtype=torch.float64)
+            place = channels.index(m.channel)
+            force = torch.zeros((1 + len(errors)) * len(channels), 1, dtype=torch.float64)
             force[place :: len(channels)] = m.nominal["f0"]
-            force[:2] = 0.0
             values[f"f0_{m.name}"] = force
             for k, (name, error) in enumerate(errors.items(), 1):
-                value = torch.full((copies, 1), m.nominal[name], dtype=torch.float64)
+                value = torch.full_like(force, m.nominal[name])
                 value[place + k * len(channels)] += error
                 values[f"{name}_{m.name}"] = value
-        return values
-
-    def _lean(self, balance: TorqueBalance, tilt: Tensor) -> Tensor:
-        """The measured lean of the upper arm at every point [rad], (T, n, D)."""
-        course = balance.record.simulation(balance.model, {}).course_at(balance.position)
-        level = tilt[:, None, None].expand(balance.q.shape)
-        return level if course is None else level + course[..., OVER_TIME.index("tilt")]
+        _, muscles, _ = moving.torques(model, {**params, **values})
+        return muscles.reshape(1 + len(errors), len(channels), -1)
 
 
 def electrodes(model: Model) -> tuple[str, ...]:
