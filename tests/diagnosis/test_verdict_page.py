@@ -12,7 +12,7 @@ import pytest
 
 from myowave.diagnosis.comparison.compare import compare_models
 from myowave.diagnosis.comparison.summary import summarize
-from myowave.diagnosis.report.cells import accuracy_cells
+from myowave.diagnosis.report.cells import accuracy_cells, ranking_cells
 from myowave.diagnosis.report.contents import COMPARISON_NAMES, FIGURE_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.facts import verdict_facts
 from myowave.diagnosis.report.figures import draw_diagnosis, draw_ranking
@@ -189,6 +189,9 @@ def test_the_whole_catalogue_is_ranked_at_every_model(tables):
     assert set(ranking[ranking["model"] == "base"]["effect"]) == set(CANDIDATES)
     assert set(ranking[ranking["model"] == "base+joint_damping"]["effect"]) == set(CANDIDATES) - {"joint_damping"}
     assert set(ranking[ranking["effect"] == "hand_load"]["status"]) == {"absorbed"}, "an exact alias is said to be one"
+    damping = ranking_cells(ranking[ranking["model"] == "base"]).set_index("effect").loc["joint_damping"]
+    for cell in ("estimate", "smallest detectable"):
+        assert damping[cell].endswith(" N m s/rad"), "no value stands without its unit"
 
 
 class Links(HTMLParser):
@@ -349,7 +352,8 @@ def test_what_to_record_is_told_so_that_a_person_can_do_it(facts):
     assert set(MENU) == set(tell(facts())["do"]), "every trial that can be proposed has its words"
     lost = tell(facts(follows=False, horizon_s=0.5, model="base"))["plan"]
     trials = [line for line in lost.splitlines() if re.match(r"\d+\. ", line)]
-    assert len(trials) == 8 and all(re.search(r"in the hand: .*; \d+ s\.$", line) for line in trials)
+    assert len(trials) == 8
+    assert all(re.search(r"in the hand: ([\d.]+ kg|nothing); \d+ s\.$", line) for line in trials), trials
 
 
 def test_what_is_doubtful_in_the_recordings_is_told(story):

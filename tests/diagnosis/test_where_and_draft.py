@@ -136,6 +136,7 @@ def test_the_draft_is_an_effect_file_that_runs_and_says_what_was_found(make_fit,
     path = tmp_path / "draft.py"
     path.write_text(draft_source(SimpleNamespace(draft=draft, dataset="elbow")), encoding="utf-8")
     (effect,) = load_effects(path)
+    assert effect.parameters["c_velocity"].unit == "N m s/rad"
     q, qdot, a = torch.rand(3, 4, 5, dtype=torch.float64).unbind(0)
     values = {f"c_{t.name}": torch.tensor(v, dtype=torch.float64) for t, v, _ in draft.terms}
     expected = sum(v * t.function(q, qdot, a) for t, v, _ in draft.terms)

@@ -14,6 +14,7 @@ from myowave.diagnosis.comparison.baselines import HORIZON_BASELINES
 from myowave.diagnosis.report.ladder import NETWORK, PHYSICS, PLAIN, baseline_of
 from myowave.diagnosis.report.numbers import NOTHING, degrees, estimate, number, r2_text
 from myowave.diagnosis.report.tell import base_of
+from myowave.diagnosis.report.templates import with_unit
 
 
 def read_ranking(path: str | Path) -> pd.DataFrame:
@@ -62,7 +63,10 @@ def ranking_cells(rows: pd.DataFrame) -> pd.DataFrame:
             "log odds": rows["log_odds"].map(number),
             "error of the fit [deg]": rows["rmse_deg"].map(number),
             "estimate": rows["estimate"],
-            "smallest detectable": rows["smallest_detectable"].map(number),
+            "smallest detectable": [
+                number(r.smallest_detectable) + with_unit(r.unit) if np.isfinite(r.smallest_detectable) else ""
+                for r in rows.itertuples()
+            ],
             "like": rows["confused_with"].str.replace(" ", ", ").where(rows["status"] != "absorbed", absorbed),
             "why not": rows["reason"],
         }

@@ -6,7 +6,7 @@ from typing import Any
 
 import pandas as pd
 
-from myowave.diagnosis.changed.ask import Answered
+from myowave.diagnosis.changed.ask import SURE, Answered
 from myowave.diagnosis.report.numbers import number
 from myowave.diagnosis.report.templates import fill, paragraphs, templates
 
@@ -24,6 +24,7 @@ def changed_facts(dataset: str, found: Answered) -> dict[str, Any]:
         **found.groups.model_dump(mode="json"),
         "class": list(found.names),
         "unchanged": min(family.unchanged for family in families),
+        "sure": SURE,
         "changes": [
             asdict(change) | {"low": change.interval[0], "high": change.interval[1]} for change in map(found.of, order)
         ],

@@ -9,7 +9,7 @@ import pandas as pd
 from myowave.diagnosis.likelihood.terms import LARGEST
 from myowave.diagnosis.report.facts import parameters_of
 from myowave.diagnosis.report.numbers import estimate
-from myowave.diagnosis.report.templates import templates
+from myowave.diagnosis.report.templates import templates, with_unit
 from myowave.diagnosis.search.diagnose import Diagnosis, Rung
 from myowave.diagnosis.search.ladder import Candidate
 from myowave.diagnosis.search.score import confusion
@@ -35,6 +35,7 @@ def ranking_table(diagnosis: Diagnosis) -> pd.DataFrame:
             "estimate": [_estimates(c, added.get(f"{fit.model.name}+{c.name}", c.fit)) for fit, c, _ in rows],
             "visible_share": [c.score.visible for _, c, _ in rows],
             "smallest_detectable": [c.detectable for _, c, _ in rows],
+            "unit": [next(iter(c.effect.parameters.values())).unit for _, c, _ in rows],  # of that
             "absorbed_by": [" ".join(c.score.absorbed_by) if c.score.absorbed else "" for _, c, _ in rows],
             "confused_with": [" ".join(_confused_with(c, ranking)) for _, c, ranking in rows],
             "reason": [c.score.failure for _, c, _ in rows],
@@ -124,14 +125,17 @@ def _r2(residual: np.ndarray, record: Record) -> float:
 
 
 def _estimates(candidate: Candidate, fit: Fit | None) -> str:
-    """Values and standard errors of the effect's parameters by a fit with it, to first order without one."""
+    """Values, standard errors and units of the effect's parameters by a fit with it, to first order without one."""
     if candidate.score.failure:
         return ""
     pairs = zip(candidate.score.free, candidate.score.estimate, strict=True)
     values = {p.name: float(e) * p.scale for p, e in pairs} | ({} if fit is None else fit.parameters)
     errors = {} if fit is None else fit.standard_errors()
-    names = [p.name for p in candidate.score.free]
-    return ", ".join(f"{n.split('.', 1)[1]} = {estimate(values[n], errors.get(n))}" for n in names)
+    units = candidate.score.start.model.effect_parameters
+    return ", ".join(
+        f"{p.name.split('.', 1)[1]} = {estimate(values[p.name], errors.get(p.name))}{with_unit(units[p.name].unit)}"
+        for p in candidate.score.free
+    )
 
 
 # The CSV files of a diagnosis, by the names in `contents.TABLE_NAMES`.
