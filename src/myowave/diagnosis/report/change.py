@@ -8,7 +8,9 @@ import pandas as pd
 
 from myowave.diagnosis.changed.ask import SURE, Answered
 from myowave.diagnosis.report.numbers import number
-from myowave.diagnosis.report.templates import fill, paragraphs, templates
+from myowave.diagnosis.report.templates import fill, paragraphs, templates, with_unit
+
+LEAST = 0.001  # no smaller probability is told
 
 
 def changed_facts(dataset: str, found: Answered) -> dict[str, Any]:
@@ -47,11 +49,11 @@ def change_page(facts: Mapping[str, Any]) -> str:
         {
             "effect": change["effect"],
             "electrode": change["electrode"],
-            "change": f"{number(change['value'])} {change['unit']}".removesuffix(" -"),
-            "95 %": f"{number(change['low'])} to {number(change['high'])}",
+            "change": number(change["value"]) + with_unit(change["unit"]),
+            "95 % interval": f"{number(change['low'])} to {number(change['high'])}{with_unit(change['unit'])}",
             "changed [nats]": f"{change['changed']:.1f}",
             "trials differ [nats]": f"{change['anyway']:.1f}",
-            "probability": f"{change['probability']:.2g}",
+            "probability": f"{change['probability']:.2g}" if change["probability"] >= LEAST else f"under {LEAST}",
         }
         for change in facts["changes"]
     ]

@@ -109,5 +109,5 @@ def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
 def _meaning(constant: str) -> str:
     kind, _, owner = constant.partition("_")
     if kind in GROUP_CONSTANTS:
-        return f"{kind} of the {owner}"
+        return f"{kind} of the {owner}, as a multiple of the published"
     return constant_of(constant).meaning + f" of {owner}" * (bool(owner) and owner != CURVE)
