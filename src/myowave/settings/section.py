@@ -36,9 +36,8 @@ def without_secrets(text: str) -> str:
     Rather too much is masked than too little, also of `url: /path`, as libraries tell addresses. An address within a
     page, after `#/`, stays.
     """
-    return re.sub(
-        r"((?:://|url: /)[^\s?#;]*)(?:\?|;(?=\S)|#(?!/))\S*", r"\1?***", re.sub(r"(?s)://.*@", "://***@", text)
-    )
+    text = re.sub(r"(?s)://.*@", "://***@", text)
+    return re.sub(r"((?:://|url: /)[^\s?#;]*)(?:\?|;(?=\S)|#(?!/))\S*", r"\1?***", text)
 
 
 def _without_secret(address: Any) -> Any:

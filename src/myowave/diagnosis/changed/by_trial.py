@@ -163,10 +163,11 @@ class ByTrial:
     def _normal(self, point: Point, columns: Array) -> tuple[Array, Array]:
         """Normal equations of amplitudes: what is left of the torque, in units of its size in each trial."""
         now, more = point.windowed, self.windows(point.values + NUDGE * columns.any(-1))
-        slope = (more.left_by(now.strength) / more.size - now.left / now.size) * now.size / NUDGE
+        strength = now.strength
+        slope = (more.left_by(strength) / more.size - now.left_by(strength) / now.size) * now.size / NUDGE
         residual = self.weighing.residual(now)
-        by_value = residual.values.new_zeros(*residual.values.shape, len(now.rows))
-        for trial, rows in enumerate(now.rows):
+        by_value = residual.values.new_zeros(*residual.values.shape, len(now.motion.rows))
+        for trial, rows in enumerate(now.motion.rows):
             by_value[trial, : rows.stop - rows.start, trial] = torch.from_numpy(slope[rows])
         covariance, along = Covariance(residual, point.state.sizes), by_value @ torch.from_numpy(columns)
         return covariance.inner(along, along).numpy(), -covariance.with_residual(along).numpy()

@@ -47,7 +47,7 @@ class Weighing:
         """The torque of the windows less that of the usual muscles, with all that may have made it."""
         size = float(np.sqrt((windowed.torque**2).mean()))
         loaded = windowed.sizes / size
-        lasting = [_matern(windowed.motion.time[rows]) for rows in windowed.rows]
+        lasting = [_matern(windowed.motion.time[rows]) for rows in windowed.motion.rows]
         strength = windowed.strength
         given = strength * windowed.usual
         share = np.sqrt((given**2).mean(-1) / (windowed.activation**2).mean(-1).clip(TINY))
@@ -56,14 +56,14 @@ class Weighing:
         def blocks(block: Callable[[int, slice], Array]) -> Tensor:
             """Of each trial, padded."""
             found = torch.zeros(*valid.shape, valid.shape[-1], dtype=torch.float64)
-            for t, rows in enumerate(windowed.rows):
+            for t, rows in enumerate(windowed.motion.rows):
                 own = torch.from_numpy(block(t, rows))
                 found[t, : len(own), : len(own)] = own
             return found
 
         def columns(of_all: Array) -> Tensor:
             """Columns (L, ...) of the windows of all trials one after the other, trial by trial, padded."""
-            parts = [torch.from_numpy(np.ascontiguousarray(of_all[rows])) for rows in windowed.rows]
+            parts = [torch.from_numpy(np.ascontiguousarray(of_all[rows])) for rows in windowed.motion.rows]
             return torch.nn.utils.rnn.pad_sequence(parts, batch_first=True)
 
         def each(r: slice) -> Array:
@@ -89,7 +89,7 @@ class Weighing:
             Component("gain of a trial", blocks(lambda t, r: each(r)), None, None, *TRIAL_GAIN),
             Component("noise of the EMG", blocks(lambda t, r: each(r) * lasting[t]), None, None, *EMG_NOISE),
         )
-        return Residual(columns(windowed.left), valid, components)
+        return Residual(columns(windowed.left_by(strength)), valid, components)
 
     def likeliest(self, windowed: Windowed, start: Mapping[str, float]) -> Weighed:
         """The likeliest sizes of what made the torque, searched from others, and its log evidence in units of its size

@@ -4,7 +4,7 @@ Shapes: T trials, K windows, L windows of all trials one after the other, C elec
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -108,14 +108,9 @@ class Windowed:
     usual: Array  # the active torque of the model's muscles of each electrode, (C, L) [N m]
 
     @property
-    def rows(self) -> tuple[slice, ...]:
-        """Where each trial's windows are, T of them."""
-        return self.motion.rows
-
-    @property
     def sizes(self) -> Array:
         """Root mean square of the torque of each trial [N m], (T,)."""
-        return np.sqrt([(self.torque[rows] ** 2).mean() for rows in self.rows])
+        return np.sqrt([(self.torque[rows] ** 2).mean() for rows in self.motion.rows])
 
     @property
     def strength(self) -> float:
@@ -125,19 +120,14 @@ class Windowed:
         usual = self.usual.sum(0)
         return max(float(usual @ self.torque / (usual @ usual).clip(TINY)), 0.0)
 
-    @property
-    def left(self) -> Array:
-        """The torque that the usual muscles do not give [N m], (L,)."""
-        return self.left_by(self.strength)
-
     def left_by(self, strength: float) -> Array:
-        """The same where the usual torque is multiplied by this."""
+        """The torque that the usual muscles do not give if theirs is multiplied by this [N m], (L,)."""
         return self.torque - strength * self.usual.sum(0)
 
     @property
     def size(self) -> Array:
         """That of its trial at each window [N m], (L,)."""
-        return np.repeat(self.sizes, [rows.stop - rows.start for rows in self.rows])
+        return np.repeat(self.sizes, [rows.stop - rows.start for rows in self.motion.rows])
 
 
 @dataclass(frozen=True)
@@ -147,6 +137,7 @@ class Groups:
     record: Record  # whole trials of both
     second: NDArray[np.bool_]  # which of them are of the second group, (T,)
     base: Model
+    parts: dict[tuple[int, ...], "Groups"] = field(default_factory=dict)  # trials that a change was asked of alone
 
     @property
     def known(self) -> dict[str, Array]:
@@ -168,11 +159,6 @@ class Groups:
         """What the windows show there."""
         return self._seen_by(self.moving, self.base, {})
 
-    @cached_property
-    def _parts(self) -> dict[tuple[int, ...], "Groups"]:
-        """Trials that values of a change were asked for alone."""
-        return {}
-
     def windows(self, effect: Effect, names: Sequence[str], values: Array) -> Windowed:
         """The same if parameters of an effect have a value in each trial, (T,); what it leaves as it is stays."""
         moved = tuple(np.flatnonzero(values).tolist())
@@ -180,9 +166,9 @@ class Groups:
             return self.plain
         if len(moved) == len(values):
             return self._changed(effect, dict.fromkeys(names, torch.from_numpy(values)))
-        part = self._parts.setdefault(moved, self.take(moved, ()))
+        part = self.parts.get(moved) or self.parts.setdefault(moved, self.take(moved, ()))
         seen, plain = part.windows(effect, names, values[list(moved)]), self.plain
-        at = np.concatenate([np.r_[plain.rows[trial]] for trial in moved])
+        at = np.concatenate([np.r_[plain.motion.rows[trial]] for trial in moved])
 
         def both(whole: Array, some: Array) -> Array:
             whole = whole.copy()
