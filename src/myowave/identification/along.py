@@ -21,6 +21,7 @@ from myowave.physics.simulation import Simulation
 Index = NDArray[np.int64]
 
 CORRECTIONS = 3  # of what a sensor does beyond an offset, a factor and a delay
+ROUNDING = 1e-9  # rad: what is left is no more than that where it does nothing beyond
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +64,8 @@ class Along:
         joint = self._later((record.angle - offset) / factor, ahead)
         for _ in range(CORRECTIONS):
             left = record.motion[..., 0].numpy() - self._seen(*record.smoothed(joint))
+            if np.abs(left).max() < ROUNDING:
+                break
             joint = joint + self._later(left / factor, ahead)
         return joint if np.isfinite(joint).all() else record.angle
 
