@@ -143,7 +143,7 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
     texts = {
         "caption": f"""
             *Machines and a person that others recorded, and an arm that OpenSim moves: something known of each was
-            withheld. Of {sum(grades.values())} questions {told}. The method changed with those on the person in
+            withheld. Of {sum(grades.values())} questions {told}. The method changed with many of them in
             sight.*""",
         "get": f"""
             - **The angle from EMG**, sample by sample, with a band: {best["deg"]:.0f} deg off on a person's unseen

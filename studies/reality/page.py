@@ -16,9 +16,10 @@ HEAD = """# What it says where nobody here made the truth
 Machines and a person that others recorded, and an arm that another program moves, with something known of them
 withheld. What is true is read by the scorer alone. One setting came in after an answer had been seen: that a motor's
 gain is known to 10 % only. With the gain held as told, a load that nobody put there was named beside or instead of the
-friction of servo and weight. And how what changed is weighed was chosen with the person's seven rows in sight, so none
-of them is a test; [what changed](changed.md) has fresh ones. Written by `snakemake reality --cores 2`, whose table
-is `results/reality.csv`.
+friction of servo and weight. How what changed is weighed was chosen with the person's seven rows in sight, so none of
+them is a test; [what changed](changed.md) has fresh ones. And tendons got a toe, and lags that change with the
+activation, as OpenSim has them, after the first row of Arm26 had been answered wrongly. Written by `snakemake reality
+--cores 2`, whose table is `results/reality.csv`.
 
 ![What was withheld, what was said, and the error before and after.](reality.png)
 
