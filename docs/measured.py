@@ -77,7 +77,7 @@ def collect(results: Path) -> dict[str, Any]:
         },
         "study": _study(pd.read_csv(ROOT / "docs/study_cases.csv", keep_default_na=False)),
         "reality": _reality(pd.read_csv(ROOT / "docs/reality.csv")),
-        "minutes": sum(job["s"].sum() for job in jobs) / 60,
+        "minutes": sum(job["cpu_time"].sum() for job in jobs) / 60,
     }
 
 
