@@ -35,6 +35,22 @@ def test_relaxation_is_second_order():
     assert (abs(orders - 2) < 0.3).all(), orders
 
 
+@pytest.mark.parametrize("step", [0.01, 0.5, 3.0])
+def test_a_relaxation_to_what_is_linear_in_state_and_time_is_exact_however_long(step):
+    """y' = (0.3 + 0.2 t - 0.8 y - y) / 0.4 from 0.1: a line, and what fades from where it began."""
+
+    def relaxation(quantities):
+        lag = torch.tensor(0.4, dtype=DOUBLE)
+        return 0.3 + 0.2 * quantities["time"] - 0.8 * quantities["state"], lag, lag
+
+    begin, end = ({"time": torch.tensor(time, dtype=DOUBLE)} for time in (0.0, step))
+    pull = Pull.at(relaxation, torch.tensor(0.1, dtype=DOUBLE), begin)
+    rising = 0.2 / 1.8
+    line = (0.3 - rising * 0.4) / 1.8
+    exact = line + rising * step + (0.1 - line) * np.exp(-1.8 * step / 0.4)
+    assert pull.relax(torch.tensor(step, dtype=DOUBLE), end).item() == pytest.approx(exact, rel=1e-6)
+
+
 def test_without_lag_the_state_is_at_its_target():
     state = settle((0.0, 0.0), 8, stiffness=0.0)
     assert state == pytest.approx(0.5 + 0.4 * np.sin(3.0), abs=1e-12)
