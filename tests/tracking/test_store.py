@@ -105,6 +105,9 @@ def stored(uri):
 
 
 def test_each_seed_has_a_run_and_the_dataset_its_verdict_and_the_medians_of_its_best_network(results, uri):
+    # The other network is the better one on test trials, which choose nothing.
+    other = results / "learning/case1/base/rollout/1-scale/evaluation.csv"
+    pd.read_csv(other).assign(test_r2=0.9999).to_csv(other, index=False)
     published(results, uri)
     _, parent, below = stored(uri)
     assert len(below) == 2 * SEEDS
