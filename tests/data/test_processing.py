@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from myowave.data.processing.excitation import envelope
+from myowave.data.processing.excitation import Known, envelope
 from myowave.data.processing.filters import band_pass, lag_s, low_pass
 from myowave.data.processing.sampled import Sampled, common_grid, sample_at
 from myowave.data.processing.units import TO_EMG, TO_RADIANS, plain_unit
@@ -169,3 +169,12 @@ def test_units_are_converted():
     assert 180 * TO_RADIANS["deg"] == pytest.approx(np.pi)
     for written, volts in (("V", 1.0), ("mV", 1e3), ("µV", 1e6), ("μV", 1e6), ("Volts", 1.0), ("[uV]", 1e6)):
         assert volts * TO_EMG[plain_unit(written)] == pytest.approx(1e6)
+
+
+def test_a_causal_envelope_starts_at_the_mean_of_its_first_lag_and_not_at_its_first_sample():
+    values = np.tile([1.0, -1.0], 500)
+    values[0] = 5.0
+    processing = Processing(phase="causal", band_pass_hz=None, low_pass_hz=4.0)
+    known = Known(form="raw", rate_hz=1000.0, unit="V")
+    started = envelope(Sampled(values, 1000.0, 0.0, "V"), processing, known).values
+    assert started[0] == pytest.approx(1 + 4 / 56, abs=0.005)  # one sample of 5 in 56 ms of 1
