@@ -65,15 +65,18 @@ class Pull:
 
         Source: exponential Rosenbrock-Euler, Hochbruck & Ostermann 2010, Exponential integrators, Sec. 2.4.
         """
+
+        def closing(time_constant: Tensor) -> tuple[Tensor, Tensor]:
+            """A time constant in steps, and the share of a gap that closes in one: 1 where it is short."""
+            lag = time_constant / (self.strength * step.clamp(min=SHORTEST))
+            return lag, -torch.expm1(-1 / lag.clamp(min=1e-3))
+
         # To where y would be at its target.
         gap0 = (self.target - self.state) / self.strength
-        lag = torch.where(gap0 > 0, self.rise, self.fall) / (self.strength * step.clamp(min=SHORTEST))
-        moved = -torch.expm1(-1 / lag.clamp(min=1e-3)) * gap0  # as if all stayed as it is
+        moved = closing(torch.where(gap0 > 0, self.rise, self.fall))[1] * gap0  # as if all stayed as it is
         target, rise, fall = self.relaxation({**end, "state": self.state + moved})
         gap1 = (target - self.state) / self.strength + (1 - 1 / self.strength) * moved
-        rises = gap0 + gap1 > 0
-        lag = torch.where(rises, self.rise + rise, self.fall + fall) / (2 * self.strength * step.clamp(min=SHORTEST))
-        closed = -torch.expm1(-1 / lag.clamp(min=1e-3))  # share of the gap that closes; 1 where the lag is short
+        lag, closed = closing(torch.where(gap0 + gap1 > 0, self.rise + rise, self.fall + fall) / 2)
         return self.state + closed * gap0 + (1 - lag * closed) * (gap1 - gap0)
 
 

@@ -109,20 +109,25 @@ def _against(of: Cause) -> str | None:
     return "; ".join(told) + f"; the angle goes from {degrees.min():.0f} to {degrees.max():.0f} deg" if told else None
 
 
+def _swapped(effort: Array) -> bool:
+    """Whether the effort of flexor and extensor along the motion is that of the other: muscles that pull together may
+    give extensors the sign of flexors, but not more than half of these have then."""
+    flexed, extended = effort
+    return bool(flexed < extended / 2)
+
+
 def _pair_against(prepared: Prepared, flexor: str, extensor: str) -> Iterator[str]:
     effort = effort_along_motion(prepared, flexor, extensor)
-    # Muscles that pull together may give extensors the sign of flexors, but not more than half of these have then.
-    against = {trial: f < e / 2 for trial, (f, e) in effort.items()}
-    size = {trial: np.abs(each).max() for trial, each in effort.items()}
     trials = [trial for trial in effort if trial != ALL]
-    share = np.mean([against[trial] for trial in trials] or [0.0])
+    share = np.mean([_swapped(effort[trial]) for trial in trials] or [False])
     where = f"in {share:.0%} of the trials"
-    told = ALL if size.get(ALL, 0.0) >= AGAINST and against[ALL] and share >= MOST_TRIALS else None
+    all_of_them = effort.get(ALL, np.zeros(2))
+    told = ALL if np.abs(all_of_them).max() >= AGAINST and _swapped(all_of_them) and share >= MOST_TRIALS else None
     odd = []
     for trial in trials:  # one that is as clear as half of the others are together, and the wrong way round alone
-        flexed, extended = np.mean([effort[other] for other in trials if other != trial] or np.zeros((1, 2)), axis=0)
-        others = max(abs(flexed), abs(extended))
-        if against[trial] and flexed >= extended / 2 and others >= AGAINST and size[trial] >= min(AGAINST, others / 2):
+        others = np.mean([effort[other] for other in trials if other != trial] or np.zeros((1, 2)), axis=0)
+        size, usual = np.abs(effort[trial]).max(), np.abs(others).max()
+        if _swapped(effort[trial]) and not _swapped(others) and usual >= AGAINST and size >= min(AGAINST, usual / 2):
             odd.append(trial)
     if odd:
         told, where = odd[0], f"in trial {', '.join(odd)} and no other"

@@ -32,8 +32,8 @@ ROUNDING = 1e-10  # variance that a root of their covariance need not hold
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
-    """Of all windows of the trials, each trial's one after the other."""
+class Kinematics:
+    """How the arm moves in all windows of the trials, each trial's one after the other."""
 
     rows: tuple[slice, ...]  # where each trial's windows are, T of them; `time` of each window [s], (L,)
     time: Array
@@ -59,7 +59,7 @@ class Moving:
 
     balance: TorqueBalance
     inside: NDArray[np.bool_]  # which of its windows count, (T, K)
-    motion: Motion
+    motion: Kinematics
 
     @classmethod
     def along(cls, model: Model, record: Record, params: Mapping[str, Tensor]) -> "Moving":
@@ -78,7 +78,7 @@ class Moving:
         lean = lean if course is None else lean + course[..., OVER_TIME.index("tilt")]
         mean = balance.mean(torch.stack([balance.q, balance.qdot, lean], -1))[inside].T
         time = np.nonzero(inside)[1].astype(float) * balance.windows.stride * balance.windows.dt
-        return cls(balance, inside, Motion(rows, time, mean))
+        return cls(balance, inside, Kinematics(rows, time, mean))
 
     def torques(self, model: Model, params: Mapping[str, Tensor]) -> tuple[Array, Array, Array]:
         """What copies (B, 1) or (B, T) of a model's constants need, what muscles give and what effects on the joint
@@ -100,7 +100,7 @@ def tilt_of(record: Record) -> Tensor:
 class Windowed:
     """What the windows show."""
 
-    motion: Motion
+    motion: Kinematics
     # that the muscles have to give [N m], (L,): what the motion needs less what effects on the joint give
     torque: Array
     by_tilt: Array  # its derivative by the lean of the upper arm [N m/rad], (L,)
@@ -137,7 +137,7 @@ class Groups:
     record: Record  # whole trials of both
     second: NDArray[np.bool_]  # which of them are of the second group, (T,)
     base: Model
-    parts: dict[tuple[int, ...], "Groups"] = field(default_factory=dict)  # trials that a change was asked of alone
+    parts: dict[tuple[int, ...], "Groups"] = field(default_factory=dict, init=False)  # asked of alone
 
     @property
     def known(self) -> dict[str, Array]:
@@ -177,8 +177,8 @@ class Groups:
 
         still = seen.motion is part.plain.motion
         motion = plain.motion if still else replace(plain.motion, mean=both(plain.motion.mean, seen.motion.mean))
-        names = ("torque", "by_tilt", "activation", "usual")
-        return Windowed(motion, *(both(getattr(plain, name), getattr(seen, name)) for name in names))
+        shown = ("torque", "by_tilt", "activation", "usual")
+        return Windowed(motion, *(both(getattr(plain, name), getattr(seen, name)) for name in shown))
 
     def _changed(self, effect: Effect, params: Mapping[str, Tensor]) -> Windowed:
         model, plain = self.base.with_effects([effect]), self.plain

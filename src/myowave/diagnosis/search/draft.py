@@ -27,12 +27,14 @@ TRIED = 3  # terms of the best scores that are fitted before one is taken
 
 @dataclass(frozen=True)
 class Term:
-    """One term of the library: how it is written in a file, for people, and its function of (q, qdot, a)."""
+    """One term of the library: how it is written in a file, for people, its function of (q, qdot, a), and the unit of
+    its coefficient."""
 
     name: str
     code: str
     text: str
     function: OfJoint
+    unit: str = "N m"
 
     @property
     def effect(self) -> Effect:
@@ -49,20 +51,20 @@ def _stop(q: Tensor, v: Tensor, a: Tensor) -> Tensor:
     return torch.exp((-10 * q).clamp(max=5))
 
 
-# Coefficients are in N m for a rad, a rad/s, or an activation of 1; `a` is the mean activation of all muscles.
+# `a` is the mean activation of all muscles.
 LIBRARY = (
     Term("constant", "torch.ones_like(q)", "1", OF_MOTION["1"]),
-    Term("angle", "q", "q", OF_MOTION["q"]),
-    Term("angle_squared", "q**2", "q^2", OF_MOTION["q^2"]),
+    Term("angle", "q", "q", OF_MOTION["q"], "N m/rad"),
+    Term("angle_squared", "q**2", "q^2", OF_MOTION["q^2"], "N m/rad^2"),
     Term("sine", "torch.sin(q)", "sin(q)", lambda q, v, a: torch.sin(q)),
     Term("cosine", "torch.cos(q)", "cos(q)", lambda q, v, a: torch.cos(q)),
-    Term("velocity", "qdot", "qdot", OF_MOTION["qdot"]),
-    Term("drag", "qdot * qdot.abs()", "qdot |qdot|", OF_MOTION["qdot |qdot|"]),
+    Term("velocity", "qdot", "qdot", OF_MOTION["qdot"], "N m s/rad"),
+    Term("drag", "qdot * qdot.abs()", "qdot |qdot|", OF_MOTION["qdot |qdot|"], "N m s^2/rad^2"),
     Term("friction", "torch.tanh(qdot / 0.1)", "tanh(qdot/0.1)", OF_MOTION["the sign of qdot"]),
-    Term("angle_velocity", "q * qdot", "q qdot", OF_MOTION["q qdot"]),
+    Term("angle_velocity", "q * qdot", "q qdot", OF_MOTION["q qdot"], "N m s/rad^2"),
     Term("activation", "a", "a", OF_ACTIVATION[""]),
-    Term("activation_angle", "a * q", "a q", OF_ACTIVATION[" q"]),
-    Term("activation_velocity", "a * qdot", "a qdot", OF_ACTIVATION[" qdot"]),
+    Term("activation_angle", "a * q", "a q", OF_ACTIVATION[" q"], "N m/rad"),
+    Term("activation_velocity", "a * qdot", "a qdot", OF_ACTIVATION[" qdot"], "N m s/rad"),
     Term("stop_extended", "torch.exp((-10 * q).clamp(max=5))", "exp(-10 q)", _stop),
 )
 
