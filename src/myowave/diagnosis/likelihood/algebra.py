@@ -54,6 +54,11 @@ class Component:
         """Whether its size is."""
         return self.low == self.high
 
+    @property
+    def moves(self) -> bool:
+        """Whether it does anything: noise of an EMG that drives no muscle does not."""
+        return any(bool(part.any()) for part in (self.blocks, self.columns, self.tail) if part is not None)
+
 
 @dataclass(frozen=True)
 class Residual:
@@ -67,8 +72,8 @@ class Residual:
 
     @property
     def optional(self) -> tuple[str, ...]:
-        """Names of the components that may be there or not."""
-        return tuple(c.name for c in self.components if c.cost)
+        """Names of the components that may be there or not; one that moves nothing is not."""
+        return tuple(c.name for c in self.components if c.cost and c.moves)
 
     def component(self, name: str) -> Component:
         return next(c for c in self.components if c.name == name)
