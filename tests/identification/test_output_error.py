@@ -106,11 +106,6 @@ def test_a_fit_of_the_same_model_from_its_end_changes_nothing(make_noisy, base, 
     np.testing.assert_allclose(refit(fit, base, free).values, fit.values, rtol=1e-4)
 
 
-def test_a_velocity_known_to_be_0_stays_0(make_noisy, base, free):
-    fit = fit_model(base, replace(make_noisy(0.5).train, at_rest=True), free)
-    assert (fit.starts[:, 1] == 0).all() and (fit.starts[:, 0] != 0).all()
-
-
 @pytest.mark.parametrize("damping", [1.0, 10.0, 100.0])
 def test_a_damped_step_of_a_fit_promises_a_fall(make_noisy, base, free, damping):
     """Of parameters and starts together: over pieces, whose starts make up for most of what a parameter does."""

@@ -2,8 +2,8 @@
 
 The angle and velocity at the start of each trial belong to one trial each, so they are eliminated trial by trial.
 
-Shapes: ... batch (starts of the search), T trials, N samples, C columns, P free parameters, S numbers of a trial's
-start (1 or 2), F further residuals, R residuals in all.
+Shapes: ... batch (starts of the search), T trials, N samples, C columns, P free parameters, S = 2 numbers of a trial's
+start, F further residuals, R residuals in all.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -167,7 +167,7 @@ def normal_equations(
     missed = np.nan_to_num(record.angle - result.motion.angle.numpy(), nan=LARGEST).clip(-LARGEST, LARGEST)
     residual = np.where(record.valid, missed, 0.0)
     slope = scaled_slope(result.by_parameter, scales(free), record.valid)
-    by_start = scaled_slope(result.by_start, 1.0, record.valid)[..., : 1 if record.at_rest else 2]
+    by_start = scaled_slope(result.by_start, 1.0, record.valid)
     usual, weight = expected(free)
     weight = weight * (record.noise**2 + record.missed**2)
     further = np.sqrt(weight) * (usual - values) / scales(free)

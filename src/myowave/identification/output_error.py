@@ -7,7 +7,7 @@ The motion and its derivatives come from `physics.trajectory.solve`, all samples
 2. Levenberg-Marquardt on simulated motions, with bounds, until a step would gain nothing that noise allows to see.
 The angle and velocity at the start of each trial are estimated with the parameters; nobody measures them.
 
-Shapes: B starts of the search, T trials, N samples, K numbers of a state, P free parameters, S numbers of a start.
+Shapes: B starts of the search, T trials, N samples, K numbers of a state, P free parameters, S = 2 numbers of a start.
 """
 
 from collections.abc import Iterator, Sequence
@@ -81,7 +81,6 @@ class Problem:
         self, values: Array, starts: Array, result: Sensitive, step: Array, shift: Array
     ) -> tuple[Array, Array, Tensor]:
         """Values, starts and a guess of the state after a step of the parameters and a shift of the starts (..., S)."""
-        shift = np.concatenate([shift, np.zeros_like(shift)], -1)[..., :2]  # where the velocity is known it stays
         change = np.broadcast_to((step * scales(self.free))[..., None, :], (*shift.shape[:-1], len(self.free)))
         both = torch.from_numpy(np.concatenate([change, shift], -1))
         guess = result.motion.state + torch.einsum("...tnkp,...tp->...tnk", result.tangent, both)
@@ -187,7 +186,7 @@ class LiftedSearch(Problem):
         problem, measured = Problem.of(model, record, free, values), record.motion.expand(len(values), -1, -1, -1)
         guess = resting_states(problem.simulation, measured[..., 0], measured[..., 1])
         error = np.full(len(values), np.inf)
-        return cls(problem.simulation, record, problem.free, values, record.starts_of(guess), guess, error)
+        return cls(problem.simulation, record, problem.free, values, guess[..., 0, :2].numpy(), guess, error)
 
     def lifted(self) -> "LiftedSearch":
         """A Gauss-Newton step of the parameters that closes the gaps of the guess at the same time."""
@@ -258,7 +257,7 @@ def _survivors(model: Model, record: Record, free: Sequence[Free], values: Array
 
 def fit_simulated(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit | None:
     """Fit a model from the motion that values (P,) simulate from the measured starts; None where they have none."""
-    problem, starts = Problem.of(model, record, free, values), record.starts_of(record.motion)
+    problem, starts = Problem.of(model, record, free, values), record.motion[:, 0].numpy()
     guess = simulate(problem.simulation, *torch.from_numpy(starts).unbind(-1)).state
     begun = problem.fit_at(values, starts, guess)
     return None if begun is None else polish(begun)

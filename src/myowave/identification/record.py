@@ -48,7 +48,6 @@ class Record:
     noise: float
     window: int  # samples of the local cubics that smooth the motion, see `smoothing`
     missed: float = 0.0  # by a model, whatever its constants [rad]
-    at_rest: bool = False  # whether every trial is known to start at rest
     lead: int = 0  # samples of EMG before the first of the motion, L; 0 for trials
     pieces: Cut | None = None  # None for whole trials
     # of the muscles as a dynamometer measured it [N m], NaN where none did, (T, N); None where none ever did
@@ -128,7 +127,6 @@ class Record:
             self.stretches(row, begin, longest, end - 1),
             names=tuple(f"{self.names[i]} from {n * self.dt:.4g} s" for i, n in zip(row, begin, strict=True)),
             valid=np.arange(longest) < (end - begin)[:, None],
-            at_rest=False,
             pieces=Cut(self, row, begin, horizon_s),
             torque=None,  # said once, of whole trials, by the fit to torque
         )
@@ -161,13 +159,6 @@ class Record:
             course=None if self.course is None else self.course[at],
         )
 
-    def starts_of(self, guess: Tensor) -> NDArray[np.float64]:
-        """Angle and velocity at the first sample of a guess of the state (..., T, N, K): (..., T, 2)."""
-        starts = guess[..., 0, :2].numpy().copy()
-        if self.at_rest:
-            starts[..., 1] = 0.0
-        return starts
-
     def simulation(self, model: Model, params: Params) -> Simulation:
         """What simulates these trials with a model: their EMG, what is known of them, and other parameters."""
         return Simulation(model, {**self.known, **params}, self.emg, self.dt, lead=self.lead, course=self.course)
@@ -185,13 +176,12 @@ class Record:
         return smooth(angle, self.lengths, self.dt, self.window)
 
 
-def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at_rest: bool = False) -> Record:
+def make_record(trials: Trials, model: Model, noise_deg: float | None = None) -> Record:
     """Tensors of all trials of a dataset.
 
     Args:
         model: whose muscles say which channels are needed.
         noise_deg: standard deviation of the noise of the angle; None estimates it from the training trials.
-        at_rest: whether every trial is known to start at rest.
     """
     recorded = [trials.angle[i, : trials.lengths[i]] for i in trials.index(trials.train)]
     noise = noise_of(recorded, noise_deg)
@@ -207,7 +197,6 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None, at
         known={name: torch.from_numpy(values) for name, values in trials.known(model.defaults).items()},
         noise=noise,
         window=choose_window(recorded, trials.dt, noise),
-        at_rest=at_rest,
         torque=trials.signals.get(TORQUE),
         course=torch.from_numpy(np.stack([still if x is None else x for x in course], -1))
         if any(x is not None for x in course)

@@ -22,7 +22,6 @@ class DiagnosisSettings(Section):
     angle_noise_deg: Real | None = setting(
         "standard deviation of the angle's noise; null: estimated from the training trials", "deg", None, gt=0, le=30
     )
-    at_rest: bool = setting("every trial starts at rest, so that its first velocity is not estimated", "", False)
     scatter: dict[_Constant, Scatter] = setting(
         "constants that nobody measured, which stay free, as slack, or slack_Bi of a muscle", "", dict, each="constant"
     )

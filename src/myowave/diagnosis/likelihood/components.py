@@ -100,14 +100,8 @@ def prior_columns(fit: Fit, view: View) -> tuple[Tensor, Array]:
 
 
 def start_columns(fit: Fit, view: View) -> Tensor:
-    """What each number of a trial's start does, as far off as it may be, (T, W, S)."""
-    size = start_sizes(fit)
-    return view.amplitudes(scaled_slope(fit.sensitive.by_start, 1.0, fit.record.valid)[..., : len(size)] * size)
-
-
-def start_sizes(fit: Fit) -> Array:
-    """How far each number of a fitted start may be off: angle, and velocity where trials do not begin at rest, (S,)."""
-    return STARTS[:1] if fit.record.at_rest else STARTS
+    """What each number of a trial's start does, as far off as it may be, (T, W, 2)."""
+    return view.amplitudes(scaled_slope(fit.sensitive.by_start, STARTS, fit.record.valid))
 
 
 def prior_of(fit: Fit) -> tuple[Array, Array]:

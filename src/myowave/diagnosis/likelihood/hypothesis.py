@@ -25,11 +25,11 @@ from myowave.diagnosis.likelihood.algebra import (
 )
 from myowave.diagnosis.likelihood.components import (
     COLOURED,
+    STARTS,
     coloured,
     prior_of,
     residual_of,
     start_columns,
-    start_sizes,
 )
 from myowave.diagnosis.likelihood.waves import MEMORIES_S, View
 from myowave.identification.free_parameters import bounds, scales
@@ -136,10 +136,10 @@ def settle(begin: Hypothesis, leader: float = -math.inf, steps: int = 4) -> Hypo
     return best
 
 
-def climb(hypothesis: Hypothesis, steps: int, state: Weighed | None = None) -> Fit:
-    """Gauss-Newton steps to the most likely parameters, with the covariance of the best state, or another."""
+def climb(hypothesis: Hypothesis, steps: int) -> Fit:
+    """Gauss-Newton steps to the most likely parameters, with the covariance of the best state."""
     fit, view = hypothesis.fit, hypothesis.view
-    covariance = Covariance(hypothesis.residual.without(PARAMETERS), (state or hypothesis.best).sizes)
+    covariance = Covariance(hypothesis.residual.without(PARAMETERS), hypothesis.best.sizes)
     deviation, centre = prior_of(fit)
     weight, unit = 1 / deviation**2, scales(fit.free)
     low, high = bounds(fit.free)
@@ -149,8 +149,8 @@ def climb(hypothesis: Hypothesis, steps: int, state: Weighed | None = None) -> F
         return left, off, float(covariance.inner(left, left)) + float(weight @ off**2)
 
     left, off, now = objective(fit)
-    trials, numbers = len(fit.record.valid), len(start_sizes(fit))
-    flat = np.zeros(trials * numbers)  # nothing is known of starts
+    trials = len(fit.record.valid)
+    flat = np.zeros(2 * trials)  # nothing is known of starts
     for _ in range(steps):
         slope = view.amplitudes(scaled_slope(fit.sensitive.by_parameter, unit, fit.record.valid))
         apart = start_columns(fit, view)[:, :, None] * torch.eye(trials)[:, None, :, None]
@@ -164,7 +164,7 @@ def climb(hypothesis: Hypothesis, steps: int, state: Weighed | None = None) -> F
             step = minimise_within(damped, vector, lowest, highest)
             if 2 * step @ vector - step @ matrix @ step < LITTLE / 3:
                 return fit
-            shift = step[len(unit) :].reshape(trials, numbers) * start_sizes(fit)
+            shift = step[len(unit) :].reshape(trials, 2) * STARTS
             tried = take_step(fit, step[: len(unit)], shift)
             if tried is not None and (then := objective(tried))[2] < now:
                 better = tried

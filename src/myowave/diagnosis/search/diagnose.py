@@ -96,7 +96,7 @@ def diagnose(
     effects = {e.name: e for e in effects}
     for name in [name for name, effect in effects.items() if base.refuses(effect)]:
         report(f"left out: effect {name} {base.refuses(effects.pop(name))}")
-    record = make_record(trials, base, settings.angle_noise_deg, settings.at_rest)
+    record = make_record(trials, base, settings.angle_noise_deg)
     free = free_parameters(base, identify, record.known, settings.scatter)
     fit = fit_in_stages(base, record.train, free, settings.starts)
     verdict = weigh(fit, record.train, free, list(effects.values()), report)
