@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from myowave.identification.free_parameters import free_parameters, start_values
-from myowave.identification.least_squares import descend
+from myowave.identification.least_squares import search
 from myowave.identification.torque import TorqueBalance, effects_unseen_by_angle
 from myowave.settings import Identify
 
 
 def solve(balance, free, values, steps=8):
-    *_, (found, _) = islice(descend(partial(balance.unmoved, free), free, values), steps)
+    *_, found = islice(search(partial(balance.unmoved, free), free, values, steps), steps)
     return found
 
 

@@ -1,4 +1,4 @@
-"""Linear least squares of a fit, damped Gauss-Newton steps within bounds, and how sure a fit is of its parameters.
+"""Linear least squares of a fit, the loop of damped steps within bounds, and how sure a fit is of its parameters.
 
 The angle and velocity at the start of each trial belong to one trial each, so they are eliminated trial by trial.
 
@@ -6,8 +6,10 @@ Shapes: ... batch (starts of the search), T trials, N samples, C columns, P free
 start, F further residuals, R residuals in all.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +22,7 @@ from myowave.identification.noise import SOLVERS_DEG, correlation_time
 from myowave.identification.record import Record
 from myowave.physics.trajectory import Sensitive
 
+Point = TypeVar("Point")
 Residual = Callable[[Array], Array]  # of parameters (..., P), (..., R)
 
 LARGEST = 1e6  # of residuals [rad] and slopes: where a motion diverges, its sums are large and not infinite
@@ -225,29 +228,64 @@ def linearise(residual: Residual, free: Sequence[Free], values: Array) -> tuple[
     return found[0], np.moveaxis((found[1:] - found[0]) / NUDGE, 0, -1)
 
 
-def descend(residual: Residual, free: Sequence[Free], values: Array) -> Iterator[tuple[Array, Array]]:
-    """Damped Gauss-Newton steps (Levenberg-Marquardt) of searches side by side, each taken where it lowers the
-    sum of squares.
+def descend(
+    begin: Point,
+    objective: Callable[[Point], float],
+    attempts: Callable[[Point], Iterable[Point | None]],
+    steps: int,
+    little: float = 0.0,
+) -> Iterator[Point]:
+    """The loop of every fit: of what is tried from a point, the first that lowers the objective is the next point.
 
     Args:
-        values: where B searches start, (B, P).
+        attempts: from a point, one after the other, each with a shorter step; None where it leads nowhere.
+        steps: that are taken at most; one that lowers the objective by less than `little` is the last.
 
     Yields:
-        After each step the values (B, P), and by how much the objective fell, 0 where no step was taken, (B,).
+        Where it begins, and after each attempt where it stands.
+    """
+    point, now = begin, objective(begin)
+    yield begin
+    for _ in range(steps):
+        gained = 0.0
+        for tried in attempts(point):
+            if tried is not None and (then := objective(tried)) < now:
+                gained, point, now = now - then, tried, then
+            yield point
+            if gained:
+                break
+        if gained <= little:
+            return
+
+
+def search(residual: Residual, free: Sequence[Free], values: Array, steps: int, little: float = 0.0) -> Iterator[Array]:
+    """Levenberg-Marquardt steps of B searches side by side, each taken where it lowers its sum of squares.
+
+    Args:
+        values: where the searches start, (B, P).
+        steps, little: see `descend`, of all sums of squares together.
+
+    Yields:
+        After each attempt, (B, P).
     """
     damping = np.full(len(values), DAMPING)
-    now, slope = linearise(residual, free, values)
-    while (damping < MOST_DAMPING).any():
+
+    def attempts(at: tuple[Array, Array]) -> Iterator[tuple[Array, Array]]:
+        nonlocal damping
+        values, squares = at
+        now, slope = linearise(residual, free, values)
         transposed = np.swapaxes(slope, -1, -2)
         vector = -(transposed @ now[..., None])[..., 0]
-        proposed = moved(free, values, bounded_step(transposed @ slope, vector, free, values, damping))
-        gained = (now**2).sum(-1) - (residual(proposed) ** 2).sum(-1)
-        better = gained > 0
-        damping = np.where(better, damping / 10, damping * 10).clip(LEAST_DAMPING, MOST_DAMPING)
-        values = np.where(better[:, None], proposed, values)
-        yield values, np.where(better, gained, 0.0)
-        if better.any():
-            now, slope = linearise(residual, free, values)
+        while (damping < MOST_DAMPING).any():
+            proposed = moved(free, values, bounded_step(transposed @ slope, vector, free, values, damping))
+            found = (residual(proposed) ** 2).sum(-1)
+            better = found < squares
+            damping = np.where(better, damping / 10, damping * 10).clip(LEAST_DAMPING, MOST_DAMPING)
+            yield np.where(better[:, None], proposed, values), np.where(better, found, squares)
+
+    begin = values, (residual(values) ** 2).sum(-1)
+    descent = descend(begin, lambda at: float(at[1].sum()), attempts, steps, little)
+    return (values for values, _ in islice(descent, 1, None))
 
 
 def bounded_step(matrix: Array, vector: Array, free: Sequence[Free], values: Array, damping: Array | float) -> Array:

@@ -12,12 +12,14 @@ Shapes: B starts of the search, T trials, N samples, K numbers of a state, P fre
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from myowave.data.trials import Array
+from myowave.identification import least_squares
 from myowave.identification.free_parameters import Free, bind_values, moved, scales, start_values, within
 from myowave.identification.least_squares import Normal, bounded_step, covariance, normal_equations
 from myowave.identification.noise import correlation_time
@@ -292,28 +294,30 @@ def descend(fit: Fit) -> Iterator[Fit]:
     on. So a step that promises more than a residual variance and fails gets these before it is given up (Chamberlain et
     al. 1982, the "watchdog" technique). Steps that creep along kinks of curves end at `STANDSTILL`.
     """
-    damping = DAMPING
-    yield fit
-    for _ in range(STEPS):
-        step = fit.next_step(damping)
-        promise = fit.normal.gain(*step)
-        if fit.converged or promise < GAIN * fit.variance:
-            yield replace(fit, converged=True)
-            return
-        tried = take_step(fit, *step)
-        kept = tried is not None and fit.objective - tried.objective > KEEPS * promise
-        if promise > fit.variance and fit.record.pieces is None and not fit.model.stateful:
-            tried = _follow(fit, tried, damping)  # in pieces, and with states, a shorter step costs less
-        if tried is not None and tried.objective < fit.objective:
-            if fit.objective - tried.objective < STANDSTILL * tried.independent_variance:
-                yield replace(tried, converged=True)
+    damping, settled = DAMPING, fit.converged
+
+    def attempts(fit: Fit) -> Iterator[Fit | None]:
+        nonlocal damping, settled
+        while not settled:
+            step = fit.next_step(damping)
+            promise = fit.normal.gain(*step)
+            if settled := promise < GAIN * fit.variance:
+                yield fit
                 return
-            fit, damping = tried, max(damping * DAMPING_DOWN, 1e-12) if kept else damping
-        elif damping > DAMPING_MOST:
-            return
-        else:
+            tried = take_step(fit, *step)
+            kept = tried is not None and fit.objective - tried.objective > KEEPS * promise
+            if promise > fit.variance and fit.record.pieces is None and not fit.model.stateful:
+                tried = _follow(fit, tried, damping)  # in pieces, and with states, a shorter step costs less
+            if tried is not None and tried.objective < fit.objective:
+                settled = fit.objective - tried.objective < STANDSTILL * tried.independent_variance
+                damping = max(damping * DAMPING_DOWN, 1e-12) if kept else damping
+            yield tried
+            if damping > DAMPING_MOST:
+                return
             damping = max(damping, DAMPING) * DAMPING_UP
-        yield fit
+
+    for found in islice(least_squares.descend(fit, lambda fit: fit.objective, attempts, STEPS), 1 + STEPS):
+        yield replace(found, converged=settled)
 
 
 def _follow(fit: Fit, tried: Fit | None, damping: float) -> Fit | None:

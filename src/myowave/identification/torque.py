@@ -19,7 +19,6 @@ Shapes: ... copies of the parameters, T trials, N samples, n steps, D points in 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import islice
 
 import numpy as np
 import torch
@@ -29,7 +28,7 @@ from torch import Tensor
 from myowave.data.trials import Array
 from myowave.identification.along import Along
 from myowave.identification.free_parameters import Free, bind_values, expected, scales
-from myowave.identification.least_squares import Residual, descend, linearise, pseudo_inverse
+from myowave.identification.least_squares import Residual, linearise, pseudo_inverse, search
 from myowave.identification.noise import correlation_time
 from myowave.identification.record import Record
 from myowave.identification.windows import Windows, between, between_kinks, gauss
@@ -243,10 +242,8 @@ def torque_values(balance: TorqueBalance, free: Sequence[Free]) -> Array:
     """The values (P,) that give the needed torque best, from the usual ones."""
     values = np.array([p.start for p in free])
     for _ in range(ROUNDS):
-        for found, gained in islice(descend(balance.scaled(free, values), free, values[None]), STEPS):
+        for found in search(balance.scaled(free, values), free, values[None], STEPS, GAIN):
             values = found[0]
-            if 0 < gained[0] < GAIN:
-                break
     return values
 
 

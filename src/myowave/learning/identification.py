@@ -21,8 +21,7 @@ from torch import Tensor
 
 from myowave.data.trials import Trials
 from myowave.identification.free_parameters import Free, bind_values
-from myowave.identification.least_squares import correlations
-from myowave.identification.least_squares import descend as weak_descent
+from myowave.identification.least_squares import correlations, search
 from myowave.identification.output_error import LIFTED_STEPS, Fit, LiftedSearch, descend
 from myowave.identification.record import make_record
 from myowave.identification.torque import TorqueBalance, effects_unseen_by_angle
@@ -82,17 +81,17 @@ class Identification:
         start, unseen = self._values.copy(), bool(effects_unseen_by_angle(self._model))
         if not unseen:
             residual = partial(TorqueBalance.between_kinks(self._model, self._record).unmoved, self._free)
-            for values, _ in islice(weak_descent(residual, self._free, start), WEAK_STEPS):
+            for values in islice(search(residual, self._free, start, WEAK_STEPS), WEAK_STEPS):
                 self._values = values
                 yield
             if not finest:
                 return
-        search = self._begin()
+        lifted = self._begin()
         for _ in range(LIFTED_STEPS if unseen else 0):
-            search = search.lifted()
-            self._values = search.values
+            lifted = lifted.lifted()
+            self._values = lifted.values
             yield
-        self._fits = list(search.fits())
+        self._fits = list(lifted.fits())
         if unseen:  # else values stay what explains the measured motion best where that of the model diverges
             self._values = np.where([[fit is None] for fit in self._fits], start, self._values)
         descents = {seed: descend(fit) for seed, fit in enumerate(self._fits) if fit is not None}

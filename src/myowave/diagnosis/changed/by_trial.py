@@ -8,8 +8,9 @@ and Multilevel/Hierarchical Models, Ch. 12 (groups of trials that differ by them
 Values are in strengths of practical interest. Shapes: T trials, K directions in which their values differ.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache, partial
 from itertools import product
 
 import numpy as np
@@ -21,6 +22,7 @@ from myowave.data.trials import Array
 from myowave.diagnosis.changed.weigh import Weighing
 from myowave.diagnosis.changed.windows import Windowed
 from myowave.diagnosis.likelihood.algebra import Covariance, Weighed
+from myowave.identification.least_squares import descend
 
 USUAL = 3.0  # ASSUME: changes are about as large as this
 APART = (0.03, 0.1, 0.3, 1.0, 3.0)  # ASSUME: so far trials may differ by themselves, or with what is known of them
@@ -104,7 +106,7 @@ class Differing:
         return np.array(here) + self.nats + np.linalg.slogdet(2 * np.pi * self.covariance)[1] / 2
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Point:
     """Values of the trials, (T,), what windows show with them, and the likeliest sizes of all that made it."""
 
@@ -145,17 +147,15 @@ class ByTrial:
     def _follow(self, point: Point, directions: Directions) -> tuple[Point, Differing]:
         """Gauss-Newton steps in some directions, and where they end."""
         columns, usual = directions.columns, np.eye(len(directions.change)) / USUAL**2
-        information, left = self._normal(point, columns)
-        for _ in range(STEPS):
+        normal = cache(partial(self._normal, columns=columns))
+
+        def attempts(point: Point) -> Iterator[Point]:
+            information, left = normal(point)
             step = columns @ np.linalg.solve(information + usual, left - usual @ (columns.T @ point.values))
-            tried = (self._point(point.values + share * step, point) for share in SHARES)
-            better = next((some for some in tried if some.total > point.total), point)
-            if better is point:
-                break
-            gained, point = better.total - point.total, better
-            information, left = self._normal(point, columns)
-            if gained < LITTLE:
-                break
+            yield from (self._point(point.values + share * step, point) for share in SHARES)
+
+        *_, point = descend(point, lambda point: -point.total, attempts, STEPS, LITTLE)
+        information, _ = normal(point)
         covariance = np.asarray(np.linalg.inv(information + LOOSE * usual), dtype=np.float64)
         nats = point.state.value - self.nothing.state.value
         return point, Differing(directions, columns.T @ point.values, covariance, nats)

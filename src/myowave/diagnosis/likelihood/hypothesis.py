@@ -4,7 +4,7 @@ Shapes: T trials, P free parameters, W waves of a trial.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -33,7 +33,7 @@ from myowave.diagnosis.likelihood.components import (
 )
 from myowave.diagnosis.likelihood.waves import MEMORIES_S, View
 from myowave.identification.free_parameters import bounds, scales
-from myowave.identification.least_squares import minimise_within, scaled_slope
+from myowave.identification.least_squares import descend, minimise_within, scaled_slope
 from myowave.identification.output_error import Fit, take_step
 
 PARAMETERS = ("constants", "starts")
@@ -144,37 +144,34 @@ def climb(hypothesis: Hypothesis, steps: int) -> Fit:
     weight, unit = 1 / deviation**2, scales(fit.free)
     low, high = bounds(fit.free)
 
-    def objective(some: Fit) -> tuple[Tensor, Array, float]:
-        left, off = view.left(some)[..., None], centre - some.values / unit
-        return left, off, float(covariance.inner(left, left)) + float(weight @ off**2)
-
-    left, off, now = objective(fit)
     trials = len(fit.record.valid)
     flat = np.zeros(2 * trials)  # nothing is known of starts
-    for _ in range(steps):
+
+    def left_of(some: Fit) -> tuple[Tensor, Array]:
+        return view.left(some)[..., None], centre - some.values / unit
+
+    def objective(some: Fit) -> float:
+        left, off = left_of(some)
+        return float(covariance.inner(left, left)) + float(weight @ off**2)
+
+    def attempts(fit: Fit) -> Iterator[Fit | None]:
+        left, off = left_of(fit)
         slope = view.amplitudes(scaled_slope(fit.sensitive.by_parameter, unit, fit.record.valid))
         apart = start_columns(fit, view)[:, :, None] * torch.eye(trials)[:, None, :, None]
         columns = torch.cat([slope, apart.flatten(2)], -1)
         matrix = covariance.inner(columns, columns).numpy() + np.diag(np.r_[weight, flat + LEAST])
         vector = covariance.inner(columns, left)[:, 0].numpy() + np.r_[weight * off, flat]
         lowest, highest = (np.r_[(b - fit.values) / unit, flat + end] for b, end in ((low, -np.inf), (high, np.inf)))
-        better = None
         for damping in DAMPING:
             damped = matrix + (damping + 1e-9) * np.diag(np.diag(matrix))
             step = minimise_within(damped, vector, lowest, highest)
             if 2 * step @ vector - step @ matrix @ step < LITTLE / 3:
-                return fit
+                return
             shift = step[len(unit) :].reshape(trials, 2) * STARTS
-            tried = take_step(fit, step[: len(unit)], shift)
-            if tried is not None and (then := objective(tried))[2] < now:
-                better = tried
-                break
-        if better is None:
-            return fit
-        gained, fit, (left, off, now) = now - then[2], better, then
-        if gained < LITTLE:
-            break
-    return fit
+            yield take_step(fit, step[: len(unit)], shift)
+
+    *_, last = descend(fit, objective, attempts, steps, LITTLE)
+    return last
 
 
 def weighed_afresh(hypothesis: Hypothesis) -> Hypothesis:
