@@ -34,7 +34,7 @@ def answer_case(
     """Ask what is missing in all trials, or what changed between two groups of them, with what is withheld taken out.
 
     Returns:
-        Verdict, names, classes, and sizes by parameter, [value, low, high] in SI units; errors of whole trials kept for
+        Verdict, names, classes, what unusual constants may stand for, and sizes by parameter, [value, low, high] in SI units; errors of whole trials kept for
         testing, with nothing found and with what was named or, where nothing was, came nearest [deg], None where only
         torques were compared; and what rivals name.
     """
@@ -51,6 +51,7 @@ def answer_case(
         "names": list(verdict.causes),
         "class": [list(members) for members in verdict.ladder.classes],
         "nearest": list(verdict.nearest),
+        "masked": sorted({name for names in verdict.masked.values() for name in names}),
         "sizes": {name: [value, value - half, value + half] for name, (value, half) in sizes.items()},
         "error_before": held_out_deg(first, trials),
         "error_after": held_out_deg(last, trials),
@@ -100,6 +101,7 @@ def _changed(
         "names": list(found.names[:1]),
         "class": [list(found.names)] if kind == "class" else [],
         "nearest": [],
+        "masked": [],
         "sizes": {change.parameters[0]: [change.value, *change.interval] for change in changes.values()},
         **dict.fromkeys(["error_before", "error_after"]),
         **dict.fromkeys(["lasso", "pysindy"], "not run"),

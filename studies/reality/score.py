@@ -15,11 +15,11 @@ COLUMNS = [
 
 def grade(answer: Mapping[str, Any], truth: Mapping[str, Any]) -> str:
     """How good an answer is: named (all that is known to be missing), class (the same in classes), honest (says no more
-    than that something is missing, or a part of it), silent, or wrong (names what is not there, or says that nothing
-    else is missing where it is).
+    than that something is missing, or a part of it, or that constants may hide the rest), silent, or wrong (names what is
+    not there, or says that nothing else is missing where it is).
 
     Args:
-        answer: with `verdict`, `names` and `class`, as `answer.answer_case` gives it.
+        answer: with `verdict`, `names`, `class` and `masked`, as `answer.answer_case` gives it.
         truth: of the case, as truth.yaml has it.
     """
     names, kind = answer["names"], answer["verdict"]
@@ -33,8 +33,10 @@ def grade(answer: Mapping[str, Any], truth: Mapping[str, Any]) -> str:
     true = {name for one in lists for name in one}
     if any(not members & true for members in meant):
         return "wrong"
-    if truth.get("outside") or any(not any(members & set(one) for members in meant) for one in lists):
-        return "honest" if kind == "partial" else "wrong"  # it says that something else is missing, or that nothing is
+    unsaid = [one for one in lists if not any(members & set(one) for members in meant)]
+    if truth.get("outside") or unsaid:  # it says that something else is missing or may be, or that nothing is
+        may_be = not truth.get("outside") and all(set(one) & set(answer["masked"]) for one in unsaid)
+        return "honest" if kind == "partial" or may_be else "wrong"
     return "named" if all(members & true for members in alone) and not answer["class"] else "class"
 
 

@@ -93,3 +93,5 @@ def test_a_parameter_outside_its_usual_range_may_hide_an_absorbed_effect(errors_
         verdict = Verdict(nothing, Ladder((replace(fit, values=values),), (ranking,)))
         assert verdict.kind == (kind if hidden else "adequate")
         assert verdict.masked == ({name: hidden} if verdict.kind == "undecidable" else {})
+        for named, stays in (("effect", verdict.masked), ("partial", {})):
+            assert Verdict(replace(nothing, kind=named), verdict.ladder).masked == stays

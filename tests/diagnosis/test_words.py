@@ -61,6 +61,12 @@ def test_parameters_that_hide_the_same_effect_are_told_together(facts):
     )
 
 
+def test_constants_nobody_expects_are_told_beside_an_effect(facts):
+    lead = tell(facts(outside_usual_range={"f0_Bi": ["hand_load"]}))["lead"]
+    assert "But f0_Bi is outside its usual range, or hand_load is there: these trials would look the same" in lead
+    assert "usual range" not in tell(facts())["lead"]
+
+
 def test_torque_that_is_missing_is_told_with_its_size(facts):
     missing = tell(facts())["missing"]
     assert "The model base lacks a torque of 0.5 N m RMS" in missing

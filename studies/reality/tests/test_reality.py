@@ -28,13 +28,14 @@ CASES = yaml.safe_load((STUDY / "settings.yaml").read_text())["reality"]["cases"
 TRUTH = yaml.safe_load((STUDY / "truth.yaml").read_text())
 
 
-def answer(verdict, names=(), classes=()):
+def answer(verdict, names=(), classes=(), masked=()):
     return {
         "verdict": verdict,
         "names": list(names),
         "class": [list(c) for c in classes],
         "sizes": {"load_friction.mu": [0.41, 0.38, 0.44]},
         "nearest": [],
+        "masked": list(masked),
         "error_before": 20.0,
         "error_after": 5.0,
         **dict.fromkeys(RIVALS, ["joint_damping"]),
@@ -53,11 +54,13 @@ TWO = {"names": [["a"], ["b", "c"]]}
         (answer("class", ["a", "d"], [["d", "e"]]), TWO, "wrong"),
         (answer("partial", ["a"]), TWO, "honest"),
         (answer("effect", ["a"]), TWO, "wrong"),
+        (answer("effect", ["a"], masked=["c", "d"]), TWO, "honest"),
+        (answer("effect", ["a"], masked=["d"]), TWO, "wrong"),
         (answer("partial", ["d"]), TWO, "wrong"),
         (answer("unknown"), TWO, "honest"),
         (answer("adequate"), TWO, "silent"),
         (answer("unknown"), {"outside": True}, "honest"),
-        (answer("effect", ["a"]), {"names": [["a"]], "outside": True}, "wrong"),
+        (answer("effect", ["a"], masked=["a"]), {"names": [["a"]], "outside": True}, "wrong"),
         (answer("partial", ["a"]), {"names": [["a"]], "outside": True}, "honest"),
         (answer("adequate"), {"nothing": True}, "named"),
         (answer("effect", ["a"]), {"nothing": True}, "wrong"),

@@ -62,8 +62,8 @@ class Verdict:
 
     @property
     def masked(self) -> dict[str, tuple[str, ...]]:
-        """Where it is undecidable, parameters outside their usual range, with the effects that would explain it."""
-        return self._unusual if self.kind == "undecidable" else {}
+        """Where nothing else seems to be left, parameters outside their usual range, with effects that explain these."""
+        return {} if self.left else self._unusual
 
     @property
     def left(self) -> bool:
