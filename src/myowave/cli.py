@@ -269,6 +269,7 @@ def ask_what_changed(
         groups.model_copy(update={"electrodes_stayed": True}) if electrodes_stayed else groups,
         settings.diagnosis_of(dataset).scatter,
         say_aside,
+        workers=-1,
     )
     typer.echo("\n".join(tell_change(changed_facts(dataset, found))))
 

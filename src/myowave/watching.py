@@ -203,6 +203,6 @@ def _changes(trials: Trials, settings: Settings, dataset: str, base: Model) -> I
         return
     effects = catalogue(settings.physics_of(dataset).effect_files).values()
     alike = groups.model_copy(update={"reference": reference, "against": against})
-    answer = what_changed(trials, base, effects, alike, settings.diagnosis_of(dataset).scatter)
+    answer = what_changed(trials, base, effects, alike, settings.diagnosis_of(dataset).scatter, workers=-1)
     sure = answer.names and answer.control is not None and not answer.control.names
     yield Question(asked, " ".join(tell_change(changed_facts(dataset, answer))[:2]), "" if sure else more)

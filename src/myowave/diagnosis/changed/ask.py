@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
 from myowave.data.trials import Array, Trials
@@ -118,6 +119,7 @@ def what_changed(
     groups: Changed,
     scatter: Mapping[str, Scatter],
     report: Callable[[str], None] = lambda line: None,
+    workers: int = 1,
 ) -> Answered:
     """Ask what changed between two groups of trials.
 
@@ -125,6 +127,7 @@ def what_changed(
         base: the model of the arm; of its muscles only delay, shape and electrodes count.
         groups: names of their trials, and whether gains, offsets and crosstalk of the EMG are known to be the same.
         scatter: standard deviations of what nobody measured.
+        workers: processes that weigh effects side by side; -1 takes one for each core.
 
     Raises:
         ValueError: if a trial is not there or too short, or a muscle's channel was not recorded or reports nothing in
@@ -142,12 +145,12 @@ def what_changed(
     effects = list(effects)
     weighable = [e for e in effects if _weighable(base, e)]
     of_arm = [e for e in weighable if e.name not in OF_ELECTRODES]
-    found = _ask(recorded, of_arm if groups.electrodes_stayed else weighable, scatter, report)
+    found = _ask(recorded, of_arm if groups.electrodes_stayed else weighable, scatter, report, workers)
     control = None
     if len(groups.reference) > 1:
         report("control: the first group, split in two")
         first = range(len(groups.reference))
-        control = Family.of(_ask(recorded.take(first, first[1::2]), of_arm, scatter, report))
+        control = Family.of(_ask(recorded.take(first, first[1::2]), of_arm, scatter, report, workers))
     of_electrodes = [c for c in found if c.effect in OF_ELECTRODES]
     return Answered(
         groups=groups,
@@ -213,28 +216,38 @@ def _ask(
     effects: Sequence[Effect],
     scatter: Mapping[str, Scatter],
     report: Callable[[str], None],
+    workers: int,
 ) -> list[Change]:
     """The candidates of some effects, with what they explain."""
     errors = {name: scatter[name].absolute for name in ("shape", "delay") if name in scatter}
-    weighing, second = Weighing(groups.by_errors(errors)), groups.second.astype(float)
-    nothing = Point(np.zeros(len(second)), groups.plain, weighing.likeliest(groups.plain, {}))
-    known = np.reshape([*groups.known.values()], (-1, len(second))).T
+    weighing = Weighing(groups.by_errors(errors))
+    nothing = Point(np.zeros(len(groups.second)), groups.plain, weighing.likeliest(groups.plain, {}))
     sizes = ", ".join(f"{name} {size:.3g}" for name, size in nothing.state.sizes.items())
     report(f"nothing changed: {nothing.state.value:.1f} nats, {sizes}")
     found = []
-    for effect in effects:
-        for c in _candidates(groups.base.with_effects([effect]), effect):
-
-            def windows(values: Array, effect: Effect = effect, c: Change = c) -> Windowed:
-                return groups.windows(effect, c.parameters, values * c.typical)
-
-            by_trial = ByTrial(windows, c.low / c.typical, c.high / c.typical, weighing, nothing)
-            differing = by_trial.differing(second, known)
-            value, low, high = (share * c.typical for share in differing.change)
-            change = replace(c, value=value, interval=(low, high), changed=differing.changed, anyway=differing.anyway)
+    weighed = (delayed(_weighed)(groups, weighing, nothing, effect) for effect in effects)
+    for changes in Parallel(workers, return_as="generator")(weighed):
+        for change, values in changes:
             report(
-                f"{effect.name} {c.electrode}: changed {change.changed:.1f} nats, trials differ {change.anyway:.1f}; "
-                f"{value:.3g} ({low:.3g} to {high:.3g}) {c.unit}; {np.round(differing.values * c.typical, 3)}"
+                f"{change.effect} {change.electrode}: changed {change.changed:.1f} nats, trials differ {change.anyway:.1f};"
+                f" {change.value:.3g} ({change.interval[0]:.3g} to {change.interval[1]:.3g}) {change.unit}; {values}"
             )
             found.append(change)
+    return found
+
+
+def _weighed(groups: Groups, weighing: Weighing, nothing: Point, effect: Effect) -> list[tuple[Change, Array]]:
+    """The candidates of an effect with what they explain, and their values in each trial."""
+    second, found = groups.second.astype(float), []
+    known = np.reshape([*groups.known.values()], (-1, len(second))).T
+    for c in _candidates(groups.base.with_effects([effect]), effect):
+
+        def windows(values: Array, c: Change = c) -> Windowed:
+            return groups.windows(effect, c.parameters, values * c.typical)
+
+        by_trial = ByTrial(windows, c.low / c.typical, c.high / c.typical, weighing, nothing)
+        differing = by_trial.differing(second, known)
+        value, low, high = (share * c.typical for share in differing.change)
+        change = replace(c, value=value, interval=(low, high), changed=differing.changed, anyway=differing.anyway)
+        found.append((change, np.round(differing.values * c.typical, 3)))
     return found
