@@ -34,9 +34,9 @@ def answer_case(
     """Ask what is missing in all trials, or what changed between two groups of them, with what is withheld taken out.
 
     Returns:
-        Verdict, names, classes, what unusual constants may stand for, and sizes by parameter, [value, low, high] in SI units; errors of whole trials kept for
-        testing, with nothing found and with what was named or, where nothing was, came nearest [deg], None where only
-        torques were compared; and what rivals name.
+        Verdict, names, classes, what unusual constants may stand for, and sizes by parameter, [value, low, high] in SI
+        units; errors of whole trials kept for testing, with nothing found and with what was named or, where nothing
+        was, came nearest [deg], None where only torques were compared; and what rivals name.
     """
     effects = {name: effect for name, effect in catalogue.items() if name not in case.leave_out}
     trials = as_asked(trials, case)

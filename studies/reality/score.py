@@ -15,8 +15,8 @@ COLUMNS = [
 
 def grade(answer: Mapping[str, Any], truth: Mapping[str, Any]) -> str:
     """How good an answer is: named (all that is known to be missing), class (the same in classes), honest (says no more
-    than that something is missing, or a part of it, or that constants may hide the rest), silent, or wrong (names what is
-    not there, or says that nothing else is missing where it is).
+    than that something is missing, or a part of it, or that constants may hide the rest), silent, or wrong (names what
+    is not there, or says that nothing else is missing where it is).
 
     Args:
         answer: with `verdict`, `names`, `class` and `masked`, as `answer.answer_case` gives it.

@@ -228,9 +228,10 @@ def _ask(
     weighed = (delayed(_weighed)(groups, weighing, nothing, effect) for effect in effects)
     for changes in Parallel(workers, return_as="generator")(weighed):
         for change, values in changes:
+            low, high = change.interval
             report(
-                f"{change.effect} {change.electrode}: changed {change.changed:.1f} nats, trials differ {change.anyway:.1f};"
-                f" {change.value:.3g} ({change.interval[0]:.3g} to {change.interval[1]:.3g}) {change.unit}; {values}"
+                f"{change.effect} {change.electrode}: changed {change.changed:.1f} nats, trials differ "
+                f"{change.anyway:.1f}; {change.value:.3g} ({low:.3g} to {high:.3g}) {change.unit}; {values}"
             )
             found.append(change)
     return found

@@ -62,7 +62,7 @@ class Verdict:
 
     @property
     def masked(self) -> dict[str, tuple[str, ...]]:
-        """Where nothing else seems to be left, parameters outside their usual range, with effects that explain these."""
+        """Where nothing else seems to be left, parameters outside their usual range, with what would explain that."""
         return {} if self.left else self._unusual
 
     @property
