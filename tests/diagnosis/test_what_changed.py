@@ -24,7 +24,7 @@ CANDIDATES = ("joint_damping", "hand_load", "gravity_tilt", "extra_delay")
 def ask(base, effects):
     """The question for six trials, of which nobody tells what differs in the third and fourth."""
 
-    def asked(hidden, against, reference=("1", "2"), names=CANDIDATES, silent=(), **more):
+    def asked(hidden, against, reference=("1", "2"), names=CANDIDATES, silent=(), workers=1, **more):
         conditions = {name: hidden for name in ("3", "4")}
         settings = SimulatedDataset(
             kind="simulated", trials=6, samples=300, test=("6",), seed=3, angle_noise_deg=0.2, conditions=conditions
@@ -34,14 +34,14 @@ def ask(base, effects):
         trials = replace(trials, emg=np.where(lost, 0.0, trials.emg))
         few = [effects[name] for name in names]
         groups = Changed(reference=reference, against=against, **{"electrodes_stayed": True, **more})
-        return what_changed(trials, base, few, groups, SCATTER)
+        return what_changed(trials, base, few, groups, SCATTER, workers=workers)
 
     return asked
 
 
 @pytest.fixture(scope="module")
 def loaded(ask):
-    return ask({"load": 0.4}, ("3", "4"))
+    return ask({"load": 0.4}, ("3", "4"), workers=2)
 
 
 def test_a_load_that_nobody_told_is_named_with_its_size(loaded):
@@ -49,6 +49,11 @@ def test_a_load_that_nobody_told_is_named_with_its_size(loaded):
     found = loaded.of("hand_load")
     assert found.value == pytest.approx(0.4, rel=0.25)
     assert found.interval[0] < 0.4 < found.interval[1]
+
+
+def test_one_process_weighs_as_several_do(ask, loaded):
+    alone, beside = (a.of("hand_load") for a in (ask({"load": 0.4}, ("3", "4"), names=("hand_load",)), loaded))
+    assert alone.changed == pytest.approx(beside.changed, abs=1e-6) and alone.value == pytest.approx(beside.value)
 
 
 def test_the_other_way_round_the_load_is_less(ask):
@@ -111,7 +116,7 @@ def test_the_command_asks_of_the_groups_it_is_given_with_what_is_known_of_the_da
 ):
     asked = []
 
-    def ask(trials, base, effects, groups, scatter, report):
+    def ask(trials, base, effects, groups, scatter, *_, **__):
         asked.append((groups, scatter))
         raise ValueError("that is all")
 
