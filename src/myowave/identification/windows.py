@@ -25,11 +25,6 @@ UNIT = np.array([0.0, 1.0])
 SPLINE = 5  # order of the curve through the measured angles
 
 
-def window(s: Tensor, derivative: int = 0) -> Tensor:
-    """The test function, or a derivative of it by s, at places from -1 to 1."""
-    return torch.from_numpy(TEST.deriv(derivative)(s.numpy()))
-
-
 @dataclass(frozen=True)
 class Windows:
     """Test functions over trials."""
@@ -57,15 +52,22 @@ class Windows:
         """Where values are known in trials of so many samples, in samples, (steps, D)."""
         return (torch.arange((samples - 1) // self.coarse, dtype=torch.float64)[:, None] + self.points) * self.coarse
 
+    def kernel(self, derivative: int = 0) -> Tensor:
+        """How much values in a window count in int w values dt, or that of a derivative of w by time, (2 half D,)."""
+        s = (torch.arange(-self.half, self.half)[:, None] + self.points) / self.half
+        test = torch.from_numpy(TEST.deriv(derivative)(s.numpy())) / (self.half * self.dt) ** derivative
+        return (test * (self.weights * self.dt)).flatten()
+
+    def each(self, values: Tensor) -> Tensor:
+        """Values (..., steps, D) within every window, (..., K, 2 half D)."""
+        flat, size = values.flatten(-2), 2 * self.half * len(self.points)
+        if flat.shape[-1] < size:
+            return values.new_zeros(*flat.shape[:-1], 0, size)
+        return flat.unfold(-1, size, self.stride * len(self.points))
+
     def integrate(self, values: Tensor, derivative: int = 0) -> Tensor:
         """int w values dt, or that of a derivative of w by time, over every window: (..., steps, D) to (..., K)."""
-        s = (torch.arange(-self.half, self.half)[:, None] + self.points) / self.half
-        test = window(s, derivative) / (self.half * self.dt) ** derivative
-        kernel = (test * (self.weights * self.dt)).flatten()
-        flat = values.flatten(-2)
-        if flat.shape[-1] < len(kernel):
-            return values.new_zeros(*flat.shape[:-1], 0)
-        return flat.unfold(-1, len(kernel), self.stride * len(self.points)) @ kernel
+        return self.each(values) @ self.kernel(derivative)
 
     def noise(self) -> float:
         """Standard deviation of int w'' q dt for white noise of standard deviation 1 in the samples of q."""

@@ -14,7 +14,7 @@ from scipy.stats import spearmanr
 
 from myowave.data.trials import Array
 from myowave.identification.output_error import Fit
-from myowave.identification.windows import window
+from myowave.identification.windows import Windows
 from myowave.physics.dynamics import moment_of_inertia
 
 BINS = 4  # of as many samples each
@@ -137,27 +137,34 @@ def missing_torque(fit: Fit) -> MissingTorque:
     record, dt = fit.record, fit.record.dt
     # Test functions fit into the shortest piece, four of them.
     half = max(4, min(round(WINDOW_S / dt), int(record.lengths.min()) // 4))
-    s = torch.arange(-half, half + 1, dtype=torch.float64) / (half + 1)
-    test, first, second = (window(s, n).numpy() / ((half + 1) * dt) ** n for n in range(3))
-    change = fit.linear.jacobian.numpy()[..., :2, :2] - np.eye(2)
+    # They are 0 where they end, one sample before and behind those within.
+    at, all_of_it = torch.zeros(1, dtype=torch.float64), torch.ones(1, dtype=torch.float64)
+    windows = Windows.over(record.lengths + 2, dt, half + 1, max(1, half // 2), at, all_of_it)
+    change = fit.linear.jacobian[..., :2, :2] - torch.eye(2)
     rate = (change - change @ change / 2 + change @ change @ change / 3) / dt  # logarithm of the step's Jacobian
-    by_angle, by_velocity = rate[..., 1, 0], rate[..., 1, 1]
-    by_angle, by_velocity = (np.concatenate([x, x[..., -1:]], -1) for x in (by_angle, by_velocity))
+    by_angle, by_velocity = torch.cat([rate, rate[:, -1:]], 1)[..., 1, :].unbind(-1)
+    e, by_angle, by_velocity = (
+        windows.each(torch.nn.functional.pad(x, (1, 1))[..., None])
+        for x in (torch.from_numpy(fit.residual), by_angle, by_velocity)
+    )
+    test, first, second = (windows.kernel(n) for n in range(3))
     motion = fit.sensitive.motion
-    inertia = moment_of_inertia(fit.simulation.along_time, motion.q)
-    inertia = inertia.expand_as(motion.q).numpy()
-    state = motion.state.numpy()
-    rows, errors = [], []
-    for i, name in enumerate(record.trials):
-        length, e = int(record.valid[i].sum()), fit.residual[i]
-        for centre in range(half, length - half, max(1, half // 2)):
-            inside = slice(centre - half, centre + half + 1)
-            kernel = second - by_angle[i, inside] * test + by_velocity[i, inside] * first
-            kernel = kernel * inertia[i, centre] / test.sum()
-            errors.append(np.sqrt((kernel**2).sum()) * record.noise)
-            rows.append((name, record.begin_s[i] + centre * dt, *state[i, centre, :2], float(kernel @ e[inside])))
-    points = pd.DataFrame(rows, columns=["trial", "time_s", "angle_rad", "velocity_rad_s", "torque_Nm"])
-    return MissingTorque(points, float(np.sqrt(np.mean(np.square(errors)))))
+    inertia = moment_of_inertia(fit.simulation.along_time, motion.q).expand_as(motion.q)
+    trial, place = np.nonzero(windows.inside)
+    centre = half + place * windows.stride
+    kernel = (second - by_angle * test + by_velocity * first)[trial, place]
+    kernel = kernel * inertia[trial, centre, None] / test.sum()
+    angle, velocity = motion.state[trial, centre, :2].numpy().T
+    points = pd.DataFrame(
+        {
+            "trial": np.array(record.trials)[trial],
+            "time_s": record.begin_s[trial] + centre * dt,
+            "angle_rad": angle,
+            "velocity_rad_s": velocity,
+            "torque_Nm": (kernel * e[trial, place]).sum(-1).numpy(),
+        }
+    )
+    return MissingTorque(points, record.noise * float((kernel**2).sum(-1).mean().sqrt()))
 
 
 def _row(factor: str, part: str, residual: Array, low: float = np.nan, high: float = np.nan) -> dict[str, object]:
