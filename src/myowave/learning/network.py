@@ -20,6 +20,7 @@ from torch import Tensor
 
 from myowave.data.trials import Trials
 from myowave.learning.inputs import Given, Known, given_inputs, unit_of
+from myowave.physics.simulation import between_samples
 
 Weights = Mapping[str, Tensor]
 # What the numbers of a network can be; `checkpoint` refuses others.
@@ -182,13 +183,8 @@ class Network:
 def delayed(inputs: Tensor, samples: Sequence[float]) -> Tensor:
     """Inputs (..., N, C) as they were some samples before, each by its own: linear between samples, and as the first
     before them."""
-    last, parts = inputs.shape[-2] - 1, []
-    for channel, shift in zip(inputs.unbind(-1), samples, strict=True):
-        place = (torch.arange(last + 1, dtype=inputs.dtype, device=inputs.device) - shift).clamp(min=0.0)
-        before = place.floor().long()
-        after = (before + 1).clamp(max=last)
-        parts.append(torch.lerp(channel[..., before], channel[..., after], place - before))
-    return torch.stack(parts, -1)
+    place = torch.arange(inputs.shape[-2], dtype=inputs.dtype, device=inputs.device)
+    return between_samples(inputs, place[:, None, None] - inputs.new_tensor(samples)).squeeze(-2)
 
 
 def initialise(architecture: Architecture, seeds: Sequence[int]) -> dict[str, Tensor]:

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
+from scipy.interpolate import BPoly
 from torch import Tensor
 
 from myowave.physics.cubics import Cubics
@@ -95,12 +95,12 @@ def _sample(
         here = (grid >= left.x) & (grid <= right.x)
         across, up = _corner(left, right, c)
         u = _parameter_at(across, grid[here])
-        y[here], slope[here] = up(u), up.deriv()(u) / across.deriv()(u)
+        y[here], slope[here] = up(u), up(u, 1) / across(u, 1)
     y[[0, -1]], slope[[0, -1]] = (knots[0].y, knots[-1].y), (knots[0].slope, knots[-1].slope)  # free of rounding
     return grid, y, slope
 
 
-def _corner(left: Knot, right: Knot, curviness: float) -> tuple[Polynomial, Polynomial]:
+def _corner(left: Knot, right: Knot, curviness: float) -> tuple[BPoly, BPoly]:
     """x(u) and y(u) of a quintic Bezier curve between two knots, bent like the corner that their tangents form."""
     sharp = 0.1 + 0.8 * curviness
     x = (right.y - left.y - right.x * right.slope + left.x * left.slope) / (left.slope - right.slope)
@@ -108,16 +108,13 @@ def _corner(left: Knot, right: Knot, curviness: float) -> tuple[Polynomial, Poly
     first, last = np.array([left.x, left.y]), np.array([right.x, right.y])
     near_first, near_last = first + sharp * (corner - first), last + sharp * (corner - last)
     points = np.stack([first, near_first, near_first, near_last, near_last, last])
-    u, one = Polynomial([0, 1]), Polynomial([1])
-    basis = [k * u**i * (one - u) ** (5 - i) for i, k in enumerate((1, 5, 10, 10, 5, 1))]
-    across, up = (sum(p * b for p, b in zip(column, basis, strict=True)) for column in points.T)
-    return across, up
+    return BPoly(points[:, :1], [0.0, 1.0]), BPoly(points[:, 1:], [0.0, 1.0])
 
 
-def _parameter_at(across: Polynomial, x: NDArray[np.float64]) -> NDArray[np.float64]:
+def _parameter_at(across: BPoly, x: NDArray[np.float64]) -> NDArray[np.float64]:
     """u with across(u) = x, for a polynomial that increases over [0, 1]: table, then Newton."""
     u = np.linspace(0, 1, 401)
     u = np.interp(x, across(u), u)
     for _ in range(6):
-        u = np.clip(u - (across(u) - x) / across.deriv()(u), 0.0, 1.0)
+        u = np.clip(u - (across(u) - x) / across(u, 1), 0.0, 1.0)
     return u

@@ -128,14 +128,14 @@ def derivatives_observed(
 
 
 def _nudged_copies(
-    simulation: Simulation, wrt: Mapping[str, float], reach: float, axes: int
+    simulation: Simulation, wrt: Mapping[str, float], reach: float, axes: int, groups: Sequence[bool] = (True, False)
 ) -> Iterator[tuple[list[int], Simulation, Tensor]]:
     """Places of parameters in `wrt` with a copy for each, moved by its nudge; first those that change the drive of the
-    muscles, as the others share it."""
-    names, drives = list(wrt), simulation.model.drives
-    for group in ([n for n in wrt if drives(n)], [n for n in wrt if not drives(n)]):
+    muscles, as the others share it; of `groups` (True,) these alone."""
+    for driving in groups:
+        group = {name: size for name, size in wrt.items() if simulation.model.drives(name) is driving}
         if group:
-            yield [names.index(n) for n in group], *simulation.nudged({n: wrt[n] for n in group}, reach, axes)
+            yield [i for i, name in enumerate(wrt) if name in group], *simulation.nudged(group, reach, axes)
 
 
 def _by_stages(
@@ -190,7 +190,7 @@ def _changes_of_activation(
         bumped = state + bumps.reshape(rest, *(1,) * (axes + 1), -1)
         moved = _activated(simulation, bumped, early, drive.pieces)
         yield [*range(rest)], (moved[0] - activation) / NUDGE, (moved[1] - later) / NUDGE
-    for columns, nudged, nudges in _driving(simulation, wrt, axes):
+    for columns, nudged, nudges in _nudged_copies(simulation, wrt, NUDGE, axes, (True,)):
         by = nudges.reshape(-1, *(1,) * (axes + 2))
         inside = (_inside(x, steps, simulation.breakpoints) for x in (simulation, nudged))
         pairs = zip((simulation, nudged), inside, strict=True)
@@ -287,7 +287,7 @@ def _by_steps(
         numbers = [_derivatives(after[..., k], [begin, u, a, *leaves], kept=k + 1 < size) for k in range(size)]
     by_state, by_u, by_a, *by_parameter = (torch.stack(slopes) for slopes in zip(*numbers, strict=True))
     derivatives = torch.stack([*by_state.unbind(1), *by_parameter], -1).movedim(0, -2)
-    for columns, nudged, nudges in _driving(simulation, wrt, state.ndim - 2):
+    for columns, nudged, nudges in _nudged_copies(simulation, wrt, NUDGE, state.ndim - 2, (True,)):
         pairs = zip(*(_inside(x, steps, simulation.breakpoints) for x in (simulation, nudged)), strict=True)
         for slope, (still, moved) in zip((by_u, by_a), pairs, strict=True):
             change = ((moved - still) / nudges.reshape(-1, *(1,) * (state.ndim + 1))).unflatten(-2, (-1, 3))
@@ -327,16 +327,6 @@ def _derivatives(of: Tensor, by: Sequence[Tensor], *, kept: bool = False) -> lis
     """
     found = torch.autograd.grad(of.sum(), by, allow_unused=True, retain_graph=kept)
     return [torch.zeros_like(x) if slope is None else slope for x, slope in zip(by, found, strict=True)]
-
-
-def _driving(
-    simulation: Simulation, wrt: Mapping[str, float], axes: int
-) -> Iterator[tuple[list[int], Simulation, Tensor]]:
-    """Places of the parameters in `wrt` that change the drive, with a copy for each, moved by its nudge; nothing where
-    none does."""
-    driving = {name: size for name, size in wrt.items() if simulation.model.drives(name)}
-    if driving:
-        yield [i for i, name in enumerate(wrt) if name in driving], *simulation.nudged(driving, NUDGE, axes)
 
 
 def _inside(simulation: Simulation, steps: slice, split: Tensor) -> tuple[Tensor, Tensor]:

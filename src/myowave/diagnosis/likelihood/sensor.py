@@ -13,6 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 from scipy.signal import butter, sosfiltfilt
 
 from myowave.data.trials import Array
@@ -76,16 +77,6 @@ def straight(samples: int, knots: float, *, at_knots: bool = False) -> Array:
     """What makes of values at knots all samples, straight between them, (samples, Q); or `at_knots` of a signal at all
     samples its values at the knots, (Q, samples), knots beyond the last sample at its value."""
     count = int(np.ceil((samples - 1) / knots - 1e-9)) + 1
-    if at_knots:
-        return _between(np.minimum(np.arange(count) * knots, samples - 1), samples)
-    return _between(np.arange(samples) / knots, count)
-
-
-def _between(place: Array, count: int) -> Array:
-    """Weights of so many values for what lies between them at some places, (places, count)."""
-    left = np.minimum(place.astype(int), max(count - 2, 0))
-    share, found = place - left, np.zeros((len(place), count))
-    rows = np.arange(len(place))
-    found[rows, left] = 1 - share
-    found[rows, np.minimum(left + 1, count - 1)] += share
-    return found
+    known = samples if at_knots else count
+    place = np.minimum(np.arange(count) * knots, samples - 1) if at_knots else np.arange(samples) / knots
+    return np.asarray(make_interp_spline(np.arange(known), np.eye(known), k=1)(place))
