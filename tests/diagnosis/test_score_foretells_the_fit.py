@@ -36,7 +36,7 @@ def test_the_score_is_the_gain_of_the_fit_where_constants_are_expected_somewhere
     found = polish(score.start)
     assert score.drop > 5 * fit.variance and not score.absorbed
     assert score.drop == pytest.approx(fit.objective - found.objective, rel=0.15)
-    assert score.residual @ score.residual == pytest.approx(fit.objective), "samples, then expectations"
+    assert fit.normal.left @ fit.normal.left == pytest.approx(fit.objective), "samples, then expectations"
     assert score.estimate[0] * score.free[0].scale == pytest.approx(found.parameters[score.free[0].name], rel=0.3)
 
 

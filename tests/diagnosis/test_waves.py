@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from myowave.diagnosis.likelihood.pushes import answers
+from myowave.diagnosis.likelihood.pushes import answers, excitation_forcing
 from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import View, Waves
-from myowave.identification.disturbance import excitation_forcing
 
 LENGTHS = np.array([240, 150])
 

@@ -13,7 +13,7 @@ from myowave.diagnosis.report.figures import draw_missing_torque
 from myowave.diagnosis.report.tables import draft_source
 from myowave.diagnosis.report.tell import tell
 from myowave.diagnosis.search.draft import LIBRARY, draft_effect
-from myowave.diagnosis.search.next_trial import propose_trials
+from myowave.diagnosis.search.next_trial import SEPARATED, propose_trials
 from myowave.diagnosis.search.where import locate, misfit_by, missing_torque
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
@@ -158,8 +158,8 @@ def test_each_term_is_written_as_it_is_computed(term):
 
 def test_a_known_load_is_the_trial_that_shows_an_unknown_one(make_fit, effects):
     best, *others = propose_trials(make_fit(), effects["hand_load"])
-    assert best.trial == "known load of 1 kg" and best.separates
-    assert not any(p.separates for p in others)
+    assert best.trial == "known load of 1 kg" and best.separation > SEPARATED
+    assert not any(p.separation > SEPARATED for p in others)
 
 
 def test_another_posture_tells_the_lean_of_the_arm_from_a_constant_torque(make_fit, effects):

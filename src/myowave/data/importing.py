@@ -16,7 +16,7 @@ from myowave.data.checks.finding import report
 from myowave.data.checks.session import find_faults
 from myowave.data.checks.values import beyond_tables, value_problems
 from myowave.data.processing.excitation import Known, RealTime, envelope, known_from
-from myowave.data.processing.sampled import Sampled, common_grid, sample_as_it_comes, sample_at
+from myowave.data.processing.sampled import Sampled, common_grid, sample_at
 from myowave.data.reading import read_session
 from myowave.data.recording import Prepared, RawTrial, Recording, Session
 from myowave.data.trials import MOTOR, Array, Trials
@@ -61,7 +61,9 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     """Process the session of a dataset, or raise a ValueError with a line for each problem; see `import_trials`."""
     processing, forms = settings.processing, session.forms
     fractions = {*forms.values()} <= {"fraction"}  # then EMG of a trial is what it is without the other trials
-    raw = {name: trial.with_emg_later(processing.emg_start_offset_s) for name, trial in session.trials.items()}
+    late, raw = processing.emg_start_offset_s, dict(session.trials)
+    for name, trial in raw.items():  # all on the angle's clock
+        raw[name] = replace(trial, emg={c: replace(emg, start=emg.start + late) for c, emg in trial.emg.items()})
     grids = {name: common_grid(trial.all, trial.angle, processing.rate_hz, trial.cut) for name, trial in raw.items()}
     problems = [*session.problems, *_grid_problems(grids, raw)]
     if not fractions or not raw:
@@ -100,9 +102,10 @@ def _refuse(dataset: str, problems: Iterable[str]) -> None:
 
 def _recording(name: str, raw: RawTrial, grid: Array, processing: Processing, known: Mapping[str, Known]) -> Recording:
     """A trial on its grid, its EMG not yet divided by what counts as 1."""
-    sample = sample_as_it_comes if processing.phase == "causal" else sample_at
     envelopes = {channel: envelope(sampled, processing, known[channel]) for channel, sampled in raw.emg.items()}
-    emg = {channel: sample(sampled, grid) for channel, sampled in envelopes.items()}
+    # ASSUME: the low-pass of the envelope is all that a coarser grid needs; a filter without lag would look ahead.
+    ahead = processing.phase == "zero"
+    emg = {c: sample_at(e, grid) if ahead else np.interp(grid, e.time, e.values) for c, e in envelopes.items()}
     signals = {key: sample_at(signal, grid) for key, signal in raw.signals.items()}
     return Recording(name, raw, envelopes, grid, emg, sample_at(raw.angle, grid), signals)
 

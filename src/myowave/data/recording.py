@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from myowave.data.processing.sampled import Sampled
@@ -23,10 +23,6 @@ class RawTrial:
     @property
     def all(self) -> list[Sampled]:
         return [*self.emg.values(), self.angle, *self.signals.values()]
-
-    def with_emg_later(self, offset: float) -> RawTrial:
-        """The trial with times of the EMG moved by an offset [s]: those of the angle's clock."""
-        return replace(self, emg={c: replace(emg, start=emg.start + offset) for c, emg in self.emg.items()})
 
 
 @dataclass(frozen=True, eq=False)

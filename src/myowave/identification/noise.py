@@ -24,11 +24,6 @@ def noise_of(angles: Sequence[Array], known_deg: float | None) -> float:
     return max(float(noise), float(np.radians(SMALLEST_NOISE_DEG)))
 
 
-def is_bound(noise_deg: float) -> bool:
-    """Whether a standard deviation of the noise of the angle only says what it is at most."""
-    return noise_deg <= BOUND * SMALLEST_NOISE_DEG
-
-
 def correlation_time(residual: Array, samples: int) -> float:
     """How many samples of a residual (T, N), 0 where padded, are worth one independent sample; 1 for white noise.
 

@@ -24,9 +24,8 @@ LIFTED_STEPS = 4
 
 @dataclass(frozen=True)
 class Prediction:
-    """Predicted angle [rad] of trials (T, N), and what is left of the measured one, 0 where padded."""
+    """What is left of the measured angle of trials [rad], (T, N), 0 where padded."""
 
-    angle: Array
     residual: Array
     rmse: float
 
@@ -47,12 +46,7 @@ def predict(fit: Fit, record: Record) -> Prediction:
         angle = along.predict(record.pieces.row, record.pieces.begin, record.angle.shape[1] - 1)
     angle = np.nan_to_num(angle, nan=LARGEST).clip(-LARGEST, LARGEST)  # where the motion diverges
     residual = np.where(record.valid, record.angle - angle, 0.0)
-    squares = (residual**2).sum(-1)
-    return Prediction(
-        angle=angle,
-        residual=residual,
-        rmse=float(np.sqrt(squares.sum() / record.samples)),
-    )
+    return Prediction(residual, float(np.sqrt((residual**2).sum() / record.samples)))
 
 
 def _beginning(fit: Fit, record: Record) -> tuple[Tensor, Tensor]:

@@ -76,16 +76,12 @@ class Record:
         """How far the motion is predicted from a start [s]; None: over whole trials."""
         return None if self.pieces is None else self.pieces.horizon_s
 
-    @property
-    def rows_by_trial(self) -> dict[str, NDArray[np.intp]]:
-        """The rows of each trial, in the order of time."""
-        return {name: np.flatnonzero([name == other for other in self.trials]) for name in dict.fromkeys(self.trials)}
-
     def joined(self, values: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
         """What is known at every sample (T, N), without padding, the pieces of each trial one after the other."""
-        return {
-            name: np.concatenate([values[i, self.valid[i]] for i in rows]) for name, rows in self.rows_by_trial.items()
-        }
+        parts: dict[str, list[NDArray[np.float64]]] = {}
+        for name, row, valid in zip(self.trials, values, self.valid, strict=True):
+            parts.setdefault(name, []).append(row[valid])
+        return {name: np.concatenate(rows) for name, rows in parts.items()}
 
     @property
     def samples(self) -> int:

@@ -28,7 +28,7 @@ from torch import Tensor
 from myowave.data.trials import Array
 from myowave.identification.along import Along
 from myowave.identification.free_parameters import Free, bind_values, expected, scales
-from myowave.identification.least_squares import Residual, linearise, pseudo_inverse, search
+from myowave.identification.least_squares import LARGEST, Residual, linearise, pseudo_inverse, search
 from myowave.identification.noise import correlation_time
 from myowave.identification.record import Record
 from myowave.identification.windows import Windows, between, between_kinks, gauss
@@ -45,7 +45,6 @@ ROUNDS, STEPS = 2, 30  # the variance is estimated anew in each round
 GAIN = 0.05  # stop after a step that lowers the objective, a chi-square, by less
 # ASSUME: dynamometer, lever and the muscles' model together are as good as this share of the torque they measure.
 ACCURACY = 0.05
-LARGEST = 1e6  # of residuals: where a torque overflows, its sums are large and not infinite
 
 
 @dataclass(frozen=True)

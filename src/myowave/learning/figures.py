@@ -41,9 +41,10 @@ def draw_metrics(summary: pd.DataFrame, histories: dict[int, pd.DataFrame], base
         shade(loss, smooth.index, smooth - spread, smooth, smooth + spread, color=color, label=f"{scales}-scale")
     loss.set(xlabel="epoch", ylabel="log10 of training loss [rad$^2$]", title="training loss")
     loss.legend()
+    drawn = baselines.groupby("recipe").filter(lambda rows: rows["test_r2"].median() > 0)
     for axis, column, label in ((mse, "test_mse", "test MSE [rad$^2$]"), (r2, "test_r2", "test R$^2$ [-]")):
         _each_seed(axis, summary, column, summary.groupby("scales")[column].median(), marker="o")
-        for (name, rivals), style in zip(_worth_drawing(baselines).groupby("recipe"), LINES, strict=False):
+        for (name, rivals), style in zip(drawn.groupby("recipe"), LINES, strict=False):
             axis.axhline(rivals[column].median(), color=GREY, linestyle=style, label=TITLES.get(name, name))
         axis.set(ylabel=label, title=f"{label.split(' [')[0]}: median and each seed")
     if r2.get_legend_handles_labels()[1]:
@@ -61,11 +62,6 @@ def _each_seed(axis: Axes, summary: pd.DataFrame, column: str, middle: pd.Series
     axis.plot(summary["scales"], summary[column], ".", color=GREY, markersize=5, zorder=3)
     axis.set_xlabel("number of scales")
     axis.xaxis.set_major_locator(MaxNLocator(integer=True))
-
-
-def _worth_drawing(baselines: pd.DataFrame) -> pd.DataFrame:
-    """Rows of baselines whose median test R2 is above 0."""
-    return baselines.groupby("recipe").filter(lambda rows: rows["test_r2"].median() > 0)
 
 
 def _beaten(best: float, baselines: pd.DataFrame) -> str:

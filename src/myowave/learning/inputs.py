@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from myowave.data.trials import TORQUE, Trials
-from myowave.physics.constants import Constant, constant_of, is_constant
+from myowave.physics.constants import Constant, constant_of
 from myowave.physics.joint import forearm
 from myowave.physics.model import Model
 from myowave.settings import Inputs
@@ -116,4 +116,7 @@ def unit_of(name: str) -> str:
 
 def constant_behind(name: str) -> Constant | None:
     """The physical constant that a known input is; None for an angle over time."""
-    return constant_of(name) if is_constant(name) else None
+    try:
+        return constant_of(name)
+    except KeyError:
+        return None

@@ -129,11 +129,3 @@ def constant_of(name: str) -> Constant:
     if owner == CURVE and kind in CURVE_CONSTANTS:
         return CURVE_CONSTANTS[kind]
     return (MUSCLE_CONSTANTS | GROUP_CONSTANTS if owner else JOINT_CONSTANTS)[kind]
-
-
-def is_constant(name: str) -> bool:
-    """Whether a constant is called so, whatever muscle or group it may be of."""
-    try:
-        return bool(constant_of(name))
-    except KeyError:
-        return False

@@ -87,7 +87,7 @@ def check_effect(effect: Effect) -> None:
     """
     base = trial_elbow()
     where = f"effect {effect.name!r} on {effect.acts_on}"
-    extended = base.with_effects([_watched(effect, where)])
+    extended = base.with_effects([_watched(effect)])
     parameters = extended.parameters_of(effect)
 
     zero = {name: torch.zeros(COPIES, 1, dtype=torch.float64, requires_grad=True) for name in parameters}
@@ -132,7 +132,7 @@ def check_effect(effect: Effect) -> None:
             )
 
 
-def _watched(effect: Effect, where: str) -> Effect:
+def _watched(effect: Effect) -> Effect:
     """The effect with functions that may not change their arguments."""
 
     def watched(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -19,14 +19,7 @@ from torch import Tensor
 
 from myowave.physics.motion import Motion, initial_state, observed, simulate, step
 from myowave.physics.simulation import Simulation
-from myowave.physics.tangent import (
-    NUDGE,
-    Linear,
-    derivatives_observed,
-    derivatives_of_start,
-    forcing_of,
-    linearise,
-)
+from myowave.physics.tangent import NUDGE, Linear, derivatives_observed, derivatives_of_start, forcing_of, linearise
 
 CURVATURE = 10.0  # what a change of size x by Newton's method leaves is at most about this times x^2 [rad, rad/s]
 # ASSUME: where samples move so far [rad, rad/s] at first or twice in a row, no motion is found any more. In diagnoses

@@ -66,12 +66,10 @@ _EffectsOnce = AfterValidator(lambda model: "+".join(_each_once(model.split("+")
 ModelName = Annotated[str, Field(pattern=r"^base(\+[A-Za-z_][A-Za-z0-9_]*)*$"), _EffectsOnce]
 
 
-def without_null(value: Any) -> Any:
-    """A mapping without the keys that are null."""
-    return {k: v for k, v in value.items() if v is not None} if isinstance(value, Mapping) else value
-
-
-WithoutNull = BeforeValidator(without_null)  # of a mapping: a file laid over another can only replace keys
+# Of a mapping, which loses keys that are null: a file laid over another can only replace keys.
+WithoutNull = BeforeValidator(
+    lambda value: {k: v for k, v in value.items() if v is not None} if isinstance(value, Mapping) else value
+)
 
 
 def setting(meaning: str, unit: str = "", default: Any = ..., *, each: str = "name", **bounds: Any) -> Any:

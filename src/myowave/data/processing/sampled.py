@@ -92,12 +92,6 @@ def common_grid(
     return clock.start + np.arange(first, last + 1) / rate
 
 
-def sample_as_it_comes(signal: Sampled, time: Array) -> Array:
-    """A signal at other times [s], (N,), on straight lines between its samples, so that only the next one is needed."""
-    # ASSUME: the low-pass of the envelope is all that a coarser grid needs; a filter without lag would look ahead.
-    return np.interp(time, signal.time, signal.values)
-
-
 def sample_at(signal: Sampled, time: Array) -> Array:
     """A signal of 4 samples or more at other times [s], (N,), evenly spaced and within it, by cubic splines; before a
     coarser grid it is low-passed without lag."""

@@ -23,14 +23,7 @@ from myowave.diagnosis.likelihood.algebra import (
     most_likely,
     weigh_components,
 )
-from myowave.diagnosis.likelihood.components import (
-    COLOURED,
-    STARTS,
-    coloured,
-    prior_of,
-    residual_of,
-    start_columns,
-)
+from myowave.diagnosis.likelihood.components import COLOURED, STARTS, coloured, prior_of, residual_of, start_columns
 from myowave.diagnosis.likelihood.waves import MEMORIES_S, View
 from myowave.identification.free_parameters import bounds, scales
 from myowave.identification.least_squares import descend, minimise_within, scaled_slope
@@ -172,11 +165,6 @@ def climb(hypothesis: Hypothesis, steps: int) -> Fit:
 
     *_, last = descend(fit, objective, attempts, steps, LITTLE)
     return last
-
-
-def weighed_afresh(hypothesis: Hypothesis) -> Hypothesis:
-    """The same with causes that a search finds which does not begin at those of a model before it."""
-    return replace(hypothesis, states={**weigh_components(hypothesis.residual), **hypothesis.states})
 
 
 def with_likely_memory(hypothesis: Hypothesis) -> Hypothesis:

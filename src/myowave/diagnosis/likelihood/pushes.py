@@ -1,10 +1,10 @@
 """What may move an arm beside what its model knows: excitation, torque, a general correction, curves of another shape.
 
-Shapes: T trials, N samples, K numbers of the state, M muscles, C columns, W waves.
+Shapes: T trials, N samples, K numbers of the state, M muscles, C columns, P parameters, W waves.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -12,14 +12,16 @@ from torch import Tensor
 
 from myowave.data.trials import Array
 from myowave.diagnosis.likelihood.terms import torque_terms
-from myowave.identification.disturbance import excitation_forcing, forcing_by
 from myowave.identification.output_error import Fit
 from myowave.physics.curves import Curves
 from myowave.physics.dynamics import muscle_quantities
 from myowave.physics.effect import Effect, Parameter
 from myowave.physics.effects.constant_torque import EFFECT as CONSTANT_TORQUE
+from myowave.physics.effects.emg_offset import EFFECT as EMG_OFFSET
+from myowave.physics.tangent import forcing_of
 from myowave.physics.trajectory import recur
 
+REACH = 1e-4  # step of the differences by parameters
 LAGS_S = (-0.16, -0.08, 0.08, 0.16, 0.3)  # of excitation, ahead and behind
 
 # ASSUME: an arm's curves differ from the nearest of a published family as these families do among themselves (Thelen
@@ -60,6 +62,26 @@ class Pushes:
         repeating = np.stack([*_by_torque(fit, torque), *_by_excitation(fit, excitation)], -1)
         both = moved_by(fit, np.concatenate([repeating, pushes_of_curves(fit)], -1))
         return cls(excitation, torque, *np.split(both, [repeating.shape[-1]], -1))
+
+
+def excitation_forcing(fit: Fit) -> Array:
+    """What 1 more in each muscle's excitation adds to the state within a step, (T, N - 1, K, M)."""
+    return -forcing_by(fit, EMG_OFFSET, -REACH)  # an offset takes away
+
+
+def forcing_by(fit: Fit, effect: Effect, reach: float = REACH) -> Array:
+    """What 1 in each parameter of an effect adds to the state within a step of a fit's motion, (T, N - 1, K, P).
+
+    Args:
+        effect: without a state; the model may have it already. One that the model refuses adds nothing, P = 0.
+        reach: step of the differences.
+    """
+    if fit.model.refuses(effect):
+        return np.zeros((*fit.linear.after.shape, 0))
+    probe = replace(effect, name=f"{effect.name}_more")
+    model = fit.model.with_effects([probe])
+    simulation = fit.record.simulation(model, fit.params)
+    return forcing_of(simulation, fit.linear, dict.fromkeys(model.parameters_of(probe), 1.0), reach).numpy()
 
 
 def moved_by(fit: Fit, pushes: Array) -> Array:

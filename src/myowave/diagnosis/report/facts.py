@@ -7,8 +7,9 @@ import numpy as np
 
 from myowave.diagnosis.causes import CAUSE_TITLES, EMG_NOISE, OF_RECORDER, OWN_CURVES
 from myowave.diagnosis.search.diagnose import Diagnosis
+from myowave.diagnosis.search.next_trial import SEPARATED
 from myowave.diagnosis.search.where import locate
-from myowave.identification.noise import is_bound
+from myowave.identification.noise import BOUND, SMALLEST_NOISE_DEG
 from myowave.identification.output_error import Fit
 from myowave.physics.constants import CURVE, GROUP_CONSTANTS, constant_of
 
@@ -28,7 +29,7 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
         {"question": question, **asdict(best)}
         for question, proposals in diagnosis.proposals.items()
         for best in proposals[:1]
-        if best.separates
+        if best.separation > SEPARATED
     )
     return {
         "dataset": diagnosis.dataset,
@@ -75,7 +76,7 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
         "nearest": list(verdict.nearest),
         "formula": diagnosis.draft.formula,
         "failed": dict(diagnosis.failed),
-        "noise_is_bound": is_bound(diagnosis.noise_deg),
+        "noise_is_bound": diagnosis.noise_deg <= BOUND * SMALLEST_NOISE_DEG,
         "titles": {c.name: c.effect.title for c in ladder.rankings[0]}
         | {c: CAUSE_TITLES[c] for c in (EMG_NOISE, *OF_RECORDER)},
     }

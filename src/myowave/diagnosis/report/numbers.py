@@ -37,18 +37,12 @@ def r2_text(value: float) -> str:
     return f"{value:.2f}" if value < 0.995 else f"{value:.4f}"
 
 
-def interval_of(value: float, se: float, bounds: tuple[float, float]) -> tuple[float, float]:
-    """95 % interval of a value with a standard error, within its bounds; all of these where it is not known."""
-    low, high = bounds
-    return max(value - Z95 * se, low), min(value + Z95 * se, high)
-
-
 def estimate(value: float, se: float | None, bounds: tuple[float, float] = ANYWHERE) -> str:
     """A value with its standard error, if there is one, to the digits that this leaves; one that may be anywhere within
     its bounds is not known."""
     if se is None or not np.isfinite(se) or se <= 0:
         return f"{value:.4g}"
-    if interval_of(value, se, bounds) == bounds:
+    if value - Z95 * se <= bounds[0] and value + Z95 * se >= bounds[1]:
         return f"{value:.4g}, not known"
     if se < NOTHING * abs(value):
         return f"{value:.6g}"

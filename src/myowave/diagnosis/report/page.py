@@ -47,7 +47,8 @@ def write_page(story: Story) -> str:
         "told": tell(verdict, story.ladder),
         "quiet": is_quiet(verdict),
         "images": {name: inline(path) for name, path in story.images.items()},
-        "widths": {name: shown_width(path) for name, path in story.images.items()},
+        # From the header of the PNG, so that letters are as large in all of them [px].
+        "widths": {n: round(int.from_bytes(path.read_bytes()[16:20]) / PIXELS) for n, path in story.images.items()},
         "motion": list_motion(story.predictions, found, base_of(verdict)[1]["noise"]),
         "doubts": story.doubts,
         "accuracy": accuracy_cells(verdict, story.ladder),
@@ -65,8 +66,3 @@ def write_page(story: Story) -> str:
 def inline(path: Path) -> str:
     """A PNG file as a data URL."""
     return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()
-
-
-def shown_width(path: Path) -> int:
-    """Width of a picture on the page [px], so that letters are as large in all of them; from the header of the PNG."""
-    return round(int.from_bytes(path.read_bytes()[16:20]) / PIXELS)

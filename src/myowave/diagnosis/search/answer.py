@@ -14,15 +14,7 @@ from scipy.stats import chi2
 
 from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, NAMED, OUTSIDE, OWN_CURVES
 from myowave.diagnosis.likelihood.algebra import fewest
-from myowave.diagnosis.likelihood.components import (
-    COLOURED,
-    CURVES,
-    DRIFT,
-    EMG,
-    GAINS,
-    MISSING,
-    NOISE,
-)
+from myowave.diagnosis.likelihood.components import COLOURED, CURVES, DRIFT, EMG, GAINS, MISSING, NOISE
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.weigh import Posterior
 

@@ -176,7 +176,7 @@ def _fit_beside(
 
 def make_rung(fit: Fit, test: Record) -> Rung:
     """Try a fitted model on trials it has not seen, and look at what it leaves."""
-    seen = Prediction(fit.angle, fit.residual, fit.rmse()) if fit.record.pieces is None else predict(fit, fit.record)
+    seen = Prediction(fit.residual, fit.rmse()) if fit.record.pieces is None else predict(fit, fit.record)
     return Rung(fit, seen, predict(fit, test), misfit_by(fit), missing_torque(fit))
 
 

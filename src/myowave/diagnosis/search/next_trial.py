@@ -42,10 +42,6 @@ class Proposal:
     separation: float  # expected chi-square between the candidates with this trial added to the recorded ones
     now: float  # the same without it
 
-    @property
-    def separates(self) -> bool:
-        return self.separation > SEPARATED
-
 
 def propose_trials(fit: Fit, one: Effect, other: Effect | None = None) -> list[Proposal]:
     """Trials of the menu, the one that tells most first.

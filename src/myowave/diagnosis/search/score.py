@@ -40,10 +40,8 @@ class ScoreTest:
     effect: str  # its name
     free: tuple[Free, ...]  # its parameters
     start: Fit  # the fit of the model with the effect at 0, to descend from
-    # derivatives by its parameters, in units of their scale, without what other parameters and starts imitate, (R, E);
-    # `residual` (R,) is what they have to explain
+    # derivatives by its parameters, in units of their scale, without what other parameters and starts imitate, (R, E)
     signal: Array
-    residual: Array
     information: Array  # signal^T signal (E, E) [rad^2]
     estimate: Array  # best values within the bounds, (E,), in units of the scale
     drop: float  # fall of the sum of squares that they promise [rad^2]
@@ -75,9 +73,10 @@ def _score_or_reason(fit: Fit, effect: Effect) -> ScoreTest:
     try:
         return score_effect(fit, effect)
     except FAILURES as error:
-        free, left = effect_parameters(fit.model.with_effects([effect]), effect), fit.normal.left
-        signal, information, estimate = (np.zeros((*rows, len(free))) for rows in ((len(left),), (len(free),), ()))
-        return ScoreTest(effect.name, free, fit, signal, left, information, estimate, 0.0, 0.0, (), str(error))
+        free = effect_parameters(fit.model.with_effects([effect]), effect)
+        rows = (len(fit.normal.left),), (len(free),), ()
+        signal, information, estimate = (np.zeros((*some, len(free))) for some in rows)
+        return ScoreTest(effect.name, free, fit, signal, information, estimate, 0.0, 0.0, (), str(error))
 
 
 def score_effect(fit: Fit, effect: Effect) -> ScoreTest:
@@ -88,15 +87,15 @@ def score_effect(fit: Fit, effect: Effect) -> ScoreTest:
     start = _start(fit, model, free)
     count, normal = len(fit.free), fit.normal
     raw = start.normal.slope[..., count:]
-    (signal, imitation), residual = normal.beyond(raw), normal.left
+    signal, imitation = normal.beyond(raw)
     information = signal.T @ signal
     low, high = (bound / scales(free) for bound in bounds(free))
-    estimate, drop = gain_of(information, signal.T @ residual, low, high)
+    estimate, drop = gain_of(information, signal.T @ normal.left, low, high)
     visible, direction = _visible(information, np.einsum("tne,tnf->ef", raw, raw))
     size = np.abs(imitation @ direction) * np.sqrt(np.einsum("tnp,tnp->p", normal.slope, normal.slope))
     order = np.argsort(-size)
     absorbers = tuple(fit.free[i].name for i in order if size[i] > LARGE_PART * size[order[0]])
-    return ScoreTest(effect.name, free, start, signal, residual, information, estimate, drop, visible, absorbers)
+    return ScoreTest(effect.name, free, start, signal, information, estimate, drop, visible, absorbers)
 
 
 def confusion(scores: Mapping[str, ScoreTest], one: str, other: str) -> float:

@@ -13,9 +13,9 @@ from functools import partial
 import numpy as np
 import torch
 
-from myowave.diagnosis.likelihood.algebra import COST, most_likely
+from myowave.diagnosis.likelihood.algebra import COST, most_likely, weigh_components
 from myowave.diagnosis.likelihood.components import COLOURED, EMG, MISSING, REPEATS, residual_above
-from myowave.diagnosis.likelihood.hypothesis import BEHIND, Hypothesis, settle, weighed_afresh, with_likely_memory
+from myowave.diagnosis.likelihood.hypothesis import BEHIND, Hypothesis, settle, with_likely_memory
 from myowave.diagnosis.likelihood.sensor import Sensor, knots_of
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.score import FAILURES, ScoreTest, score_effects
@@ -139,7 +139,9 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None
         best = found.best
         if len(best.effects) <= len(top.effects):
             break
-        best = with_likely_memory(weighed_afresh(settle(best, steps=12)))
+        best = settle(best, steps=12)
+        afresh = weigh_components(best.residual)  # from no causes of a model before
+        best = with_likely_memory(replace(best, states=afresh | best.states))
         top = _of_other_emg(best, fit)
         found.add(best, top, *_with_one_less(top))
         rivals = _rivals(found, top)

@@ -8,12 +8,7 @@ import optuna
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 from optuna.exceptions import ExperimentalWarning
-from optuna.visualization.matplotlib import (
-    plot_contour,
-    plot_optimization_history,
-    plot_param_importances,
-    plot_slice,
-)
+from optuna.visualization.matplotlib import plot_contour, plot_optimization_history, plot_param_importances, plot_slice
 
 from myowave.plotting import STYLE
 

@@ -5,14 +5,13 @@ from dataclasses import replace
 import numpy as np
 import torch
 
-from myowave.identification.disturbance import excitation_forcing
-from myowave.identification.output_error import fit_model
+from myowave.diagnosis.likelihood.pushes import excitation_forcing
 from myowave.physics.motion import simulate
 
 
-def test_the_forcing_is_what_more_excitation_adds_to_the_state(make_noisy, base, free):
+def test_the_forcing_is_what_more_excitation_adds_to_the_state(make_fit):
     """One more in all excitations at once, by the trial's own simulation with EMG that is 1e-4 higher."""
-    made = fit_model(base, make_noisy(0.5).train, free)
+    made = make_fit()
     forcing = excitation_forcing(made)
     assert forcing.shape == (*made.linear.after.shape, 2)
     flexor, extensor = np.moveaxis(forcing[..., 1, :], -1, 0)
