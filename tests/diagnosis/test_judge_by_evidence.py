@@ -69,6 +69,12 @@ def test_nothing_is_missing_from_clean_trials_filtered_or_not(recorded, few):
         assert (found.kind, found.named) == ("adequate", ())
 
 
+def test_an_effect_that_a_recorder_s_fault_imitates_is_not_hidden_by_it(recorded, few):
+    """Once a clock that drifts holds what is left, a delay adds nothing beside it, but does as well alone."""
+    found = judged(recorded(hidden={"extra_delay": {"d_Bi": 0.01, "d_Tri": 0.01}}), few)
+    assert "extra_delay" in found.named[0]
+
+
 def test_an_effect_is_named_with_its_value(recorded, few):
     found = judged(recorded(hidden=DAMPING), few)
     assert (found.kind, found.named) == ("effect", (("joint_damping",),))

@@ -191,6 +191,8 @@ def links_of_all(wildcards):
     """(text, address) of what belongs to all datasets, seen from results/."""
     trained = SETTINGS.targets.datasets or Path("results/summary.csv").exists()
     tables = [("One row for each trained network: summary.csv", "summary.csv")] if trained else []
+    grouped = [name for name in SETTINGS.targets.diagnosed if DATASETS[name].changed]
+    tables += [(f"What changed between two groups of trials of {n}", f"diagnosis/{n}/changed.html") for n in grouped]
     files = [("config.yaml", os.path.relpath(ROOT / "config.yaml")), *zip(CONFIG_FILES, CONFIG_FILES)]
     settings = {os.path.normpath(path): f"Settings: {name}" for name, path in reversed(files)}
     return tables + [(text, os.path.join("..", path)) for path, text in reversed(settings.items())]

@@ -14,7 +14,7 @@ import numpy as np
 import torch
 
 from myowave.diagnosis.likelihood.algebra import COST, most_likely, weigh_components
-from myowave.diagnosis.likelihood.components import COLOURED, EMG, MISSING, REPEATS, residual_above
+from myowave.diagnosis.likelihood.components import COLOURED, EMG, REPEATS, residual_above
 from myowave.diagnosis.likelihood.hypothesis import BEHIND, Hypothesis, settle, with_likely_memory
 from myowave.diagnosis.likelihood.sensor import Sensor, knots_of
 from myowave.diagnosis.likelihood.waves import View
@@ -33,7 +33,6 @@ OUTSIDE = 0.03  # ASSUME: so likely is one part of the general correction, besid
 MOST_EFFECTS = 3
 REFITS, PAIRS = 3, 2  # that are fitted from one model
 CLEARLY = 5.0  # nats
-STRANGE = MISSING | {EMG}  # causes that an effect may hide behind
 HOPELESS = 1.0  # nats that an effect may promise less than the model without it, and still be fitted
 WORTH_FOLLOWING = 10.0  # of the objective without an effect: what a fresh start with it may begin at
 CORNERS = 3.0 * 4.0 ** (np.arange(7) / 6)  # of filters, in units of the motion's edge
@@ -148,11 +147,11 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None
 
 
 def _rivals(found: Posterior, top: Hypothesis) -> list[Hypothesis]:
-    """Models with as many effects as the most likely one and not far behind it, where something strange is left: what
+    """Models with as many effects as the most likely one and not far behind it, where more than noise is left: what
     is missing still decides which of its parts seems likeliest alone, by a few nats that another machine may turn."""
     others = (m for names, m in found.by_effects().items() if names != set(top.effects))
     alike = [m for m in others if len(m.effects) == len(top.effects) and m.total > top.total - BEHIND]
-    return alike if top.on & STRANGE else []
+    return alike if top.on else []
 
 
 def _with_one_less(model: Hypothesis) -> list[Hypothesis]:
@@ -182,12 +181,11 @@ def _fit_singles(top: Hypothesis, screened: Screened, found: Posterior) -> list[
     singles, leader, prior = screened.singles, found.best.total, found.prior
     hopeful = sorted((n for n in singles if singles[n] + prior > top.total - HOPELESS), key=lambda n: -singles[n])
     # What is on may hold back what would do without it, all the more before anything is found.
-    astray = bool(top.on & STRANGE)
-    without_causes = (1 if top.effects else REFITS) if astray else int(bool(hopeful and top.on))
+    without_causes = (1 if top.effects else REFITS) if top.on else 0
     ideal = sorted(screened.ideal, key=lambda n: -screened.ideal[n])
     chosen = dict.fromkeys([*hopeful[:REFITS], *ideal[:without_causes]])
     begins = [(name, screened.scores[name].start) for name in chosen]
-    if astray:
+    if top.on:
         begins += fresh_starts(top.fit, screened.scores).items()
     fitted = [_fitted(top, begin, (*top.effects, name), top.prior + prior, leader) for name, begin in begins]
     return [model for model in fitted if model is not None]
