@@ -27,8 +27,8 @@ activation, as OpenSim has them, after the first row of Arm26 had been answered 
 TAIL = """
 
 - **graded**: *named*, all that is known to be missing; *class*, the same in classes of effects that these trials cannot
-  tell apart; *honest*, no more than that something is missing, or a part of it; *silent*; *wrong*, a name of what is
-  not there, or nothing else said to be missing where it is.
+  tell apart; *honest*, no more than that something is missing, or a part of it, or that unusual constants may hide it;
+  *silent*; *wrong*, a name of what is not there, or nothing else said to be missing where it is.
 - **error**: of trials no fit has seen, simulated from their start to their end, with nothing added to the model, and
   with what is named or comes nearest; none where only the torques of two groups were compared.
 - **a lasso on torque** keeps what it needs of all effects, each as it changes the torque at its usual strength
@@ -36,6 +36,8 @@ TAIL = """
   (`studies/reality/requirements.txt`) and the arm has no muscles.
 - **servo and weight**: [data/servo_pendulum](https://github.com/Rhoban/bam). Its authors find friction in proportion to
   the load on the gears; damping and dry friction are the usual, wrong answer. One of three gains is kept for testing.
+  With the motor off, drag is likelier than damping by no more than 3 nats. A friction that is largest near rest, which
+  its authors have and the catalogue lacks, leaves as little beside damping: that is what the wrong name stands for.
 - **pendulum in bearings**: [data/free_pendulum](https://github.com/dynamicslab/MultiArm-Pendulum). The second half of
   each swing is kept for testing.
 - **a person**: [data/elbow_curls](https://github.com/jiruifu-jerry0219/UpperLimbEstimator), asked what changed
@@ -84,7 +86,9 @@ def said(row: Mapping[str, Any]) -> str:
         title = titles.get(name, name.replace("_", " "))
         return f"{title}\n   (or {others} other{'s' * (others > 1)})" if others else title
 
-    return ",\n".join(map(told, names.split(", "))) + ("\nand something else" if verdict == "partial" else "")
+    hidden = " or\n".join(titles.get(name, name) for name in filter(None, row["masked"].split(", ")))
+    rest = "\nand something else" if verdict == "partial" else f"\nand, by unusual constants, {hidden}?" if hidden else ""
+    return ",\n".join(map(told, names.split(", "))) + rest
 
 
 def error_before_after(row: Mapping[str, Any]) -> str:

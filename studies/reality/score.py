@@ -9,7 +9,7 @@ RIVALS = ("lasso", "pysindy")
 GRADES = ("named", "class", "honest", "silent", "wrong")
 COLUMNS = [
     *("system", "kind", "withheld", "verdict", "names", "class", "size_true", "size_found", "size_low", "size_high"),
-    *("error_before", "error_after", "grade", *RIVALS, "nearest"),
+    *("error_before", "error_after", "grade", *RIVALS, "nearest", "masked"),
 ]
 
 
@@ -65,7 +65,7 @@ def score_cases(
                 **{key: answer[key] for key in ("error_before", "error_after")},
                 "grade": grade(answer, true),
                 **{rival: _told(answer[rival]) for rival in RIVALS},
-                "nearest": ", ".join(answer["nearest"]),
+                **{key: ", ".join(answer[key]) for key in ("nearest", "masked")},
             }
         )
     return pd.DataFrame(rows, columns=COLUMNS)
