@@ -87,8 +87,9 @@ def said(row: Mapping[str, Any]) -> str:
         return f"{title}\n   (or {others} other{'s' * (others > 1)})" if others else title
 
     hidden = " or\n".join(titles.get(name, name) for name in filter(None, row["masked"].split(", ")))
-    rest = "\nand something else" if verdict == "partial" else f"\nand, by unusual constants, {hidden}?" if hidden else ""
-    return ",\n".join(map(told, names.split(", "))) + rest
+    more = "\nand something else" if verdict == "partial" else ""
+    hides = f"\nand, by unusual constants, {hidden}?" if hidden else ""
+    return ",\n".join(map(told, names.split(", "))) + more + hides
 
 
 def error_before_after(row: Mapping[str, Any]) -> str:
