@@ -84,7 +84,7 @@ def test_whole_numbers_with_commas_between_columns_are_no_decimals(tmp_path):
 
 def test_header_units_and_times_may_stand_elsewhere(tmp_path):
     text = "Recorder 7\nof May\nX;EMG 1;angle\ns;mV;deg\n" + rows(";", 1000 * TIME, VALUES, VALUES)
-    layout = TextLayout(header_row=3, units_row=4, time_column="X")
+    layout = TextLayout(time_column="X")
     raw = read_raw(write(tmp_path / "a.csv", text), None, layout)
     assert [s.unit for s in raw.signals] == ["mV", "deg"] and np.allclose(raw["angle"].time, 1000 * TIME)
     assert raw.at(0).endswith("row 5")

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import model_validator
 
-from myowave.settings.section import Real, Section, TrialName, Whole, matching, setting
+from myowave.settings.section import Real, Section, TrialName, matching, setting
 
 Format = Literal["csv", "parquet", "noraxon", "delsys", "vicon", "opensim", "matlab", "c3d", "edf"]
 TRIAL = "{trial}"
@@ -95,13 +95,6 @@ class TextLayout(Section):
 
     separator: Literal["comma", "semicolon", "tab", "space"] | None = setting("between columns", default=None)
     decimal: Literal["point", "comma"] | None = setting("decimal sign", default=None)
-    header_row: Whole | None = setting(
-        "row that names the columns, from 1; null: that above the numbers, or above units there",
-        "-",
-        None,
-        ge=1,
-    )
-    units_row: Whole | None = setting("row that holds the units of the columns", "-", None, ge=1)
     time_column: str | None = setting("column of times [s]; null takes time, time_s, time_ms or t", default=None)
     resample_hz: Real | None = setting(
         "rate that uneven times are brought to, on straight lines; null refuses them", "Hz", None, ge=10, le=50_000

@@ -31,14 +31,11 @@ def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording
     """
     layout = layout or TextLayout()
     lines = read_lines(path)
-    top = lines[: max(layout.header_row or 0, layout.units_row or 0, _HEAD) + 1]
-    separator = _SEPARATORS[layout.separator] if layout.separator else _find_separator(top, layout.header_row)
+    top = lines[: _HEAD + 1]
+    separator = _SEPARATORS[layout.separator] if layout.separator else _find_separator(top)
     rows = [split_row(line, separator) for line in top]
-    header_row, units_row = layout.header_row, layout.units_row
-    if header_row is None:
-        header_row, found = _find_header(path, rows)
-        units_row = units_row or found
-    head = max(header_row, units_row or 0)
+    header_row, units_row = _find_header(path, rows)
+    head = units_row or header_row
     if len(lines) <= head or not lines[header_row - 1].strip():
         raise ValueError(f"{path}: {len(lines)} rows; expected names of columns in row {header_row} and samples below.")
     names, units = zip(*map(split_unit, rows[header_row - 1]), strict=True)
@@ -52,10 +49,8 @@ def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording
     return RawRecording(path, signals, first_row=head + 1)
 
 
-def _find_separator(lines: Sequence[str], header_row: int | None) -> str:
-    """That of the row of names where it is known, else of a row of samples."""
-    if header_row is not None:
-        return separator_of(lines[header_row - 1]) if len(lines) >= header_row else " "
+def _find_separator(lines: Sequence[str]) -> str:
+    """That of a row of samples."""
     line = next((line for line in reversed(lines) if line.strip()), "")
     found = separator_of(line)
     cells = line.split()  # 0,5 1,2 has commas in decimals; 1, 2 has not

@@ -107,8 +107,7 @@ def to_signals(path: Path, cells: pd.DataFrame, names: Sequence[str], units: Seq
     if len(cells.columns) != len(names):
         raise ValueError(
             f"{path}: {len(names)} names of columns ({', '.join(names)}), but {len(cells.columns)} columns below. Set "
-            "header_row or separator under layout, or export it again; with commas between columns decimals need a "
-            "point."
+            "separator under layout, or export it again; with commas between columns decimals need a point."
         )
     units = [*units, *[""] * len(names)][: len(names)]
     return tuple(Signal.of(name, cells.iloc[:, n], unit=units[n]) for n, name in enumerate(names))
