@@ -25,8 +25,8 @@ from myowave.diagnosis.report.tell import AS_GOOD
 from myowave.identification.along import Along
 from myowave.identification.free_parameters import free_parameters
 from myowave.identification.record import make_record
-from myowave.identification.stages import attempt_torque
-from myowave.identification.torque import TorqueFit
+from myowave.identification.stages import attempt_fit
+from myowave.identification.torque import TorqueFit, fit_torque
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
@@ -159,7 +159,7 @@ def ask(trials: Trials, settings: Settings, dataset: str) -> list[Question]:
     record = make_record(replace(trials, test=(newest,)), base)
     scatter = settings.diagnosis_of(dataset).scatter
     free = free_parameters(base, _block(settings, dataset).identify, record.known, scatter)
-    torque = attempt_torque(base, record.train, free)
+    torque = attempt_fit(lambda: fit_torque(base, record.train, free))
     if torque is None:
         return [Question(foretell, "The trials are too short.", "the same for 20 s, without a pause")]
     values = {p.name: float(value) for p, value in zip(torque.free, torque.values, strict=True)}

@@ -147,11 +147,11 @@ def test_noise_of_the_emg_has_the_covariance_that_draws_show(recorded, base, fre
     random, answers = np.random.default_rng(2), []
     assert np.linalg.eigvalsh(block).min() > -1e-9 * np.linalg.eigvalsh(block).max()
     start = fit.sensitive.motion.state[:, 0, :2].unbind(-1)
-    before = simulate(fit.record.simulation(fit.model, fit.params), *start).angle.numpy()
+    before = simulate(fit.record.simulation(fit.model, fit.simulation.params), *start).angle.numpy()
     for _ in range(60):
         noise = torch.from_numpy(size * random.standard_normal(fit.record.emg.shape))
         noisy = replace(fit.record, emg=fit.record.emg + noise)
-        after = simulate(noisy.simulation(fit.model, fit.params), *start).angle.numpy()
+        after = simulate(noisy.simulation(fit.model, fit.simulation.params), *start).angle.numpy()
         answers.append(view.amplitudes((after - before)[..., None])[0, :, 0].numpy() / size)
     slow = slice(1, 8)
     drawn = np.mean(np.square(answers), 0)[slow]

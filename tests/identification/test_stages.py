@@ -10,7 +10,8 @@ from myowave.identification import output_error, stages
 from myowave.identification.free_parameters import Free
 from myowave.identification.output_error import fit_from, fit_model, fit_simulated
 from myowave.identification.prediction import predict
-from myowave.identification.stages import attempt_torque, explained, fit_in_stages, lengthen, over_short_pieces
+from myowave.identification.stages import explained, fit_in_stages, lengthen, over_short_pieces
+from myowave.identification.torque import fit_torque
 from myowave.physics.motion import simulate
 
 
@@ -66,7 +67,7 @@ def test_the_values_of_the_fit_to_torque_are_a_start_of_the_fit_to_motion(noisy,
     given = []
     monkeypatch.setattr(stages, "fit_model", lambda *_, further, **__: given.extend(further))
     fit_in_stages(base, noisy.train, free)
-    np.testing.assert_array_equal(given, [attempt_torque(base, noisy.train, free).values])
+    np.testing.assert_array_equal(given, [fit_torque(base, noisy.train, free).values])
 
 
 def test_both_searches_that_are_left_are_followed_to_the_end(noisy, base, free, monkeypatch):

@@ -25,7 +25,7 @@ from myowave.identification.least_squares import Normal, bounded_step, covarianc
 from myowave.identification.noise import correlation_time
 from myowave.identification.record import Record
 from myowave.identification.torque import measured_torque
-from myowave.physics.model import Model, Params
+from myowave.physics.model import Model
 from myowave.physics.motion import resting_states, simulate
 from myowave.physics.simulation import Simulation
 from myowave.physics.tangent import Linear
@@ -109,11 +109,6 @@ class Fit(Problem):
     converged: bool = False  # whether no step could gain anything any more
 
     @property
-    def params(self) -> Params:
-        """Every parameter that is not at its default, as tensors for the physics."""
-        return self.simulation.params
-
-    @property
     def angle(self) -> Array:
         """Simulated [rad], (T, N)."""
         return self.sensitive.motion.angle.numpy()
@@ -150,11 +145,6 @@ class Fit(Problem):
     @property
     def parameters(self) -> dict[str, float]:
         return {p.name: float(v) for p, v in zip(self.free, self.values, strict=True)}
-
-    @property
-    def expected(self) -> Array:
-        """Values (P,) with constants where they are expected, and the parameters of effects as they are fitted."""
-        return np.array([value if "." in p.name else p.start for p, value in zip(self.free, self.values, strict=True)])
 
     def covariance(self) -> Array:
         """Covariance of the free parameters (P, P), see `least_squares`."""

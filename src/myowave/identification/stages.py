@@ -39,7 +39,7 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
     Raises:
         ValueError: if the model has no motion even over the shortest horizon from its usual values.
     """
-    torque = attempt_torque(model, record, free)
+    torque = attempt_fit(lambda: fit_torque(model, record, free))
     # Torque diverges nowhere, so its values often lead to a lower valley than any that are spread about the usual ones.
     of_torque = [] if torque is None else [torque.values]
     found = attempt_fit(lambda: fit_model(model, record, free, starts=starts, further=of_torque))
@@ -117,11 +117,6 @@ def _next(model: Model, record: Record, free: Sequence[Free], values: Array) -> 
     """The fit from given values (P,): from the measured motion, else from the one that the values simulate."""
     fit = attempt_fit(lambda: fit_from(model, record, free, values[None]))
     return fit or attempt_fit(lambda: fit_simulated(model, record, free, values))
-
-
-def attempt_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit | None:
-    """The fit to torque, or None where there is none."""
-    return attempt_fit(lambda: fit_torque(model, record, free))
 
 
 def attempt_fit(fit: Callable[[], Found | None]) -> Found | None:

@@ -49,7 +49,8 @@ def residual_of(fit: Fit, view: View) -> Residual:
     look, pushes = view.amplitudes, Pushes.of(fit)
     constants, off = prior_columns(fit, view)
     both = np.concatenate([pushes.excitation, pushes.torque], -1)
-    steps = torch.from_numpy(np.stack([*answers(fit.linear.jacobian.numpy(), both, view.both)])[::-1].copy())
+    waves = torch.cat([view.band.motion, view.above.motion], -1).numpy()
+    steps = torch.from_numpy(np.stack([*answers(fit.linear.jacobian.numpy(), both, waves)])[::-1].copy())
     by_emg, by_torque = steps[..., :-1, :], steps[..., -1, :]  # (N - 1, T, M, W + H) and (N - 1, T, W + H)
     starts = start_columns(fit, view)
     components = [

@@ -80,7 +80,7 @@ def forcing_by(fit: Fit, effect: Effect, reach: float = REACH) -> Array:
         return np.zeros((*fit.linear.after.shape, 0))
     probe = replace(effect, name=f"{effect.name}_more")
     model = fit.model.with_effects([probe])
-    simulation = fit.record.simulation(model, fit.params)
+    simulation = fit.record.simulation(model, fit.simulation.params)
     return forcing_of(simulation, fit.linear, dict.fromkeys(model.parameters_of(probe), 1.0), reach).numpy()
 
 

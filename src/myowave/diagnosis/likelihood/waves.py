@@ -7,7 +7,6 @@ Shapes: T trials (or pieces), N samples, W waves in the band of the motion, H of
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 import torch
@@ -108,16 +107,6 @@ class View:
     def left_above(self, fit: Fit) -> Tensor:
         """The same above it, (H,)."""
         return _left(self.above, fit)[self.above.there]
-
-    @property
-    def frequency_above(self) -> Array:
-        """Of the waves above the band [Hz], (H,)."""
-        return self.above.frequency[self.above.there.numpy()]
-
-    @cached_property
-    def both(self) -> Array:
-        """All waves as the sensor sees them, those of the band first, (T, N, ...)."""
-        return torch.cat([self.band.motion, self.above.motion], -1).numpy()
 
     def with_memory(self, memory_s: float) -> tuple[Tensor, Tensor]:
         """Covariance of the waves (T, W, W), and variances above the band (H,), of noise with a memory."""

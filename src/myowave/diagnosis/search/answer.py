@@ -154,7 +154,8 @@ def p_of_noise(model: Hypothesis) -> float:
     groups = [left[part] for part in np.array_split(np.argsort(frequency, kind="stable"), BANDS)]
     groups += [left[trial == t] for t in np.unique(trial)]
     above = (model.residual.tail / model.covariance.tail.sqrt()).numpy()
-    groups += [above[part] for part in np.array_split(np.argsort(view.frequency_above), 4)]
+    frequency_above = view.above.frequency[view.above.there.numpy()]
+    groups += [above[part] for part in np.array_split(np.argsort(frequency_above), 4)]
     squares = [group**2 for group in groups if len(group)]
     worst = min(float(chi2.sf(s.sum(), len(s))) for s in squares)
     return min(1.0, worst * len(squares))

@@ -202,7 +202,8 @@ def fresh_starts(fit: Fit, scores: Mapping[str, ScoreTest]) -> dict[str, Fit]:
         return {}  # a model has one family of curves
 
     def begin(score: ScoreTest) -> Fit:
-        values = [*fit.expected, *(p.scale if p.high > 0 else -p.scale for p in score.free)]
+        kept = [value if "." in p.name else p.start for p, value in zip(fit.free, fit.values, strict=True)]
+        values = [*kept, *(p.scale if p.high > 0 else -p.scale for p in score.free)]
         return begin_from(score.start.model, fit.record, score.start.free, np.array([values]))
 
     replacing = {n: s for n, s in scores.items() if not s.failure and all(_replaces(p) for p in s.free)}
