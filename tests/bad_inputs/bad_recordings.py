@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from contextlib import chdir
 from functools import cache
 from pathlib import Path
 
@@ -320,7 +321,8 @@ def of_tidy_files(folder: Path, spoil, only: str = "", **settings) -> str:
         else:
             frame.to_csv(folder / f"{name}.csv", index=False)
     block = MeasuredDataset(kind="measured", files=("trial*.csv",), test=("trial3",), **settings)
-    _, quality = import_trials("elbow", block, folder, channels={c: SIDES[c] for c in CHANNELS})
+    with chdir(folder):
+        _, quality = import_trials("elbow", block, channels={c: SIDES[c] for c in CHANNELS})
     return "\n".join(f"{f['trial']} {f['signal']} {f['check']}: {f['found']}. {f['do']}" for f in quality["findings"])
 
 
@@ -479,8 +481,9 @@ FILES = {
 def of_a_file(folder: Path, make: Callable[[Path], object]) -> str:
     """What is said of an odd file among the recordings."""
     make(folder / "odd.csv")
-    for path in all_files("data.datasets.me.files", ["odd.csv"], folder):
-        read_raw(path)
+    with chdir(folder):
+        for path in all_files("data.datasets.me.files", ["odd.csv"]):
+            read_raw(path)
     return ""
 
 

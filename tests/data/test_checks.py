@@ -1,6 +1,7 @@
 """The quality report: each fault of a recording is found where it is, and none where there is none."""
 
 import types
+from contextlib import chdir
 from dataclasses import replace
 
 import numpy as np
@@ -135,7 +136,8 @@ def test_a_session_reports_each_doubt_with_its_trial_and_channel(tmp_path):
         return values + 60.0 * (np.arange(len(values)) > 600) if (trial, key) == ("a", "angle") else values
 
     write_session(tmp_path, change=change)
-    _, quality = import_trials("me", RecordedDataset(**session_section()), tmp_path)
+    with chdir(tmp_path):
+        _, quality = import_trials("me", RecordedDataset(**session_section()))
     warnings = {(f["trial"], f["signal"], f["check"]) for f in quality["findings"] if f["severity"] == "warning"}
     assert warnings >= {("b", "emg_triceps", "mains hum"), ("a", "angle", "jump of the angle")}
     assert {trial for trial, _, _ in warnings} <= {"a", "b", ""}

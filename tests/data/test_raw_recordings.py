@@ -3,6 +3,7 @@
 import gzip
 import json
 import re
+from contextlib import chdir
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,8 @@ ROOT = Path(__file__).parents[2]
 
 
 def prepare(folder, **changes):
-    return import_trials("me", RecordedDataset(**session_section(**changes)), folder)
+    with chdir(folder):
+        return import_trials("me", RecordedDataset(**session_section(**changes)))
 
 
 def refuse(folder, *patterns, **changes):
@@ -178,7 +180,8 @@ def test_packed_files_are_read_as_they_are(good, folder):
     section = session_section()
     for signal in (*section["emg"].values(), section["angle"], *section["signals"].values()):
         signal["file"] += ".gz"
-    packed, _ = import_trials("me", RecordedDataset(**section), folder)
+    with chdir(folder):
+        packed, _ = import_trials("me", RecordedDataset(**section))
     assert np.array_equal(packed.trials.emg, prepare(good)[0].trials.emg)
 
 
@@ -246,7 +249,8 @@ def test_a_scale_of_nothing_is_refused(tmp_path):
 def test_the_recording_of_a_person_that_ships_comes_in():
     settings = parse_settings(yaml.safe_load((ROOT / "config.yaml").read_text())).data.datasets["human_curls"]
     two = settings.model_copy(update={"trials": ("load2.75_2", "load5.5_2"), "test": ("load2.75_2",), "conditions": {}})
-    prepared, quality = import_trials("human_curls", two, ROOT)
+    with chdir(ROOT):
+        prepared, quality = import_trials("human_curls", two)
     trials = prepared.trials
     assert trials.dt == pytest.approx(0.01) and trials.lengths == (2674, 2662)
     assert 130 < np.degrees(trials.angle.max()) < 165

@@ -3,6 +3,7 @@
 import gzip
 import struct
 import types
+from contextlib import chdir
 from typing import get_args
 
 import numpy as np
@@ -344,7 +345,8 @@ def test_a_session_may_mix_formats_rates_and_units(tmp_path):
         "angle": {"file": "{trial}.mot", "column": "elbow"},
         "ignore_columns": ["force", "elev*"],
     }
-    prepared, _ = import_trials("me", RecordedDataset(**section), tmp_path)
+    with chdir(tmp_path):
+        prepared, _ = import_trials("me", RecordedDataset(**section))
     assert prepared.trials.lengths == (600, 600) and prepared.trials.dt == pytest.approx(0.01)
     assert 10 < prepared.gains["emg_biceps"] < 100  # uV
     assert prepared.trials.angle[0, :600] == pytest.approx(1 + 0.8 * np.sin(2 * np.pi * time / 3 - 0.5), abs=1e-8)
@@ -360,8 +362,8 @@ def test_a_session_may_mix_formats_rates_and_units(tmp_path):
             "50 Hz by rate_hz, 100 Hz by its times",
         ),
     ):
-        with pytest.raises(ValueError, match=says):
-            import_trials("me", RecordedDataset(**section | change), tmp_path)
+        with chdir(tmp_path), pytest.raises(ValueError, match=says):
+            import_trials("me", RecordedDataset(**section | change))
 
 
 # --------------------------------------------------------------------------------------------------- damaged files

@@ -1,5 +1,7 @@
 """Recordings of an arm without muscles: a motor, a part that a column chooses, several trials of one file."""
 
+from contextlib import chdir
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -32,7 +34,8 @@ def make(tmp_path):
             "identify": {},
             **changes,
         }
-        prepared, _ = import_trials("machine", RecordedDataset.model_validate(block), tmp_path)
+        with chdir(tmp_path):
+            prepared, _ = import_trials("machine", RecordedDataset.model_validate(block))
         write_trials(prepared.trials, tmp_path / "trials.parquet")
         return read_trials(tmp_path / "trials.parquet")
 
@@ -100,7 +103,8 @@ def test_tidy_files_of_an_arm_without_muscles_need_no_emg(tmp_path):
         time = time + 0.5
     block = {"kind": "measured", "files": ["*.csv"], "test": ["two"], "identify": {}}
     settings = MeasuredDataset.model_validate(block)
-    prepared, _ = import_trials("machine", settings, tmp_path, channels={})
+    with chdir(tmp_path):
+        prepared, _ = import_trials("machine", settings, channels={})
     assert prepared.trials.emg.shape == (2, 300, 0)
-    with pytest.raises(ValueError, match="no EMG column"):
-        import_trials("machine", settings, tmp_path)
+    with chdir(tmp_path), pytest.raises(ValueError, match="no EMG column"):
+        import_trials("machine", settings)

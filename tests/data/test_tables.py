@@ -1,5 +1,7 @@
 """Angles beyond an arm's tables of path lengths: said up to a margin, refused farther out."""
 
+from contextlib import chdir
+
 import numpy as np
 import pytest
 from sessions import curl, session_section, write_session
@@ -57,11 +59,15 @@ def test_an_arm_without_tables_bounds_no_angle(trials):
 def test_a_session_reports_what_is_beyond_the_tables_and_refuses_what_is_too_far(tmp_path, tables):
     write_session(tmp_path)
     settings = RecordedDataset(**session_section())
-    prepared, quality = import_trials("me", settings, tmp_path, tables)
+    with chdir(tmp_path):
+        prepared, quality = import_trials("me", settings, tables)
     share = np.degrees(prepared.trials.angle[0]) > 100
     notes = [f for f in quality["findings"] if f["check"] == "angle beyond the tables"]
     assert [f["trial"] for f in notes] == ["a", "b", "c"] and {f["severity"] for f in notes} == {"note"}
     assert notes[0]["found"].startswith(f"{100 * share.mean():.2g} % of the samples")
     far = {"X": tables["X"].model_copy(update={"margin_deg": 0.5 * (curl().max() - 100)})}
-    with pytest.raises(ValueError, match="3 problems(.|\n)*trial c: the angle is 110 deg, 10 deg beyond the table"):
-        import_trials("me", settings, tmp_path, far)
+    with (
+        chdir(tmp_path),
+        pytest.raises(ValueError, match="3 problems(.|\n)*trial c: the angle is 110 deg, 10 deg beyond the table"),
+    ):
+        import_trials("me", settings, far)

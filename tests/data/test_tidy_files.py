@@ -1,6 +1,7 @@
 """Import of recordings: good files come in unchanged, and each fault is named with its file, row and remedy."""
 
 import re
+from contextlib import chdir
 from io import BytesIO
 from pathlib import Path
 
@@ -37,7 +38,8 @@ def folder(tmp_path):
 
 def load(folder, files=("trial*.csv",), test=("trial3",), channels=CHANNELS, **settings):
     block = MeasuredDataset(kind="measured", files=files, test=test, **settings)
-    return import_trials("elbow", block, folder, channels=channels)[0].trials
+    with chdir(folder):
+        return import_trials("elbow", block, channels=channels)[0].trials
 
 
 def refuse(folder, *patterns, **settings):

@@ -100,7 +100,7 @@ def test_raw_recordings_become_a_dataset_that_can_be_prepared(workplace, laid_ov
     assert (dataset.kind, dataset.trials, dataset.test, dataset.arm) == ("recorded", ("a", "b", "c"), ("c",), "arm26")
     assert settings.targets.without_networks == ("mine",) and not settings.targets.datasets
     assert set(dataset.identify) == {f"{k}_{g}" for k in ("strength", "length") for g in ("flexors", "extensors")}
-    prepared, _ = import_trials("mine", dataset, ".", settings.physics_of("mine").tables)
+    prepared, _ = import_trials("mine", dataset, settings.physics_of("mine").tables)
     assert set(prepared.recordings["a"].raw.emg) == {"emg_biceps", "emg_triceps"}
     assert np.degrees(prepared.recordings["a"].raw.angle.values).max() == pytest.approx(curl().max(), abs=1e-3)
 

@@ -1,5 +1,6 @@
 """From a folder of very short raw recordings to a verdict: few seconds must not cost many, and never a traceback."""
 
+from contextlib import chdir
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ def test_trials_of_two_seconds_get_an_answer(workplace, laid_over):
     begin("mine", Path("curls"))
     settings = laid_over(Path("mine.yaml").read_text())
     dataset, physics = settings.data.datasets["mine"], settings.physics_of("mine")
-    prepared, _ = import_trials("mine", dataset, ".", physics.tables)
+    prepared, _ = import_trials("mine", dataset, physics.tables)
     base, effects = build_model("base", physics), catalogue(()).values()
     found = diagnose(prepared.trials, base, effects, dataset.identify, settings.diagnosis)
     # Half a curl, alike in all trials, is followed by many a model; what is missing in the usual one is seen.
@@ -34,5 +35,5 @@ def test_trials_of_two_seconds_get_an_answer(workplace, laid_over):
 
 def test_trials_too_short_to_process_are_refused(workplace):
     write_session(Path("curls"), change=seconds_of(1.5))
-    with pytest.raises(ValueError, match="1500 samples in 1.5 s; expected at least 2 s"):
-        import_trials("mine", RecordedDataset(**session_section()), "curls")
+    with chdir("curls"), pytest.raises(ValueError, match="1500 samples in 1.5 s; expected at least 2 s"):
+        import_trials("mine", RecordedDataset(**session_section()))

@@ -12,12 +12,12 @@ from myowave.settings.section import NOT_PLAIN, PLAIN
 SKEW_S = 5.0  # by how much clocks of two machines may differ [s]
 
 
-def all_files(key: str, patterns: Sequence[str], root: str | Path = ".") -> list[Path]:
+def all_files(key: str, patterns: Sequence[str]) -> list[Path]:
     """Files that paths and patterns stand for, each once.
 
     Args:
         key: of the settings that they are from, for messages.
-        patterns: paths, or patterns with * ? [ ], absolute or relative to `root`.
+        patterns: paths, or patterns with * ? [ ].
 
     Raises:
         ValueError: one line for each pattern without a file, link to nothing, and file that the workflow cannot use.
@@ -26,7 +26,7 @@ def all_files(key: str, patterns: Sequence[str], root: str | Path = ".") -> list
     problems = []
     for pattern in patterns:
         try:
-            found |= dict.fromkeys(look_up(pattern, root))
+            found |= dict.fromkeys(look_up(pattern))
         except ValueError as error:
             problems.append(str(error))
     problems += [problem for path in found for problem in _unusable(path)]
@@ -65,10 +65,10 @@ def name_trials(paths: Sequence[Path], endings: Collection[str]) -> dict[str, Pa
     return trials
 
 
-def look_up(pattern: str, root: str | Path = ".") -> list[Path]:
+def look_up(pattern: str) -> list[Path]:
     """Files that a path or pattern stands for, in natural order (trial2 before trial10). A ValueError if there is none,
     or one is a link to nothing, a pipe, a device or far too large."""
-    whole = Path(root) / pattern
+    whole = Path(pattern)
     matches = [whole]
     if _is_pattern(pattern):
         anchor = Path(whole.anchor) if whole.is_absolute() else Path()
@@ -81,7 +81,7 @@ def look_up(pattern: str, root: str | Path = ".") -> list[Path]:
         require_regular(path)
     files = [path for path in matches if path.is_file()]
     if not files:
-        raise ValueError(_nothing_found(Path(root), pattern))
+        raise ValueError(_nothing_found(pattern))
     return files
 
 
@@ -94,9 +94,9 @@ def _is_pattern(text: str) -> bool:
     return re.search(r"[*?\[]", text) is not None
 
 
-def _nothing_found(root: Path, pattern: str) -> str:
+def _nothing_found(pattern: str) -> str:
     """Where a pattern without a match was looked up, and what is there instead."""
-    tried = root.resolve() / pattern
+    tried = Path.cwd() / pattern
     folder = next(one for one in tried.parents if not _is_pattern(str(one)) and one.is_dir())
     inside = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir() if not path.name.startswith("."))
     listed = ", ".join(inside[:12]) + (f" and {len(inside) - 12} more" if len(inside) > 12 else "")

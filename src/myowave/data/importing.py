@@ -7,7 +7,6 @@ a fraction already stays as it is.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,14 +33,12 @@ Dataset = MeasuredDataset | RecordedDataset
 def import_trials(
     dataset: str,
     settings: Dataset,
-    root: str | Path = ".",
     tables: Mapping[str, PathTable] | None = None,
     channels: Mapping[str, float] | None = None,
 ) -> tuple[Prepared, dict[str, Any]]:
     """Read and process the recordings of a dataset, and report on their quality.
 
     Args:
-        root: folder that relative paths of files start from.
         tables: paths of the arm that are given by a table, by muscle.
         channels: EMG columns that the physical model needs of tidy files, with the side of the muscles that each
             drives: 1 for flexors, -1 for extensors, 0 for both; None takes what the first file has.
@@ -49,7 +46,7 @@ def import_trials(
     Returns:
         What was prepared, and the `report` of what is doubtful in it; a ValueError has a line for each problem.
     """
-    session = read_session(dataset, settings, root, None if channels is None else list(channels))
+    session = read_session(dataset, settings, None if channels is None else list(channels))
     prepared = prepare(dataset, settings, session)
     findings = list(find_faults(prepared, settings.processing.notch_hz, channels or {}))
     beyond, problems = beyond_tables(prepared.trials, tables or {})

@@ -38,25 +38,22 @@ TIDY_ENDINGS = (".csv", ".parquet")
 
 
 def read_session(
-    dataset: str,
-    settings: MeasuredDataset | RecordedDataset,
-    root: str | Path = ".",
-    channels: Sequence[str] | None = None,
+    dataset: str, settings: MeasuredDataset | RecordedDataset, channels: Sequence[str] | None = None
 ) -> Session:
     """Read all recordings of a dataset; tidy files need `channels` of EMG, where None those of the first file."""
-    where, root = f"data.datasets.{dataset}", Path(root)
+    where = f"data.datasets.{dataset}"
     if isinstance(settings, MeasuredDataset):
-        return _read_tidy(where, settings, root, channels)
-    reading = Reading(where, root, RAW, settings.ignore_columns, settings.layout, settings.recordings)
+        return _read_tidy(where, settings, channels)
+    reading = Reading(where, RAW, settings.ignore_columns, settings.layout, settings.recordings)
     trials = {name: trial for name in settings.trials if (trial := reading.trial(name, settings))}
     mvc = {name: reading.emg(name, settings) for name in settings.mvc}
     forms = {channel: one.form for channel, one in settings.emg.items()}
     return Session(trials, forms, mvc, reading.sha256, reading.problems)
 
 
-def _read_tidy(where: str, settings: MeasuredDataset, root: Path, channels: Sequence[str] | None) -> Session:
-    reading = Reading(where, Path(), TIDY, settings.ignore_columns, TextLayout(time_column=TIME), key="files")
-    paths = name_trials(all_files(f"{where}.files", settings.files, root), TIDY_ENDINGS)
+def _read_tidy(where: str, settings: MeasuredDataset, channels: Sequence[str] | None) -> Session:
+    reading = Reading(where, TIDY, settings.ignore_columns, TextLayout(time_column=TIME), key="files")
+    paths = name_trials(all_files(f"{where}.files", settings.files), TIDY_ENDINGS)
     trials = {}
     for name, path in paths.items():
         if (raw := reading.file(path)) is None:
@@ -88,7 +85,6 @@ class Reading:
     """Files read so far, columns used of them, and problems found: reading goes on, to find all of them."""
 
     where: str  # the dataset is in the settings, for messages
-    root: Path  # folder that relative paths start from
     pace: Pace  # rates and durations that a signal may have
     ignored: Sequence[str]  # names of columns that are not needed; * stands for anything
     layout: TextLayout  # how tables of text are written
@@ -189,7 +185,7 @@ class Reading:
     def _one_file(self, trial: str, where: str, settings: RawSignal) -> RawRecording | None:
         pattern = settings.file.replace(TRIAL, self.recordings.get(trial, trial))
         try:
-            found = look_up(pattern, self.root)
+            found = look_up(pattern)
         except ValueError as error:
             self.say(f"{where}.file: {error}")
             return None
