@@ -26,7 +26,7 @@ from myowave.identification.least_squares import descend
 
 USUAL = 3.0  # ASSUME: changes are about as large as this
 APART = (0.03, 0.1, 0.3, 1.0, 3.0)  # ASSUME: so far trials may differ by themselves, or with what is known of them
-FIRST = (0.25, 1.0, 3.0)  # values of the second group, of either sign, that are tried first
+FIRST = (0.25, 1.0, 3.0)  # values of the second group, of either sign, that are tried first, while each is likelier
 HOPELESS = 1.0  # nats: what explains less in the second group alone is not sought in every trial
 NUDGE = 0.02  # for differences
 STEPS, SHARES, LITTLE = 12, (1.0, 0.3, 0.1), 0.02  # of Gauss-Newton, what of each is tried, nats that end them
@@ -132,13 +132,23 @@ class ByTrial:
 
     def differing(self, second: Array, known: Array) -> Differing:
         """How trials differ; in every one only where the second group seems to; see `Directions.of`."""
-        steps = [sign * step for step in FIRST for sign in (1.0, -1.0) if self.low <= sign * step <= self.high]
-        begun = (self.nothing, *(self._point(step * second, self.nothing) for step in steps))
-        best = max(begun, key=lambda point: point.total)
+        best = max((self._rise(sign * second) for sign in (1.0, -1.0)), key=lambda point: point.total)
         best, found = self._follow(best, Directions.of(second[:, None], second, known))
         if found.nats < HOPELESS:
             return found
         return self._follow(best, Directions.of(np.eye(len(second)), second, known))[1]
+
+    def _rise(self, direction: Array) -> Point:
+        """The last of ever larger values in a direction, (T,), that are each likelier than the one before."""
+        best = self.nothing
+        for step in FIRST:
+            if not ((self.low <= step * direction) & (step * direction <= self.high)).all():
+                break
+            tried = self._point(step * direction, self.nothing)
+            if tried.total <= best.total:
+                break
+            best = tried
+        return best
 
     def _point(self, values: Array, near: Point) -> Point:
         windowed = self.windows(inside := values.clip(self.low, self.high))
