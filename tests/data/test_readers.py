@@ -1,6 +1,7 @@
 """Readers: what is written in each format comes back, with its names, units, rates and times, and nothing else."""
 
 import gzip
+import json
 import struct
 import types
 from contextlib import chdir
@@ -294,6 +295,15 @@ def test_an_edf_that_was_interrupted_or_cut_short_is_refused(tmp_path):
         read_raw(write(tmp_path / "c.edf", "x" * 300))
 
 
+def test_bids_sidecars_fill_in_what_a_recording_does_not_say(tmp_path):
+    folder = tmp_path
+    write(folder / "sub-01_task-curl_emg.csv", "BB\tTB\n" + rows("\t", VALUES, VALUES))
+    write(folder / "sub-01_task-curl_channels.tsv", "name\ttype\tunits\nBB\tEMG\tmV\nTB\tEMG\tn/a\n")
+    write(folder / "sub-01_task-curl_emg.json", json.dumps({"SamplingFrequency": 20}))
+    raw = read_raw(folder / "sub-01_task-curl_emg.csv")
+    assert [s.unit for s in raw.signals] == ["mV", ""] and {s.rate for s in raw.signals} == {20.0}
+
+
 def test_c3d_is_read_where_its_package_is_there_and_else_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "ezc3d", None)
     with pytest.raises(ValueError, match=r"need the package ezc3d: pip install 'myowave\[c3d\]'"):
@@ -414,3 +424,10 @@ def test_a_damaged_file_is_named_or_read_as_far_as_it_goes(tmp_path, form, damag
     else:
         assert form not in ("gz", "parquet"), "formats with a checksum see it"
         assert all(len(signal.values) <= 60 for signal in raw.signals)
+
+
+def test_sidecars_that_cannot_be_read_are_named(tmp_path):
+    write(tmp_path / "sub-01_emg.csv", "BB\n" + rows(",", VALUES))
+    write(tmp_path / "sub-01_emg.json", "{SamplingFrequency: 20")
+    with pytest.raises(ValueError, match="sub-01_emg.json: this is not JSON"):
+        read_raw(tmp_path / "sub-01_emg.csv")

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from myowave.data.readers.bids import with_sidecars
 from myowave.data.readers.c3d import read_c3d
 from myowave.data.readers.delimited import read_delimited
 from myowave.data.readers.delsys import read_delsys
@@ -68,11 +69,11 @@ def read_raw(path: Path, form: str | None = None, layout: TextLayout | None = No
     require_regular(path)
     reader = partial(read_delimited, layout=layout) if form == "csv" else READERS[form]
     try:
-        return reader(path)
+        return with_sidecars(reader(path))
     except PermissionError as error:
         raise ValueError(f"{path}: the file cannot be opened ({error.strerror}). Allow it to be read.") from None
     except Exception as error:  # whatever its bytes make the reader raise
-        if isinstance(error, ValueError) and str(path) in str(error):
+        if isinstance(error, ValueError) and str(path.parent) in str(error):  # it names the file, or one beside it
             raise
         reason = " ".join(f"{type(error).__name__}: {error}".split())
         raise ValueError(

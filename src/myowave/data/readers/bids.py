@@ -1,0 +1,53 @@
+"""EMG-BIDS: the files beside `sub-01_task-curl_emg.edf` that say units and rates where the recording itself does not.
+
+Only `*_channels.tsv` (columns name, units, sampling_frequency) and SamplingFrequency of `*_emg.json` are read.
+Source: brain imaging data structure, electromyography (bids-specification).
+"""
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+
+from myowave.data.readers.signals import RawRecording, Signal
+from myowave.data.readers.text import read_lines
+
+_SUFFIX = "_emg"
+_UNKNOWN = ("", "n/a")
+
+
+def with_sidecars(recording: RawRecording) -> RawRecording:
+    """The recording with units and rates of the files beside it; what it says itself stays."""
+    name = recording.path.name.split(".")[0]
+    if not name.endswith(_SUFFIX):
+        return recording
+    channels = _channels(recording.path.with_name(name.removesuffix(_SUFFIX) + "_channels.tsv"))
+    rate = _rate(recording.path.with_name(name + ".json"))
+    signals = tuple(_filled(signal, channels.get(signal.name, {}), rate) for signal in recording.signals)
+    return replace(recording, signals=signals)
+
+
+def _filled(signal: Signal, row: dict[str, str], rate: float | None) -> Signal:
+    unit, own = (row.get(key) or "" for key in ("units", "sampling_frequency"))
+    timed = signal.rate is not None or signal.time is not None
+    return replace(
+        signal,
+        unit=signal.unit or ("" if unit in _UNKNOWN else unit),
+        rate=signal.rate if timed else rate if own in _UNKNOWN else float(own),
+    )
+
+
+def _channels(path: Path) -> dict[str, dict[str, str]]:
+    rows = csv.DictReader(read_lines(path) if path.is_file() else [], delimiter="\t")
+    return {row["name"]: row for row in rows if row.get("name")}
+
+
+def _rate(path: Path) -> float | None:
+    if not path.is_file():
+        return None
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path}: this is not JSON ({error}). Correct the file, or remove it.") from None
+    rate = content.get("SamplingFrequency") if isinstance(content, dict) else None
+    return float(rate) if isinstance(rate, int | float) else None
