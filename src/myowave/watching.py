@@ -196,7 +196,7 @@ def _changes(trials: Trials, settings: Settings, dataset: str, base: Model) -> I
         return
     asked = "What changed between the two groups?"
     kinds = [{kind_of(name) for name in listed} for listed in (groups.reference, groups.against)]
-    reference, against = ([name for name in trials.names if kind_of(name) in kind] for kind in kinds)
+    reference, against = (tuple(name for name in trials.names if kind_of(name) in kind) for kind in kinds)
     more = f"one more as {(groups.reference if len(reference) <= len(against) else groups.against)[0]}"
     if min(len(reference), len(against)) < FEWEST:
         yield Question(asked, f"{len(reference)} trials of the first, {len(against)} of the second.", more)
