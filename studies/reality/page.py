@@ -18,8 +18,9 @@ withheld. What is true is read by the scorer alone. One setting came in after an
 gain is known to 10 % only. With the gain held as told, a load that nobody put there was named beside or instead of the
 friction of servo and weight. How what changed is weighed was chosen with the person's seven rows in sight, so none of
 them is a test; [what changed](changed.md) has fresh ones. And tendons got a toe, and lags that change with the
-activation, as OpenSim has them, after the first row of Arm26 had been answered wrongly. Written by `snakemake reality
---cores 2`, whose table is `results/reality.csv`.
+activation, as OpenSim has them, after the first row of Arm26 had been answered wrongly; that unusual constants are told
+beside named effects, and count, came after the second. Written by `snakemake reality --cores 2`, whose table is
+`results/reality.csv`.
 
 ![What was withheld, what was said, and the error before and after.](reality.png)
 
@@ -27,7 +28,8 @@ activation, as OpenSim has them, after the first row of Arm26 had been answered 
 TAIL = """
 
 - **graded**: *named*, all that is known to be missing; *class*, the same in classes of effects that these trials cannot
-  tell apart; *honest*, no more than that something is missing, or a part of it, or that unusual constants may hide it;
+  tell apart; *honest*, no more than that something is missing, or a part of it, or that unusual constants may hide it
+  (the effects that explain them are in the table's column `masked`);
   *silent*; *wrong*, a name of what is not there, or nothing else said to be missing where it is.
 - **error**: of trials no fit has seen, simulated from their start to their end, with nothing added to the model, and
   with what is named or comes nearest; none where only the torques of two groups were compared.
@@ -86,9 +88,9 @@ def said(row: Mapping[str, Any]) -> str:
         title = titles.get(name, name.replace("_", " "))
         return f"{title}\n   (or {others} other{'s' * (others > 1)})" if others else title
 
-    hidden = " or\n".join(titles.get(name, name) for name in filter(None, row["masked"].split(", ")))
+    hidden = [name for name in row["masked"].split(", ") if name]
     more = "\nand something else" if verdict == "partial" else ""
-    hides = f"\nand, by unusual constants, {hidden}?" if hidden else ""
+    hides = f"\nand perhaps one of {len(hidden)} (unusual constants)" if hidden else ""
     return ",\n".join(map(told, names.split(", "))) + more + hides
 
 

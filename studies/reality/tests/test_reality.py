@@ -102,7 +102,7 @@ def test_a_class_is_told_with_the_number_of_others():
     row = {"verdict": "partial", "names": "joint_damping", "class": "joint_damping or coulomb_friction", "masked": ""}
     assert said(row) == "damping of the joint\n   (or 1 other)\nand something else"
     row |= {"verdict": "effect", "class": "", "masked": "hand_load"}
-    assert said(row) == "damping of the joint\nand, by unusual constants, a load in the hand that nobody noted?"
+    assert said(row) == "damping of the joint\nand perhaps one of 1 (unusual constants)"
     row = {"verdict": "unknown", "names": "", "class": "", "nearest": "joint_damping"}
     assert said(row) == "something unknown\n(nearest: damping of the joint)"
 
