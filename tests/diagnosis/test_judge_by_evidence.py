@@ -75,6 +75,17 @@ def test_an_effect_that_a_recorder_s_fault_imitates_is_not_hidden_by_it(recorded
     assert "extra_delay" in found.named[0]
 
 
+@pytest.mark.parametrize(
+    ("names", "share", "kind"),
+    [((), 0.3, "adequate"), ((), 0.9, "undecidable"), ((), 0.96, "unknown"), (("joint_damping",), 0.7, "partial")],
+)
+def test_that_something_is_missing_takes_as_much_to_say_as_a_name(recorded, few, monkeypatch, names, share, kind):
+    found, named = weigh_models(recorded(), few[:1]), frozenset(names)
+    rows = [(1 - share, named, frozenset()), (share, named, frozenset({SLOW}))]
+    monkeypatch.setattr(type(found), "weights", lambda self: rows)
+    assert answer_of(found).kind == kind
+
+
 def test_an_effect_is_named_with_its_value(recorded, few):
     found = judged(recorded(hidden=DAMPING), few)
     assert (found.kind, found.named) == ("effect", (("joint_damping",),))

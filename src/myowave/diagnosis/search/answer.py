@@ -126,12 +126,14 @@ def answer_of(posterior: Posterior) -> Answer:
     sound = white > UNLIKELY and (usual > SURPRISING or not classes)
     named = tuple(c for c in classes if c != (OUTSIDE,)) if sound else ()
     # What held all that is missing would follow whole trials.
-    beyond = best.fit.record.pieces is not None or probabilities.get(OUTSIDE, 0.0) > LIKELY
-    if beyond:
+    in_pieces = best.fit.record.pieces is not None
+    likely = in_pieces or probabilities.get(OUTSIDE, 0.0) > LIKELY
+    if likely:
         # What has no name may look like any of a recorder's doings; and one cause that the catalogue lacks and that is
         # much like an effect is as usual as this effect with such a cause beside it.
         named = tuple((*c, OUTSIDE) for c in named if not set(c) & set(NAME_OF.values()))
-    beyond = beyond or len(named) < len(classes) or not sound
+    # Where nothing else is said, it takes as much to say that something is missing as to name it.
+    beyond = in_pieces or len(named) < len(classes) or not sound or (likely and bool(named))
     return Answer(
         _kind(named, max(weight.values(), default=0.0), usual, beyond=beyond), named, probabilities, best, white, usual
     )
