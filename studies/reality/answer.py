@@ -51,7 +51,7 @@ def answer_case(
         "names": list(verdict.causes),
         "class": [list(members) for members in verdict.ladder.classes],
         "nearest": list(verdict.nearest),
-        "masked": sorted({name for names in verdict.masked.values() for name in names}),
+        "masked": list(verdict.maybe),
         "sizes": {name: [value, value - half, value + half] for name, (value, half) in sizes.items()},
         "error_before": held_out_deg(first, trials),
         "error_after": held_out_deg(last, trials),

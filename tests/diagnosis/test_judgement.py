@@ -8,7 +8,8 @@ import pytest
 from myowave.diagnosis.causes import SURE
 from myowave.diagnosis.likelihood.algebra import Weighed
 from myowave.diagnosis.likelihood.components import EMG, NOISE, REPEATS
-from myowave.diagnosis.search.answer import Answer, answer_of
+from myowave.diagnosis.search.answer import ANYTHING, Answer, answer_of
+from myowave.diagnosis.search.diagnose import _proposals
 from myowave.diagnosis.search.ladder import Ladder, ladder_of, shown_fit
 from myowave.diagnosis.search.verdict import Verdict
 from myowave.diagnosis.search.weigh import weigh_models
@@ -93,5 +94,15 @@ def test_a_parameter_outside_its_usual_range_may_hide_an_absorbed_effect(errors_
         verdict = Verdict(nothing, Ladder((replace(fit, values=values),), (ranking,)))
         assert verdict.kind == (kind if hidden else "adequate")
         assert verdict.masked == ({name: hidden} if verdict.kind == "undecidable" else {})
+        assert verdict.maybe == verdict.masked.get(name, ())
         for named, stays in (("effect", verdict.masked), ("partial", {})):
             assert Verdict(replace(nothing, kind=named), verdict.ladder).masked == stays
+
+
+def test_constants_that_nobody_has_propose_no_trial_of_an_effect_that_is_none(weighed, effects):
+    """What they stand for may be anything, which no catalogue has."""
+    answer, ladder = weighed
+    far = replace(answer, kind="undecidable", named=(), usual=1e-9)
+    verdict = Verdict(far, Ladder(ladder.fits[:1], ladder.rankings[:1]))
+    assert (ANYTHING,) in verdict.masked.values() and ANYTHING not in verdict.maybe
+    assert ANYTHING not in " ".join(_proposals(verdict, effects))

@@ -188,7 +188,7 @@ def _proposals(verdict: Verdict, effects: Mapping[str, Effect]) -> dict[str, lis
         without = next(f for f in reversed(ladder.fits) if one not in {e.name for e in f.model.effects})
         with suppress(*FAILURES):
             proposals[f"{one} or {other}"] = propose_trials(without, effects[one], effects[other])
-    for name in sorted({name for names in verdict.masked.values() for name in names}):
+    for name in verdict.maybe:
         with suppress(*FAILURES):
             proposals[f"{name} or its absence"] = propose_trials(ladder.fit, effects[name])
     return proposals

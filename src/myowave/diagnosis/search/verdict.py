@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from myowave.diagnosis.causes import CAUSE_TITLES, EMG_NOISE, OF_RECORDER, OUTSIDE, OWN_CURVES
-from myowave.diagnosis.search.answer import Answer, Kind
+from myowave.diagnosis.search.answer import ANYTHING, Answer, Kind
 from myowave.diagnosis.search.ladder import Ladder
 
 # What may stand in for an effect, in words.
@@ -64,6 +64,11 @@ class Verdict:
     def masked(self) -> dict[str, tuple[str, ...]]:
         """Where nothing else seems to be left, parameters outside their usual range, with what would explain that."""
         return {} if self.left else self._unusual
+
+    @property
+    def maybe(self) -> tuple[str, ...]:
+        """Effects of the catalogue among these."""
+        return tuple(sorted({name for names in self.masked.values() for name in names} - {ANYTHING}))
 
     @property
     def left(self) -> bool:
