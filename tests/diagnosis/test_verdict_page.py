@@ -244,6 +244,7 @@ def test_the_page_tells_the_verdict_and_the_command_in_order(story):
             {"verdict": "undecidable", "effects": [], "model": "base", "outside_usual_range": {"f0_Bi": ["hand_load"]}},
             "f0_Bi on the subject",
         ),
+        ({"verdict": "undecidable", "effects": [], "model": "base"}, "Record more trials like these; run again."),
         (
             {"verdict": "undecidable", "effects": [], "outside_usual_range": {"f0_Bi": ["x"]}},
             "But f0_Bi is outside its usual range, or x is there.",
@@ -348,6 +349,8 @@ def test_what_would_do_as_well_outside_the_catalogue_is_told(facts, story):
 def test_what_to_record_is_told_so_that_a_person_can_do_it(facts):
     proposed = {"question": "a or b", "trial": "passive swing", "separation": 40.0, "now": 2.0}
     assert tell(facts())["plan"] == "No further trial would tell more of what was weighed."
+    unsure = tell(facts(verdict="undecidable", effects=[], model="base"))
+    assert unsure["plan"] == "More trials like these would tell." and unsure["todo"] == "record more trials like these"
     assert "a helper lifts the forearm" in tell(facts(next_trial=proposed))["plan"]
     assert set(MENU) == set(tell(facts())["do"]), "every trial that can be proposed has its words"
     lost = tell(facts(follows=False, horizon_s=0.5, model="base"))["plan"]
