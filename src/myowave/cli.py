@@ -256,7 +256,7 @@ def ask_what_changed(
     if not prepared.exists():
         raise ValueError(f"{prepared}: no such file. Make it with: snakemake --cores 1 {prepared}")
     from myowave.data.store import read_trials
-    from myowave.diagnosis.changed.ask import what_changed
+    from myowave.diagnosis.changed.ask import SIDE_BY_SIDE, what_changed
     from myowave.diagnosis.report.change import changed_facts, tell_change
     from myowave.models import build_model
     from myowave.physics.effects import catalogue
@@ -269,7 +269,7 @@ def ask_what_changed(
         groups.model_copy(update={"electrodes_stayed": True}) if electrodes_stayed else groups,
         settings.diagnosis_of(dataset).scatter,
         say_aside,
-        workers=-1,
+        workers=SIDE_BY_SIDE,
     )
     typer.echo("\n".join(tell_change(changed_facts(dataset, found))))
 

@@ -17,7 +17,7 @@ import numpy as np
 from myowave.data.importing import Dataset, import_trials
 from myowave.data.reading import TIDY_ENDINGS
 from myowave.data.trials import Trials
-from myowave.diagnosis.changed.ask import what_changed
+from myowave.diagnosis.changed.ask import SIDE_BY_SIDE, what_changed
 from myowave.diagnosis.comparison.baselines import POSTURE, POSTURE_LOAD
 from myowave.diagnosis.comparison.torque import compare_torque
 from myowave.diagnosis.report.change import changed_facts, tell_change
@@ -203,6 +203,7 @@ def _changes(trials: Trials, settings: Settings, dataset: str, base: Model) -> I
         return
     effects = catalogue(settings.physics_of(dataset).effect_files).values()
     alike = groups.model_copy(update={"reference": reference, "against": against})
-    answer = what_changed(trials, base, effects, alike, settings.diagnosis_of(dataset).scatter, workers=-1)
+    scatter = settings.diagnosis_of(dataset).scatter
+    answer = what_changed(trials, base, effects, alike, scatter, workers=SIDE_BY_SIDE)
     sure = answer.names and answer.control is not None and not answer.control.names
     yield Question(asked, " ".join(tell_change(changed_facts(dataset, answer))[:2]), "" if sure else more)

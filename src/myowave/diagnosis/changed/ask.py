@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from joblib import Parallel, delayed
+from joblib import Parallel, cpu_count, delayed
 from numpy.typing import NDArray
 
 from myowave.data.trials import Array, Trials
@@ -23,6 +23,7 @@ from myowave.settings import Scatter
 from myowave.settings.data import Changed
 
 SURE = 0.98  # of what is said
+SIDE_BY_SIDE = 4  # processes: the slowest effect takes a fourth of all, and each has half a gigabyte of libraries
 # ASSUME: bones and fibres stay as they are, and what inertia is added weighs
 UNCHANGING = ("path", "muscle", "inertia")
 # What EMG says of how a muscle is excited, which placing electrodes anew changes. A contraction that no electrode
@@ -127,7 +128,7 @@ def what_changed(
         base: the model of the arm; of its muscles only delay, shape and electrodes count.
         groups: names of their trials, and whether gains, offsets and crosstalk of the EMG are known to be the same.
         scatter: standard deviations of what nobody measured.
-        workers: processes that weigh effects side by side; -1 takes one for each core.
+        workers: processes that weigh effects side by side, at most one for each core.
 
     Raises:
         ValueError: if a trial is not there or too short, or a muscle's channel was not recorded or reports nothing in
@@ -226,7 +227,7 @@ def _ask(
     report(f"nothing changed: {nothing.state.value:.1f} nats, {sizes}")
     found = []
     weighed = (delayed(_weighed)(groups, weighing, nothing, effect) for effect in effects)
-    for changes in Parallel(workers, return_as="generator")(weighed):
+    for changes in Parallel(min(workers, cpu_count()), return_as="generator")(weighed):
         for change, values in changes:
             low, high = change.interval
             report(

@@ -70,7 +70,7 @@ class Residual:
     # further values, independent of one another and of the parameters, (H,)
     tail: Tensor = field(default_factory=lambda: torch.zeros(0, dtype=torch.float64))
 
-    @property
+    @cached_property
     def optional(self) -> tuple[str, ...]:
         """Names of the components that may be there or not; one that moves nothing is not."""
         return tuple(c.name for c in self.components if c.cost and c.moves)
