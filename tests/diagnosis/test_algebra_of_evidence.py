@@ -168,3 +168,9 @@ def test_a_prior_that_ends_at_a_bound_favours_what_lies_within():
     inside, outside = (log_share_within(low, high, np.array([m]), np.eye(1) * 0.01) for m in (1.0, -1.0))
     assert inside == pytest.approx(np.log(2), abs=1e-6)
     assert outside == pytest.approx(np.log(2) + norm.logcdf(-10), abs=1e-3)
+
+
+def test_a_cause_that_moves_nothing_is_not_weighed():
+    residual = make_residual(noise=1.0)
+    still = Component("still", torch.zeros_like(residual.component("memory").blocks), cost=3.0)
+    assert residual.with_components([still]).optional == residual.optional

@@ -12,6 +12,8 @@ from myowave.cli import app
 from myowave.data.simulate import simulate_trials
 from myowave.data.store import write_trials
 from myowave.diagnosis.changed.ask import what_changed
+from myowave.diagnosis.changed.by_trial import ByTrial, Point
+from myowave.diagnosis.likelihood.algebra import Weighed
 from myowave.diagnosis.report.change import changed_facts, tell_change
 from myowave.settings import Scatter, SimulatedDataset
 from myowave.settings.data import Changed
@@ -59,6 +61,18 @@ def test_one_process_weighs_as_several_do(ask, loaded):
 def test_the_other_way_round_the_load_is_less(ask):
     found = ask({"load": 0.4}, ("1", "2"), reference=("3", "4"), names=("hand_load", "joint_damping"))
     assert found.names == ("hand_load",) and found.of("hand_load").interval[1] < 0
+
+
+@pytest.mark.parametrize(("low", "sign", "last"), [(-5.0, -1.0, -1.0), (-0.5, -1.0, -0.25), (-5.0, 1.0, 0.0)])
+def test_first_values_are_tried_within_bounds_while_each_is_likelier(monkeypatch, low, sign, last):
+    second = np.array([0.0, 1.0])
+
+    def point(self, values, near):
+        return Point(values, None, Weighed({}, -((values[1] + 1.2) ** 2)))
+
+    monkeypatch.setattr(ByTrial, "_point", point)
+    by_trial = ByTrial(None, low, 5.0, None, point(None, 0 * second, None))
+    assert by_trial._rise(sign * second).values == pytest.approx(last * second)
 
 
 def test_a_lean_is_no_load(ask):
