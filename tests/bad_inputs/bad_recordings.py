@@ -220,11 +220,11 @@ TOLD_IN_MEMORY = {
     "channels swapped": (swapped, "EMG against the motion: .*channels swapped"),
     "channels swapped in one trial": (
         lambda trials: swapped(trials, "b"),
-        "EMG against the motion: .* in trial b and no other the wrong way round",
+        "EMG against the motion: .* the wrong way round in trial b and no other",
     ),
     "channels swapped in one trial that is longer than the others": (
         swapped_in_the_longest,
-        "EMG against the motion: .* in trial b and no other the wrong way round",
+        "EMG against the motion: .* the wrong way round in trial b and no other",
     ),
     "channels swapped beside a third that is right": (beside_a_third, "EMG against the motion: .* EMG of emg_biceps"),
     "an arm over the head": (made(lambda t: t + 120, "tilt_rad"), "a tilt_rad lean of the upper arm: .*unit"),

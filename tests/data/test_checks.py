@@ -1,8 +1,11 @@
 """The quality report: each fault of a recording is found where it is, and none where there is none."""
 
+import re
 import types
 from contextlib import chdir
 from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,8 +16,9 @@ from myowave.data.checks.finding import report
 from myowave.data.importing import import_trials
 from myowave.data.processing.sampled import Sampled
 from myowave.data.recording import RawTrial
-from myowave.settings import RecordedDataset
+from myowave.settings import RecordedDataset, read_settings
 
+ROOT = Path(__file__).parents[2]
 RATE = 1000.0
 TIME = np.arange(0, 12, 1 / RATE)
 
@@ -155,3 +159,31 @@ def test_a_change_as_large_as_what_is_let_pass_is_let_pass():
         first, last = (np.exp(-(((cause.LAGS_S - at) / 0.05) ** 2)) for at in (ahead_s, -0.10))
         checks = told_of_clocks(types.SimpleNamespace(by_lag=np.stack([first, first, last])))
         assert ("drift of clocks" in checks) == told
+
+
+@pytest.fixture(scope="module")
+def curls():
+    """What was recorded of the person that ships, prepared, and the sides of its channels."""
+    with chdir(ROOT):
+        settings = read_settings([Path("config.yaml")])
+        prepared, _ = import_trials("human_curls", settings.dataset("human_curls"))
+    return prepared, settings.physics_of("human_curls").sides
+
+
+@pytest.mark.parametrize("flexor", ["emg_biceps", "emg_brachioradialis"])
+def test_a_person_whose_channels_are_swapped_in_one_trial_or_two_is_found_and_no_other_trial(curls, flexor):
+    """Weak contractions of a trial are no reason: what the channels have to do with angle and speed tells, too."""
+    prepared, sides = curls
+
+    def told(*names):
+        recordings = dict(prepared.recordings)
+        for name in names:
+            emg = recordings[name].emg
+            turned = {flexor: emg["emg_triceps"], "emg_triceps": emg[flexor]}
+            recordings[name] = replace(recordings[name], emg={**emg, **turned})
+        found = [f.found for f in cause.CAUSE[-1].of(cause.Cause(replace(prepared, recordings=recordings), sides))]
+        return re.findall(f"{flexor} and emg_triceps goes .*? in trial (.*?) and no other", "".join(found))
+
+    assert told() == []
+    for some in (*combinations(prepared.recordings, 1), *combinations(prepared.recordings, 2)):
+        assert told(*some) == [", ".join(some)]

@@ -23,6 +23,7 @@ AGAINST, MOST_TRIALS = 0.15, 0.8
 """Share of the acceleration's scatter that EMG explains before its sign says something, and the share of trials that
 agree [-]. A person's flexors have 0.21 to 0.24, those of simulated arms, each effect of the catalogue in them, 0.8 or
 more."""
+SURE = 19.0  # to 1: what is told of one trial
 ALL = ""
 DELAY_S, SMOOTH_S = 0.08, 0.25  # of EMG before the motion, and of polynomials that differentiate the angle [s]
 
@@ -109,34 +110,51 @@ def _against(of: Cause) -> str | None:
     return "; ".join(told) + f"; the angle goes from {degrees.min():.0f} to {degrees.max():.0f} deg" if told else None
 
 
-def _swapped(effort: Array) -> bool:
-    """Whether the effort of flexor and extensor along the motion is that of the other: muscles that pull together may
-    give extensors the sign of flexors, but not more than half of these have then."""
-    flexed, extended = effort
-    return bool(flexed < extended / 2)
-
-
 def _pair_against(prepared: Prepared, flexor: str, extensor: str) -> Iterator[str]:
     effort = effort_along_motion(prepared, flexor, extensor)
-    trials = [trial for trial in effort if trial != ALL]
-    share = np.mean([_swapped(effort[trial]) for trial in trials] or [False])
-    where = f"in {share:.0%} of the trials"
-    all_of_them = effort.get(ALL, np.zeros(2))
-    told = ALL if np.abs(all_of_them).max() >= AGAINST and _swapped(all_of_them) and share >= MOST_TRIALS else None
-    odd = []
-    for trial in trials:  # one that is as clear as half of the others are together, and the wrong way round alone
-        others = np.mean([effort[other] for other in trials if other != trial] or np.zeros((1, 2)), axis=0)
-        size, usual = np.abs(effort[trial]).max(), np.abs(others).max()
-        if _swapped(effort[trial]) and not _swapped(others) and usual >= AGAINST and size >= min(AGAINST, usual / 2):
-            odd.append(trial)
-    if odd:
-        told, where = odd[0], f"in trial {', '.join(odd)} and no other"
-    if told is not None:
-        both = zip((flexor, extensor), effort[told], strict=True)
+    together = effort.pop(ALL, np.zeros(2))
+    # Muscles that pull together may give extensors the sign of flexors, but not more than half of these have then.
+    swapped, *each = (flexed < extended / 2 for flexed, extended in (together, *effort.values()))
+    share = np.mean(each or [False])
+    names = [name for name in (flexor, extensor) if name]
+    if odd := _unlike_the_others(prepared, flexor, extensor, effort):
+        yield (
+            f"EMG of {' and '.join(names)} goes with angle, speed and acceleration the wrong way round in trial "
+            f"{', '.join(odd)} and no other"
+        )
+    elif np.abs(together).max() >= AGAINST and swapped and share >= MOST_TRIALS:
+        both = zip((flexor, extensor), together, strict=True)
         yield (
             " and ".join(f"{size:.2f} by the EMG of {name}" for name, size in both if name)
-            + f" of the acceleration towards flexion, {where} the wrong way round"
+            + f" of the acceleration towards flexion, in {share:.0%} of the trials the wrong way round"
         )
+
+
+def _unlike_the_others(prepared: Prepared, flexor: str, extensor: str, effort: Mapping[str, Array]) -> list[str]:
+    """Trials whose flexor goes with the motion as extensors do in the others, and the other way round: with these
+    swapped back, that all trials are alike is `SURE` times as likely."""
+    ways = np.empty((len(effort), 3))
+    for way, (name, (flexing, extending)) in zip(ways, effort.items(), strict=True):
+        one = prepared.recordings[name]
+        flexed, extended = (one.emg.get(channel, 0 * one.angle) for channel in (flexor, extensor))
+        x = np.stack([one.angle, np.gradient(one.angle), flexed, extended])
+        x = (x - x.mean(1, keepdims=True)) / x.std(1, keepdims=True).clip(1e-12)
+        way[:] = *(x[:2] @ (x[2] - x[3]) / x.shape[1]), flexing - extending
+
+    def evidence(signs: Array) -> float:
+        # ASSUME: trials scatter normally, in angle, speed and acceleration by themselves; that one is swapped is
+        # beforehand as likely as that none is.
+        spread = (signs[:, None] * ways).std(0).clip(1e-12)
+        return float(-(len(signs) - 1) * np.log(spread).sum() - (signs < 0).sum() * np.log(len(signs)))
+
+    best = as_is = np.ones(len(ways))
+    while len(ways) > 2:
+        turned = max(best * (1 - 2 * np.eye(len(ways))), key=evidence)
+        if evidence(turned) <= evidence(best):
+            break
+        best = turned
+    sure = evidence(best) - evidence(as_is) > np.log(SURE) if len(ways) else False
+    return [name for name, sign in zip(effort, best, strict=True) if sure and sign < 0]
 
 
 def effort_along_motion(prepared: Prepared, flexor: str, extensor: str) -> dict[str, Array]:
