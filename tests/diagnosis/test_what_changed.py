@@ -121,8 +121,23 @@ def test_the_first_sentence_tells_what_how_much_and_what_the_control_says(loaded
     facts = changed_facts("elbow", loaded)
     told = tell_change(facts)
     assert "a load in the hand that nobody noted" in told[0] and "kg" in told[0]
-    assert "split in two" in " ".join(told)
+    assert "Control: the same question within the first group, 1 against 2" in told[-2]
     assert facts["class"] == ["hand_load"] and facts["changes"][0]["low"] < 0.4 < facts["changes"][0]["high"]
+    assert "First group: trials 1, 2. Second: 3, 4." in told
+
+
+@pytest.mark.parametrize(
+    ("control", "expected"),
+    [
+        (None, "There is no control"),
+        ({"class": [], "unchanged": 0.8}, "It finds no change there, as it should."),
+        ({"class": [], "unchanged": 0.16}, "but is not sure of that: the probability that nothing changed there"),
+        ({"class": ["joint_damping"], "unchanged": 0.01}, "It names damping of the joint there: do not believe"),
+    ],
+)
+def test_the_control_says_whether_to_believe_a_name(loaded, control, expected):
+    told = tell_change({**changed_facts("elbow", loaded), "control": control})
+    assert expected in " ".join(told), told
 
 
 def test_the_command_asks_of_the_groups_it_is_given_with_what_is_known_of_the_dataset(

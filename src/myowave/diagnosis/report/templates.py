@@ -1,5 +1,5 @@
-"""Pages from the templates that stand with the workflow's captions, styles and scripts inside; effects stand there by
-their titles, and terms of words.j2 are explained on hover."""
+"""Pages from the templates that stand with the workflow's captions, styles and scripts inside; effects and muscles go
+by what people call them there, and terms of words.j2 are explained on hover."""
 
 import re
 import subprocess
@@ -13,17 +13,9 @@ from typing import Any
 import jinja2
 from markupsafe import Markup, escape
 
-from myowave.diagnosis.report.numbers import degrees, estimate, r2_text, two_digits
+from myowave.diagnosis.report.numbers import degrees, estimate, number, r2_text, two_digits
 
 PAGES = Path(__file__).parents[4] / "workflow/report"
-_WRITTEN = {
-    "base": r"base(?![+\w])",
-    "held-out": r"held[- ]out",
-    "R2": r"R2|R²",
-    "scale": r"\d-scale|scales",
-    "absorbed": r"absorbed|absorbs?",
-    "standard error": r"standard error|SE",
-}
 
 
 def fill(template: str, titles: Mapping[str, str], content: Mapping[str, Any]) -> str:
@@ -35,7 +27,7 @@ def fill(template: str, titles: Mapping[str, str], content: Mapping[str, Any]) -
         return Markup((PAGES / name).read_text(encoding="utf-8"))
 
     made = f"{datetime.now(UTC):%Y-%m-%d}, myowave {version('myowave')}{_commit()}"
-    marked = {"explained": partial(explained, titles=titles), "titled": partial(titled, titles=titles), "named": named}
+    marked = {function.__name__: partial(function, titles=titles) for function in (explained, titled, described)}
     return templates().get_template(template).render(asset=asset, made=made, **marked, **content)
 
 
@@ -50,14 +42,35 @@ def templates() -> jinja2.Environment:
     )
     environment.policies["json.dumps_kwargs"] = {"sort_keys": True, "separators": (",", ":"), "allow_nan": False}
     environment.filters |= {"deg": degrees, "two": two_digits, "r2": r2_text, "estimate": estimate, "unit": with_unit}
+    environment.filters["number"] = number
     return environment
 
 
 @cache
-def glossary() -> Mapping[str, str]:
-    """What terms mean."""
-    found: Mapping[str, str] = templates().get_template("words.j2").module.glossary  # type: ignore[attr-defined]
+def words(table: str) -> Mapping[str, str]:
+    """A table of words.j2: `glossary`, what terms mean; `written`, how; or `muscles`, what people call them."""
+    found: Mapping[str, str] = getattr(templates().get_template("words.j2").module, table)
     return found
+
+
+def of_muscles(text: str) -> str:
+    """A text in which muscles go by what people call them; one that no table knows keeps its name."""
+    return re.sub(rf"\b({'|'.join(words('muscles'))})\b", lambda match: words("muscles")[match[0]], text)
+
+
+def called(effect: str, titles: Mapping[str, str]) -> str:
+    """What people call an effect; where they call others so, too, what its name begins with tells it from them."""
+    title = titles.get(effect) or effect.replace("_", " ")
+    return f"{title} ({effect.split('_')[0].capitalize()})" if list(titles.values()).count(title) > 1 else title
+
+
+def described(model: str, titles: Mapping[str, str]) -> str:
+    """A model by what it has, and a network by its source and model, such as `network, rollout, 1-scale, base+fatigue`;
+    any other predictor as it is."""
+    source, _, name = model.rpartition(", ")
+    base, *effects = name.split("+")
+    has = " with " * bool(effects) + " and ".join(called(effect, titles) for effect in effects)
+    return (source or "muscle model") + has if base == "base" else model
 
 
 def paragraphs(text: str) -> list[str]:
@@ -75,18 +88,19 @@ def explained(text: str, titles: Mapping[str, str]) -> Markup:
     """A text as HTML: effects with their titles, terms with their meaning on hover, each where it first stands. Names
     within models, such as base+joint_damping, are left alone."""
     names = "|".join(sorted(map(re.escape, titles), key=len, reverse=True)) or "$^"
-    terms = "|".join(rf"(?P<t{i}>{_WRITTEN.get(term, term)})" for i, term in enumerate(glossary()))
+    glossary, written = words("glossary"), words("written")
+    terms = "|".join(rf"(?P<t{i}>{written.get(term, term)})" for i, term in enumerate(glossary))
     pattern = rf"(?<![\w+./])(?:(?P<effect>{names})(?![\w+/]|\.\w)|(?:{terms})(?!\w))"
     seen: set[str] = set()
 
     def mark(match: re.Match[str]) -> str:
         group, found = str(match.lastgroup), match[0]
-        term = found if group == "effect" else list(glossary())[int(group[1:])]
+        term = found if group == "effect" else list(glossary)[int(group[1:])]
         first = term not in seen
         seen.add(term)
         if group == "effect":
             return str(titled(found, titles)) if first else f"<code>{found}</code>"
-        return f'<abbr tabindex="0" title="{escape(glossary()[term])}">{found}</abbr>' if first else found
+        return f'<abbr tabindex="0" title="{escape(glossary[term])}">{found}</abbr>' if first else found
 
     return Markup(re.sub(pattern, mark, str(escape(text))))
 
@@ -95,11 +109,6 @@ def titled(effect: str, titles: Mapping[str, str]) -> Markup:
     """An effect by its title, with the name that settings and models know it by."""
     name = Markup("<code>{}</code>").format(effect)
     return Markup("{} ({})").format(titles[effect], name) if titles.get(effect) else name
-
-
-def named(model: str) -> Markup:
-    """A model's name that may break after each +."""
-    return Markup("+<wbr>").join(escape(part) for part in model.split("+"))
 
 
 @cache
