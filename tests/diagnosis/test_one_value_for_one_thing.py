@@ -11,6 +11,7 @@ import pytest
 from myowave.diagnosis.report.cells import accuracy_cells, parameter_cells
 from myowave.diagnosis.report.ladder import join_parameters, shown_network
 from myowave.diagnosis.report.tell import tell
+from myowave.diagnosis.report.templates import described
 
 ROOT = Path(__file__).parents[2]
 NUMBER = r"((?:at most |under |over )?-?\d[\d.]*(?: deg| N m)?)"
@@ -26,21 +27,22 @@ def said(verdict: dict, ladder: pd.DataFrame, parameters: pd.DataFrame) -> dict[
     """All values that a page gives, by what they are of."""
     found: dict[str, set[str]] = defaultdict(set)
     network = shown_network(ladder, verdict["model"])
+    shown = "" if network is None else described(f"{network['source']}, {network['model']}", verdict["titles"])
     text = " ".join(part for part in tell(verdict, ladder).values() if isinstance(part, str))
     for thing, pattern in SAID.items():
         for match in re.finditer(pattern, text, re.IGNORECASE):
             found[thing].add(match.groups()[-1])
-    for model, torque in re.findall(rf"(base\S*) lacks (?:a torque of|no torque [^,]*,) {NUMBER}", text):
+    for model, torque in re.findall(rf"(muscle model[^.]*) lacks (?:a torque of|no torque [^,]*,) {NUMBER}", text):
         found[f"missing torque of {model}"].add(torque)
     cells = accuracy_cells(verdict, ladder)
     for row in cells.to_dict("records"):
         thing = f"{row['what']} from {row['starts from']} over {row['error over']}"
         for part in ("training error", "held-out error"):
             found[f"{thing}, {part}"].add(row[part])
-        if network is not None and row["what"] == f"{network['source']}, on {network['model']}":
+        if row["what"] == shown:
             found["error of the network"].add(row["held-out error"])
             found["R2 of the network"].add(row["held-out R2"])
-    own = f"muscle model {verdict['model']}"
+    own = described(verdict["model"], verdict["titles"])
     if headline := re.search(rf"on held-out trials is(?: then)? {NUMBER}", text):
         found[f"{own} from measured angle and speed over whole trials, held-out error"].add(headline[1])
     mine = parameters[(parameters["model"] == verdict["model"]) & (parameters["source"] == "physics")]

@@ -184,12 +184,12 @@ def test_a_predictor_without_physics_is_told_and_is_never_the_network_that_is_sh
     assert "<span>without physics: mine</span>" in page, "one of the user's own goes by its name"
 
 
-def test_the_whole_catalogue_is_ranked_at_every_model(tables):
+def test_the_whole_catalogue_is_ranked_at_every_model(tables, verdict):
     ranking = tables["ranking"]
     assert set(ranking[ranking["model"] == "base"]["effect"]) == set(CANDIDATES)
     assert set(ranking[ranking["model"] == "base+joint_damping"]["effect"]) == set(CANDIDATES) - {"joint_damping"}
     assert set(ranking[ranking["effect"] == "hand_load"]["status"]) == {"absorbed"}, "an exact alias is said to be one"
-    damping = ranking_cells(ranking[ranking["model"] == "base"]).set_index("effect").loc["joint_damping"]
+    damping = ranking_cells(ranking[ranking["model"] == "base"], verdict).set_index("effect").loc["joint_damping"]
     for cell in ("estimate", "smallest detectable"):
         assert damping[cell].endswith(" N m s/rad"), "no value stands without its unit"
 
@@ -242,12 +242,12 @@ def test_the_page_tells_the_verdict_and_the_command_in_order(story):
         ({"verdict": "adequate", "effects": []}, "nothing to add"),
         (
             {"verdict": "undecidable", "effects": [], "model": "base", "outside_usual_range": {"f0_Bi": ["hand_load"]}},
-            "f0_Bi on the subject",
+            "easure maximum isometric force of the biceps on the subject",
         ),
         ({"verdict": "undecidable", "effects": [], "model": "base"}, "Record more trials like these; run again."),
         (
             {"verdict": "undecidable", "effects": [], "outside_usual_range": {"f0_Bi": ["x"]}},
-            "But f0_Bi is outside its usual range, or x is there.",
+            "But maximum isometric force of the biceps is unusual, or there is x.",
         ),
         ({"verdict": "partial", "formula": "+1.2 q"}, "more is left, which has no name"),
         (
@@ -321,7 +321,7 @@ LONG = {"a": "crosstalk between electrodes", "b": "activation that lags behind t
             {"verdict": "adequate", "effects": [], "model": "base"},
             "Nothing is missing: the error on held-out trials is 6.4 deg.",
         ),
-        ({"verdict": "undecidable", "outside_usual_range": {"f0": ["x"]}}, "These trials cannot tell: f0 is outside"),
+        ({"verdict": "undecidable", "outside_usual_range": {"f0": ["x"]}}, "cannot tell: a constant is unusual, or"),
         (
             {"follows": False, "model": "base", "horizon_s": 0.5},
             "The muscle model does not follow this arm: 3.0 deg off after half a sec",
@@ -401,7 +401,8 @@ def test_an_effect_has_the_evidence_given_the_rest_of_the_model_that_was_found(v
     like["horizons"]["whole_deg"] = {}
     told = tell({**base, **like, "effects": ["joint_damping", "fatigue"], "model": model, "evidence": evidence})
     text = told["lead"]
-    assert "given base+fatigue, log odds of 321" in text and "given base+joint_damping, log odds of 44" in text
+    assert "given the muscle model with fatigue, log odds of 321" in text
+    assert "given the muscle model with damping of the joint, log odds of 44" in text
 
 
 def test_the_model_to_start_from_is_told(story):

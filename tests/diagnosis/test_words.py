@@ -1,14 +1,16 @@
 """Words of the pages: effects by their titles, terms explained, kinds of verdicts."""
 
 import re
+from pathlib import Path
 from typing import get_args
 
 import pytest
 
 from myowave.diagnosis.report.numbers import degrees
 from myowave.diagnosis.report.tell import noise, tell
-from myowave.diagnosis.report.templates import explained, glossary
+from myowave.diagnosis.report.templates import described, explained, of_muscles, words
 from myowave.diagnosis.search.verdict import Kind
+from myowave.settings import read_settings
 
 TITLES = {"joint_damping": "damping of the joint", "fatigue": "muscles that tire"}
 
@@ -33,10 +35,37 @@ def test_names_of_models_and_parameters_stay_as_they_are(text):
     assert explained(text, TITLES) == text
 
 
+def test_models_go_by_what_they_have_and_muscles_by_what_people_call_them():
+    assert described("base", TITLES) == "muscle model"
+    three = described("base+joint_damping+hand_load+fatigue", TITLES)
+    assert three == "muscle model with damping of the joint and hand load and muscles that tire"
+    network = described("network, rollout, 1-scale, base+fatigue", TITLES)
+    assert network == "network, rollout, 1-scale with muscles that tire"
+    assert described("posture, speed and load", TITLES) == "posture, speed and load", "it has no muscles"
+    alike = {"millard_curves": "other muscle curves", "thelen_curves": "other muscle curves"}
+    assert described("base+thelen_curves", alike) == "muscle model with other muscle curves (Thelen)"
+    assert of_muscles("force of BIClong, f0_BIClong") == "force of the long head of the biceps, f0_BIClong"
+    assert of_muscles("Biceps and Mine") == "Biceps and Mine", "a name that no table knows stays"
+
+
+def test_every_muscle_of_the_shipped_arms_has_words():
+    settings = read_settings([Path(__file__).parents[2] / "config.yaml"])
+    known = {muscle for arm in settings.physics.arms.values() for muscle in arm.muscles}
+    assert known and known <= set(words("muscles"))
+
+
+def test_constants_that_hide_an_effect_go_by_what_they_mean(facts):
+    verdict = facts(verdict="undecidable", effects=[], outside_usual_range={"f0_Bi": ["joint_damping"]})
+    told = tell({**verdict, "parameters": {"base": {"f0_Bi": {"meaning": "maximum isometric force of Bi"}}}})
+    force = "maximum isometric force of the biceps"
+    assert told["headline"] == f"These trials cannot tell: {force} is unusual, or there is damping of the joint."
+    assert told["todo"] == f"measure {force} on the subject"
+
+
 def test_terms_are_explained_once_in_a_text_and_text_is_escaped():
     html = str(explained("held out RMSE <b>, held out, log odds of 3-scale", TITLES))
     assert html.count("<abbr") == 4 and "&lt;b&gt;" in html
-    assert f'<abbr tabindex="0" title="{glossary()["held-out"]}">held out</abbr>' in html
+    assert f'<abbr tabindex="0" title="{words("glossary")["held-out"]}">held out</abbr>' in html
     assert re.sub("<[^>]+>", "", html) == "held out RMSE &lt;b&gt;, held out, log odds of 3-scale"
 
 
@@ -54,20 +83,18 @@ def test_parameters_that_hide_the_same_effect_are_told_together(facts):
     def told(**masked: list[str]) -> str:
         return tell(facts(verdict="undecidable", effects=[], outside_usual_range=masked))["headline"]
 
-    assert told(f0_Bi=["x"]) == "These trials cannot tell: f0_Bi is outside its usual range, or x is there."
-    assert "f0_Bi and f0_Tri are outside their usual range, or x is there." in told(f0_Bi=["x"], f0_Tri=["x"])
-    assert told(f0_Bi=["a", "b"], l0_Bi=["x"]).endswith(
-        "or a or b is there; l0_Bi is outside its usual range, or x is there."
-    )
+    assert told(f0_Bi=["x"]) == "These trials cannot tell: f0_Bi is unusual, or there is x."
+    assert "f0_Bi and f0_Tri are unusual, or there is x." in told(f0_Bi=["x"], f0_Tri=["x"])
+    assert told(f0_Bi=["a", "b"], l0_Bi=["x"]).endswith("or there is a or b; l0_Bi is unusual, or there is x.")
 
 
 def test_constants_nobody_expects_are_told_beside_an_effect(facts):
     lead = tell(facts(outside_usual_range={"f0_Bi": ["hand_load"]}))["lead"]
-    assert "But f0_Bi is outside its usual range, or hand_load is there: these trials would look the same" in lead
-    assert "usual range" not in tell(facts())["lead"]
+    assert "But f0_Bi is unusual, or there is hand load: these trials would look the same" in lead
+    assert "unusual" not in tell(facts())["lead"]
 
 
 def test_torque_that_is_missing_is_told_with_its_size(facts):
     missing = tell(facts())["missing"]
-    assert "The model base lacks a torque of 0.5 N m RMS" in missing
-    assert "base+joint_damping lacks no torque that noise would not show, under 0.04 N m" in missing
+    assert "The muscle model lacks a torque of 0.5 N m RMS" in missing
+    assert "muscle model with damping of the joint lacks no torque that noise would not show, under 0.04 N m" in missing

@@ -42,8 +42,8 @@ def tell_horizons(facts):
 
 def test_the_sentence_names_what_posture_and_the_muscles_explain(tell_torque, asks_for_others):
     text = tell_torque(torque_of(0.61, 0.72, 0.93))
-    assert "posture and speed alone 0.61" in text and "muscles of base, driven by EMG, explain R2 0.72" in text
-    assert "base+joint_damping: 0.93" in text and not asks_for_others(torque_of(0.61, 0.72, 0.93))
+    assert "posture and speed alone 0.61" in text and "muscles of the model, driven by EMG, explain R2 0.72" in text
+    assert "(with what was found: 0.93)" in text and not asks_for_others(torque_of(0.61, 0.72, 0.93))
 
 
 @pytest.mark.parametrize(("found", "told"), [(0.30, "less than"), (0.615, "no more than"), (-np.inf, "less than")])
@@ -90,21 +90,21 @@ def test_the_second_sentence_names_the_best_rival(tell_horizons):
     text = tell_horizons(pd.DataFrame(rows, columns=SHORT.columns))
     assert (
         "0.5 s after" in text
-        and "the model base misses by 3.5 deg" in text
-        and "base+joint_damping misses by 0.9 deg" in text
+        and "the muscle model misses by 3.5 deg" in text
+        and "muscle model with damping of the joint misses by 0.9 deg" in text
     )
     assert "(posture and speed) by 5.5 deg" in text
 
 
 def test_what_overflows_is_said_in_text_and_picture(tell_torque, tell_horizons):
     torque = torque_of(0.61, -np.inf, -np.inf)
-    assert "muscles of base, driven by EMG, explain R2 -inf" in tell_torque(torque, "base")
+    assert "muscles of the model, driven by EMG, explain R2 -inf" in tell_torque(torque, "base")
     texts = [text.get_text() for axis in draw_torque(torque).axes for text in axis.texts]
     assert texts and set(texts) == {"torque overflows"}
     rows = [(p, h, True, 1.0) for p in (HOLD, SAME_SPEED, POSTURE, EMG_ONLY) for h in (0.2, 0.5)]
     rows = [("base", 0.2, True, 5.0), ("base", 0.5, True, np.inf), *rows]
     horizons = pd.DataFrame(rows, columns=SHORT.columns)
-    assert "base misses by inf deg" in tell_horizons(horizons, "base")
+    assert "muscle model misses by inf deg" in tell_horizons(horizons, "base")
     figure = draw_horizons(horizons, {"noise": 0.5}, NO_NETWORKS, "base")
     assert any("base (overflows" in text.get_text() for text in figure.legends[0].get_texts())
 

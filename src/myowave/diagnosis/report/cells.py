@@ -4,6 +4,7 @@ They are made of verdict.json, `ladder.join_ladder`, `ladder.join_parameters` an
 """
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,9 @@ from myowave.diagnosis.comparison.baselines import HORIZON_BASELINES
 from myowave.diagnosis.report.ladder import NETWORK, PHYSICS, PLAIN, baseline_of
 from myowave.diagnosis.report.numbers import NOTHING, degrees, estimate, number, r2_text
 from myowave.diagnosis.report.tell import base_of
-from myowave.diagnosis.report.templates import with_unit
+from myowave.diagnosis.report.templates import called, described, of_muscles, with_unit
+
+NAMED = 3  # of the parameters that absorb an effect
 
 
 def read_ranking(path: str | Path) -> pd.DataFrame:
@@ -27,25 +30,25 @@ def read_ranking(path: str | Path) -> pd.DataFrame:
 def accuracy_cells(verdict: Mapping[str, Any], ladder: pd.DataFrame) -> pd.DataFrame:
     """Every error of the page, and what it is of: which predictor, from which start, over how long."""
     (base, first), horizon, ahead = base_of(verdict), verdict["horizon_s"], verdict["horizons"]
+    model = partial(described, titles=verdict["titles"])
     state, whole = "measured angle and speed", "whole trials"
     pieces = whole if horizon is None else f"all of {horizon:g} s"
     rows: list[tuple[str, str, str, str, str, str]] = []
     if horizon is not None:
-        rows.append((f"muscle model {base}", "the best start of each piece", pieces, degrees(first["fitted"]), "", ""))
+        rows.append((model(base), "the best start of each piece", pieces, degrees(first["fitted"]), "", ""))
     for row in ladder[ladder["source"] == PHYSICS].to_dict("records"):
         errors = degrees(row["train_rmse_deg"]), degrees(row["heldout_rmse_deg"])
-        rows.append((f"muscle model {row['model']}", state, pieces, *errors, r2_text(row["heldout_r2"])))
+        rows.append((model(row["model"]), state, pieces, *errors, r2_text(row["heldout_r2"])))
     if horizon is not None and ahead["horizon_s"] is not None:
         rmse, at = ahead["rmse_deg"], f"the end of {ahead['horizon_s']:g} s"
         rival = min((name for name in HORIZON_BASELINES if name in rmse), key=lambda name: rmse[name])
         for name in dict.fromkeys((base, verdict["model"], rival)):
-            what = name if name == rival else f"muscle model {name}"
             errors = ("", degrees(rmse[name])) if ahead["held_out"] else (degrees(rmse[name]), "")
-            rows.append((what, state, at, *errors, ""))
+            rows.append((model(name), state, at, *errors, ""))
     for row in ladder[ladder["source"] != PHYSICS].to_dict("records"):
         failed = str(row["failed_seeds"] or "").replace("nan", "")
         network = row["source"].startswith(NETWORK)
-        of = f"{row['source']}, on {row['model']}" if network else f"{PLAIN}: {baseline_of(row['source'])}"
+        of = model(f"{row['source']}, {row['model']}") if network else f"{PLAIN}: {baseline_of(row['source'])}"
         what = of + f"; {failed}" * bool(failed)
         error = degrees(row["heldout_rmse_deg"]) if np.isfinite(row["heldout_rmse_deg"]) else "runs away"
         rows.append((what, "first angles", whole, "", error, r2_text(row["heldout_r2"])))
@@ -53,9 +56,17 @@ def accuracy_cells(verdict: Mapping[str, Any], ladder: pd.DataFrame) -> pd.DataF
     return pd.DataFrame(rows, columns=heads)
 
 
-def ranking_cells(rows: pd.DataFrame) -> pd.DataFrame:
+def ranking_cells(rows: pd.DataFrame, verdict: Mapping[str, Any]) -> pd.DataFrame:
     """The catalogue weighed at one model; without columns in which nothing stands."""
-    absorbed = "absorbed by " + rows["absorbed_by"].str.replace(" ", ", ").replace("", "parameters together")
+    meanings = {name: p["meaning"] for of in verdict["parameters"].values() for name, p in of.items()}
+
+    def listed(r: Any) -> str:
+        if r.status != "absorbed":
+            return ", ".join(called(name, verdict["titles"]) for name in r.confused_with.split())
+        by = [of_muscles(meanings.get(name, name)) for name in r.absorbed_by.split()] or ["parameters together"]
+        more = f" and {len(by) - NAMED} more" * (len(by) > NAMED)
+        return f"absorbed by {', '.join(by[:NAMED])}{more}"
+
     cells = pd.DataFrame(
         {
             "effect": rows["effect"],
@@ -67,7 +78,7 @@ def ranking_cells(rows: pd.DataFrame) -> pd.DataFrame:
                 number(r.smallest_detectable) + with_unit(r.unit) if np.isfinite(r.smallest_detectable) else ""
                 for r in rows.itertuples()
             ],
-            "like": rows["confused_with"].str.replace(" ", ", ").where(rows["status"] != "absorbed", absorbed),
+            "like": [listed(r) for r in rows.itertuples()],
             "why not": rows["reason"],
         }
     )
@@ -81,7 +92,7 @@ def parameter_cells(parameters: pd.DataFrame, *, models: bool = False) -> pd.Dat
     of = {"model": parameters["model"], "from": parameters["source"].replace(PHYSICS, "muscle model")}
     cells = pd.DataFrame(
         {
-            "parameter": [f"{r.meaning} ({r.parameter})" for r in parameters.itertuples()],
+            "parameter": [f"{of_muscles(r.meaning)} ({r.parameter})" for r in parameters.itertuples()],
             **(of if models else {}),
             "value ± SE": [estimate(r.value, r.se, (r.low, r.high)) for r in parameters.itertuples()],
             "unit": parameters["unit"].fillna("").replace("-", ""),

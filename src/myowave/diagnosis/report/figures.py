@@ -5,6 +5,7 @@ Where there are several models, the first (without any effect added) and the one
 
 import textwrap
 from collections.abc import Mapping
+from functools import partial
 from itertools import cycle
 from typing import Any
 
@@ -18,6 +19,7 @@ from myowave.diagnosis.causes import SURE
 from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
 from myowave.diagnosis.report.ladder import PHYSICS, PLAIN, of_networks
 from myowave.diagnosis.report.tell import base_of, noise, noise_with_emg
+from myowave.diagnosis.report.templates import called, described
 from myowave.plotting import BLACK, BLUE, GREEN, GREY, MEASURED, MODEL, ORANGE, PINK, SKY, canvas
 
 # Of the first model and of the one that was found, the same in all pictures.
@@ -33,7 +35,7 @@ PARTS = {"training trials": (BLUE, "o", -0.13), "held-out trials": (MODEL, "s", 
 WINDOWS_A_CELL, MOST_CELLS = 5, 12  # the map is as fine as so many windows in a cell, on average, allow
 FEWEST = 3  # windows in a cell of the map
 SHOWN = 8  # candidates a panel
-REMARK_WIDTH = 48  # letters beside a point; the page has a table with all there is
+wrapped = partial(textwrap.fill, width=28)  # what models and predictors are called
 STATUS = {
     "supported": (BLUE, "the data support it"),
     "behind": (PINK, "promises less than those fitted"),
@@ -58,27 +60,31 @@ def draw_diagnosis(
     of_emg = {"noise of the angle and of the EMG": noise_with_emg(verdict)} if verdict["emg_noise"] else {}
     ends = list(dict.fromkeys((model, found)))
     others = set(verdict["rmse_deg"]) - set(ends)
-    missing = tables["missing_torque"]
+    missing, titles = tables["missing_torque"], verdict["titles"]
+    fitted = ladder[~ladder["source"].str.startswith(PLAIN)]
+    words = {model: described(model, titles) for model in {*verdict["rmse_deg"], *ladder["model"]}}
     return {
-        "glance": draw_glance(predictions[~predictions["model"].isin(others)], ends),
-        "torque": draw_torque(tables["torque"]),
-        "horizons": draw_horizons(tables["horizons"], angle, of_networks(ladder), found),
-        "missing_torque": draw_missing_torque(missing[missing["model"].isin(ends)]),
-        "ranking": draw_ranking(tables["ranking"], verdict["titles"]),
-        "ladder": draw_ladder(ladder[~ladder["source"].str.startswith(PLAIN)], angle | of_emg, verdict["horizon_s"]),
+        "glance": draw_glance(predictions[~predictions["model"].isin(others)], ends, verdict["horizon_s"]),
+        "torque": draw_torque(tables["torque"].replace(words)),
+        "horizons": draw_horizons(tables["horizons"].replace(words), angle, of_networks(ladder), words[found]),
+        "missing_torque": draw_missing_torque(missing[missing["model"].isin(ends)].replace(words)),
+        "ranking": draw_ranking(tables["ranking"], titles),
+        "ladder": draw_ladder(fitted.replace(words), angle | of_emg, verdict["horizon_s"]),
     }
 
 
-def draw_glance(predictions: pd.DataFrame, physics: list[str]) -> Figure:
+def draw_glance(predictions: pd.DataFrame, physics: list[str], horizon_s: float | None) -> Figure:
     """Measured and predicted angle of the first held-out trial, or of the first where none is held out; `physics` are
-    the models without a network, the one without effects first."""
+    the models without a network, the one without effects first, which start again every `horizon_s`."""
     held_out = predictions[predictions["role"] == "test"]
     rows = held_out if len(held_out) else predictions
     rows = rows[rows["trial"] == rows["trial"].iloc[0]]
     figure, ((axis,),) = canvas(1, 1, width=4.2, height=2.1)
     measured = rows[rows["model"] == rows["model"].iloc[0]]
     axis.plot(measured["time_s"], np.degrees(measured["angle_rad"]), color=MEASURED, linewidth=2.4, label="measured")
-    shown = dict(zip(physics, zip(("muscle model", "with what was found"), LOOKS, strict=True), strict=False))
+    again = "" if horizon_s is None else f", anew every {horizon_s:g} s"
+    labels = (f"muscle model{again}", "with what was found")
+    shown = dict(zip(physics, zip(labels, LOOKS, strict=True), strict=False))
     for model, one in rows.groupby("model", sort=False):
         label, look = shown.get(str(model), ("network", {"color": GREEN, "linestyle": "-."}))
         axis.plot(one["time_s"], np.degrees(one["predicted_rad"]), linewidth=1.3, label=label, **look)
@@ -111,7 +117,7 @@ def draw_torque(torque: pd.DataFrame) -> Figure:
         share.axvspan(noise.min(), noise.max(), color=MEASURED, alpha=0.3, lw=1.5, zorder=0, label=NOISE)
     share.grid(axis="y", visible=False)
     share.tick_params(axis="y", length=0)
-    share.set_yticks(range(len(names)), [short(n) for n in names])
+    share.set_yticks(range(len(names)), [wrapped(n) for n in names])
     share.set_ylim(len(names) - 0.5, -0.5)
     share.set_xlim(min(-0.05, torque["r2"].clip(lower=LOWEST_R2).min() - 0.04), 1.03)
     share.set_xlabel("$R^2$ of the torque that the motion needs [-]")
@@ -136,7 +142,7 @@ def draw_horizons(horizons: pd.DataFrame, levels: Mapping[str, float], networks:
             line = line[np.isfinite(line["rmse_deg"])]
             whole = np.isinf(line["horizon_s"])  # apart from the horizons
             near, far = line[~whole], line[whole]
-            axis.plot(near["horizon_s"].map(place), near["rmse_deg"], label=short(name) + overflows, **look)
+            axis.plot(near["horizon_s"].map(place), near["rmse_deg"], label=wrapped(name) + overflows, **look)
             axis.plot(far["horizon_s"].map(place), far["rmse_deg"], **look)
         if held_out:
             for (source, errors), marker in zip(networks.groupby("source", sort=False), cycle("x+1*"), strict=False):
@@ -160,7 +166,7 @@ def draw_missing_torque(windows: pd.DataFrame) -> Figure:
     figure, axes = canvas(1, len(models), width=4.2 * len(models) + 1.6, height=4.4, sharex=True, sharey=True)
     maps = []
     for axis, model in zip(axes[0], models, strict=True):
-        axis.set(xlabel="elbow angle [deg]", title=short(model), facecolor="#e2e2e2")
+        axis.set(xlabel="elbow angle [deg]", title=wrapped(model), facecolor="#e2e2e2")
         axis.grid(visible=False)
         rows = windows[windows["model"] == model]
         if len(rows):
@@ -181,8 +187,7 @@ def draw_missing_torque(windows: pd.DataFrame) -> Figure:
 def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
     """The catalogue weighed at each model, the most evident effects of each by their titles, a panel a model."""
     models = list(ranking["model"].unique()) or ["the model"]
-    figure, axes = canvas(len(models), 1, width=12.0, height=3.3 * len(models) + 1.1)
-    figure.set_layout_engine("constrained", rect=(0.01, 0, 0.98, 1))  # the texts beside the panels need the width
+    figure, axes = canvas(len(models), 1, width=9.0, height=3.3 * len(models) + 1.1)
     for axis, model in zip(axes[:, 0], models, strict=True):
         rows = ranking[ranking["model"] == model]
         rows = rows[rows["status"] != "absorbed"].head(SHOWN).iloc[::-1]
@@ -192,13 +197,10 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
         axis.xaxis.set_major_formatter("{x:g}")
         axis.axvline(SURE, color=MEASURED, linestyle=":", linewidth=2)
         axis.axvline(0, color=GREY, linewidth=0.8)
-        axis.set_yticks(y, [f"{titles[e]} ({e})" if titles.get(e) else e for e in rows["effect"]], fontsize=9)
+        axis.set_yticks(y, [called(e, titles) for e in rows["effect"]], fontsize=9)
         axis.set_xlim(min(-3.0, rows["log_odds"].min() * 1.2), max(10.0, rows["log_odds"].max() * 1.5))
-        beside = axis.get_yaxis_transform()
-        for place, row in zip(y, rows.itertuples(), strict=True):
-            remark = _remark(row, added=f"{model}+{row.effect}" in models)
-            axis.text(1.01, place, remark, va="center", fontsize=8.5, color="#333333", transform=beside)
-        axis.set_title(f"what to add to {short(model)}? best {len(rows)} of {(ranking['model'] == model).sum()}")
+        ask = f"what to add to the {described(model, titles)}? best {len(rows)} of {(ranking['model'] == model).sum()}"
+        axis.set_title(wrapped(ask, width=60))
         axis.grid(axis="y", linestyle=":")
     axes[-1, 0].set_xlabel("log odds of the model with the effect [nats]; dotted: 19 to 1")
     seen = [look for status, look in STATUS.items() if (ranking["status"] == status).any()]
@@ -206,15 +208,6 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
     handles = [Line2D([], [], color=color, label=meaning, **look) for color, meaning in seen]
     figure.legend(handles=handles, loc="outside lower left", ncols=3, frameon=False, fontsize=9)
     return figure
-
-
-def _remark(row: Any, *, added: bool) -> str:
-    """What is known of a candidate, in a few words; whether it was added comes first."""
-    if row.log_odds <= 0:
-        return ""
-    found = "added; " * added + row.estimate + "; not fitted" * bool(pd.isna(row.rmse_deg))
-    alike = f"{found}; like {row.confused_with.split(' ')[0]}" if row.confused_with else found
-    return alike if len(alike) <= REMARK_WIDTH else textwrap.shorten(found, REMARK_WIDTH, placeholder=" ...")
 
 
 def draw_ladder(ladder: pd.DataFrame, levels: Mapping[str, float], horizon_s: float | None = None) -> Figure:
@@ -248,16 +241,11 @@ def draw_ladder(ladder: pd.DataFrame, levels: Mapping[str, float], horizon_s: fl
     else:
         error.set_ylim(0, max(error.get_ylim()[1], 1.08 * max(high, *levels.values())))
     error.set_ylabel("RMSE [deg]")
-    error.set_xticks(range(len(models)), [m.replace("+", "\n+") for m in models], fontsize=9)
+    error.set_xticks(range(len(models)), [wrapped(m) for m in models], fontsize=9)
     error.set_xlim(-0.5, len(models) - 0.5)
     error.grid(axis="x", visible=False)
     legend(figure, error, columns=2)
     return figure
-
-
-def short(model: str) -> str:
-    """A model's name with room for a line break."""
-    return model.replace("+", " + ")
 
 
 def draw_levels(axis: Axes, levels: Mapping[str, float]) -> None:

@@ -42,18 +42,17 @@ def write_index(
 def _row(folder: Path, settings: Mapping[str, Any]) -> dict[str, Any]:
     """What the table of all datasets shows of one."""
     verdict = json.loads((folder / "verdict.json").read_text(encoding="utf-8"))
-    told, name, found = tell(verdict), verdict["dataset"], verdict["model"]
+    ladder, name, found = pd.read_csv(folder / "watch.csv"), verdict["dataset"], verdict["model"]
     picture = folder.parents[1] / "figures" / folder.name / "diagnosis/glance.png"
-    network = shown_network(pd.read_csv(folder / "watch.csv"), found)
+    network = shown_network(ladder, found)
     models = dict.fromkeys((base_of(verdict)[0], found))
     return {
         "name": name,
         "image": inline(picture) if picture.exists() else "",
-        "kind": told["label"],
-        "missing": told["named"] if verdict["effects"] else "",
+        "told": tell(verdict, ladder),
+        "missing": verdict["effects"],
         "errors": [verdict["rmse_deg"][model]["heldout"] for model in models],
         "horizon_s": verdict["horizon_s"],
         "network": None if network is None else (network[ERROR], network["heldout_r2"]),
-        "todo": told["todo"],
         "settings": yaml.safe_dump({name: dict(settings)}, sort_keys=False, allow_unicode=True) if settings else "",
     }

@@ -1,5 +1,6 @@
 """Measured and predicted motion as plain numbers for the picture that the page draws itself."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,8 @@ import pandas as pd
 
 from myowave.data.store import read_table
 from myowave.diagnosis.report.ladder import folder_of, shown_network
+from myowave.diagnosis.report.tell import base_of
+from myowave.diagnosis.report.templates import described
 
 MOST_NUMBERS = 60_000  # angles on a page: some 400 kB; more trials than that are thinned
 FARTHEST_DEG = 1e4  # a motion beyond it is drawn as a gap
@@ -43,19 +46,19 @@ def beside(predictions: pd.DataFrame, name: str, network: pd.DataFrame | None) -
     return pd.concat(shown, ignore_index=True)
 
 
-def list_motion(predictions: pd.DataFrame, found: str, noise_deg: float) -> dict[str, Any]:
+def list_motion(predictions: pd.DataFrame, verdict: Mapping[str, Any]) -> dict[str, Any]:
     """What the page draws, as JSON has it.
 
     Args:
         predictions: columns model, trial, role (train or test), time_s, angle_rad, predicted_rad; every model has every
             trial.
-        found: the model that was found.
-        noise_deg: of the measured angle; an error below it is not drawn large.
+        verdict: verdict.json.
 
     Returns:
-        models: names, the one without effects first; found: place of the one that was found; every: of so many samples
-        one is kept; noise_deg; trials: name, held_out, begin_s, step_s, measured and, one list for each model,
-        predicted, in thousandths of a degree, None where a motion is not finite or far out.
+        models: in words, the one without effects first; found: place of the one that was found; every: of so many
+        samples one is kept; noise_deg: of the angle, an error below it is not drawn large; trials: name, held_out,
+        begin_s, step_s, measured and, one list for each model, predicted, in thousandths of a degree, None where a
+        motion is not finite or far out.
     """
     models = list(dict.fromkeys(predictions["model"]))
     every = max(1, -(-len(predictions) * (len(models) + 1) // (len(models) * MOST_NUMBERS)))
@@ -74,8 +77,10 @@ def list_motion(predictions: pd.DataFrame, found: str, noise_deg: float) -> dict
                 "predicted": [_thousandths(parts[model]["predicted_rad"]) for model in models],
             }
         )
-    about = {"models": models, "found": models.index(found), "every": every, "noise_deg": round(noise_deg, 6)}
-    return about | {"trials": trials}
+    again = f", started anew every {verdict['horizon_s']:g} s" if verdict["horizon_s"] else ""
+    labels = [described(m, verdict["titles"]) + again * (m in verdict["rmse_deg"]) for m in models]
+    about = {"models": labels, "found": models.index(verdict["model"]), "every": every}
+    return about | {"noise_deg": round(base_of(verdict)[1]["noise"], 6), "trials": trials}
 
 
 def _thousandths(angle_rad: pd.Series) -> list[int | None]:

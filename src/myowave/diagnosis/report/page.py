@@ -14,7 +14,7 @@ import pandas as pd
 from myowave.diagnosis.report.cells import accuracy_cells, parameter_cells, ranking_cells
 from myowave.diagnosis.report.contents import COMPARISON_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.motion import list_motion
-from myowave.diagnosis.report.tell import base_of, is_quiet, leaves_more, tell
+from myowave.diagnosis.report.tell import is_quiet, leaves_more, tell
 from myowave.diagnosis.report.templates import fill
 
 PIXELS = 1.9  # of a picture in one of the page
@@ -49,10 +49,10 @@ def write_page(story: Story) -> str:
         "images": {name: inline(path) for name, path in story.images.items()},
         # From the header of the PNG, so that letters are as large in all of them [px].
         "widths": {n: round(int.from_bytes(path.read_bytes()[16:20]) / PIXELS) for n, path in story.images.items()},
-        "motion": list_motion(story.predictions, found, base_of(verdict)[1]["noise"]),
+        "motion": list_motion(story.predictions, verdict),
         "doubts": story.doubts,
         "accuracy": accuracy_cells(verdict, story.ladder),
-        "rankings": [(m, ranking_cells(rows)) for m, rows in story.ranking.groupby("model", sort=False)],
+        "rankings": [(m, ranking_cells(rows, verdict)) for m, rows in story.ranking.groupby("model", sort=False)],
         "draft": story.draft if leaves_more(verdict) and verdict["formula"] != "0" else "",
         "several": story.ladder["model"].nunique() > 1,
         "parameters": parameter_cells(story.parameters[of_found & ~assumed]),

@@ -4,6 +4,7 @@ workflow/report/sentences.j2, and `tell` fills them for the page, the index, the
 import math
 import shlex
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import pandas as pd
@@ -12,7 +13,7 @@ from myowave.diagnosis.causes import CAUSE_TITLES, OUTSIDE
 from myowave.diagnosis.comparison.baselines import HORIZON_BASELINES, POSTURE, POSTURE_LOAD
 from myowave.diagnosis.report.ladder import ERROR, PLAIN, baseline_of, shown_network
 from myowave.diagnosis.report.numbers import degrees
-from myowave.diagnosis.report.templates import paragraphs, templates
+from myowave.diagnosis.report.templates import called, described, of_muscles, paragraphs, templates
 from myowave.diagnosis.scoring import answer
 
 Verdict = Mapping[str, Any]
@@ -43,7 +44,7 @@ def tell(verdict: Verdict, ladder: pd.DataFrame | None = None) -> dict[str, Any]
     named = answer(verdict["effects"] or verdict["nearest"], verdict["alternatives"], verdict["stand_ins"])
 
     def title(name: str) -> str:
-        return CAUSE_TITLES.get(name) or verdict["titles"].get(name) or name
+        return CAUSE_TITLES.get(name) or called(name, verdict["titles"])
 
     variables = {
         "v": verdict,
@@ -53,6 +54,7 @@ def tell(verdict: Verdict, ladder: pd.DataFrame | None = None) -> dict[str, Any]
         "added": [effect for effect in verdict["effects"] if effect in verdict["model"].split("+")],
         "named": " and ".join(" or ".join("something like it" if m == OUTSIDE else title(m) for m in c) for c in named),
         "title": title,
+        "model": partial(described, titles=verdict["titles"]),
         "likeliest": title(max(likely, key=lambda name: likely[name])) if likely else "an effect",
         "noise": noise(verdict),
         "noise_with_emg": noise_with_emg(verdict),
@@ -68,7 +70,8 @@ def tell(verdict: Verdict, ladder: pd.DataFrame | None = None) -> dict[str, Any]
     }
     told = templates().get_template("sentences.j2").make_module(variables)
     parts = {name: part for name, part in vars(told).items() if not name.startswith("_")}
-    return {name: "\n\n".join(paragraphs(part)) if isinstance(part, str) else part for name, part in parts.items()}
+    texts = {name: "\n\n".join(paragraphs(of_muscles(part))) for name, part in parts.items() if isinstance(part, str)}
+    return parts | texts
 
 
 def base_of(verdict: Verdict) -> tuple[str, Mapping[str, float]]:
