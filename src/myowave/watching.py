@@ -22,12 +22,14 @@ from myowave.diagnosis.comparison.baselines import POSTURE, POSTURE_LOAD
 from myowave.diagnosis.comparison.torque import compare_torque
 from myowave.diagnosis.report.change import changed_facts, tell_change
 from myowave.diagnosis.report.tell import AS_GOOD
+from myowave.diagnosis.report.templates import of_muscles, with_unit
 from myowave.identification.along import Along
 from myowave.identification.free_parameters import free_parameters
 from myowave.identification.record import make_record
 from myowave.identification.stages import attempt_fit
 from myowave.identification.torque import TorqueFit, fit_torque
 from myowave.models import build_model
+from myowave.physics.constants import constant_of
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
 from myowave.physics.muscle import EXTENSOR, FLEXOR
@@ -183,10 +185,10 @@ def _strengths(torque: TorqueFit, base: Model) -> Iterator[Question]:
         if free.name in sides:
             low, high = value - 2 * error, value + 2 * error
             decided = free.low < low and high < free.high and 2 * error < KNOWN * value
-            found = f"{value:.3g} ({max(low, free.low):.3g} to {min(high, free.high):.3g})."
-            yield Question(
-                f"Strength of {free.name.partition('_')[2]}?", found, "" if decided else LOADING[sides[free.name]]
-            )
+            unit = with_unit(constant_of(free.name).unit)
+            found = f"{value:.3g}{unit} ({max(low, free.low):.3g} to {min(high, free.high):.3g}{unit})."
+            asked = of_muscles(f"Strength of {free.name.partition('_')[2]}?")
+            yield Question(asked, found, "" if decided else LOADING[sides[free.name]])
 
 
 def _changes(trials: Trials, settings: Settings, dataset: str, base: Model) -> Iterator[Question]:

@@ -118,9 +118,9 @@ def test_each_seed_has_a_run_and_the_dataset_its_verdict_and_the_medians_of_its_
             assert run.data.metrics[name] == pytest.approx(table[name][seed])
         assert run.data.params.items() >= {"hidden": "50", "recipe": "rollout", "scales": "2"}.items()
         assert run.info.end_time - run.info.start_time == 12_000
-    assert parent.info.run_name == "case1: effect joint_damping"
+    assert parent.info.run_name == "case1: missing: damping of the joint"
     assert parent.data.metrics["test_r2"] == pytest.approx(table["test_r2"].median()), "best on validation trials"
-    shown = {"scales": "2", "recipe": "rollout", "verdict": "effect", "missing": "joint_damping"}
+    shown = {"scales": "2", "recipe": "rollout", "verdict": "missing", "missing": "joint_damping"}
     assert parent.data.params.items() >= shown.items()
     errors = {"heldout_rmse_deg": 0.6, "base_heldout_rmse_deg": 4.0, "missing_deg": 1.5}
     assert parent.data.metrics.items() >= errors.items() and "f0_Bi_error_pct" not in parent.data.metrics
@@ -141,7 +141,7 @@ def test_curves_run_through_the_scales_from_the_coarsest(results, uri):
 def test_a_dataset_without_networks_and_one_without_a_verdict_are_shown(results, uri):
     shutil.rmtree(results / "learning")
     published(results, uri)
-    assert stored(uri)[1].info.run_name == "case1: effect joint_damping"
+    assert stored(uri)[1].info.run_name == "case1: missing: damping of the joint"
     shutil.rmtree(results / "diagnosis")
     write_network(results, 1, val_r2=np.nan)
     published(results, uri)

@@ -57,7 +57,7 @@ def test_a_trial_is_read_once_it_is_whole_and_the_next_one_is_asked_for(session)
     assert "0 trials are in new" in said and "left out" not in said, "half a file is waited for"
     first, second = said.index("\n1 trials: a"), said.index("\n2 trials: a, b")
     assert "Next: the same once more. It decides: Do EMG and muscles foretell" in said[first:second]
-    assert "decided: Strength of Bi? " in said[second:] and "EMG and muscles, " in said[second:]
+    assert "decided: Strength of the biceps? " in said[second:] and "EMG and muscles, " in said[second:]
     assert said.count(" trials: a, b") == 1, "nothing is said where nothing is new"
 
 

@@ -99,14 +99,13 @@ def _overview(results: Path, dataset: str, networks: Mapping[Path, pd.DataFrame]
     if (path := diagnosis / "verdict.json").exists():
         made.append(path)
         verdict = json.loads(path.read_text(encoding="utf-8"))
-        missing = ", ".join(verdict["effects"])
+        story, missing = tell(verdict), ", ".join(verdict["effects"])
         ladder = pd.read_csv(diagnosis / "ladder.csv").set_index("model").select_dtypes("number")
-        name = f"{dataset}: {verdict['verdict']} {missing}".strip()
-        params |= {"verdict": verdict["verdict"], "missing": missing or "-", "physics": verdict["model"]}
+        name = ": ".join([dataset, story["label"], *([story["named"]] if missing else [])])
+        params |= {"verdict": story["label"], "missing": missing or "-", "physics": verdict["model"]}
         metrics |= ladder.loc[verdict["model"]].to_dict()
         of_base = ladder["heldout_rmse_deg"].iloc[0]
         metrics |= {"base_heldout_rmse_deg": of_base, "missing_deg": verdict["missing_deg"]}
-        story = tell(verdict)
         told += [story["headline"], story["where"], story["which"], "The whole story is in verdict.html, attached."]
         files |= {file.name: file for file in (*diagnosis.glob("verdict.*"), *sorted(diagnosis.glob("*.csv")))}
     if networks:
