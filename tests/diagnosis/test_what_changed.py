@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from myowave.cli import app
 from myowave.data.simulate import simulate_trials
 from myowave.data.store import write_trials
-from myowave.diagnosis.changed.ask import what_changed
+from myowave.diagnosis.changed.ask import _candidates, what_changed
 from myowave.diagnosis.changed.by_trial import ByTrial, Point
 from myowave.diagnosis.likelihood.algebra import Weighed
 from myowave.diagnosis.report.change import changed_facts, tell_change
@@ -115,6 +115,12 @@ def test_an_effect_with_states_is_said_to_be_left_out(ask):
         "fatigue",
         "vmax_change",
     )
+
+
+def test_no_change_is_sought_in_what_does_nothing_alone(base, effects):
+    effect = effects["stribeck_friction"]
+    sought = _candidates(base.with_effects([effect]), effect)
+    assert [change.parameters for change in sought] == [("stribeck_friction.tau",)] and len(effect.parameters) == 2
 
 
 def test_the_first_sentence_tells_what_how_much_and_what_the_control_says(loaded):

@@ -54,10 +54,14 @@ def test_effect_is_absent_at_zero_and_felt_at_its_typical_strength(name, elbow, 
     parameters = model.parameters_of(effect)
     absent = simulate(Simulation(model, dict.fromkeys(parameters, 0.0), drive, dt), 1.0)
     torch.testing.assert_close(absent.angle, plain.angle, rtol=0, atol=1e-9)
-    for parameter, values in parameters.items():  # each alone
-        felt = simulate(Simulation(model, {parameter: values.typical}, drive, dt), 1.0)
+    typical = {parameter: values.typical for parameter, values in parameters.items()}
+    for parameter, values in parameters.items():
+        others = dict.fromkeys(parameters, 0.0) if values.alone else typical
+        felt, without = (
+            simulate(Simulation(model, others | {parameter: value}, drive, dt), 1.0) for value in (values.typical, 0.0)
+        )
         assert torch.isfinite(felt.angle).all()
-        assert (felt.angle - plain.angle).abs().max() > 1e-4, parameter
+        assert (felt.angle - without.angle).abs().max() > 1e-4, parameter
 
 
 def test_all_effects_together_change_nothing_at_zero(elbow, drive, plain, dt):

@@ -87,7 +87,7 @@ def test_elastic_torques_do_no_work_around_a_closed_path_and_ignore_speed(name, 
     torch.testing.assert_close(moving.expand_as(ANGLES), still.expand_as(ANGLES), rtol=0, atol=0)
 
 
-@pytest.mark.parametrize("name", ["joint_damping", "coulomb_friction", "muscle_damping"])
+@pytest.mark.parametrize("name", ["joint_damping", "coulomb_friction", "stribeck_friction", "muscle_damping"])
 def test_friction_and_damping_only_take_energy(name, elbow):
     effect = catalogue()[name]
     model = elbow.with_effects([effect])

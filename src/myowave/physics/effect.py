@@ -75,6 +75,7 @@ class Parameter:
         typical: a strength of practical interest, of either sign; scales steps and studies.
         meaning: one phrase for people.
         per_muscle: one value for each muscle instead of one for all.
+        alone: whether it acts while the effect's other parameters are 0, as the speed of a friction does not.
     """
 
     unit: str
@@ -84,6 +85,7 @@ class Parameter:
     typical: float
     meaning: str
     per_muscle: bool = False
+    alone: bool = True
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.low) and math.isfinite(self.high)):

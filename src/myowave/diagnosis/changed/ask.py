@@ -191,10 +191,12 @@ def _weighable(model: Model, effect: Effect) -> bool:
 
 
 def _candidates(model: Model, effect: Effect) -> list[Change]:
-    """The changes that an effect of a model stands for: each of its parameters, those of muscles for each electrode
-    and for all alike."""
+    """The changes that an effect of a model stands for: each of its parameters that acts alone, those of muscles for
+    each electrode and for all alike."""
     found = []
     for short, parameter in effect.parameters.items():
+        if not parameter.alone:
+            continue
         names = tuple(model.names(effect, short))
         if parameter.per_muscle:
             for channel in electrodes(model):

@@ -11,6 +11,7 @@ from myowave.physics.effect_files import load_effects
 NAMES = (
     "joint_damping",
     "coulomb_friction",
+    "stribeck_friction",
     "quadratic_drag",
     "load_friction",
     "joint_stiffness",
