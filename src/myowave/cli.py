@@ -126,7 +126,8 @@ def predict(
     fixed = read_known("--known", known or [], tuple(trained.architecture.known))
     predictor = Predictor(trained, None if seed is None else [seed])
     if emg not in ("", "-") and dataset and not raw:
-        trial = trial or Path(emg).stem  # prepared as the other trials, so that the same EMG counts as 1
+        # Prepared as the other trials, so that the same EMG counts as 1.
+        trial = trial or sources.trial_of(Path(emg), dataset, config)
     for file in (output, picture):
         refuse_to_overwrite(file, [checkpoint, Path("/dev/stdin" if emg == "-" else emg or checkpoint)])
     with ExitStack() as files:

@@ -3,7 +3,6 @@
 Import, the fit to torque, the comparison and `changed` are those of the rules. Nothing is written.
 """
 
-import fnmatch
 import glob
 import re
 import time
@@ -118,13 +117,8 @@ def _patterns(folder: Path, block: Dataset) -> dict[str, tuple[str, ...]]:
     if isinstance(block, MeasuredDataset):
         tidy = [path for path in folder.glob("[!.]*") if path.suffix in TIDY_ENDINGS]
         return {path.stem: (glob.escape(str(path)),) for path in tidy}
-    pattern = block.angle.file
-    written = fnmatch.translate(pattern).replace(re.escape(TRIAL), "(?P<trial>[^/]+)", 1)
-    matches = [
-        re.match(written.replace(re.escape(TRIAL), "(?P=trial)"), path)
-        for path in glob.glob(pattern.replace(TRIAL, "*"))
-    ]
-    names = {match["trial"] for match in matches if match} - {*block.mvc}
+    found = (block.angle.trial_of(Path(path)) for path in glob.glob(block.angle.file.replace(TRIAL, "*")))
+    names = {name for name in found if name} - {*block.mvc}
     return {name: block.model_copy(update={"trials": (name,), "mvc": ()}).files for name in names}
 
 

@@ -21,8 +21,10 @@ from myowave.learning.prediction import predict_free_running
 from myowave.learning.streaming.command import predict_lines, start_angles
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.streaming.reading import LONGEST
+from myowave.learning.streaming.sources import trial_of
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
+from myowave.settings.recording import RawSignal
 
 ROOT = Path(__file__).parents[2]
 SEEDS = (0, 1)
@@ -148,6 +150,19 @@ def test_a_recording_that_was_made_since_is_prepared_as_the_others(project, chec
     read = [pd.read_csv(io.StringIO(result.stdout)) for result in (by_name, by_file, alone)]
     for other in read[1:]:
         pd.testing.assert_frame_equal(read[0], other, atol=1e-6)
+
+
+def test_a_raw_file_of_a_recorder_is_of_the_trial_that_the_settings_have_it_for(project):
+    """Its name says the muscle, and its folder the trial; the angle's file is no EMG."""
+    config = [ROOT / "config.yaml", Path("mine.yaml")]
+    folder, file = "data/elbow_curls/emg/new_1", "Noraxon Ultium-RT BICEPS BR..csv.gz"
+    assert trial_of(Path(folder, file), "human_curls", config) == "new_1"
+    assert trial_of(Path("data").absolute().parent / folder / file, "human_curls", config) == "new_1"
+    assert trial_of(Path(folder, "elbow.csv"), "human_curls", config) == "elbow"
+    assert trial_of(Path(folder, "elbow.csv"), "small", config) == "elbow", "each file of it is a trial"
+    assert trial_of(Path(folder, "elbow.csv"), "of another run", config) == "elbow"
+    both = RawSignal(file="raw/{trial}/{trial}_emg.csv")
+    assert both.trial_of(Path("raw/a/a_emg.csv")) == "a" and both.trial_of(Path("raw/a/b_emg.csv")) is None
 
 
 def test_of_a_trial_that_is_not_there_all_that_are_are_told(project):

@@ -1,5 +1,9 @@
 """Raw recordings within the section `data`: where each signal is, and how EMG is processed."""
 
+import fnmatch
+import os
+import re
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import model_validator
@@ -23,6 +27,12 @@ class RawSignal(Section):
     format: Format | None = setting("format of the file; null goes by the ending", default=None)
     unit: str | None = setting("unit, where the file names none", default=None)
     rate_hz: Real | None = setting("samples a second, where the file does not tell", "Hz", None, ge=10, le=50_000)
+
+    def trial_of(self, path: Path) -> str | None:
+        """The trial for which `file` stands for this one; None where it never does."""
+        written = fnmatch.translate(os.path.abspath(self.file)).replace(re.escape(TRIAL), "(?P<trial>[^/]+)", 1)
+        match = re.match(written.replace(re.escape(TRIAL), "(?P=trial)"), os.path.abspath(path))
+        return match and match["trial"]
 
 
 class EmgChannel(RawSignal):

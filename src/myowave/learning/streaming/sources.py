@@ -58,6 +58,13 @@ def find_checkpoint(dataset: str) -> Path:
     return ordered[0]
 
 
+def trial_of(file: Path, dataset: str, config: Sequence[Path]) -> str:
+    """The trial whose EMG is in a file, by the files that the settings of a dataset name; else its own name."""
+    block = read_settings(config).data.datasets.get(dataset)
+    channels = block.emg.values() if isinstance(block, RecordedDataset) else ()
+    return next(filter(None, (channel.trial_of(file) for channel in channels)), file.stem)
+
+
 def trial_lines(dataset: str, trial: str, checkpoint: Checkpoint, config: Sequence[Path]) -> list[str]:
     """A trial as lines of CSV, at the rate of a network: of the trials in results/, else of its recordings, which are
     then prepared together with those of the dataset, so that the same EMG counts as 1. A ValueError for a dataset or
