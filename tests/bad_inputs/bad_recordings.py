@@ -226,7 +226,10 @@ TOLD_IN_MEMORY = {
         swapped_in_the_longest,
         "EMG against the motion: .* the wrong way round in trial b and no other",
     ),
-    "channels swapped beside a third that is right": (beside_a_third, "EMG against the motion: .* EMG of emg_biceps"),
+    "channels swapped beside a third that is right": (
+        beside_a_third,
+        "EMG against the motion: EMG of emg_biceps and emg_triceps",
+    ),
     "an arm over the head": (made(lambda t: t + 120, "tilt_rad"), "a tilt_rad lean of the upper arm: .*unit"),
     "a lean in rad called deg": (
         made(lambda t: np.radians(t + 3 * np.sin(np.arange(len(t)) / 40)), "tilt_rad"),

@@ -116,18 +116,14 @@ def _pair_against(prepared: Prepared, flexor: str, extensor: str) -> Iterator[st
     # Muscles that pull together may give extensors the sign of flexors, but not more than half of these have then.
     swapped, *each = (flexed < extended / 2 for flexed, extended in (together, *effort.values()))
     share = np.mean(each or [False])
-    names = [name for name in (flexor, extensor) if name]
+    where = ""
     if odd := _unlike_the_others(prepared, flexor, extensor, effort):
-        yield (
-            f"EMG of {' and '.join(names)} goes with angle, speed and acceleration the wrong way round in trial "
-            f"{', '.join(odd)} and no other"
-        )
+        where = f"in trial {', '.join(odd)} and no other"
     elif np.abs(together).max() >= AGAINST and swapped and share >= MOST_TRIALS:
-        both = zip((flexor, extensor), together, strict=True)
-        yield (
-            " and ".join(f"{size:.2f} by the EMG of {name}" for name, size in both if name)
-            + f" of the acceleration towards flexion, in {share:.0%} of the trials the wrong way round"
-        )
+        where = f"in {share:.0%} of the trials"
+    if where:
+        names = " and ".join(filter(None, (flexor, extensor)))
+        yield f"EMG of {names} goes with angle, speed and acceleration the wrong way round {where}"
 
 
 def _unlike_the_others(prepared: Prepared, flexor: str, extensor: str, effort: Mapping[str, Array]) -> list[str]:
@@ -147,13 +143,12 @@ def _unlike_the_others(prepared: Prepared, flexor: str, extensor: str, effort: M
         spread = (signs[:, None] * ways).std(0).clip(1e-12)
         return float(-(len(signs) - 1) * np.log(spread).sum() - (signs < 0).sum() * np.log(len(signs)))
 
-    best = as_is = np.ones(len(ways))
-    while len(ways) > 2:
-        turned = max(best * (1 - 2 * np.eye(len(ways))), key=evidence)
-        if evidence(turned) <= evidence(best):
-            break
-        best = turned
-    sure = evidence(best) - evidence(as_is) > np.log(SURE) if len(ways) else False
+    as_is = best = np.ones(len(ways))
+    if len(ways) < 3:  # of two nobody can say which
+        return []
+    for _ in ways:
+        best = max((best, *(best * (1 - 2 * np.eye(len(ways))))), key=evidence)
+    sure = evidence(best) - evidence(as_is) > np.log(SURE)
     return [name for name, sign in zip(effort, best, strict=True) if sure and sign < 0]
 
 
