@@ -13,7 +13,7 @@ from myowave.diagnosis.causes import CAUSE_TITLES, OUTSIDE
 from myowave.diagnosis.comparison.baselines import HORIZON_BASELINES, POSTURE, POSTURE_LOAD
 from myowave.diagnosis.report.ladder import ERROR, PLAIN, baseline_of, shown_network
 from myowave.diagnosis.report.numbers import degrees
-from myowave.diagnosis.report.templates import called, described, of_muscles, paragraphs, templates
+from myowave.diagnosis.report.templates import called, described, paragraphs, templates
 from myowave.diagnosis.scoring import answer
 
 Verdict = Mapping[str, Any]
@@ -70,8 +70,7 @@ def tell(verdict: Verdict, ladder: pd.DataFrame | None = None) -> dict[str, Any]
     }
     told = templates().get_template("sentences.j2").make_module(variables)
     parts = {name: part for name, part in vars(told).items() if not name.startswith("_")}
-    texts = {name: "\n\n".join(paragraphs(of_muscles(part))) for name, part in parts.items() if isinstance(part, str)}
-    return parts | texts
+    return {name: "\n\n".join(paragraphs(part)) if isinstance(part, str) else part for name, part in parts.items()}
 
 
 def base_of(verdict: Verdict) -> tuple[str, Mapping[str, float]]:

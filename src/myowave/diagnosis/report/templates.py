@@ -42,7 +42,7 @@ def templates() -> jinja2.Environment:
     )
     environment.policies["json.dumps_kwargs"] = {"sort_keys": True, "separators": (",", ":"), "allow_nan": False}
     environment.filters |= {"deg": degrees, "two": two_digits, "r2": r2_text, "estimate": estimate, "unit": with_unit}
-    environment.filters["number"] = number
+    environment.filters |= {"number": number, "muscles": of_muscles}
     return environment
 
 
