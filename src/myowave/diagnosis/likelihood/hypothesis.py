@@ -4,7 +4,7 @@ Shapes: T trials, P free parameters, W waves of a trial.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -27,7 +27,7 @@ from myowave.diagnosis.likelihood.components import COLOURED, STARTS, coloured, 
 from myowave.diagnosis.likelihood.waves import MEMORIES_S, View
 from myowave.identification.free_parameters import bounds, scales
 from myowave.identification.least_squares import descend, minimise_within, scaled_slope
-from myowave.identification.output_error import Fit, take_step
+from myowave.identification.output_error import KEEPS, Fit, take_step
 
 PARAMETERS = ("constants", "starts")
 DAMPING = (0.0, 0.01, 0.1, 1.0, 10.0)  # of steps, until one is for the better
@@ -50,18 +50,15 @@ class Hypothesis:
     expected_emg: bool = False  # whether its EMG is what is expected behind the recorded noise
 
     @classmethod
-    def of(
-        cls,
-        fit: Fit,
-        view: View,
-        effects: Sequence[str] = (),
-        seeds: Sequence[Weighed] = (),
-        prior: float = 0.0,
-        expected_emg: bool = False,
-    ) -> "Hypothesis":
-        """Linearised where a fit stands."""
+    def of(cls, fit: Fit, view: View) -> "Hypothesis":
+        """A model without effects, linearised where a fit stands."""
         residual = residual_of(fit, view)
-        return cls(tuple(effects), fit, view, residual, weigh_components(residual, seeds), prior, expected_emg)
+        return cls((), fit, view, residual, weigh_components(residual))
+
+    def at(self, fit: Fit) -> "Hypothesis":
+        """The same where another fit stands, whose causes are sought from the most likely ones here."""
+        residual = residual_of(fit, self.view)
+        return replace(self, fit=fit, residual=residual, states=weigh_components(residual, [self.best]))
 
     @property
     def best(self) -> Weighed:
@@ -112,14 +109,14 @@ class Hypothesis:
 def settle(begin: Hypothesis, leader: float = -math.inf, steps: int = 4) -> Hypothesis:
     """The same model where its parameters are most likely, causes weighed anew there after so many steps of these; one
     that stays `BEHIND` the leader, the most likely model so far, is given up."""
-    best = begin
+    best, level = begin, 0
     for turn in range(CLIMBS):
         if best.total < leader - BEHIND:
             break
-        fit = climb(best, steps)
+        fit, level = climb(best, steps, level)
         if fit is best.fit:
             break
-        found = Hypothesis.of(fit, best.view, best.effects, [best.best], best.prior, best.expected_emg)
+        found = best.at(fit)
         gained = found.total - best.total
         # Where the first step comes from its evidence is of first order, be it the larger.
         if gained > 0 or not turn:
@@ -129,8 +126,15 @@ def settle(begin: Hypothesis, leader: float = -math.inf, steps: int = 4) -> Hypo
     return best
 
 
-def climb(hypothesis: Hypothesis, steps: int) -> Fit:
-    """Gauss-Newton steps to the most likely parameters, with the covariance of the best state."""
+def climb(hypothesis: Hypothesis, steps: int, level: int) -> tuple[Fit, int]:
+    """Gauss-Newton steps to the most likely parameters, with the covariance of the best state.
+
+    Args:
+        level: of `DAMPING`, which the first step is tried with.
+
+    Returns:
+        The fit, and the level to go on with.
+    """
     fit, view = hypothesis.fit, hypothesis.view
     covariance = Covariance(hypothesis.residual.without(PARAMETERS), hypothesis.best.sizes)
     deviation, centre = prior_of(fit)
@@ -148,6 +152,7 @@ def climb(hypothesis: Hypothesis, steps: int) -> Fit:
         return float(covariance.inner(left, left)) + float(weight @ off**2)
 
     def attempts(fit: Fit) -> Iterator[Fit | None]:
+        nonlocal level
         left, off = left_of(fit)
         slope = view.amplitudes(scaled_slope(fit.sensitive.by_parameter, unit, fit.record.valid))
         apart = start_columns(fit, view)[:, :, None] * torch.eye(trials)[:, None, :, None]
@@ -155,16 +160,21 @@ def climb(hypothesis: Hypothesis, steps: int) -> Fit:
         matrix = covariance.inner(columns, columns).numpy() + np.diag(np.r_[weight, flat + LEAST])
         vector = covariance.inner(columns, left)[:, 0].numpy() + np.r_[weight * off, flat]
         lowest, highest = (np.r_[(b - fit.values) / unit, flat + end] for b, end in ((low, -np.inf), (high, np.inf)))
-        for damping in DAMPING:
-            damped = matrix + (damping + 1e-9) * np.diag(np.diag(matrix))
+        first = level
+        for level in range(first, len(DAMPING)):
+            damped = matrix + (DAMPING[level] + 1e-9) * np.diag(np.diag(matrix))
             step = minimise_within(damped, vector, lowest, highest)
-            if 2 * step @ vector - step @ matrix @ step < LITTLE / 3:
+            promise = 2 * step @ vector - step @ matrix @ step
+            if promise < LITTLE / 3:
                 return
             shift = step[len(unit) :].reshape(trials, 2) * STARTS
-            yield take_step(fit, step[: len(unit)], shift)
+            tried = take_step(fit, step[: len(unit)], shift)
+            if level == first and tried is not None and objective(fit) - objective(tried) > KEEPS * promise:
+                level = max(level - 1, 0)
+            yield tried
 
     *_, last = descend(fit, objective, attempts, steps, LITTLE)
-    return last
+    return last, level
 
 
 def with_likely_memory(hypothesis: Hypothesis) -> Hypothesis:
