@@ -27,7 +27,7 @@ from myowave.diagnosis.likelihood.components import COLOURED, STARTS, coloured, 
 from myowave.diagnosis.likelihood.waves import MEMORIES_S, View
 from myowave.identification.free_parameters import bounds, scales
 from myowave.identification.least_squares import descend, minimise_within, scaled_slope
-from myowave.identification.output_error import KEEPS, Fit, take_step
+from myowave.identification.output_error import Fit, take_step
 
 PARAMETERS = ("constants", "starts")
 DAMPING = (0.0, 0.01, 0.1, 1.0, 10.0)  # of steps, until one is for the better
@@ -109,11 +109,11 @@ class Hypothesis:
 def settle(begin: Hypothesis, leader: float = -math.inf, steps: int = 4) -> Hypothesis:
     """The same model where its parameters are most likely, causes weighed anew there after so many steps of these; one
     that stays `BEHIND` the leader, the most likely model so far, is given up."""
-    best, level = begin, 0
+    best = begin
     for turn in range(CLIMBS):
         if best.total < leader - BEHIND:
             break
-        fit, level = climb(best, steps, level)
+        fit = climb(best, steps)
         if fit is best.fit:
             break
         found = best.at(fit)
@@ -126,15 +126,8 @@ def settle(begin: Hypothesis, leader: float = -math.inf, steps: int = 4) -> Hypo
     return best
 
 
-def climb(hypothesis: Hypothesis, steps: int, level: int) -> tuple[Fit, int]:
-    """Gauss-Newton steps to the most likely parameters, with the covariance of the best state.
-
-    Args:
-        level: of `DAMPING`, which the first step is tried with.
-
-    Returns:
-        The fit, and the level to go on with.
-    """
+def climb(hypothesis: Hypothesis, steps: int) -> Fit:
+    """Gauss-Newton steps to the most likely parameters, with the covariance of the best state."""
     fit, view = hypothesis.fit, hypothesis.view
     covariance = Covariance(hypothesis.residual.without(PARAMETERS), hypothesis.best.sizes)
     deviation, centre = prior_of(fit)
@@ -152,7 +145,6 @@ def climb(hypothesis: Hypothesis, steps: int, level: int) -> tuple[Fit, int]:
         return float(covariance.inner(left, left)) + float(weight @ off**2)
 
     def attempts(fit: Fit) -> Iterator[Fit | None]:
-        nonlocal level
         left, off = left_of(fit)
         slope = view.amplitudes(scaled_slope(fit.sensitive.by_parameter, unit, fit.record.valid))
         apart = start_columns(fit, view)[:, :, None] * torch.eye(trials)[:, None, :, None]
@@ -160,21 +152,16 @@ def climb(hypothesis: Hypothesis, steps: int, level: int) -> tuple[Fit, int]:
         matrix = covariance.inner(columns, columns).numpy() + np.diag(np.r_[weight, flat + LEAST])
         vector = covariance.inner(columns, left)[:, 0].numpy() + np.r_[weight * off, flat]
         lowest, highest = (np.r_[(b - fit.values) / unit, flat + end] for b, end in ((low, -np.inf), (high, np.inf)))
-        first = level
-        for level in range(first, len(DAMPING)):
-            damped = matrix + (DAMPING[level] + 1e-9) * np.diag(np.diag(matrix))
+        for damping in DAMPING:
+            damped = matrix + (damping + 1e-9) * np.diag(np.diag(matrix))
             step = minimise_within(damped, vector, lowest, highest)
-            promise = 2 * step @ vector - step @ matrix @ step
-            if promise < LITTLE / 3:
+            if 2 * step @ vector - step @ matrix @ step < LITTLE / 3:
                 return
             shift = step[len(unit) :].reshape(trials, 2) * STARTS
-            tried = take_step(fit, step[: len(unit)], shift)
-            if level == first and tried is not None and objective(fit) - objective(tried) > KEEPS * promise:
-                level = max(level - 1, 0)
-            yield tried
+            yield take_step(fit, step[: len(unit)], shift)
 
     *_, last = descend(fit, objective, attempts, steps, LITTLE)
-    return last, level
+    return last
 
 
 def with_likely_memory(hypothesis: Hypothesis) -> Hypothesis:
