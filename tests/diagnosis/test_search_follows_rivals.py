@@ -4,10 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from myowave.diagnosis.likelihood.components import EMG
 from myowave.diagnosis.search.weigh import Posterior, _rivals
-
-NOISY = frozenset({"curves", EMG})
 
 
 def model(total, *effects, on=frozenset({"curves"}), expected_emg=False):
@@ -18,7 +15,7 @@ def model(total, *effects, on=frozenset({"curves"}), expected_emg=False):
 def found():
     posterior = Posterior(-3.0)
     posterior.add(model(0.0), model(100.0, "drag"), model(91.0, "damping"), model(79.0, "stiffness"))
-    posterior.add(model(95.0, "drag", "tilt"), model(93.0, "damping", on=NOISY, expected_emg=True))
+    posterior.add(model(95.0, "drag", "tilt"), model(93.0, "damping", expected_emg=True))
     return posterior
 
 
@@ -28,10 +25,3 @@ def test_models_that_are_nearly_as_likely_are_followed_each_once(found):
 
 def test_none_is_followed_beside_a_model_that_leaves_noise_alone(found):
     assert _rivals(found, model(100.0, "drag", on=frozenset())) == []
-
-
-@pytest.mark.parametrize("on, shown", [(NOISY, 90.0), (frozenset(), 91.0)])
-def test_a_model_is_shown_as_driven_by_the_emg_that_its_noise_calls_for(on, shown):
-    posterior = Posterior(-3.0)
-    posterior.add(model(91.0, "crosstalk", on=on), model(90.0, "crosstalk", on=on, expected_emg=True))
-    assert posterior.by_effects()[frozenset({"crosstalk"})].total == shown

@@ -74,13 +74,6 @@ def test_no_step_of_a_descent_raises_the_error(make_noisy, base, free):
     assert len(errors) > 2 and errors == sorted(errors, reverse=True) and errors[-1] < 0.9 * errors[0]
 
 
-def test_a_rough_descent_is_shorter_and_can_be_gone_on_with(exact, base, free):
-    (first,) = LiftedSearch.begin(base, exact, free, start_values(free, [1])).fits()
-    rough = polish(first, standstill=1e9)
-    assert not rough.converged and rough.objective > 1e3 * polish(first).objective
-    assert worst_error(polish(rough).values, free, base) < 1e-4
-
-
 def test_standard_errors_are_as_large_as_the_errors(make_noisy, base, free):
     scores = []
     for seed in range(8):

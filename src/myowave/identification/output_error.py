@@ -33,7 +33,7 @@ from myowave.physics.trajectory import Newton, Sensitive, solve
 
 TOLERANCE = 1e-5  # of the simulated state [rad, rad/s]
 GAIN = 1e-3  # stop where the next step would lower the sum of squares by less than this many residual variances
-STANDSTILL = 0.03  # independent samples; see `descend`
+STANDSTILL = 0.03  # stop after a step that gained less than this many independent samples are worth
 LIFTED_STEPS, STEPS = 4, 30  # the first suffice for sixteen starts to come down to two
 WATCHDOG, WATCHDOG_STEPS = 100.0, 3  # a step that fails is followed further if the sum of squares grew by less
 KEEPS = 0.5  # of its promise: a step that keeps more is followed by a bolder one
@@ -255,13 +255,12 @@ def fit_simulated(model: Model, record: Record, free: Sequence[Free], values: Ar
     return None if begun is None else polish(begun)
 
 
-def refit(fit: Fit, model: Model, free: Sequence[Free], standstill: float = STANDSTILL) -> Fit:
+def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:
     """Fit a related model from where another fit ended.
 
     Args:
         fit: parameters that both have start from here; others from `Free.start`.
         model: with effects added or taken away.
-        standstill: see `descend`.
     """
     known, guess = fit.parameters, fit.sensitive.motion.state
     values = within(free, np.array([known.get(p.name, p.start) for p in free]))
@@ -269,24 +268,21 @@ def refit(fit: Fit, model: Model, free: Sequence[Free], standstill: float = STAN
     if model.stateful != fit.model.stateful:
         guess = resting_states(problem.simulation, guess[..., 0], guess[..., 1])
     begun = problem.fit_at(values, fit.starts, guess)
-    return fit_model(model, fit.record, free) if begun is None else polish(begun, standstill)
+    return fit_model(model, fit.record, free) if begun is None else polish(begun)
 
 
-def polish(fit: Fit, standstill: float = STANDSTILL) -> Fit:
+def polish(fit: Fit) -> Fit:
     """The fit at the end of its descent."""
-    *_, last = descend(fit, standstill)
+    *_, last = descend(fit)
     return last
 
 
-def descend(fit: Fit, standstill: float = STANDSTILL) -> Iterator[Fit]:
+def descend(fit: Fit) -> Iterator[Fit]:
     """Levenberg-Marquardt: the fit as it is, then after each step, each no worse than the one before.
 
     A full step along a curved valley may land on its slope; the next steps from there lead back to the floor, further
     on. So a step that promises more than a residual variance and fails gets these before it is given up (Chamberlain et
-    al. 1982, the "watchdog" technique).
-
-    Args:
-        standstill: a step that gained less than so many independent samples are worth is the last.
+    al. 1982, the "watchdog" technique). Steps that creep along kinks of curves end at `STANDSTILL`.
     """
     damping, settled = DAMPING, fit.converged
 
@@ -303,7 +299,7 @@ def descend(fit: Fit, standstill: float = STANDSTILL) -> Iterator[Fit]:
             if promise > fit.variance and fit.record.pieces is None and not fit.model.stateful:
                 tried = _follow(fit, tried, damping)  # in pieces, and with states, a shorter step costs less
             if tried is not None and tried.objective < fit.objective:
-                settled = fit.objective - tried.objective < standstill * tried.independent_variance
+                settled = fit.objective - tried.objective < STANDSTILL * tried.independent_variance
                 damping = max(damping * DAMPING_DOWN, 1e-12) if kept else damping
             yield tried
             if damping > DAMPING_MOST:
@@ -311,7 +307,7 @@ def descend(fit: Fit, standstill: float = STANDSTILL) -> Iterator[Fit]:
             damping = max(damping, DAMPING) * DAMPING_UP
 
     for found in islice(least_squares.descend(fit, lambda fit: fit.objective, attempts, STEPS), 1 + STEPS):
-        yield replace(found, converged=settled and standstill <= STANDSTILL)
+        yield replace(found, converged=settled)
 
 
 def _follow(fit: Fit, tried: Fit | None, damping: float) -> Fit | None:

@@ -17,7 +17,6 @@ from myowave.diagnosis.likelihood.components import MISSING, residual_of
 from myowave.diagnosis.likelihood.terms import OF_ACTIVATION, OF_MOTION, OfJoint, torque_effect
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.score import score_effects
-from myowave.diagnosis.search.weigh import ROUGHLY
 from myowave.identification.output_error import Fit, polish
 from myowave.identification.stages import attempt_fit
 from myowave.physics.effect import Effect
@@ -92,7 +91,7 @@ def draft_effect(fit: Fit, view: View) -> Draft:
     while len(chosen) < MOST_TERMS:
         scores = score_effects(current, (term.effect for term in LIBRARY))
         sound = sorted((s for s in scores.values() if not s.absorbed and not s.failure), key=lambda s: -s.drop)
-        fits = [(s.effect, attempt_fit(partial(polish, s.start, ROUGHLY))) for s in sound[:TRIED]]
+        fits = [(s.effect, attempt_fit(partial(polish, s.start))) for s in sound[:TRIED]]
         tried = [(_log_evidence(found, view) + PRIOR, name, found) for name, found in fits if found is not None]
         total, name, better = max(tried, key=lambda found: found[0], default=(-math.inf, "", fit))
         if total - likely < SURE:

@@ -15,7 +15,7 @@ import torch
 
 from myowave.diagnosis.likelihood.algebra import COST, most_likely, weigh_components
 from myowave.diagnosis.likelihood.components import COLOURED, EMG, REPEATS, residual_above
-from myowave.diagnosis.likelihood.hypothesis import BEHIND, LITTLE, Hypothesis, settle, with_likely_memory
+from myowave.diagnosis.likelihood.hypothesis import BEHIND, Hypothesis, settle, with_likely_memory
 from myowave.diagnosis.likelihood.sensor import Sensor, knots_of
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.score import FAILURES, ScoreTest, score_effects
@@ -33,7 +33,6 @@ OUTSIDE = 0.03  # ASSUME: so likely is one part of the general correction, besid
 MOST_EFFECTS = 3
 REFITS, PAIRS = 3, 2  # that are fitted from one model
 CLEARLY = 5.0  # nats
-ROUGHLY = 2 * LITTLE  # independent samples: fits from which likelihoods climb on are exact enough where they gain less
 HOPELESS = 1.0  # nats that an effect may promise less than the model without it, and still be fitted
 WORTH_FOLLOWING = 10.0  # of the objective without an effect: what a fresh start with it may begin at
 CORNERS = 3.0 * 4.0 ** (np.arange(7) / 6)  # of filters, in units of the motion's edge
@@ -60,15 +59,11 @@ class Posterior:
         return max(self.models.values(), key=lambda model: model.total)
 
     def by_effects(self) -> dict[frozenset[str], Hypothesis]:
-        """The most likely hypothesis with each set of effects; if one is driven by the EMG that its causes call for, it
-        is that: what noise of the EMG does is of first order about the recorded one, and off by some nats."""
-
-        def rank(model: Hypothesis) -> tuple[bool, float]:
-            return (EMG in model.on) == model.expected_emg, model.total
-
+        """The most likely hypothesis with each set of effects, whatever EMG drives it."""
         found: dict[frozenset[str], Hypothesis] = {}
         for (names, _), model in self.models.items():
-            found[names] = max(found.get(names, model), model, key=rank)
+            if names not in found or model.total > found[names].total:
+                found[names] = model
         return found
 
     def add(self, *found: Hypothesis) -> None:
@@ -111,7 +106,7 @@ def weigh_models(fit: Fit, effects: Iterable[Effect], led: Fit | None = None) ->
     found.add(base, _of_other_emg(base, fit))
     if led is not None:
         more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
-        found.add(settle(replace(base, effects=more, prior=found.prior * len(more)).at(led)))
+        found.add(settle(Hypothesis.of(led, base.view, more, [base.best], found.prior * len(more))))
     _search(found, fit, catalogue)
     likely = through_likely_filter(found.best.fit, unfiltered)
     if likely.sensor.corner_hz is None and view.sensor.corner_hz is not None:
@@ -124,9 +119,9 @@ def weigh_models(fit: Fit, effects: Iterable[Effect], led: Fit | None = None) ->
 def _seen_anew(found: Posterior, view: View) -> Posterior:
     """The same models, the trials looked at in another way."""
     again, best = Posterior(found.prior), found.best
-    view = with_likely_memory(replace(best, view=view).at(best.fit)).view
+    view = with_likely_memory(Hypothesis.of(best.fit, view, best.effects, [best.best], best.prior)).view
     for model in sorted(found.models.values(), key=lambda model: -model.total):
-        begun = replace(model, view=view).at(model.fit)
+        begun = Hypothesis.of(model.fit, view, model.effects, [model.best], model.prior, model.expected_emg)
         again.add(settle(begun, again.best.total if again.models else -math.inf))
     return again
 
@@ -167,7 +162,8 @@ def _with_one_less(model: Hypothesis) -> list[Hypothesis]:
         if fit is not None:
             rest = tuple(other for other in model.effects if other != name)
             prior = model.prior * len(rest) / len(model.effects)
-            found.append(settle(replace(model, effects=rest, prior=prior).at(fit), model.total))
+            begun = Hypothesis.of(fit, model.view, rest, [model.best], prior, model.expected_emg)
+            found.append(settle(begun, model.total))
     return found
 
 
@@ -237,11 +233,11 @@ def _fitted(top: Hypothesis, begin: Fit, effects: tuple[str, ...], prior: float,
     as they may hold the effect back, also from its fit by least squares. None where it has no motion."""
 
     def settled(fit: Fit) -> Hypothesis:
-        return settle(replace(top, effects=effects, prior=prior).at(fit), leader)
+        return settle(Hypothesis.of(fit, top.view, effects, [top.best], prior, top.expected_emg), leader)
 
     try:
         found = settled(begin)
-        again = settled(polish(begin, ROUGHLY)) if top.on and found.total < leader + CLEARLY else found
+        again = settled(polish(begin)) if top.on and found.total < leader + CLEARLY else found
     except FAILURES:
         return None
     return max(found, again, key=lambda model: model.total)
@@ -280,7 +276,7 @@ def _of_other_emg(model: Hypothesis, recorded: Fit) -> Hypothesis:
         emg = expected_excitation(record.emg.numpy(), valid, model.best.sizes[EMG])
         record = replace(record, emg=torch.from_numpy(emg))
     fit = replace(model.fit, record=record)
-    found = attempt_fit(lambda: refit(fit, fit.model, fit.free, ROUGHLY))
+    found = attempt_fit(lambda: refit(fit, fit.model, fit.free))
     if found is None:
         return model
-    return settle(replace(model, expected_emg=not model.expected_emg).at(found))
+    return settle(Hypothesis.of(found, model.view, model.effects, [model.best], model.prior, not model.expected_emg))
