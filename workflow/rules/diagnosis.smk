@@ -223,7 +223,10 @@ rule tell_change:
     input:
         trials="results/data/{dataset}/trials.parquet",
         physics=physics_files,
-        parts=[page_file(name) for name in ("changed.html.j2", "page.html.j2", "changed.j2", "words.j2", "style.css")],
+        parts=[
+            page_file(name)
+            for name in ("changed.html.j2", "page.html.j2", "tables.html.j2", "changed.j2", "words.j2", "style.css")
+        ],
     output:
         facts=f"{DIAGNOSIS}/changed.json",
         page=report(

@@ -4,8 +4,13 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
+import pandas as pd
+
 from myowave.diagnosis.changed.ask import SURE, Answered
-from myowave.diagnosis.report.templates import fill, paragraphs, templates
+from myowave.diagnosis.report.numbers import number
+from myowave.diagnosis.report.templates import fill, paragraphs, templates, with_unit
+
+LEAST = 0.001  # no smaller probability is told
 
 
 def changed_facts(dataset: str, found: Answered) -> dict[str, Any]:
@@ -40,4 +45,17 @@ def tell_change(facts: Mapping[str, Any]) -> list[str]:
 def change_page(facts: Mapping[str, Any]) -> str:
     """The page as HTML."""
     titles = {change["effect"]: change["title"] for change in facts["changes"]}
-    return fill("changed.html.j2", titles, {"facts": facts, "told": tell_change(facts)})
+    rows = [
+        {
+            "effect": change["effect"],
+            "electrode": change["electrode"],
+            "change": number(change["value"]) + with_unit(change["unit"]),
+            "95 % interval": f"{number(change['low'])} to {number(change['high'])}{with_unit(change['unit'])}",
+            "changed [nats]": f"{change['changed']:.1f}",
+            "trials differ [nats]": f"{change['anyway']:.1f}",
+            "probability": f"{change['probability']:.2g}" if change["probability"] >= LEAST else f"under {LEAST}",
+        }
+        for change in facts["changes"]
+    ]
+    content = {"facts": facts, "told": tell_change(facts), "candidates": pd.DataFrame(rows)}
+    return fill("changed.html.j2", titles, content)
