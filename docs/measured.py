@@ -19,6 +19,7 @@ import numpy as np
 import pandas as pd
 import yaml
 
+from myowave.diagnosis.report.templates import words
 from myowave.physics.effects import SHIPPED
 from myowave.scores import TITLES as RIVALS
 
@@ -33,11 +34,8 @@ PICTURES = {  # of results/figures, as they are
     "missing_torque.png": f"{SIMULATOR}/diagnosis/missing_torque.png",
     "ranking.png": f"{SIMULATOR}/diagnosis/ranking.png",
 }
-DATASETS = {
-    PERSON: "a person curls a dumbbell",
-    SIMULATOR: "another simulator, other physics",
-    HIDDEN: "simulated; crosstalk and noise of the EMG hidden",
-    "case1": "simulated, nothing hidden",
+DATASETS = {name: words("datasets")[name] for name in (PERSON, SIMULATOR, HIDDEN, "case1", "case3")} | {
+    HIDDEN: "simulated; crosstalk and noise of the EMG hidden",  # the page of results must not tell
     "case3": "the same, rougher EMG",
 }
 ANSWERS = {"adequate": "nothing", "unknown": "no answer: the model does not follow"}
