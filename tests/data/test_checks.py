@@ -16,6 +16,7 @@ from myowave.data.checks.finding import report
 from myowave.data.importing import import_trials
 from myowave.data.processing.sampled import Sampled
 from myowave.data.recording import RawTrial
+from myowave.data.trials import Trials
 from myowave.settings import RecordedDataset, read_settings
 
 ROOT = Path(__file__).parents[2]
@@ -187,3 +188,35 @@ def test_a_person_whose_channels_are_swapped_in_one_trial_or_two_is_found_and_no
     assert told() == []
     for some in (*combinations(prepared.recordings, 1), *combinations(prepared.recordings, 2)):
         assert told(*some) == [", ".join(some)]
+
+
+def lifted(tilt, seed):
+    """A forearm that muscles on one side or the other hold against its weight and move, the upper arm at a lean."""
+    random, time = np.random.default_rng(seed), np.arange(2000) / 100
+    turns = zip((0.5, 0.2, 0.1), random.uniform(0.25, 0.6, 3), random.uniform(0, 6, 3), strict=True)
+    angle = 1 + sum(size * np.sin(2 * np.pi * rate * time + phase) for size, rate, phase in turns)
+    needed = 0.06 * np.gradient(np.gradient(angle, 0.01), 0.01) + 3.4 * np.sin(angle + tilt)
+    sides = (
+        np.clip(side * np.roll(needed, -8), 0, None) / 12 + 0.01 * random.standard_normal(2000) for side in (1, -1)
+    )
+    return types.SimpleNamespace(
+        emg=dict(zip(("emg_flexor", "emg_extensor"), sides, strict=True)), angle=angle, dt=0.01
+    )
+
+
+@pytest.mark.parametrize(("known", "told"), [(True, 0), (False, 1)])
+def test_a_trial_with_the_arm_overhead_is_no_swap_where_its_lean_is_known(known, told):
+    tilts = {"a": 0.0, "b": 0.0, "c": 0.0, "d": np.pi}
+    recordings = {name: lifted(tilt, seed) for seed, (name, tilt) in enumerate(tilts.items())}
+    trials = Trials.from_sequences(
+        dataset="arm",
+        names=tuple(tilts),
+        channels=("emg_flexor", "emg_extensor"),
+        dt=0.01,
+        emg=[np.stack([*one.emg.values()], -1) for one in recordings.values()],
+        angle=[one.angle for one in recordings.values()],
+        conditions={"d": {"tilt": np.pi}} if known else {},
+    )
+    prepared = types.SimpleNamespace(trials=trials, recordings=recordings)
+    found = cause.CAUSE[-1].of(cause.Cause(prepared, {"emg_flexor": 1.0, "emg_extensor": -1.0}))
+    assert ["in trial d and no other" in one.found for one in found] == [True] * told

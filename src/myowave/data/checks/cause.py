@@ -123,29 +123,33 @@ def _pair_against(prepared: Prepared, flexor: str, extensor: str) -> Iterator[st
         where = f"in {share:.0%} of the trials"
     if where:
         names = " and ".join(filter(None, (flexor, extensor)))
-        yield f"EMG of {names} goes with angle, speed and acceleration the wrong way round {where}"
+        yield f"EMG of {names} goes with the motion the wrong way round {where}"
 
 
 def _unlike_the_others(prepared: Prepared, flexor: str, extensor: str, effort: Mapping[str, Array]) -> list[str]:
     """Trials whose flexor goes with the motion as extensors do in the others, and the other way round: with these
     swapped back, that all trials are alike is `SURE` times as likely."""
-    ways = np.empty((len(effort), 3))
+    if len(effort) < 3:  # of two nobody can say which
+        return []
+    ways, trials = np.empty((len(effort), 3)), prepared.trials
+    leaning = trials.change_over_time("tilt")
     for way, (name, (flexing, extending)) in zip(ways, effort.items(), strict=True):
-        one = prepared.recordings[name]
+        one, place = prepared.recordings[name], trials.index([name])[0]
+        vertical = one.angle + trials.condition("tilt", 0.0)[place]
+        if leaning is not None:
+            vertical = vertical + leaning[place, : len(vertical)]
         flexed, extended = (one.emg.get(channel, 0 * one.angle) for channel in (flexor, extensor))
-        x = np.stack([one.angle, np.gradient(one.angle), flexed, extended])
+        x = np.stack([np.sin(vertical), np.gradient(one.angle), flexed, extended])
         x = (x - x.mean(1, keepdims=True)) / x.std(1, keepdims=True).clip(1e-12)
         way[:] = *(x[:2] @ (x[2] - x[3]) / x.shape[1]), flexing - extending
 
     def evidence(signs: Array) -> float:
-        # ASSUME: trials scatter normally, in angle, speed and acceleration by themselves; that one is swapped is
+        # ASSUME: trials scatter normally, in weight, speed and acceleration by themselves; that one is swapped is
         # beforehand as likely as that none is.
         spread = (signs[:, None] * ways).std(0).clip(1e-12)
         return float(-(len(signs) - 1) * np.log(spread).sum() - (signs < 0).sum() * np.log(len(signs)))
 
     as_is = best = np.ones(len(ways))
-    if len(ways) < 3:  # of two nobody can say which
-        return []
     for _ in ways:
         best = max((best, *(best * (1 - 2 * np.eye(len(ways))))), key=evidence)
     sure = evidence(best) - evidence(as_is) > np.log(SURE)
@@ -183,5 +187,5 @@ CAUSE = (
           "the stated rates with those of the recorders. Nothing was stretched here."),
     Check("EMG against the motion", _against,
           "Are the channels swapped (emg), is the angle counted the other way (sign: -1), or is 180 the straight arm "
-          "(sign: -1 and offset_deg: 180)?"),
+          "(sign: -1 and offset_deg: 180)? Or was the upper arm held otherwise there (conditions: tilt)?"),
 )  # fmt: skip
