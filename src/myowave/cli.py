@@ -4,6 +4,7 @@ import contextlib
 import itertools
 import json
 import os
+import re
 import sys
 from collections.abc import Iterable
 from contextlib import ExitStack
@@ -128,8 +129,10 @@ def predict(
     if emg not in ("", "-") and dataset and not raw:
         # Prepared as the other trials, so that the same EMG counts as 1.
         trial = trial or sources.trial_of(Path(emg), dataset, config)
-    for file in (output, picture):
-        refuse_to_overwrite(file, [checkpoint, Path("/dev/stdin" if emg == "-" else emg or checkpoint)])
+    refuse_to_overwrite(output, r"time_s,angle_\w+(,(spread|low|high)_\w+)*\r?\n", "prediction")
+    refuse_to_overwrite(picture, r"\x89PNG", "picture")
+    if output and picture and output.resolve() == picture.resolve():
+        raise ValueError(f"--output and --picture are both {output}; name two files.")
     with ExitStack() as files:
         lines: Iterable[str]
         if trial:
@@ -279,11 +282,14 @@ def named(texts: str) -> list[str]:
     return [name.strip() for name in texts.split(",") if name.strip()]
 
 
-def refuse_to_overwrite(output: Path | None, inputs: Iterable[Path]) -> None:
-    """Raise a ValueError if the output is one of the inputs, which would be emptied before it is read."""
-    for path in inputs:
-        if output is not None and output.exists() and path.exists() and output.samefile(path):
-            raise ValueError(f"--output {output} is also an input and would be overwritten; name another file.")
+def refuse_to_overwrite(target: Path | None, beginning: str, what: str) -> None:
+    """Raise a ValueError where a file is there that does not begin as such a one does: a recording, a network."""
+    if target is None or not target.is_file():
+        return
+    with target.open("rb") as file:
+        head = file.read(200)
+    if head and not re.match(beginning.encode(), head):
+        raise ValueError(f"{target} is there already, and is no {what} to write over; name another file.")
 
 
 @app.command()

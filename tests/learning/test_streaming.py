@@ -1,6 +1,7 @@
 """`myowave predict`: a line in, a line out, the same numbers as a batch, and mistakes named by their line."""
 
 import io
+import itertools
 import os
 import re
 import subprocess
@@ -326,15 +327,20 @@ def test_input_that_is_closed_or_never_ends_is_told(checkpoint, tmp_path, monkey
     assert "Standard input is closed" in capsys.readouterr().err
 
 
-def test_an_output_that_is_an_input_is_refused_and_stays(checkpoint, table, tmp_path):
-    emg, link = tmp_path / "emg.csv", tmp_path / "link.csv"
-    table.to_csv(emg, index=False)
+def test_only_what_is_a_prediction_is_written_over(checkpoint, table, tmp_path):
+    emg, link, other, out = (tmp_path / name for name in ("emg.csv", "link.csv", "another_trial.csv", "out.csv"))
+    for path in (emg, other):
+        table.assign(angle_rad=0.5)[["time_s", "angle_rad", "emg_biceps", "emg_triceps"]].to_csv(path, index=False)
     link.symlink_to(emg)
-    before = emg.read_bytes(), checkpoint[1].read_bytes()
-    for output in (emg, link, checkpoint[1]):
-        result = run("--checkpoint", checkpoint[1], "--emg", emg, "--output", output)
-        assert result.exit_code == 2 and "is also an input" in result.stderr
-    assert (emg.read_bytes(), checkpoint[1].read_bytes()) == before
+    held = {path: path.read_bytes() for path in (emg, link, other, checkpoint[1])}
+    asked = ("--checkpoint", checkpoint[1], "--emg", emg)
+    for option, path in itertools.product(("--output", "--picture"), held):
+        result = run(*asked, option, path)
+        assert result.exit_code == 2 and f"{path} is there already, and is no " in result.stderr
+    assert {path: path.read_bytes() for path in held} == held
+    assert run(*asked, "--output", out, "--picture", out).exit_code == 2 and not out.exists()
+    for _ in range(2):  # the second time over the first
+        assert run(*asked, "--output", out, "--picture", tmp_path / "look.png").exit_code == 0
 
 
 @pytest.mark.parametrize("angles", ["nan", "inf", "1e9", "30,nan,30,30", "", "30;31", "thirty"])

@@ -308,6 +308,10 @@ def test_the_command_writes_over_a_file_only_when_told_to(command):
     done = command()
     assert done.exit_code == 2 and "is there already" in done.stderr and "precious" in Path("mine.yaml").read_text()
     assert command("--force").exit_code == 0 and "precious" not in Path("mine.yaml").read_text()
+    before = Path("config.yaml").read_text()
+    done = CliRunner().invoke(app, ["new", "config", "--from", "curls", "--force"])
+    assert done.exit_code == 2 and "config.yaml is the configuration" in done.stderr
+    assert Path("config.yaml").read_text() == before
 
 
 @pytest.mark.parametrize(

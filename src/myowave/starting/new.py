@@ -50,9 +50,11 @@ def begin(
             "prints a forearm to put into it."
         )
     target = Path(f"{name}.yaml")
+    below = read_layers(config)
+    if any(target.resolve() == path.resolve() for path in config):
+        raise ValueError(f"{target} is the configuration that the settings are laid over; choose another name.")
     if target.exists() and not force:
         raise ValueError(f"{target} is there already; choose another name, or write over it with --force.")
-    below = read_layers(config)
     if name in ((below.get("data") or {}).get("datasets") or {}):
         raise ValueError(f"there is a dataset {name} in {', '.join(map(str, config))} already; choose another name.")
     recorded = read_folder(folder, recordings_in(folder))
