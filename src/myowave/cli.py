@@ -122,6 +122,8 @@ def predict(
         checkpoint = sources.find_checkpoint(dataset)
         say_aside(f"Network: {checkpoint}; --checkpoint names another.")
     trained = Checkpoint.load(checkpoint)
+    if dataset not in ("", trained.dataset):
+        say_aside(f"{checkpoint} was trained on {trained.dataset}, not on {dataset}: EMG of 1 may mean something else.")
     angles = start_angles(trained, "--start-deg", start_deg)
     real_time = require_real_time(trained, checkpoint) if raw else None
     fixed = read_known("--known", known or [], tuple(trained.architecture.known))

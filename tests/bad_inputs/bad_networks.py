@@ -238,6 +238,7 @@ STREAMS = {
     "a cell too many": (line(7, lambda one: "0," + one), "line 7.*4 values.*names 3 columns"),
     "a line cut off": (line(7, lambda one: one[:7]), "line 7.*values, but the first line names 3"),
     "a zero byte": (line(7, lambda one: one.replace("0", "\0", 1)), "line 7"),
+    "no samples": (lambda lines: lines.__delitem__(slice(1, None)), "the sensor: no samples below the names"),
     "a word at the end": (lambda lines: lines.append("end"), "line 14.*1 values, but the first line names 3"),
 }  # fmt: skip
 ASKED = {

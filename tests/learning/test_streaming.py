@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -83,6 +84,7 @@ def test_one_seed_from_measured_angles_without_times(checkpoint, trials, table):
     result = run("--checkpoint", path, "--emg", "-", "--seed", SEEDS[1], "--start-deg", starts, text=text)
     written = pd.read_csv(io.StringIO(result.stdout))
     assert list(written) == ["time_s", "angle_rad"]
+    assert f"no column time_s. Assumed: samples {network.dt:g} s apart" in result.stderr
     np.testing.assert_allclose(written["angle_rad"], expected(network, trials, np.deg2rad(30))[1], rtol=0, atol=1e-6)
     np.testing.assert_allclose(written["time_s"], trials.time, atol=1e-6)
 
@@ -138,6 +140,10 @@ def test_a_trial_of_a_dataset_needs_no_file_names_and_has_a_picture(project, che
     )
     result = run("--dataset", "small", "--trial", "3", "--picture", "glance.png", *project)
     assert result.exit_code == 0 and "Network: results/learning/small/base" in result.stderr, result.output
+    replace(checkpoint[0], dataset="of_another").save(tmp_path / "other.pt")
+    other = run("--dataset", "small", "--trial", "3", "--checkpoint", "other.pt", *project)
+    assert "other.pt was trained on of_another, not on small" in other.stderr
+    assert "was trained on" not in result.stderr
     written = pd.read_csv(io.StringIO(result.stdout))
     np.testing.assert_allclose(written["angle_rad"], batch[:, 0].mean(0), rtol=0, atol=1e-6)
     assert (tmp_path / "glance.png").read_bytes().startswith(b"\x89PNG")

@@ -61,9 +61,9 @@ def predict_lines(
     inputs, watch = checkpoint.architecture.known, watch_range(checkpoint, say)
     columns = [name for name in inputs if name not in fixed]
     samples = (
-        read_samples(lines, checkpoint.channels, checkpoint.dt, source, columns)
+        read_samples(lines, checkpoint.channels, checkpoint.dt, source, columns, say=say)
         if raw is None
-        else read_raw_samples(lines, raw, checkpoint.dt, source, columns)
+        else read_raw_samples(lines, raw, checkpoint.dt, source, columns, say)
     )
     for i, (sample, given) in enumerate(_with_start(samples, start, checkpoint, say)):
         known = {**fixed, **dict(zip(columns, sample.known, strict=True))}
