@@ -40,6 +40,16 @@ DATA = "def wrong(q, k):\n    q.data.add_(0.01)\n    return -k * q**3\n"
 ON_PARAMETER = "def wrong(q, k):\n    k.data.mul_(1.5)\n    return -k * q**3\n"
 EXCITED = "def wrong(excitation, k):\n    excitation.data.clamp_(0.35)\n    return excitation + k\n"
 ITEM = "def wrong(q, k):\n    return -float(k.flatten()[0]) * q**3\n"
+BACKWARD = """class Wrong(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx, q, k):
+        ctx.save_for_backward(q, k)
+        return -k * q**3
+    @staticmethod
+    def backward(ctx, slope):
+        q, k = ctx.saved_tensors
+        return -slope * k * q**2, -slope * q**3
+"""
 FILES = {
     "0 is an effect": ({"result": "-k * q**3 + 0.5"}, "0 must mean no effect"),
     "an infinite slope at 0": ({"result": "-torch.sqrt(k) * q"}, "derivative by hardening_spring.k at 0 is not finite"),
@@ -71,6 +81,16 @@ FILES = {
     "no derivative: no_grad": (
         before("def wrong(q, k):\n    with torch.no_grad():\n        return -k * q**3\n"), "no derivative by"),
     "no derivative: a new tensor": ({"result": "torch.tensor(0.0, dtype=q.dtype) * q"}, "no derivative by"),
+    "a derivative by the state that is lost": ({"result": "-k * q.detach()**3"}, "torch finds is .* small steps find"),
+    "a derivative by the state that is lost in part": ({"result": "-k * q * q.detach()**2"}, "small steps find"),
+    "a derivative of its own that is wrong": (before(BACKWARD, "Wrong.apply(q, k)"), "small steps find"),
+    "an activation without derivative": (
+        {"stage": "activation", "arguments": "activation, *, k", "result": "activation.detach() * (1 + k)"},
+        "small steps find"),
+    "a mean that is added": ({"result": "-(k * q**3).mean() + 0 * q"}, "without others beside it.*no mean, sum"),
+    "trials in another order": ({"result": "-k * q.flip(-1)**3"}, "gave another angle .* without others"),
+    "the sample before": ({"result": "-k * torch.roll(q, 1, -1)**3"}, "gave another angle .* without others"),
+    "no number beyond the straight arm": ({"result": "-k * torch.sqrt(q)"}, "moves the angle by nan"),
     "a count of calls": (before(COUNTER), "gave another angle when it was called again.*Keep nothing between"),
     "a memory": (before(MEMORY), "gave another angle when it was called again"),
     "a random number": (before(RANDOM), "gave another angle when it was called again.*random number"),

@@ -23,8 +23,10 @@ from myowave.physics.simulation import Simulation
 
 TOLERANCE = 1e-9  # rad: how much an effect may move the angle with all parameters at 0
 DT, SAMPLES = 0.01, 4
-ANGLES, VELOCITIES = (0.2, 0.9, 1.6, 2.3), (-3.0, 3.0)  # of the trials' first samples [rad, rad/s]
+ANGLES, VELOCITIES = (-0.2, 0.9, 1.6, 2.3), (-3.0, 3.0)  # of the trials' first samples [rad, rad/s]
 COPIES = 3  # leading batch axis
+SOME = slice(2, 5)  # of the trials, which move as they do among all
+STEP, SLOPE_TOLERANCE = 1e-4, 1e-5  # of differences, and by how much of 1 and itself a derivative may be off
 
 
 def load_effects(path: str | Path) -> list[Effect]:
@@ -80,7 +82,7 @@ def trial_elbow() -> Model:
 
 
 def check_effect(effect: Effect) -> None:
-    """Try an effect on `trial_elbow`: shapes, nothing changed at 0, finite over the bounds, derivatives at 0 finite.
+    """Try an effect on `trial_elbow`: shapes, nothing changed at 0, finite over the bounds, trials apart, derivatives.
 
     Raises:
         ValueError: if the effect fails; the message says what was found, what was expected and what to do.
@@ -117,19 +119,29 @@ def check_effect(effect: Effect) -> None:
             )
     points = _corners(effect, extended)
     tried = [_try(extended, point, where) for point in points]
-    again = [_try(extended, point, where) for point in reversed(points)]
-    if not all(torch.equal(a, b) for a, b in zip(tried, reversed(again), strict=True) if torch.isfinite(a).all()):
-        raise ValueError(
-            f"{where}: the same arguments gave another angle when it was called again. Keep nothing between calls: no "
-            "global, default argument or random number; an effect with a memory has a relaxation."
-        )
-    for point, angle in zip(points, tried, strict=True):
+    again = [_try(extended, point, where, SOME) for point in reversed(points)]
+    for point, angle, alone in zip(points, tried, reversed(again), strict=True):
         if not torch.isfinite(angle).all():
             values = ", ".join(f"{name} = {value:g}" for name, value in point.items())
             raise ValueError(
                 f"{where}: the angle is not finite with {values}, which is within the bounds. Narrow the bounds, or "
                 "guard divisions, roots and exponentials in the function."
             )
+        if not torch.allclose(alone, angle[..., SOME, :], rtol=TOLERANCE, atol=TOLERANCE):
+            raise ValueError(
+                f"{where}: the same trial gave another angle when it was called again, without others beside it. Keep "
+                "nothing between calls (no global or random number), and compute each value from those at its own "
+                "place (no mean, sum, roll or flip over trials); an effect with a memory has a relaxation."
+            )
+    along = functools.partial(_try, extended, points[len(points) // 2], where, slice(None))
+    here = torch.zeros((), dtype=torch.float64, requires_grad=True)
+    by_torch = torch.autograd.grad(along(here).sum(), here)[0].item()
+    by_steps = ((along(STEP) - along(-STEP)).sum() / (2 * STEP)).item()
+    if not abs(by_torch - by_steps) <= SLOPE_TOLERANCE * (1 + abs(by_steps)):
+        raise ValueError(
+            f"{where}: the derivative that torch finds is {by_torch:.6g}, small steps find {by_steps:.6g}. Compute "
+            "with torch alone, without detach, item, no_grad or a backward of your own."
+        )
 
 
 def _watched(effect: Effect) -> Effect:
@@ -163,10 +175,19 @@ def _corners(effect: Effect, model: Model) -> list[Mapping[str, float]]:
     return [{full: value for short, value in p.items() for full in model.names(effect, short)} for p in points]
 
 
-def _try(model: Model, params: Mapping[str, Tensor | float], where: str) -> Tensor:
-    """The measured angle (..., T, N) of a short trial from each first sample, the muscles half active."""
-    angle, velocity = torch.tensor(list(itertools.product(ANGLES, VELOCITIES)), dtype=torch.float64).unbind(-1)
-    rising = torch.linspace(0.3, 0.6, SAMPLES, dtype=torch.float64)
+def _try(
+    model: Model,
+    params: Mapping[str, Tensor | float],
+    where: str,
+    only: slice = slice(None),
+    more: Tensor | float = 0.0,
+) -> Tensor:
+    """The measured angle (..., T, N) of a short trial from each first sample, or some, the muscles half active; `more`
+    is added to first samples, and that share of itself to all else."""
+    first = torch.tensor(list(itertools.product(ANGLES, VELOCITIES)), dtype=torch.float64)[only] + more
+    angle, velocity = first.unbind(-1)
+    params = {name: value * (1 + more) for name, value in params.items()}
+    rising = torch.linspace(0.3, 0.6, SAMPLES, dtype=torch.float64) * (1 + more)
     emg = rising[:, None].expand(len(angle), SAMPLES, len(model.muscles))
     try:
         return simulate(Simulation(model, params, emg, DT), angle, velocity).angle

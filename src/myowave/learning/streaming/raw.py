@@ -50,7 +50,7 @@ def read_raw_samples(
     dt: float,
     source: str,
     known: Sequence[str] = (),
-    say: Callable[[str], None] = str,
+    say: Callable[[str], object] = str,
 ) -> Iterator[Sample]:
     """Samples `dt` apart [s] with EMG as a fraction of what counts as 1, from lines of raw EMG; see `read_samples`."""
     count, started, before = 0, 0.0, np.empty(0)

@@ -46,7 +46,7 @@ def read_samples(
     known: Sequence[str] = (),
     *,
     raw: bool = False,
-    say: Callable[[str], None] = str,
+    say: Callable[[str], object] = str,
 ) -> Iterator[Sample]:
     """Samples as soon as their lines are there; of lines at a whole multiple of the rate, those that the import keeps.
 
