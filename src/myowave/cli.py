@@ -286,10 +286,7 @@ def named(texts: str) -> list[str]:
 
 def refuse_to_overwrite(target: Path | None, beginning: str, what: str) -> None:
     """Raise a ValueError where a file is there that does not begin as such a one does: a recording, a network."""
-    if target is None or not target.is_file():
-        return
-    with target.open("rb") as file:
-        head = file.read(200)
+    head = target.read_bytes() if target and target.is_file() else b""
     if head and not re.match(beginning.encode(), head):
         raise ValueError(f"{target} is there already, and is no {what} to write over; name another file.")
 

@@ -25,7 +25,8 @@ TOLERANCE = 1e-9  # rad: how much an effect may move the angle with all paramete
 DT, SAMPLES = 0.01, 4
 ANGLES, VELOCITIES = (-0.2, 0.9, 1.6, 2.3), (-3.0, 3.0)  # of the trials' first samples [rad, rad/s]
 COPIES = 3  # leading batch axis
-SOME = slice(2, 5)  # of the trials, which move as they do among all
+ALL, SOME = slice(None), slice(2, 5)  # of the trials, which move as they do among all
+Number = Tensor | float
 STEP, SLOPE_TOLERANCE = 1e-4, 1e-5  # of differences, and by how much of 1 and itself a derivative may be off
 
 
@@ -133,7 +134,7 @@ def check_effect(effect: Effect) -> None:
                 "nothing between calls (no global or random number), and compute each value from those at its own "
                 "place (no mean, sum, roll or flip over trials); an effect with a memory has a relaxation."
             )
-    along = functools.partial(_try, extended, points[len(points) // 2], where, slice(None))
+    along = functools.partial(_try, extended, points[len(points) // 2], where, ALL)
     here = torch.zeros((), dtype=torch.float64, requires_grad=True)
     by_torch = torch.autograd.grad(along(here).sum(), here)[0].item()
     by_steps = ((along(STEP) - along(-STEP)).sum() / (2 * STEP)).item()
@@ -175,13 +176,7 @@ def _corners(effect: Effect, model: Model) -> list[Mapping[str, float]]:
     return [{full: value for short, value in p.items() for full in model.names(effect, short)} for p in points]
 
 
-def _try(
-    model: Model,
-    params: Mapping[str, Tensor | float],
-    where: str,
-    only: slice = slice(None),
-    more: Tensor | float = 0.0,
-) -> Tensor:
+def _try(model: Model, params: Mapping[str, Number], where: str, only: slice = ALL, more: Number = 0.0) -> Tensor:
     """The measured angle (..., T, N) of a short trial from each first sample, or some, the muscles half active; `more`
     is added to first samples, and that share of itself to all else."""
     first = torch.tensor(list(itertools.product(ANGLES, VELOCITIES)), dtype=torch.float64)[only] + more

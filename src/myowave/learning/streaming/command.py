@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 
 import numpy as np
 
@@ -60,10 +61,15 @@ def predict_lines(
     unit, scale = ("deg", math.degrees(1)) if deg else ("rad", 1.0)
     inputs, watch = checkpoint.architecture.known, watch_range(checkpoint, say)
     columns = [name for name in inputs if name not in fixed]
+    rest = iter(lines)
+    if "time_s" not in (head := next(rest, "")):
+        step = checkpoint.dt if raw is None else 1 / raw.rate
+        say(f"{source}, line 1: no column time_s. Assumed: samples {step:g} s apart, as those of the training.")
+    lines = chain([head], rest)
     samples = (
-        read_samples(lines, checkpoint.channels, checkpoint.dt, source, columns, say=say)
+        read_samples(lines, checkpoint.channels, checkpoint.dt, source, columns)
         if raw is None
-        else read_raw_samples(lines, raw, checkpoint.dt, source, columns, say)
+        else read_raw_samples(lines, raw, checkpoint.dt, source, columns)
     )
     for i, (sample, given) in enumerate(_with_start(samples, start, checkpoint, say)):
         known = {**fixed, **dict(zip(columns, sample.known, strict=True))}

@@ -6,7 +6,7 @@ for the second one.
 """
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -45,17 +45,11 @@ def require_real_time(checkpoint: Checkpoint, path: str | Path) -> RealTime:
 
 
 def read_raw_samples(
-    lines: Iterable[str],
-    real_time: RealTime,
-    dt: float,
-    source: str,
-    known: Sequence[str] = (),
-    say: Callable[[str], object] = str,
+    lines: Iterable[str], real_time: RealTime, dt: float, source: str, known: Sequence[str] = ()
 ) -> Iterator[Sample]:
     """Samples `dt` apart [s] with EMG as a fraction of what counts as 1, from lines of raw EMG; see `read_samples`."""
     count, started, before = 0, 0.0, np.empty(0)
-    recorded = read_samples(lines, [*real_time.channels], 1 / real_time.rate, source, known, raw=True, say=say)
-    for n, sample in enumerate(_excite(recorded, real_time)):
+    for n, sample in enumerate(_excite(lines, real_time, source, known)):
         now = np.array(sample.emg)
         if n == 0:
             started, before = sample.time, now
@@ -66,11 +60,11 @@ def read_raw_samples(
         before = now
 
 
-def _excite(recorded: Iterable[Sample], real_time: RealTime) -> Iterator[Sample]:
+def _excite(lines: Iterable[str], real_time: RealTime, source: str, known: Sequence[str]) -> Iterator[Sample]:
     """Samples at the amplifier's rate, their EMG as a fraction of what counts as 1."""
     excitation, step, first = Excitation(real_time), 1 / real_time.rate, 0.0
     waiting: deque[Sample] = deque()
-    for n, sample in enumerate(recorded):
+    for n, sample in enumerate(read_samples(lines, [*real_time.channels], step, source, known, raw=True)):
         first = sample.time if n == 0 else first
         if abs(sample.time - first - n * step) > RATE_TOLERANCE * n * step + step:
             raise ValueError(

@@ -2,7 +2,7 @@
 
 import csv
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from myowave.data.trials import ANGLES
@@ -46,7 +46,6 @@ def read_samples(
     known: Sequence[str] = (),
     *,
     raw: bool = False,
-    say: Callable[[str], object] = str,
 ) -> Iterator[Sample]:
     """Samples as soon as their lines are there; of lines at a whole multiple of the rate, those that the import keeps.
 
@@ -56,7 +55,6 @@ def read_samples(
         dt: sampling interval that is expected [s].
         source: what the lines come from, for messages.
         raw: whether they are an amplifier's, whose times are rounded and of which none is left out.
-        say: is told where there are no times.
 
     Raises:
         ValueError: naming the line, at the first that is no sample of EMG; or where there is none.
@@ -66,8 +64,6 @@ def read_samples(
     _check_header(header, channels, known, source)
     angle = next((name for name in ANGLES if name in header), "")
     wanted = [name for name in ("time_s", *channels, *known) if name in header]
-    if "time_s" not in header:
-        say(f"{source}, line 1: no column time_s. Assumed: samples {dt:g} s apart, as those of the training.")
     before, every, count, tolerance = math.nan, 1, 0, ROUNDED if raw else RATE_TOLERANCE
     for where, line in numbered:
         if not (row := _cells(where, line)):
