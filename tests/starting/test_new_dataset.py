@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -47,18 +48,18 @@ def everything(seed):
 def test_what_no_unit_and_no_name_says_is_left_to_fill_in_with_what_was_found(workplace, laid_over):
     """Names of columns in another language, decimal commas, times in ms, no units."""
     for seed, trial in enumerate(("t1", "t2")):
-        spoken = {"Bizeps [mV]": burst(seed) / 1000, "Trizeps [mV]": burst(seed + 50) / 1000}
+        spoken = {"Beuger [mV]": burst(seed) / 1000, "Strecker [mV]": burst(seed + 50) / 1000}
         table(workplace / "german" / f"EMG_{trial}.csv", {"time_ms": 1000 * times(), **spoken}, separator=";")
         angle = {"time_ms": 1000 * times(rate=ANGLE_HZ), "Beugung": curl(), "Neigung": 5 + 0 * curl()}
-        table(workplace / "german" / f"Winkel_{trial}.csv", angle, separator=";")
+        table(workplace / "german" / f"Motion_{trial}.csv", angle, separator=";")
         for path in (workplace / "german").iterdir():
             path.write_text(path.read_text().replace(".", ","))
     made = new("german")
-    assert "emg_channel1: # mV, 1000 Hz" in made.text and "column: Trizeps" in made.text
+    assert "emg_channel1: # mV, 1000 Hz" in made.text and "column: Strecker" in made.text
     assert "angle: # FILL IN file and column, one of\n" in made.text
-    assert "        # {file: 'german/EMG_{trial}.csv', column: Bizeps} # mV" in made.text
+    assert "        # {file: 'german/EMG_{trial}.csv', column: Beuger} # mV" in made.text
     assert "angle: # FILL IN" in made.said and "data.datasets.mine.angle" in made.said
-    chosen = "{file: 'german/Winkel_{trial}.csv', column: Beugung}"
+    chosen = "{file: 'german/Motion_{trial}.csv', column: Beugung}"
     assert f"# {chosen} # unknown unit, 100 Hz, 10 to 110" in made.text
     text = filled(made.text.replace("angle: # FILL IN", f"angle: {chosen[:-1]}, unit: deg}} #", 1))
     text = "\n".join(
@@ -89,7 +90,7 @@ def test_muscles_whose_channel_is_not_there_are_to_fill_in_or_left_out(workplace
     made = new("tidy")
     dataset = yaml.safe_load(made.text)["data"]["datasets"]["mine"]
     assert dataset["files"] == ["tidy/t1.csv", "tidy/t2.csv"] and dataset["ignore_columns"] == ["force"]
-    assert says in made.text and "of no trial: list.csv" in made.said
+    assert says in made.text and "of no trial, by name or by signals: list.csv" in made.said
 
 
 def test_raw_recordings_become_a_dataset_that_can_be_prepared(workplace, laid_over):
@@ -129,6 +130,46 @@ def test_tables_with_rows_above_their_names_and_a_row_of_units_are_read(workplac
     assert prepared.recordings["t1"].raw.emg["emg_biceps"].values == pytest.approx(
         everything(0)["Biceps [uV]"], rel=1e-4
     )
+
+
+def test_trials_whose_tables_differ_in_order_and_units_of_columns_are_trials_all_the_same(workplace, laid_over):
+    """As a German spreadsheet names the columns."""
+    for seed, trial in enumerate(("t1", "t2", "t3")):
+        columns = dict(
+            zip(("Zeit", "Bizeps [uV]", "Trizeps [uV]", "Winkel [deg]"), everything(seed).values(), strict=True)
+        )
+        if trial == "t2":
+            columns["Bizeps [mV]"] = columns.pop("Bizeps [uV]") / 1000
+            columns["Winkel [rad]"] = np.radians(columns.pop("Winkel [deg]"))
+        table(workplace / f"german/{trial}.csv", columns)
+    prepared, _ = import_trials("mine", laid_over(new("german").text).data.datasets["mine"])
+    assert [*prepared.recordings] == ["t1", "t2", "t3"]
+    for seed, one in enumerate(prepared.recordings.values()):
+        assert one.raw.emg["emg_biceps"].values == pytest.approx(burst(seed), rel=1e-5)
+        assert np.degrees(one.raw.angle.values).max() == pytest.approx(curl().max(), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("unit", "says"), [("", "1 Hz by its times; expected 10 to 50000. If its times are in ms"), (" [ms]", "")]
+)
+def test_times_in_ms_are_read_where_their_unit_is_said_and_told_where_it_is_not(workplace, laid_over, unit, says):
+    for seed, trial in enumerate(("t1", "t2")):
+        columns = dict(everything(seed))
+        table(workplace / f"slow/{trial}.csv", {f"Zeit{unit}": 1000 * columns.pop("time"), **columns})
+    dataset = laid_over(new("slow").text).data.datasets["mine"]
+    with pytest.raises(ValueError, match=says) if says else nullcontext():
+        assert import_trials("mine", dataset)[0].recordings["t1"].raw.angle.rate == pytest.approx(EMG_HZ)
+
+
+def test_names_with_braces_are_read_and_what_no_settings_can_name_is_told(workplace, laid_over):
+    write_session(workplace / "odd {1}" / "[x]")
+    text = new("odd {1}").text
+    assert len(import_trials("mine", laid_over(text).data.datasets["mine"])[0].recordings) == 3
+    (workplace / "odd {1}/moved.csv").symlink_to("/nowhere/moved.csv")
+    assert "moved.csv" in new("odd {1}").said
+    (workplace / "odd {1}/a\nb.csv").write_text("x")
+    with pytest.raises(ValueError, match=r"'a\\nb.csv' has a line break"):
+        new("odd {1}")
 
 
 def test_a_unit_that_a_column_s_name_ends_in_is_taken(workplace, laid_over):

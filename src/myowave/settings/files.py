@@ -36,7 +36,9 @@ class _Loader(yaml.SafeLoader):  # type: ignore[misc]
 
 
 def require_regular(path: Path, largest: float = LARGEST_BYTES) -> None:
-    """Raise a ValueError for what is there and no file, as a pipe or a device may never end, or is a huge one."""
+    """Raise a ValueError for a link to nothing, a pipe or a device, which may never end, and a huge file."""
+    if path.is_symlink() and not path.exists():
+        raise ValueError(f"{path}: a link to {path.readlink()}, which is not there. Put it there, or remove the link.")
     if path.exists() and not path.is_file() and not path.is_dir():
         raise ValueError(f"{path}: this is a pipe or a device; expected a file. Write what it gives into one.")
     if path.is_file() and (size := path.stat().st_size) > largest:

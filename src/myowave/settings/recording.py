@@ -105,7 +105,7 @@ class TextLayout(Section):
 
     separator: Literal["comma", "semicolon", "tab", "space"] | None = setting("between columns", default=None)
     decimal: Literal["point", "comma"] | None = setting("decimal sign", default=None)
-    time_column: str | None = setting("column of times [s]; null takes time, time_s, time_ms or t", default=None)
+    time_column: str | None = setting("column of times; null takes time, t, Zeit or the first in s or ms", default=None)
     resample_hz: Real | None = setting(
         "rate that uneven times are brought to, on straight lines; null refuses them", "Hz", None, ge=10, le=50_000
     )

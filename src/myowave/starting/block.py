@@ -18,7 +18,7 @@ from myowave.settings.recording import TRIAL
 from myowave.starting.signals import Found, Recorded
 
 _GRID_HZ = 100.0  # of the trials, where the angle was recorded faster
-_TOP_HZ, _NYQUIST_SHARE = 450.0, 0.45  # of the band of raw EMG that is kept
+_LOW_HZ, _TOP_HZ, _NYQUIST_SHARE = 20, 450.0, 0.45  # of the band of raw EMG that is kept
 _MOST_RAD = 6.3  # an angle without a unit that never exceeds this is taken to be in rad
 
 
@@ -123,9 +123,8 @@ def _named(emg: Sequence[Found]) -> dict[str, Found]:
 
 
 def _keys(folder: Path, found: Found) -> dict[str, str]:
-    parts = [glob.escape(part) for part in found.pattern.split(TRIAL)]
-    pattern = TRIAL.join(part.replace("{", "?").replace("}", "?") for part in parts)
-    keys = {"file": f"{glob.escape(shown(folder))}/{pattern}"}
+    parts = [glob.escape(part) for part in f"{shown(folder)}/{found.pattern}".split(TRIAL)]
+    keys = {"file": TRIAL.join(part.replace("{", "?").replace("}", "?") for part in parts)}
     if not found.alone:
         keys["column"] = found.signal.name
     if ENDINGS.get(ending_of(Path(found.pattern))) != found.form:
@@ -180,8 +179,8 @@ def _angle_lines(folder: Path, angles: Sequence[Found], recorded: Recorded) -> I
 def _processing_lines(emg: Any, angles: Sequence[Found], mvc: bool) -> Iterator[str]:
     keys: dict[str, Any] = {}
     slowest = min((one.rate for one in emg if one.rate and one.span[0] < 0), default=None)
-    if slowest is not None and _NYQUIST_SHARE * slowest < _TOP_HZ:
-        keys["band_pass_hz"] = [20, int(_NYQUIST_SHARE * slowest)]
+    if slowest is not None and _LOW_HZ < _NYQUIST_SHARE * slowest < _TOP_HZ:  # slower ones are refused on import
+        keys["band_pass_hz"] = [_LOW_HZ, int(_NYQUIST_SHARE * slowest)]
     if any(one.rate is not None and one.rate > _GRID_HZ for one in angles[:1]):
         keys["rate_hz"] = _GRID_HZ
     if mvc:

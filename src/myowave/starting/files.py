@@ -10,6 +10,7 @@ from pathlib import Path, PurePosixPath
 from myowave.data.files import natural
 from myowave.data.readers import ENDINGS, delsys, ending_of, noraxon, vicon
 from myowave.data.readers.text import read_lines
+from myowave.settings.files import require_regular
 from myowave.settings.recording import TRIAL
 
 _HEAD = 60  # rows in which a text may say which program wrote it
@@ -37,8 +38,10 @@ def recordings_in(folder: Path) -> list[PurePosixPath]:
     inside = list(islice(folder.rglob("*"), _MOST + 1))
     if len(inside) > _MOST:
         raise ValueError(f"{folder}: more than {_MOST} files; name the folder of one dataset with --from.")
-    relative = [PurePosixPath(path.relative_to(folder).as_posix()) for path in inside if path.is_file()]
+    relative = [PurePosixPath(path.relative_to(folder).as_posix()) for path in inside if not path.is_dir()]
     files = [path for path in relative if not any(part.startswith(".") for part in path.parts)]
+    if odd := [path for path in files if re.search(r"[\x00-\x1f\x7f\ud800-\udfff]", str(path))]:
+        raise ValueError(f"{folder}: {str(odd[0])!r} has a line break or a byte that is no UTF-8; rename it.")
     found = [path for path in files if ending_of(Path(path)) in ENDINGS]
     if not found:
         other = Counter(path.suffix or "no ending" for path in files)
@@ -53,6 +56,7 @@ def recordings_in(folder: Path) -> list[PurePosixPath]:
 def format_of(path: Path) -> str:
     """The reader's name for a file: by its ending, and tables of text by their first rows. A ValueError if a table of
     text is no text."""
+    require_regular(path)
     form = ENDINGS[ending_of(path)]
     lines = read_lines(path, head_only=True)[:_HEAD] if form == "csv" else []
     return next((program for program, wrote in _WRITTEN_BY.items() if any(map(wrote, lines))), form)

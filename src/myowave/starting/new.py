@@ -138,7 +138,7 @@ def _said(
     besides = [f"not read: {reason}" for reason in recorded.skipped]
     if left_out := recorded.naming.left_out:
         more = f" and {len(left_out) - 3} more" if left_out[3:] else ""
-        besides.append(f"of no trial: {', '.join(left_out[:3])}{more}")
+        besides.append(f"of no trial, by name or by signals: {', '.join(left_out[:3])}{more}")
     loads = f"data.datasets.{name}.conditions: {TO_FILL_IN} the load in each trial [kg]; 0 is an empty hand."
     marked = [line.strip() for line in lines[2:] if "GUESSED" in line or "FILL IN" in line]
     sections = {

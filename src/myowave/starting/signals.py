@@ -12,13 +12,14 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from myowave.data.processing.units import TO_MICROVOLTS, TO_RADIANS, plain_unit
+from myowave.data.processing.units import TO_MICROVOLTS, TO_RADIANS, plain_unit, unit_here
 from myowave.data.readers import RawRecording, Signal, read_raw
 from myowave.settings.recording import TRIAL
 from myowave.starting.files import Naming, format_of, name_trials
 
 # By what their names have in them.
 MUSCLES = {"brachiorad": "brachioradialis", **{m: m for m in ("biceps", "triceps", "brachialis", "anconeus")}}
+MUSCLES |= {"bizeps": "biceps", "trizeps": "triceps"}
 _TRIED = 6  # ways to name trials whose files are read
 
 
@@ -93,7 +94,7 @@ class Recorded:
     def angles(self) -> list[Found]:
         """What may be the elbow's angle: of those in rad or deg, or that speak of one, those that name the elbow."""
         others = [one for one in self.signals if one not in self.emg]
-        likely = [one for one in others if one.may_be(TO_RADIANS, one.says("angle", "elbow"))]
+        likely = [one for one in others if one.may_be(TO_RADIANS, one.says("angle", "elbow", "winkel", "ellbogen"))]
         named = [one for one in likely if "elbow" in one.signal.name.lower()]
         return named or [one for one in likely if one.says("elbow")] or likely
 
@@ -120,8 +121,11 @@ def read_folder(folder: Path, files: Sequence[PurePosixPath]) -> Recorded:
         return [(pattern, read(pattern.replace(TRIAL, trial))) for pattern in naming.patterns]
 
     def contents(naming: Naming, trial: str) -> tuple[object, ...]:
-        """What files of a trial hold: formats, names and units of signals."""
-        return tuple(r and (r[0], *((s.name, s.unit) for s in r[1].signals)) for _, r in reads(naming, trial))
+        """What files of a trial hold: formats, names and kinds of signals, in whatever order and unit of a kind."""
+        return tuple(
+            r and (r[0], *sorted((s.name, unit_here(plain_unit(s.unit))) for s in r[1].signals))
+            for _, r in reads(naming, trial)
+        )
 
     def recorded(naming: Naming) -> Recorded:
         first = [(pattern, *r) for pattern, r in reads(naming, naming.trials[0]) if r]

@@ -18,7 +18,7 @@ _HEAD_BYTES = 65_536  # names and units stand there; below them are digits
 _CONTROL = set(range(32)) - set(b"\t\n\r\f")
 _SEPARATORS = "\t;,"
 _UNIT = re.compile(r"^(.*?)\s*[\[(]([^\[\]()]*)[\])]$")  # Biceps [uV] or Biceps (uV)
-_TIMES, _MILLISECONDS = ("time", "time_s", "t", "t_s"), ("time_ms", "t_ms")
+_TIMES, _MILLISECONDS = ("time", "time_s", "t", "t_s", "zeit"), ("time_ms", "t_ms")
 
 
 def read_lines(path: Path, head_only: bool = False) -> list[str]:
@@ -125,11 +125,12 @@ def evenly_sampled(signal: Signal, rate: float) -> Signal:
 
 def with_time(path: Path, signals: tuple[Signal, ...], column: str | None = None) -> tuple[Signal, ...]:
     """The signals without the column of times [s or ms], which they are given; without a name for it, one called time,
-    time_s, time_ms or t is taken, if there is one."""
+    time_s, time_ms, t or Zeit is taken, or the first in s or ms, if there is one."""
     names = [signal.name for signal in signals]
     if column is not None and column not in names:
         raise ValueError(f"{path}: no column {column!r} of times; the columns are {', '.join(names)}.")
-    column = column or next((name for name in names if name.lower() in (*_TIMES, *_MILLISECONDS)), None)
+    likely = [name for name in names if name.lower() in (*_TIMES, *_MILLISECONDS)]
+    column = column or next(iter(likely or [signal.name for signal in signals if signal.unit in ("s", "ms")]), None)
     if column is None:
         return signals
     time = signals[names.index(column)]
