@@ -30,12 +30,12 @@ Signals = dict[str, np.ndarray]
 
 
 @cache
-def _good() -> dict[str, Signals]:
-    """Three trials of a forearm that two muscles move: raw EMG [uV], elbow and lean [deg]."""
+def _good(first: int = 0) -> dict[str, Signals]:
+    """Three trials of a forearm that two muscles move: raw EMG [uV], elbow and lean [deg]; others by a number."""
     trials = {}
     time = np.arange(0, SECONDS, 1 / EMG_HZ)
     for seed, name in enumerate("abc"):
-        random = np.random.default_rng(seed)
+        random = np.random.default_rng(first + seed)
         knots = np.arange(-1, SECONDS + 2, 0.7)
         drive = [np.interp(time, knots, random.uniform(0.05, 1.0, len(knots))) for _ in range(2)]
         for each in drive:  # every trial has a full contraction of each muscle
@@ -52,9 +52,11 @@ def _good() -> dict[str, Signals]:
     return trials
 
 
-def in_memory(spoil: Callable[[dict[str, Signals]], object], form: str = "raw", unit: str = "uV", **settings) -> str:
+def in_memory(
+    spoil: Callable[[dict[str, Signals]], object], form: str = "raw", unit: str = "uV", first: int = 0, **settings
+) -> str:
     """What an import says of the session with a fault."""
-    trials = {name: {key: values.copy() for key, values in trial.items()} for name, trial in _good().items()}
+    trials = {name: {key: values.copy() for key, values in trial.items()} for name, trial in _good(first).items()}
     spoil(trials)
     raw = {}
     for name, trial in trials.items():
@@ -117,6 +119,17 @@ def copied(key, to, of="a"):
     return spoil
 
 
+def overlapping(trials):
+    """The last second of a trial is the first of the next."""
+    for key, values in trials["b"].items():
+        second = len(values) // 10
+        values[:second] = trials["a"][key][-second:]
+
+
+def a_part(trials):
+    trials["b"] = {key: values[len(values) // 3 :].copy() for key, values in trials["a"].items()}
+
+
 def swapped(trials, names="abc"):
     for name in names:
         one = trials[name]
@@ -163,6 +176,11 @@ def tone(hz, size):
     return size * np.sin(2 * np.pi * hz * np.arange(0, SECONDS, 1 / EMG_HZ))
 
 
+def noisy(angle, size=0.5):
+    """With white noise [deg], as of a simple goniometer."""
+    return angle + size * np.random.default_rng(7).standard_normal(len(angle))
+
+
 def stepped(size):
     return lambda angle: angle + size * (np.arange(len(angle)) > 500)
 
@@ -201,6 +219,8 @@ TOLD_IN_MEMORY = {
     "the same angle in two trials": (copied("angle", "b"), "b angle same recording again: .*file or column"),
     "the same angle in training and test": (copied("angle", "c", "b"), "c angle same recording again: .* trial b"),
     "the same angle in all trials": (copied("angle", "bc"), "c angle same recording again"),
+    "trials that overlap by a second": (overlapping, "b emg_biceps same recording again: .* in trial a.*overlap"),
+    "a trial that is a part of another": (a_part, "b angle same recording again: the same samples as in trial a"),
     "an angle that is negated": (made(np.negative), "a angle sign of the angle: goes from .*set sign: -1"),
     "an angle that is negated in one trial": (made(np.negative, trials="b"), "b angle sign of the angle"),
     "an angle that is negated, from 90 on": (made(lambda q: 110 - q), "EMG against the motion: .*sign: -1"),
@@ -216,6 +236,7 @@ TOLD_IN_MEMORY = {
     "an angle that hardly moves": (made(lambda q: 40 + 0.1 * q, trials="a"), "a angle little motion"),
     "a leap by half a turn": (made(stepped(-180.0), trials="a"), "jump of the angle: goes by -1[78].* half a turn"),
     "a leap": (made(stepped(30.0), trials="a"), "a angle jump of the angle: .* at 5.01 s .1 such"),
+    "a leap in noise": (made(lambda q: stepped(30.0)(noisy(q)), trials="a"), "jump of the angle: .* at 5.01 s .1 such"),
     "a marker that was lost": (put(0.0, "angle", start=300), "a angle jump of the angle"),
     "channels swapped": (swapped, "EMG against the motion: .*channels swapped"),
     "channels swapped in one trial": (
@@ -272,7 +293,7 @@ TOLD_OF_SETTINGS = {
         "load: said to be 0 kg in each of the 3 trials. Was the hand empty.*under conditions",
     ),
     "an offset of clocks that there is not": (
-        {"processing": {"emg_start_offset_s": 0.4}},
+        {"processing": {"emg_start_offset_s": -0.5}},
         "offset of clocks: EMG fits the motion best .*emg_start_offset_s",
     ),
 }
@@ -374,6 +395,7 @@ REFUSED_ONE_TIDY = {
     "decimal comma in a cell": (cell("angle_deg", 9, "0,5"), "row 9: angle_deg is '0,5'.*with a point"),
     "NaN in the first time": (cell("time_s", 2, np.nan), "row 2: the time is no finite number"),
     "NaN in a time": (cell("time_s", 60, np.nan), "row 60: the time is no finite number .1 such rows"),
+    "hours and minutes": (lambda f: f.assign(time_s="12:30:00"), "row 2: the time is no .*1000 such rows.*seconds as"),
     "NaN in the last time": (cell("time_s", 1001, np.nan), "row 1001: the time is no finite number"),
     "text in a time": (cell("time_s", 60, "n/a"), "row 60: the time is no finite number"),
     "infinite time": (cell("time_s", 60, "inf"), "row 60: the time is no finite number"),
@@ -425,6 +447,10 @@ REFUSED_ONE_TIDY = {
     "binary": (lambda f: b"\xff\xfe\x00time", "trial2.csv: this is not UTF-8 text"),
     "zero bytes": (lambda f: b"\x00" * 500, "trial2.csv: (this file is damaged|.*expected)"),
     "a picture": (lambda f: b"\x89PNG\r\n\x1a\n" + bytes(range(256)) * 4, "trial2.csv: .*(not UTF-8|damaged|expected)"),
+    "times with too few digits": (
+        lambda f: f.assign(time_s=1.7e9 + f.time_s.round(1)),
+        "row 3: time stays at 1700000000 .899 such rows.*written with all digits",
+    ),
     "a web page": (lambda f: "<!DOCTYPE html>\n<html>Sign in</html>\n", "trial2.csv: no column .time_s. of times"),
 }  # fmt: skip
 TOLD_TIDY = {

@@ -73,7 +73,13 @@ def test_what_is_doubtful_is_told(tmp_path, ask, says):
 def test_nothing_is_said_of_what_is_right(tmp_path):
     (note,) = recordings.in_memory(lambda trials: None).splitlines()
     assert note.startswith("c emg_biceps EMG above 1: reaches 1.0")
+    assert recordings.in_memory(recordings.made(recordings.noisy)) == note
     assert not recordings.of_tidy_files(tmp_path, lambda frame: frame)
     assert (
         not networks.of_stream(lambda lines: None) and not effects.of_file(tmp_path, {}) and not settings.of_session()
     )
+
+
+def test_what_chance_makes_of_clocks_in_short_sessions_is_not_told():
+    told = [recordings.in_memory(dict, first=first) for first in range(100, 400, 10)]
+    assert not [text for text in told if "clocks" in text]

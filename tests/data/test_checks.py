@@ -104,14 +104,14 @@ def test_an_elbow_that_goes_where_none_goes_is_found(change, check):
     assert [f.check for each in motion.ELBOW for f in each.of(angle)] == ([check] if check else [])
 
 
-def trial_with(shift=0.1, stretch=1.0, seconds=24.0):
-    """A trial in which the elbow follows an envelope by `shift` seconds, on an angle's clock that is `stretch` slow."""
+def trial_with(shift=0.1, seconds=24.0):
+    """A trial in which the elbow follows an envelope by `shift` seconds."""
     random = np.random.default_rng(5)
     knots = np.cumsum(random.uniform(0.8, 1.6, 40))
     heights = random.random(40)
     time = np.arange(0, seconds, 0.01)
     envelope = Sampled(np.interp(time, knots, heights), 100.0, 0.0, "uV")
-    angle = Sampled(0.2 + 1.5 * np.interp(time * stretch - shift, knots, heights), 100.0, 0.0, "rad")
+    angle = Sampled(0.2 + 1.5 * np.interp(time - shift, knots, heights), 100.0, 0.0, "rad")
     recording = types.SimpleNamespace(raw=RawTrial({"emg_a": envelope}, angle), envelopes={"emg_a": envelope})
     return types.SimpleNamespace(recordings={"1": recording})
 
@@ -120,18 +120,9 @@ def told_of_clocks(of):
     return [finding.check for check in cause.CAUSE if "clocks" in check.name for finding in check.of(of)]
 
 
-@pytest.mark.parametrize(
-    ("shift", "stretch", "checks"),
-    [
-        (0.1, 1.0, []),
-        (0.5, 1.0, ["offset of clocks"]),
-        (-0.3, 1.0, ["offset of clocks"]),
-        (0.1, 1.02, ["drift of clocks"]),
-    ],
-)
-def test_clocks_that_differ_are_told(shift, stretch, checks):
-    told = told_of_clocks(cause.Cause(trial_with(shift, stretch), {}))
-    assert set(checks) <= set(told) and (checks or not told)
+@pytest.mark.parametrize(("shift", "checks"), [(0.1, []), (0.5, ["offset of clocks"]), (-0.3, ["offset of clocks"])])
+def test_clocks_that_differ_are_told(shift, checks):
+    assert told_of_clocks(cause.Cause(trial_with(shift), {})) == checks
 
 
 def test_a_session_reports_each_doubt_with_its_trial_and_channel(tmp_path):
@@ -152,14 +143,6 @@ def test_a_session_reports_each_doubt_with_its_trial_and_channel(tmp_path):
 
 def test_a_report_without_findings_says_so():
     assert report("me", [], {})["summary"] == "no warnings"
-
-
-def test_a_change_as_large_as_what_is_let_pass_is_let_pass():
-    """Times are on a grid, so one of 0.2 s is as likely as one of 0.18 s, and rounding must not decide."""
-    for ahead_s, told in ((0.10, False), (0.12, True)):
-        first, last = (np.exp(-(((cause.LAGS_S - at) / 0.05) ** 2)) for at in (ahead_s, -0.10))
-        checks = told_of_clocks(types.SimpleNamespace(by_lag=np.stack([first, first, last])))
-        assert ("drift of clocks" in checks) == told
 
 
 @pytest.fixture(scope="module")

@@ -53,6 +53,10 @@ class Recording:
         """Time between samples [s]."""
         return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
 
+    def kept(self, signal: Sampled) -> Array:
+        """Samples of a signal, as recorded, from the first sample of the trial to its last."""
+        return signal.within(self.time[0], self.time[-1])
+
     @property
     def origin(self) -> str:
         """The file it was read from, or the trial's name, as messages begin."""

@@ -5,8 +5,9 @@ import numpy as np
 from myowave.data.checks.finding import Check
 from myowave.data.processing.sampled import Sampled
 
-JUMP_DEG, JUMP_DEG_S2 = 2.0, 1.0e4
-"""Step beyond its neighbours that is a jump [deg], and the acceleration that an arm may have besides [deg/s^2]."""
+JUMP_DEG, JUMP_DEG_S2, JUMP_NOISE = 2.0, 1.0e4, 9.0
+"""Step beyond its neighbours that is a jump [deg], the acceleration that an arm may have besides [deg/s^2], and how
+many medians of such steps noise may have: six of its standard deviations."""
 HALF_TURN_DEG = 15.0  # how near to half a turn or a whole one a jump is that an angle makes by itself [deg]
 STRAIGHT_DEG, BENT_DEG = -15.0, 165.0  # ends of the range of an elbow [deg]
 LITTLE_DEG = 20.0  # range of motion below which a trial says little [deg]
@@ -21,7 +22,8 @@ def _jumps(of: Sampled) -> str | None:
     beyond = np.pad(np.abs(steps[1:-1] - (steps[:-2] + steps[2:]) / 2), 1)
     # A jump shows in its neighbours.
     around = np.lib.stride_tricks.sliding_window_view(np.pad(beyond, 2), 5).max(axis=1)
-    where = np.flatnonzero((beyond == around) & (beyond > JUMP_DEG + JUMP_DEG_S2 / of.rate**2))
+    least = JUMP_DEG + JUMP_DEG_S2 / of.rate**2 + JUMP_NOISE * np.median(beyond)
+    where = np.flatnonzero((beyond == around) & (beyond > least))
     if not len(where):
         return None
     step, when = steps[where[0]], of.start + (where[0] + 1) / of.rate

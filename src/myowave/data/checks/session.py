@@ -9,8 +9,8 @@ from myowave.data.checks.cause import CAUSE, Cause
 from myowave.data.checks.emg import CHECKS, CROSS_TALK, DEAD_CHANNEL, LIVE_CHECKS, RAW_CHECKS, Channel
 from myowave.data.checks.finding import Check, Finding
 from myowave.data.checks.motion import ELBOW, EXTRA, STILL_LEAN
-from myowave.data.processing.sampled import Sampled
 from myowave.data.recording import Prepared
+from myowave.data.trials import Array
 
 GAINS_UV = (3.0, 1e4)  # largest envelope of surface EMG: amplifiers have 1 to 3 uV of noise, muscles give 5 mV
 GAINS_APART = 300.0  # how far apart the largest envelopes of two channels are from which one is in another unit [-]
@@ -33,9 +33,7 @@ def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, 
     typical = {c: float(np.median([one.raw.emg[c].values.std() for one in each])) for c in forms}
     peaks = {c: float(np.median([one.envelopes[c].values.max() for one in each])) for c in forms}
     for n, (name, one) in enumerate(recordings.items()):
-        raw = one.raw
-        # What is cut in another way is another part of one recording.
-        earlier = {b.name: b.raw for b in [*each][:n] if b.raw.cut == raw.cut}
+        raw, earlier = one.raw, [*each][:n]
         for channel, form in forms.items():
             signal, largest = raw.emg[channel], float(one.emg[channel].max())
             scales = typical[channel], peaks[channel], notch_hz, largest
@@ -45,12 +43,14 @@ def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, 
             yield from dead
             for check in (*live, *CHECKS):
                 yield from check.of(what, name, channel)
-            yield from COPIED.of((signal, {t: trial.emg[channel] for t, trial in earlier.items()}), name, channel)
+            others = {b.name: b.kept(b.raw.emg[channel]) for b in earlier}
+            yield from COPIED.of((one.kept(signal), others), name, channel)
         yield from CROSS_TALK.of({c: s for c, s in raw.emg.items() if forms[c] == "raw"}, name)
         if forms:  # a machine goes where no elbow does
             for check in ELBOW:
                 yield from check.of(raw.angle, name, "angle")
-            yield from COPIED.of((raw.angle, {t: trial.angle for t, trial in earlier.items()}), name, "angle")
+            others = {b.name: b.kept(b.raw.angle) for b in earlier}
+            yield from COPIED.of((one.kept(raw.angle), others), name, "angle")
         for key, signal in raw.signals.items():
             for check in EXTRA if signal.unit == "rad" else ():
                 yield from check.of(signal, name, key)
@@ -58,23 +58,30 @@ def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, 
     for check in SESSION if forms else ():
         yield from check.of(prepared)
     cause = Cause(prepared, sides)
-    for check in CAUSE:
+    for check in CAUSE if forms else ():
         yield from check.of(cause)
 
 
-def _copied(of: tuple[Sampled, Mapping[str, Sampled]]) -> str | None:
-    signal, earlier = of
-    for trial, other in earlier.items():
-        samples = min(len(signal.values), len(other.values))
-        if np.array_equal(signal.values[:samples], other.values[:samples]) and len(np.unique(signal.values)) >= SAME:
-            return f"the same samples as in trial {trial}"
-    return None
+def _copied(of: tuple[Array, Mapping[str, Array]]) -> str | None:
+    values, earlier = of
+    alike = (trial for trial, other in earlier.items() if _goes_on(values, other) or _goes_on(other, values))
+    return next((f"the same samples as in trial {trial}" for trial in alike), None)
+
+
+def _goes_on(values: Array, other: Array) -> bool:
+    """Whether others (M,) are, from one of their samples on, as values (N,) begin, until either ends."""
+    if min(len(values), len(other)) < SAME:
+        return False
+    starts = np.flatnonzero((np.lib.stride_tricks.sliding_window_view(other, SAME) == values[:SAME]).all(axis=1))
+    both = ((values[: len(other) - n], other[n : n + len(values)]) for n in starts)
+    return any(np.array_equal(a, b) and len(np.unique(a)) >= SAME for a, b in both)
 
 
 COPIED = Check(
     "same recording again",
     _copied,
-    "One file may have been taken twice: correct file or column, unless it is what drove the trials.",
+    "One file may have been taken twice: correct file or column, or cut_s where parts overlap, unless it is what drove "
+    "the trials.",
 )
 
 

@@ -45,7 +45,7 @@ def signal_problems(raw: RawRecording, signal: Signal, rate_hz: float | None, pa
     stated = {"the file": signal.rate, "rate_hz": rate_hz, "its times": signal.rate_by_time}
     rates = {name: rate for name, rate in stated.items() if rate is not None}
     if not rates:
-        yield f"{raw.path}: {signal.name} has neither times nor a rate; give its samples a second as rate_hz."
+        yield f"{raw.path}: {signal.name} has neither times nor a rate; give rate_hz, or its column of times in layout."
         return
     name, rate = next(((n, r) for n, r in rates.items() if not pace.slowest <= r <= pace.fastest), (None, None))
     slowest, fastest = min(rates.values()), max(rates.values())
@@ -69,21 +69,21 @@ def _time_problem(raw: RawRecording, signal: Signal, time: Array) -> str | None:
     """Where time [s], (N,), is no number, goes back, leaps, or drifts away from even sampling."""
     if len(odd := np.flatnonzero(~np.isfinite(time))):
         where = raw.at(odd[0], signal)
-        return f"{where}: the time is no finite number ({len(odd)} such rows). Fill the gap, or cut the file there."
+        return f"{where}: the time is no finite number ({len(odd)} such rows). Write seconds as 0.01; fill or cut gaps."
     steps = np.diff(time)
     if len(back := np.flatnonzero(steps <= 0)):
         n, where = back[0], raw.at(back[0] + 1, signal)
-        how = f"stays at {time[n]:g}" if steps[n] == 0 else f"goes back from {time[n]:g} to {time[n + 1]:g}"
+        how = f"stays at {time[n]:.10g}" if steps[n] == 0 else f"goes back from {time[n]:.10g} to {time[n + 1]:.10g}"
         return (
-            f"{where}: time {how}. Trials must be sampled at one rate; resample the file, or cut it at "
-            f"{where.rpartition(', ')[2]}."
+            f"{where}: time {how} ({len(back)} such rows). Trials must be sampled at one rate, their times written "
+            f"with all digits; export or resample the file, or cut it at {where.rpartition(', ')[2]}."
         )
     step = float(np.median(steps))
     allowed = STEP_TOLERANCE * step + min(_rounding(time), 0.1 * step)  # rounded steps differ by one unit at most
     if len(uneven := np.flatnonzero(np.abs(steps - step) > allowed)):
         n = uneven[0]
         return (
-            f"{raw.at(n + 1, signal)}: time goes from {time[n]:g} to {time[n + 1]:g}, a step of {steps[n]:.4g} s "
+            f"{raw.at(n + 1, signal)}: time goes from {time[n]:.10g} to {time[n + 1]:.10g}, a step of {steps[n]:.4g} s "
             f"({len(uneven)} such rows); expected {step:.4g} s like the others. Resample the file to one rate, or cut "
             "it there."
         )
