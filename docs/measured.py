@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from myowave.diagnosis.report.templates import words
+from myowave.diagnosis.causes import CAUSE_TITLES
 from myowave.physics.effects import SHIPPED
 from myowave.scores import TITLES as RIVALS
 
@@ -34,12 +34,14 @@ PICTURES = {  # of results/figures, as they are
     "missing_torque.png": f"{SIMULATOR}/diagnosis/missing_torque.png",
     "ranking.png": f"{SIMULATOR}/diagnosis/ranking.png",
 }
-DATASETS = {name: words("datasets")[name] for name in (PERSON, SIMULATOR, HIDDEN, "case1", "case3")} | {
+CONFIG = yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8"))
+ABOUT = {name: block["about"] for name, block in CONFIG["data"]["datasets"].items()}
+DATASETS = {name: ABOUT[name] for name in (PERSON, SIMULATOR, HIDDEN, "case1", "case3")} | {
     HIDDEN: "simulated; crosstalk and noise of the EMG hidden",  # the page of results must not tell
     "case3": "the same, rougher EMG",
 }
 ANSWERS = {"adequate": "nothing", "unknown": "no answer: the model does not follow"}
-TITLES = {effect.name: effect.title or effect.name for effect in SHIPPED} | {"emg_noise": "noise of the recorded EMG"}
+TITLES = {effect.name: effect.title for effect in SHIPPED} | CAUSE_TITLES
 GRADES = {  # of docs/reality.md
     "named": "got the right answer",
     "class": "the right class",
@@ -47,7 +49,7 @@ GRADES = {  # of docs/reality.md
     "silent": "no answer",
     "wrong": "a wrong name",
 }
-BASELINES = yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8"))["learning"]["baselines"]
+BASELINES = CONFIG["learning"]["baselines"]
 BLOCK = re.compile(r"(<!-- numbers: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 

@@ -40,7 +40,7 @@ def entry(facts, tmp_path):
     return make
 
 
-SETTINGS = {"kind": "measured", "test": ["trial3"]}
+SETTINGS = {"about": "swings a <hammer>", "kind": "measured", "test": ["trial3"]}
 
 
 @pytest.fixture
@@ -58,7 +58,8 @@ def rows_of(page: str, table: str) -> list[list[str]]:
 
 def test_a_row_has_picture_verdict_errors_and_what_to_do(page):
     anna, ben, cleo = rows_of(page, "datasets")
-    assert anna[0] == "anna" and anna[2] == "missing: damping of the joint"
+    assert anna[0].split() == ["anna", "swings", "a", "&lt;hammer&gt;"], "what the settings say, of no name by itself"
+    assert anna[2] == "missing: damping of the joint"
     assert anna[3] == "6.4 deg, 1.7 deg with what was found"
     assert anna[4].split() == ["1.4", "deg", "R2", "0.99"], "the network with the model that was found"
     assert anna[5].startswith("use the parameters"), "such a network is trained"

@@ -48,9 +48,9 @@ def section(name):
     return dump(getattr(SETTINGS, name))
 
 
-def dataset_section(wildcards):
-    """The dataset's settings without what is hidden in it."""
-    return public(DATASETS[wildcards.dataset])
+def dataset_section(wildcards, of=public):
+    """The dataset's settings that its trials are made by, without what is hidden in it unless `of` is `dump`."""
+    return {key: value for key, value in of(DATASETS[wildcards.dataset]).items() if key != "about"}
 
 
 def identify_section(wildcards):

@@ -38,7 +38,7 @@ rule simulate_trials:
     params:
         physics=physics_section,
         contents=physics_contents,
-        dataset=lambda wildcards: dump(DATASETS[wildcards.dataset]),  # with what is hidden: this rule puts it in
+        dataset=lambda wildcards: dataset_section(wildcards, dump),  # with what is hidden: this rule puts it in
         code=digest("simulate_trials"),
     script:
         "../scripts/simulate_trials.py"

@@ -87,6 +87,7 @@ class Changed(Section):
 class _Dataset(Section):
     """What simulated and measured datasets have in common."""
 
+    about: str = setting("what it is, in a few words for the pages", default="", max_length=80)
     arm: Name = setting("whose arm it is, one of physics.arms", default="paper")
     test: Annotated[tuple[TrialName, ...], Once] = setting("trials kept for testing; the others train", min_length=1)
     constants: dict[str, Real] = setting("known physical constants of the subject, {name: value}", "SI", dict)

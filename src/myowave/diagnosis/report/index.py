@@ -48,6 +48,7 @@ def _row(folder: Path, settings: Mapping[str, Any]) -> dict[str, Any]:
     models = dict.fromkeys((base_of(verdict)[0], found))
     return {
         "name": name,
+        "about": settings.get("about", ""),
         "image": inline(picture) if picture.exists() else "",
         "told": tell(verdict, ladder),
         "missing": verdict["effects"],
