@@ -52,7 +52,7 @@ def _effect(effect: Effect) -> str:
         for name, p in effect.parameters.items()
     ]
     table = ["| parameter | unit | bounds | typical | meaning |", "|---|---|---|---|---|", *rows]
-    lines = [f"({effect.name})=", f"### {effect.name}", "", f"*{effect.title}*" if effect.title else ""]
+    lines = [f"({effect.name})=", f"### {effect.name}", "", f"*{effect.title}*"]
     return "\n".join([*lines, "", f"```text\n{effect.equation}\n```", "", *table, "", f"Source: {effect.source}"])
 
 

@@ -86,8 +86,8 @@ def list_effects(config: ConfigFiles) -> None:
 
     effects = catalogue(settings.physics.effect_files)
     for effect in effects.values():
-        title = f"{effect.title}; " if effect.title else ""
-        typer.echo(f"{typer.style(effect.name, bold=True)}  {title}on {effect.acts_on}:  {effect.equation}")
+        where = f"{effect.title}; on {effect.acts_on}"
+        typer.echo(f"{typer.style(effect.name, bold=True)}  {where}:  {effect.equation}")
         for name, p in effect.parameters.items():
             typer.echo(f"    {name} [{p.unit}], {p.low:g} to {p.high:g}: {p.meaning}")
         typer.echo(f"    Source: {effect.source}")

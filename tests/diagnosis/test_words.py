@@ -42,8 +42,6 @@ def test_models_go_by_what_they_have_and_muscles_by_what_people_call_them():
     network = described("network, rollout, 1-scale, base+fatigue", TITLES)
     assert network == "network, rollout, 1-scale with muscles that tire"
     assert described("posture, speed and load", TITLES) == "posture, speed and load", "it has no muscles"
-    alike = {"millard_curves": "other muscle curves", "thelen_curves": "other muscle curves"}
-    assert described("base+thelen_curves", alike) == "muscle model with other muscle curves (Thelen)"
     assert of_muscles("force of BIClong, f0_BIClong") == "force of the long head of the biceps, f0_BIClong"
     assert of_muscles("Biceps and Mine") == "Biceps and Mine", "a name that no table knows stays"
 

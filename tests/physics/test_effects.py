@@ -40,6 +40,7 @@ def test_names_are_unique_and_form_model_coordinates(elbow):
 def test_every_effect_has_a_title_in_few_plain_words():
     for effect in SHIPPED:
         assert 1 < len(effect.title.split()) <= 8 and "_" not in effect.title, effect.name
+    assert len({effect.title for effect in SHIPPED}) == len(SHIPPED), "one effect is told from the next by it alone"
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -55,6 +55,7 @@ def test_a_file_may_hold_several_effects(tmp_path):
         ({"result": "spring_constant * q"}, "NameError"),
         ({"low": "0.1"}, "must hold 0"),
         ({"name": "joint_damping"}, "taken"),
+        ({"name": "damping_of_the_joint"}, "has the title of joint_damping, 'damping of the joint'; give it words"),
         ({"stage": "constants", "arguments": "mass, *, k", "result": "{'weight': mass + k}"}, "weight.*not constants"),
         ({"result": "__import__('sys').exit(0)"}, "raised SystemExit: 0"),
         ({"result": "None"}, "raised TypeError"),

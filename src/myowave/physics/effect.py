@@ -129,6 +129,7 @@ class Effect:
             raise ValueError(f"{where}: only effects on {' or '.join(STATEFUL_STAGES)} may have a relaxation")
         if self.initial is not None and not self.stateful:
             raise ValueError(f"{where}: has an initial state but no relaxation")
+        object.__setattr__(self, "title", self.title or self.name.replace("_", " "))
         self._check_signature("function", self.function, needs_all=not self.stateful)
         if self.acts_on == "constants" and self.asks & set(MUSCLE_CONSTANTS) and self.asks & set(JOINT_CONSTANTS):
             raise ValueError(f"{where}: asks for constants of muscles and of the joint; write two effects")

@@ -98,7 +98,7 @@ class Answered:
     electrodes: Family | None  # changes of what electrodes report; None where they stayed on
     control: Family | None  # of the arm in the first group, split in two; None where it has but one trial
     silent: tuple[Change, ...]  # at most one: electrodes that report nothing in a group; the rest is weighed without
-    left_out: tuple[str, ...]  # effects that were not weighed
+    left_out: Mapping[str, str]  # effects that were not weighed, {name: title}
     known: tuple[str, ...]  # conditions that are known and differ: what a model says of these may be wrong, too
 
     @property
@@ -159,7 +159,7 @@ def what_changed(
         electrodes=None if groups.electrodes_stayed else Family.of(of_electrodes),
         control=control,
         silent=(_lost(silent),) if silent else (),
-        left_out=tuple(e.name for e in effects if e not in weighable),
+        left_out={e.name: e.title for e in effects if e not in weighable},
         known=tuple(recorded.known),
     )
 
@@ -210,8 +210,8 @@ def _candidates(model: Model, effect: Effect) -> list[Change]:
 def _change(effect: Effect, names: tuple[str, ...], electrode: str, p: Parameter) -> Change:
     # ASSUME: an effect that is there or not may be there in the first group alone as well.
     low = p.low if p.low < 0 else -p.high
-    title = effect.title or effect.name.replace("_", " ")
-    return Change(effect.name, title, names, electrode, p.unit, low, p.high if p.high > 0 else -p.low, abs(p.typical))
+    high = p.high if p.high > 0 else -p.low
+    return Change(effect.name, effect.title, names, electrode, p.unit, low, high, abs(p.typical))
 
 
 def _ask(

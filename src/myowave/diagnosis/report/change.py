@@ -32,7 +32,7 @@ def changed_facts(dataset: str, found: Answered) -> dict[str, Any]:
         ],
         "control": None if control is None else {"class": list(control.names), "unchanged": control.unchanged},
         "known": list(found.known),
-        "left_out": list(found.left_out),
+        "left_out": dict(found.left_out),
     }
 
 

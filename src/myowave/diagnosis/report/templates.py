@@ -59,9 +59,8 @@ def of_muscles(text: str) -> str:
 
 
 def called(effect: str, titles: Mapping[str, str]) -> str:
-    """What people call an effect; where they call others so, too, what its name begins with tells it from them."""
-    title = titles.get(effect) or effect.replace("_", " ")
-    return f"{title} ({effect.split('_')[0].capitalize()})" if list(titles.values()).count(title) > 1 else title
+    """What people call an effect; its words where it was not weighed."""
+    return titles.get(effect) or effect.replace("_", " ")
 
 
 def described(model: str, titles: Mapping[str, str]) -> str:

@@ -58,5 +58,10 @@ def catalogue(effect_files: Iterable[str | Path] = ()) -> dict[str, Effect]:
                 raise ValueError(
                     f"{path}: the effect name {effect.name!r} is taken by another effect; give yours a name of its own"
                 )
+            if alike := [other.name for other in effects.values() if other.title == effect.title]:
+                raise ValueError(
+                    f"{path}: {effect.name!r} has the title of {alike[0]}, {effect.title!r}; give it words of its own, "
+                    "as pages call it by them"
+                )
             effects[effect.name] = effect
     return effects

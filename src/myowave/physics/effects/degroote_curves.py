@@ -6,7 +6,7 @@ from myowave.physics.muscle import share_of
 
 EFFECT = Effect(
     name="degroote_curves",
-    title="other muscle curves",
+    title="De Groote's muscle curves",
     acts_on="muscle",
     equation="(1 - w) F + w F_degroote",
     function=share_of(DEGROOTE),

@@ -6,7 +6,7 @@ from myowave.physics.muscle import share_of
 
 EFFECT = Effect(
     name="millard_curves",
-    title="other muscle curves",
+    title="Millard's muscle curves",
     acts_on="muscle",
     equation="(1 - w) F + w F_millard",
     function=share_of(MILLARD),

@@ -29,7 +29,7 @@ def lagging_angle(q: Tensor, qdot: Tensor, dt: float, *, tau: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="observation_lag",
-    title="angle sensor that lags",
+    title="an angle sensor that lags",
     acts_on="observation",
     equation="tau dy/dt = q - y",
     function=lagging_angle,

@@ -6,7 +6,7 @@ from myowave.physics.muscle import share_of
 
 EFFECT = Effect(
     name="thelen_curves",
-    title="other muscle curves",
+    title="Thelen's muscle curves",
     acts_on="muscle",
     equation="(1 - w) F + w F_thelen",
     function=share_of(THELEN),
