@@ -116,6 +116,7 @@ rule watch_ladder:
         beside=lambda wildcards: [
             path for path in networks_beside(wildcards.dataset) if Path(path).with_name("scale-0.pt").exists()
         ],
+        seeds=SETTINGS.learning.seeds,
         code=digest("watch_ladder"),
     script:
         "../scripts/watch_ladder.py"

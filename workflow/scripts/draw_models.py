@@ -1,8 +1,9 @@
 """Draw the models of a dataset against the number of scales: training and test error, predictions, parameters."""
 
 from myowave.learning.figures import draw_metrics, draw_parameters, draw_predictions
-from myowave.learning.tables import read_evaluations, read_histories, read_predictions
+from myowave.learning.tables import read_histories, read_predictions
 from myowave.plotting import save
+from myowave.scores import read_evaluations
 from myowave.workflow.job import job_log
 
 where = snakemake.wildcards

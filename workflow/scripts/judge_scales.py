@@ -1,6 +1,7 @@
 """Judge for every dataset, model and recipe whether more scales help."""
 
-from myowave.learning.tables import judge_scales, read_evaluations
+from myowave.learning.tables import judge_scales
+from myowave.scores import read_evaluations
 from myowave.workflow.job import job_log
 
 with job_log("judge scales", snakemake.log[0]) as log:

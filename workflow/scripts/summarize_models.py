@@ -1,8 +1,11 @@
 """Bring the evaluations of all models into one table; rows that this run did not make come last."""
 
-from myowave.learning.tables import read_evaluations
+import pandas as pd
+
+from myowave.scores import read_evaluations
 from myowave.workflow.job import job_log
 
 with job_log("summarize models", snakemake.log[0]):
-    table = read_evaluations([*snakemake.input.evaluations, *snakemake.params.beside])
-    table.to_csv(snakemake.output.summary, index=False)
+    tables = [read_evaluations([path], snakemake.params.seeds) for path in snakemake.input.evaluations]
+    tables += [read_evaluations([path]) for path in snakemake.params.beside]
+    pd.concat(tables, ignore_index=True).to_csv(snakemake.output.summary, index=False)

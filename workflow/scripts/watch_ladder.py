@@ -6,12 +6,15 @@ from pathlib import Path
 import pandas as pd
 
 from myowave.diagnosis.report.ladder import join_ladder, join_parameters
+from myowave.scores import read_evaluations
 from myowave.workflow.job import job_log
 
 with job_log(f"watch {snakemake.wildcards.dataset}", snakemake.log[0]):
-    evaluations = [pd.read_csv(path) for path in [*snakemake.input.evaluations, *snakemake.params.beside]]
+    seeds = snakemake.params.seeds
+    evaluations = [read_evaluations([path], seeds) for path in snakemake.input.evaluations]
+    evaluations += [read_evaluations([path]) for path in snakemake.params.beside]
     verdict = json.loads(Path(snakemake.input.verdict).read_text(encoding="utf-8"))
-    plain = [pd.read_csv(path) for path in snakemake.input.baselines]
+    plain = [read_evaluations([path], seeds) for path in snakemake.input.baselines]
     ladder = join_ladder(pd.read_csv(snakemake.input.rungs), evaluations, plain)
     ladder.to_csv(snakemake.output.ladder, index=False)
     join_parameters(verdict, evaluations).to_csv(snakemake.output.parameters, index=False)

@@ -12,25 +12,6 @@ import pandas as pd
 from myowave.data.store import read_table
 
 CLEAR = 2.0  # standard errors from 0 from which a difference is more than the scatter of seeds
-_SCORES = ["dataset", "model", "recipe", "scales", "seed", "epochs", "seconds"]  # of any seed, diverged ones included
-
-
-def read_evaluations(paths: Iterable[str | Path]) -> pd.DataFrame:
-    """Rows of all evaluations; columns of parameters that some models do not identify are empty there. A ValueError for
-    a file that holds no table."""
-    return pd.concat([_read_evaluation(path) for path in paths], ignore_index=True)
-
-
-def _read_evaluation(path: str | Path) -> pd.DataFrame:
-    seeds = Path(path).with_name("parameters.csv")  # beside it, where a network was evaluated
-    try:
-        table = pd.read_csv(path)
-        whole = Path(path).read_bytes().endswith(b"\n") and table[_SCORES].notna().all(axis=None)
-        if not whole or (seeds.exists() and {*pd.read_csv(seeds)["seed"]} != {*table["seed"]}):
-            raise ValueError("it was cut short")
-        return table
-    except (ValueError, KeyError) as error:
-        raise ValueError(f"{path}: no table of scores ({error}). Remove it, and run again: it is made anew.") from None
 
 
 def read_histories(paths: Iterable[str | Path]) -> dict[int, pd.DataFrame]:

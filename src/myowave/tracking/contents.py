@@ -15,8 +15,8 @@ import numpy as np
 import pandas as pd
 
 from myowave.diagnosis.report.tell import tell
-from myowave.learning.tables import join_histories, read_evaluations
-from myowave.scores import median_over_seeds
+from myowave.learning.tables import join_histories
+from myowave.scores import median_over_seeds, read_evaluations
 
 COORDINATES = ["dataset", "model", "recipe", "scales"]
 CURVE_POINTS = 60  # a curve in the browser needs no more

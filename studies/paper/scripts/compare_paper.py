@@ -3,8 +3,9 @@
 import itertools
 from pathlib import Path
 
-from myowave.learning.tables import read_evaluations, read_histories
+from myowave.learning.tables import read_histories
 from myowave.plotting import save
+from myowave.scores import read_evaluations
 from myowave.workflow.job import job_log
 from studies.paper import figures, tables
 from studies.paper.one_step import tabulate_one_step
