@@ -26,17 +26,13 @@ STYLE: dict[Any, Any] = {
     "font.size": 11,
     "axes.titlesize": 12,
     "axes.labelsize": 11,
-    "legend.fontsize": 10,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
     "grid.color": "#e3e3e3",
     "grid.linewidth": 0.7,
     "axes.prop_cycle": cycler(color=CYCLE),
-    "lines.linewidth": 1.6,
     "figure.constrained_layout.use": True,
-    "axes.titlelocation": "left",
-    "legend.frameon": False,
 }
 
 

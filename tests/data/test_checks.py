@@ -12,7 +12,7 @@ import pytest
 from sessions import burst, curl, session_section, write_session
 
 from myowave.data.checks import cause, emg, motion
-from myowave.data.checks.finding import report
+from myowave.data.checks.finding import Finding, report
 from myowave.data.importing import import_trials
 from myowave.data.processing.sampled import Sampled
 from myowave.data.recording import RawTrial
@@ -143,6 +143,12 @@ def test_a_session_reports_each_doubt_with_its_trial_and_channel(tmp_path):
 
 def test_a_report_without_findings_says_so():
     assert report("me", [], {})["summary"] == "no warnings"
+
+
+def test_a_number_found_in_one_of_several_trials_is_not_said_of_all():
+    found = [Finding("mains hum", f"{power} uV", "Move cables.", trial) for trial, power in (("a", 7), ("b", 9))]
+    both, one = (report("me", some, {})["lines"][0] for some in (found, found[:1]))
+    assert both["found"] == "in the first, 7 uV" and one["found"] == "7 uV"
 
 
 @pytest.fixture(scope="module")

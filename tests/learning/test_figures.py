@@ -29,6 +29,16 @@ def test_seeds_that_agree_are_drawn_as_agreeing_and_not_with_their_rounding_acro
     assert "within 0.001 %" in agreed
 
 
+def test_many_parameters_are_drawn_in_rows_that_a_page_has_room_for():
+    names = [f"f0_{muscle}" for muscle in "ABCDE"]
+    labels = {"dataset": "d", "model": "base", "recipe": "r", "scales": [1, 3]}
+    figure = draw_parameters(
+        pd.DataFrame(labels).assign(**{n: 1.0 for n in names} | {f"{n}_error_pct": 2.0 for n in names}), names
+    )
+    assert [axis.get_title() for axis in figure.axes if axis.axison] == names
+    assert figure.get_figwidth() < 12
+
+
 def test_where_nothing_is_identified_the_picture_says_so():
     summary = pd.DataFrame(
         {"dataset": ["a"], "model": ["base"], "recipe": ["rollout"], "scales": [1], "test_r2": [0.9]}

@@ -21,6 +21,7 @@ from myowave.scores import TITLES, median_over_seeds
 ALIKE = 5.0  # %: seeds whose parameters scatter less are said to agree
 LINES = ("-", "--", ":", "-.", (0, (1, 4)))  # of baselines
 BAND = {"color": MODEL, "alpha": 0.22, "linewidth": 0, "label": "90 % band"}
+ABREAST = 4  # parameters in a row of panels
 LEAST_SPAN = 0.01  # of a value: to both sides of it an axis shows at least that, as less is no finding
 
 
@@ -98,11 +99,12 @@ def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame
         coverage = scores["band_coverage"]
         axes[0, column].set_title(
             f"{scales}-scale: R$^2$ {scores['test_r2']:.4f}, {scores['test_rmse_deg']:.3g} deg\n"
-            + ("no band" if np.isnan(coverage) else f"the band holds {coverage:.0%}")
+            + ("no band" if np.isnan(coverage) else f"the band holds {100 * coverage:.0f} %")
         )
     handles, names = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=2)
-    title(figure, f"{_what(summary)}: free-running prediction of the unseen trial, scores are medians over seeds")
+    unseen = "the unseen trial" + "s" * (len(trials) > 1)
+    title(figure, f"{_what(summary)}: free-running prediction of {unseen}, scores are medians over seeds")
     return figure
 
 
@@ -138,15 +140,18 @@ def _in_degrees(lines: Iterable[str]) -> pd.DataFrame:
 
 def draw_parameters(summary: pd.DataFrame, names: list[str]) -> Figure:
     """Identified parameters, seed by seed: the error where the truth is known, else the value."""
-    figure, axes = canvas(1, max(1, len(names)), width=max(7.0, 2.9 * len(names)), height=3.6)
+    rows, columns = max(1, -(-len(names) // ABREAST)), max(1, min(ABREAST, len(names)))
+    figure, axes = canvas(rows, columns, width=max(7.0, 2.9 * columns), height=3.2 * rows + 0.4)
     if not names:
         title(figure, f"{_what(summary)}: nothing is identified")
         return figure
     known = all(summary[f"{name}_error_pct"].notna().all() for name in names)
-    columns = [f"{name}_error_pct" if known else name for name in names]
-    groups = summary.groupby("scales")[columns]
+    shown = [f"{name}_error_pct" if known else name for name in names]
+    groups = summary.groupby("scales")[shown]
     middle, spread = groups.mean(), groups.std(ddof=0)
-    for axis, name, column in zip(axes[0], names, columns, strict=True):
+    for axis in axes.flat[len(names) :]:
+        axis.set_axis_off()
+    for axis, name, column in zip(axes.flat, names, shown, strict=False):
         _each_seed(axis, summary, column, middle[column], yerr=spread[column], fmt="o", capsize=4)
         if known:
             axis.axhline(0.0, color=MEASURED, linewidth=0.8)

@@ -38,13 +38,11 @@ MUSCLE_CONSTANTS = {
     "pennation": Constant(
         "rad", "pennation angle at optimal fibre length", "pennation_rad", {"ge": 0, "lt": 1.4}, default=0.0
     ),
-    "l1": Constant("m", "distance of the origin from the joint", "l1_m", DISTANCE, kind="straight"),
-    "l2": Constant("m", "distance of the insertion from the joint", "l2_m", DISTANCE, kind="straight"),
+    "l1": Constant("m", "distance from the joint to the origin", "l1_m", DISTANCE, kind="straight"),
+    "l2": Constant("m", "distance from the joint to the insertion", "l2_m", DISTANCE, kind="straight"),
     "scale": Constant("-", "factor on the lengths of a table", bounds={"gt": 0, "le": 10}, default=1.0, kind="table"),
     "delay": Constant("s", "electromechanical delay", "delay_s", {"ge": 0, "le": 0.5}, default=0.08, drives=True),
-    "shape": Constant(
-        "-", "shape factor A of the activation, Eq. 2", "shape_A", {"ge": 0, "le": 3}, default=0.2, drives=True
-    ),
+    "shape": Constant("-", "shape factor A of the activation", "shape_A", {"ge": 0, "le": 3}, default=0.2, drives=True),
 }
 
 # Factors, 1 by default, of the muscles that name a group: one number to estimate for all of them, `strength_flexors`.
@@ -66,10 +64,10 @@ GROUP_CONSTANTS = {
 CURVE = "curve"
 _CURVE_MEANINGS = {
     "ascending": "relative widening of the active force-length curve below the optimal length",
-    "descending": "the same above the optimal length",
-    "rising": "logarithm of the power that the active force is raised to below optimal length",
-    "falling": "the same above optimal length",
-    "sagging": "the same of the force when shortening",
+    "descending": "relative widening of the active force-length curve above the optimal length",
+    "rising": "logarithm of the power that the active force is raised to below the optimal length",
+    "falling": "logarithm of the power that the active force is raised to above the optimal length",
+    "sagging": "logarithm of the power that the force when shortening is raised to",
     "concentric": "logarithm of the factor on the bend of the shortening force-velocity curve",
     "yielding": "logarithm of the factor on the slope where lengthening begins",
     "eccentric": "relative change of what lengthening adds to the force",

@@ -99,7 +99,7 @@ def _pair_against(prepared: Prepared, flexor: str, extensor: str) -> Iterator[st
     if odd := _unlike_the_others(prepared, flexor, extensor, effort):
         where = f"in trial {', '.join(odd)} and no other"
     elif np.abs(together).max() >= AGAINST and swapped and share >= MOST_TRIALS:
-        where = f"in {share:.0%} of the trials"
+        where = f"in {100 * share:.0f} % of the trials"
     if where:
         names = " and ".join(filter(None, (flexor, extensor)))
         yield f"EMG of {names} goes with the motion the wrong way round {where}"

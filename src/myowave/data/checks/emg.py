@@ -94,12 +94,14 @@ def _smoothed(of: Channel) -> str | None:
     if of.raw.values.min() >= 0:
         return "never below 0"
     slow = of.raw.share_of_power(0, SLOW_HZ)
-    return f"only {1 - slow:.0%} of the power is above {SLOW_HZ:g} Hz" if slow > 1 - FAST_SHARE else None
+    return f"only {100 * (1 - slow):.0f} % of the power is above {SLOW_HZ:g} Hz" if slow > 1 - FAST_SHARE else None
 
 
 def _moved(of: Channel) -> str | None:
     slow = of.raw.share_of_power(0, SLOW_HZ)
-    return f"{slow:.0%} of the power is below {SLOW_HZ:g} Hz" if slow > SLOW_SHARE and not _smoothed(of) else None
+    return (
+        f"{100 * slow:.0f} % of the power is below {SLOW_HZ:g} Hz" if slow > SLOW_SHARE and not _smoothed(of) else None
+    )
 
 
 def _gap(of: Channel) -> str | None:

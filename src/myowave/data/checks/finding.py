@@ -52,8 +52,9 @@ def report(dataset: str, findings: Sequence[Finding], gains: Mapping[str, float]
 
 
 def _line(group: Sequence[Finding]) -> dict[str, str]:
-    """Findings of one check as one line: where, what was found first, what to do."""
+    """Findings of one check as one line: where, what was found in the first place, what to do."""
     where = [", ".join(filter(None, (one.trial and f"trial {one.trial}", one.signal))) for one in group]
     where = [place for place in dict.fromkeys(where) if place]
     more = f" and {len(where) - 3} more" if len(where) > 3 else ""
-    return {**asdict(group[0]), "where": "; ".join(where[:3]) + more}
+    found = "in the first, " * (len(where) > 1) + group[0].found
+    return {**asdict(group[0]), "found": found, "where": "; ".join(where[:3]) + more}
