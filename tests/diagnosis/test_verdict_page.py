@@ -189,7 +189,12 @@ def test_the_whole_catalogue_is_ranked_at_every_model(tables, verdict):
     assert set(ranking[ranking["model"] == "base"]["effect"]) == set(CANDIDATES)
     assert set(ranking[ranking["model"] == "base+joint_damping"]["effect"]) == set(CANDIDATES) - {"joint_damping"}
     assert set(ranking[ranking["effect"] == "hand_load"]["status"]) == {"absorbed"}, "an exact alias is said to be one"
-    damping = ranking_cells(ranking[ranking["model"] == "base"], verdict).set_index("effect").loc["joint_damping"]
+    base = ranking[ranking["model"] == "base"]
+    error = "error of the fit [deg]"
+    assert error in ranking_cells(base, verdict) and error not in ranking_cells(base, {**verdict, "follows": False})
+    cells = ranking_cells(base, verdict).set_index("effect")
+    assert cells.loc["hand_load", "smallest detectable"] == "", "none of any size can be seen"
+    damping = cells.loc["joint_damping"]
     for cell in ("estimate", "smallest detectable"):
         assert damping[cell].endswith(" N m s/rad"), "no value stands without its unit"
 
@@ -314,7 +319,7 @@ LONG = {"a": "crosstalk between electrodes", "b": "activation that lags behind t
         ({"effects": ["a", "b"], "titles": LONG}, "Missing: crosstalk between electrodes and activation that lags"),
         ({"verdict": "class", "alternatives": [["joint_damping", "b"]]}, "damping of the joint or b; these trials"),
         ({"verdict": "class", "stand_ins": {"joint_damping": ["x"]}}, "damping of the joint or something like it;"),
-        ({"verdict": "partial", "missing_deg": 0.7}, "and something else that moves the arm by 0.7 deg."),
+        ({"verdict": "partial", "missing_deg": 0.7}, "and something else that moves the arm by 0.70 deg."),
         ({"verdict": "partial", "rest": "muscle curves of another shape"}, "and muscle curves of another shape that"),
         ({"verdict": "unknown", "effects": [], "missing_deg": 2.0}, "Missing: something that no effect explains."),
         (
@@ -510,6 +515,7 @@ def test_every_cell_knows_its_column_on_a_phone(story):
         (219.96, 6.77, "220.0 ± 6.8"),
         (244.0, 21.4, "244 ± 21"),
         (0.6, 1.1e-5, "0.600000 ± 0.000011"),
+        (-1e-4, 0.031, "0.000 ± 0.031"),
         (1.5, None, "1.5"),
         (299.999, 3e-12, "299.999"),
     ],

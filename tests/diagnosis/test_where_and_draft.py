@@ -79,10 +79,15 @@ def told_of(facts):
     return told
 
 
+def test_muscles_that_share_an_electrode_are_listed(told_of):
+    told = told_of(**{"activation of BIClong and BICshort and BRA": [1, 2, 3, 4]})
+    assert "with activation of the long head of the biceps, the short head of the biceps and the brachialis, f" in told
+
+
 def test_below_the_noise_nothing_is_found(told_of):
     """A noise of 0.5 deg hides an error that grows tenfold from 0.01 to 0.1 deg."""
     told = told_of(trial=[0.1, 0.3], rmse=[0.2, 0.1], mean=[0.1, -0.05], pitch=[0.01, 0.03, 0.06, 0.1])
-    assert told == "In every part of the trials the misfit is below the noise, 0.5 deg: nothing to locate."
+    assert told == "In every part of the trials the misfit is below the noise, 0.50 deg: nothing to locate."
     assert "grows with pitch" in told_of(trial=[0.1, 0.3], rmse=[0.2, 0.1], pitch=[0.1, 0.3, 0.6, 1.0])
 
 
@@ -113,7 +118,7 @@ def test_the_finding_says_which_of_arm_and_model_runs_ahead(told_of):
         rmse=[2, 2], mean=[1.5, -1.0]
     )
     assert "behind the model" in told_of(rmse=[2, 2], mean=[-1.5, 1.0])
-    assert told_of(pitch=[1, 1, 1, 1.1]) == "The misfit is the same everywhere. The noise is 0.5 deg."
+    assert told_of(pitch=[1, 1, 1, 1.1]) == "The misfit is the same everywhere. The noise is 0.50 deg."
 
 
 def test_the_map_of_a_damper_shows_that_it_brakes_and_short_trials_have_a_coarser_one(make_fit):

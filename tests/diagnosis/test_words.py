@@ -6,7 +6,7 @@ from typing import get_args
 
 import pytest
 
-from myowave.diagnosis.report.numbers import degrees
+from myowave.diagnosis.report.numbers import degrees, number
 from myowave.diagnosis.report.tell import noise, tell
 from myowave.diagnosis.report.templates import described, explained, of_muscles, words
 from myowave.diagnosis.search.verdict import Kind
@@ -70,11 +70,12 @@ def test_terms_are_explained_once_in_a_text_and_text_is_escaped():
 def test_numbers_in_text_have_two_digits_and_no_power_of_ten():
     assert [degrees(x) for x in (6.4752, 0.00283, 37.9, 120.4)] == ["6.5 deg", "0.0028 deg", "38 deg", "120 deg"]
     assert degrees(9.4e-5) == "under 0.001 deg", "nobody could measure it"
-    assert degrees(1.04) == "1.0 deg"
+    assert degrees(1.04) == "1.0 deg" and degrees(0.6003) == "0.60 deg"
+    assert [number(x) for x in (27174.4, 12.345, None)] == ["27174", "12.3", ""], "and tables have three"
 
 
 def test_a_noise_that_is_all_floor_is_said_to_be_a_bound(facts):
-    assert noise(facts()) == "0.5 deg" and noise(facts(noise_is_bound=True)) == "at most 0.5 deg"
+    assert noise(facts()) == "0.50 deg" and noise(facts(noise_is_bound=True)) == "at most 0.50 deg"
 
 
 def test_parameters_that_hide_the_same_effect_are_told_together(facts):
@@ -94,5 +95,5 @@ def test_constants_nobody_expects_are_told_beside_an_effect(facts):
 
 def test_torque_that_is_missing_is_told_with_its_size(facts):
     missing = tell(facts())["missing"]
-    assert "The muscle model lacks a torque of 0.5 N m RMS" in missing
-    assert "muscle model with damping of the joint lacks no torque that noise would not show, under 0.04 N m" in missing
+    assert "The muscle model lacks a torque of 0.50 N m RMS" in missing
+    assert "with damping of the joint lacks no torque that noise would not show, under 0.040 N m" in missing

@@ -37,7 +37,8 @@
   const hooks = {setScale: [follow]};
   const plots = [];
   const [angles, left] = numbers();
-  plots.push(new uPlot({...shared, hooks, scales: {x: {time: false}}, width: width(), height: 300, axes: axes("elbow angle [deg]", ""),
+  const legend = {mount: (u, table) => box.querySelector(".values").append(table)};  // what stands at the cursor
+  plots.push(new uPlot({...shared, hooks, legend, scales: {x: {time: false}}, width: width(), height: 300, axes: axes("elbow angle [deg]", ""),
     series: [seconds, {label: "measured", stroke: MEASURED, width: 2.4, points: {show: false}, value: (u, v) => text(v)}, ...lines]},
     angles, box.querySelector(".angles")));
   plots.push(new uPlot({...shared, hooks, scales: {x: {time: false}, y: {range: around}}, width: width(), height: 190, legend: {show: false},
@@ -45,9 +46,9 @@
 
   box.plots = plots;  // for whoever looks from outside, such as a test
 
-  const resize = (wide, tall = 1) => plots.forEach((p, i) => p.setSize({width: wide, height: tall * (i ? 190 : 300)}));
+  const resize = (wide, tall = 300) => plots.forEach((p, i) => p.setSize({width: wide, height: i ? 190 : tall}));
   addEventListener("resize", () => resize(width()));
-  addEventListener("beforeprint", () => resize(680, 0.75));
+  addEventListener("beforeprint", () => resize(680, 225));
   addEventListener("afterprint", () => resize(width()));
 
   box.querySelector("select").addEventListener("change", event => {

@@ -72,10 +72,13 @@ def ranking_cells(rows: pd.DataFrame, verdict: Mapping[str, Any]) -> pd.DataFram
             "effect": rows["effect"],
             "status": rows["status"],
             "log odds": rows["log_odds"].map(number),
-            "error of the fit [deg]": rows["rmse_deg"].map(number),
+            # Over other pieces than the page's errors are, where the model follows no whole trial.
+            "error of the fit [deg]": rows["rmse_deg"].map(number) if verdict["follows"] else "",
             "estimate": rows["estimate"],
             "smallest detectable": [
-                number(r.smallest_detectable) + with_unit(r.unit) if np.isfinite(r.smallest_detectable) else ""
+                number(r.smallest_detectable) + with_unit(r.unit)
+                if np.isfinite(r.smallest_detectable) and r.status != "absorbed"
+                else ""
                 for r in rows.itertuples()
             ],
             "like": [listed(r) for r in rows.itertuples()],

@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from myowave.diagnosis.changed.ask import SURE, Answered
-from myowave.diagnosis.report.numbers import number
+from myowave.diagnosis.report.numbers import signed
 from myowave.diagnosis.report.templates import fill, paragraphs, templates, with_unit
 
 LEAST = 0.001  # no smaller probability is told
@@ -49,13 +49,14 @@ def change_page(facts: Mapping[str, Any]) -> str:
         {
             "effect": change["effect"],
             "electrode": change["electrode"],
-            "change": number(change["value"]) + with_unit(change["unit"]),
-            "95 % interval": f"{number(change['low'])} to {number(change['high'])}{with_unit(change['unit'])}",
+            "change": signed(change["value"]) + with_unit(change["unit"]),
+            "95 % interval": f"{signed(change['low'])} to {signed(change['high'])}{with_unit(change['unit'])}",
             "changed [nats]": f"{change['changed']:.1f}",
             "trials differ [nats]": f"{change['anyway']:.1f}",
             "probability": f"{change['probability']:.2g}" if change["probability"] >= LEAST else f"under {LEAST}",
         }
         for change in facts["changes"]
     ]
-    content = {"facts": facts, "told": tell_change(facts), "candidates": pd.DataFrame(rows)}
+    cells = pd.DataFrame(rows)
+    content = {"facts": facts, "told": tell_change(facts), "candidates": cells.loc[:, (cells != "").any()]}
     return fill("changed.html.j2", titles, content)

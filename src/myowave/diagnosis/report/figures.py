@@ -79,10 +79,10 @@ def draw_glance(predictions: pd.DataFrame, physics: list[str], horizon_s: float 
     held_out = predictions[predictions["role"] == "test"]
     rows = held_out if len(held_out) else predictions
     rows = rows[rows["trial"] == rows["trial"].iloc[0]]
-    figure, ((axis,),) = canvas(1, 1, width=4.2, height=2.1)
+    figure, ((axis,),) = canvas(1, 1, width=3.6, height=2.1)
     measured = rows[rows["model"] == rows["model"].iloc[0]]
     axis.plot(measured["time_s"], np.degrees(measured["angle_rad"]), color=MEASURED, linewidth=2.4, label="measured")
-    again = "" if horizon_s is None else f", anew every {horizon_s:g} s"
+    again = "" if horizon_s is None else f",\nanew every {horizon_s:g} s"
     labels = (f"muscle model{again}", "with what was found")
     shown = dict(zip(physics, zip(labels, LOOKS, strict=True), strict=False))
     for model, one in rows.groupby("model", sort=False):

@@ -18,14 +18,21 @@ def two_digits(value: float) -> str:
     """A number in text, with two significant digits and no power of ten for large ones; tables have one digit more."""
     if 1 <= abs(value) < 9.95:
         return f"{value:.1f}"
-    return f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}"
+    return f"{value:#.2g}" if abs(value) < 1 else f"{value:.0f}"
+
+
+def signed(value: float) -> str:
+    """A change, with two digits."""
+    return "+" * (value > 0) + two_digits(value)
 
 
 def number(value: float | None) -> str:
-    """Three digits; empty where there is none."""
+    """Three digits, no power of ten for thousands; empty where there is none."""
     if value is None or pd.isna(value):
         return ""
-    return f"{value:.3g}" if np.isfinite(value) else "runs away"
+    if not np.isfinite(value):
+        return "runs away"
+    return f"{value:.0f}" if 1000 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
 def r2_text(value: float) -> str:
@@ -47,4 +54,4 @@ def estimate(value: float, se: float | None, bounds: tuple[float, float] = ANYWH
     if se < NOTHING * abs(value):
         return f"{value:.6g}"
     digits = max(0, 1 - int(np.floor(np.log10(se))))
-    return f"{value:.{digits}f} ± {se:.{digits}f}" if digits <= 6 else f"{value:.6g} ± {se:.1g}"
+    return f"{value:z.{digits}f} ± {se:.{digits}f}" if digits <= 6 else f"{value:.6g} ± {se:.1g}"

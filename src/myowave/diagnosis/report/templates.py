@@ -13,7 +13,7 @@ from typing import Any
 import jinja2
 from markupsafe import Markup, escape
 
-from myowave.diagnosis.report.numbers import degrees, estimate, r2_text, two_digits
+from myowave.diagnosis.report.numbers import degrees, estimate, r2_text, signed, two_digits
 
 PAGES = Path(__file__).parents[4] / "workflow/report"
 
@@ -42,7 +42,7 @@ def templates() -> jinja2.Environment:
     )
     environment.policies["json.dumps_kwargs"] = {"sort_keys": True, "separators": (",", ":"), "allow_nan": False}
     environment.filters |= {"deg": degrees, "two": two_digits, "r2": r2_text, "estimate": estimate, "unit": with_unit}
-    environment.filters["muscles"] = of_muscles
+    environment.filters |= {"muscles": of_muscles, "signed": signed}
     return environment
 
 
