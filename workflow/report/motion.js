@@ -3,9 +3,11 @@
 (() => {
   const box = document.getElementById("motion");
   const told = JSON.parse(document.getElementById("motion-data").textContent);
-  const MEASURED = "#000000", FIRST = "#D55E00", FOUND = "#0072B2", OTHERS = ["#E69F00", "#CC79A7", "#56B4E9"];
+  const MEASURED = "#000000", FIRST = "#D55E00", FOUND = "#0072B2", NETWORK = "#009E73";
+  const OTHERS = ["#E69F00", "#CC79A7", "#56B4E9"];
   const others = told.models.map((_, i) => i).filter(i => i && i !== told.found);
-  const color = i => i === 0 ? FIRST : i === told.found ? FOUND : OTHERS[others.indexOf(i) % OTHERS.length];
+  const network = i => told.models[i].startsWith("network");
+  const color = i => i === 0 ? FIRST : i === told.found ? FOUND : network(i) ? NETWORK : OTHERS[others.indexOf(i) % OTHERS.length];
   const dash = i => i === 0 ? [8, 5] : i === told.found ? [] : [2, 4];
   const text = value => value == null ? "" : value.toFixed(2);
   let trial = told.trials.find(t => t.held_out) || told.trials[0];
