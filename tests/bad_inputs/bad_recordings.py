@@ -65,7 +65,7 @@ def in_memory(
         signals = {"tilt_rad": angles["tilt_rad"]}
         if "torque" in trial:
             signals[TORQUE] = Sampled(trial["torque"], ANGLE_HZ, 0.0, "Nm")
-        raw[name] = RawTrial(emg, angles["angle"], signals)
+        raw[name] = RawTrial(emg, angles["angle"], signals, cut=settings.get("cut_s", {}).get(name))
     section = RecordedDataset(
         kind="recorded",
         trials=list("abc"),
@@ -183,6 +183,12 @@ def noisy(angle, size=0.5):
 
 def stepped(size):
     return lambda angle: angle + size * (np.arange(len(angle)) > 500)
+
+
+def artefacts(trials):
+    """Some in the second half of a trial."""
+    for fault in (put(6e4), put(np.zeros(90), start=6000), put(0.0, "angle", start=700)):
+        fault(trials)
 
 
 MVC = {"mvc": ["max"], "processing": {"normalise": "mvc"}}

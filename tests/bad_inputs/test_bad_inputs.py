@@ -74,6 +74,9 @@ def test_nothing_is_said_of_what_is_right(tmp_path):
     (note,) = recordings.in_memory(lambda trials: None).splitlines()
     assert note.startswith("c emg_biceps EMG above 1: reaches 1.0")
     assert recordings.in_memory(recordings.made(recordings.noisy)) == note
+    cut = recordings.in_memory(recordings.artefacts, cut_s={"a": [0.0, 4.5]}).splitlines()
+    assert not [told for told in cut if not told.startswith("c emg_biceps EMG above 1")]
+    assert len(recordings.in_memory(recordings.artefacts).splitlines()) >= 3
     assert not recordings.of_tidy_files(tmp_path, lambda frame: frame)
     assert (
         not networks.of_stream(lambda lines: None) and not effects.of_file(tmp_path, {}) and not settings.of_session()

@@ -48,6 +48,7 @@ def test_every_ending_stands_for_a_format_that_there_is(tmp_path):
         (",", ".", "csv"),
         (";", ",", "csv"),
         (";", ".", "csv"),
+        ("|", ",", "csv"),
         ("\t", ",", "tsv"),
         ("\t", ".", "txt"),
         (" ", ".", "txt"),

@@ -119,7 +119,7 @@ def _gains(
     else:
         # ASSUME: in the training trials each muscle was once as active as it can be; where it was not, its EMG is too
         # large by one factor for the whole session, which a fit takes for a weaker muscle.
-        of = [{c: e.within(one.time[0], one.time[-1]) for c, e in one.envelopes.items()} for one in train]
+        of = [{c: e.between(one.time[0], one.time[-1]).values for c, e in one.envelopes.items()} for one in train]
     return {c: 1.0 if k.form == "fraction" else float(max(e[c].max() for e in of)) for c, k in known.items()}
 
 

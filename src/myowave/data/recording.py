@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from myowave.data.processing.sampled import Sampled
@@ -53,9 +53,16 @@ class Recording:
         """Time between samples [s]."""
         return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
 
-    def kept(self, signal: Sampled) -> Array:
-        """Samples of a signal, as recorded, from the first sample of the trial to its last."""
-        return signal.within(self.time[0], self.time[-1])
+    @property
+    def kept(self) -> Recording:
+        """With no more of what was recorded than a cut keeps."""
+
+        def part(signals: Mapping[str, Sampled]) -> dict[str, Sampled]:
+            return {name: one.between(self.time[0], self.time[-1]) for name, one in signals.items()}
+
+        angle, emg, signals = part({"": self.raw.angle})[""], part(self.raw.emg), part(self.raw.signals)
+        raw = replace(self.raw, emg=emg, angle=angle, signals=signals)
+        return self if raw.cut is None else replace(self, raw=raw, envelopes=part(self.envelopes))
 
     @property
     def origin(self) -> str:

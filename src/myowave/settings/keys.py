@@ -154,12 +154,10 @@ def _explain_one(problem: Mapping[str, Any], root: Schema) -> str:
         return f"{shown}.{name} = {value.get(name)!r}: expected {' or '.join(union['mapping'])}."
     if value == TO_FILL_IN:
         return f"{shown}: is still to fill in; give {_expected(nodes)}."
-    expected = _expected(nodes)
-    if kind == "invalid_key" or path[-1] == "[key]":  # within braces YAML reads 1,4 as 1, and a key 4
-        pattern = problem.get("ctx", {}).get("pattern")
-        expected = f"a name, {f'matching {pattern}' if pattern else 'which is text; decimals need a point'}"
+    if kind == "invalid_key" or (path[-1] == "[key]" and kind != "value_error"):  # {mass_kg: 1,4} has a key 4
+        return f"{shown} = {_short(value)}: {said}; a name is text, and decimals need a point."
     found = "" if kind == "value_error" and isinstance(value, Mapping) else f" = {_short(value)}"
-    return f"{shown}{found}: {said if kind == 'value_error' else f'expected {expected}.'}"
+    return f"{shown}{found}: {said if kind == 'value_error' else f'expected {_expected(nodes)}.'}"
 
 
 def _short(value: Any) -> str:

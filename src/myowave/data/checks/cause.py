@@ -14,9 +14,7 @@ from myowave.data.recording import Prepared
 from myowave.data.trials import Array
 
 AHEAD_S = (0.0, 0.25)  # of EMG to the motion it causes [s]: delays of 30 to 150 ms, and what smoothing hides
-LIKELIER_S = 4.0
-"""Log of how much less variance another time leaves, times what was recorded [s], above which it is told; two of a
-hundred good sessions of 30 s have more."""
+LIKELIER_S = 4.0  # log of how much less variance another time leaves, times seconds; 2 % of good 30 s have more
 _RATE_HZ = 50.0
 _STEP_S = 0.02
 LAGS_S = np.arange(-0.6, 0.6 + _STEP_S / 2, _STEP_S)
@@ -42,15 +40,15 @@ class Cause:
         channel and the mean of these; and how long the trials are together [s]."""
         motion, emg = [], []
         for one in self.prepared.recordings.values():
-            start, end = (f(e.time[end] for e in one.envelopes.values()) for f, end in ((max, 0), (min, -1)))
-            start, end = max(one.raw.angle.start, start + LAGS_S[-1]), min(one.raw.angle.end, end - LAGS_S[-1])
+            angle, envelopes = one.raw.angle, one.envelopes.values()
+            start = max([angle.start, *(e.start + LAGS_S[-1] for e in envelopes)])
+            end = min([angle.end, *(e.end - LAGS_S[-1] for e in envelopes)])
             if len(time := np.arange(start, end, 1 / _RATE_HZ)) > 1:
-                q = sample_at(one.raw.angle, time)
+                q = sample_at(angle, time)
                 speed = np.gradient(q, 1 / _RATE_HZ)
                 rate = np.gradient(speed, 1 / _RATE_HZ)  # of the speed
-                motion.append(np.stack([0 * q + 1, q, q**2, q**3, speed, speed * q, speed**2, rate, rate * q], axis=1))
-                at_lags = time - LAGS_S[:, None]
-                emg.append(np.stack([np.interp(at_lags, e.time, e.values).T for e in one.envelopes.values()]))
+                motion.append(np.stack([q**0, q, q**2, q**3, speed, speed * q, speed**2, rate, rate * q], axis=1))
+                emg.append(np.stack([np.interp(time - LAGS_S[:, None], e.time, e.values).T for e in envelopes]))
         if not motion:
             return np.zeros(len(LAGS_S)), 0.0
         x, channels = np.concatenate(motion), np.concatenate(emg, axis=1)
@@ -58,10 +56,7 @@ class Cause:
 
 
 def _offset(of: Cause) -> str | None:
-    """EMG that fits the motion best at a time by which it cannot cause it.
-
-    It is a weak test: what a muscle does is not told by the motion only.
-    """
+    """EMG that fits the motion best at a time by which it cannot cause it; a weak test, as load is not looked at."""
     whole, seconds = of.by_lag
     best = int(whole.argmax())
     likely = whole[np.abs(LAGS_S - np.mean(AHEAD_S)) <= np.ptp(AHEAD_S) / 2 + 1e-9].max()

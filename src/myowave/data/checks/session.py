@@ -1,6 +1,7 @@
 """All doubts about a session: of each signal, and of trials and channels side by side."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -28,8 +29,8 @@ def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, 
         notch_hz: of mains hum that the processing takes out [Hz].
         sides: of the muscles that each channel drives, 1 for flexors, -1 for extensors, 0 for both.
     """
-    recordings, forms = prepared.recordings, prepared.forms
-    each = recordings.values()
+    recordings, forms = {name: one.kept for name, one in prepared.recordings.items()}, prepared.forms
+    prepared, each = replace(prepared, recordings=recordings), recordings.values()
     typical = {c: float(np.median([one.raw.emg[c].values.std() for one in each])) for c in forms}
     peaks = {c: float(np.median([one.envelopes[c].values.max() for one in each])) for c in forms}
     for n, (name, one) in enumerate(recordings.items()):
@@ -43,14 +44,12 @@ def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, 
             yield from dead
             for check in (*live, *CHECKS):
                 yield from check.of(what, name, channel)
-            others = {b.name: b.kept(b.raw.emg[channel]) for b in earlier}
-            yield from COPIED.of((one.kept(signal), others), name, channel)
+            yield from COPIED.of((signal.values, {b.name: b.raw.emg[channel].values for b in earlier}), name, channel)
         yield from CROSS_TALK.of({c: s for c, s in raw.emg.items() if forms[c] == "raw"}, name)
         if forms:  # a machine goes where no elbow does
             for check in ELBOW:
                 yield from check.of(raw.angle, name, "angle")
-            others = {b.name: b.kept(b.raw.angle) for b in earlier}
-            yield from COPIED.of((one.kept(raw.angle), others), name, "angle")
+            yield from COPIED.of((raw.angle.values, {b.name: b.raw.angle.values for b in earlier}), name, "angle")
         for key, signal in raw.signals.items():
             for check in EXTRA if signal.unit == "rad" else ():
                 yield from check.of(signal, name, key)

@@ -1,7 +1,7 @@
 """Signals sampled at one rate, each with a clock of its own, and how they come onto one grid of times."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -37,9 +37,10 @@ class Sampled:
     def end(self) -> float:
         return self.start + (len(self.values) - 1) / self.rate
 
-    def within(self, start: float, end: float) -> Array:
-        time = self.time
-        return self.values[(time >= start) & (time <= end)]
+    def between(self, start: float, end: float) -> "Sampled":
+        """What was sampled from a time to another [s]."""
+        inside = (self.time >= start) & (self.time <= end)
+        return replace(self, values=self.values[inside], start=float(self.time[inside.argmax()]))
 
     @cached_property
     def power(self) -> tuple[Array, Array]:

@@ -16,7 +16,7 @@ from myowave.data.readers.signals import Signal
 
 _HEAD_BYTES = 65_536  # names and units stand there; below them are digits
 _CONTROL = set(range(32)) - set(b"\t\n\r\f")
-_SEPARATORS = "\t;,"
+_SEPARATORS = "\t;|,"
 _UNIT = re.compile(r"^(.*?)\s*[\[(]([^\[\]()]*)[\])]$")  # Biceps [uV] or Biceps (uV)
 _TIMES, _MILLISECONDS = ("time", "time_s", "t", "t_s", "zeit"), ("time_ms", "t_ms")
 
