@@ -20,7 +20,7 @@ friction of servo and weight. How what changed is weighed was chosen with the pe
 them is a test; [what changed](changed.md) has fresh ones. And tendons got a toe, and lags that change with the
 activation, as OpenSim has them, after the first row of Arm26 had been answered wrongly; that unusual constants are told
 beside named effects, and count, came after the second. Dry friction that is largest near rest came into the catalogue
-after the servo that is off had been answered wrongly, and the answer is the same with it. Written by
+after the servo that is off had been answered wrongly, and so did the search that meets it there. Written by
 `snakemake reality --cores 2`, whose table is `results/reality.csv`.
 
 ![What was withheld, what was said, and the error before and after.](reality.png)
@@ -40,8 +40,7 @@ TAIL = """
 - **servo and weight**: [data/servo_pendulum](https://github.com/Rhoban/bam). Its authors find friction in proportion to
   the load on the gears; damping and dry friction are the usual, wrong answer. One of three gains is kept for testing.
   With the motor off, dry friction with drag is likelier than with damping by no more than 3 nats, and by less than 2
-  than damping with a friction that is largest near rest, which its authors have. The search does not come by that last
-  pair: that is what the wrong name stands for.
+  than damping with a friction that is largest near rest, which its authors have: these drops do not tell them apart.
 - **pendulum in bearings**: [data/free_pendulum](https://github.com/dynamicslab/MultiArm-Pendulum). The second half of
   each swing is kept for testing.
 - **a person**: [data/elbow_curls](https://github.com/jiruifu-jerry0219/UpperLimbEstimator), asked what changed

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from myowave.diagnosis.search import weigh
 from myowave.diagnosis.search.weigh import Posterior, _rivals
 
 
@@ -25,3 +26,16 @@ def test_models_that_are_nearly_as_likely_are_followed_each_once(found):
 
 def test_none_is_followed_beside_a_model_that_leaves_noise_alone(found):
     assert _rivals(found, model(100.0, "drag", on=frozenset())) == []
+
+
+@pytest.mark.parametrize("on, fitted", [({"slow"}, ["drag", "tilt", "friction"]), (set(), ["drag"])])
+def test_what_would_do_without_the_causes_is_fitted_beside_them(found, monkeypatch, on, fitted):
+    """Causes that are on hold back what would do without them, whether the model has an effect already or not."""
+    monkeypatch.setattr(weigh, "fresh_starts", lambda fit, scores: {})
+    monkeypatch.setattr(weigh, "_fitted", lambda top, begin, effects, prior, leader: effects[-1])
+    top = SimpleNamespace(**vars(model(50.0, "damping", on=frozenset(on))), prior=-3.0, fit=None)
+    singles = {"drag": 60.0, "tilt": 49.0, "friction": 48.0, "lag": 47.0, "gain": 46.0}
+    ideal = {"gain": 0.0, "lag": 1.0, "drag": -1.0, "friction": 2.0, "tilt": 3.0}
+    scores = {name: SimpleNamespace(start=None) for name in singles}
+    screened = SimpleNamespace(singles=singles, ideal=ideal, scores=scores)
+    assert weigh._fit_singles(top, screened, found) == fitted

@@ -31,7 +31,7 @@ Key = tuple[frozenset[str], bool]  # names of effects, and whether the EMG is th
 
 OUTSIDE = 0.03  # ASSUME: so likely is one part of the general correction, beside all effects of the catalogue
 MOST_EFFECTS = 3
-REFITS, PAIRS = 3, 2  # that are fitted from one model
+REFITS, IDEAL, PAIRS = 3, 2, 2  # that are fitted from one model
 CLEARLY = 5.0  # nats
 HOPELESS = 1.0  # nats that an effect may promise less than the model without it, and still be fitted
 WORTH_FOLLOWING = 10.0  # of the objective without an effect: what a fresh start with it may begin at
@@ -180,10 +180,9 @@ def _fit_singles(top: Hypothesis, screened: Screened, found: Posterior) -> list[
     """The effects that promise most, fitted."""
     singles, leader, prior = screened.singles, found.best.total, found.prior
     hopeful = sorted((n for n in singles if singles[n] + prior > top.total - HOPELESS), key=lambda n: -singles[n])
-    # What is on may hold back what would do without it, all the more before anything is found.
-    without_causes = (1 if top.effects else REFITS) if top.on else 0
-    ideal = sorted(screened.ideal, key=lambda n: -screened.ideal[n])
-    chosen = dict.fromkeys([*hopeful[:REFITS], *ideal[:without_causes]])
+    # What is on may hold back what would do without it.
+    ideal = sorted(screened.ideal, key=lambda n: -screened.ideal[n]) if top.on else []
+    chosen = dict.fromkeys([*hopeful[:REFITS], *ideal[:IDEAL]])
     begins = [(name, screened.scores[name].start) for name in chosen]
     if top.on:
         begins += fresh_starts(top.fit, screened.scores).items()
