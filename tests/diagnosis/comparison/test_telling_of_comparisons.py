@@ -91,7 +91,7 @@ def test_the_second_sentence_names_the_best_rival(tell_horizons):
     assert (
         "0.5 s after" in text
         and "the muscle model misses by 3.5 deg" in text
-        and "muscle model with damping of the joint misses by 0.9 deg" in text
+        and "muscle model with damping of the joint misses by 0.90 deg" in text
     )
     assert "(posture and speed) by 5.5 deg" in text
 
