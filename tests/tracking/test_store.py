@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import socket
+import socket
 import sqlite3
 import subprocess
 import sys
@@ -267,7 +268,12 @@ def test_a_moved_store_still_opens_its_artifacts(results, uri, tmp_path, monkeyp
     moved = results.rename(tmp_path / "elsewhere")
     command = []
     monkeypatch.setattr(os, "execv", lambda program, arguments: command.extend(arguments))
-    serve(f"sqlite:///{moved}/mlflow.db")
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        with pytest.raises(ValueError, match=f"Port {port} is in use already"):
+            serve(f"sqlite:///{moved}/mlflow.db", port)
+    assert not command
+    serve(f"sqlite:///{moved}/mlflow.db", port)
     root = Path(command[command.index("--artifacts-destination") + 1])
     inside = parent.info.artifact_uri.removeprefix("mlflow-artifacts:/")
     found = {path.relative_to(root / inside).as_posix() for path in (root / inside).rglob("*") if path.is_file()}

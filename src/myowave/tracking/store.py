@@ -11,6 +11,7 @@ import json
 import logging
 import os
 import shutil
+import socket
 import sqlite3
 import sys
 from collections import Counter
@@ -82,6 +83,9 @@ def serve(uri: str, port: int = 5000) -> None:
         page = start_page(uri)
     except Exception as error:  # whatever a store may raise
         raise ValueError(without_secrets(f"{uri} cannot be shown. {_reason(error, uri)}")) from None
+    with socket.socket() as probe:
+        if not probe.connect_ex(("127.0.0.1", port)):
+            raise ValueError(f"Port {port} is in use already; `myowave ui --port {port + 1}` takes another.")
     print(f"Results in the browser: http://127.0.0.1:{port}{page} (stop with Ctrl-C)", flush=True)
     os.environ["MLFLOW_SERVER_ENABLE_JOB_EXECUTION"] = "false"  # starts in half the time
     where = ["--backend-store-uri", uri, "--artifacts-destination", str(_artifacts(path).resolve())]
