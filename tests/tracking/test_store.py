@@ -6,7 +6,6 @@ import os
 import re
 import shutil
 import socket
-import socket
 import sqlite3
 import subprocess
 import sys
