@@ -86,6 +86,14 @@ def test_that_something_is_missing_takes_as_much_to_say_as_a_name(recorded, few,
     assert answer_of(found).kind == kind
 
 
+@pytest.mark.parametrize(("share", "kind"), [(0.2, "adequate"), (0.3, "undecidable")])
+def test_nothing_is_missing_only_where_that_is_likelier_than_all_else_together(recorded, few, monkeypatch, share, kind):
+    found = weigh_models(recorded(), few[:1])
+    rows = [(1 - 2 * share, frozenset(), frozenset())] + [(share, frozenset({n}), frozenset()) for n in ("drag", "lag")]
+    monkeypatch.setattr(type(found), "weights", lambda self: rows)
+    assert answer_of(found).kind == kind
+
+
 def test_an_effect_is_named_with_its_value(recorded, few):
     found = judged(recorded(hidden=DAMPING), few)
     assert (found.kind, found.named) == ("effect", (("joint_damping",),))

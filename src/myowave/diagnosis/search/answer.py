@@ -134,17 +134,15 @@ def answer_of(posterior: Posterior) -> Answer:
         named = tuple((*c, OUTSIDE) for c in named if not set(c) & set(NAME_OF.values()))
     # Where nothing else is said, it takes as much to say that something is missing as to name it.
     beyond = in_pieces or len(named) < len(classes) or not sound or (likely and bool(named))
-    return Answer(
-        _kind(named, max(weight.values(), default=0.0), usual, beyond=beyond), named, probabilities, best, white, usual
-    )
+    return Answer(_kind(named, something, usual, beyond=beyond), named, probabilities, best, white, usual)
 
 
-def _kind(named: tuple[tuple[str, ...], ...], likeliest: float, usual: float, *, beyond: bool) -> Kind:
+def _kind(named: tuple[tuple[str, ...], ...], something: float, usual: float, *, beyond: bool) -> Kind:
     if beyond:
         return "partial" if named else "unknown"
     if named:
         return "class" if any(len(members) > 1 for members in named) else "effect"
-    return "undecidable" if likeliest > LIKELY or usual < SURPRISING else "adequate"
+    return "undecidable" if something > LIKELY or usual < SURPRISING else "adequate"
 
 
 def p_of_noise(model: Hypothesis) -> float:
