@@ -164,8 +164,8 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
         "trust": f"""
             Of {study["sets"]} simulated arms {clean.get("right", 0)} of {sum(clean.values())} with nothing hidden were
             judged right, {seen.get("right", 0) + seen.get("class", 0)} of {sum(seen.values())} effects that show were
-            named or put in a class, and {study["wrong_names"]} got a wrong name. No effect
-            named on a person was ever checked. There the muscles explain less of the torque
+            named or put in a class, {seen.get("silent", 0)} passed over in silence, and {study["wrong_names"]}
+            got a wrong name. No effect named on a person was ever checked. There the muscles explain less of the torque
             (R² {r2["base"]:.2f}) than posture, speed and the known load do ({r2["posture, speed and load"]:.2f}), so
             believe a name only where the page says that the model follows.""",
     }
