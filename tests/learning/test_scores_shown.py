@@ -68,5 +68,5 @@ def test_pictures_show_the_medians():
     ).assign(low_rad=0.9, high_rad=1.2, role="test")
     figure = draw_predictions({1: predictions}, summary.assign(band_coverage=0.75))
     above = "".join(figure.axes[0].get_title(loc=where) for where in ("left", "center"))
-    assert "0.8000, 2 deg" in above and "75%" in above
+    assert "0.8000, 2 deg" in above and "75 %" in above
     assert "medians over seeds" in figure.get_suptitle()
