@@ -44,7 +44,8 @@ TAIL = """
 - **pendulum in bearings**: [data/free_pendulum](https://github.com/dynamicslab/MultiArm-Pendulum). The second half of
   each swing is kept for testing.
 - **a person**: [data/elbow_curls](https://github.com/jiruifu-jerry0219/UpperLimbEstimator), asked what changed
-  between trials with one dumbbell and with another, or with what was done to the EMG by hand.
+  between trials with one dumbbell and with another, or with what was done to the EMG by hand. The three silent rows are
+  smaller than trials of this person differ anyway: [what is missed, and why](changed.md).
 - **OpenSim's Arm26**: `data/arm26/trials`, simulated by OpenSim 4.6 (`studies/reality/arm26.py`). Its activation lags,
   its tendons stretch and its curves are Thelen's: all of that counts as missing, even what the noise of 0.5 deg hides.
   One of four trials is kept for testing.
