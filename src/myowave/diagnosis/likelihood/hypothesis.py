@@ -4,7 +4,7 @@ Shapes: T trials, P free parameters, W waves of a trial.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -50,18 +50,15 @@ class Hypothesis:
     expected_emg: bool = False  # whether its EMG is what is expected behind the recorded noise
 
     @classmethod
-    def of(
-        cls,
-        fit: Fit,
-        view: View,
-        effects: Sequence[str] = (),
-        seeds: Sequence[Weighed] = (),
-        prior: float = 0.0,
-        expected_emg: bool = False,
-    ) -> "Hypothesis":
-        """Linearised where a fit stands."""
+    def of(cls, fit: Fit, view: View) -> "Hypothesis":
+        """A model without effects, linearised where a fit stands."""
         residual = residual_of(fit, view)
-        return cls(tuple(effects), fit, view, residual, weigh_components(residual, seeds), prior, expected_emg)
+        return cls((), fit, view, residual, weigh_components(residual))
+
+    def at(self, fit: Fit) -> "Hypothesis":
+        """The same where another fit stands, whose causes are sought from the most likely ones here."""
+        residual = residual_of(fit, self.view)
+        return replace(self, fit=fit, residual=residual, states=weigh_components(residual, [self.best]))
 
     @property
     def best(self) -> Weighed:
@@ -119,7 +116,7 @@ def settle(begin: Hypothesis, leader: float = -math.inf, steps: int = 4) -> Hypo
         fit = climb(best, steps)
         if fit is best.fit:
             break
-        found = Hypothesis.of(fit, best.view, best.effects, [best.best], best.prior, best.expected_emg)
+        found = best.at(fit)
         gained = found.total - best.total
         # Where the first step comes from its evidence is of first order, be it the larger.
         if gained > 0 or not turn:

@@ -106,7 +106,7 @@ def weigh_models(fit: Fit, effects: Iterable[Effect], led: Fit | None = None) ->
     found.add(base, _of_other_emg(base, fit))
     if led is not None:
         more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
-        found.add(settle(Hypothesis.of(led, base.view, more, [base.best], found.prior * len(more))))
+        found.add(settle(replace(base, effects=more, prior=found.prior * len(more)).at(led)))
     _search(found, fit, catalogue)
     likely = through_likely_filter(found.best.fit, unfiltered)
     if likely.sensor.corner_hz is None and view.sensor.corner_hz is not None:
@@ -119,9 +119,9 @@ def weigh_models(fit: Fit, effects: Iterable[Effect], led: Fit | None = None) ->
 def _seen_anew(found: Posterior, view: View) -> Posterior:
     """The same models, the trials looked at in another way."""
     again, best = Posterior(found.prior), found.best
-    view = with_likely_memory(Hypothesis.of(best.fit, view, best.effects, [best.best], best.prior)).view
+    view = with_likely_memory(replace(best, view=view).at(best.fit)).view
     for model in sorted(found.models.values(), key=lambda model: -model.total):
-        begun = Hypothesis.of(model.fit, view, model.effects, [model.best], model.prior, model.expected_emg)
+        begun = replace(model, view=view).at(model.fit)
         again.add(settle(begun, again.best.total if again.models else -math.inf))
     return again
 
@@ -162,8 +162,7 @@ def _with_one_less(model: Hypothesis) -> list[Hypothesis]:
         if fit is not None:
             rest = tuple(other for other in model.effects if other != name)
             prior = model.prior * len(rest) / len(model.effects)
-            begun = Hypothesis.of(fit, model.view, rest, [model.best], prior, model.expected_emg)
-            found.append(settle(begun, model.total))
+            found.append(settle(replace(model, effects=rest, prior=prior).at(fit), model.total))
     return found
 
 
@@ -232,7 +231,7 @@ def _fitted(top: Hypothesis, begin: Fit, effects: tuple[str, ...], prior: float,
     as they may hold the effect back, also from its fit by least squares. None where it has no motion."""
 
     def settled(fit: Fit) -> Hypothesis:
-        return settle(Hypothesis.of(fit, top.view, effects, [top.best], prior, top.expected_emg), leader)
+        return settle(replace(top, effects=effects, prior=prior).at(fit), leader)
 
     try:
         found = settled(begin)
@@ -278,4 +277,4 @@ def _of_other_emg(model: Hypothesis, recorded: Fit) -> Hypothesis:
     found = attempt_fit(lambda: refit(fit, fit.model, fit.free))
     if found is None:
         return model
-    return settle(Hypothesis.of(found, model.view, model.effects, [model.best], model.prior, not model.expected_emg))
+    return settle(replace(model, expected_emg=not model.expected_emg).at(found))
