@@ -286,9 +286,11 @@ def named(texts: str) -> list[str]:
 
 def refuse_to_overwrite(target: Path | None, beginning: str, what: str) -> None:
     """Raise a ValueError where a file is there that does not begin as such a one does: a recording, a network."""
-    head = target.read_bytes() if target and target.is_file() else b""
-    if head and not re.match(beginning.encode(), head):
-        raise ValueError(f"{target} is there already, and is no {what} to write over; name another file.")
+    if target is not None and target.is_file():
+        with target.open("rb") as file:
+            head = file.readline(1000)  # of what may have gigabytes
+        if head and not re.match(beginning.encode(), head):
+            raise ValueError(f"{target} is there already, and is no {what} to write over; name another file.")
 
 
 @app.command()
