@@ -159,8 +159,8 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
             **Compare.** The published muscle model, fitted to four trials with every constant free that nobody
             measured, misses the fifth by {_small(before, "deg")}.""",
         "time": f"""
-            Networks and diagnoses took {numbers["minutes"]:.0f} minutes of one core here; allow for twice as long.
-            After a change the same command makes anew only what depends on it.""",
+            Networks and diagnoses took {numbers["minutes"]:.0f} core minutes here, twice that on another machine.
+            After a change it makes anew only what depends on it.""",
         "trust": f"""
             Of {study["sets"]} simulated arms {clean.get("right", 0)} of {sum(clean.values())} with nothing hidden were
             judged right, {seen.get("right", 0) + seen.get("class", 0)} of {sum(seen.values())} effects that show were
