@@ -13,9 +13,9 @@ SHORT = pd.DataFrame([("base", np.inf, True, 5.0)], columns=["predictor", "horiz
 NO_NETWORKS = pd.DataFrame(columns=["source", "heldout_rmse_deg"])
 
 
-def torque_of(posture: float, base: float, found: float) -> pd.DataFrame:
+def torque_of(posture: float, base: float, found: float, emg: float = 0.1) -> pd.DataFrame:
     """The same R2 on two held-out trials, and another one on a training trial that must not count."""
-    r2 = {"base": base, "base+joint_damping": found, POSTURE: posture, EMG_ONLY: 0.1}
+    r2 = {"base": base, "base+joint_damping": found, POSTURE: posture, EMG_ONLY: emg}
     rows = [(m, t, held, 1.0, v if held else 0.5) for m, v in r2.items() for t, held in (("1", False), ("2", True))]
     return pd.DataFrame(rows, columns=["model", "trial", "held_out", "rmse_Nm", "r2"])
 
@@ -70,6 +70,11 @@ def test_muscles_that_explain_less_than_posture_and_load_are_told_to_and_what_to
     assert "0.61 and, given the load too, 0.95" in tell_torque(pd.concat([torque, known]), "base")
     assert asks_for_others(pd.concat([torque, known]), "base")
     assert not asks_for_others(pd.concat([torque, known.assign(r2=0.7)]), "base")
+
+
+def test_what_better_muscles_could_explain_is_told(tell_torque):
+    assert "could better muscles explain" in tell_torque(torque_of(0.61, 0.79, 0.79, emg=0.83))
+    assert "better muscles" not in tell_torque(torque_of(0.61, 0.79, 0.83, emg=0.83))
 
 
 def test_noise_that_hides_much_of_the_torque_is_told(tell_torque):

@@ -37,6 +37,13 @@ def test_the_true_model_gives_the_torque_that_the_motion_needs(make_trials, alon
     assert (table[table["model"] == "+".join(("base", *hidden))]["r2"] > least).all()
 
 
+def test_emg_explains_the_torque_whatever_gives_it(make_trials, along):
+    """A function of angle and speed for each electrode holds muscles of any shape, and a damper beside them."""
+    trials = make_trials({"joint_damping": {"c": 3.0}}, noise_deg=0.0)
+    held_out = compare_torque([along(trials)]).query("held_out").set_index("model")["r2"]
+    assert held_out[EMG_ONLY] > 0.98 > held_out["base"] and held_out[POSTURE] < 0.7, held_out
+
+
 def test_what_the_base_model_lacks_is_the_torque_of_the_hidden_damper(make_trials, along):
     trials = make_trials(DAMPING, noise_deg=0.0)
     one = along(trials)

@@ -27,7 +27,8 @@ def compare_torque(models: list[Along]) -> pd.DataFrame:
     - `posture and speed`: a polynomial of degree 3 in angle and velocity, no EMG;
     - `posture, speed and load`: the same with each coefficient linear in the load in the hand, where training trials
       with different loads are known;
-    - `EMG without physics`: linear in the delayed activations and their products with the angle;
+    - `EMG without physics`: the same polynomial, and one times the delayed activation of each electrode: about what
+      muscles of any shape can do;
     - `noise of the angle`: what noise of that size does to the needed torque. A model that is right is as good, and
       better only where the noise is known as an upper bound.
     All but the last are least squares over the windows of the training trials only.
@@ -42,15 +43,17 @@ def compare_torque(models: list[Along]) -> pd.DataFrame:
     balance, needed = balances[0], results[0].needed
     training = balance.inside & record.training[:, None]
     # Means over the windows of a polynomial of degree 3 in angle and velocity, (T, K, 10): no EMG.
-    posture = balance.mean(torch.from_numpy(polynomial(balance.q.numpy(), balance.qdot.numpy())))
+    smooth = torch.from_numpy(polynomial(balance.q.numpy(), balance.qdot.numpy()))
+    posture = balance.mean(smooth)
     rivals = {POSTURE: posture}
     load = record.known["load"].numpy() if "load" in record.known else np.zeros(len(record.names))
     if np.ptp(load[record.training]):
         # ASSUME: a known load changes torque in proportion to it, as its weight and inertia do.
         rivals[POSTURE_LOAD] = np.concatenate([posture, posture * load[:, None, None]], -1)
     _, activation = first.simulation.activate(balance.position)
-    activation, q = activation.expand(len(record.names), -1, -1, -1), balance.q[..., None]
-    rivals[EMG_ONLY] = balance.mean(torch.cat([torch.ones_like(q), activation, q * activation], -1))
+    electrodes = {m.channel: i for i, m in reversed([*enumerate(first.model.muscles)])}
+    by_electrode = activation.expand(len(record.names), -1, -1, -1)[..., [*electrodes.values()], None]
+    rivals[EMG_ONLY] = balance.mean(torch.cat([smooth, (by_electrode * smooth[..., None, :]).flatten(-2)], -1))
     for name, features in rivals.items():
         rows += score(name, needed, features @ fit_linear(features, needed, training), balance)
     # ASSUME: noise reaches the needed torque through the acceleration; angle and velocity are smooth beside it.
