@@ -33,7 +33,7 @@ from myowave.physics.trajectory import Newton, Sensitive, solve
 
 TOLERANCE = 1e-5  # of the simulated state [rad, rad/s]
 GAIN = 1e-3  # stop where the next step would lower the sum of squares by less than this many residual variances
-STANDSTILL = 0.03  # stop after a step that gained less than this many independent samples are worth
+STANDSTILL = 0.03  # of a fit that is an end, see `descend`
 LIFTED_STEPS, STEPS = 4, 30  # the first suffice for sixteen starts to come down to two
 WATCHDOG, WATCHDOG_STEPS = 100.0, 3  # a step that fails is followed further if the sum of squares grew by less
 KEEPS = 0.5  # of its promise: a step that keeps more is followed by a bolder one
@@ -271,18 +271,19 @@ def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:
     return fit_model(model, fit.record, free) if begun is None else polish(begun)
 
 
-def polish(fit: Fit) -> Fit:
+def polish(fit: Fit, standstill: float = STANDSTILL) -> Fit:
     """The fit at the end of its descent."""
-    *_, last = descend(fit)
+    *_, last = descend(fit, standstill)
     return last
 
 
-def descend(fit: Fit) -> Iterator[Fit]:
+def descend(fit: Fit, standstill: float = STANDSTILL) -> Iterator[Fit]:
     """Levenberg-Marquardt: the fit as it is, then after each step, each no worse than the one before.
 
     A full step along a curved valley may land on its slope; the next steps from there lead back to the floor, further
     on. So a step that promises more than a residual variance and fails gets these before it is given up (Chamberlain et
-    al. 1982, the "watchdog" technique). Steps that creep along kinks of curves end at `STANDSTILL`.
+    al. 1982, the "watchdog" technique). Steps that creep along kinks of curves end at a `standstill`, after one that
+    gained less than this many independent samples are worth.
     """
     damping, settled = DAMPING, fit.converged
 
@@ -299,7 +300,7 @@ def descend(fit: Fit) -> Iterator[Fit]:
             if promise > fit.variance and fit.record.pieces is None and not fit.model.stateful:
                 tried = _follow(fit, tried, damping)  # in pieces, and with states, a shorter step costs less
             if tried is not None and tried.objective < fit.objective:
-                settled = fit.objective - tried.objective < STANDSTILL * tried.independent_variance
+                settled = fit.objective - tried.objective < standstill * tried.independent_variance
                 damping = max(damping * DAMPING_DOWN, 1e-12) if kept else damping
             yield tried
             if damping > DAMPING_MOST:

@@ -257,24 +257,25 @@ def most_likely(residual: Residual, on: Collection[str], start: Mapping[str, flo
     return Weighed(dict(zip(names, np.exp(found.x).tolist(), strict=True)), -float(found.fun) - cost)
 
 
-def weigh_components(residual: Residual, seeds: Sequence[Weighed] = ()) -> dict[frozenset[str], Weighed]:
-    """Every set of optional components that a search visits: it adds and drops those that help most, while one does;
-    it may start at seeds."""
+def weigh_components(
+    residual: Residual, seeds: Sequence[Weighed] = (Weighed({}, 0.0),), hopeless: Collection[frozenset[str]] = ()
+) -> dict[frozenset[str], Weighed]:
+    """Every set of optional components that a search visits: from seeds it adds and drops those that help most, while
+    one does; sets that are known to be hopeless are left out."""
     seen: dict[frozenset[str], Weighed] = {}
     residual = residual.condensed()
 
-    def visit(on: frozenset[str], start: Mapping[str, float]) -> Weighed:
-        if on not in seen:
+    def visit(on: frozenset[str], start: Mapping[str, float]) -> None:
+        if on not in seen and on not in hopeless:
             seen[on] = most_likely(residual, on, start)
-        return seen[on]
 
-    best = visit(frozenset(), {})
     for seed in seeds:
-        best = max(best, visit(seed.on(residual), seed.sizes), key=lambda w: w.value)
+        visit(seed.on(residual), seed.sizes)
+    best = max(seen.values(), key=lambda w: w.value)
     while True:
         on = best.on(residual)
         for name in residual.optional:
-            if (key := on | {name}) not in seen:
+            if (key := on | {name}) not in seen and key not in hopeless:
                 seen[key] = _with_one_more(residual, best, name, key)
         for name in on:
             visit(on - {name}, best.sizes)

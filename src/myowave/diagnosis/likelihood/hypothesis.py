@@ -4,7 +4,7 @@ Shapes: T trials, P free parameters, W waves of a trial.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -33,7 +33,7 @@ PARAMETERS = ("constants", "starts")
 DAMPING = (0.0, 0.01, 0.1, 1.0, 10.0)  # of steps, until one is for the better
 LEAST = 1e-6  # information on the start of a trial before any
 LITTLE = 0.3  # nats: steps that gain less are the last
-BEHIND = 20.0  # nats: a model that stays so far behind another is followed no further
+BEHIND = 20.0  # nats: a model, or a set of causes, that is so far behind another is followed no further
 CLIMBS = 3  # times that parameters and sizes follow one another
 
 
@@ -55,10 +55,11 @@ class Hypothesis:
         residual = residual_of(fit, view)
         return cls((), fit, view, residual, weigh_components(residual))
 
-    def at(self, fit: Fit) -> "Hypothesis":
-        """The same where another fit stands, whose causes are sought from the most likely ones here."""
+    def at(self, fit: Fit, hopeless: Collection[frozenset[str]] = ()) -> "Hypothesis":
+        """The same where another fit stands, whose causes are sought from the most likely ones here, but for sets of
+        them that are known to be hopeless."""
         residual = residual_of(fit, self.view)
-        return replace(self, fit=fit, residual=residual, states=weigh_components(residual, [self.best]))
+        return replace(self, fit=fit, residual=residual, states=weigh_components(residual, [self.best], hopeless))
 
     @property
     def best(self) -> Weighed:
@@ -110,13 +111,14 @@ def settle(begin: Hypothesis, leader: float = -math.inf, steps: int = 4) -> Hypo
     """The same model where its parameters are most likely, causes weighed anew there after so many steps of these; one
     that stays `BEHIND` the leader, the most likely model so far, is given up."""
     best = begin
+    hopeless = {on for on, state in begin.states.items() if state.value < begin.best.value - BEHIND}
     for turn in range(CLIMBS):
         if best.total < leader - BEHIND:
             break
         fit = climb(best, steps)
         if fit is best.fit:
             break
-        found = best.at(fit)
+        found = best.at(fit, hopeless)
         gained = found.total - best.total
         # Where the first step comes from its evidence is of first order, be it the larger.
         if gained > 0 or not turn:

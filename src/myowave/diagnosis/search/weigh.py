@@ -15,7 +15,7 @@ import torch
 
 from myowave.diagnosis.likelihood.algebra import COST, most_likely, weigh_components
 from myowave.diagnosis.likelihood.components import COLOURED, EMG, REPEATS, residual_above
-from myowave.diagnosis.likelihood.hypothesis import BEHIND, Hypothesis, settle, with_likely_memory
+from myowave.diagnosis.likelihood.hypothesis import BEHIND, LITTLE, Hypothesis, settle, with_likely_memory
 from myowave.diagnosis.likelihood.sensor import Sensor, knots_of
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.score import FAILURES, ScoreTest, score_effects
@@ -143,14 +143,15 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None
         best = with_likely_memory(replace(best, states=afresh | best.states))
         top = _of_other_emg(best, fit)
         found.add(best, top, *_with_one_less(top))
-        rivals = _rivals(found, top)
+        # Over pieces nothing is named, so no rival decides anything there.
+        rivals = _rivals(found, top) if fit.record.pieces is None else []
 
 
 def _rivals(found: Posterior, top: Hypothesis) -> list[Hypothesis]:
     """Models with as many effects as the most likely one and not far behind it, where more than noise is left: what
     is missing still decides which of its parts seems likeliest alone, by a few nats that another machine may turn."""
     others = (m for names, m in found.by_effects().items() if names != set(top.effects))
-    alike = [m for m in others if len(m.effects) == len(top.effects) and m.total > top.total - BEHIND]
+    alike = [m for m in others if len(m.effects) == len(top.effects) and m.total > found.best.total - BEHIND]
     return alike if top.on else []
 
 
@@ -235,7 +236,7 @@ def _fitted(top: Hypothesis, begin: Fit, effects: tuple[str, ...], prior: float,
 
     try:
         found = settled(begin)
-        again = settled(polish(begin)) if top.on and found.total < leader + CLEARLY else found
+        again = settled(polish(begin, 2 * LITTLE)) if top.on and found.total < leader + CLEARLY else found
     except FAILURES:
         return None
     return max(found, again, key=lambda model: model.total)
