@@ -150,6 +150,17 @@ def test_the_search_finds_the_cause_and_its_size(cause):
     assert best.sizes["noise"] == pytest.approx(1.0, rel=0.3)
 
 
+@pytest.mark.parametrize("cause", ["memory", "repeats"])
+def test_a_search_from_a_seed_ends_where_one_from_nothing_does(cause):
+    residual = make_residual(7, **{cause: 2.0})
+    whole = weigh_components(residual)
+    best = max(whole.values(), key=lambda w: w.value)
+    hopeless = [on for on, w in whole.items() if w.value < best.value - 5.0]
+    again = weigh_components(residual, [best], hopeless)
+    assert max(again.values(), key=lambda w: w.value).value == pytest.approx(best.value, abs=0.05)
+    assert hopeless and not set(hopeless) & set(again) and set(again) < set(whole)
+
+
 def test_noise_alone_asks_for_nothing():
     seen = weigh_components(make_residual(11))
     assert max(seen, key=lambda on: seen[on].value) == frozenset()
