@@ -61,7 +61,7 @@ def test_a_row_has_picture_verdict_errors_and_what_to_do(page):
     assert anna[0].split() == ["anna", "swings", "a", "&lt;hammer&gt;"], "what the settings say, of no name by itself"
     assert anna[2] == "missing: damping of the joint"
     assert anna[3] == "6.4 deg, 1.7 deg with what was found"
-    assert anna[4].split() == ["1.4", "deg", "R2", "0.99"], "the network with the model that was found"
+    assert anna[4].split() == ["1.4", "deg", "R²", "0.99"], "the network with the model that was found"
     assert anna[5].startswith("use the parameters"), "such a network is trained"
     assert ben[2:4] == ["adequate", "6.4 deg"] and ben[4].split()[0] == "2.5"
     assert "more" in cleo[2] and cleo[3].startswith("6.4 deg over 0.5 s from each measured state")

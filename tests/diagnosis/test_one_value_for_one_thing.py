@@ -19,7 +19,7 @@ SAID = {  # thing: how a page may say it
     "noise of the angle": rf"noise of the (?:measured )?angle(?:,| is| of)? {NUMBER}",
     "noise of the EMG": rf"noise of (?:the recorded )?EMG.{{0,90}}? moves the (?:simulated )?arm by {NUMBER}",
     "error of the network": rf"network.{{0,60}} misses by {NUMBER}",
-    "R2 of the network": rf"misses by {NUMBER} \(R2 {NUMBER}\)",
+    "R² of the network": rf"misses by {NUMBER} \(R² {NUMBER}\)",
 }
 
 
@@ -41,7 +41,7 @@ def said(verdict: dict, ladder: pd.DataFrame, parameters: pd.DataFrame) -> dict[
             found[f"{thing}, {part}"].add(row[part])
         if row["what"] == shown:
             found["error of the network"].add(row["held-out error"])
-            found["R2 of the network"].add(row["held-out R2"])
+            found["R² of the network"].add(row["held-out R²"])
     own = described(verdict["model"], verdict["titles"])
     if headline := re.search(rf"on held-out trials is(?: then)? {NUMBER}", text):
         found[f"{own} from measured angle and speed over whole trials, held-out error"].add(headline[1])
@@ -78,7 +78,7 @@ def test_a_made_up_verdict_gives_one_value_for_each_thing(changes, facts):
     rows.append(("network, rollout, 1-scale", verdict["model"], float("nan"), 1.43, 0.987, 5, ""))
     columns = ["source", "model", "train_rmse_deg", "heldout_rmse_deg", "heldout_r2", "seeds", "failed_seeds"]
     found = said(verdict, pd.DataFrame(rows, columns=columns), join_parameters(verdict, []))
-    assert {"noise of the angle", "error of the network", "R2 of the network"} < set(found)
+    assert {"noise of the angle", "error of the network", "R² of the network"} < set(found)
     assert twice(found) == {}
 
 

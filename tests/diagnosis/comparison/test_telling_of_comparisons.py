@@ -42,7 +42,7 @@ def tell_horizons(facts):
 
 def test_the_sentence_names_what_posture_and_the_muscles_explain(tell_torque, asks_for_others):
     text = tell_torque(torque_of(0.61, 0.72, 0.93))
-    assert "posture and speed alone 0.61" in text and "muscles of the model, driven by EMG, explain R2 0.72" in text
+    assert "posture and speed alone 0.61" in text and "muscles of the model, driven by EMG, explain R² 0.72" in text
     assert "(with what was found: 0.93)" in text and not asks_for_others(torque_of(0.61, 0.72, 0.93))
 
 
@@ -103,7 +103,7 @@ def test_the_second_sentence_names_the_best_rival(tell_horizons):
 
 def test_what_overflows_is_said_in_text_and_picture(tell_torque, tell_horizons):
     torque = torque_of(0.61, -np.inf, -np.inf)
-    assert "muscles of the model, driven by EMG, explain R2 -inf" in tell_torque(torque, "base")
+    assert "muscles of the model, driven by EMG, explain R² -inf" in tell_torque(torque, "base")
     texts = [text.get_text() for axis in draw_torque(torque).axes for text in axis.texts]
     assert texts and set(texts) == {"torque overflows"}
     rows = [(p, h, True, 1.0) for p in (HOLD, SAME_SPEED, POSTURE, EMG_ONLY) for h in (0.2, 0.5)]

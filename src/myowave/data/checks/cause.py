@@ -64,7 +64,7 @@ def _offset(of: Cause) -> str | None:
     if seconds * np.log(more / less) <= LIKELIER_S:
         return None
     return (
-        f"EMG fits the motion best {1000 * LAGS_S[best]:.0f} ms ahead of it (R2 {whole[best]:.2f}, at "
+        f"EMG fits the motion best {1000 * LAGS_S[best]:.0f} ms ahead of it (R² {whole[best]:.2f}, at "
         f"{1000 * AHEAD_S[0]:.0f} to {1000 * AHEAD_S[1]:.0f} ms {likely:.2f})"
     )
 

@@ -52,7 +52,7 @@ def accuracy_cells(verdict: Mapping[str, Any], ladder: pd.DataFrame) -> pd.DataF
         what = of + f"; {failed}" * bool(failed)
         error = degrees(row["heldout_rmse_deg"]) if np.isfinite(row["heldout_rmse_deg"]) else "runs away"
         rows.append((what, "first angles", whole, "", error, r2_text(row["heldout_r2"])))
-    heads = ["what", "starts from", "error over", "training error", "held-out error", "held-out R2"]
+    heads = ["what", "starts from", "error over", "training error", "held-out error", "held-out R²"]
     return pd.DataFrame(rows, columns=heads)
 
 
