@@ -145,6 +145,9 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None
         found.add(best, top, *_with_one_less(top))
         # Over pieces nothing is named, so no rival decides anything there.
         rivals = _rivals(found, top) if fit.record.pieces is None else []
+    # Noise of the EMG is weighed against the recording as it is, fitted from the same place.
+    near = [model for model in found.models.values() if model.expected_emg and model.total > found.best.total - CLEARLY]
+    found.add(*(_of_other_emg(model, fit) for model in near))
 
 
 def _rivals(found: Posterior, top: Hypothesis) -> list[Hypothesis]:
