@@ -20,12 +20,22 @@ def found():
     return posterior
 
 
+def test_rivals_are_those_of_the_likeliest_model_not_of_where_another_has_settled(found):
+    assert [m.effects for m in _rivals(found, model(60.0, "drag"))] == [("damping",)]
+
+
 def test_models_that_are_nearly_as_likely_are_followed_each_once(found):
     assert [(m.effects, m.total) for m in _rivals(found, found.best)] == [(("damping",), 93.0)]
 
 
 def test_none_is_followed_beside_a_model_that_leaves_noise_alone(found):
     assert _rivals(found, model(100.0, "drag", on=frozenset())) == []
+
+
+def test_noise_of_the_emg_is_weighed_against_the_recording_from_the_same_place(found, monkeypatch):
+    monkeypatch.setattr(weigh, "_of_other_emg", lambda model, recorded: (recorded, *model.effects))
+    found.add(model(97.0, "drag", expected_emg=True), model(99.0, "lag", expected_emg=True))
+    assert weigh._by_recorded_emg(found, "fit") == [("fit", "drag"), ("fit", "lag")], "and not what is far behind"
 
 
 @pytest.mark.parametrize("on, fitted", [({"slow"}, ["drag", "tilt", "friction"]), (set(), ["drag"])])

@@ -145,9 +145,7 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None
         found.add(best, top, *_with_one_less(top))
         # Over pieces nothing is named, so no rival decides anything there.
         rivals = _rivals(found, top) if fit.record.pieces is None else []
-    # Noise of the EMG is weighed against the recording as it is, fitted from the same place.
-    near = [model for model in found.models.values() if model.expected_emg and model.total > found.best.total - CLEARLY]
-    found.add(*(_of_other_emg(model, fit) for model in near))
+    found.add(*_by_recorded_emg(found, fit))
 
 
 def _rivals(found: Posterior, top: Hypothesis) -> list[Hypothesis]:
@@ -156,6 +154,13 @@ def _rivals(found: Posterior, top: Hypothesis) -> list[Hypothesis]:
     others = (m for names, m in found.by_effects().items() if names != set(top.effects))
     alike = [m for m in others if len(m.effects) == len(top.effects) and m.total > found.best.total - BEHIND]
     return alike if top.on else []
+
+
+def _by_recorded_emg(found: Posterior, recorded: Fit) -> list[Hypothesis]:
+    """The likeliest models that the expected EMG drives, driven by the recorded one from the same place: where one of
+    the two was led further, the difference says nothing of noise."""
+    near = [m for m in found.models.values() if m.expected_emg and m.total > found.best.total - CLEARLY]
+    return [_of_other_emg(model, recorded) for model in near]
 
 
 def _with_one_less(model: Hypothesis) -> list[Hypothesis]:
