@@ -103,7 +103,7 @@ def weigh_models(fit: Fit, effects: Iterable[Effect], led: Fit | None = None) ->
     view = through_likely_filter(fit, unfiltered)
     found = Posterior(-math.log(2 * max(len(catalogue), 1)))
     base = settle(with_likely_memory(Hypothesis.of(fit, view)))
-    found.add(base, _of_other_emg(base, fit))
+    found.add(base, *([_of_other_emg(base, fit)] if EMG in base.on else []))
     if led is not None:
         more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
         found.add(settle(replace(base, effects=more, prior=found.prior * len(more)).at(led)))
@@ -141,7 +141,7 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None
         best = settle(best, steps=12)
         afresh = weigh_components(best.residual)  # from no causes of a model before
         best = with_likely_memory(replace(best, states=afresh | best.states))
-        top = _of_other_emg(best, fit)
+        top = best if (EMG in best.on) == best.expected_emg else _of_other_emg(best, fit)
         found.add(best, top, *_with_one_less(top))
         # Over pieces nothing is named, so no rival decides anything there.
         rivals = _rivals(found, top) if fit.record.pieces is None else []
@@ -272,10 +272,7 @@ def through_likely_filter(fit: Fit, view: View) -> View:
 
 def _of_other_emg(model: Hypothesis, recorded: Fit) -> Hypothesis:
     """The same model fitted to the EMG that is expected behind a noisy recording (errors in variables), or to the
-    recording again where what is expected leaves no noise of the EMG; itself where neither is called for. `recorded` is
-    a fit to the EMG as it was recorded."""
-    if (EMG in model.on) == model.expected_emg:
-        return model
+    recording again; itself where it cannot be. `recorded` is a fit to the EMG as it was recorded."""
     record = recorded.record
     if not model.expected_emg:
         lead = np.ones((len(record.valid), record.lead), bool)  # of pieces what is before their start counts, too
