@@ -271,18 +271,15 @@ def weigh_components(
 
     for seed in seeds:
         visit(seed.on(residual), seed.sizes)
-    best = max(seen.values(), key=lambda w: w.value)
-    while True:
-        on = best.on(residual)
+    best: Weighed | None = None
+    while (top := max(seen.values(), key=lambda w: w.value)) is not best:
+        best, on = top, top.on(residual)
         for name in residual.optional:
             if (key := on | {name}) not in seen and key not in hopeless:
                 seen[key] = _with_one_more(residual, best, name, key)
         for name in on:
             visit(on - {name}, best.sizes)
-        top = max(seen.values(), key=lambda w: w.value)
-        if top is best:
-            return seen
-        best = top
+    return seen
 
 
 def _with_one_more(residual: Residual, best: Weighed, name: str, key: frozenset[str]) -> Weighed:

@@ -103,7 +103,7 @@ def weigh_models(fit: Fit, effects: Iterable[Effect], led: Fit | None = None) ->
     view = through_likely_filter(fit, unfiltered)
     found = Posterior(-math.log(2 * max(len(catalogue), 1)))
     base = settle(with_likely_memory(Hypothesis.of(fit, view)))
-    found.add(base, *([_of_other_emg(base, fit)] if EMG in base.on else []))
+    found.add(base, _of_called_for_emg(base, fit))
     if led is not None:
         more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
         found.add(settle(replace(base, effects=more, prior=found.prior * len(more)).at(led)))
@@ -141,7 +141,7 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None
         best = settle(best, steps=12)
         afresh = weigh_components(best.residual)  # from no causes of a model before
         best = with_likely_memory(replace(best, states=afresh | best.states))
-        top = best if (EMG in best.on) == best.expected_emg else _of_other_emg(best, fit)
+        top = _of_called_for_emg(best, fit)
         found.add(best, top, *_with_one_less(top))
         # Over pieces nothing is named, so no rival decides anything there.
         rivals = _rivals(found, top) if fit.record.pieces is None else []
@@ -268,6 +268,11 @@ def through_likely_filter(fit: Fit, view: View) -> View:
         corner = max(tried, key=lambda c: tried[c])
         corners = [] if corner is None else [corner * (CORNERS[1] / CORNERS[0]) ** sign for sign in (finer, -finer)]
     return view.through(replace(view.sensor, corner_hz=corner))
+
+
+def _of_called_for_emg(model: Hypothesis, recorded: Fit) -> Hypothesis:
+    """The same model driven by the EMG that its causes call for: the expected one where they have noise of the EMG."""
+    return model if (EMG in model.on) == model.expected_emg else _of_other_emg(model, recorded)
 
 
 def _of_other_emg(model: Hypothesis, recorded: Fit) -> Hypothesis:
