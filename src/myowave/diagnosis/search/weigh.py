@@ -129,6 +129,7 @@ def _seen_anew(found: Posterior, view: View) -> Posterior:
 def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None:
     """Add the models that lead on from the most likely ones; the fit is to the EMG as it was recorded."""
     top, rivals = found.best, list[Hypothesis]()
+    whole = fit.record.pieces is None  # over pieces nothing is named, so nothing near the top decides anything
     for depth in range(MOST_EFFECTS):
         for model in (top, *rivals):
             screened = found.screen(model, catalogue)
@@ -143,9 +144,8 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None
         best = with_likely_memory(replace(best, states=afresh | best.states))
         top = _of_called_for_emg(best, fit)
         found.add(best, top, *_with_one_less(top))
-        # Over pieces nothing is named, so no rival decides anything there.
-        rivals = _rivals(found, top) if fit.record.pieces is None else []
-    found.add(*_by_recorded_emg(found, fit))
+        rivals = _rivals(found, top) if whole else []
+    found.add(*(_by_recorded_emg(found, fit) if whole else ()))
 
 
 def _rivals(found: Posterior, top: Hypothesis) -> list[Hypothesis]:
