@@ -243,6 +243,8 @@ def test_matlab_variables_columns_and_fields_are_signals(tmp_path):
     assert {signal.rate for signal in read_raw(tmp_path / "e.mat").signals} == {None}
     with pytest.raises(ValueError, match="not a MATLAB file"):
         read_raw(write(tmp_path / "b.mat", "hello, this is text" * 20))
+    savemat(tmp_path / "f.mat", {"fs": 20.0, "emg": VALUES + 1j})
+    assert len(read_raw(tmp_path / "f.mat")["emg"].odd) == len(VALUES)  # told where it is asked for
     savemat(tmp_path / "c.mat", {"name": "x"})
     with pytest.raises(ValueError, match="no vector or matrix"):
         read_raw(tmp_path / "c.mat")
@@ -326,7 +328,13 @@ def test_c3d_is_read_where_its_package_is_there_and_else_says_what_to_install(tm
         "data": {"analogs": np.stack([VALUES, -VALUES])[None], "points": np.arange(4 * 2 * 4.0).reshape(4, 2, 4)},
     }
     monkeypatch.setitem(__import__("sys").modules, "ezc3d", types.SimpleNamespace(c3d=lambda path: content))
-    raw = read_raw(tmp_path / "a.c3d")
+    for order, machine in (("<", 84), (">", 86)):  # a block each for the header and the parameters
+        head = struct.pack(f"{order}2B4H", 2, 80, 2, 20, 11, 14).ljust(512, b"\0")
+        (tmp_path / "a.c3d").write_bytes(head + bytes([1, 80, 1, machine]))
+        raw = read_raw(tmp_path / "a.c3d")
+    (tmp_path / "cut.c3d").write_bytes(head.replace(b"\0\x0e", b"\0\x0f") + bytes([1, 80, 1, 86]))
+    with pytest.raises(ValueError, match="4 frames, but its header says 5; the file was cut short"):
+        read_raw(tmp_path / "cut.c3d")
     assert np.array_equal(raw["EMG.TB"].values, -VALUES) and (raw["EMG.TB"].unit, raw["EMG.TB"].rate) == ("V", 1000.0)
     assert raw["RELB.x"].unit == "mm" and (raw["RElbowAngles.y"].unit, raw["RElbowAngles.y"].rate) == ("deg", 100.0)
     assert np.array_equal(raw["RElbowAngles.y"].values, content["data"]["points"][1, 1])

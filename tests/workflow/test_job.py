@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from myowave.workflow.job import check_writable, job_log
+from myowave.workflow.job import check_folder, check_writable, job_log
 
 
 class Terminal(io.StringIO):
@@ -65,3 +65,11 @@ def test_results_that_may_not_be_written_are_said_before_anything_runs(tmp_path,
     monkeypatch.setattr(os, "access", lambda path, mode: False)  # root may write anywhere but on a read-only disk
     with pytest.raises(ValueError, match=f"{tmp_path} cannot be written; nothing was run"):
         check_writable(tmp_path)
+
+
+def test_a_file_in_the_place_of_the_results_is_said_before_anything_runs(tmp_path):
+    check_folder(tmp_path / "not there yet")
+    check_folder(tmp_path)
+    (tmp_path / "results").touch()
+    with pytest.raises(ValueError, match=f"{tmp_path}/results is no folder; nothing was run"):
+        check_folder(tmp_path / "results")

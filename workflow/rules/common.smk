@@ -4,6 +4,12 @@ from pathlib import Path
 
 from myowave.settings import dump, parse_settings, public
 from myowave.workflow.digest import PACKAGE, digest_files, digest_script
+from myowave.workflow.job import check_folder
+
+try:
+    check_folder("results")
+except ValueError as error:
+    sys.exit(str(error))
 
 try:
     SETTINGS = parse_settings(config)

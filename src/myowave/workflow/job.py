@@ -69,6 +69,12 @@ def job_log(label: str, path: str | Path) -> Iterator[JobLog]:
         raise SystemExit(1) from None
 
 
+def check_folder(folder: str | Path) -> None:
+    """Raise a ValueError where something else than a folder has its name."""
+    if Path(folder).exists() and not Path(folder).is_dir():
+        raise ValueError(f"{Path(folder).resolve()} is no folder; nothing was run. Move it, or give it another name.")
+
+
 def check_writable(folder: str | Path) -> None:
     """Raise a ValueError where a folder is there and may not be written."""
     if Path(folder).exists() and not os.access(folder, os.W_OK):

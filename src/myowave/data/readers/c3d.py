@@ -1,5 +1,6 @@
 """C3D, the format of motion capture: analog channels, and points such as joint angles. Needs the package ezc3d."""
 
+import struct
 from collections.abc import Iterator, Mapping
 from importlib import import_module
 from pathlib import Path
@@ -21,7 +22,19 @@ def read_c3d(path: Path) -> RawRecording:
     except OSError as error:
         raise ValueError(f"{path}: this is not a C3D file ({error}). Export it again.") from None
     parameters, data = content["parameters"], content["data"]
+    frames, stated = data["points"].shape[-1], _frames_stated(path.read_bytes())
+    if frames < stated:
+        raise ValueError(
+            f"{path}: {frames} frames, but its header says {stated}; the file was cut short. Copy or export it again."
+        )
     return RawRecording(path, (*_analog(parameters, data["analogs"]), *_points(parameters, data["points"])))
+
+
+def _frames_stated(content: bytes) -> int:
+    """Frames by the header, of which ezc3d keeps no more than it could read."""
+    machine = content[512 * (content[0] - 1) + 3]  # fourth byte of the parameters; 86 where the high byte comes first
+    first, last = struct.unpack_from(">2H" if machine == 86 else "<2H", content, 6)
+    return last - first + 1
 
 
 def _analog(parameters: Mapping[str, Any], values: np.ndarray) -> Iterator[Signal]:

@@ -78,9 +78,9 @@ def _of(name: str, stated: Mapping[str, Any], kind: set[str]) -> Any:
     return stated[max(fitting, key=lambda label: len(known[label]))] if fitting else None
 
 
-def _array(value: Any) -> NDArray[np.float64] | None:
-    """Samples along the first axis, (N, K); None for what holds none."""
-    if not isinstance(value, np.ndarray) or value.dtype.kind not in "iuf" or value.ndim > 2 or value.size < 2:
+def _array(value: Any) -> NDArray[Any] | None:
+    """Samples along the first axis, (N, K), as text where they are complex; None for what holds none."""
+    if not isinstance(value, np.ndarray) or value.dtype.kind not in "iufc" or value.ndim > 2 or value.size < 2:
         return None
-    array = np.atleast_2d(value.astype(np.float64))
+    array = np.atleast_2d(value.astype(str if value.dtype.kind == "c" else np.float64))
     return array if array.shape[0] > array.shape[1] else array.T  # a recording has more samples than channels
