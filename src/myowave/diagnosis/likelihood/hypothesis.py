@@ -23,7 +23,7 @@ from myowave.diagnosis.likelihood.algebra import (
     most_likely,
     weigh_components,
 )
-from myowave.diagnosis.likelihood.components import COLOURED, STARTS, coloured, prior_of, residual_of, start_columns
+from myowave.diagnosis.likelihood.components import COLOURED, EMG, STARTS, coloured, prior_of, residual_of, start_columns
 from myowave.diagnosis.likelihood.waves import MEMORIES_S, View
 from myowave.identification.free_parameters import bounds, scales
 from myowave.identification.least_squares import descend, minimise_within, scaled_slope
@@ -62,8 +62,15 @@ class Hypothesis:
         return replace(self, fit=fit, residual=residual, states=weigh_components(residual, [self.best], hopeless))
 
     @property
+    def counted(self) -> dict[frozenset[str], Weighed]:
+        """The states that count: an EMG other than the recorded one has noise, whatever noise costs."""
+        if not self.expected_emg:
+            return self.states
+        return {on: state for on, state in self.states.items() if EMG in on}
+
+    @property
     def best(self) -> Weighed:
-        return max(self.states.values(), key=lambda state: state.value)
+        return max(self.counted.values(), key=lambda state: state.value)
 
     @property
     def on(self) -> frozenset[str]:
@@ -84,7 +91,7 @@ class Hypothesis:
     @property
     def total(self) -> float:
         """Logarithm of how likely the trials and the model are, up to a constant [nats]."""
-        return float(logsumexp([state.value for state in self.states.values()])) + self.offset
+        return float(logsumexp([state.value for state in self.counted.values()])) + self.offset
 
     @cached_property
     def estimate(self) -> tuple[Array, Array]:

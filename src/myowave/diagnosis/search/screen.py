@@ -55,7 +55,7 @@ def screen(model: Hypothesis, catalogue: Mapping[str, Effect]) -> Screened:
     pairs: dict[tuple[str, str], float] = {}
     ideal: dict[str, float] = {}
     parts = np.full(len(own), -np.inf)
-    likeliest = sorted(model.states.values(), key=lambda s: -s.value)[:2]
+    likeliest = sorted(model.counted.values(), key=lambda s: -s.value)[:2]
     for state in (*(s for s in likeliest if s.value > -np.inf), noise_alone(model)):
         covariance = Covariance(residual, state.sizes)
         products = covariance.inner(together, together).numpy()

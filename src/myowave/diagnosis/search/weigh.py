@@ -83,16 +83,17 @@ class Posterior:
 
     def weights(self) -> list[tuple[float, frozenset[str], frozenset[str]]]:
         """Probability, effects and causes of every state of every model."""
-        rows = [
-            (state.value + model.offset, effects, on | ({EMG} if model.expected_emg else set()))
-            for (effects, _), model in self.models.items()
-            for on, state in model.states.items()
-        ]
+        found: dict[tuple[frozenset[str], frozenset[str]], float] = {}
+        for (effects, _), model in self.models.items():
+            for on, state in model.counted.items():
+                # Noise of the EMG is one cause, whichever EMG it was linearised about.
+                found[effects, on] = max(state.value + model.offset, found.get((effects, on), -math.inf))
         emg = {EMG} if self.best.expected_emg else set()
+        rows = [(value, effects, on) for (effects, on), value in found.items()]
         rows += [(value, effects, frozenset({REPEATS, *emg})) for (effects, _), value in self.parts.items()]
         top = max(row[0] for row in rows)
         total = sum(math.exp(row[0] - top) for row in rows)
-        return [(math.exp(value - top) / total, effects, frozenset(on)) for value, effects, on in rows]
+        return [(math.exp(value - top) / total, effects, on) for value, effects, on in rows]
 
 
 def weigh_models(fit: Fit, effects: Iterable[Effect], led: Fit | None = None) -> Posterior:
@@ -272,7 +273,8 @@ def through_likely_filter(fit: Fit, view: View) -> View:
 
 def _of_called_for_emg(model: Hypothesis, recorded: Fit) -> Hypothesis:
     """The same model driven by the EMG that its causes call for: the expected one where they have noise of the EMG."""
-    return model if (EMG in model.on) == model.expected_emg else _of_other_emg(model, recorded)
+    likeliest = max(model.states, key=lambda on: model.states[on].value)
+    return model if (EMG in likeliest) == model.expected_emg else _of_other_emg(model, recorded)
 
 
 def _of_other_emg(model: Hypothesis, recorded: Fit) -> Hypothesis:
