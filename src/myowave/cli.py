@@ -182,7 +182,11 @@ def plan_trials(
     path = Path("results/diagnosis", dataset, "verdict.json")
     if not path.exists():
         there = ", ".join(sorted(p.parent.name for p in Path("results/diagnosis").glob("*/verdict.json")))
-        raise ValueError(f"There is no verdict {path}; there are {there or 'none'}. `make run` makes it.")
+        read_settings(config).dataset(dataset)
+        raise ValueError(
+            f"There is no verdict {path}; there are {there or 'none'}. Name the dataset under targets and run "
+            "snakemake with all your files of settings."
+        )
     require_regular(path)
     try:
         said = tell(json.loads(path.read_text(encoding="utf-8")))

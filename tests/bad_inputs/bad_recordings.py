@@ -291,6 +291,10 @@ TOLD_OF_ENVELOPES = {
     "a spike": (as_envelopes(put(6e4)), "a emg_biceps spike"),
     "a trial in another unit": (as_envelopes(scaled(1e3, trial="a")), "a emg_triceps EMG of another size"),
     "channels swapped": (as_envelopes(swapped), "EMG against the motion"),
+    "rectified and no more": (
+        as_envelopes(made(lambda x: x * np.abs(np.random.default_rng(3).standard_normal(len(x))), "emg_biceps")),
+        "a emg_biceps not smoothed: .* above 20 Hz.*form: raw and processing.band_pass_hz: null",
+    ),
 }  # fmt: skip
 
 TOLD_OF_SETTINGS = {
@@ -590,6 +594,13 @@ def mat(folder: Path, **content) -> bytes:
     return (folder / "made.mat").read_bytes()
 
 
+def table(separator: str, columns, thousands: str | None = None) -> bytes:
+    head = separator.join(columns)
+    rows = zip(*columns.values(), strict=True)
+    as_text = [[f"{x:,.0f}".replace(",", thousands) if thousands else f"{x:.6f}" for x in row] for row in rows]
+    return "\n".join([head, *map(separator.join, as_text), ""]).encode()
+
+
 def parquet(folder: Path, **columns) -> bytes:
     pd.DataFrame(columns).to_parquet(folder / "made.parquet")
     return (folder / "made.parquet").read_bytes()
@@ -635,6 +646,12 @@ FORMATS = {
     "OpenSim: NaN in a time": (".mot", mot(row(9, "nan\t3")), "row 13: the time is no finite number"),
     "OpenSim: text in a time": (".mot", mot(row(9, "x\t3")), "row 13: the time is no finite number"),
     "OpenSim: a gap in its angle": (".mot", mot(row(9, "0.009\t")), "row 13: r_elbow_flex is ''"),
+    "OpenSim: cut short": (
+        ".sto", mot(head="nRows=4000\nendheader\ntime\tq\n"), "3000 rows, but its header says 4000; the file was cut"),
+    "CSV: commas in thousands": (".csv", table(";", {"x": 950 + RISE * 90}, thousands=","), "as if thousands"),
+    "CSV: points in thousands": (".csv", table(";", {"x": 950 + RISE * 90}, thousands="."), "as if thousands"),
+    "CSV: two clocks": (
+        ".csv", table(",", {"t EMG [s]": RISE, "x": WAVE, "t angle [s]": 2 * RISE}), "each may hold the times; name"),
     "OpenSim: no endheader": (".mot", mot(head="time\tq\n"), "no row with endheader"),
     "OpenSim: no times": (".mot", mot(head="endheader\nt0\tq\n"), "no column time among t0, q"),
     "Delsys: NaN in a time": ("delsys", delsys(row(9, "nan,3")), "row 11: the time is no finite number"),

@@ -52,9 +52,11 @@ def of_study(**changes) -> str:
     return ""
 
 
+BAR = {"mass_kg": 1.0, "length_m": 0.3}
 VALUES = [
     ("learning.recipes.rollout.hidden", -5, ("-5", "whole number", "at least 1")),
     ("learning.recipes.rollout.learning_rate", "fast", ("'fast'", "a number", "above 0")),
+    ("physics.arms.arm26_brd", {"muscles": {}, "joint": BAR}, ("no muscle of arm arm26_brd is driven by", "null")),
     ("physics.arms.paper.muscles.Bi.side", "top", ("'top'", "flexor or extensor")),
     ("physics.arms.paper.muscles.Bi.f0_N", 0, ("0", "above 0", "[N]", "isometric")),
     ("physics.arms.paper.joint.mass_kg", True, ("True", "number")),

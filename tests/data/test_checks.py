@@ -13,7 +13,7 @@ from sessions import burst, curl, session_section, write_session
 
 from myowave.data.checks import cause, emg, motion
 from myowave.data.checks.finding import Finding, report
-from myowave.data.importing import import_trials
+from myowave.data.importing import _negative_problems, import_trials
 from myowave.data.processing.sampled import Sampled
 from myowave.data.recording import RawTrial
 from myowave.data.trials import Trials
@@ -209,3 +209,15 @@ def test_a_trial_with_the_arm_overhead_is_no_swap_where_its_lean_is_known(known,
     prepared = types.SimpleNamespace(trials=trials, recordings=recordings)
     found = cause.CAUSE[-1].of(cause.Cause(prepared, {"emg_flexor": 1.0, "emg_extensor": -1.0}))
     assert ["in trial d and no other" in one.found for one in found] == [True] * told
+
+
+def test_what_goes_below_0_is_no_envelope():
+    """Of any trial, be the first one an envelope; a filter's undershoot is none of it."""
+    swing = 1 + 0.9 * np.sin(TIME)
+    trials = {"a": swing, "b": burst(1), "c": burst(2), "d": swing - 0.15}
+    raw = {name: RawTrial({"emg_x": channel(values)}, channel(swing), {}) for name, values in trials.items()}
+    told = list(_negative_problems(raw, {"emg_x": "envelope"}))
+    assert len(told) == 1 and re.search(
+        "emg_x: form is envelope, .* 50 % of the samples of trial b, c are.*raw", told[0]
+    )
+    assert not list(_negative_problems(raw, {"emg_x": "raw"}))

@@ -47,7 +47,7 @@ def motor(**changes):
     return {**of, **changes}
 
 
-def test_uneven_times_are_brought_to_one_rate_and_refused_otherwise(make):
+def test_uneven_times_are_brought_to_one_rate_and_refused_otherwise(make, tmp_path):
     trials = make()
     assert trials.dt == pytest.approx(0.01) and trials.emg.shape[-1] == 0
     time = np.arange(100) * 0.01
@@ -55,6 +55,11 @@ def test_uneven_times_are_brought_to_one_rate_and_refused_otherwise(make):
     np.testing.assert_allclose(trials.angle[0, :100], np.sin(start + time), atol=1e-4)
     with pytest.raises(ValueError, match="Resample the file"):
         make(layout={})
+    for path in tmp_path.glob("*.csv"):
+        rows = path.read_text().splitlines()
+        path.write_text("\n".join([*rows[:300], *rows[320:]]))
+    with pytest.raises(ValueError, match=r"two.csv: nothing was sampled for 0.2\d* s after .* Cut the file there"):
+        make()
 
 
 def test_a_motors_torque_is_known_over_time_and_falls_with_speed(make):

@@ -27,6 +27,7 @@ _NO_EMG = (
     "one: leave the channel out, or correct it."
 )
 SHORTEST = 50  # fewest samples of a trial [-]; training needs windows, diagnosis degrees of freedom
+UNDERSHOOT = 0.1  # of an envelope below 0, as a share of its largest value, that a filter leaves [-]
 Dataset = MeasuredDataset | RecordedDataset
 
 
@@ -62,7 +63,7 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     for name, trial in raw.items():  # all on the angle's clock
         raw[name] = replace(trial, emg={c: replace(emg, start=emg.start + late) for c, emg in trial.emg.items()})
     grids = {name: common_grid(trial.all, trial.angle, processing.rate_hz, trial.cut) for name, trial in raw.items()}
-    problems = [*session.problems, *_grid_problems(grids, raw)]
+    problems = [*session.problems, *_grid_problems(grids, raw), *_negative_problems(raw, forms)]
     if not fractions or not raw:
         _refuse(dataset, problems)
     train = [name for name in raw if name not in settings.test]
@@ -89,6 +90,19 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         "real_time": {} if fractions else dump(RealTime(processing=processing, channels=known)),
     }
     return Prepared(_to_trials(dataset, settings, recordings, provenance), recordings, gains, forms)
+
+
+def _negative_problems(raw: Mapping[str, RawTrial], forms: Mapping[str, str]) -> Iterator[str]:
+    """EMG that goes below 0 by more than a filter's undershoot, and is said to be smoothed."""
+    for channel in (c for c, form in forms.items() if form == "envelope"):
+        below = {name: trial.emg[channel].values for name, trial in raw.items()}
+        below = {name: values for name, values in below.items() if values.min() < -UNDERSHOOT * values.max()}
+        if below:
+            share = np.mean(np.concatenate([*below.values()]) < 0)
+            yield (
+                f"{channel}: form is envelope, which is never below 0, but {100 * share:.0f} % of the samples of trial "
+                f"{', '.join(below)} are. Say form: raw, or correct the file where others are envelopes."
+            )
 
 
 def _refuse(dataset: str, problems: Iterable[str]) -> None:

@@ -258,6 +258,11 @@ def _problems_of_body(at: str, constants: Mapping[str, float]) -> list[str]:
 def _problems_of_signals(where: str, dataset: RecordedDataset, arm: Arm) -> list[str]:
     """Channels that the arm needs, and conditions that no angle can be."""
     problems = []
+    if dataset.emg and not arm.muscles:
+        problems.append(
+            f"{where}.emg: no muscle of arm {dataset.arm} is driven by {', '.join(dataset.emg)}. Give each muscle its "
+            "channel under physics.arms (emg: ...); null leaves a muscle out."
+        )
     for channel in arm.channels:
         if channel not in dataset.emg:
             driven = ", ".join(name for name, muscle in arm.muscles.items() if muscle.emg == channel)

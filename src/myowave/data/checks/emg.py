@@ -97,6 +97,11 @@ def _smoothed(of: Channel) -> str | None:
     return f"only {100 * (1 - slow):.0f} % of the power is above {SLOW_HZ:g} Hz" if slow > 1 - FAST_SHARE else None
 
 
+def _not_smoothed(of: Channel) -> str | None:
+    fast = of.raw.share_of_power(SLOW_HZ, np.inf)
+    return f"{100 * fast:.0f} % of the power is above {SLOW_HZ:g} Hz" if fast > FAST_SHARE else None
+
+
 def _moved(of: Channel) -> str | None:
     slow = of.raw.share_of_power(0, SLOW_HZ)
     return (
@@ -154,6 +159,11 @@ LIVE_CHECKS = (  # of any that is not dead
     Check("spike", _spike,
           "An artefact, which would count as the largest contraction: cut it off with cut_s, or repair the file "
           "there."),
+)  # fmt: skip
+SMOOTHED_CHECKS = (  # of what is said to be smoothed, and is not dead, besides
+    Check("not smoothed", _not_smoothed,
+          "An envelope follows the muscle, a few times a second; this looks rectified and no more. Say form: raw and "
+          "processing.band_pass_hz: null, which smooths it, or smooth it in the file."),
 )  # fmt: skip
 RAW_CHECKS = (  # of raw EMG that is not dead, besides
     Check("clipping", _clipped,

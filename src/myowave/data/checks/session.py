@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from myowave.data.checks.cause import CAUSE, Cause
-from myowave.data.checks.emg import CHECKS, CROSS_TALK, DEAD_CHANNEL, LIVE_CHECKS, RAW_CHECKS, Channel
+from myowave.data.checks.emg import CHECKS, CROSS_TALK, DEAD_CHANNEL, LIVE_CHECKS, RAW_CHECKS, SMOOTHED_CHECKS, Channel
 from myowave.data.checks.finding import Check, Finding
 from myowave.data.checks.motion import ELBOW, EXTRA, STILL_LEAN
 from myowave.data.recording import Prepared
@@ -40,7 +40,7 @@ def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, 
             scales = typical[channel], peaks[channel], notch_hz, largest
             what = Channel(signal, one.envelopes[channel], *scales, raw.angle)
             dead = list(DEAD_CHANNEL.of(what, name, channel))
-            live = () if dead else (*LIVE_CHECKS, *(RAW_CHECKS if form == "raw" else ()))
+            live = () if dead else (*LIVE_CHECKS, *(RAW_CHECKS if form == "raw" else SMOOTHED_CHECKS))
             yield from dead
             for check in (*live, *CHECKS):
                 yield from check.of(what, name, channel)

@@ -151,7 +151,8 @@ def beyond_tables(trials: Trials, tables: Mapping[str, PathTable]) -> tuple[list
             problems.append(
                 f"trial {trial}: the angle is {angle[n]:.4g} deg, {distance:.3g} deg beyond the table of muscle "
                 f"{muscle} ({table.file}, {low:.4g} to {high:.4g} deg); expected at most {table.margin_deg:g} deg "
-                "beyond. Cut the trial, extend the table, or raise the path's margin_deg if the moment arm may be "
-                "taken as constant so far."
+                "beyond. Where 180 is the straight arm, set sign: -1 and offset_deg: 180 of the angle. Else cut the "
+                "trial, extend the table, or raise the path's margin_deg if the moment arm may be taken as constant so "
+                "far."
             )
     return findings, problems

@@ -45,7 +45,7 @@ def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording
     signals = to_signals(path, read_cells(path, lines, separator, head, comma), names, units)
     signals = with_time(path, signals, layout.time_column)
     if layout.resample_hz is not None:
-        signals = tuple(evenly_sampled(signal, layout.resample_hz) for signal in signals)
+        signals = tuple(evenly_sampled(path, signal, layout.resample_hz) for signal in signals)
     return RawRecording(path, signals, first_row=head + 1)
 
 

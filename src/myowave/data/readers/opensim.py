@@ -9,6 +9,8 @@ from myowave.data.readers.text import read_cells, read_lines, separator_of, spli
 
 _UNIT = re.compile(r"\s*inDegrees\s*=?\s*(yes|no)", re.IGNORECASE)
 
+_ROWS = re.compile(r"\s*(?:nRows|datarows)\s*=?\s*(\d+)", re.IGNORECASE)
+
 
 def read_opensim(path: Path) -> RawRecording:
     """Read one file; `inDegrees` in its header tells the unit of its angles."""
@@ -26,5 +28,10 @@ def read_opensim(path: Path) -> RawRecording:
     said = next((found[1].lower() for line in lines[:names_row] if (found := _UNIT.match(line))), "")
     unit = {"yes": "deg", "no": "rad"}.get(said, "")
     cells = read_cells(path, lines, separator, names_row + 1).iloc[:, : len(names)]
+    stated = next((int(found[1]) for line in lines[:names_row] if (found := _ROWS.match(line))), len(cells))
+    if len(cells) < stated:
+        raise ValueError(
+            f"{path}: {len(cells)} rows, but its header says {stated}; the file was cut short. Copy or export it again."
+        )
     signals = with_time(path, to_signals(path, cells, names), "time")
     return RawRecording(path, tuple(replace(one, angle_unit=unit) for one in signals), first_row=names_row + 2)

@@ -13,10 +13,14 @@ import numpy as np
 import pandas as pd
 
 from myowave.data.readers.signals import Signal
+from myowave.data.trials import Array
 
 _HEAD_BYTES = 65_536  # names and units stand there; below them are digits
 _CONTROL = set(range(32)) - set(b"\t\n\r\f")
 _SEPARATORS = "\t;|,"
+_THOUSANDS, _BELOW_THOUSAND = r"[-+]?[1-9]\d{0,2}([.,]\d{3})+", r"[-+]?\d{1,3}"
+MANY = 20  # such cells are no chance
+LONGEST_LINE_S = 0.1  # over which a straight line says where an elbow was
 _UNIT = re.compile(r"^(.*?)\s*[\[(]([^\[\]()]*)[\])]$")  # Biceps [uV] or Biceps (uV)
 _TIMES, _MILLISECONDS = ("time", "time_s", "t", "t_s", "zeit"), ("time_ms", "t_ms")
 
@@ -98,8 +102,23 @@ def read_cells(path: Path, lines: Sequence[str], separator: str, skip: int, comm
         ) from None
     cells = cells.fillna("").apply(lambda column: column.str.strip())
     if comma is None:
+        _refuse_thousands(path, cells)
         comma = separator != "," and not any("." in line for line in lines[skip : skip + 200])
     return cells.apply(lambda column: column.str.replace(",", ".", regex=False)) if comma else cells
+
+
+def _refuse_thousands(path: Path, cells: pd.DataFrame) -> None:
+    """1.234 beside 999: what stands between thousands would be read as a decimal sign. Decimals that are rounded have
+    fewer digits, or a 0 before them, somewhere."""
+    either = f"{_THOUSANDS}|{_BELOW_THOUSAND}"
+    for _, column in cells.items():
+        if column[:MANY].str.fullmatch(either).all() and column.str.fullmatch(either).all():
+            grouped = column.str.fullmatch(_THOUSANDS)
+            if MANY <= grouped.sum() < len(column):
+                raise ValueError(
+                    f"{path}: {column[grouped].iloc[0]} stands beside {column[~grouped].iloc[0]}, as if thousands were "
+                    "set apart. Write numbers without that, or say the decimal sign: decimal under layout."
+                )
 
 
 def to_signals(path: Path, cells: pd.DataFrame, names: Sequence[str], units: Sequence[str] = ()) -> tuple[Signal, ...]:
@@ -113,12 +132,18 @@ def to_signals(path: Path, cells: pd.DataFrame, names: Sequence[str], units: Seq
     return tuple(Signal.of(name, cells.iloc[:, n], unit=units[n]) for n, name in enumerate(names))
 
 
-def evenly_sampled(signal: Signal, rate: float) -> Signal:
+def evenly_sampled(path: Path, signal: Signal, rate: float) -> Signal:
     """A signal on straight lines between its samples, at times of one rate [Hz]; as it is where its times do not rise
     or a cell is no number, which is for a check to refuse."""
     time = signal.time
     if time is None or signal.odd or len(time) < 2 or not (np.diff(time) > 0).all():
         return signal
+    step, at = float(np.diff(time).max()), float(time[np.diff(time).argmax()])
+    if step > max(LONGEST_LINE_S, 3 * float(np.median(np.diff(time)))):
+        raise ValueError(
+            f"{path}: nothing was sampled for {step:.3g} s after {at:.3f} s; resample_hz draws straight lines over at "
+            f"most {LONGEST_LINE_S:g} s. Cut the file there."
+        )
     even = time[0] + np.arange(int((time[-1] - time[0]) * rate) + 1) / rate
     return replace(signal, values=np.interp(even, time, signal.values), time=even)
 
@@ -130,12 +155,23 @@ def with_time(path: Path, signals: tuple[Signal, ...], column: str | None = None
     if column is not None and column not in names:
         raise ValueError(f"{path}: no column {column!r} of times; the columns are {', '.join(names)}.")
     likely = [name for name in names if name.lower() in (*_TIMES, *_MILLISECONDS)]
-    column = column or next(iter(likely or [signal.name for signal in signals if signal.unit in ("s", "ms")]), None)
-    if column is None:
+    clocks = [one for one in signals if one.name == column or (column is None and one.name in likely)]
+    clocks = clocks or [one for one in signals if one.unit in ("s", "ms")]
+    if not clocks:
         return signals
-    time = signals[names.index(column)]
+    time = clocks[0]
     if time.unit not in ("", "s", "ms"):
         raise ValueError(f"{path}: times are in {time.unit!r}; expected s or ms. Export it in seconds.")
-    in_milliseconds = time.unit == "ms" or (not time.unit and column.lower() in _MILLISECONDS)
-    seconds = time.values / 1000 if in_milliseconds else time.values
-    return tuple(replace(signal, time=seconds) for signal in signals if signal is not time)
+    for other in clocks[1:]:
+        if (np.diff(other.values) > 0).all() and not np.allclose(_seconds(other), _seconds(time)):
+            raise ValueError(
+                f"{path}: {time.name} and {other.name} differ, and each may hold the times; name the right one as "
+                "layout.time_column. What has a clock of its own belongs into a file of its own."
+            )
+    return tuple(replace(signal, time=_seconds(time)) for signal in signals if signal is not time)
+
+
+def _seconds(time: Signal) -> Array:
+    """Times of a column [s]."""
+    in_milliseconds = time.unit == "ms" or (not time.unit and time.name.lower() in _MILLISECONDS)
+    return time.values / 1000 if in_milliseconds else time.values

@@ -52,8 +52,8 @@ def find_checkpoint(dataset: str) -> Path:
     ordered = sorted(found, key=lambda p: (p.parts[-4].count("+"), "paper" in p.parts[-3], p.parts[-3], p.parts[-2]))
     if not ordered:
         raise ValueError(
-            f"There is no network of {dataset!r} in results/learning. Train one: `make run`, or `snakemake --cores 2 "
-            f"results/learning/{dataset}/base/rollout/1-scale/evaluation.csv`; or name its file with --checkpoint."
+            f"There is no network of {dataset!r} in results/learning. Name the dataset under targets.datasets and run "
+            "snakemake with all your files of settings; or name a network's file with --checkpoint."
         )
     return ordered[0]
 
