@@ -1,5 +1,6 @@
 """What changed between two groups of trials: the change is named with its size, and where there is none, none is."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -102,7 +103,11 @@ def test_electrodes_placed_anew_may_be_what_changed(ask):
 def test_an_electrode_that_reports_nothing_is_what_changed_and_no_load(ask, channel):
     found = ask({}, ("3", "4"), names=("hand_load", "gravity_tilt"), silent=(channel,))
     assert found.names == ("silent_electrode",) and found.of("silent_electrode").electrode == channel
-    assert channel in tell_change(changed_facts("elbow", found))[0]
+    facts = changed_facts("elbow", found)
+    assert channel in tell_change(facts)[0] and json.dumps(facts, allow_nan=False)
+    assert "-inf" not in change_page(facts) and "(95 %" not in tell_change(facts)[1]
+    both = tell_change({**facts, "class": ["silent_electrode", "hand_load"]})
+    assert f"{channel} (-1.0), and a load in the hand that nobody noted." in both[0]
 
 
 def test_without_any_electrode_there_is_nothing_to_ask(ask):

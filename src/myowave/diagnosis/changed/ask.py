@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from joblib import Parallel, cpu_count, delayed
 from numpy.typing import NDArray
+from scipy.special import softmax
 
 from myowave.data.trials import Array, Trials
 from myowave.diagnosis.causes import CAUSE_TITLES, SILENT
@@ -67,9 +68,7 @@ class Family:
         count = Counter(c.effect for c in found)
         share = np.log([1 / len(count) / count[c.effect] for c in found])
         anyway, changed = (share + [getattr(c, name) for c in found] for name in ("anyway", "changed"))
-        logs = np.concatenate([[0.0], anyway, changed + math.log(2)])
-        probability = np.exp(logs - logs.max())
-        probability /= probability.sum()
+        probability = softmax(np.concatenate([[0.0], anyway, changed + math.log(2)]))
         unchanged, of_changes = np.split(probability, [1 + len(found)])
         judged = (replace(c, probability=float(p)) for c, p in zip(found, of_changes, strict=True))
         return cls(tuple(sorted(judged, key=lambda c: -c.probability)), float(unchanged.sum()))
@@ -146,7 +145,8 @@ def what_changed(
     effects = list(effects)
     weighable = [e for e in effects if _weighable(base, e)]
     of_arm = [e for e in weighable if e.name not in OF_ELECTRODES]
-    found = _ask(recorded, of_arm if groups.electrodes_stayed else weighable, scatter, report, workers)
+    asked = of_arm if groups.electrodes_stayed else weighable
+    found = _ask(recorded, asked, scatter, report, workers)
     control = None
     if len(groups.reference) > 1:
         report("control: the first group, split in two")
@@ -159,7 +159,7 @@ def what_changed(
         electrodes=None if groups.electrodes_stayed else Family.of(of_electrodes),
         control=control,
         silent=(_lost(silent),) if silent else (),
-        left_out={e.name: e.title for e in effects if e not in weighable},
+        left_out={e.name: e.title for e in effects if e not in asked},
         known=tuple(recorded.known),
     )
 

@@ -1,12 +1,13 @@
 """What changed between two groups of trials: in facts, in sentences and on a page."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
 import pandas as pd
 
-from myowave.diagnosis.changed.ask import SURE, Answered
+from myowave.diagnosis.changed.ask import SURE, Answered, Change
 from myowave.diagnosis.report.numbers import signed
 from myowave.diagnosis.report.templates import fill, paragraphs, templates, with_unit
 
@@ -27,13 +28,17 @@ def changed_facts(dataset: str, found: Answered) -> dict[str, Any]:
         "class": list(found.names),
         "unchanged": min(family.unchanged for family in families),
         "sure": SURE,
-        "changes": [
-            asdict(change) | {"low": change.interval[0], "high": change.interval[1]} for change in map(found.of, order)
-        ],
+        "changes": [_facts_of(found.of(name)) for name in order],
         "control": None if control is None else {"class": list(control.names), "unchanged": control.unchanged},
         "known": list(found.known),
         "left_out": dict(found.left_out),
     }
+
+
+def _facts_of(change: Change) -> dict[str, Any]:
+    """A change as plain data; None for the log evidence of one that needed no weighing."""
+    facts = asdict(change) | {"low": change.interval[0], "high": change.interval[1]}
+    return facts | {name: None for name in ("changed", "anyway") if facts[name] == -math.inf}
 
 
 def tell_change(facts: Mapping[str, Any]) -> list[str]:
@@ -51,8 +56,10 @@ def change_page(facts: Mapping[str, Any]) -> str:
             "electrode": change["electrode"],
             "change": signed(change["value"]) + with_unit(change["unit"]),
             "95 % interval": f"{signed(change['low'])} to {signed(change['high'])}{with_unit(change['unit'])}",
-            "changed [nats]": f"{change['changed']:.1f}",
-            "trials differ [nats]": f"{change['anyway']:.1f}",
+            **{
+                head: "" if change[name] is None else f"{change[name]:.1f}"
+                for head, name in (("changed [nats]", "changed"), ("trials differ [nats]", "anyway"))
+            },
             "probability": f"{change['probability']:.2g}" if change["probability"] >= LEAST else f"under {LEAST}",
         }
         for change in facts["changes"]
