@@ -64,7 +64,6 @@ def facts() -> Callable[..., dict[str, Any]]:
         "effects": ["joint_damping"],
         "model": "base+joint_damping",
         "alternatives": [],
-        "stand_ins": {},
         "where": [],
         "worst_part_deg": 4.0,
         "rmse_deg": {

@@ -156,7 +156,7 @@ def test_a_class_comes_with_the_trial_that_would_separate_it(make_trials, base, 
     candidates = [effects[name] for name in ("joint_damping", "muscle_damping", "vmax_change", "hand_load")]
     found = diagnose(trials, base, candidates, identify, SETTINGS)
     assert found.verdict.kind == "class"
-    assert {"joint_damping", "muscle_damping"} <= set(found.verdict.ladder.classes[0])
+    assert {"joint_damping", "muscle_damping"} <= set(found.verdict.named[0])
     assert found.proposals
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import torch
 
-from myowave.diagnosis.causes import OUTSIDE
 from myowave.diagnosis.comparison.compare import compare_models
 from myowave.diagnosis.comparison.summary import summarize
 from myowave.diagnosis.report.facts import verdict_facts
@@ -82,15 +81,14 @@ def _diverge(*_):
 
 
 @pytest.mark.parametrize("step, does", [("lengthen", lambda fit, *_: fit), ("lengthen", _diverge), ("refit", _diverge)])
-def test_what_follows_pieces_alone_is_a_part_of_what_is_missing(
-    make_trials, base, effects, free, monkeypatch, step, does
-):
+def test_where_only_pieces_are_followed_nothing_is_named(make_trials, base, effects, free, monkeypatch, step, does):
     """Or what leaves the model without it no motion over whole trials, to be set beside."""
     monkeypatch.setattr(search, step, does)
     whole = make_record(make_trials({"joint_damping": {"c": 1.0}}), base).train
     lost = fit_from(base, whole.cut(0.5), free, np.array([[0.9 * p.start for p in free]]))
-    answer = weigh(lost, whole, free, [effects["joint_damping"], effects["joint_stiffness"]]).answer
-    assert answer.kind == "partial" and answer.named == (("joint_damping", OUTSIDE),)
+    found = weigh(lost, whole, free, [effects["joint_damping"], effects["joint_stiffness"]])
+    assert found.kind == "unknown" and not found.named and not found.follows
+    assert found.nearest == ("joint_damping",) and found.answer.probabilities["joint_damping"] > 0.9
 
 
 def test_where_no_model_follows_no_effect_is_named(runaway, base, effects, identify, monkeypatch, facts):

@@ -38,7 +38,7 @@ def test_what_an_answer_is_worth(kind, named, true, wanted, worth):
 
 
 def test_a_cause_with_something_like_it_is_a_class():
-    assert answer([A, B], [[B, C]], [A]) == ((A, OUTSIDE), (B, C))
+    assert answer([A, B, C], [[A, OUTSIDE], [B, EMG_NOISE]]) == ((A, OUTSIDE), (B, EMG_NOISE), (C,))
 
 
 @pytest.mark.parametrize(
@@ -55,5 +55,5 @@ def test_a_cause_with_something_like_it_is_a_class():
 )
 def test_a_verdict_is_graded_against_what_was_hidden(hidden, noise, effects, alternatives, worth):
     kind = "effect" if effects else "adequate"
-    summary = {"verdict": kind, "effects": effects, "alternatives": alternatives, "stand_ins": {}, "parameters": {}}
+    summary = {"verdict": kind, "effects": effects, "alternatives": alternatives, "parameters": {}}
     assert add_truth(summary, {"effects": hidden, "recorder_noise": noise, "parameters": {}})["grade"] == worth

@@ -2,8 +2,12 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from myowave.diagnosis.likelihood.algebra import Weighed
+from myowave.diagnosis.likelihood.components import EMG
+from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search import weigh
 from myowave.diagnosis.search.weigh import Posterior, _rivals
 
@@ -36,6 +40,20 @@ def test_noise_of_the_emg_is_weighed_against_the_recording_from_the_same_place(f
     monkeypatch.setattr(weigh, "_of_other_emg", lambda model, recorded: (recorded, *model.effects))
     found.add(model(97.0, "drag", expected_emg=True), model(99.0, "lag", expected_emg=True))
     assert weigh._by_recorded_emg(found, "fit") == [("fit", "drag"), ("fit", "lag")], "and not what is far behind"
+
+
+def test_noise_of_the_emg_costs_the_same_whichever_emg_drives_a_model():
+    """An EMG other than the recorded one without noise is no hypothesis; of two ways to see one the likelier counts."""
+    none, noisy = frozenset(), frozenset({EMG})
+    states = {none: Weighed({}, 5.0), noisy: Weighed({EMG: 0.01}, 2.0)}
+    recorded, driven = (Hypothesis((), None, None, None, states, expected_emg=expected) for expected in (False, True))
+    assert (recorded.best, driven.best) == (states[none], states[noisy]) and set(driven.counted) == {noisy}
+    posterior = Posterior(-3.0)
+    for value, one in ((2.0, recorded), (1.0, driven)):
+        of = {"effects": (), "offset": value, "total": value, "expected_emg": one.expected_emg}
+        posterior.add(SimpleNamespace(**of, counted=one.counted))
+    odds = {on: p for p, _, on in posterior.weights()}
+    assert len(posterior.weights()) == 2 and odds[noisy] / odds[none] == pytest.approx(np.exp(-3.0))
 
 
 @pytest.mark.parametrize("on, fitted", [({"slow"}, ["drag", "tilt", "friction"]), (set(), ["drag"])])

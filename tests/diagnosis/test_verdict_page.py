@@ -318,7 +318,15 @@ LONG = {"a": "crosstalk between electrodes", "b": "activation that lags behind t
         ),
         ({"effects": ["a", "b"], "titles": LONG}, "Missing: crosstalk between electrodes and activation that lags"),
         ({"verdict": "class", "alternatives": [["joint_damping", "b"]]}, "damping of the joint or b; these trials"),
-        ({"verdict": "class", "stand_ins": {"joint_damping": ["x"]}}, "damping of the joint or something like it;"),
+        (
+            {
+                "verdict": "class",
+                "effects": ["emg_noise"],
+                "alternatives": [["emg_noise", "a"]],
+                "titles": {"a": "drag", "emg_noise": "noise of the EMG"},
+            },
+            "noise of the recorded EMG or drag; these trials",
+        ),
         ({"verdict": "partial", "missing_deg": 0.7}, "and something else that moves the arm by 0.70 deg."),
         ({"verdict": "partial", "rest": "muscle curves of another shape"}, "and muscle curves of another shape that"),
         ({"verdict": "unknown", "effects": [], "missing_deg": 2.0}, "Missing: something that no effect explains."),
@@ -341,14 +349,13 @@ def test_the_headline_is_one_short_sentence_with_at_most_one_number(changes, tol
     assert len(re.findall(r"(?<![\w.])\d[\d.]*", headline)) <= 1, headline
 
 
-def test_what_would_do_as_well_outside_the_catalogue_is_told(facts, story):
-    changes = {"verdict": "class", "stand_ins": {"joint_damping": ["a torque like q qdot"]}}
-    assert (
-        "Outside the catalogue, a torque like q qdot would do as well as joint_damping."
-        in tell(facts(**changes))["lead"]
-    )
+def test_a_class_among_others_is_set_off_from_them(facts, story):
+    changes = {"verdict": "class", "effects": ["joint_damping", "clock_drift"]}
+    changes["alternatives"] = [["clock_drift", "gain_per_trial", "outside"]]
+    told = "damping of the joint, and drift of the clock or a gain of the EMG that differs between trials or something"
+    assert told in tell(facts(**changes))["named"]
     page = write_page(replace(story, verdict={**story.verdict, **changes}))
-    assert "a torque like q qdot would do as well" in page
+    assert "drift of the clock or a gain" in page
 
 
 def test_what_to_record_is_told_so_that_a_person_can_do_it(facts):

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Literal
 
-from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE
+from myowave.diagnosis.causes import EMG_NOISE
 
 LARGEST_CLASS = 3  # members of a class that is still an answer
 UNSURE = ("partial", "unknown", "undecidable")  # verdicts that claim no more than that something is or may be missing
@@ -12,15 +12,11 @@ Named = tuple[tuple[str, ...], ...]
 Grade = Literal["right", "class", "honest", "silent", "wrong"]
 
 
-def answer(causes: Sequence[str], alternatives: Sequence[Sequence[str]], stand_ins: Collection[str] = ()) -> Named:
-    """What a verdict names: one class for each cause, of the cause only where the data tell it from all others.
-
-    Args:
-        alternatives: classes of those that others stand in for equally well, the accepted effect first.
-        stand_ins: causes that something outside the catalogue would do as well for.
-    """
+def answer(causes: Sequence[str], alternatives: Sequence[Sequence[str]]) -> Named:
+    """What a verdict names: one class for each cause, of the cause only where the data tell it from all others, which
+    stand behind it in `alternatives`."""
     classes = {members[0]: tuple(members) for members in alternatives}
-    return tuple((*classes.get(c, (c,)), *((OUTSIDE,) if c in stand_ins else ())) for c in causes)
+    return tuple(classes.get(c, (c,)) for c in causes)
 
 
 def is_wrong(named: Named, true: Collection[str]) -> bool:
@@ -61,7 +57,7 @@ def add_truth(summary: Mapping[str, Any], truth: Mapping[str, Any] | None) -> di
     if truth is None:
         return {**summary, "parameters": parameters, "hidden": None, "grade": None, "hit": None}
     hidden = [*truth["effects"], *([EMG_NOISE] if truth.get("recorder_noise") else [])]
-    named = answer(summary["effects"], summary["alternatives"], summary["stand_ins"])
+    named = answer(summary["effects"], summary["alternatives"])
     worth = grade(summary["verdict"], named, hidden)
     return {**summary, "parameters": parameters, "hidden": hidden, "grade": worth, "hit": worth in ("right", "class")}
 

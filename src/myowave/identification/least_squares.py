@@ -26,8 +26,8 @@ Point = TypeVar("Point")
 Residual = Callable[[Array], Array]  # of parameters (..., P), (..., R)
 
 LARGEST = 1e6  # of residuals [rad] and slopes: where a motion diverges, its sums are large and not infinite
-UNSEEN = 1e-12  # the same, of what imitates an effect
 NEGLIGIBLE = 1e-14  # eigenvalues below this share of the largest are rounding
+UNSEEN = 1e-12  # the same, of what imitates an effect
 NUDGE = 1e-5  # in units of the scales, for differences
 DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-9, 1e9  # relative to the diagonal of the normal matrix
 

@@ -134,12 +134,12 @@ class Fit(Problem):
 
     @property
     def variance(self) -> float:
-        """Variance of the residual, or of its innovations [rad^2]."""
+        """Variance of the residual [rad^2]."""
         return self.normal.variance(self.record.samples)
 
     @property
     def independent_variance(self) -> float:
-        """Variance of what is independent in the residual, or in its innovations [rad^2]."""
+        """Variance of what is independent in the residual [rad^2]."""
         return self.variance * correlation_time(self.normal.residual, self.record.samples)
 
     @property

@@ -145,6 +145,11 @@ class Effect:
         return self.relaxation is not None
 
     @property
+    def replaces(self) -> bool:
+        """Whether it is usually there as a whole, as a family of curves is: its usual strength is its largest."""
+        return all(p.typical in (p.low, p.high) for p in self.parameters.values())
+
+    @property
     def constants(self) -> frozenset[str]:
         """Constants that a model must have for the effect to act on it."""
         given = _FOREARM if self.acts_on in ("inertia", "joint") else frozenset()

@@ -103,13 +103,13 @@ def test_the_second_sentence_names_the_best_rival(tell_horizons):
 
 def test_what_overflows_is_said_in_text_and_picture(tell_torque, tell_horizons):
     torque = torque_of(0.61, -np.inf, -np.inf)
-    assert "muscles of the model, driven by EMG, explain R² -inf" in tell_torque(torque, "base")
+    assert "muscles of the model, driven by EMG, explain R² under -99" in tell_torque(torque, "base")
     texts = [text.get_text() for axis in draw_torque(torque).axes for text in axis.texts]
     assert texts and set(texts) == {"torque overflows"}
     rows = [(p, h, True, 1.0) for p in (HOLD, SAME_SPEED, POSTURE, EMG_ONLY) for h in (0.2, 0.5)]
     rows = [("base", 0.2, True, 5.0), ("base", 0.5, True, np.inf), *rows]
     horizons = pd.DataFrame(rows, columns=SHORT.columns)
-    assert "muscle model misses by inf deg" in tell_horizons(horizons, "base")
+    assert "muscle model misses by over 1000 deg" in tell_horizons(horizons, "base")
     figure = draw_horizons(horizons, {"noise": 0.5}, NO_NETWORKS, "base")
     assert any("base (overflows" in text.get_text() for text in figure.legends[0].get_texts())
 

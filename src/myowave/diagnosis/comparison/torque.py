@@ -28,7 +28,7 @@ def compare_torque(models: list[Along]) -> pd.DataFrame:
     - `posture, speed and load`: the same with each coefficient linear in the load in the hand, where training trials
       with different loads are known;
     - `EMG without physics`: posture and speed, and such a polynomial times the delayed activation of each electrode:
-      muscles of any shape that remember nothing, where the training trials suffice for so many coefficients;
+      muscles of any shape that remember nothing;
     - `noise of the angle`: what noise of that size does to the needed torque. A model that is right is as good, and
       better only where the noise is known as an upper bound.
     All but the last are least squares over the windows of the training trials only.

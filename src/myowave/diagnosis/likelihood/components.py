@@ -161,6 +161,6 @@ def _slow(by_torque: Tensor, view: View, samples: int) -> Component:
 def _repeating(fit: Fit, view: View, by_pushes: Tensor) -> Tensor:
     """What each part of the general correction does, a root mean square of 1 rad each, (T, W, C)."""
     q, v = fit.sensitive.motion.state[..., :2].unbind(-1)
-    parts = np.stack([term(q, v).numpy() for term, _ in OF_SENSOR.values()], -1) * fit.record.valid[..., None]
+    parts = np.stack([term(q, v, v).numpy() for term in OF_SENSOR], -1) * fit.record.valid[..., None]
     columns = torch.cat([by_pushes, view.amplitudes(parts)], -1)
     return columns / ((columns**2).sum((0, 1)) / fit.record.samples).sqrt().clamp(1e-300)

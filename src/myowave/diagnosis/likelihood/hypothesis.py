@@ -23,7 +23,15 @@ from myowave.diagnosis.likelihood.algebra import (
     most_likely,
     weigh_components,
 )
-from myowave.diagnosis.likelihood.components import COLOURED, EMG, STARTS, coloured, prior_of, residual_of, start_columns
+from myowave.diagnosis.likelihood.components import (
+    COLOURED,
+    EMG,
+    STARTS,
+    coloured,
+    prior_of,
+    residual_of,
+    start_columns,
+)
 from myowave.diagnosis.likelihood.waves import MEMORIES_S, View
 from myowave.identification.free_parameters import bounds, scales
 from myowave.identification.least_squares import descend, minimise_within, scaled_slope

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from myowave.data.trials import Array
-from myowave.diagnosis.likelihood.terms import torque_terms
+from myowave.diagnosis.likelihood.terms import OF_ACTIVATION, OF_MOTION
 from myowave.identification.output_error import Fit
 from myowave.physics.curves import Curves
 from myowave.physics.dynamics import muscle_quantities
@@ -117,8 +117,9 @@ def excitation_of(fit: Fit) -> Array:
 def _by_torque(fit: Fit, forcing: Array) -> Iterator[Array]:
     """Changes of the state within a step by torques of the joint's state and the activations, (T, N - 1, K) each."""
     q, v, activation = along_steps(fit)
-    names, middle = [m.name for m in fit.model.muscles], float(fit.record.angle[fit.record.valid].mean())
-    parts = [term(q, v, activation) for term in torque_terms(names, middle).values()]
+    q = q - float(fit.record.angle[fit.record.valid].mean())  # so that what goes with it is no constant
+    parts = [term(q, v, v) for term in OF_MOTION.values()]
+    parts += [term(q, v, own) for own in activation.unbind(-1) for term in OF_ACTIVATION.values()]
     parts += (activation * activation.cumsum(-2) * fit.record.dt).unbind(-1)  # what gets tired
     parts.append(fit.sensitive.motion.state[..., 1].diff() / fit.record.dt)  # inertia
     for part in parts:

@@ -50,8 +50,7 @@ def accuracy_cells(verdict: Mapping[str, Any], ladder: pd.DataFrame) -> pd.DataF
         network = row["source"].startswith(NETWORK)
         of = model(f"{row['source']}, {row['model']}") if network else f"{PLAIN}: {baseline_of(row['source'])}"
         what = of + f"; {failed}" * bool(failed)
-        error = degrees(row["heldout_rmse_deg"]) if np.isfinite(row["heldout_rmse_deg"]) else "runs away"
-        rows.append((what, "first angles", whole, "", error, r2_text(row["heldout_r2"])))
+        rows.append((what, "first angles", whole, "", degrees(row["heldout_rmse_deg"]), r2_text(row["heldout_r2"])))
     heads = ["what", "starts from", "error over", "training error", "held-out error", "held-out R²"]
     return pd.DataFrame(rows, columns=heads)
 

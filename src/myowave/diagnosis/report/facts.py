@@ -9,6 +9,7 @@ from myowave.diagnosis.causes import CAUSE_TITLES, EMG_NOISE, OF_RECORDER, OWN_C
 from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.next_trial import SEPARATED
 from myowave.diagnosis.search.where import locate
+from myowave.identification.free_parameters import Free
 from myowave.identification.noise import BOUND, SMALLEST_NOISE_DEG
 from myowave.identification.output_error import Fit
 from myowave.physics.constants import CURVE, GROUP_CONSTANTS, constant_of
@@ -37,8 +38,7 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": verdict.kind,
         "effects": list(verdict.causes),
         "model": found.name,
-        "alternatives": [list(c) for c in ladder.classes],
-        "stand_ins": verdict.stand_ins,
+        "alternatives": [list(c) for c in verdict.named if len(c) > 1],
         "where": locate(base.misfit),
         "worst_part_deg": float(base.misfit["rmse_deg"].max()),
         "rmse_deg": {
@@ -87,6 +87,13 @@ def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
     it is free only as nobody measured it: then what is expected before any trial, and the standard deviation of that.
     """
     errors, of_effects = fit.standard_errors(), fit.model.effect_parameters
+    whole = {name for e in fit.model.effects if e.replaces for name in fit.model.parameters_of(e)}
+
+    def at_bound(p: Free, value: float) -> bool:
+        near = [end for end in (p.low, p.high) if abs(value - end) < AT_BOUND * (p.high - p.low)]
+        # An effect that is not there, or there as a whole, is no news.
+        return any(end != 0.0 or p.name not in of_effects for end in near if p.name not in whole)
+
     return {
         p.name: {
             "value": float(value),
@@ -97,11 +104,7 @@ def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
             "meaning": of_effects[p.name].meaning if p.name in of_effects else _meaning(p.name),
             "low": p.low,
             "high": p.high,
-            # 0 is no effect, and its usual strength all of one: ends that are no news.
-            "at_bound": any(
-                abs(value - end) < AT_BOUND * (p.high - p.low) and abs(end) not in (0.0, p.scale)
-                for end in (p.low, p.high)
-            ),
+            "at_bound": at_bound(p, value),
         }
         for p, value in zip(fit.free, fit.values, strict=True)
     }

@@ -3,7 +3,8 @@
 import numpy as np
 import pandas as pd
 
-LEAST_DEG = 0.001  # no error smaller than this is told
+LEAST_DEG, MOST_DEG = 0.001, 1000.0  # no smaller or larger error is told
+LEAST_R2 = -99.0
 Z95 = 1.96  # half a 95 % interval in standard errors
 ANYWHERE = (-np.inf, np.inf)
 NOTHING = 1e-9  # a smaller share of a value is no scatter but rounding
@@ -11,6 +12,8 @@ NOTHING = 1e-9  # a smaller share of a value is no scatter but rounding
 
 def degrees(value: float) -> str:
     """An error in text; no power of ten for one that nobody could measure."""
+    if value > MOST_DEG:
+        return f"over {MOST_DEG:.0f} deg"
     return f"under {LEAST_DEG} deg" if value < LEAST_DEG else f"{two_digits(value)} deg"
 
 
@@ -41,6 +44,8 @@ def r2_text(value: float) -> str:
         return ""
     if value > 0.99995:
         return "over 0.9999"
+    if value < LEAST_R2:
+        return f"under {LEAST_R2:.0f}"
     return f"{value:.2f}" if value < 0.995 else f"{value:.4f}"
 
 

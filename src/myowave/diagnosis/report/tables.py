@@ -6,11 +6,11 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from myowave.diagnosis.likelihood.terms import LARGEST
 from myowave.diagnosis.report.facts import parameters_of
 from myowave.diagnosis.report.numbers import estimate
 from myowave.diagnosis.report.templates import templates, with_unit
 from myowave.diagnosis.search.diagnose import Diagnosis, Rung
+from myowave.diagnosis.search.draft import LARGEST
 from myowave.diagnosis.search.ladder import Candidate
 from myowave.diagnosis.search.score import confusion
 from myowave.identification.output_error import Fit
@@ -117,11 +117,12 @@ def draft_source(diagnosis: Diagnosis) -> str:
 
 
 def _r2(residual: np.ndarray, record: Record) -> float:
-    """R2 over whole trials; none of pieces, which start at measured states spread over all of the motion."""
+    """R2, the mean over whole trials, as of networks; none of pieces, which start at measured states spread over all of
+    the motion."""
     if record.horizon_s is not None:
         return np.nan
-    measured = record.angle[record.valid]
-    return float(1 - (residual**2).sum() / ((measured - measured.mean()) ** 2).sum())
+    trials = zip(record.angle, residual, record.valid, strict=True)
+    return float(np.mean([1 - (left[valid] ** 2).mean() / angle[valid].var() for angle, left, valid in trials]))
 
 
 def _estimates(candidate: Candidate, fit: Fit | None) -> str:

@@ -41,7 +41,7 @@ def tell(verdict: Verdict, ladder: pd.DataFrame | None = None) -> dict[str, Any]
     rivals = [name for name in HORIZON_BASELINES if name in rmse]
     likely = verdict["probabilities"]
     of_plain = pd.DataFrame() if ladder is None else ladder[ladder["source"].str.startswith(PLAIN)].dropna(subset=ERROR)
-    named = answer(verdict["effects"] or verdict["nearest"], verdict["alternatives"], verdict["stand_ins"])
+    named = answer(verdict["effects"] or verdict["nearest"], verdict["alternatives"])
 
     def title(name: str) -> str:
         return CAUSE_TITLES.get(name) or called(name, verdict["titles"])
@@ -52,7 +52,9 @@ def tell(verdict: Verdict, ladder: pd.DataFrame | None = None) -> dict[str, Any]
         "errors": errors,  # of the base model
         # Noise of the EMG is a cause, and no part of a model.
         "added": [effect for effect in verdict["effects"] if effect in verdict["model"].split("+")],
-        "named": " and ".join(" or ".join("something like it" if m == OUTSIDE else title(m) for m in c) for c in named),
+        "named": (", and " if max(map(len, named), default=1) > 1 else " and ").join(
+            " or ".join("something like it" if m == OUTSIDE else title(m) for m in c) for c in named
+        ),
         "title": title,
         "model": partial(described, titles=verdict["titles"]),
         "likeliest": title(max(likely, key=lambda name: likely[name])) if likely else "an effect",

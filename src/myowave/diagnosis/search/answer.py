@@ -122,18 +122,18 @@ def answer_of(posterior: Posterior) -> Answer:
         classes.append(fewest(weight, NAMED))
     best = posterior.best
     white, usual = p_of_noise(best), p_of_constants(best)
-    # What leaves more than noise names nothing, nor what takes constants nobody has.
-    sound = white > UNLIKELY and (usual > SURPRISING or not classes)
+    # What follows short pieces alone lacks more than it has; what leaves more than noise names nothing, nor what takes
+    # constants nobody has.
+    follows = best.fit.record.pieces is None
+    sound = follows and white > UNLIKELY and (usual > SURPRISING or not classes)
     named = tuple(c for c in classes if c != (OUTSIDE,)) if sound else ()
-    # What held all that is missing would follow whole trials.
-    in_pieces = best.fit.record.pieces is not None
-    likely = in_pieces or probabilities.get(OUTSIDE, 0.0) > LIKELY
+    likely = probabilities.get(OUTSIDE, 0.0) > LIKELY
     if likely:
         # What has no name may look like any of a recorder's doings; and one cause that the catalogue lacks and that is
         # much like an effect is as usual as this effect with such a cause beside it.
         named = tuple((*c, OUTSIDE) for c in named if not set(c) & set(NAME_OF.values()))
     # Where nothing else is said, it takes as much to say that something is missing as to name it.
-    beyond = in_pieces or len(named) < len(classes) or not sound or (likely and bool(named))
+    beyond = not sound or len(named) < len(classes) or (likely and bool(named))
     return Answer(_kind(named, something, usual, beyond=beyond), named, probabilities, best, white, usual)
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -156,8 +156,7 @@ def weigh(
         alone = None if led is None else attempt_fit(partial(refit, led, fit.model, free))
         if led is None or alone is None:
             answer = answer_of(found)
-            # No effect is named, so there is no rung to add.
-            return Verdict(answer, ladder_of(fit, found, replace(answer, named=()), effects))
+            return Verdict(answer, ladder_of(fit, found, answer, effects))
         fit = alone
         report(f"stages: {led.model.name}, found over short pieces, follows whole trials")
     found = weigh_models(fit, effects, led)
@@ -184,7 +183,7 @@ def _proposals(verdict: Verdict, effects: Mapping[str, Effect]) -> dict[str, lis
     """Trials that separate the members of a class, and those that show an absorbed effect a verdict hinges on; none
     where no motion is found with the effects."""
     ladder, proposals = verdict.ladder, {}
-    for one, other, *_ in ladder.classes:
+    for one, other, *_ in (c for m in verdict.named if len(c := [name for name in m if name in effects]) > 1):
         without = next(f for f in reversed(ladder.fits) if one not in {e.name for e in f.model.effects})
         with suppress(*FAILURES):
             proposals[f"{one} or {other}"] = propose_trials(without, effects[one], effects[other])

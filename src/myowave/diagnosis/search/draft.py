@@ -14,14 +14,15 @@ from torch import Tensor
 from myowave.diagnosis.causes import SURE
 from myowave.diagnosis.likelihood.algebra import weigh_components
 from myowave.diagnosis.likelihood.components import MISSING, residual_of
-from myowave.diagnosis.likelihood.terms import OF_ACTIVATION, OF_MOTION, OfJoint, torque_effect
+from myowave.diagnosis.likelihood.terms import OF_ACTIVATION, OF_MOTION, OfJoint
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.score import score_effects
 from myowave.identification.output_error import Fit, polish
 from myowave.identification.stages import attempt_fit
-from myowave.physics.effect import Effect
+from myowave.physics.effect import Effect, Parameter
 
 MOST_TERMS = 3
+LARGEST = 50.0  # coefficient
 TRIED = 3  # terms of the best scores that are fitted before one is taken
 
 
@@ -38,8 +39,13 @@ class Term:
 
     @property
     def effect(self) -> Effect:
-        """The term as an effect on the joint."""
-        return torque_effect(f"draft_{self.name}", self.text, lambda q, v, a: self.function(q, v, _mean(a)))
+        """The term as an effect on the joint, with a coefficient c."""
+
+        def torque(q: Tensor, qdot: Tensor, activation: Tensor, *, c: Tensor) -> Tensor:
+            return c * self.function(q, qdot, _mean(activation))
+
+        c = Parameter(self.unit, low=-LARGEST, high=LARGEST, typical=0.5, meaning="coefficient")
+        return Effect(f"draft_{self.name}", "joint", f"c {self.text}", torque, {"c": c}, source="a term of a draft")
 
 
 def _mean(a: Tensor) -> Tensor:

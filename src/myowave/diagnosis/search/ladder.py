@@ -49,8 +49,6 @@ class Ladder:
     fits: tuple[Fit, ...]  # of each model
     # of the effects that each lacks, the most likely first; the last asks for none
     rankings: tuple[list[Candidate], ...]
-    # for each effect that was added and that the trials do not tell from others all of them, itself first
-    classes: tuple[tuple[str, ...], ...] = ()
     # for each such effect the model with all others, and the log odds of the last model against it [nats]
     odds: Mapping[str, tuple[str, float]] = field(default_factory=dict)
 
@@ -84,9 +82,8 @@ def ladder_of(fit: Fit, posterior: Posterior, answer: Answer, effects: Iterable[
         fits.append(_by_least_squares(fits[-1], rung))
     if named:
         fits.append(shown_fit(last))
-    classes = [(m, *(o for o in c if o != m and o in catalogue)) for c in answer.named for m in c if m in named]
     rankings = tuple(_ranking_of(rung, posterior, catalogue) for rung in rungs)
-    return Ladder(tuple(fits), rankings, tuple(c for c in classes if len(c) > 1), odds)
+    return Ladder(tuple(fits), rankings, odds)
 
 
 def _by_least_squares(before: Fit, rung: Hypothesis) -> Fit:

@@ -1,4 +1,4 @@
-"""What effects promise from where a hypothesis stands, to first order: they choose what is fitted, and nothing else.
+"""What effects promise from where a hypothesis stands, to first order, by which what is fitted is chosen.
 
 Shapes: E parameters of effects, C columns.
 """

@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-from myowave.diagnosis.causes import CAUSE_TITLES, EMG_NOISE, OF_RECORDER, OUTSIDE, OWN_CURVES
+from myowave.diagnosis.causes import OWN_CURVES
 from myowave.diagnosis.search.answer import ANYTHING, Answer, Kind
 from myowave.diagnosis.search.ladder import Ladder
 
-# What may stand in for an effect, in words.
-STAND_INS = {OUTSIDE: "something like it", OWN_CURVES: OWN_CURVES, EMG_NOISE: CAUSE_TITLES[EMG_NOISE]}
 CERTAINLY_OUTSIDE = 2.0  # standard errors
 
 
@@ -27,28 +25,28 @@ class Verdict:
     @cached_property
     def kind(self) -> Kind:
         """See `answer.Kind`; a parameter where nobody expects it may hide an effect, and curves are none."""
-        if self.answer.of_curves or not self.follows:
-            return "partial" if self.effects else "unknown"
+        if self.answer.of_curves:
+            return "partial" if self.named else "unknown"
         return "undecidable" if self.answer.kind == "adequate" and self._unusual else self.answer.kind
 
     @property
-    def effects(self) -> tuple[str, ...]:
-        """Those named, in the order they were added."""
-        named = {name for members in self.answer.named for name in members}
-        return tuple(name for name in self.ladder.effects if name in named)
+    def named(self) -> tuple[tuple[str, ...], ...]:
+        """Classes of what is missing, most of one: those of effects that were added, in that order, then others, each
+        with what the last model has before what would do as well. Curves of another shape alone are no part of it."""
+        order = {name: place for place, name in enumerate(self.ladder.effects)}
+        sorted_each = [sorted(c, key=lambda n: order.get(n, len(order))) for c in self.answer.named]
+        classes = [tuple(c) for c in sorted_each if c != [OWN_CURVES]]
+        return tuple(sorted(classes, key=lambda c: order.get(c[0], len(order))))
 
     @property
     def causes(self) -> tuple[str, ...]:
-        """All that is named: effects, noise of the EMG, and what else the recorder did."""
-        recorder = (c for c in OF_RECORDER if any(c in members for members in self.answer.named))
-        return (*self.effects, *((EMG_NOISE,) if self.answer.emg_noise else ()), *recorder)
+        """The first of each class."""
+        return tuple(members[0] for members in self.named)
 
     @property
-    def stand_ins(self) -> dict[str, list[str]]:
-        """For each named effect, what the catalogue does not hold and that would do as well, in words."""
-        own = {name: next(c for c in self.answer.named if name in c) for name in self.effects}
-        words = {name: [STAND_INS[other] for other in members if other in STAND_INS] for name, members in own.items()}
-        return {name: others for name, others in words.items() if others}
+    def effects(self) -> tuple[str, ...]:
+        """Those named that were added, in that order."""
+        return tuple(name for name in self.causes if name in self.ladder.effects)
 
     @property
     def nearest(self) -> tuple[str, ...]:

@@ -2,7 +2,8 @@
 
 From the best model so far all effects, and pairs of them, are screened to first order with the covariance that its
 residual calls for; the promising ones are fitted with it, causes are weighed anew, and the most likely goes on. First
-orders only choose what is fitted: what is compared was linearised where it stands.
+orders choose what is fitted, and weigh single parts of the general correction: all else that is compared was linearised
+where it stands.
 """
 
 import math
@@ -12,6 +13,7 @@ from functools import partial
 
 import numpy as np
 import torch
+from scipy.special import softmax
 
 from myowave.diagnosis.likelihood.algebra import COST, most_likely, weigh_components
 from myowave.diagnosis.likelihood.components import COLOURED, EMG, REPEATS, residual_above
@@ -21,7 +23,6 @@ from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.score import FAILURES, ScoreTest, score_effects
 from myowave.diagnosis.search.screen import Screened, screen
 from myowave.identification.expected_emg import expected_excitation
-from myowave.identification.free_parameters import Free
 from myowave.identification.output_error import Fit, begin_from, polish, refit
 from myowave.identification.stages import attempt_fit
 from myowave.physics.effect import Effect
@@ -91,9 +92,8 @@ class Posterior:
         emg = {EMG} if self.best.expected_emg else set()
         rows = [(value, effects, on) for (effects, on), value in found.items()]
         rows += [(value, effects, frozenset({REPEATS, *emg})) for (effects, _), value in self.parts.items()]
-        top = max(row[0] for row in rows)
-        total = sum(math.exp(row[0] - top) for row in rows)
-        return [(math.exp(value - top) / total, effects, on) for value, effects, on in rows]
+        probable = softmax([value for value, _, _ in rows])
+        return [(float(p), effects, on) for p, (_, effects, on) in zip(probable, rows, strict=True)]
 
 
 def weigh_models(fit: Fit, effects: Iterable[Effect], led: Fit | None = None) -> Posterior:
@@ -206,7 +206,7 @@ def fresh_starts(fit: Fit, scores: Mapping[str, ScoreTest]) -> dict[str, Fit]:
     Only those are given that begin not far above the fit without the effect.
     """
 
-    if any(_replaces(p) for p in fit.free if "." in p.name):
+    if any(effect.replaces for effect in fit.model.effects):
         return {}  # a model has one family of curves
 
     def begin(score: ScoreTest) -> Fit:
@@ -214,14 +214,9 @@ def fresh_starts(fit: Fit, scores: Mapping[str, ScoreTest]) -> dict[str, Fit]:
         values = [*kept, *(p.scale if p.high > 0 else -p.scale for p in score.free)]
         return begin_from(score.start.model, fit.record, score.start.free, np.array([values]))
 
-    replacing = {n: s for n, s in scores.items() if not s.failure and all(_replaces(p) for p in s.free)}
+    replacing = {n: s for n, s in scores.items() if not s.failure and s.start.model.effects[-1].replaces}
     fresh = {name: attempt_fit(partial(begin, score)) for name, score in replacing.items()}
     return {n: f for n, f in fresh.items() if f is not None and f.objective < WORTH_FOLLOWING * fit.objective}
-
-
-def _replaces(free: Free) -> bool:
-    """Whether a parameter's usual strength is a bound: all of what the model has is then replaced."""
-    return abs(free.scale) in (abs(free.low), abs(free.high))
 
 
 def _fit_pairs(top: Hypothesis, screened: Screened, catalogue: Mapping[str, Effect], prior: float) -> list[Hypothesis]:
