@@ -30,7 +30,7 @@ class Commands(TyperGroup):
         except OSError as error:
             if error.filename is None:  # what was to be written has no place, nor has what is left of it at the end
                 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-            where = error.filename or "the output"
+            where = re.sub(r"\.([^/]+)\.\d+\.tmp$", r"\1", str(error.filename or "the output"))  # see `store.replacing`
             say_aside(f"{where}: {error.strerror}. Correct the name, or what may be done with it.")
         except ValueError as error:
             say_aside(str(error))
@@ -272,13 +272,13 @@ def ask_what_changed(
     from myowave.physics.effects import catalogue
 
     physics = settings.physics_of(dataset)
+    say_aside("Each effect is weighed, and a control; it takes about half a minute.")
     found = what_changed(
         read_trials(prepared),
         build_model("base", physics),
         catalogue(physics.effect_files).values(),
         groups.model_copy(update={"electrodes_stayed": True}) if electrodes_stayed else groups,
         settings.diagnosis_of(dataset).scatter,
-        say_aside,
         workers=SIDE_BY_SIDE,
     )
     typer.echo("\n".join(tell_change(changed_facts(dataset, found))))

@@ -11,8 +11,8 @@ from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE
 from myowave.diagnosis.report.numbers import Z95
 from myowave.diagnosis.scoring import Named, grade, is_wrong
 from myowave.diagnosis.search.diagnose import weigh
-from myowave.diagnosis.search.score import FAILURES
 from myowave.identification.output_error import Fit
+from myowave.identification.stages import FAILURES
 from myowave.physics.effect import Effect
 from studies.verdicts.sets import Drawn
 

@@ -7,6 +7,7 @@ from contextlib import chdir
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from sessions import curl, noraxon, session_section, write_session
@@ -257,3 +258,24 @@ def test_the_recording_of_a_person_that_ships_comes_in():
     assert "power below 20 Hz" in quality["summary"]
     # The brachioradialis is recorded at about eight times the biceps.
     assert prepared.gains["emg_brachioradialis"] > 4 * prepared.gains["emg_biceps"]
+
+
+def test_a_maximum_contraction_may_hold_an_angle_that_nobody_needs(tmp_path):
+    time = np.arange(0, 12, 0.001)
+    for n, name in enumerate(("a", "b", "max")):
+        emg = 100 * np.random.default_rng(n).standard_normal(len(time)) * (1.1 + np.sin(time))
+        columns = {"Time [s]": time, "Bi [uV]": emg, "Elbow [deg]": 60 - 50 * np.cos(time)}
+        pd.DataFrame(columns).to_csv(tmp_path / f"{name}.csv", index=False)
+    where = {"file": str(tmp_path / "{trial}.csv")}
+    block = {
+        "kind": "recorded",
+        "trials": ["a", "b"],
+        "test": ["b"],
+        "mvc": ["max"],
+        "processing": {"normalise": "mvc"},
+    }
+    signals = {"emg": {"emg_biceps": {**where, "column": "Bi"}}, "angle": {**where, "column": "Elbow"}}
+    prepared, _ = import_trials("arm", RecordedDataset.model_validate({**block, **signals}))
+    assert prepared.trials.names == ("a", "b")
+    with pytest.raises(ValueError, match="Elbow is not used"):
+        import_trials("arm", RecordedDataset.model_validate({**block, **signals, "angle": {**where, "column": "Bi"}}))

@@ -5,7 +5,9 @@ from myowave.data.files import all_files
 def recordings(wildcards):
     """Files of a dataset that was measured or recorded; a pattern stands for the files it matches now."""
     try:
-        return list(map(str, all_files(f"data.datasets.{wildcards.dataset}.files", DATASETS[wildcards.dataset].files)))
+        dataset = DATASETS[wildcards.dataset]
+        key = "files" if dataset.kind == "measured" else "trials"  # whose signals name files by them
+        return list(map(str, all_files(f"data.datasets.{wildcards.dataset}.{key}", dataset.files)))
     except ValueError as error:
         sys.exit(str(error))
 

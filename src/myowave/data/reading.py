@@ -46,9 +46,10 @@ def read_session(
         return _read_tidy(where, settings, channels)
     reading = Reading(where, RAW, settings.ignore_columns, settings.layout, settings.recordings)
     trials = {name: trial for name in settings.trials if (trial := reading.trial(name, settings))}
+    unused = reading.unused  # of trials: a maximum contraction may hold an angle that nobody needs
     mvc = {name: reading.emg(name, settings) for name in settings.mvc}
     forms = {channel: one.form for channel, one in settings.emg.items()}
-    return Session(trials, forms, mvc, reading.sha256, reading.problems)
+    return Session(trials, forms, mvc, reading.sha256, [*reading.said, *unused])
 
 
 def _read_tidy(where: str, settings: MeasuredDataset, channels: Sequence[str] | None) -> Session:
@@ -77,7 +78,8 @@ def _read_tidy(where: str, settings: MeasuredDataset, channels: Sequence[str] | 
             if trial := reading.trial(name, columns):
                 trials[name] = replace(trial, file=(path, raw.first_row))
     reading.say(*(f"{where}.{problem}" for problem in role_problems(list(paths), settings)))
-    return Session(trials, dict.fromkeys(channels or (), "fraction"), {}, reading.sha256, reading.problems)
+    problems = [*reading.said, *reading.unused]
+    return Session(trials, dict.fromkeys(channels or (), "fraction"), {}, reading.sha256, problems)
 
 
 @dataclass
@@ -96,10 +98,10 @@ class Reading:
     _used: dict[Path, set[str]] = field(default_factory=dict, init=False)
 
     @property
-    def problems(self) -> list[str]:
-        """What was found wrong, columns included that nobody uses."""
-        unused = [_unused(path, raw, self._used.get(path, set()), self.ignored) for path, raw in self._files.items()]
-        return [*self.said, *(problem for one in unused for problem in one)]
+    def unused(self) -> list[str]:
+        """Columns of the files read so far that nobody uses."""
+        each = (_unused(path, raw, self._used.get(path, set()), self.ignored) for path, raw in self._files.items())
+        return [problem for one in each for problem in one]
 
     def say(self, *problems: str) -> None:
         self.said |= dict.fromkeys(problems)
@@ -215,5 +217,5 @@ def _unused(path: Path, raw: RawRecording | None, used: set[str], ignored: Seque
     if names and used:
         yield (
             f"{path}: column {', '.join(names)} is not used. Name it under emg, angle or signals, or under "
-            "ignore_columns; EMG of a dataset that is measured needs a muscle in physics.muscles that it drives."
+            "ignore_columns; EMG of a dataset that is measured needs a muscle of its arm that it drives."
         )

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
+import torch
 
 from myowave.data.trials import Array
 from myowave.identification.free_parameters import Free
@@ -23,6 +24,8 @@ Found = TypeVar("Found", Fit, TorqueFit)
 
 HORIZONS_S = (0.5, 1.0, 2.0)
 ENOUGH = 0.5  # share of the motion to be explained over longer pieces; what misses more is far from linear
+# No motion is found, or a matrix is singular or not finite.
+FAILURES = (ValueError, torch.linalg.LinAlgError)  # type: ignore[attr-defined]
 ENOUGH_PIECES = 80  # to see what a model lacks: 40 s of motion, where a hundred values are unknown at most
 
 
@@ -123,6 +126,6 @@ def attempt_fit(fit: Callable[[], Found | None]) -> Found | None:
     """A fit, or None where it fails: its motion diverges, or its sums are not finite."""
     try:
         found = fit()
-    except (ValueError, np.linalg.LinAlgError):
+    except FAILURES:
         return None
     return found if found is not None and np.isfinite(found.values).all() else None

@@ -13,7 +13,6 @@ from myowave.diagnosis.search.answer import answer_of
 from myowave.diagnosis.search.draft import Draft, draft_effect
 from myowave.diagnosis.search.ladder import ladder_of
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
-from myowave.diagnosis.search.score import FAILURES
 from myowave.diagnosis.search.verdict import Verdict
 from myowave.diagnosis.search.weigh import weigh_models
 from myowave.diagnosis.search.where import MissingTorque, misfit_by, missing_torque
@@ -21,7 +20,7 @@ from myowave.identification.free_parameters import Free, free_parameters
 from myowave.identification.output_error import Fit, refit
 from myowave.identification.prediction import Prediction, predict
 from myowave.identification.record import Record, make_record
-from myowave.identification.stages import attempt_fit, fit_in_stages, lengthen, over_short_pieces
+from myowave.identification.stages import FAILURES, attempt_fit, fit_in_stages, lengthen, over_short_pieces
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import DiagnosisSettings, Identify, Scatter

@@ -22,13 +22,13 @@ from myowave.data.trials import Array
 from myowave.identification.free_parameters import Free, bind_values, bounds, effect_parameters, scales
 from myowave.identification.least_squares import gain_of, scaled_slope
 from myowave.identification.output_error import TOLERANCE, Fit
+from myowave.identification.stages import FAILURES
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.physics.motion import resting_states
 from myowave.physics.trajectory import Newton, Sensitive, derivatives_of, solve
 
 REACH = 0.3  # step of the differences by an effect's parameters, in units of a typical strength
-FAILURES = (ValueError, np.linalg.LinAlgError)  # no motion is found, or a matrix is singular or not finite
 ABSORBED = 0.01  # visible share below which an effect is as good as a change of the parameters fitted already
 LARGE_PART = 0.1  # parameters that imitate at least this part of what the largest imitator does are named
 

@@ -20,11 +20,11 @@ from myowave.diagnosis.likelihood.components import COLOURED, EMG, REPEATS, resi
 from myowave.diagnosis.likelihood.hypothesis import BEHIND, LITTLE, Hypothesis, settle, with_likely_memory
 from myowave.diagnosis.likelihood.sensor import Sensor, knots_of
 from myowave.diagnosis.likelihood.waves import View
-from myowave.diagnosis.search.score import FAILURES, ScoreTest, score_effects
+from myowave.diagnosis.search.score import ScoreTest, score_effects
 from myowave.diagnosis.search.screen import Screened, screen
 from myowave.identification.expected_emg import expected_excitation
 from myowave.identification.output_error import Fit, begin_from, polish, refit
-from myowave.identification.stages import attempt_fit
+from myowave.identification.stages import FAILURES, attempt_fit
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 
