@@ -1,0 +1,41 @@
+"""What is said of probabilities: names, classes, and what has no name beside them."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE
+from myowave.diagnosis.likelihood.components import EMG, REPEATS
+from myowave.diagnosis.search import answer
+from myowave.diagnosis.search.answer import answer_of
+
+
+@pytest.fixture
+def said(monkeypatch):
+    """The answer to a posterior whose best model leaves nothing but noise and has usual constants."""
+
+    def ask(*rows, pieces=None):
+        monkeypatch.setattr(answer, "p_of_noise", lambda model: 1.0)
+        monkeypatch.setattr(answer, "p_of_constants", lambda model: 1.0)
+        weights = [(p, frozenset(effects.split()), frozenset(on.split())) for p, effects, on in rows]
+        best = SimpleNamespace(fit=SimpleNamespace(record=SimpleNamespace(pieces=pieces)))
+        found = answer_of(SimpleNamespace(weights=lambda: weights, best=best))
+        return found.kind, found.named
+
+    return ask
+
+
+def test_beside_what_has_no_name_an_effect_may_be_something_like_it_and_no_recorder_is_named(said):
+    kind, named = said((0.97, "drag", f"{REPEATS} {EMG}"), (0.03, "drag", EMG))
+    assert (kind, named) == ("partial", (("drag", OUTSIDE),)), "what has no name may look like noise of the EMG"
+
+
+def test_the_fewest_names_that_hold_what_is_missing_are_a_class(said):
+    assert said((0.6, "drag", ""), (0.38, "", EMG), (0.02, "", "")) == ("class", (("drag", EMG_NOISE),))
+    assert said((0.97, "drag", ""), (0.03, "tilt", "")) == ("effect", (("drag",),))
+    assert said((0.6, "drag", ""), (0.4, "", "")) == ("undecidable", ())
+    assert said((0.4, "drag", ""), (0.6, "", "")) == ("adequate", ())
+
+
+def test_where_only_pieces_are_followed_no_probability_names_anything(said):
+    assert said((1.0, "drag", ""), pieces=object()) == ("unknown", ())
