@@ -169,6 +169,8 @@ def test_units_are_converted():
     assert 180 * TO_RADIANS["deg"] == pytest.approx(np.pi)
     for written, volts in (("V", 1.0), ("mV", 1e3), ("µV", 1e6), ("μV", 1e6), ("Volts", 1.0), ("[uV]", 1e6)):
         assert volts * TO_EMG[plain_unit(written)] == pytest.approx(1e6)
+    spelt = {"Deg": "deg", "sec": "s", "S": "s", "MV": "mV", "Msec": "ms"}
+    assert {written: plain_unit(written) for written in spelt} == spelt
 
 
 def test_a_causal_envelope_starts_at_the_mean_of_its_first_lag_and_not_at_its_first_sample():

@@ -12,11 +12,13 @@ TO_FRACTION = {ARBITRARY: 1.0, PERCENT: 1e-2}
 TO_NUMBER = {ARBITRARY: 1.0}
 TO_NEWTON_METRES = {"Nm": 1.0, "Ncm": 1e-2, "Nmm": 1e-3}
 _SPELLINGS = {
-    "uV": ("µV", "μV", "microvolts"),  # micro sign and Greek mu
-    "mV": ("millivolts",),
-    "V": ("volts", "volt"),
-    "deg": ("degrees", "degree", "°"),
-    "rad": ("radians", "radian"),
+    "uV": ("µV", "μV", "uv", "microvolts"),  # micro sign and Greek mu
+    "mV": ("mv", "millivolts"),
+    "V": ("v", "volts", "volt"),
+    "deg": ("deg", "degrees", "degree", "°"),
+    "rad": ("rad", "radians", "radian"),
+    "s": ("s", "sec", "seconds", "second"),
+    "ms": ("ms", "msec", "milliseconds", "millisecond"),
     "Nm": ("N m", "N*m", "N.m", "N·m", "newton metres", "newton-meters"),
     "Ncm": ("N cm",),
     "Nmm": ("N mm",),
@@ -26,7 +28,7 @@ _PLAIN = {spelling: unit for unit, spellings in _SPELLINGS.items() for spelling 
 
 
 def plain_unit(unit: str) -> str:
-    """The one spelling of a unit that is used here: `Volts` and `µV` are `V` and `uV`."""
+    """The one spelling of a unit that is used here: `Volts`, `µV` and `Deg` are `V`, `uV` and `deg`."""
     unit = unit.strip().strip("[]()")
     return _PLAIN.get(unit, _PLAIN.get(unit.lower(), unit))
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from myowave.data.processing.units import plain_unit
 from myowave.data.readers.signals import Signal
 from myowave.data.trials import Array
 
@@ -156,11 +157,11 @@ def with_time(path: Path, signals: tuple[Signal, ...], column: str | None = None
         raise ValueError(f"{path}: no column {column!r} of times; the columns are {', '.join(names)}.")
     likely = [name for name in names if name.lower() in (*_TIMES, *_MILLISECONDS)]
     clocks = [one for one in signals if one.name == column or (column is None and one.name in likely)]
-    clocks = clocks or [one for one in signals if one.unit in ("s", "ms")]
+    clocks = clocks or [one for one in signals if plain_unit(one.unit) in ("s", "ms")]
     if not clocks:
         return signals
     time = clocks[0]
-    if time.unit not in ("", "s", "ms"):
+    if plain_unit(time.unit) not in ("", "s", "ms"):
         raise ValueError(f"{path}: times are in {time.unit!r}; expected s or ms. Export it in seconds.")
     for other in clocks[1:]:
         if (np.diff(other.values) > 0).all() and not np.allclose(_seconds(other), _seconds(time)):
@@ -173,5 +174,5 @@ def with_time(path: Path, signals: tuple[Signal, ...], column: str | None = None
 
 def _seconds(time: Signal) -> Array:
     """Times of a column [s]."""
-    in_milliseconds = time.unit == "ms" or (not time.unit and time.name.lower() in _MILLISECONDS)
+    in_milliseconds = plain_unit(time.unit) == "ms" or (not time.unit and time.name.lower() in _MILLISECONDS)
     return time.values / 1000 if in_milliseconds else time.values
