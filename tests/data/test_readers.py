@@ -95,6 +95,21 @@ def test_header_units_and_times_may_stand_elsewhere(tmp_path):
     assert np.allclose(read_raw(write(tmp_path / "b.csv", in_ms), None, layout)["angle"].time, TIME)
 
 
+def test_where_the_names_stand_may_be_said(tmp_path):
+    """Below more rows than are searched, or below one that looks like samples; units may stand below them."""
+    samples = rows(",", TIME, VALUES)
+    for head, row in (("# note, of many, words\n" * 80, 81), ("17\n", 2)):
+        for units in ("", "sec,Deg\n"):
+            path = write(tmp_path / "a.csv", f"{head}Clock,Elbow\n{units}{samples}")
+            if row == 2:
+                with pytest.raises(ValueError, match="header_row"):
+                    read_raw(path)
+            raw = read_raw(path, None, TextLayout(header_row=row, time_column="Clock"))
+            assert np.allclose(raw["Elbow"].values, VALUES) and np.allclose(raw["Elbow"].time, TIME)
+            assert plain_unit(raw["Elbow"].unit) == ("deg" if units else "")
+            assert raw.at(0) == f"{path}, row {row + 1 + bool(units)}"
+
+
 @pytest.mark.parametrize(
     ("text", "layout", "says"),
     [

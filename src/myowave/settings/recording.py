@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import model_validator
 
-from myowave.settings.section import Real, Section, TrialName, matching, setting
+from myowave.settings.section import Real, Section, TrialName, Whole, matching, setting
 
 Format = Literal["csv", "parquet", "noraxon", "delsys", "vicon", "opensim", "matlab", "c3d", "edf"]
 TRIAL = "{trial}"
@@ -105,6 +105,7 @@ class TextLayout(Section):
 
     separator: Literal["comma", "semicolon", "tab", "space"] | None = setting("between columns", default=None)
     decimal: Literal["point", "comma"] | None = setting("decimal sign", default=None)
+    header_row: Whole | None = setting("row with the names of columns, counted from 1", "-", None, ge=1, le=10_000)
     time_column: str | None = setting("column of times; null takes time, t, Zeit or the first in s or ms", default=None)
     resample_hz: Real | None = setting(
         "rate that uneven times are brought to, on straight lines; null refuses them", "Hz", None, ge=10, le=50_000

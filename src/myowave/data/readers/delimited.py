@@ -31,10 +31,10 @@ def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording
     """
     layout = layout or TextLayout()
     lines = read_lines(path)
-    top = lines[: _HEAD + 1]
+    top = lines[: max(_HEAD, (layout.header_row or 0) + 2) + 1]
     separator = _SEPARATORS[layout.separator] if layout.separator else _find_separator(top)
     rows = [split_row(line, separator) for line in top]
-    header_row, units_row = _find_header(path, rows)
+    header_row, units_row = _find_header(path, rows, layout.header_row)
     head = units_row or header_row
     if len(lines) <= head or not lines[header_row - 1].strip():
         raise ValueError(f"{path}: {len(lines)} rows; expected names of columns in row {header_row} and samples below.")
@@ -58,20 +58,33 @@ def _find_separator(lines: Sequence[str]) -> str:
     return " " if found == "," and decimal else found
 
 
-def _find_header(path: Path, rows: Sequence[Sequence[str]]) -> tuple[int, int | None]:
+def _find_header(path: Path, rows: Sequence[Sequence[str]], stated: int | None) -> tuple[int, int | None]:
     """The row of names, and that of units below it if there is one, counted from 1.
 
-    It is the last one without a number above the first row of numbers; without such a row, the first.
+    It is what is stated, else the last one without a number above the first row of numbers; without such a row, the
+    first.
     """
+    if stated is not None:
+        if stated >= len(rows):
+            raise ValueError(
+                f"{path}: {len(rows)} rows; expected names in row {stated} (layout.header_row), samples below."
+            )
+        below = rows[stated]
+        return stated, stated + 1 if len(below) == len(rows[stated - 1]) and _are_units(below) else None
     first = next((n for n, cells in enumerate(rows) if any(cells) and all(map(_is_number, filter(None, cells)))), 1)
     if first == 0:
         raise ValueError(
-            f"{path}: numbers already in row 1; expected a row with names of columns. Export it with names."
+            f"{path}: numbers already in row 1; expected a row with names of columns. Export it with names, or say "
+            "under layout in which row they stand (header_row)."
         )
     words = [n for n in range(min(first, len(rows))) if any(rows[n]) and not any(map(_is_number, rows[n]))]
     last = words[-1] if words else 0
-    is_units = last > 0 and all(plain_unit(cell) in _UNITS for cell in rows[last]) and last - 1 in words
+    is_units = last > 0 and _are_units(rows[last]) and last - 1 in words
     return (last, last + 1) if is_units and len(rows[last]) == len(rows[last - 1]) else (last + 1, None)
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    return all(plain_unit(cell) in _UNITS for cell in cells)
 
 
 def _is_number(cell: str) -> bool:

@@ -98,8 +98,9 @@ def read_cells(path: Path, lines: Sequence[str], separator: str, skip: int, comm
         )
     except pd.errors.ParserError as error:
         raise ValueError(
-            f"{path}: rows differ in their number of columns ({str(error).strip().split('C error: ')[-1]}). Say how it "
-            "is written under layout, or export it again, with decimals as 0.5 where commas stand between columns."
+            f"{path}: rows differ in their number of columns, counted from row {skip + 1} "
+            f"({str(error).strip().split('C error: ')[-1]}). Say under layout where the names stand (header_row) or "
+            "what separates columns (separator), or export it again, with decimals as 0.5 where commas separate."
         ) from None
     cells = cells.fillna("").apply(lambda column: column.str.strip())
     if comma is None:
@@ -127,7 +128,8 @@ def to_signals(path: Path, cells: pd.DataFrame, names: Sequence[str], units: Seq
     if len(cells.columns) != len(names):
         raise ValueError(
             f"{path}: {len(names)} names of columns ({', '.join(names)}), but {len(cells.columns)} columns below. Set "
-            "separator under layout, or export it again; with commas between columns decimals need a point."
+            "separator or header_row under layout, or export it again; with commas between columns decimals need a "
+            "point."
         )
     units = [*units, *[""] * len(names)][: len(names)]
     return tuple(Signal.of(name, cells.iloc[:, n], unit=units[n]) for n, name in enumerate(names))
