@@ -30,7 +30,7 @@ class Commands(TyperGroup):
         except OSError as error:
             if error.filename is None:  # what was to be written has no place, nor has what is left of it at the end
                 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-            where = re.sub(r"\.([^/]+)\.\d+\.tmp$", r"\1", str(error.filename or "the output"))  # see `store.replacing`
+            where = error.filename or "the output"
             say_aside(f"{where}: {error.strerror}. Correct the name, or what may be done with it.")
         except ValueError as error:
             say_aside(str(error))
@@ -182,7 +182,7 @@ def plan_trials(
     path = Path("results/diagnosis", dataset, "verdict.json")
     if not path.exists():
         there = ", ".join(sorted(p.parent.name for p in Path("results/diagnosis").glob("*/verdict.json")))
-        read_settings(config).dataset(dataset)
+        read_settings(config).dataset(dataset)  # tells a name that is none
         raise ValueError(
             f"There is no verdict {path}; there are {there or 'none'}. Name the dataset under targets and run "
             "snakemake with all your files of settings."
@@ -272,7 +272,7 @@ def ask_what_changed(
     from myowave.physics.effects import catalogue
 
     physics = settings.physics_of(dataset)
-    say_aside("Each effect is weighed, and a control; it takes about half a minute.")
+    say_aside("Each effect is weighed, then a control.")
     found = what_changed(
         read_trials(prepared),
         build_model("base", physics),

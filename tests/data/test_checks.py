@@ -215,7 +215,7 @@ def test_what_goes_below_0_is_no_envelope():
     """Of any trial, be the first one an envelope; a filter's undershoot is none of it."""
     swing = 1 + 0.9 * np.sin(TIME)
     trials = {"a": swing, "b": burst(1), "c": burst(2), "d": swing - 0.15}
-    raw = {name: RawTrial({"emg_x": channel(values)}, channel(swing), {}) for name, values in trials.items()}
+    raw = {name: {"emg_x": channel(values)} for name, values in trials.items()}
     told = list(_negative_problems(raw, {"emg_x": "envelope"}))
     assert len(told) == 1 and re.search(
         "emg_x: form is envelope, .* 50 % of the samples of trial b, c are.*raw", told[0]

@@ -1,5 +1,6 @@
 """Tables on disk: what is written comes back exactly, and never half."""
 
+import errno
 from dataclasses import fields
 
 import numpy as np
@@ -65,6 +66,9 @@ def test_a_failed_write_leaves_the_old_file_and_no_other(tmp_path):
         raise RuntimeError
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
+    with pytest.raises(OSError) as full, replacing(path) as temporary:
+        raise OSError(errno.ENOSPC, "No space left on device", temporary)
+    assert full.value.filename == str(path) and list(tmp_path.iterdir()) == [path], "the file that was to be written"
 
 
 def test_a_file_of_another_kind_is_refused_by_name(trials, tmp_path):

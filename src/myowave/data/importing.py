@@ -63,7 +63,8 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     for name, trial in raw.items():  # all on the angle's clock
         raw[name] = replace(trial, emg={c: replace(emg, start=emg.start + late) for c, emg in trial.emg.items()})
     grids = {name: common_grid(trial.all, trial.angle, processing.rate_hz, trial.cut) for name, trial in raw.items()}
-    problems = [*session.problems, *_grid_problems(grids, raw), *_negative_problems(raw, forms)]
+    recorded = {name: trial.emg for name, trial in raw.items()} | dict(session.mvc)
+    problems = [*session.problems, *_grid_problems(grids, raw), *_negative_problems(recorded, forms)]
     if not fractions or not raw:
         _refuse(dataset, problems)
     train = [name for name in raw if name not in settings.test]
@@ -92,10 +93,11 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     return Prepared(_to_trials(dataset, settings, recordings, provenance), recordings, gains, forms)
 
 
-def _negative_problems(raw: Mapping[str, RawTrial], forms: Mapping[str, str]) -> Iterator[str]:
-    """EMG that goes below 0 by more than a filter's undershoot, and is said to be smoothed."""
+def _negative_problems(recorded: Mapping[str, Mapping[str, Sampled]], forms: Mapping[str, str]) -> Iterator[str]:
+    """EMG of trials, {trial: {channel: EMG}}, that goes below 0 by more than a filter's undershoot, and is said to be
+    smoothed."""
     for channel in (c for c, form in forms.items() if form == "envelope"):
-        below = {name: trial.emg[channel].values for name, trial in raw.items()}
+        below = {name: emg[channel].values for name, emg in recorded.items()}
         below = {name: values for name, values in below.items() if values.min() < -UNDERSHOOT * values.max()}
         if below:
             share = np.mean(np.concatenate([*below.values()]) < 0)

@@ -28,7 +28,7 @@ _LABELS = [field.name for field in fields(Trials) if field.name not in ("emg", "
 def replacing(path: str | Path) -> Iterator[Path]:
     """Write a file in one step: yields a temporary path beside `path` that takes its place if the block succeeds.
 
-    A reader, or a run that is killed half-way, never sees half a file.
+    A reader, or a run that is killed half-way, never sees half a file; an OSError names `path`.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -36,6 +36,10 @@ def replacing(path: str | Path) -> Iterator[Path]:
     try:
         yield temporary
         os.replace(temporary, path)
+    except OSError as error:
+        if str(error.filename) == str(temporary):
+            error.filename = str(path)
+        raise
     finally:
         temporary.unlink(missing_ok=True)
 

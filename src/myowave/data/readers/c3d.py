@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from myowave.data.readers.signals import RawRecording, Signal
+from myowave.data.readers.signals import RawRecording, Signal, cut_short
 
 
 def read_c3d(path: Path) -> RawRecording:
@@ -24,9 +24,7 @@ def read_c3d(path: Path) -> RawRecording:
     parameters, data = content["parameters"], content["data"]
     frames, stated = data["points"].shape[-1], _frames_stated(path.read_bytes())
     if frames < stated:
-        raise ValueError(
-            f"{path}: {frames} frames, but its header says {stated}; the file was cut short. Copy or export it again."
-        )
+        raise cut_short(path, f"{frames} frames", stated)
     return RawRecording(path, (*_analog(parameters, data["analogs"]), *_points(parameters, data["points"])))
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from myowave.data.readers.signals import RawRecording, Signal
+from myowave.data.readers.signals import RawRecording, Signal, cut_short
 
 _FIXED = 256  # bytes before the signals' part, and for each signal
 _WIDTHS = (16, 80, 8, 8, 8, 8, 8, 80, 8, 32)  # label, transducer, unit, physical and digital ends, filter, samples
@@ -38,10 +38,7 @@ def read_edf(path: Path) -> RawRecording:
         raise ValueError(f"{path}: the header of this EDF cannot be read ({error}). Export it again.") from None
     records = _records(path, content[_FIXED * (count + 1) :], sum(samples), bytes_each)
     if stated not in (-1, len(records)):  # -1: not known when the recording began
-        raise ValueError(
-            f"{path}: {len(records)} records of {seconds:g} s, but its header says {stated}; the file was cut short. "
-            "Copy or export it again."
-        )
+        raise cut_short(path, f"{len(records)} records of {seconds:g} s", stated)
     first = np.cumsum([0, *samples])
     signals = []
     for n, label in enumerate(fields[0]):

@@ -4,7 +4,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from myowave.data.readers.signals import RawRecording
+from myowave.data.readers.signals import RawRecording, cut_short
 from myowave.data.readers.text import read_cells, read_lines, separator_of, split_row, to_signals, with_time
 
 _UNIT = re.compile(r"\s*inDegrees\s*=?\s*(yes|no)", re.IGNORECASE)
@@ -30,8 +30,6 @@ def read_opensim(path: Path) -> RawRecording:
     cells = read_cells(path, lines, separator, names_row + 1).iloc[:, : len(names)]
     stated = next((int(found[1]) for line in lines[:names_row] if (found := _ROWS.match(line))), len(cells))
     if len(cells) < stated:
-        raise ValueError(
-            f"{path}: {len(cells)} rows, but its header says {stated}; the file was cut short. Copy or export it again."
-        )
+        raise cut_short(path, f"{len(cells)} rows", stated)
     signals = with_time(path, to_signals(path, cells, names), "time")
     return RawRecording(path, tuple(replace(one, angle_unit=unit) for one in signals), first_row=names_row + 2)

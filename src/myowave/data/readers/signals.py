@@ -14,6 +14,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 
+def cut_short(path: Path, found: str, stated: int) -> ValueError:
+    """The error for a file that holds less than its header says."""
+    return ValueError(
+        f"{path}: {found}, but its header says {stated}; the file was cut short. Copy or export it again."
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class Signal:
     """One column or channel of a file."""

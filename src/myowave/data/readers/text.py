@@ -154,24 +154,25 @@ def evenly_sampled(path: Path, signal: Signal, rate: float) -> Signal:
 def with_time(path: Path, signals: tuple[Signal, ...], column: str | None = None) -> tuple[Signal, ...]:
     """The signals without the column of times [s or ms], which they are given; without a name for it, one called time,
     time_s, time_ms, t or Zeit is taken, or the first in s or ms, if there is one."""
-    names = [signal.name for signal in signals]
-    if column is not None and column not in names:
-        raise ValueError(f"{path}: no column {column!r} of times; the columns are {', '.join(names)}.")
-    likely = [name for name in names if name.lower() in (*_TIMES, *_MILLISECONDS)]
-    clocks = [one for one in signals if one.name == column or (column is None and one.name in likely)]
-    clocks = clocks or [one for one in signals if plain_unit(one.unit) in ("s", "ms")]
-    if not clocks:
-        return signals
+    if column is None:
+        clocks = [one for one in signals if one.name.lower() in (*_TIMES, *_MILLISECONDS)]
+        clocks = clocks or [one for one in signals if plain_unit(one.unit) in ("s", "ms")]
+        if not clocks:
+            return signals
+    elif not (clocks := [one for one in signals if one.name == column]):
+        names = ", ".join(signal.name for signal in signals)
+        raise ValueError(f"{path}: no column {column!r} of times; the columns are {names}.")
     time = clocks[0]
     if plain_unit(time.unit) not in ("", "s", "ms"):
         raise ValueError(f"{path}: times are in {time.unit!r}; expected s or ms. Export it in seconds.")
+    seconds = _seconds(time)
     for other in clocks[1:]:
-        if (np.diff(other.values) > 0).all() and not np.allclose(_seconds(other), _seconds(time)):
+        if (np.diff(other.values) > 0).all() and not np.allclose(_seconds(other), seconds):
             raise ValueError(
                 f"{path}: {time.name} and {other.name} differ, and each may hold the times; name the right one as "
                 "layout.time_column. What has a clock of its own belongs into a file of its own."
             )
-    return tuple(replace(signal, time=_seconds(time)) for signal in signals if signal is not time)
+    return tuple(replace(signal, time=seconds) for signal in signals if signal is not time)
 
 
 def _seconds(time: Signal) -> Array:

@@ -90,9 +90,9 @@ def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
     whole = {name for e in fit.model.effects if e.replaces for name in fit.model.parameters_of(e)}
 
     def at_bound(p: Free, value: float) -> bool:
-        near = [end for end in (p.low, p.high) if abs(value - end) < AT_BOUND * (p.high - p.low)]
+        near = {end for end in (p.low, p.high) if abs(value - end) < AT_BOUND * (p.high - p.low)}
         # An effect that is not there, or there as a whole, is no news.
-        return any(end != 0.0 or p.name not in of_effects for end in near if p.name not in whole)
+        return p.name not in whole and bool(near - {0.0} if p.name in of_effects else near)
 
     return {
         p.name: {

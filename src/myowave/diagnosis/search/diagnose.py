@@ -182,7 +182,8 @@ def _proposals(verdict: Verdict, effects: Mapping[str, Effect]) -> dict[str, lis
     """Trials that separate the members of a class, and those that show an absorbed effect a verdict hinges on; none
     where no motion is found with the effects."""
     ladder, proposals = verdict.ladder, {}
-    for one, other, *_ in (c for m in verdict.named if len(c := [name for name in m if name in effects]) > 1):
+    classes = ([name for name in members if name in effects] for members in verdict.named)
+    for one, other, *_ in (members for members in classes if len(members) > 1):
         without = next(f for f in reversed(ladder.fits) if one not in {e.name for e in f.model.effects})
         with suppress(*FAILURES):
             proposals[f"{one} or {other}"] = propose_trials(without, effects[one], effects[other])
