@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from myowave.diagnosis.causes import CAUSE_TITLES
+from myowave.diagnosis.causes import CAUSE_TITLES, OUTSIDE
 from myowave.physics.effects import SHIPPED
 from myowave.scores import TITLES as RIVALS
 
@@ -105,13 +105,15 @@ def _networks(summary: pd.DataFrame, scales: pd.DataFrame) -> Iterator[dict[str,
 
 def _reality(cases: pd.DataFrame) -> dict[str, Any]:
     """How many answers there are of each grade, and what was found in measured motion whose error then fell most."""
-    named = cases[(cases["kind"] == "measured") & (cases["grade"] == "named")].dropna(subset=["error_after"])
+    right = cases["grade"].isin(["named", "class"]) & (cases["kind"] == "measured")
+    named = cases[right].dropna(subset=["error_after"])
     best = named.loc[(named["error_after"] / named["error_before"]).idxmin()]
     return {
         "grades": cases["grade"].value_counts().to_dict(),
         "best": {
             "system": best["system"],
             "effects": best["names"].split(", "),
+            "like": OUTSIDE in str(best["class"]),
             "more": best["verdict"] == "partial",
             "errors_deg": [best["error_before"], best["error_after"]],
         },
@@ -151,7 +153,9 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
             - **The muscles' parameters** with standard errors: within {_small(exact, "%")} of the truth where trials
               are simulated and nothing is hidden.
             - **What the model misses**: for a measured {best_found["system"]} it names
-              {_titles(best_found, " and ")}{", and something else" * best_found["more"]}.
+              {_titles(best_found, " and ")}{", or something like them" * best_found["like"]}{
+            ", and something else" * best_found["more"]
+        }.
               With them the error on unseen motion falls from {_small(first, "")} to {_small(last, "deg")}.
             - **A plain no** where a muscle model does not follow, and what to record instead. On the person
               it explains R² {r2["base"]:.2f} of the torque, and is {ahead["base"]:.0f} deg off after half a second.""",
@@ -164,9 +168,10 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
         "trust": f"""
             Of {study["sets"]} simulated arms {clean.get("right", 0)} of {sum(clean.values())} with nothing hidden were
             judged right, {seen.get("right", 0) + seen.get("class", 0)} of {sum(seen.values())} effects that show were
-            named or put in a class, {seen.get("silent", 0)} passed over in silence, and {study["wrong_names"]}
-            got a wrong name. No effect named on a person was ever checked. There the muscles explain less of the torque
-            (R² {r2["base"]:.2f}) than posture, speed and the known load do ({r2["posture, speed and load"]:.2f}), so
+            named or put in a class, {seen.get("silent", 0) or "none"} passed over in silence, and
+            {study["wrong_names"]} got a wrong name. No effect named on a person was ever checked. There the muscles
+            explain less of the torque (R² {r2["base"]:.2f}) than posture, speed and the known load do
+            ({r2["posture, speed and load"]:.2f}), so
             believe a name only where the page says that the model follows.""",
     }
     tables = {

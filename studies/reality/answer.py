@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.causes import OUTSIDE
 from myowave.diagnosis.changed.ask import what_changed
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.identification.output_error import Fit
@@ -35,10 +34,9 @@ def answer_case(
     """Ask what is missing in all trials, or what changed between two groups of them, with what is withheld taken out.
 
     Returns:
-        Verdict, names, classes without "something like it", what unusual constants may stand for, and sizes by
-        parameter, [value, low, high] in SI units; errors of whole trials kept for testing, with nothing found and with
-        what was named or, where nothing was, came nearest [deg], None where only torques were compared; and what rivals
-        name.
+        Verdict, names, classes, what unusual constants may stand for, and sizes by parameter, [value, low, high] in SI
+        units; errors of whole trials kept for testing, with nothing found and with what was named or, where nothing
+        was, came nearest [deg], None where only torques were compared; and what rivals name.
     """
     effects = {name: effect for name, effect in catalogue.items() if name not in case.leave_out}
     trials = as_asked(trials, case)
@@ -51,7 +49,7 @@ def answer_case(
     return {
         "verdict": verdict.kind,
         "names": list(verdict.causes),
-        "class": [c for members in verdict.named if len(c := [name for name in members if name != OUTSIDE]) > 1],
+        "class": [list(members) for members in verdict.named if len(members) > 1],
         "nearest": list(verdict.nearest),
         "masked": list(verdict.maybe),
         "sizes": {name: [value, value - half, value + half] for name, (value, half) in sizes.items()},

@@ -5,7 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from myowave.diagnosis.causes import CAUSE_TITLES
+from myowave.diagnosis.causes import CAUSE_TITLES, OUTSIDE
 from myowave.physics.effects import catalogue
 from studies.shared import markdown
 
@@ -29,9 +29,10 @@ after the servo that is off had been answered wrongly, and so did the search tha
 TAIL = """
 
 - **graded**: *named*, all that is known to be missing; *class*, the same in classes of effects that these trials cannot
-  tell apart; *honest*, no more than that something is missing, or a part of it, or that unusual constants may hide it
-  (the effects that explain them are in the table's column `masked`);
-  *silent*; *wrong*, a name of what is not there, or nothing else said to be missing where it is.
+  tell apart, or for which something like them that the catalogue lacks would do as well; *honest*, no more than that
+  something is missing, or a part of it, or that unusual constants may hide it (the effects that explain them are in the
+  table's column `masked`); *silent*; *wrong*, a name of what is not there, or nothing else said to be missing where it
+  is.
 - **error**: of trials no fit has seen, simulated from their start to their end, with nothing added to the model, and
   with what is named or comes nearest; none where only the torques of two groups were compared.
 - **a lasso on torque** keeps what it needs of all effects, each as it changes the torque at its usual strength
@@ -85,15 +86,19 @@ def said(row: Mapping[str, Any]) -> str:
         near = ",\n".join(titles[name] for name in filter(None, row["nearest"].split(", ")))
         return PLAIN.get(verdict, verdict) + f"\n(nearest: {near})" * bool(near)
 
-    def told(name: str) -> str:
-        others = max((one.count(" or ") for one in classes.split("; ") if name in one.split(" or ")), default=0)
-        title = titles.get(name, name.replace("_", " "))
-        return f"{title}\n   (or {others} other{'s' * (others > 1)})" if others else title
+    groups = [one.split(" or ") for one in classes.split("; ")]
 
-    hidden = [name for name in row["masked"].split(", ") if name]
-    more = "\nand something else" if verdict == "partial" else ""
+    def told(name: str) -> str:
+        others = {member for members in groups if name in members for member in members} - {name, OUTSIDE}
+        return titles.get(name, name.replace("_", " ")) + (
+            f"\n   (or {len(others)} other{'s' * (len(others) > 1)})" if others else ""
+        )
+
+    listed, hidden = names.split(", "), [name for name in row["masked"].split(", ") if name]
+    like = f"\nor something like {'them' if listed[1:] else 'it'}" if any(OUTSIDE in g for g in groups) else ""
+    more = "," * bool(like) + "\nand something else" if verdict == "partial" else ""
     hides = f"\nand perhaps one of {len(hidden)} (unusual constants)" if hidden else ""
-    return ",\n".join(map(told, names.split(", "))) + more + hides
+    return ",\n".join(map(told, listed)) + like + more + hides
 
 
 def error_before_after(row: Mapping[str, Any]) -> str:

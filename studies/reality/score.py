@@ -14,9 +14,9 @@ COLUMNS = [
 
 
 def grade(answer: Mapping[str, Any], truth: Mapping[str, Any]) -> str:
-    """How good an answer is: named (all that is known to be missing), class (the same in classes), honest (says no more
-    than that something is missing, or a part of it, or that constants may hide the rest), silent, or wrong (names what
-    is not there, or says that nothing else is missing where it is).
+    """How good an answer is: named (all that is known to be missing), class (the same in classes, of which something
+    like it may be a member), honest (says no more than that something is missing, or a part of it, or that constants
+    may hide the rest), silent, or wrong (names what is not there, or says that nothing else is missing where it is).
 
     Args:
         answer: with `verdict`, `names`, `class` and `masked`, as `answer.answer_case` gives it.

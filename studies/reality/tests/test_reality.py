@@ -52,6 +52,8 @@ TWO = {"names": [["a"], ["b", "c"]]}
         (answer("partial", ["a", "b"]), TWO, "named"),
         (answer("class", ["a", "d"], [["d", "b"]]), TWO, "class"),
         (answer("class", ["a", "d"], [["d", "e"]]), TWO, "wrong"),
+        (answer("partial", ["a", "b"], [["a", "outside"]]), TWO, "class"),
+        (answer("partial", ["a", "d"], [["d", "outside"]]), TWO, "wrong"),
         (answer("partial", ["a"]), TWO, "honest"),
         (answer("effect", ["a"]), TWO, "wrong"),
         (answer("effect", ["a"], masked=["c", "d"]), TWO, "honest"),
@@ -101,6 +103,11 @@ def test_the_table_and_the_picture_have_a_row_for_each_case():
 def test_a_class_is_told_with_the_number_of_others():
     row = {"verdict": "partial", "names": "joint_damping", "class": "joint_damping or coulomb_friction", "masked": ""}
     assert said(row) == "damping of the joint\n   (or 1 other)\nand something else"
+    row["class"] += " or outside"
+    assert said(row) == "damping of the joint\n   (or 1 other)\nor something like it,\nand something else"
+    row |= {"names": "joint_damping, hand_load", "class": "joint_damping or outside; hand_load or outside"}
+    assert "nobody noted\nor something like them,\nand something else" in said(row), "once for all"
+    row["names"] = "joint_damping"
     row |= {"verdict": "effect", "class": "", "masked": "hand_load"}
     assert said(row) == "damping of the joint\nand perhaps one of 1 (unusual constants)"
     row = {"verdict": "unknown", "names": "", "class": "", "nearest": "joint_damping"}
