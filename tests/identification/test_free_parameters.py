@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from myowave.identification.free_parameters import bounds, free_parameters, moved, scales, start_values
-from myowave.settings import Identify
+from myowave.settings import Identify, Scatter
 
 
 def test_parameters_of_effects_are_estimated_beside_the_constants_and_known_ones_are_not(base, effects):
@@ -12,6 +12,12 @@ def test_parameters_of_effects_are_estimated_beside_the_constants_and_known_ones
     free = free_parameters(model, {"f0_Bi": Identify(), "l0_Bi": Identify()}, {"l0_Bi", "emg_gain.g_Tri"})
     assert [p.name for p in free] == ["f0_Bi", "joint_damping.c", "emg_gain.g_Bi"]
     assert free[1].start == 0 and free[1].scale == effects["joint_damping"].parameters["c"].typical
+
+
+def test_an_effect_named_like_a_constant_is_estimated_once_though_the_constant_was_never_measured(base, effects):
+    model = base.with_effects([effects["vmax_change"]])
+    free = free_parameters(model, {}, (), {"vmax": Scatter(absolute=0.5)})
+    assert [p.name for p in free] == [*(f"vmax_{m.name}" for m in model.muscles), "vmax_change.r"]
 
 
 def test_an_unknown_parameter_is_refused(base):

@@ -73,6 +73,8 @@ def free_parameters(
     grouped = {f"{c}_{muscle.name}" for muscle in model.muscles if muscle.group for c in muscle.nominal}
     scatter, assumed = scatter or {}, []
     for name, value in model.defaults.items():
+        if name in model.effect_parameters:
+            continue
         of_constant = None if name in grouped else scatter.get(name.partition("_")[0])
         of = scatter.get(name, of_constant)
         deviation = of.absolute + of.relative * abs(value) if of else 0.0
