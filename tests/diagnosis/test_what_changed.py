@@ -14,8 +14,10 @@ from myowave.data.simulate import simulate_trials
 from myowave.data.store import write_trials
 from myowave.diagnosis.changed.ask import _candidates, what_changed
 from myowave.diagnosis.changed.by_trial import ByTrial, Point
+from myowave.diagnosis.changed.windows import Moving
 from myowave.diagnosis.likelihood.algebra import Weighed
 from myowave.diagnosis.report.change import change_page, changed_facts, tell_change
+from myowave.identification.record import make_record
 from myowave.settings import Scatter, SimulatedDataset
 from myowave.settings.data import Changed
 
@@ -62,6 +64,15 @@ def test_one_process_weighs_as_several_do(ask, loaded):
 def test_the_other_way_round_the_load_is_less(ask):
     found = ask({"load": 0.4}, ("1", "2"), reference=("3", "4"), names=("hand_load", "joint_damping"))
     assert found.names == ("hand_load",) and found.of("hand_load").interval[1] < 0
+
+
+@pytest.mark.parametrize("rate_hz", [31.6, 47.0, 100.0])
+def test_windows_that_count_as_samples_do_not_overlap(base, rate_hz):
+    settings = SimulatedDataset(kind="simulated", trials=2, samples=150, test=("2",), seed=3, dt_s=1 / rate_hz)
+    moving = Moving.along(base, make_record(simulate_trials("elbow", settings, base, {})[0], base), {})
+    windows = moving.balance.windows
+    apart = np.diff(moving.motion.time[moving.motion.rows[0]])
+    assert len(apart) > 2 and (apart > (2 * windows.half - 0.5) * windows.dt).all()
 
 
 @pytest.mark.parametrize(("low", "sign", "last"), [(-5.0, -1.0, -1.0), (-0.5, -1.0, -0.25), (-5.0, 1.0, 0.0)])

@@ -66,7 +66,7 @@ class Moving:
         """Raises a ValueError if a trial is too short for a window."""
         balance = TorqueBalance.along(Along(model, record, params))
         # ASSUME: windows that overlap are no samples; those that only touch are.
-        every = 2 * balance.windows.half // balance.windows.stride
+        every = -(-2 * balance.windows.half // balance.windows.stride)
         inside = balance.inside & (np.arange(balance.inside.shape[1]) % every == 0)
         if not inside.any(-1).all():
             short = ", ".join(name for name, some in zip(record.names, inside.any(-1), strict=True) if not some)
