@@ -9,7 +9,7 @@ import pytest
 import torch
 
 from myowave.data.wavelets import decompose
-from myowave.learning.checkpoint import Checkpoint
+from myowave.learning.checkpoint import Checkpoint, digest_model
 from myowave.learning.evaluation import tabulate_parameters
 from myowave.learning.inputs import to_tensors
 from myowave.learning.methods import rollout as rollouts
@@ -18,6 +18,7 @@ from myowave.learning.methods.rollout.training import CLIP, clip_gradients, weig
 from myowave.learning.task import Task
 from myowave.learning.training import VALIDATE_EVERY, EpochReport, train_scale
 from myowave.learning.windows import Corpus, Validation, count_training_samples
+from myowave.physics.path import TablePath
 
 
 def train(task: Task) -> tuple[Sequence[EpochReport], Checkpoint]:
@@ -199,6 +200,26 @@ def test_a_checkpoint_of_other_data_is_refused(rollout):
     other = {level: replace(trials, angle=trials.angle * 1.01) for level, trials in task.scales.items()}
     with pytest.raises(ValueError, match="dataset_digest"):
         next(train_scale(replace(task, scales=other), level=0, before=last.checkpoint))
+
+
+def test_a_checkpoint_of_another_arm_is_refused(rollout, effects):
+    """Though its constants have the same values."""
+    task, (biceps, triceps) = replace(rollout, total=2), rollout.model.muscles
+    angle = np.linspace(-0.5, 3.0, 20)
+    tables = [TablePath.through(angle, 0.5 - size * np.sin(angle / 2)) for size in (0.03, 0.04)]
+    one, other = (replace(biceps, path=table) for table in tables)
+    damped = effects["joint_damping"]
+    models = [
+        *(replace(task.model, muscles=(muscle, triceps)) for muscle in (one, other)),
+        replace(task.model, muscles=(replace(one, channel=triceps.channel), triceps)),
+        replace(task.model, muscles=(replace(one, side=-one.side), triceps)),
+        *(task.model.with_effects([replace(damped, equation=as_if)]) for as_if in ("-c qdot", "-c qdot^3")),
+    ]
+    assert len({digest_model(model) for model in models}) == len(models)
+    task = replace(task, model=models[0])
+    *_, last = train_scale(task, level=1)
+    with pytest.raises(ValueError, match="model_digest"):
+        next(train_scale(replace(task, model=models[1]), level=0, before=last.checkpoint))
 
 
 def test_a_finer_scale_without_a_checkpoint_is_refused(rollout):

@@ -24,6 +24,8 @@ from myowave.learning.band import Band, Seen
 from myowave.learning.network import Architecture, Network, Scaling, Size
 from myowave.physics.curves import Curve
 from myowave.physics.model import Model
+from myowave.physics.path import Path as MusclePath
+from myowave.physics.path import TablePath
 from myowave.settings.files import require_regular
 from myowave.settings.learning import RECIPES
 
@@ -178,11 +180,21 @@ def digest_trials(trials: Trials) -> str:
 
 
 def digest_model(model: Model) -> str:
-    """Digest of a model's nominal constants and its curves."""
+    """Digest of a model's nominal constants, what drives each muscle along which path, its curves and its effects."""
     shapes = model.curves
     curves = [_named(curve) for curve in (shapes.active_length, shapes.passive, shapes.force_velocity)]
     curves += [f"slowing {shapes.slowing}"] if shapes.slowing else []
-    return hashlib.sha256(json.dumps([dict(model.defaults), curves], sort_keys=True).encode()).hexdigest()[:16]
+    muscles = [[m.name, m.channel, m.side, m.group, _drawn(m.path)] for m in model.muscles]
+    effects = [[effect.name, effect.equation] for effect in model.effects]
+    parts = [dict(model.defaults), curves, muscles, effects]
+    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def _drawn(path: MusclePath) -> list[Any]:
+    """What a path is beside its constants."""
+    if not isinstance(path, TablePath):
+        return [path.kind]
+    return [path.kind, path.cubics.low, path.cubics.width, path.cubics.coefficients.tolist()]
 
 
 def _named(curve: Curve) -> str:
