@@ -62,3 +62,12 @@ def test_padding_is_left_alone_and_a_few_samples_are_not_filtered(recorded):
     assert (found[1, 300:] == 9.0).all() and found[valid].max() <= 1.0
     few = recorded[:, :12]
     np.testing.assert_array_equal(expected_excitation(few, EVERYWHERE[:, :12], NOISE), few)
+
+
+def test_one_more_sample_of_a_short_trial_changes_little_in_the_others(recorded):
+    found = []
+    for few in (16, 17):
+        valid = EVERYWHERE.copy()
+        valid[2, few:] = False
+        found.append(expected_excitation(recorded, valid, NOISE)[:2])
+    assert np.abs(found[0] - found[1]).max() < 0.05 * NOISE

@@ -28,7 +28,7 @@ def expected_excitation(emg: Array, valid: NDArray[np.bool_], noise: float) -> A
     """
     found = emg.copy()
     lengths = valid.sum(1)
-    segment = min(SEGMENT, int(lengths.min()))
+    segment = min(SEGMENT, int(lengths.min())) // 2 * 2  # even, so that the last frequency is half the sampling rate
     if segment < FEWEST:
         return found
     for muscle in range(emg.shape[-1]):
