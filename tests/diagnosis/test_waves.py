@@ -55,3 +55,10 @@ def test_a_filtered_recording_of_the_simulated_motion_leaves_nothing_through_tha
     recorded = replace(fit, record=replace(fit.record, angle=seen))
     through, plain = (View.of(fit, sensor).left(recorded).abs().max() for sensor in (Sensor(corner_hz), Sensor()))
     assert through < 1e-9 < plain
+
+
+def test_a_motion_at_rest_has_a_band(make_fit):
+    fit = make_fit()
+    motion = replace(fit.sensitive.motion, angle=0 * fit.sensitive.motion.angle)
+    view = View.of(replace(fit, sensitive=replace(fit.sensitive, motion=motion)))
+    assert 0 < view.edge_hz < 0.5 / view.dt and view.band.there.any() and view.above.there.any()

@@ -133,5 +133,5 @@ def edge_of(fit: Fit) -> float:
     for motion in fit.record.joined(fit.angle).values():
         frequency, power = periodogram(motion, 1 / dt, window="hann", detrend="linear")
         share = np.cumsum(power) / max(power.sum(), 1e-300)
-        found.append(frequency[np.searchsorted(share, MOTION)])
+        found.append(frequency[min(np.searchsorted(share, MOTION), len(share) - 1)])  # at rest there is no power
     return float(min(np.mean(found), 0.5 / dt / NOISE_ABOVE))
