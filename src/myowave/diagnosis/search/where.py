@@ -147,12 +147,14 @@ def missing_torque(fit: Fit) -> MissingTorque:
         windows.each(torch.nn.functional.pad(x, (1, 1))[..., None])
         for x in (torch.from_numpy(fit.residual), by_angle, by_velocity)
     )
-    test, first, second = (windows.kernel(n) for n in range(3))
+    test, second = windows.kernel(), windows.kernel(2)
     motion = fit.sensitive.motion
     inertia = moment_of_inertia(fit.simulation.along_time, motion.q).expand_as(motion.q)
     trial, place = np.nonzero(windows.inside)
     centre = half + place * windows.stride
-    kernel = (second - by_angle * test + by_velocity * first)[trial, place]
+    # int w a_v e' dt = -int (w a_v)' e dt, where a_v goes with activation.
+    (damped,) = torch.gradient(by_velocity * test, spacing=dt, dim=-1)
+    kernel = (second - by_angle * test + damped)[trial, place]
     kernel = kernel * inertia[trial, centre, None] / test.sum()
     angle, velocity = motion.state[trial, centre, :2].numpy().T
     points = pd.DataFrame(
