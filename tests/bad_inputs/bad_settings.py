@@ -52,6 +52,7 @@ def of_study(**changes) -> str:
     return ""
 
 
+SWEEP = {"dataset": "case1", "recipe": "rollout", "scales": 2, "dimensions": {"hidden": {"low": 4, "high": 64}}}
 BAR = {"mass_kg": 1.0, "length_m": 0.3}
 VALUES = [
     ("learning.recipes.rollout.hidden", -5, ("-5", "whole number", "at least 1")),
@@ -75,6 +76,9 @@ VALUES = [
     ("data.datasets.case1.identify", {"f0_Bic": {}}, ("f0_Bic", "did you mean 'f0_Bi'")),
     ("data.datasets.case1.identify", {"f0_Bi": {"low": 3, "high": 2}}, ("low", "below high")),
     ("data.wavelet.levels", 1, ("targets.scales", "data.wavelet.levels")),
+    ("learning.recipes.rollout.epochs", 2, ("rollout.epochs = 2", "at least 3", "targets.scales", "fewer scales")),
+    ("learning.sweep", {**SWEEP, "epochs": 1}, ("sweep.epochs = 1", "at least 2", "learning.sweep.scales")),
+    ("learning.sweep", {**SWEEP, "dimensions": {"epochs": {"low": 1, "high": 9}}}, ("epochs.low = 1", "at least 2")),
     # values that no arm has
     ("data.datasets.bench_elbow.constants", {"mass": -1}, ("constants.mass = -1", "above 0", "[kg]")),
     ("data.datasets.bench_elbow.constants", {"length": 0}, ("constants.length = 0", "at least 0.001", "[m]")),

@@ -161,7 +161,28 @@ class Settings(Section):
                 f"targets.scales, learning.sweep.scales: {scales} scales need data.wavelet.levels of {scales - 1}, "
                 f"which is {levels}."
             )
-        return problems
+        return problems + self._problems_of_epochs()
+
+    def _problems_of_epochs(self) -> list[str]:
+        """Numbers of epochs that leave scales without any."""
+        targets, sweep, recipes = self.targets, self.learning.sweep, self.learning.recipes
+        trained = dict.fromkeys(recipe for name in targets.datasets for recipe in targets.recipes_of(name))
+        asked: list[tuple[str, float, str, int]] = [
+            (f"recipes.{name}.epochs", recipes[name].epochs, "targets", max(targets.scales)) for name in trained
+        ]
+        if sweep is not None:
+            counts: dict[str, float] = {f"recipes.{sweep.recipe}.epochs": recipes[sweep.recipe].epochs}
+            if "epochs" in sweep.dimensions:
+                counts["sweep.dimensions.epochs.low"] = sweep.dimensions["epochs"].low
+            elif sweep.epochs is not None:
+                counts["sweep.epochs"] = sweep.epochs
+            asked += [(key, count, "learning.sweep", sweep.scales) for key, count in counts.items()]
+        return [
+            f"learning.{key} = {count:g}: expected at least {scales}, an epoch for each of the {scales} scales that "
+            f"{whose}.scales asks for. Train for more epochs, or at fewer scales."
+            for key, count, whose, scales in asked
+            if count < scales
+        ]
 
     def _problems_of_sweep(self, sweep: Sweep) -> list[str]:
         """Settings that are none of the recipe's, and ranges with an end that is no value of theirs."""
