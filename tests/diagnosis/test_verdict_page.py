@@ -77,6 +77,7 @@ def network():
             "scales": 1,
             "seed": [0, 1],
             "test_mse": [1e-4, 3e-4],
+            "test_rmse_deg": [0.5, 1.0],
             "test_r2": [0.99, 0.97],
             "f0_Bi": [310.0, 330.0],
             "f0_Bi_se": [4.0, 5.0],
@@ -165,7 +166,7 @@ def test_the_ladder_holds_the_network_beside_the_physics(story, tables):
     ladder = story.ladder
     assert list(ladder["effects"]) == sorted(ladder["effects"]), "models with few effects come first"
     row = ladder[ladder["source"] == "network, rollout, 1-scale"].iloc[0]
-    assert row["heldout_rmse_deg"] == pytest.approx(np.degrees(np.sqrt(2e-4)))
+    assert row["heldout_rmse_deg"] == 0.75, "the median of the seeds' errors, as in MLflow"
     assert (ladder["source"] == "physics").sum() == len(tables["ladder"])
     spread = story.parameters.query("parameter == 'f0_Bi' and source != 'physics'").iloc[0]
     assert (spread["value"], spread["scatter"], spread["unit"]) == (320.0, 10.0, "N")
@@ -173,7 +174,7 @@ def test_the_ladder_holds_the_network_beside_the_physics(story, tables):
 
 
 def test_a_predictor_without_physics_is_told_and_is_never_the_network_that_is_shown(tables, network, story):
-    plain = [network.assign(recipe=name, model="base", test_mse=mse) for name, mse in (("cnn", 2e-5), ("mine", 1e-2))]
+    plain = [network.assign(recipe=name, model="base", test_rmse_deg=e) for name, e in (("cnn", 0.26), ("mine", 6.0))]
     plain.append(plain[1].assign(recipe="hold", test_r2=-1.1))
     ladder = join_ladder(tables["ladder"], [network], plain)
     assert shown_network(ladder, "base")["source"] == "network, rollout, 1-scale"
@@ -497,7 +498,7 @@ def test_pieces_from_measured_states_have_no_r2(diagnosis):
 
 
 def test_a_failed_seed_is_said_in_words(tables, network, story, tmp_path):
-    evaluation = pd.concat([network, network.assign(seed=[2, 3], test_mse=[np.nan, 0.5], test_r2=[np.nan, -0.3])])
+    evaluation = pd.concat([network, network.assign(seed=[2, 3], test_rmse_deg=[np.nan, 40.0], test_r2=[np.nan, -0.3])])
     join_ladder(tables["ladder"], [evaluation]).to_csv(tmp_path / "watch.csv", index=False)
     page = write_page(replace(story, ladder=pd.read_csv(tmp_path / "watch.csv")))
     assert "2 of 4 seeds failed (2, 3)" in re.sub("<[^>]+>", "", page)

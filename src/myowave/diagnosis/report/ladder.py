@@ -46,7 +46,7 @@ def join_ladder(
                 "model": model,
                 "effects": model.count("+") if network else LAST,
                 "named": False,
-                ERROR: float(np.degrees(np.sqrt(scores["test_mse"]))),
+                ERROR: scores["test_rmse_deg"],
                 "noise_deg": rungs["noise_deg"].iloc[0],
                 "heldout_r2": scores["test_r2"],
                 "seeds": len(table),
