@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,7 +15,6 @@ from myowave.diagnosis.search.draft import LARGEST
 from myowave.diagnosis.search.ladder import Candidate
 from myowave.diagnosis.search.score import confusion
 from myowave.identification.output_error import Fit
-from myowave.identification.record import Record
 
 CONFUSED = 0.8  # one effect imitates at least this much of another
 
@@ -53,8 +53,12 @@ def _confused_with(candidate: Candidate, ranking: Sequence[Candidate]) -> list[s
 
 
 def ladder_table(diagnosis: Diagnosis) -> pd.DataFrame:
-    """A row for each model: errors, and what is left. `named` are those that the search did not visit."""
+    """A row for each model: errors, R2 as the mean over trials, and what is left. `named` are those that the search did
+    not visit."""
     named = {rung.name for rung in diagnosis.named}
+    r2: Mapping[Any, float] = {}
+    if diagnosis.record.horizon_s is None:  # pieces start at measured states spread over all of the motion
+        r2 = errors_by_trial(diagnosis).groupby(["model", "role"])["r2"].mean().to_dict()
     return pd.DataFrame(
         {
             "model": rung.name,
@@ -63,8 +67,8 @@ def ladder_table(diagnosis: Diagnosis) -> pd.DataFrame:
             "train_rmse_deg": np.degrees(rung.seen.rmse),
             "heldout_rmse_deg": np.degrees(rung.heldout.rmse),
             "noise_deg": diagnosis.noise_deg,
-            "train_r2": _r2(rung.seen.residual, rung.fit.record),
-            "heldout_r2": _r2(rung.heldout.residual, diagnosis.test),
+            "train_r2": r2.get((rung.name, "train"), np.nan),
+            "heldout_r2": r2.get((rung.name, "test"), np.nan),
             "missing_torque_Nm": rung.missing.rms,
             "converged": rung.fit.converged,
         }
@@ -114,15 +118,6 @@ def draft_source(diagnosis: Diagnosis) -> str:
     """A formula for what is missing as a complete effect file, for `physics.effect_files`."""
     about = {"draft": diagnosis.draft, "dataset": diagnosis.dataset, "largest": LARGEST}
     return templates().get_template("draft_effect.py.j2").render(about)
-
-
-def _r2(residual: np.ndarray, record: Record) -> float:
-    """R2, the mean over whole trials, as of networks; none of pieces, which start at measured states spread over all of
-    the motion."""
-    if record.horizon_s is not None:
-        return np.nan
-    trials = zip(record.angle, residual, record.valid, strict=True)
-    return float(np.mean([1 - (left[valid] ** 2).mean() / angle[valid].var() for angle, left, valid in trials]))
 
 
 def _estimates(candidate: Candidate, fit: Fit | None) -> str:
