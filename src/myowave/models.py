@@ -3,7 +3,7 @@
 import torch
 
 from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS, values_of
-from myowave.physics.curves import ACTIVE_LENGTH, FORCE_VELOCITY, PASSIVE, THELEN, Curves
+from myowave.physics.curves import ACTIVE_LENGTH, FORCE_VELOCITY, PASSIVE, Curves
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model, parse_model
 from myowave.physics.muscle import EXTENSOR, FLEXOR, Muscle
@@ -17,6 +17,7 @@ def build_model(name: str, physics: Physics) -> Model:
     """The model that a coordinate such as `base+joint_damping` names, with the muscles and effects of the settings. A
     ValueError for an effect that neither ships nor is in `physics.effect_files`, one that cannot act on the muscles'
     paths, a faulty effect file, or a faulty table of a path."""
+    velocity = FORCE_VELOCITY[physics.curves.force_velocity]
     base = Model(
         muscles=tuple(
             Muscle(n, SIDES[m.side], m.emg, values_of(MUSCLE_CONSTANTS, m, ""), _path(n, m), m.group or "")
@@ -26,8 +27,8 @@ def build_model(name: str, physics: Physics) -> Model:
         curves=Curves(
             active_length=ACTIVE_LENGTH[physics.curves.active_length],
             passive=PASSIVE[physics.curves.passive],
-            force_velocity=FORCE_VELOCITY[physics.curves.force_velocity],
-            slowing=THELEN.slowing if physics.curves.force_velocity == "thelen" else 0.0,
+            force_velocity=velocity.force_velocity,
+            slowing=velocity.slowing,
         ),
     )
     return parse_model(name, base, catalogue(physics.effect_files))

@@ -11,6 +11,7 @@ from myowave.physics.curves import ACTIVE_LENGTH, FORCE_VELOCITY, PASSIVE, THELE
 LENGTHS = torch.linspace(0.0, 2.2, 44001, dtype=torch.float64)
 VELOCITIES = torch.linspace(-1.5, 1.5, 30001, dtype=torch.float64)
 STEEPEST = 60.0
+VELOCITY = {name: family.force_velocity for name, family in FORCE_VELOCITY.items()}
 
 
 def slopes(curve, x):
@@ -37,9 +38,9 @@ def test_passive_force_starts_at_optimal_length_and_only_grows(name):
     assert rise.max() < STEEPEST
 
 
-@pytest.mark.parametrize("name", FORCE_VELOCITY)
+@pytest.mark.parametrize("name", VELOCITY)
 def test_force_velocity_curve_is_smooth_where_the_muscle_turns(name):
-    curve = FORCE_VELOCITY[name]
+    curve = VELOCITY[name]
     anchors = curve(torch.tensor([-2.0, -1.0, 0.0], dtype=torch.float64))
     torch.testing.assert_close(anchors, torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64), rtol=0, atol=1e-9)
     rise = slopes(curve, VELOCITIES)
@@ -50,7 +51,7 @@ def test_force_velocity_curve_is_smooth_where_the_muscle_turns(name):
     assert after / before == pytest.approx(2.0 if name == "thelen" else 1.0, abs=0.01)
 
 
-@pytest.mark.parametrize(("curves", "x"), [(ACTIVE_LENGTH, LENGTHS), (PASSIVE, LENGTHS), (FORCE_VELOCITY, VELOCITIES)])
+@pytest.mark.parametrize(("curves", "x"), [(ACTIVE_LENGTH, LENGTHS), (PASSIVE, LENGTHS), (VELOCITY, VELOCITIES)])
 def test_derivatives_of_every_curve_are_its_slopes(curves, x):
     for curve in curves.values():
         point = (x[:-1:50] + 0.3 * (x[1] - x[0])).requires_grad_()
@@ -94,14 +95,14 @@ def test_hill_velocity_is_the_inverse_of_the_force_that_hill_prints():
     shape, largest = 0.25, 1.4
     shortening, lengthening = np.linspace(0, 1, 21), np.linspace(1, 1.39, 21)
     velocity = (shortening - 1) / (1 + shortening / shape)
-    torch.testing.assert_close(FORCE_VELOCITY["hill"](double(velocity)), double(shortening))
+    torch.testing.assert_close(VELOCITY["hill"](double(velocity)), double(shortening))
     slope = 1 + 1 / shape
     velocity = (lengthening - 1) * (largest - 1) / (slope * (largest - lengthening))
-    torch.testing.assert_close(FORCE_VELOCITY["hill"](double(velocity)), double(lengthening))
+    torch.testing.assert_close(VELOCITY["hill"](double(velocity)), double(lengthening))
 
 
 def test_hill_force_tends_to_its_largest_and_has_one_slope_at_rest():
-    curve, step = FORCE_VELOCITY["hill"], 1e-6
+    curve, step = VELOCITY["hill"], 1e-6
     assert curve(double(1e9)).item() == pytest.approx(1.4, abs=1e-6)
     assert curve(double(1e3)).item() < 1.4
     before, rest, after = curve(double(-step, 0.0, step)).tolist()
@@ -153,7 +154,7 @@ MILLARD_KNOTS = {
     [
         ("active", ACTIVE_LENGTH["millard"], 0.3, 2.0),
         ("passive", PASSIVE["millard"], 0.8, 2.0),
-        ("velocity", FORCE_VELOCITY["millard"], -1.2, 1.2),
+        ("velocity", VELOCITY["millard"], -1.2, 1.2),
     ],
 )
 def test_millard_curves_are_bezier_curves_between_the_published_knots(name, curve, low, high):
@@ -172,7 +173,7 @@ def test_degroote_curves_are_the_printed_ones():
     inner = d2 * velocity + d3
     force = d1 * np.log(inner + np.sqrt(inner**2 + 1)) + d4
     for curves, x, expected in (
-        (ACTIVE_LENGTH, length, active), (PASSIVE, length, passive), (FORCE_VELOCITY, velocity, np.maximum(force, 0))
+        (ACTIVE_LENGTH, length, active), (PASSIVE, length, passive), (VELOCITY, velocity, np.maximum(force, 0))
     ):  # fmt: skip
         torch.testing.assert_close(curves["degroote"](double(x)), double(expected), rtol=0, atol=0.015)
     unit = [ACTIVE_LENGTH["degroote"](double(1.0)), PASSIVE["degroote"](double(1.6))]

@@ -172,4 +172,4 @@ MILLARD = Curves(
 _FAMILIES = {"taneja": TANEJA, "millard": MILLARD, "degroote": DEGROOTE, "thelen": THELEN}
 ACTIVE_LENGTH = {name: family.active_length for name, family in _FAMILIES.items()}
 PASSIVE = {name: family.passive for name, family in _FAMILIES.items()}
-FORCE_VELOCITY = {name.replace("taneja", "hill"): family.force_velocity for name, family in _FAMILIES.items()}
+FORCE_VELOCITY = {name.replace("taneja", "hill"): family for name, family in _FAMILIES.items()}  # with its slowing
