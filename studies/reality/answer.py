@@ -9,6 +9,7 @@ import numpy as np
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.changed.ask import what_changed
+from myowave.diagnosis.report.numbers import Z95
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.identification.output_error import Fit
 from myowave.identification.prediction import predict
@@ -18,8 +19,6 @@ from myowave.physics.model import Model
 from myowave.settings import DiagnosisSettings, Identify
 from studies.reality.rivals import lasso, pysindy
 from studies.reality.settings import Case
-
-WIDE = 1.96  # standard errors on either side of an estimate: a 95 % interval
 
 
 def answer_case(
@@ -45,7 +44,7 @@ def answer_case(
     found = diagnose(trials, base, effects.values(), identify, settings, say)
     verdict, first, last = found.verdict, found.rungs[0].fit, found.rungs[-1].fit
     errors = last.standard_errors()
-    sizes = {name: (value, WIDE * errors[name]) for name, value in last.parameters.items() if "." in name}
+    sizes = {name: (value, Z95 * errors[name]) for name, value in last.parameters.items() if "." in name}
     return {
         "verdict": verdict.kind,
         "names": list(verdict.causes),

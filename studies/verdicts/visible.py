@@ -11,7 +11,7 @@ import numpy as np
 import torch
 
 from myowave.data.trials import Array
-from myowave.diagnosis.search.score import score_effects
+from myowave.diagnosis.search.score import POWER, score_effects
 from myowave.identification.least_squares import Normal, gather, pseudo_inverse
 from myowave.identification.output_error import Fit, fit_from
 from myowave.identification.record import Record
@@ -22,7 +22,6 @@ from myowave.physics.simulation import Simulation
 from studies.verdicts.worlds import World, low_pass, resampled
 
 EVIDENCE = 10.0  # chi-square that counts as very strong evidence (Kass & Raftery 1995)
-POWER = 1.2816  # standard deviations above the threshold that 9 of 10 recordings reach
 EMG_DRAWS = 300  # more than noise of the EMG has independent answers of the arm, some 60 in 16 s
 FLOOR = 0.3  # of the angle's noise: no model of an arm is as exact as a filter's edge would let one see
 

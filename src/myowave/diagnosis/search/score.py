@@ -29,6 +29,7 @@ from myowave.physics.motion import resting_states
 from myowave.physics.trajectory import Newton, Sensitive, derivatives_of, solve
 
 REACH = 0.3  # step of the differences by an effect's parameters, in units of a typical strength
+POWER = 1.2816  # standard deviations above a threshold that 9 of 10 recordings reach
 ABSORBED = 0.01  # visible share below which an effect is as good as a change of the parameters fitted already
 LARGE_PART = 0.1  # parameters that imitate at least this part of what the largest imitator does are named
 
@@ -59,7 +60,7 @@ class ScoreTest:
         if self.failure:
             return np.inf
         information = max(float(self.information[0, 0]), 1e-300)
-        return self.free[0].scale * (np.sqrt(statistic) + 1.2816) * np.sqrt(variance / information)
+        return self.free[0].scale * (np.sqrt(statistic) + POWER) * np.sqrt(variance / information)
 
 
 def score_effects(fit: Fit, effects: Iterable[Effect]) -> dict[str, ScoreTest]:
