@@ -1,4 +1,4 @@
-"""A forearm with another moment of inertia than the model's, whose mass is a point at the wrist."""
+"""A forearm with another moment of inertia than the model's."""
 
 from torch import Tensor
 
@@ -8,8 +8,8 @@ from myowave.physics.effect import Effect, Parameter
 def extra_inertia(inertia: Tensor, *, r: Tensor) -> Tensor:
     """Moment of inertia [kg m^2] beside that of the model's forearm without load, r I; r m l^2 for a point mass.
 
-    The weight's moment stays. Mass spread towards the elbow with the same moment of weight as a point mass at the wrist
-    has less inertia, r < 0; mass beyond the wrist more.
+    The weight's moment stays. Of a model whose mass is a point at the wrist, mass spread towards the elbow with the
+    same moment of weight has less inertia, r < 0; mass beyond the wrist more.
     """
     return r * inertia
 

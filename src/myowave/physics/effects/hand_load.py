@@ -6,7 +6,7 @@ from myowave.physics.effect import Effect, Parameter
 
 
 def more_load(load: Tensor, *, m: Tensor) -> dict[str, Tensor]:
-    """The load [kg] with m added, at the wrist."""
+    """The load [kg] with m added, where the model's forearm holds it."""
     return {"load": load + m}
 
 
