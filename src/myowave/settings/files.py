@@ -35,14 +35,15 @@ class _Loader(yaml.SafeLoader):  # type: ignore[misc]
         return node
 
 
-def require_regular(path: Path, largest: float = LARGEST_BYTES) -> None:
+def require_regular(path: Path) -> None:
     """Raise a ValueError for a link to nothing, a pipe or a device, which may never end, and a huge file."""
     if path.is_symlink() and not path.exists():
         raise ValueError(f"{path}: a link to {path.readlink()}, which is not there. Put it there, or remove the link.")
     if path.exists() and not path.is_file() and not path.is_dir():
         raise ValueError(f"{path}: this is a pipe or a device; expected a file. Write what it gives into one.")
-    if path.is_file() and (size := path.stat().st_size) > largest:
-        raise ValueError(f"{path}: {size / 1e9:.2g} GB; expected at most {largest / 1e9:.2g} GB. Split or thin it.")
+    if path.is_file() and (size := path.stat().st_size) > LARGEST_BYTES:
+        most = f"{LARGEST_BYTES / 1e9:.2g} GB"
+        raise ValueError(f"{path}: {size / 1e9:.2g} GB; expected at most {most}. Split or thin it.")
 
 
 def read_yaml(path: Path, such_as: str = "physics and data") -> dict[str, Any]:
