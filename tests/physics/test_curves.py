@@ -7,6 +7,7 @@ from scipy.interpolate import BPoly
 from scipy.optimize import brentq
 
 from myowave.physics.curves import ACTIVE_LENGTH, FORCE_VELOCITY, PASSIVE, THELEN
+from myowave.physics.muscle import activation
 
 LENGTHS = torch.linspace(0.0, 2.2, 44001, dtype=torch.float64)
 VELOCITIES = torch.linspace(-1.5, 1.5, 30001, dtype=torch.float64)
@@ -197,3 +198,15 @@ def test_thelen_curves_are_the_printed_ones():
     # Beyond a strain of 0.6 the passive curve goes on straight.
     beyond = PASSIVE["thelen"](double(1.6, 1.7, 1.8))
     assert beyond[2] - beyond[1] == pytest.approx((beyond[1] - beyond[0]).item()) == pytest.approx(0.1 * 8.39, rel=0.01)
+
+
+@pytest.mark.parametrize("shape", [-1e-3, 0.0, 5e-7, 1e-3])
+def test_activation_changes_with_its_shape_there_too_where_it_is_the_excitation(shape):
+    shape = torch.tensor(shape, dtype=torch.float64, requires_grad=True)
+    excitation = torch.linspace(0.0, 1.0, 11, dtype=torch.float64).requires_grad_()
+    found = activation(excitation, shape)
+    by_excitation, by_shape = torch.autograd.grad(found[3], (excitation, shape), create_graph=True)
+    (by_both,) = torch.autograd.grad(by_excitation[3], shape)
+    assert by_shape.item() == pytest.approx(0.3 * (0.3 - 1) / 2, abs=1e-4)
+    assert by_both.item() == pytest.approx(0.3 - 0.5, abs=1e-3)
+    torch.testing.assert_close(found.detach(), excitation.detach(), rtol=0, atol=2e-4)

@@ -40,7 +40,7 @@ class Muscle:
 
 
 def activation(excitation: Tensor, shape: Tensor) -> Tensor:
-    """Muscle activation a(u) in [0, 1] for u in [0, 1], Eq. 2; the limit A -> 0 is a = u.
+    """Muscle activation a(u) in [0, 1] for u in [0, 1], Eq. 2; to first order in A, a = u (1 + A (u - 1) / 2).
 
     Args:
         excitation: u, EMG after the electromechanical delay [-], any shape.
@@ -50,9 +50,10 @@ def activation(excitation: Tensor, shape: Tensor) -> Tensor:
     """
     # ASSUME: an excitation that an effect has made negative counts as 0, as negative EMG does.
     u = excitation.clamp(min=0.0)
-    small = shape.abs() < 1e-6
+    small = shape.abs() < 1e-6  # where Eq. 2 is 0 / 0, or next to it
     safe = torch.where(small, 1.0, shape)
-    return torch.where(small, u, torch.special.expm1(safe * u) / torch.special.expm1(safe))
+    linear = u * (1.0 + shape * (u - 1.0) / 2.0)
+    return torch.where(small, linear, torch.special.expm1(safe * u) / torch.special.expm1(safe))
 
 
 def fibre_state(
