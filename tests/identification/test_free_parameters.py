@@ -38,6 +38,13 @@ def test_literature_values_bound_from_above_by_their_mean(base):
     assert p.high == 200.0 and 0 < p.low < p.start == 200.0
 
 
+def test_a_constant_that_is_0_in_the_model_needs_bounds_which_are_then_its_size(base):
+    (p,) = free_parameters(base, {"pennation_Bi": Identify(low=0.0, high=0.5)}, ())
+    assert p.start == 0.0 and 0 < p.scale < 0.5
+    with pytest.raises(ValueError, match="pennation_Bi is 0 in the model.*low and high"):
+        free_parameters(base, {"pennation_Bi": Identify()}, ())
+
+
 def test_starts_depend_on_the_seed_and_stay_in_the_spread(base, free):
     values, spread = start_values(free, range(20)), np.array([p.spread for p in free])
     error = np.abs(values / [p.start for p in free] - 1)

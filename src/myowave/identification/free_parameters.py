@@ -112,9 +112,12 @@ def _constant(name: str, value: float, choice: Identify) -> Free:
         high = float(np.mean(choice.literature))  # where Eq. 41 ends
         low = min(value, high) / WITHIN_FACTOR
     if low is None or high is None:
+        if not value:
+            raise ValueError(f"identify: {name} is 0 in the model, so its size is unknown; give low and high for it.")
         # ASSUME: a constant is within a factor of 5 of the model's value where no bounds are given.
         low, high = value / WITHIN_FACTOR, value * WITHIN_FACTOR
-    return Free(name, min(max(value, low), high), low, high, abs(value), choice.start_spread)
+    scale = abs(value) or (high - low) / WITHIN_FACTOR
+    return Free(name, min(max(value, low), high), low, high, scale, choice.start_spread)
 
 
 def _narrowed(free: Free, choice: Identify | None) -> Free:
