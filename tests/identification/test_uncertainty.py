@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from myowave.identification.least_squares import correlations
+from myowave.identification.free_parameters import free_parameters
+from myowave.identification.least_squares import correlations, pseudo_inverse
 from myowave.identification.noise import correlation_time
 from myowave.identification.output_error import fit_model
+from myowave.physics.constants import CURVE_CONSTANTS
+from myowave.settings import Scatter
 
 
 def estimates_in_noise(fit, colour, count, seed):
@@ -58,6 +61,37 @@ def test_the_variance_of_white_noise_is_found_without_bias(fitted):
     draws = estimates_in_noise(fitted, 0.0, 1000, seed=6)
     found = np.mean([noisy.variance for _, noisy in draws])
     assert found == pytest.approx(np.radians(0.5) ** 2, rel=0.005)
+
+
+@pytest.fixture(scope="module")
+def guessed(exact, base, identify):
+    """A fit of two dozen constants that nobody measured, to 50 samples."""
+    scatter = {"delay": Scatter(absolute=0.02), "shape": Scatter(absolute=0.2)}
+    scatter |= {c: Scatter(relative=0.1) for c in ("vmax", "slack", "l1", "l2")}
+    scatter |= {f"{c}_curve": Scatter(absolute=0.1) for c in CURVE_CONSTANTS}
+    record = replace(exact.take([0]), emg=exact.emg[:1, :50], angle=exact.angle[:1, :50], valid=exact.valid[:1, :50])
+    record = replace(record, noise=np.radians(0.5))
+    return fit_model(base, record, free_parameters(base, identify, (), scatter))
+
+
+def test_constants_that_are_rather_known_than_fitted_count_little_in_the_variance(guessed):
+    """True values scatter about the expected ones as is said of them, and white noise is added."""
+    normal, samples, random = guessed.normal, guessed.record.samples, np.random.default_rng(7)
+    variance = np.radians(0.5) ** 2
+    deviation = np.where(normal.weight > 0, np.sqrt(variance / normal.weight.clip(1e-300)), 0.0)
+    projected, found = normal.without_starts(normal.slope), []
+    for _ in range(1000):
+        noise = np.radians(0.5) * random.standard_normal(normal.residual.shape)
+        seen = normal.slope @ (deviation * random.standard_normal(len(deviation))) + noise
+        step = pseudo_inverse(normal.matrix) @ np.einsum("tnp,tn->p", projected, seen)
+        left = normal.without_starts((seen - normal.slope @ step)[..., None])[..., 0]
+        found.append(replace(normal, residual=left, rss=(left**2).sum()).variance(samples))
+    assert len(guessed.free) > 0.4 * samples
+    assert np.mean(found) == pytest.approx(variance, rel=0.02)
+
+
+def test_a_variance_is_positive_however_few_samples_there_are(guessed):
+    assert all(guessed.normal.variance(samples) > 0 for samples in (2, 5, 20))
 
 
 def test_slow_residuals_are_worth_fewer_samples(make_noisy, base, free):

@@ -70,9 +70,12 @@ class Normal:
         return self.rss + (self.further**2).sum(-1)
 
     def variance(self, samples: int) -> float:
-        """Variance of the noise that the residual of so many samples shows [rad^2]; what was fitted is counted off."""
+        """Variance of the noise that the residual of so many samples shows [rad^2]; what was fitted is counted off, of
+        each parameter the share that comes from the residual and not from what else is known of it."""
         trials, _, numbers = self.by_start.shape[-3:]
-        return float(self.rss) / (samples - self.slope.shape[-1] - trials * numbers)
+        of_residual = self.matrix - self.further_slope.T @ self.further_slope
+        fitted = float(np.trace(pseudo_inverse(self.matrix) @ of_residual)) + trials * numbers
+        return float(self.rss) / max(samples - fitted, 1.0)
 
     def without_starts(self, columns: Array) -> Array:
         """The part of columns (..., T, N, C) that no change of the trials' starts can imitate."""
