@@ -1,12 +1,16 @@
 """Effects with a state of their own: equilibrium without lag, second order, and lags in the right direction."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 import torch
 
+from myowave.physics.curves import ACTIVE_LENGTH, FORCE_VELOCITY, PASSIVE, Curves
 from myowave.physics.effects import catalogue
-from myowave.physics.effects.compliant_tendon import compliance, elongation
+from myowave.physics.effects.compliant_tendon import balanced, compliance, elongation
 from myowave.physics.motion import Pull, simulate
+from myowave.physics.muscle import hill_force
 from myowave.physics.simulation import Simulation
 
 DOUBLE = torch.float64
@@ -111,6 +115,28 @@ def test_a_stretching_tendon_carries_the_force_of_a_shorter_fibre_at_rest(elbow,
     a = np.expm1(0.2 * 0.5) / np.expm1(0.2)
     expected = a * elbow.curves.active_length(fibre) + elbow.curves.passive(fibre)
     assert force[0].item() == pytest.approx(expected.item(), abs=1e-6)
+
+
+@pytest.mark.parametrize("curves", ACTIVE_LENGTH)
+def test_a_tendon_begins_with_the_force_of_its_fibre_however_long_and_soft_it_is(curves):
+    a, length, velocity, slack, strain = torch.rand(5, 20_000, dtype=DOUBLE, generator=torch.manual_seed(0))
+    a, length, velocity, slack, strain = 0.01 + 0.99 * a, 0.4 + 1.3 * length, velocity - 0.6, 3 * slack, 0.15 * strain
+    strain.requires_grad_()
+    velocities = FORCE_VELOCITY["hill" if curves == "taneja" else curves]
+    hill = partial(hill_force, Curves(ACTIVE_LENGTH[curves], PASSIVE[curves], velocities))
+
+    def begun(strain):
+        rigid = hill(a, length, velocity)
+        return balanced(a, hill, length, velocity, rigid, torch.ones(1, dtype=DOUBLE), slack, strain=strain)
+
+    force = begun(strain)
+    torch.testing.assert_close(hill(a, length - strain * slack * elongation(force), velocity), force, rtol=0, atol=1e-9)
+    (by_strain,) = torch.autograd.grad(force.sum(), strain)
+    with torch.no_grad():
+        ahead, behind = begun(strain + 1e-7) - force, force - begun(strain - 1e-7)
+    smooth = (ahead - behind).abs() < 1e-3 * 1e-7  # not at a kink
+    assert smooth.double().mean() > 0.95
+    torch.testing.assert_close(by_strain[smooth], (ahead + behind)[smooth] / 2e-7, rtol=1e-4, atol=1e-3)
 
 
 @pytest.mark.parametrize("force", [0.02, 0.1, 0.33, 0.6, 1.0])

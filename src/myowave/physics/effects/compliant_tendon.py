@@ -9,7 +9,9 @@ from torch import Tensor
 from myowave.physics.effect import Effect, Parameter
 
 VELOCITY_STEP = 1e-3  # v_max, for the slope of the force-velocity curve
-ROUNDS = 30  # of the fixed point at the first sample; each closes at least half of what is left
+ROUNDS = 10  # of Newton's method at the first sample
+FORCE_STEP = 1e-6  # f0, for the slope of what the fibre gives over what the tendon carries
+STEEPEST = 0.5  # that slope counts up to here: at 1 a step would be infinite
 # Thelen 2003, Eq. 5: an exponential toe up to a force [f0] and a share of the strain at f0, then a straight line. A
 # tendon that carries little is a tenth as stiff as one that carries much.
 TOE_FORCE, TOE_STRAIN, TOE_SHAPE = 0.33, 0.609, 3.0
@@ -74,8 +76,15 @@ def balanced(
     strain: Tensor,
 ) -> Tensor:
     """At the first sample tendon and fibre carry the same force, and the tendon's length stands still."""
+
+    def given(force: Tensor) -> Tensor:
+        return hill(activation, fibre_length - strain * slack * elongation(force) / l0, fibre_velocity)
+
     for _ in range(ROUNDS):
-        force = (force + hill(activation, fibre_length - strain * slack * elongation(force) / l0, fibre_velocity)) / 2.0
+        now = given(force)
+        # Whatever slope a round takes, the balance is where the force stays: no derivative goes through it.
+        slope = ((given(force + FORCE_STEP) - now) / FORCE_STEP).detach().clamp(max=STEEPEST)
+        force = force + (now - force) / (1.0 - slope)
     return force
 
 
