@@ -16,7 +16,7 @@ from myowave.data.checks.session import find_faults
 from myowave.data.checks.values import beyond_tables, value_problems
 from myowave.data.processing.excitation import Known, RealTime, envelope, known_from
 from myowave.data.processing.sampled import Sampled, common_grid, sample_at
-from myowave.data.reading import read_session
+from myowave.data.reading import braking, read_session
 from myowave.data.recording import Prepared, RawTrial, Recording, Session
 from myowave.data.trials import MOTOR, Array, Trials
 from myowave.settings import MeasuredDataset, PathTable, RecordedDataset, dump
@@ -146,7 +146,7 @@ def _to_trials(
     over_time = {signal.condition: key for key, signal in settings.signals.items() if signal.condition}
     if settings.motor is not None:
         over_time["motor"] = MOTOR
-        constants = {"braking": settings.motor.braking, **constants}
+        constants = {"braking": braking(settings.motor), **constants}
     # ASSUME: a constant that is known over time counts as its median wherever one value stands for a trial.
     medians = {n: {c: float(np.median(one.signals[k])) for c, k in over_time.items()} for n, one in recordings.items()}
     conditions = {name: {**settings.conditions.get(name, {}), **medians[name]} for name in recordings}

@@ -82,6 +82,16 @@ def _read_tidy(where: str, settings: MeasuredDataset, channels: Sequence[str] | 
     return Session(trials, dict.fromkeys(channels or (), "fraction"), {}, reading.sha256, problems)
 
 
+def torque_per_volt(motor: RawMotor) -> float:
+    """Torque of a motor at rest for 1 V, kt / R [N m]; 0 where torque was recorded."""
+    return (motor.kt_Nm_A or 0.0) / (motor.resistance_ohm or 1.0)
+
+
+def braking(motor: RawMotor) -> float:
+    """By how much a motor's torque falls with speed, kt^2 / R [N m s/rad]; 0 where torque was recorded."""
+    return torque_per_volt(motor) * (motor.kt_Nm_A or 0.0)
+
+
 @dataclass
 class Reading:
     """Files read so far, columns used of them, and problems found: reading goes on, to find all of them."""
@@ -143,7 +153,7 @@ class Reading:
         duty = self._read(trial, "motor", motor, TO_NUMBER)
         supply = motor.model_copy(update={"column": motor.volts, "unit": "V", "sign": 1})
         volts = self._read(trial, "motor", supply, {"V": 1.0})
-        return replace(duty, values=motor.per_volt * duty.values * volts.values, unit="Nm")
+        return replace(duty, values=torque_per_volt(motor) * duty.values * volts.values, unit="Nm")
 
     def _kept(self, trial: str, keep: RawKeep) -> tuple[float, float]:
         """From and to [s] on the recorder's clock, the longest time in which a column has the value that is kept."""

@@ -83,16 +83,6 @@ class RawMotor(Signed):
             raise ValueError("give volts, kt_Nm_A and resistance_ohm together, or none where torque was recorded")
         return self
 
-    @property
-    def per_volt(self) -> float:
-        """Torque at rest for 1 V [N m]."""
-        return (self.kt_Nm_A or 0.0) / (self.resistance_ohm or 1.0)
-
-    @property
-    def braking(self) -> float:
-        """By how much the torque falls with speed [N m s/rad], 0 where it was recorded."""
-        return self.per_volt * (self.kt_Nm_A or 0.0)
-
 
 class RawKeep(RawSignal):
     """Which part of a recording to keep: the longest in which a column has a value."""
