@@ -19,6 +19,7 @@ import numpy as np
 import pandas as pd
 import yaml
 
+from myowave.data.json_files import read_json
 from myowave.diagnosis.causes import CAUSE_TITLES, OUTSIDE
 from myowave.physics.effects import SHIPPED
 from myowave.scores import TITLES as RIVALS
@@ -55,7 +56,7 @@ BLOCK = re.compile(r"(<!-- numbers: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 def collect(results: Path) -> dict[str, Any]:
     """What the main job measured, as README needs it."""
-    verdicts = {path.parent.name: json.loads(path.read_text()) for path in results.glob("diagnosis/*/verdict.json")}
+    verdicts = {path.parent.name: read_json(path) for path in results.glob("diagnosis/*/verdict.json")}
     torque = pd.read_csv(results / f"diagnosis/{PERSON}/torque.csv").query("held_out")
     ahead = pd.read_csv(results / f"diagnosis/{PERSON}/horizons.csv").query("held_out and horizon_s == 0.5")
     jobs = [pd.read_csv(path, sep="\t") for path in results.glob("benchmarks/*/**/*.tsv")]

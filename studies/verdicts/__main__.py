@@ -21,6 +21,7 @@ from pathlib import Path
 import pandas as pd
 import torch
 
+from myowave.data.json_files import read_json
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.plotting import save
@@ -70,8 +71,8 @@ def main() -> None:
                 answer.write_text(json.dumps(row))
                 found = row["shows"] or "-", row["named"] or row["verdict"], row["grade"]
                 print(path.stem, *found, sep=" | ", flush=True)
-    texts = [path.read_text() for path in sorted(given.folder.glob(f"{given.only}.{given.judge}.json"))]
-    rows = pd.DataFrame([json.loads(text) for text in texts if text])
+    answers = sorted(given.folder.glob(f"{given.only}.{given.judge}.json"))
+    rows = pd.DataFrame([read_json(path) for path in answers if path.stat().st_size])
     if rows.empty:
         parser.error(f"{given.folder} has no sets like {given.only}; --draw SEED draws some.")
     print(*tables(rows), sep="\n\n")

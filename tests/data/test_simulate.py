@@ -8,6 +8,7 @@ import pytest
 import torch
 from scipy.signal import find_peaks
 
+from myowave.data.json_files import write_json
 from myowave.data.simulate import (
     ANGLE_RANGE,
     FREQUENCY_RANGE,
@@ -16,7 +17,7 @@ from myowave.data.simulate import (
     simulate_trials,
     synthetic_emg,
 )
-from myowave.data.store import write_json, write_trials
+from myowave.data.store import write_trials
 from myowave.physics.effects import catalogue
 from myowave.physics.motion import simulate
 from myowave.physics.muscle import EXTENSOR, FLEXOR

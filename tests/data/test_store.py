@@ -7,12 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from myowave.data.json_files import read_json, replacing, write_json
 from myowave.data.store import (
     read_scales,
     read_table,
     read_trials,
-    replacing,
-    write_json,
     write_scales,
     write_table,
     write_trials,
@@ -82,6 +81,16 @@ def test_a_file_of_another_kind_is_refused_by_name(trials, tmp_path):
     path.write_text("time_s,emg_biceps\n")
     with pytest.raises(ValueError, match="table.parquet: this is not a Parquet file"):
         read_table(path)
+
+
+def test_facts_come_back_and_what_is_no_json_is_refused_by_name(tmp_path):
+    path = tmp_path / "facts.json"
+    write_json({"µ": [1.5, None], "text": "°"}, path)
+    assert read_json(path) == {"µ": [1.5, None], "text": "°"}
+    for damaged in (path.read_bytes()[:9], b'{"a": "\xff"}'):
+        path.write_bytes(damaged)
+        with pytest.raises(ValueError, match="facts.json: this is not JSON"):
+            read_json(path)
 
 
 def test_metadata_travels_with_any_table(tmp_path):

@@ -1,5 +1,5 @@
 # What plain `snakemake` makes, by the section `targets`: figures, networks, verdicts.
-import json
+from myowave.data.json_files import read_json
 
 TARGETS = SETTINGS.targets
 EVALUATION = f"results/learning/{NETWORK}/evaluation.csv"
@@ -41,7 +41,7 @@ def networks_with(dataset, found=None):
     """
     paths = of_networks(EVALUATION, dataset, models_of(dataset), TARGETS.scales)
     if found is not None:
-        model = json.loads(Path(found).read_text(encoding="utf-8"))["model"]
+        model = read_json(found)["model"]
         paths += of_networks(EVALUATION, dataset, model, min(TARGETS.scales))
     return list(dict.fromkeys(paths))
 

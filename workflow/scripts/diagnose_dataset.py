@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from myowave.data.store import read_trials, write_json, write_table
+from myowave.data.json_files import write_json
+from myowave.data.store import read_trials, write_table
 from myowave.diagnosis.report.facts import verdict_facts
 from myowave.diagnosis.report.tables import TABLES, draft_source, predictions_table
 from myowave.diagnosis.search.diagnose import diagnose

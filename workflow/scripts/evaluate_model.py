@@ -1,9 +1,7 @@
 """Score a trained model on all trials, running free, and what it identified where the truth is known."""
 
-import json
-from pathlib import Path
-
-from myowave.data.store import read_trials, replacing, write_table
+from myowave.data.json_files import read_json, replacing
+from myowave.data.store import read_trials, write_table
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import evaluate, predict_trials, tabulate_parameters, tabulate_predictions
 from myowave.workflow.job import job_log
@@ -13,7 +11,7 @@ with job_log(f"evaluate {where.dataset} {where.model} {where.recipe} {where.scal
     checkpoint = Checkpoint.load(snakemake.input.checkpoint)
     trials = read_trials(snakemake.input.trials).thinned(checkpoint.recipe["rate_hz"])
     predicted = predict_trials(checkpoint, trials)
-    truth = json.loads(Path(snakemake.input.truth).read_text())["parameters"] if snakemake.input.truth else None
+    truth = read_json(snakemake.input.truth)["parameters"] if snakemake.input.truth else None
     rows = evaluate(checkpoint, trials, predicted, recipe=where.recipe, truth=truth)
     with replacing(snakemake.output.evaluation) as temporary:  # other runs read it too
         rows.to_csv(temporary, index=False)

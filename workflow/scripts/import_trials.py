@@ -1,7 +1,8 @@
 """Read the recordings of a dataset, process them into trials, and report on their quality."""
 
 from myowave.data.importing import import_trials
-from myowave.data.store import write_json, write_trials
+from myowave.data.json_files import write_json
+from myowave.data.store import write_trials
 from myowave.settings import PathTable
 from myowave.settings.data import real_dataset
 from myowave.workflow.job import job_log

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from myowave.data.store import read_trials, replacing
+from myowave.data.json_files import replacing
+from myowave.data.store import read_trials
 from myowave.learning.baselines import score_baseline
 from myowave.models import build_model
 from myowave.settings import Baseline, Physics

@@ -1,11 +1,10 @@
 """Train with the best settings as a normal run does, and score them on the test trial beside the default."""
 
-import json
 from pathlib import Path
 
 import pandas as pd
-import yaml
 
+from myowave.data.json_files import read_json
 from myowave.data.store import read_scales, read_trials
 from myowave.data.wavelets import thin_scales
 from myowave.learning.evaluation import evaluate, predict_trials
@@ -14,6 +13,7 @@ from myowave.learning.task import Task
 from myowave.learning.training import train_scales
 from myowave.models import build_model
 from myowave.settings import Identify, Physics, Sweep, Wavelet, parse_recipe
+from myowave.settings.files import read_yaml
 from myowave.workflow.job import job_log
 
 inputs, params, judged = snakemake.input, snakemake.params, snakemake.params.judged
@@ -21,7 +21,7 @@ sweep = Sweep.model_validate(params.sweep)
 name = sweep.recipe + BEST
 label = f"score {sweep.dataset} {sweep.model} {name} {sweep.scales}-scale"
 with job_log(label, snakemake.log[0]) as log:
-    best = yaml.safe_load(Path(inputs.best).read_text())["learning"]["recipes"][name]
+    best = read_yaml(Path(inputs.best))["learning"]["recipes"][name]
     recipe, wavelet = parse_recipe(best), Wavelet.model_validate(params.wavelet)
     scales = read_scales(inputs.scales)
     task = Task(
@@ -35,7 +35,7 @@ with job_log(label, snakemake.log[0]) as log:
     for checkpoint in train_scales(task):
         log.progress(sweep.scales - checkpoint.level, sweep.scales, f"scale {-checkpoint.level} is trained")
     trials = read_trials(inputs.trials).thinned(recipe.rate_hz)
-    truth = json.loads(Path(inputs.truth).read_text())["parameters"] if inputs.truth else None
+    truth = read_json(inputs.truth)["parameters"] if inputs.truth else None
     rows = evaluate(checkpoint, trials, predict_trials(checkpoint, trials), recipe=name, truth=truth)
     both = pd.concat({"default": pd.read_csv(inputs.default), "best": rows}, names=["setting", None])
     both.reset_index(level="setting").to_csv(snakemake.output.scores, index=False)

@@ -1,19 +1,16 @@
 """Write a verdict: what was found and compared, errors where the truth is known, and the command that adds it."""
 
-import json
-from pathlib import Path
-
 import pandas as pd
 
-from myowave.data.store import write_json
+from myowave.data.json_files import read_json, write_json
 from myowave.diagnosis.comparison.summary import summarize
 from myowave.diagnosis.report.tell import adding_command, tell
 from myowave.diagnosis.scoring import add_truth
 from myowave.workflow.job import job_log
 
 with job_log(f"verdict of {snakemake.wildcards.dataset}", snakemake.log[0]) as log:
-    summary = json.loads(Path(snakemake.input.summary).read_text(encoding="utf-8"))
-    truth = json.loads(Path(snakemake.input.truth).read_text(encoding="utf-8")) if snakemake.input.truth else None
+    summary = read_json(snakemake.input.summary)
+    truth = read_json(snakemake.input.truth) if snakemake.input.truth else None
     compared = summarize(pd.read_csv(snakemake.input.torque), pd.read_csv(snakemake.input.horizons))
     command = adding_command(summary["dataset"], summary["model"], **snakemake.params.run)
     verdict = {**add_truth(summary, truth), **compared, "command": command}

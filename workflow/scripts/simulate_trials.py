@@ -1,7 +1,8 @@
 """Simulate the trials of a dataset, and keep apart what they were made with."""
 
+from myowave.data.json_files import write_json
 from myowave.data.simulate import simulate_trials
-from myowave.data.store import write_json, write_trials
+from myowave.data.store import write_trials
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.settings import Physics, SimulatedDataset

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from myowave.data.store import read_trials, write_json
+from myowave.data.json_files import write_json
+from myowave.data.store import read_trials
 from myowave.diagnosis.changed.ask import what_changed
 from myowave.diagnosis.report.change import change_page, changed_facts
 from myowave.models import build_model

@@ -1,10 +1,10 @@
 """Tell the diagnosis of a dataset on one page that needs nothing else."""
 
-import json
 from pathlib import Path
 
 import pandas as pd
 
+from myowave.data.json_files import read_json
 from myowave.diagnosis.report.cells import read_ranking
 from myowave.diagnosis.report.motion import read_beside
 from myowave.diagnosis.report.page import Story, write_page
@@ -13,7 +13,7 @@ from myowave.workflow.job import job_log
 inputs = snakemake.input
 with job_log(f"tell verdict of {snakemake.wildcards.dataset}", snakemake.log[0]):
     networks = Path("results/learning", snakemake.wildcards.dataset)
-    verdict, ladder = json.loads(Path(inputs.verdict).read_text(encoding="utf-8")), pd.read_csv(inputs.ladder)
+    verdict, ladder = read_json(inputs.verdict), pd.read_csv(inputs.ladder)
     story = Story(
         verdict=verdict,
         ladder=ladder,
@@ -22,7 +22,7 @@ with job_log(f"tell verdict of {snakemake.wildcards.dataset}", snakemake.log[0])
         predictions=read_beside(inputs.predictions, ladder, verdict["model"], networks),
         images={Path(path).stem: Path(path) for path in inputs.figures},
         draft=Path(inputs.draft).read_text(encoding="utf-8"),
-        doubts=json.loads(Path(inputs.quality).read_text(encoding="utf-8"))["lines"] if inputs.quality else [],
+        doubts=read_json(inputs.quality)["lines"] if inputs.quality else [],
         files=True,
     )
     Path(snakemake.output.page).write_text(write_page(story), encoding="utf-8")

@@ -1,10 +1,8 @@
 """Put the fitted models of a dataset and the networks trained with them side by side."""
 
-import json
-from pathlib import Path
-
 import pandas as pd
 
+from myowave.data.json_files import read_json
 from myowave.diagnosis.report.ladder import join_ladder, join_parameters
 from myowave.scores import read_evaluations
 from myowave.workflow.job import job_log
@@ -13,7 +11,7 @@ with job_log(f"watch {snakemake.wildcards.dataset}", snakemake.log[0]):
     seeds = snakemake.params.seeds
     evaluations = [read_evaluations([path], seeds) for path in snakemake.input.evaluations]
     evaluations += [read_evaluations([path]) for path in snakemake.params.beside]
-    verdict = json.loads(Path(snakemake.input.verdict).read_text(encoding="utf-8"))
+    verdict = read_json(snakemake.input.verdict)
     plain = [read_evaluations([path], seeds) for path in snakemake.input.baselines]
     ladder = join_ladder(pd.read_csv(snakemake.input.rungs), evaluations, plain)
     ladder.to_csv(snakemake.output.ladder, index=False)

@@ -6,9 +6,7 @@ is no column travels as JSON in the schema metadata, so a file is complete by it
 """
 
 import json
-import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -18,30 +16,11 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from myowave.data.json_files import replacing
 from myowave.data.trials import Trials
 
 METADATA_KEY = b"myowave"
 _LABELS = [field.name for field in fields(Trials) if field.name not in ("emg", "angle", "signals", "lengths")]
-
-
-@contextmanager
-def replacing(path: str | Path) -> Iterator[Path]:
-    """Write a file in one step: yields a temporary path beside `path` that takes its place if the block succeeds.
-
-    A reader, or a run that is killed half-way, never sees half a file; an OSError names `path`.
-    """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        yield temporary
-        os.replace(temporary, path)
-    except OSError as error:
-        if str(error.filename) == str(temporary):
-            error.filename = str(path)
-        raise
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def write_table(frame: pd.DataFrame, path: str | Path, metadata: Mapping[str, Any] | None = None) -> None:
@@ -66,11 +45,6 @@ def read_table(path: str | Path) -> tuple[pd.DataFrame, dict[str, Any]]:
             raise ValueError(
                 f"{path}: this is not a Parquet file, or it is damaged ({reason[:200]}). Write it again, or remove it."
             ) from error
-
-
-def write_json(content: Mapping[str, Any], path: str | Path) -> None:
-    with replacing(path) as temporary:
-        temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
 
 
 def write_trials(trials: Trials, path: str | Path) -> None:

@@ -18,7 +18,7 @@ import torch
 from pydantic import ConfigDict, Field, Json, TypeAdapter, ValidationError
 from torch import Tensor
 
-from myowave.data.store import replacing
+from myowave.data.json_files import replacing
 from myowave.data.trials import Trials
 from myowave.learning.band import Band, Seen
 from myowave.learning.network import Architecture, Network, Scaling, Size

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import torch
 
-from myowave.data.store import replacing
+from myowave.data.json_files import replacing
 from myowave.physics.path import read_path
 from myowave.settings.keys import did_you_mean
 from myowave.settings.physics import read_preset

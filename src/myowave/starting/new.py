@@ -6,7 +6,7 @@ from typing import Any
 
 import yaml
 
-from myowave.data.store import replacing
+from myowave.data.json_files import replacing
 from myowave.settings import parse_settings
 from myowave.settings.files import lay_over, read_layers
 from myowave.settings.keys import TO_FILL_IN

@@ -5,7 +5,6 @@ the best R2 on validation trials; the runs of the seeds hold their own scores an
 """
 
 import hashlib
-import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from myowave.data.json_files import read_json
 from myowave.diagnosis.report.tell import tell
 from myowave.learning.tables import join_histories
 from myowave.scores import median_over_seeds, read_evaluations
@@ -98,7 +98,7 @@ def _overview(results: Path, dataset: str, networks: Mapping[Path, pd.DataFrame]
     seconds = 0.0
     if (path := diagnosis / "verdict.json").exists():
         made.append(path)
-        verdict = json.loads(path.read_text(encoding="utf-8"))
+        verdict = read_json(path)
         story, missing = tell(verdict), ", ".join(verdict["effects"])
         ladder = pd.read_csv(diagnosis / "ladder.csv").set_index("model").select_dtypes("number")
         name = ": ".join([dataset, story["label"], *([story["named"]] if missing else [])])

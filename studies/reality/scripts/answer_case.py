@@ -1,6 +1,7 @@
 """Ask the diagnosis, and others, what is missing in a case or what changed."""
 
-from myowave.data.store import read_trials, write_json
+from myowave.data.json_files import write_json
+from myowave.data.store import read_trials
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.settings import DiagnosisSettings, Identify, Physics

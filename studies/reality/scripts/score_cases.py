@@ -1,8 +1,8 @@
 """Set the answers beside the truth, as a table and a picture."""
 
-import json
 from pathlib import Path
 
+from myowave.data.json_files import read_json
 from myowave.plotting import save
 from myowave.settings.files import read_yaml
 from myowave.workflow.job import job_log
@@ -12,7 +12,7 @@ from studies.reality.score import score_cases
 
 with job_log("score cases", snakemake.log[0]) as log:
     cases = snakemake.params.cases
-    answers = {Path(path).stem: json.loads(Path(path).read_text()) for path in snakemake.input.answers}
+    answers = {Path(path).stem: read_json(path) for path in snakemake.input.answers}
     table = score_cases(cases, answers, read_yaml(Path(snakemake.input.truth), "cases"))
     for path in (snakemake.output.table, snakemake.output.kept):
         table.to_csv(path, index=False)

@@ -5,10 +5,10 @@ Source: brain imaging data structure, electromyography (bids-specification).
 """
 
 import csv
-import json
 from dataclasses import replace
 from pathlib import Path
 
+from myowave.data.json_files import read_json
 from myowave.data.readers.signals import RawRecording, Signal
 from myowave.data.readers.text import read_lines
 
@@ -45,9 +45,6 @@ def _channels(path: Path) -> dict[str, dict[str, str]]:
 def _rate(path: Path) -> float | None:
     if not path.is_file():
         return None
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise ValueError(f"{path}: this is not JSON ({error}). Correct the file, or remove it.") from None
+    content = read_json(path)
     rate = content.get("SamplingFrequency") if isinstance(content, dict) else None
     return float(rate) if isinstance(rate, int | float) else None

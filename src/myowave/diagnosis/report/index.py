@@ -1,6 +1,5 @@
 """One page over all datasets: a picture, verdict, errors of muscle model and network, what to do next."""
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,6 +8,7 @@ import jinja2
 import pandas as pd
 import yaml
 
+from myowave.data.json_files import read_json
 from myowave.diagnosis.report.ladder import ERROR, shown_network
 from myowave.diagnosis.report.page import inline
 from myowave.diagnosis.report.tell import base_of, tell
@@ -41,7 +41,7 @@ def write_index(
 
 def _row(folder: Path, settings: Mapping[str, Any]) -> dict[str, Any]:
     """What the table of all datasets shows of one."""
-    verdict = json.loads((folder / "verdict.json").read_text(encoding="utf-8"))
+    verdict = read_json(folder / "verdict.json")
     ladder, name, found = pd.read_csv(folder / "watch.csv"), verdict["dataset"], verdict["model"]
     picture = folder.parents[1] / "figures" / folder.name / "diagnosis/glance.png"
     network = shown_network(ladder, found)
