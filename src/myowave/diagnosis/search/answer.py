@@ -22,6 +22,7 @@ LIKELY = 0.5
 UNLIKELY = 1e-4  # of noise: what is left is then not noise
 SURPRISING = 6e-5  # 4 standard deviations
 FAR = 3.0  # standard deviations
+KNOWN = 0.1  # share of what was not known of constants that data must have taken, or errors of linearising decide
 BANDS = 6  # of frequencies, in which what is left is looked at
 ANYTHING = "something that the catalogue lacks"
 NAME_OF = dict.fromkeys(MISSING, OUTSIDE) | {
@@ -172,6 +173,6 @@ def p_of_constants(model: Hypothesis) -> float:
     off = (mean[place] - np.array([free[i].start for i in place])) / deviation
     known = np.eye(len(place)) - covariance[np.ix_(place, place)] / np.outer(deviation, deviation)
     values, vectors = np.linalg.eigh(known)
-    sure = values > 0.1
+    sure = values > KNOWN
     squares = (vectors[:, sure].T @ off) ** 2 / values[sure]
     return float(chi2.sf(squares.sum(), max(int(sure.sum()), 1)))

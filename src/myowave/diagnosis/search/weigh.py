@@ -2,8 +2,7 @@
 
 From the best model so far all effects, and pairs of them, are screened to first order with the covariance that its
 residual calls for; the promising ones are fitted with it, causes are weighed anew, and the most likely goes on. First
-orders choose what is fitted, and weigh single parts of the general correction: all else that is compared was linearised
-where it stands.
+orders choose what is fitted: all that is compared was linearised where it stands.
 """
 
 import math
@@ -16,7 +15,7 @@ import torch
 from scipy.special import softmax
 
 from myowave.diagnosis.likelihood.algebra import COST, most_likely, weigh_components
-from myowave.diagnosis.likelihood.components import COLOURED, EMG, REPEATS, residual_above
+from myowave.diagnosis.likelihood.components import COLOURED, EMG, residual_above
 from myowave.diagnosis.likelihood.hypothesis import BEHIND, LITTLE, Hypothesis, settle, with_likely_memory
 from myowave.diagnosis.likelihood.sensor import Sensor, knots_of
 from myowave.diagnosis.likelihood.waves import View
@@ -30,7 +29,6 @@ from myowave.physics.model import Model
 
 Key = tuple[frozenset[str], bool]  # names of effects, and whether the EMG is the expected one
 
-OUTSIDE = 0.03  # ASSUME: so likely is one part of the general correction, beside all effects of the catalogue
 MOST_EFFECTS = 3
 REFITS, IDEAL, PAIRS = 3, 2, 2  # that are fitted from one model
 CLEARLY = 5.0  # nats
@@ -45,8 +43,6 @@ class Posterior:
 
     prior: float  # logarithm of how likely an effect is before any trial
     models: dict[Key, Hypothesis] = field(default_factory=dict)  # the most likely hypothesis of each
-    # each part of the general correction beside the effects of some model, to first order: log posterior
-    parts: dict[tuple[frozenset[str], int], float] = field(default_factory=dict)
     # what effects promise from the models that led on, by the names of their effects
     screened: dict[frozenset[str], Screened] = field(default_factory=dict)
 
@@ -74,14 +70,6 @@ class Posterior:
             if key not in self.models or model.total > self.models[key].total:
                 self.models[key] = model
 
-    def screen(self, model: Hypothesis, catalogue: Mapping[str, Effect]) -> Screened:
-        """What effects promise from a model, which is kept."""
-        found = self.screened[frozenset(model.effects)] = screen(model, catalogue)
-        share = self.prior + math.log(OUTSIDE * max(len(catalogue), 1) / max(len(found.parts), 1))
-        for part, value in found.parts.items():
-            self.parts[frozenset(model.effects), part] = value + model.prior + share
-        return found
-
     def weights(self) -> list[tuple[float, frozenset[str], frozenset[str]]]:
         """Probability, effects and causes of every state of every model."""
         found: dict[tuple[frozenset[str], frozenset[str]], float] = {}
@@ -89,11 +77,8 @@ class Posterior:
             for on, state in model.counted.items():
                 # Noise of the EMG is one cause, whichever EMG it was linearised about.
                 found[effects, on] = max(state.value + model.offset, found.get((effects, on), -math.inf))
-        emg = {EMG} if self.best.expected_emg else set()
-        rows = [(value, effects, on) for (effects, on), value in found.items()]
-        rows += [(value, effects, frozenset({REPEATS, *emg})) for (effects, _), value in self.parts.items()]
-        probable = softmax([value for value, _, _ in rows])
-        return [(float(p), effects, on) for p, (_, effects, on) in zip(probable, rows, strict=True)]
+        probable = softmax(list(found.values()))
+        return [(float(p), effects, on) for p, (effects, on) in zip(probable, found, strict=True)]
 
 
 def weigh_models(fit: Fit, effects: Iterable[Effect], led: Fit | None = None) -> Posterior:
@@ -133,10 +118,10 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None
     whole = fit.record.pieces is None  # over pieces nothing is named, so nothing near the top decides anything
     for depth in range(MOST_EFFECTS):
         for model in (top, *rivals):
-            screened = found.screen(model, catalogue)
+            screened = found.screened[frozenset(model.effects)] = screen(model, catalogue)
             found.add(*_fit_singles(model, screened, found))
         if not depth:
-            found.add(*_fit_pairs(top, screened, catalogue, found.prior))
+            found.add(*_fit_pairs(top, found.screened[frozenset(top.effects)], catalogue, found.prior))
         best = found.best
         if len(best.effects) <= len(top.effects):
             break
@@ -222,7 +207,7 @@ def fresh_starts(fit: Fit, scores: Mapping[str, ScoreTest]) -> dict[str, Fit]:
 def _fit_pairs(top: Hypothesis, screened: Screened, catalogue: Mapping[str, Effect], prior: float) -> list[Hypothesis]:
     """The pairs that promise more than any effect alone, fitted."""
     single, pairs = max(screened.singles.values(), default=-np.inf), screened.pairs
-    hopeful = [p for p in sorted(pairs, key=lambda p: -pairs[p]) if pairs[p] + prior > single + 2.0][:PAIRS]
+    hopeful = [p for p in sorted(pairs, key=lambda p: -pairs[p]) if pairs[p] + prior > single][:PAIRS]
     found = []
     for one, other in hopeful:
         begin = score_effects(screened.scores[one].start, [catalogue[other]])[other]
