@@ -34,8 +34,8 @@ from myowave.identification.record import Record
 from myowave.identification.windows import Windows, between, between_kinks, gauss
 from myowave.physics.dynamics import Torques, torques
 from myowave.physics.model import Model, Params
-from myowave.physics.motion import unpack
-from myowave.physics.simulation import between_samples
+from myowave.physics.motion import late_activation, unpack
+from myowave.physics.simulation import Instant, between_samples
 
 HALF_WIDTH_S, OVERLAP = 0.15, 2  # of a window, as an elbow's motion is slower; they stand half of that apart
 FEWEST = 3  # steps in a half width
@@ -138,13 +138,9 @@ class TorqueBalance:
     def _at_points(self, params: Params) -> Torques:
         """Torques of the model at every point, (..., T, n, D)."""
         simulation = self.record.simulation(self.model, params)
-        excitation, activation = simulation.activate(self.position)
         valued = simulation.valued_along(2).timed(simulation.course_at(self.position))
-        for acting in valued.acting["late_activation"]:
-            quantities = {"excitation": excitation, "activation": activation, "side": valued.muscle["side"]}
-            if acting.effect.stateful:
-                quantities["state"] = self.states[acting.effect.name]
-            activation = acting(quantities)
+        instant = Instant(valued, *simulation.activate(self.position))
+        activation, _ = late_activation(instant, lambda acting, _: self.states[acting.effect.name])
         return torques(valued, self.q, self.qdot, activation, self.states)
 
     def torques(self, params: Params) -> WindowTorques:

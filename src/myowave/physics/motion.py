@@ -11,6 +11,7 @@ import torch
 from torch import Tensor
 
 from myowave.physics.dynamics import muscle_quantities, torques_with
+from myowave.physics.effect import Acting
 from myowave.physics.model import Model
 from myowave.physics.simulation import Drive, Instant, Simulation
 from myowave.physics.valued import Valued
@@ -200,13 +201,26 @@ def resting_states(simulation: Simulation, q: Tensor, qdot: Tensor) -> Tensor:
     return _resting(Instant(simulation.along_time, u, a), q, qdot)
 
 
-def _resting(instant: Instant, q: Tensor, qdot: Tensor) -> Tensor:
+def late_activation(
+    instant: Instant, state_of: Callable[[Acting, Mapping[str, Tensor]], Tensor]
+) -> tuple[Tensor, dict[str, Tensor]]:
+    """Activation behind effects with states, and these states by the effects' names.
+
+    Args:
+        state_of: the state of an effect, from the quantities of its stage.
+    """
     states, valued, a = {}, instant.valued, instant.activation
     for acting in valued.acting["late_activation"]:
         quantities = {"excitation": instant.excitation, "activation": a, "side": valued.muscle["side"]}
         if acting.effect.stateful:
-            states[acting.effect.name] = quantities["state"] = acting.initial(quantities, a)
+            states[acting.effect.name] = quantities["state"] = state_of(acting, quantities)
         a = acting(quantities)
+    return a, states
+
+
+def _resting(instant: Instant, q: Tensor, qdot: Tensor) -> Tensor:
+    valued = instant.valued
+    a, states = late_activation(instant, lambda acting, seen: acting.initial(seen, seen["activation"]))
     for tendon in valued.acting["tendon"]:
         states[tendon.effect.name] = tendon.initial(muscle_quantities(valued, q, qdot, a), a)
     return pack(valued.model, q, qdot, states)
