@@ -93,6 +93,15 @@ def test_facts_come_back_and_what_is_no_json_is_refused_by_name(tmp_path):
             read_json(path)
 
 
+def test_what_is_no_number_is_refused_and_the_file_from_before_stays(tmp_path):
+    path = tmp_path / "facts.json"
+    write_json({"error": None}, path)
+    for value in (float("inf"), float("nan")):
+        with pytest.raises(ValueError, match="not JSON compliant"):
+            write_json({"error": value}, path)
+    assert read_json(path) == {"error": None} and list(tmp_path.iterdir()) == [path]
+
+
 def test_metadata_travels_with_any_table(tmp_path):
     frame = pd.DataFrame({"epoch": [1, 2], "loss": [0.5, 0.25]})
     write_table(frame, tmp_path / "history.parquet", {"seeds": [1, 2]})

@@ -25,6 +25,8 @@ from myowave.diagnosis.report.tell import adding_command, tell
 from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.diagnosis.search.next_trial import MENU
+from myowave.diagnosis.search.where import missing_torque
+from myowave.identification.output_error import fit_from
 from myowave.physics.model import parse_model
 from myowave.plotting import save
 from myowave.settings import DiagnosisSettings
@@ -50,7 +52,8 @@ def verdict(diagnosis, truth, comparison):
     """As it comes back from the file."""
     summary = verdict_facts(diagnosis)
     command = adding_command(summary["dataset"], summary["model"], recipes=["rollout"])
-    return json.loads(json.dumps({**add_truth(summary, truth), **summarize(**comparison), "command": command}))
+    whole = {**add_truth(summary, truth), **summarize(**comparison), "command": command}
+    return json.loads(json.dumps(whole, allow_nan=False))
 
 
 @pytest.fixture(scope="module")
@@ -160,6 +163,17 @@ def test_without_a_truth_no_error_is_claimed(diagnosis):
     measured = add_truth(verdict_facts(diagnosis), None)
     assert measured["hidden"] is None and measured["hit"] is None
     assert all(e["error_pct"] is None for values in measured["parameters"].values() for e in values.values())
+
+
+def test_pieces_too_short_for_a_window_lack_no_torque_that_one_could_tell(diagnosis, verdict):
+    """Of samples so far apart that half a second has a few, or of pieces cut as short."""
+    first = diagnosis.rungs[0].fit
+    missing = missing_torque(fit_from(first.model, first.record.cut(0.2), first.free, first.values[None]))
+    assert missing.points.empty
+    facts = verdict_facts(replace(diagnosis, rungs=tuple(replace(r, missing=missing) for r in diagnosis.rungs)))
+    json.dumps(facts, allow_nan=False)
+    assert set(facts["missing_torque_Nm"].values()) == {None}
+    assert "too short to tell which torque the muscle model lacks" in tell({**verdict, **facts})["missing"]
 
 
 def test_the_ladder_holds_the_network_beside_the_physics(story, tables):

@@ -29,8 +29,9 @@ def replacing(path: str | Path) -> Iterator[Path]:
 
 
 def write_json(content: Mapping[str, Any], path: str | Path) -> None:
+    """Write facts, None where there is no number: JSON has neither NaN nor infinity, and a ValueError refuses them."""
     with replacing(path) as temporary:
-        temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+        temporary.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def read_json(path: str | Path) -> Any:

@@ -1,5 +1,7 @@
 """What is named of the comparisons: numbers in verdict.json, and sentences made of them."""
 
+import json
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -110,6 +112,10 @@ def test_what_overflows_is_said_in_text_and_picture(tell_torque, tell_horizons):
     rows = [("base", 0.2, True, 5.0), ("base", 0.5, True, np.inf), *rows]
     horizons = pd.DataFrame(rows, columns=SHORT.columns)
     assert "muscle model misses by over 1000 deg" in tell_horizons(horizons, "base")
+    told = json.loads(json.dumps(summarize(torque, horizons), allow_nan=False))
+    assert told["horizons"]["rmse_deg"]["base"] is None and told["torque"]["r2"]["base"] < 0
+    overflowing = horizons.assign(rmse_deg=np.where(horizons["predictor"] == HOLD, 7.0, np.inf))
+    assert f"({HOLD}) by 7.0 deg" in tell_horizons(overflowing, "base")
     figure = draw_horizons(horizons, {"noise": 0.5}, NO_NETWORKS, "base")
     assert any("base (overflows" in text.get_text() for text in figure.legends[0].get_texts())
 

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+LEAST_R2 = -1e6  # of a model whose torque overflows
 NAMED_S = 0.5  # of the horizons, the nearest to this is the one that is named
 
 
@@ -16,22 +17,23 @@ def summarize(torque: pd.DataFrame, horizons: pd.DataFrame) -> dict[str, Any]:
 
     Returns:
         torque: mean R2 over trials of each predictor, None where there is no window; horizons: the horizon nearest to
-        half a second, None where trials are shorter, each predictor's RMSE there, and over whole trials.
+        half a second, None where trials are shorter, each predictor's RMSE there, and over whole trials, None where
+        the motion overflows.
     """
     r2 = _shown(torque).groupby("model", sort=False)["r2"].mean()
     rmse = _shown(horizons).pivot(index="predictor", columns="horizon_s", values="rmse_deg")
     horizon = min((h for h in rmse.columns if np.isfinite(h)), key=lambda h: abs(h - NAMED_S), default=None)
-    near, whole = (rmse.get(h, pd.Series(dtype=float)).dropna().to_dict() for h in (horizon, np.inf))
+    near, whole = (rmse.get(h, pd.Series(dtype=float)).dropna() for h in (horizon, np.inf))
     return {
         "torque": {
             "held_out": bool(torque["held_out"].any()),
-            "r2": {name: None if np.isnan(value) else float(value) for name, value in r2.items()},
+            "r2": {name: None if np.isnan(value) else max(float(value), LEAST_R2) for name, value in r2.items()},
         },
         "horizons": {
             "held_out": bool(horizons["held_out"].any()),
             "horizon_s": horizon,
-            "rmse_deg": near,
-            "whole_deg": whole,
+            "rmse_deg": {name: float(value) if np.isfinite(value) else None for name, value in near.items()},
+            "whole_deg": {name: float(value) if np.isfinite(value) else None for name, value in whole.items()},
         },
     }
 

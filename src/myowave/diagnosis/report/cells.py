@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from myowave.diagnosis.comparison.baselines import HORIZON_BASELINES
 from myowave.diagnosis.report.ladder import NETWORK, PHYSICS, PLAIN, baseline_of
 from myowave.diagnosis.report.numbers import NOTHING, degrees, estimate, number, r2_text
-from myowave.diagnosis.report.tell import base_of
+from myowave.diagnosis.report.tell import base_of, best_rival
 from myowave.diagnosis.report.templates import called, described, of_muscles, with_unit
 
 NAMED = 3  # of the parameters that absorb an effect
@@ -41,8 +40,7 @@ def accuracy_cells(verdict: Mapping[str, Any], ladder: pd.DataFrame) -> pd.DataF
         rows.append((model(row["model"]), state, pieces, *errors, r2_text(row["heldout_r2"])))
     if horizon is not None and ahead["horizon_s"] is not None:
         rmse, at = ahead["rmse_deg"], f"the end of {ahead['horizon_s']:g} s"
-        rival = min((name for name in HORIZON_BASELINES if name in rmse), key=lambda name: rmse[name])
-        for name in dict.fromkeys((base, verdict["model"], rival)):
+        for name in dict.fromkeys((base, verdict["model"], best_rival(verdict))):
             errors = ("", degrees(rmse[name])) if ahead["held_out"] else (degrees(rmse[name]), "")
             rows.append((model(name), state, at, *errors, ""))
     for row in ladder[ladder["source"] != PHYSICS].to_dict("records"):

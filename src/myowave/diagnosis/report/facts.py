@@ -52,8 +52,8 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
             for rung in diagnosis.tried
         },
         "parameters": {rung.name: parameters_of(rung.fit) for rung in diagnosis.tried},
-        "missing_torque_Nm": {rung.name: rung.missing.rms for rung in (base, found)},
-        "torque_noise_Nm": {rung.name: rung.missing.standard_error for rung in (base, found)},
+        "missing_torque_Nm": {rung.name: _told(rung.missing.rms) for rung in (base, found)},
+        "torque_noise_Nm": {rung.name: _told(rung.missing.standard_error) for rung in (base, found)},
         "next_trial": next(next_trials, None),
         "absorbed": {name: list(by) for name, by in verdict.absorbed.items()},
         "outside_usual_range": {name: list(by) for name, by in verdict.masked.items()},
@@ -97,7 +97,7 @@ def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
     return {
         p.name: {
             "value": float(value),
-            "se": errors[p.name],
+            "se": _told(errors[p.name]),
             "assumed": p.assumed,
             **({"expected": p.start, "deviation": p.deviation} if p.assumed else {"expected": None, "deviation": None}),
             "unit": of_effects[p.name].unit if p.name in of_effects else constant_of(p.name).unit,
@@ -108,6 +108,11 @@ def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
         }
         for p, value in zip(fit.free, fit.values, strict=True)
     }
+
+
+def _told(value: float) -> float | None:
+    """A number; None where there is none, as of pieces too short for a window of torque."""
+    return value if np.isfinite(value) else None
 
 
 def _meaning(constant: str) -> str:

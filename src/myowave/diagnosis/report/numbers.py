@@ -10,9 +10,9 @@ ANYWHERE = (-np.inf, np.inf)
 NOTHING = 1e-9  # a smaller share of a value is no scatter but rounding
 
 
-def degrees(value: float) -> str:
-    """An error in text; no power of ten for one that nobody could measure."""
-    if value > MOST_DEG:
+def degrees(value: float | None) -> str:
+    """An error in text; no power of ten for one that nobody could measure, None of a motion that overflows."""
+    if value is None or value > MOST_DEG:
         return f"over {MOST_DEG:.0f} deg"
     return f"under {LEAST_DEG} deg" if value < LEAST_DEG else f"{two_digits(value)} deg"
 

@@ -37,8 +37,6 @@ def tell(verdict: Verdict, ladder: pd.DataFrame | None = None) -> dict[str, Any]
         to record, each what to do, load and seconds.
     """
     base, errors = base_of(verdict)
-    rmse = verdict["horizons"]["rmse_deg"]
-    rivals = [name for name in HORIZON_BASELINES if name in rmse]
     likely = verdict["probabilities"]
     of_plain = pd.DataFrame() if ladder is None else ladder[ladder["source"].str.startswith(PLAIN)].dropna(subset=ERROR)
     named = answer(verdict["effects"] or verdict["nearest"], verdict["alternatives"])
@@ -63,7 +61,7 @@ def tell(verdict: Verdict, ladder: pd.DataFrame | None = None) -> dict[str, Any]
         "network": None if ladder is None else shown_network(ladder, verdict["model"]),
         "plain": None if of_plain.empty else of_plain.loc[of_plain[ERROR].idxmin()],
         "baseline_of": baseline_of,
-        "rival": min(rivals, key=lambda name: rmse[name], default=""),
+        "rival": best_rival(verdict),
         "as_good": AS_GOOD,
         "quiet": is_quiet(verdict),
         "unexplained": leaves_more(verdict),
@@ -78,6 +76,13 @@ def tell(verdict: Verdict, ladder: pd.DataFrame | None = None) -> dict[str, Any]
 def base_of(verdict: Verdict) -> tuple[str, Mapping[str, float]]:
     """The model without effects, and its errors [deg]."""
     return next(iter(verdict["rmse_deg"].items()))
+
+
+def best_rival(verdict: Verdict) -> str:
+    """The best predictor without a model of the arm over a short horizon; empty where there is none."""
+    rmse = verdict["horizons"]["rmse_deg"]
+    errors = {name: math.inf if rmse[name] is None else rmse[name] for name in HORIZON_BASELINES if name in rmse}
+    return min(errors, key=lambda name: errors[name], default="")
 
 
 def noise(verdict: Verdict) -> str:
