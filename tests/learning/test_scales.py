@@ -6,13 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from pydantic import ValidationError
 
 from myowave.data.wavelets import decompose, project
+from myowave.learning.from_settings import build_task
 from myowave.learning.methods.paper.one_step import predict_teacher_forced
 from myowave.learning.optimisers import Adam
 from myowave.learning.prediction import predict_free_running
 from myowave.learning.task import begin_stage
 from myowave.learning.training import train_scale, train_scales
+from myowave.settings import RolloutRecipe, dump
 
 
 @pytest.fixture
@@ -131,3 +134,17 @@ def test_steps_of_rollouts_fall_along_one_cosine_over_all_scales(rollout, scales
     list(train_scales(replace(task, final=False)))
     cosine = [0.005 * (1 + math.cos(math.pi * n / 80)) * min(1.0, (n % 40 + 1) / 20) for n in range(80)]
     assert rates == pytest.approx(cosine)
+
+
+def test_a_task_from_plain_data_is_that_of_the_settings(settings, model, scales, wanted):
+    recipe = RolloutRecipe(hidden=8, rate_hz=16.0)  # every second sample
+    plain = {"physics": dump(settings.physics.of_arm("paper")), "recipe": dump(recipe)}
+    plain["identify"] = {name: dump(choice) for name, choice in wanted.items()}
+    thinned = build_task(scales, "base", **plain, total=2, seeds=3, wavelet={"name": "db2", "levels": 4})
+    assert (thinned.recipe, thinned.wanted, thinned.total, thinned.seeds) == (recipe, wanted, 2, range(3))
+    assert thinned.model.defaults == model.defaults
+    for level, again in decompose(scales[0].thinned(16.0), 1).items():
+        np.testing.assert_array_equal(thinned.scales[level].emg, again.emg)
+    assert build_task(scales, "base", **plain, total=2, seeds=3).scales is scales, "where they were thinned before"
+    with pytest.raises(ValidationError, match="hiden"):
+        build_task(scales, "base", **plain | {"recipe": {**plain["recipe"], "hiden": 9}}, total=2, seeds=3)

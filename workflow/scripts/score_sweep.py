@@ -6,13 +6,11 @@ import pandas as pd
 
 from myowave.data.json_files import read_json
 from myowave.data.store import read_scales, read_trials
-from myowave.data.wavelets import thin_scales
 from myowave.learning.evaluation import evaluate, predict_trials
+from myowave.learning.from_settings import build_task
 from myowave.learning.sweep.outcome import BEST
-from myowave.learning.task import Task
 from myowave.learning.training import train_scales
-from myowave.models import build_model
-from myowave.settings import Identify, Physics, Sweep, Wavelet, parse_recipe
+from myowave.settings import Sweep
 from myowave.settings.files import read_yaml
 from myowave.workflow.job import job_log
 
@@ -22,19 +20,19 @@ name = sweep.recipe + BEST
 label = f"score {sweep.dataset} {sweep.model} {name} {sweep.scales}-scale"
 with job_log(label, snakemake.log[0]) as log:
     best = read_yaml(Path(inputs.best))["learning"]["recipes"][name]
-    recipe, wavelet = parse_recipe(best), Wavelet.model_validate(params.wavelet)
-    scales = read_scales(inputs.scales)
-    task = Task(
-        thin_scales(scales, recipe.rate_hz, sweep.scales - 1, wavelet.name),
-        build_model(sweep.model, Physics.model_validate(judged["physics"])),
-        recipe,
-        {key: Identify.model_validate(values) for key, values in judged["identify"].items()},
+    task = build_task(
+        read_scales(inputs.scales),
+        sweep.model,
+        physics=judged["physics"],
+        recipe=best,
+        identify=judged["identify"],
         total=sweep.scales,
-        seeds=range(params.seeds),
+        seeds=params.seeds,
+        wavelet=params.wavelet,
     )
     for checkpoint in train_scales(task):
         log.progress(sweep.scales - checkpoint.level, sweep.scales, f"scale {-checkpoint.level} is trained")
-    trials = read_trials(inputs.trials).thinned(recipe.rate_hz)
+    trials = read_trials(inputs.trials).thinned(task.recipe.rate_hz)
     truth = read_json(inputs.truth)["parameters"] if inputs.truth else None
     rows = evaluate(checkpoint, trials, predict_trials(checkpoint, trials), recipe=name, truth=truth)
     both = pd.concat({"default": pd.read_csv(inputs.default), "best": rows}, names=["setting", None])

@@ -4,11 +4,10 @@ from functools import partial
 from pathlib import Path
 
 from myowave.data.store import read_scales
+from myowave.learning.from_settings import build_task
 from myowave.learning.sweep.objective import judge
 from myowave.learning.sweep.search import count, describe, open_search, work
-from myowave.learning.task import Task
-from myowave.models import build_model
-from myowave.settings import Identify, Physics, Sweep, parse_recipe
+from myowave.settings import Sweep
 from myowave.workflow.job import job_log
 
 params, judged, worker = snakemake.params, snakemake.params.judged, int(snakemake.wildcards.worker)
@@ -16,13 +15,14 @@ sweep = Sweep.model_validate(params.sweep)
 label = f"sweep {sweep.dataset} {sweep.model} {sweep.recipe} {sweep.scales}-scale, worker {worker}"
 with job_log(label, snakemake.log[0]) as log:
     search = open_search(Path(snakemake.input.search).read_text(), params.journal, seed=worker)
-    task = Task(
+    task = build_task(
         read_scales(snakemake.input.scales),
-        build_model(sweep.model, Physics.model_validate(judged["physics"])),
-        parse_recipe(judged["recipe"]),
-        {name: Identify.model_validate(values) for name, values in judged["identify"].items()},
+        sweep.model,
+        physics=judged["physics"],
+        recipe=judged["recipe"],
+        identify=judged["identify"],
         total=sweep.scales,
-        seeds=range(sweep.seeds),
+        seeds=sweep.seeds,
     )
     objective = partial(judge, task=task, epochs=sweep.epochs)
     tried = 0
