@@ -117,3 +117,12 @@ def test_a_muscle_of_the_shipped_arm_can_be_driven_by_another_channel():
     assert arm.muscles["BRA"].emg == "emg_brachioradialis" and arm.muscles["BRA"].f0_N == 987.26
     assert arm.channels == ("emg_triceps", "emg_biceps", "emg_brachioradialis")
     assert {"strength_brachialis", "strength_flexors"} < set(arm.nominal)
+
+
+def test_a_channel_is_led_by_the_first_of_its_muscles(arm26):
+    assert arm26.channels == tuple(arm26.leading) and set(arm26.channels) == {m.channel for m in arm26.muscles}
+    names, sharing = [m.name for m in arm26.muscles], {}
+    for muscle in arm26.muscles:
+        sharing.setdefault(muscle.channel, []).append(muscle.name)
+    assert any(len(of) > 1 for of in sharing.values())
+    assert {c: m.name for c, m in arm26.leading.items()} == {c: min(of, key=names.index) for c, of in sharing.items()}

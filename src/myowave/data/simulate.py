@@ -109,14 +109,13 @@ def simulate_trials(
     """
     model, hidden = _true_model(dataset, settings, base, catalogue)
     names = tuple(str(i + 1) for i in range(settings.trials))
-    channels = tuple(dict.fromkeys(muscle.channel for muscle in base.muscles))
     angle = np.zeros((settings.trials, settings.samples))
     blank = Trials(  # carries the labels and the known constants; the signals come below
         dataset=dataset,
         dt=settings.dt_s,
         names=names,
-        channels=channels,
-        emg=np.zeros((*angle.shape, len(channels))),
+        channels=base.channels,
+        emg=np.zeros((*angle.shape, len(base.channels))),
         angle=angle,
         lengths=(settings.samples,) * settings.trials,
         test=settings.test,
@@ -212,7 +211,7 @@ def _draw_in_range(
 def _draw_emg(blank: Trials, settings: SimulatedDataset, model: Model, draw: int) -> Array:
     """One draw of the EMG of all trials with its noise, (T, N, C)."""
     mass = model.defaults["mass"]
-    sides = [next(m.side for m in model.muscles if m.channel == channel) for channel in blank.channels]
+    sides = [model.leading[channel].side for channel in blank.channels]
     effort = (blank.condition("mass", mass) + blank.condition("load", model.defaults["load"])) / mass
     clean = synthetic_emg(
         settings.seed,

@@ -58,6 +58,16 @@ class Model:
         return tuple(dict.fromkeys(m.group for m in self.muscles if m.group))
 
     @cached_property
+    def channels(self) -> tuple[str, ...]:
+        """EMG channels that drive the muscles, each once."""
+        return tuple(dict.fromkeys(m.channel for m in self.muscles))
+
+    @cached_property
+    def leading(self) -> dict[str, Muscle]:
+        """The first muscle of each channel: muscles that share one are taken to be alike."""
+        return {c: next(m for m in self.muscles if m.channel == c) for c in self.channels}
+
+    @cached_property
     def effect_parameters(self) -> dict[str, Parameter]:
         """Parameters that the effects bring, by full name: `joint_damping.c`, or `emg_gain.g_Bi`, one per muscle."""
         return {name: p for effect in self.effects for name, p in self.parameters_of(effect).items()}

@@ -198,8 +198,7 @@ def between_samples(values: Tensor, position: Tensor) -> Tensor:
 def channel_delays(model: Model, channels: Sequence[str]) -> tuple[float, ...]:
     """Delay of the muscles that each channel drives [s]; 0 for a channel that drives none."""
     # ASSUME: muscles that share an electrode answer after the same time; the first of them counts.
-    delays = {m.channel: m.nominal["delay"] for m in reversed(model.muscles)}
-    return tuple(delays.get(channel, 0.0) for channel in channels)
+    return tuple(model.leading[c].nominal["delay"] if c in model.leading else 0.0 for c in channels)
 
 
 def channels_of(model: Model, channels: tuple[str, ...], emg: Tensor) -> Tensor:

@@ -14,7 +14,7 @@ from myowave.data.trials import Array, Trials
 from myowave.diagnosis.causes import CAUSE_TITLES, SILENT
 from myowave.diagnosis.changed.by_trial import ByTrial, Point
 from myowave.diagnosis.changed.weigh import Weighing
-from myowave.diagnosis.changed.windows import Groups, Windowed, electrodes
+from myowave.diagnosis.changed.windows import Groups, Windowed
 from myowave.diagnosis.likelihood.algebra import fewest
 from myowave.identification.record import make_record
 from myowave.physics.constants import MUSCLE_CONSTANTS
@@ -135,7 +135,7 @@ def what_changed(
     """
     both = replace(trials.select((*groups.reference, *groups.against)), test=())
     second = np.array([name in groups.against for name in both.names])
-    silent = [c for c in electrodes(base) if _silent(both, c, second) or _silent(both, c, ~second)]
+    silent = [c for c in base.channels if _silent(both, c, second) or _silent(both, c, ~second)]
     base = replace(base, muscles=tuple(m for m in base.muscles if m.channel not in silent))
     if not base.muscles:
         raise ValueError(
@@ -199,10 +199,10 @@ def _candidates(model: Model, effect: Effect) -> list[Change]:
             continue
         names = tuple(model.names(effect, short))
         if parameter.per_muscle:
-            for channel in electrodes(model):
+            for channel in model.channels:
                 own = tuple(n for n, m in zip(names, model.muscles, strict=True) if m.channel == channel)
                 found.append(_change(effect, own, channel, parameter))
-        if not parameter.per_muscle or len(electrodes(model)) > 1:
+        if not parameter.per_muscle or len(model.channels) > 1:
             found.append(_change(effect, names, "", parameter))
     return found
 

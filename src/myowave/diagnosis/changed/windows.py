@@ -218,7 +218,7 @@ class Groups:
         _, activation = self.record.simulation(model, params).activate(balance.position)
         activation = balance.mean(activation.expand(*balance.q.shape, -1))[moving.inside].T
         of = np.array([m.channel for m in model.muscles])
-        means = np.stack([activation[of == c].mean(0) for c in electrodes(model)])
+        means = np.stack([activation[of == c].mean(0) for c in model.channels])
         return means, self._by_electrode(moving, model, params, {})[0]
 
     def _by_electrode(
@@ -226,7 +226,7 @@ class Groups:
     ) -> Array:
         """Torque of the muscles of one electrode after the other, as they are and with each error, (1 + E, C, L); no
         muscle has a passive force."""
-        channels = electrodes(model)
+        channels = model.channels
         values = {"passive_curve": torch.tensor(NO_FORCE, dtype=torch.float64)}
         for m in model.muscles:
             place = channels.index(m.channel)
@@ -239,8 +239,3 @@ class Groups:
                 values[f"{name}_{m.name}"] = value
         _, muscles, _ = moving.torques(model, {**params, **values})
         return muscles.reshape(1 + len(errors), len(channels), -1)
-
-
-def electrodes(model: Model) -> tuple[str, ...]:
-    """Channels of a model's muscles, each once."""
-    return tuple(dict.fromkeys(m.channel for m in model.muscles))

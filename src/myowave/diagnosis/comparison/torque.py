@@ -52,8 +52,8 @@ def compare_torque(models: list[Along]) -> pd.DataFrame:
         rivals[POSTURE_LOAD] = np.concatenate([posture, posture * load[:, None, None]], -1)
     _, activation = first.simulation.activate(balance.position)
     # ASSUME: muscles that share an electrode are active alike; the first of them counts.
-    electrodes = {m.channel: i for i, m in reversed([*enumerate(first.model.muscles)])}
-    by_electrode = activation.expand(len(record.names), -1, -1, -1)[..., [*electrodes.values()], None]
+    places = [first.model.muscles.index(m) for m in first.model.leading.values()]
+    by_electrode = activation.expand(len(record.names), -1, -1, -1)[..., places, None]
     rivals[EMG_ONLY] = balance.mean(torch.cat([smooth, (by_electrode * smooth[..., None, :]).flatten(-2)], -1))
     for name, features in rivals.items():
         rows += score(name, needed, features @ fit_linear(features, needed, training), balance)
