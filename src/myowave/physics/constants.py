@@ -4,7 +4,7 @@ Nothing heavy is imported here: whoever checks a configuration reads this file w
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 
@@ -118,6 +118,17 @@ def values_of(constants: Mapping[str, Constant], given: object, *kinds: str) -> 
     """Values of the constants of some kinds: what `given` has under their keys, or the default of one without a key."""
     named = {name: constants[name] for name in names_of(constants, *kinds)}
     return {name: getattr(given, c.key) if c.key else c.default or 0.0 for name, c in named.items()}
+
+
+def nominal_of(
+    muscles: Mapping[str, Mapping[str, float]], groups: Iterable[str], joint: Mapping[str, float]
+) -> dict[str, float]:
+    """Value of each constant of an arm by its full name, see `constant_of`, from those of its muscles by their names
+    and those of its joint."""
+    of_muscles = {f"{c}_{name}": value for name, own in muscles.items() for c, value in own.items()}
+    of_groups = {f"{factor}_{group}": 1.0 for group in groups for factor in GROUP_CONSTANTS}
+    curves = {f"{name}_{CURVE}": c.default or 0.0 for name, c in CURVE_CONSTANTS.items() if muscles}
+    return of_muscles | of_groups | curves | dict(joint)
 
 
 def constant_of(name: str) -> Constant:

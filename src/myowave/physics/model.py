@@ -7,14 +7,7 @@ from functools import cached_property
 
 from torch import Tensor
 
-from myowave.physics.constants import (
-    CURVE,
-    CURVE_CONSTANTS,
-    GROUP_CONSTANTS,
-    JOINT_CONSTANTS,
-    MUSCLE_CONSTANTS,
-    constant_of,
-)
+from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS, constant_of, nominal_of
 from myowave.physics.curves import Curves
 from myowave.physics.effect import DRIVE_STAGES, STAGES, Effect, Parameter
 from myowave.physics.joint import kind_of_forearm
@@ -46,11 +39,9 @@ class Model:
     @cached_property
     def defaults(self) -> dict[str, float]:
         """Every parameter of the model with its nominal value; those of effects are 0."""
-        muscles = {f"{c}_{m.name}": value for m in self.muscles for c, value in m.nominal.items()}
-        groups = {f"{factor}_{group}": 1.0 for group in self.groups for factor in GROUP_CONSTANTS}
-        curves = {f"{c}_{CURVE}": CURVE_CONSTANTS[c].default or 0.0 for c in CURVE_CONSTANTS if self.muscles}
-        joint = {c: float(self.joint[c]) for c in self.joint}
-        return muscles | groups | curves | joint | dict.fromkeys(self.effect_parameters, 0.0)
+        joint = {name: float(value) for name, value in self.joint.items()}
+        constants = nominal_of({m.name: m.nominal for m in self.muscles}, self.groups, joint)
+        return constants | dict.fromkeys(self.effect_parameters, 0.0)
 
     @cached_property
     def groups(self) -> tuple[str, ...]:

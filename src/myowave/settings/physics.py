@@ -9,15 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from myowave.physics.constants import (
-    CURVE,
-    CURVE_CONSTANTS,
-    GROUP_CONSTANTS,
-    JOINT_CONSTANTS,
-    MUSCLE_CONSTANTS,
-    Constant,
-    values_of,
-)
+from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS, Constant, nominal_of, values_of
 from myowave.settings.files import lay_over, read_yaml
 from myowave.settings.section import FilePath, Name, Once, Real, Section, WithoutNull, setting
 
@@ -160,12 +152,8 @@ class Arm(Section):
     @property
     def nominal(self) -> dict[str, float]:
         """Value of each physical constant [SI]: `f0_Bi`, `strength_flexors`, `onset_curve`, `mass` and so on."""
-        values = {f"{c}_{CURVE}": CURVE_CONSTANTS[c].default or 0.0 for c in CURVE_CONSTANTS if self.muscles}
-        values |= values_of(JOINT_CONSTANTS, self.joint, "", self.joint.kind)
-        for name, muscle in self.muscles.items():
-            of_muscle = values_of(MUSCLE_CONSTANTS, muscle, "", muscle.kind)
-            values |= {f"{constant}_{name}": value for constant, value in of_muscle.items()}
-        return values | {f"{factor}_{group}": 1.0 for factor in GROUP_CONSTANTS for group in self.groups}
+        muscles = {name: values_of(MUSCLE_CONSTANTS, m, "", m.kind) for name, m in self.muscles.items()}
+        return nominal_of(muscles, self.groups, values_of(JOINT_CONSTANTS, self.joint, "", self.joint.kind))
 
 
 def read_preset(name: str) -> dict[str, Any]:
