@@ -239,6 +239,7 @@ rule tell_change:
         ),
     log:
         "results/logs/tell_change/{dataset}.log",
+    threads: 4  # as SIDE_BY_SIDE of `myowave changed`
     params:
         physics=physics_section,
         contents=physics_contents,

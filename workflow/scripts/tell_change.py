@@ -22,6 +22,7 @@ with job_log(f"what changed in {snakemake.wildcards.dataset}", snakemake.log[0])
         Changed.model_validate(params.changed),
         {name: Scatter.model_validate(scatter) for name, scatter in params.scatter.items()},
         log.say,
+        workers=snakemake.threads,
     )
     facts = changed_facts(snakemake.wildcards.dataset, found)
     write_json(facts, outputs.facts)

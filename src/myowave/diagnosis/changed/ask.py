@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from joblib import Parallel, cpu_count, delayed
+from joblib import Parallel, cpu_count, delayed, parallel_config
 from numpy.typing import NDArray
 from scipy.special import softmax
 
@@ -229,14 +229,15 @@ def _ask(
     report(f"nothing changed: {nothing.state.value:.1f} nats, {sizes}")
     found = []
     weighed = (delayed(_weighed)(groups, weighing, nothing, effect) for effect in effects)
-    for changes in Parallel(min(workers, cpu_count()), return_as="generator")(weighed):
-        for change, values in changes:
-            low, high = change.interval
-            report(
-                f"{change.effect} {change.electrode}: changed {change.changed:.1f} nats, trials differ "
-                f"{change.anyway:.1f}; {change.value:.3g} ({low:.3g} to {high:.3g}) {change.unit}; {values}"
-            )
-            found.append(change)
+    with parallel_config("loky", inner_max_num_threads=1):  # a job of Snakemake else gives each process all its cores
+        for changes in Parallel(min(workers, cpu_count()), return_as="generator")(weighed):
+            for change, values in changes:
+                low, high = change.interval
+                report(
+                    f"{change.effect} {change.electrode}: changed {change.changed:.1f} nats, trials differ "
+                    f"{change.anyway:.1f}; {change.value:.3g} ({low:.3g} to {high:.3g}) {change.unit}; {values}"
+                )
+                found.append(change)
     return found
 
 
