@@ -11,45 +11,56 @@ from studies.shared import markdown
 
 RUNAWAY = 60.0  # deg; what misses more follows no longer
 PLAIN = {"adequate": "nothing", "unknown": "something unknown", "undecidable": "cannot be told"}
-HEAD = """# What it says where nobody here made the truth
+MOST_NAMES = 3  # of a rival's answer; of a longer one the page has the number
+GRADES = {
+    "named": "right",
+    "class": "right up to a class of effects",
+    "honest": "that say no more than that something is missing, or a part of it",
+    "silent": "missed",
+    "wrong": "wrong",
+}
+HEAD = """
 
-Machines and a person that others recorded, and an arm that another program moves, with something known of them
-withheld. What is true is read by the scorer alone. One setting came in after an answer had been seen: that a motor's
-gain is known to 10 % only. With the gain held as told, a load that nobody put there was named beside or instead of the
-friction of servo and weight. How what changed is weighed was chosen with the person's seven rows in sight, so none of
-them is a test; [what changed](changed.md) has fresh ones. And tendons got a toe, and lags that change with the
-activation, as OpenSim has them, after the first row of Arm26 had been answered wrongly; that unusual constants are told
-beside named effects, and count, came after the second. Dry friction that is largest near rest came into the catalogue
-after the servo that is off had been answered wrongly, and so did the search that meets it there. Written by
-`snakemake reality --cores 2`, whose table is `results/reality.csv`.
+Others recorded the machines and the person; OpenSim moves Arm26. What was withheld is read by the scorer alone.
+
+**Many rows are no test**, as these changed after an answer had been seen:
+
+- that a motor's gain is known to 10 % only: taken as exact, a load that nobody put there was named beside or instead of
+  the friction of servo and weight;
+- how changes between trials are weighed, with all seven rows of the person in sight ([what changed](changed.md) has
+  fresh ones);
+- tendons with a toe, and lags that change with the activation, as OpenSim has them: the first row of Arm26 had been
+  wrong; that unusual constants are told beside named effects, and graded: the second had been;
+- dry friction that is largest near rest, and how it is sought: the servo that is off had been wrong.
+
+`snakemake reality --cores 2` writes this page and `results/reality.csv`.
 
 ![What was withheld, what was said, and the error before and after.](reality.png)
 
 """
 TAIL = """
 
-- **graded**: *named*, all that is known to be missing; *class*, the same in classes of effects that these trials cannot
-  tell apart, or for which something like them that the catalogue lacks would do as well; *honest*, no more than that
-  something is missing, or a part of it, or that unusual constants may hide it (the effects that explain them are in the
-  table's column `masked`); *silent*; *wrong*, a name of what is not there, or nothing else said to be missing where it
-  is.
-- **error**: of trials no fit has seen, simulated from their start to their end, with nothing added to the model, and
-  with what is named or comes nearest; none where only the torques of two groups were compared.
-- **a lasso on torque** keeps what it needs of all effects, each as it changes the torque at its usual strength
+- **graded**: *named*, all that is known to be missing; *class*, the same, but in classes of effects that these trials
+  cannot tell apart, or with "something like it"; *honest*, only that something is missing, or a part of it, or that
+  unusual constants may hide it (column `masked` of the table has the effects that explain them); *silent*, that nothing
+  is missing; *wrong*, a name of what is not there, or nothing more said to be missing where it is.
+- **error**: of unseen trials, simulated from start to end with nothing added to the model, and with what is named or
+  comes nearest. None where only the torques of two groups were compared.
+- **lasso on torque** keeps what it needs of all effects, each as it changes the torque at its usual strength
   (`scikit-learn`, penalty by cross-validation). **PySINDy** keeps terms of the acceleration, where it is installed
-  (`studies/reality/requirements.txt`) and the arm has no muscles.
+  (`studies/reality/requirements.txt`) and the arm has no muscles. [Names of all effects](reality.csv).
 - **servo and weight**: [data/servo_pendulum](https://github.com/Rhoban/bam). Its authors find friction in proportion to
   the load on the gears; damping and dry friction are the usual, wrong answer. One of three gains is kept for testing.
-  With the motor off, dry friction with drag is likelier than with damping by no more than 3 nats, and by less than 2
-  than damping with a friction that is largest near rest, which its authors have: these drops do not tell them apart.
+  With the motor off its drops cannot tell three answers apart: dry friction with drag is likelier than with damping by
+  at most 3 nats, and by less than 2 than damping with a friction that is largest near rest, which its authors have.
 - **pendulum in bearings**: [data/free_pendulum](https://github.com/dynamicslab/MultiArm-Pendulum). The second half of
   each swing is kept for testing.
-- **a person**: [data/elbow_curls](https://github.com/jiruifu-jerry0219/UpperLimbEstimator), asked what changed
-  between trials with one dumbbell and with another, or with what was done to the EMG by hand. The three silent rows are
-  smaller than trials of this person differ anyway: [what is missed, and why](changed.md).
+- **a person**: [data/elbow_curls](https://github.com/jiruifu-jerry0219/UpperLimbEstimator). The question is what
+  changed between trials with one dumbbell and with another, or with what was done to the EMG by hand. The three silent
+  rows are smaller than trials of this person differ anyway: [what is missed, and why](changed.md).
 - **OpenSim's Arm26**: `data/arm26/trials`, simulated by OpenSim 4.6 (`studies/reality/arm26.py`). Its activation lags,
-  its tendons stretch and its curves are Thelen's: all of that counts as missing, even what the noise of 0.5 deg hides.
-  One of four trials is kept for testing.
+  its tendons stretch and its curves are Thelen's: all of that is missing, even what the noise of 0.5 deg hides. One of
+  four trials is kept for testing.
 
 A case is a dataset and a line in `studies/reality/settings.yaml`, and what is true of it in
 `studies/reality/truth.yaml`.
@@ -71,11 +82,24 @@ def write_page(table: pd.DataFrame) -> str:
             _size(row),
             error_before_after(row),
             row["grade"],
-            *(str(row[rival]).replace("_", " ") for rival in ("lasso", "pysindy")),
+            *(_few(str(row[rival])) for rival in ("lasso", "pysindy")),
         ]
         for row in table.to_dict("records")
     ]
-    return HEAD + markdown(heads, rows) + TAIL
+    return _answer(table["grade"]) + HEAD + markdown(heads, rows) + TAIL
+
+
+def _answer(grades: pd.Series) -> str:
+    """The title, and how many answers there are of each grade."""
+    counts = grades.value_counts()
+    told = ", ".join(f"{counts.get(grade, 'none')} {text}" for grade, text in GRADES.items())
+    return f"# What it says where nobody here made the truth\n\n{len(grades)} answers: {told}."
+
+
+def _few(names: str) -> str:
+    """What a rival names, or how many."""
+    listed = names.split(", ")
+    return f"{len(listed)} effects" if len(listed) > MOST_NAMES else names.replace("_", " ")
 
 
 def said(row: Mapping[str, Any]) -> str:

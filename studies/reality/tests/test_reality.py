@@ -98,6 +98,9 @@ def test_the_table_and_the_picture_have_a_row_for_each_case():
     assert "servo that is off (measured) | friction of the gears | something unknown |  | runs away → 5 |" in page
     assert "half of the trials | something unknown |  |  | honest" in page
     assert "friction that grows with the load | 0.41, 0.38 to 0.44 (0.4) | 20 → 5 | named | joint damping" in page
+    assert f"{len(CASES)} answers: 1 right" in page
+    table.loc[0, "lasso"] = "a, b, c, d"
+    assert "| 4 effects |" in write_page(table), "the table has their names"
 
 
 def test_a_class_is_told_with_the_number_of_others():
