@@ -47,7 +47,7 @@ GRADES = {  # of docs/reality.md
     "named": "got the right answer",
     "class": "the right class",
     "honest": "no more than that something is missing",
-    "silent": "no answer",
+    "silent": "were missed",
     "wrong": "a wrong name",
 }
 BASELINES = CONFIG["learning"]["baselines"]
@@ -146,10 +146,10 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
     texts = {
         "caption": f"""
             *Machines and a person that others recorded, and an arm that OpenSim moves: something known of each was
-            withheld. Of {sum(grades.values())} questions {told}. The method changed with many of them in
-            sight.*""",
+            withheld. Of {sum(grades.values())} questions {told}. The method changed while many of the
+            answers were known.*""",
         "get": f"""
-            - **The angle from EMG**, sample by sample, with a band: {best["deg"]:.0f} deg off on a person's unseen
+            - **The angle from EMG**, sample by sample, with a 90 % band: {best["deg"]:.0f} deg off on a person's unseen
               trials.
             - **The muscles' parameters** with standard errors: within {_small(exact, "%")} of the truth where trials
               are simulated and nothing is hidden.
@@ -165,15 +165,15 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
             measured, misses the fifth by {_small(before, "deg")}.""",
         "time": f"""
             Networks and diagnoses took {numbers["minutes"]:.0f} core minutes here, twice that on another machine.
-            After a change it makes anew only what depends on it.""",
+            Later runs redo only what a change affects.""",
         "trust": f"""
             Of {study["sets"]} simulated arms {clean.get("right", 0)} of {sum(clean.values())} with nothing hidden were
-            judged right, {seen.get("right", 0) + seen.get("class", 0)} of {sum(seen.values())} effects that show were
+            judged right, {seen.get("right", 0) + seen.get("class", 0)} of {sum(seen.values())} visible effects were
             named or put in a class, {seen.get("silent", 0) or "none"} passed over in silence, and
-            {study["wrong_names"]} got a wrong name. No effect named on a person was ever checked. There the muscles
-            explain less of the torque (R² {r2["base"]:.2f}) than posture, speed and the known load do
-            ({r2["posture, speed and load"]:.2f}), so
-            believe a name only where the page says that the model follows.""",
+            {study["wrong_names"]} arms got a wrong name. On a person only what changed between
+            trials was ever checked. There the muscles explain less of the torque (R² {r2["base"]:.2f}) than posture,
+            speed and the known load do ({r2["posture, speed and load"]:.2f}).
+            Believe a name only where the page says that the model follows.""",
     }
     tables = {
         "results": _results(numbers),
