@@ -26,9 +26,13 @@ shows; noise of the EMG only where the recorder had it."""
 
 def write_page(rows: pd.DataFrame, date: str, commit: str) -> str:
     """The page of the study in Markdown."""
+    grades, wrong_names = rows["grade"].value_counts(), int(rows["wrong_name"].sum())
+    right, some, left, silent, wrong = (grades.get(grade, 0) for grade in GRADES)
     head = (
-        f"{len(rows)} simulated arms in {rows['world'].nunique()} worlds, {date}, judged at "
-        f"commit {commit}. All were drawn with seeds that nobody had looked at when the method was done. "
+        f"{right} verdicts were right, {some} named a class, {left} left it open, {silent} were silent and {wrong} "
+        f"wrong ({wrong_names} by a wrong name), on {len(rows)} simulated arms in {rows['world'].nunique()} worlds, "
+        f"{date}, judged at commit {commit}. All were drawn with seeds that nobody had looked at when the method was "
+        "done. "
         "`python -m studies.verdicts FOLDER --draw SEED --page docs` makes such a page; [every set](study_cases.csv)."
     )
     parts = ["# How often the diagnosis is right", head, "![What names are worth.](study.png)", HOW.strip()]

@@ -1,6 +1,7 @@
 """Facts on disk: JSON, and files that are never half written. Light enough for the workflow's rules."""
 
 import json
+import math
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -26,6 +27,11 @@ def replacing(path: str | Path) -> Iterator[Path]:
         raise
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def number_or_none(value: float) -> float | None:
+    """A number for JSON; None where it is infinite or none."""
+    return float(value) if math.isfinite(value) else None
 
 
 def write_json(content: Mapping[str, Any], path: str | Path) -> None:

@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-LEAST_R2 = -1e6  # of a model whose torque overflows
+from myowave.data.json_files import number_or_none
+
 NAMED_S = 0.5  # of the horizons, the nearest to this is the one that is named
 
 
@@ -16,9 +17,9 @@ def summarize(torque: pd.DataFrame, horizons: pd.DataFrame) -> dict[str, Any]:
         torque: columns model, held_out, r2; horizons: columns predictor, horizon_s, held_out, rmse_deg.
 
     Returns:
-        torque: mean R2 over trials of each predictor, None where there is no window; horizons: the horizon nearest to
-        half a second, None where trials are shorter, each predictor's RMSE there, and over whole trials, None where
-        the motion overflows.
+        torque: mean R2 over trials of each predictor, None where there is no window, the least number where its torque
+        overflows; horizons: the horizon nearest to half a second, None where trials are shorter, each predictor's RMSE
+        there, and over whole trials, None where the motion overflows.
     """
     r2 = _shown(torque).groupby("model", sort=False)["r2"].mean()
     rmse = _shown(horizons).pivot(index="predictor", columns="horizon_s", values="rmse_deg")
@@ -27,13 +28,13 @@ def summarize(torque: pd.DataFrame, horizons: pd.DataFrame) -> dict[str, Any]:
     return {
         "torque": {
             "held_out": bool(torque["held_out"].any()),
-            "r2": {name: None if np.isnan(value) else max(float(value), LEAST_R2) for name, value in r2.items()},
+            "r2": {name: None if np.isnan(value) else float(np.nan_to_num(value)) for name, value in r2.items()},
         },
         "horizons": {
             "held_out": bool(horizons["held_out"].any()),
             "horizon_s": horizon,
-            "rmse_deg": {name: float(value) if np.isfinite(value) else None for name, value in near.items()},
-            "whole_deg": {name: float(value) if np.isfinite(value) else None for name, value in whole.items()},
+            "rmse_deg": {name: number_or_none(value) for name, value in near.items()},
+            "whole_deg": {name: number_or_none(value) for name, value in whole.items()},
         },
     }
 

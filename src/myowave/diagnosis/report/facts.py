@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from myowave.data.json_files import number_or_none
 from myowave.diagnosis.causes import CAUSE_TITLES, EMG_NOISE, OF_RECORDER, OWN_CURVES
 from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.next_trial import SEPARATED
@@ -52,8 +53,8 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
             for rung in diagnosis.tried
         },
         "parameters": {rung.name: parameters_of(rung.fit) for rung in diagnosis.tried},
-        "missing_torque_Nm": {rung.name: _told(rung.missing.rms) for rung in (base, found)},
-        "torque_noise_Nm": {rung.name: _told(rung.missing.standard_error) for rung in (base, found)},
+        "missing_torque_Nm": {rung.name: number_or_none(rung.missing.rms) for rung in (base, found)},
+        "torque_noise_Nm": {rung.name: number_or_none(rung.missing.standard_error) for rung in (base, found)},
         "next_trial": next(next_trials, None),
         "absorbed": {name: list(by) for name, by in verdict.absorbed.items()},
         "outside_usual_range": {name: list(by) for name, by in verdict.masked.items()},
@@ -97,7 +98,7 @@ def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
     return {
         p.name: {
             "value": float(value),
-            "se": _told(errors[p.name]),
+            "se": number_or_none(errors[p.name]),
             "assumed": p.assumed,
             **({"expected": p.start, "deviation": p.deviation} if p.assumed else {"expected": None, "deviation": None}),
             "unit": of_effects[p.name].unit if p.name in of_effects else constant_of(p.name).unit,
@@ -108,11 +109,6 @@ def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
         }
         for p, value in zip(fit.free, fit.values, strict=True)
     }
-
-
-def _told(value: float) -> float | None:
-    """A number; None where there is none, as of pieces too short for a window of torque."""
-    return value if np.isfinite(value) else None
 
 
 def _meaning(constant: str) -> str:

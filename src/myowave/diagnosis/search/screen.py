@@ -1,6 +1,6 @@
 """What effects promise from where a hypothesis stands, to first order, by which what is fitted is chosen.
 
-Shapes: E parameters of effects, C columns.
+Shapes: T trials, W waves of a trial, E parameters of effects.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
