@@ -151,8 +151,8 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
         "get": f"""
             - **The angle from EMG**, sample by sample, with a 90 % band: {best["deg"]:.0f} deg off on a person's unseen
               trials.
-            - **The muscles' parameters** with standard errors: within {_small(exact, "%")} of the truth where trials
-              are simulated and nothing is hidden.
+            - **The muscles' parameters** with standard errors: within {_small(exact, "%")} of the truth from
+              simulated trials whose angle has no noise.
             - **What the model misses**: for a measured {best_found["system"]} it names
               {_titles(best_found, " and ")}{", or something like them" * best_found["like"]}{
             ", and something else" * best_found["more"]
