@@ -33,8 +33,9 @@ def by_evidence(fit: Fit, effects: Iterable[Effect]) -> Judged:
     """What the diagnosis says."""
     verdict = weigh(fit, fit.record.whole, fit.free, list(effects))
     found = verdict.answer
-    # A page calls curves of another shape "unknown", as no effect of the catalogue is them, and names them beside that.
-    kind = found.kind if found.of_curves else verdict.kind
+    # A page calls curves or paths of another shape "unknown", as no effect of the catalogue is them, and names them
+    # beside that.
+    kind = found.kind if found.of_shapes else verdict.kind
     given = {} if kind == "unknown" else {k: p for k, p in found.probabilities.items() if k != OUTSIDE}
     present = {effect.name for effect in fit.model.effects}
     more = tuple(e.name for e in found.best.fit.model.effects if e.name not in present)

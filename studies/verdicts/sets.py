@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from myowave.data.trials import Trials
-from myowave.diagnosis.causes import OUTSIDE, OWN_CURVES
+from myowave.diagnosis.causes import OUTSIDE, OWN_SHAPES
 from myowave.diagnosis.scoring import Named
 from myowave.identification.free_parameters import Free, free_parameters
 from myowave.identification.output_error import Fit, fit_from
@@ -58,7 +58,7 @@ class Drawn:
         """Names that the trials show."""
         seen = frozenset(name for name, signal in self.signals.items() if signal >= 1)
         out = seen & set(self.case.taken_out)
-        return (seen - out) | {OWN_CURVES if name in CURVES else OUTSIDE for name in out}
+        return (seen - out) | {OWN_SHAPES if name in CURVES else OUTSIDE for name in out}
 
     @property
     def true(self) -> frozenset[str]:
@@ -70,15 +70,15 @@ class Drawn:
             names |= {OUTSIDE}
         if CURVES & set(self.case.taken_out):  # the others say that curves differ, too
             names |= CURVES
-        return names | ({OWN_CURVES} if CURVES & names else set())
+        return names | ({OWN_SHAPES} if CURVES & names else set())
 
     def graded_as(self, named: Named) -> Named:
         """What is named, where it depends on the arm: any family of curves says that curves differ, where that of the
         arm is in no catalogue; and curves of any shape may be those of any family."""
         if CURVES & set(self.case.taken_out):
-            return tuple(tuple(OWN_CURVES if name in CURVES else name for name in members) for members in named)
+            return tuple(tuple(OWN_SHAPES if name in CURVES else name for name in members) for members in named)
         if CURVES & self.wanted:
-            families = {OWN_CURVES: tuple(sorted(CURVES))}
+            families = {OWN_SHAPES: tuple(sorted(CURVES))}
             return tuple(tuple(n for name in members for n in families.get(name, (name,))) for members in named)
         return named
 

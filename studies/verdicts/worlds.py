@@ -18,7 +18,7 @@ from scipy.signal import butter, lfilter, sosfiltfilt
 from torch import Tensor
 
 from myowave.data.trials import Array, Trials
-from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, OUTSIDE, OWN_CURVES
+from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, OUTSIDE, OWN_SHAPES
 from myowave.identification.free_parameters import free_parameters
 from myowave.physics.curves import Curve, Curves
 from myowave.physics.model import Model
@@ -42,7 +42,7 @@ CURVES = frozenset({"millard_curves", "degroote_curves", "thelen_curves"})  # ea
 
 # What is true of a world whatever is hidden in it: names that say what is different there.
 TRUE: Mapping[str, frozenset[str]] = {
-    "other_curves": CURVES | {OWN_CURVES},
+    "other_curves": CURVES | {OWN_SHAPES},
     "other_constants": frozenset({"vmax_change", "extra_delay", "activation_shape", "moment_arm_offset"}),
     "other_solver": frozenset({"extra_delay"}),  # by half a sample
 }

@@ -147,7 +147,7 @@ def test_what_the_catalogue_lacks_is_called_unknown_and_drafted(make_trials, bas
 def test_no_torque_is_drafted_for_what_goes_with_muscle_curves(make_trials, base, identify, monkeypatch):
     trials = make_trials({"joint_damping": {"c": 1.5}})
     assert diagnose(trials, base, [], identify, SETTINGS).draft.formula != "0"
-    monkeypatch.setattr(Answer, "of_curves", True)
+    monkeypatch.setattr(Answer, "of_shapes", True)
     assert diagnose(trials, base, [], identify, SETTINGS).draft.formula == "0"
 
 

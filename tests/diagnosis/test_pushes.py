@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import torch
 
-from myowave.diagnosis.likelihood.pushes import excitation_forcing
+from myowave.diagnosis.likelihood.forcing import excitation_forcing
 from myowave.physics.motion import simulate
 
 

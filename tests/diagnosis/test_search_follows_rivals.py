@@ -12,7 +12,7 @@ from myowave.diagnosis.search import weigh
 from myowave.diagnosis.search.weigh import Posterior, _rivals
 
 
-def model(total, *effects, on=frozenset({"curves"}), expected_emg=False):
+def model(total, *effects, on=frozenset({"shapes"}), expected_emg=False):
     return SimpleNamespace(total=total, effects=effects, on=on, expected_emg=expected_emg)
 
 

@@ -271,8 +271,8 @@ def test_the_page_tells_the_verdict_and_the_command_in_order(story):
         ),
         ({"verdict": "partial", "formula": "+1.2 q"}, "more is left, which has no name"),
         (
-            {"verdict": "partial", "rest": "muscle curves of another shape"},
-            "which goes with muscle curves of another shape",
+            {"verdict": "partial", "rest": "muscle curves or paths of another shape"},
+            "which goes with muscle curves or paths of another shape",
         ),
         (
             {"next_trial": {"question": "a or b", "trial": "passive swing", "separation": 40.0, "now": 2.0}},
@@ -294,14 +294,14 @@ def test_an_empty_catalogue_has_a_table_and_a_picture_without_rows(diagnosis, ta
 
 def test_no_effect_is_drafted_for_what_goes_with_curves(story):
     changes = {"verdict": "unknown", "effects": [], "nearest": []}
-    rest = {"formula": "0", "rest": "muscle curves of another shape"}
+    rest = {"formula": "0", "rest": "muscle curves or paths of another shape"}
     nameless, named = (
         write_page(replace(story, verdict={**story.verdict, **changes, **more}))
         for more in ({"formula": "+1.2 q"}, rest)
     )
     assert "Look at the draft below" in nameless and "q in rad" in nameless
     assert "draft below" not in named and "No short formula" not in named and "physics.effect_files" not in named
-    assert "It goes with muscle curves of another shape" in named and "physics.curves" in named
+    assert "It goes with muscle curves or paths of another shape" in named and "physics.curves" in named
 
 
 def test_noise_of_the_emg_is_named_in_words_and_there_is_no_model_to_add(story):
@@ -343,7 +343,10 @@ LONG = {"a": "crosstalk between electrodes", "b": "activation that lags behind t
             "noise of the recorded EMG or drag; these trials",
         ),
         ({"verdict": "partial", "missing_deg": 0.7}, "and something else that moves the arm by 0.70 deg."),
-        ({"verdict": "partial", "rest": "muscle curves of another shape"}, "and muscle curves of another shape that"),
+        (
+            {"verdict": "partial", "rest": "muscle curves or paths of another shape"},
+            "and muscle curves or paths of another shape that",
+        ),
         ({"verdict": "unknown", "effects": [], "missing_deg": 2.0}, "Missing: something that no effect explains."),
         (
             {"verdict": "adequate", "effects": [], "model": "base"},

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from myowave.diagnosis.likelihood.pushes import answers, excitation_forcing
+from myowave.diagnosis.likelihood.forcing import answers, excitation_forcing
 from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import View, Waves
 

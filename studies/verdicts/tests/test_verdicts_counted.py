@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from myowave.data.simulate import simulate_trials
-from myowave.diagnosis.causes import OWN_CURVES
+from myowave.diagnosis.causes import OWN_SHAPES
 from myowave.diagnosis.scoring import grade
 from myowave.settings import DiagnosisSettings, Scatter
 from studies.verdicts import __main__, simulator
@@ -71,7 +71,7 @@ def test_a_set_says_what_shows_and_what_is_true_of_it(model, effects, settings, 
     curves = replace(out, case=replace(out.case, taken_out=("thelen_curves",)), signals={"thelen_curves": 2.0})
     assert grade("effect", curves.graded_as((("millard_curves",),)), curves.true, curves.wanted) == "right"
     hidden = replace(curves, case=a_case(hidden={"thelen_curves": {}}))
-    for name, of in (("thelen_curves", "right"), (OWN_CURVES, "class"), ("millard_curves", "wrong")):
+    for name, of in (("thelen_curves", "right"), (OWN_SHAPES, "class"), ("millard_curves", "wrong")):
         assert grade("effect", hidden.graded_as(((name,),)), hidden.true, hidden.wanted) == of
     weak = draw_set(
         a_case(hidden={"joint_damping": {"c": 0.02}}, noise_deg=3.0), longer, settings.diagnosis, model, effects

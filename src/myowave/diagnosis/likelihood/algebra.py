@@ -1,8 +1,8 @@
 """How likely is what a fit leaves, given all that may have made it? One number, by which every question is answered.
 
 Linearised where a fit stands, its residual is a sum of causes with Gaussian sizes: constants about where they are
-expected, starts of trials, noise of sensors and of the EMG, curves of another shape, a correction that repeats in all
-trials. Integrated out they leave one Gaussian, whose covariance is
+expected, starts of trials, noise of sensors and of the EMG, curves and paths of another shape, a correction that
+repeats in all trials. Integrated out they leave one Gaussian, whose covariance is
     V = sum_k s_k^2 M_k + sum_j s_j^2 C_j C_j',
 M_k of each trial for itself, C_j columns that all trials share. Is a cause there? The difference of the log evidence
 with and without it says so, and which effect is missing, too. Source: MacKay 1992, Bayesian interpolation; Rasmussen &

@@ -13,7 +13,8 @@ from torch import Tensor
 
 from myowave.data.trials import Array
 from myowave.diagnosis.likelihood.algebra import COST, Component, Residual
-from myowave.diagnosis.likelihood.pushes import Pushes, along_steps, answers, excitation_of
+from myowave.diagnosis.likelihood.forcing import along_steps, answers, excitation_of
+from myowave.diagnosis.likelihood.pushes import Pushes
 from myowave.diagnosis.likelihood.terms import OF_SENSOR
 from myowave.diagnosis.likelihood.waves import View
 from myowave.identification.free_parameters import Free, scales
@@ -26,15 +27,15 @@ WIDE = 1.0
 MEMORY_S = 0.3  # ASSUME: a torque that nobody recorded stays alike for so long
 STARTS = np.radians([5.0, 50.0])  # how far the fitted start of a trial may be off [rad, rad/s]
 
-NOISE, EMG, CURVES, REPEATS, SLOW = "noise", "emg", "curves", "repeats", "slow"
+NOISE, EMG, SHAPES, REPEATS, SLOW = "noise", "emg", "shapes", "repeats", "slow"
 COLOURED, DRIFT, GAINS, TISSUE = "coloured", "drift", "gains", "tissue"
-MISSING = frozenset({CURVES, REPEATS, SLOW, TISSUE})  # what stands for something that the model lacks, and is no noise
+MISSING = frozenset({SHAPES, REPEATS, SLOW, TISSUE})  # what stands for something that the model lacks, and is no noise
 # Bounds of sizes and where their search starts: rad; of the EMG; standard bumps; rad of each part; rad; rad; s/s; a
 # share; rad.
 SIZES = {
     NOISE: (1e-5, 1e-2, 0.3),
     EMG: (1e-3, 0.03, 0.6),
-    CURVES: (0.03, 0.3, 6.0),
+    SHAPES: (0.03, 0.3, 6.0),
     REPEATS: (1e-5, 0.02, 1.0),
     SLOW: (1e-5, 0.02, 1.0),
     COLOURED: (1e-4, 1e-2, 0.3),
@@ -60,7 +61,7 @@ def residual_of(fit: Fit, view: View) -> Residual:
         _forced(EMG, by_emg, view),
         _slow(by_torque, view, fit.record.samples),
         _sized(REPEATS, columns=_repeating(fit, view, look(pushes.repeating))),
-        _sized(CURVES, columns=look(pushes.curves)),
+        _sized(SHAPES, columns=look(pushes.shapes)),
     ]
     if fit.record.pieces is None:
         activation, velocity = along_steps(fit)[2], fit.sensitive.motion.state[..., 1].numpy()

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from myowave.data.json_files import number_or_none
-from myowave.diagnosis.causes import CAUSE_TITLES, EMG_NOISE, OF_RECORDER, OWN_CURVES
+from myowave.diagnosis.causes import CAUSE_TITLES, EMG_NOISE, OF_RECORDER, OWN_SHAPES
 from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.next_trial import SEPARATED
 from myowave.diagnosis.search.where import locate
@@ -59,7 +59,7 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
         "absorbed": {name: list(by) for name, by in verdict.absorbed.items()},
         "outside_usual_range": {name: list(by) for name, by in verdict.masked.items()},
         "explained": verdict.explained,
-        "rest": OWN_CURVES if answer.of_curves else "",
+        "rest": OWN_SHAPES if answer.of_shapes else "",
         # Their intervals hold only if the model were right.
         "models_that_leave_more": sorted({rung.name for rung in (*worse, *before, *[last] * verdict.left)}),
         "follows": verdict.follows,

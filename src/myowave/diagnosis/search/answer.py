@@ -12,9 +12,9 @@ import numpy as np
 import torch
 from scipy.stats import chi2
 
-from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, NAMED, OUTSIDE, OWN_CURVES
+from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, NAMED, OUTSIDE, OWN_SHAPES
 from myowave.diagnosis.likelihood.algebra import fewest
-from myowave.diagnosis.likelihood.components import COLOURED, CURVES, DRIFT, EMG, GAINS, MISSING, NOISE
+from myowave.diagnosis.likelihood.components import COLOURED, DRIFT, EMG, GAINS, MISSING, NOISE, SHAPES
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.weigh import Posterior
 
@@ -26,7 +26,7 @@ KNOWN = 0.1  # share of what was not known of constants that data must have take
 BANDS = 6  # of frequencies, in which what is left is looked at
 ANYTHING = "something that the catalogue lacks"
 NAME_OF = dict.fromkeys(MISSING, OUTSIDE) | {
-    CURVES: OWN_CURVES,
+    SHAPES: OWN_SHAPES,
     EMG: EMG_NOISE,
     DRIFT: CLOCK_DRIFT,
     GAINS: GAIN_PER_TRIAL,
@@ -70,9 +70,9 @@ class Answer:
         return {name: (ANYTHING,) for name in off if off[name] > FAR} or {max(off, key=lambda n: off[n]): (ANYTHING,)}
 
     @property
-    def of_curves(self) -> bool:
-        """Whether muscle curves of another shape are named."""
-        return (OWN_CURVES,) in self.named
+    def of_shapes(self) -> bool:
+        """Whether muscle curves or paths of another shape are named."""
+        return (OWN_SHAPES,) in self.named
 
     @property
     def emg_noise(self) -> float:

@@ -120,8 +120,8 @@ def diagnose(
         report(f"{rung.name}: training {train:.3g} deg, held-out {heldout:.3g} deg")
     report(f"verdict: {verdict.kind}, {', '.join(verdict.causes) or 'no effect'}")
     missing = ladder.fits[0] if verdict.kind == "unknown" else ladder.fit
-    # A torque of the moment is no way to say what curves do.
-    nameless = verdict.follows and not verdict.answer.of_curves
+    # A torque of the moment is no way to say what curves or paths do.
+    nameless = verdict.follows and not verdict.answer.of_shapes
     draft = draft_effect(missing, verdict.answer.best.view) if nameless else Draft()
     proposals = _proposals(verdict, effects)
     return Diagnosis(trials.dataset, record, test, verdict, rungs, tuple(named), proposals, draft, failed)
