@@ -22,6 +22,9 @@ from myowave.physics.effect import Effect, Parameter
 # 2003, Millard et al. 2013, De Groote et al. 2016): by .05 to .24 in the active length, .01 to .16 in the velocity and
 # .02 to .03 in the passive curve, root mean square and in units of f0, where their shapes are free.
 ACTIVE, PASSIVE = 0.1, 0.03  # standard deviation of a bump [f0]
+# ASSUME: in units of f0, l0 and v_max the muscles of an arm have one set of curves (Zajac 1989, Crit. Rev. Biomed. Eng.
+# 17), which differs from a family as a whole, and a muscle from the others by about a third of that.
+OWN = 0.3
 WIDTH = 0.15  # of a bump, in units of l0 or v_max, and the usual distance between two
 ACTIVE_AT = np.arange(0.45, 1.75, WIDTH)  # l0
 VELOCITY_AT = np.array([-0.7, -0.5, -0.3, -0.15, 0.15, 0.3, 0.5])  # v_max; the force at 0 is f0 for any curve
@@ -50,8 +53,8 @@ def curve_bumps(curves: Curves, activation: Tensor, length: Tensor, velocity: Te
     """Force in units of f0 of one standard deviation of every bump, (..., C); arguments of one shape (...).
 
     The published families differ from one another by more than their shapes in the settings make up for, and so will
-    any arm. Small smooth bumps on every curve of every muscle, as large as these differences, may do the work of an
-    effect: it has then shown nothing but that curves differ.
+    any arm. Small smooth bumps on every curve, as large as these differences, may do the work of an effect: it has then
+    shown nothing but that curves differ.
     """
     lengthening = curves.force_velocity(velocity)
     long = curves.active_length(length)
@@ -67,12 +70,13 @@ def _bump(x: Tensor, at: float) -> Tensor:
 
 
 def pushes_of_curves(fit: Fit) -> Array:
-    """What each such bump adds to the state within a step, (T, N - 1, K, C)."""
+    """What each such bump, on all muscles at once and then on each, adds to the state in a step, (T, N - 1, K, C)."""
     # ASSUME: a fibre on a compliant tendon is about as long as on a stiff one.
     q, v, activation = along_steps(fit)
     fibre = muscle_quantities(fit.simulation.along_time, q, v, activation)
     force = curve_bumps(fibre["curves"], activation, fibre["fibre_length"], fibre["fibre_velocity"])
-    return _joined(forcing_by(fit, MORE_FORCE)[..., None] * force.numpy()[:, :, None])
+    each = forcing_by(fit, MORE_FORCE)[..., None] * force.numpy()[:, :, None]
+    return np.concatenate([each.sum(-2), OWN * _joined(each)], -1)
 
 
 def path_bumps(q: Tensor) -> tuple[Tensor, Tensor]:
