@@ -10,7 +10,7 @@ from scipy.signal import butter, sosfiltfilt
 from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, OUTSIDE
 from myowave.diagnosis.likelihood.algebra import Covariance
 from myowave.diagnosis.likelihood.components import DRIFT, EMG, SLOW, residual_of
-from myowave.diagnosis.likelihood.sensor import Sensor, knots_of, straight
+from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.answer import answer_of
 from myowave.diagnosis.search.weigh import through_likely_filter, weigh_models
@@ -175,14 +175,3 @@ def test_noise_of_the_emg_has_the_covariance_that_draws_show(recorded, base, fre
     slow = slice(1, 8)
     drawn = np.mean(np.square(answers), 0)[slow]
     assert np.allclose(drawn.sum(), np.diag(block)[slow].sum(), rtol=0.35)
-
-
-@pytest.mark.parametrize("knots", [2.5169, 5.5975])
-def test_lines_between_measured_values_are_seen_and_a_smooth_or_noisy_angle_has_none(knots):
-    random = np.random.default_rng(1)
-    lines = straight(600, knots)
-    angles = [lines @ (np.cumsum(random.standard_normal(lines.shape[1])) * 0.05) for _ in range(3)]
-    assert knots_of(angles) == pytest.approx(knots, abs=2e-3)
-    assert knots_of([random.standard_normal(600) for _ in range(3)]) is None
-    assert knots_of([np.sin(np.arange(600) / 50)]) is None
-    assert knots_of([np.zeros(600)]) is None

@@ -14,10 +14,11 @@ import numpy as np
 import torch
 from scipy.special import softmax
 
+from myowave.data.knots import knots_of
 from myowave.diagnosis.likelihood.algebra import COST, most_likely, weigh_components
 from myowave.diagnosis.likelihood.components import COLOURED, EMG, residual_above
 from myowave.diagnosis.likelihood.hypothesis import BEHIND, LITTLE, Hypothesis, settle, with_likely_memory
-from myowave.diagnosis.likelihood.sensor import Sensor, knots_of
+from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.score import ScoreTest, score_effects
 from myowave.diagnosis.search.screen import Screened, screen
