@@ -342,10 +342,10 @@ LONG = {"a": "crosstalk between electrodes", "b": "activation that lags behind t
             },
             "noise of the recorded EMG or drag; these trials",
         ),
-        ({"verdict": "partial", "missing_deg": 0.7}, "and something else that moves the arm by 0.70 deg."),
+        ({"verdict": "partial", "missing_deg": 0.7}, "and something else, worth 0.70 deg of motion."),
         (
             {"verdict": "partial", "rest": "muscle curves or paths of another shape"},
-            "and muscle curves or paths of another shape that",
+            "and muscle curves or paths of another shape, worth",
         ),
         ({"verdict": "unknown", "effects": [], "missing_deg": 2.0}, "Missing: something that no effect explains."),
         (
