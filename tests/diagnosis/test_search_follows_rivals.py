@@ -67,3 +67,20 @@ def test_what_would_do_without_the_causes_is_fitted_beside_them(found, monkeypat
     scores = {name: SimpleNamespace(start=None) for name in singles}
     screened = SimpleNamespace(singles=singles, ideal=ideal, scores=scores)
     assert weigh._fit_singles(top, screened, found) == fitted
+
+
+@pytest.mark.parametrize("on, likeliest", [({"slow"}, ("damping", "lag")), (set(), ("drag", "lag"))])
+def test_what_is_best_alone_gives_its_place_to_two_that_are_better_together(monkeypatch, on, likeliest):
+    posterior, asked = Posterior(-3.0), []
+    posterior.add(model(0.0), model(50.0, "drag"), model(40.0, "lag"), model(60.0, "drag", "lag", on=frozenset(on)))
+    posterior.screened[frozenset({"drag"})] = None  # the search came from there
+
+    def fit_singles(top, screened, found):
+        asked.append(top.effects)
+        return [model(90.0, "damping", *top.effects, on=frozenset())]
+
+    monkeypatch.setattr(weigh, "screen", lambda top, catalogue: "screened")
+    monkeypatch.setattr(weigh, "_fit_singles", fit_singles)
+    monkeypatch.setattr(weigh, "_with_one_less", lambda top: [])
+    weigh._exchange(posterior, {})
+    assert set(posterior.best.effects) == set(likeliest) and asked == [("lag",)] * bool(on)

@@ -16,7 +16,7 @@ from scipy.special import softmax
 
 from myowave.data.knots import knots_of
 from myowave.diagnosis.likelihood.algebra import COST, most_likely, weigh_components
-from myowave.diagnosis.likelihood.components import COLOURED, EMG, residual_above
+from myowave.diagnosis.likelihood.components import COLOURED, EMG, MISSING, residual_above
 from myowave.diagnosis.likelihood.hypothesis import BEHIND, LITTLE, Hypothesis, settle, with_likely_memory
 from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import View
@@ -132,7 +132,9 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None
         top = _of_called_for_emg(best, fit)
         found.add(best, top, *_with_one_less(top))
         rivals = _rivals(found, top) if whole else []
-    found.add(*(_by_recorded_emg(found, fit) if whole else ()))
+    if whole:
+        _exchange(found, catalogue)
+        found.add(*_by_recorded_emg(found, fit))
 
 
 def _rivals(found: Posterior, top: Hypothesis) -> list[Hypothesis]:
@@ -141,6 +143,20 @@ def _rivals(found: Posterior, top: Hypothesis) -> list[Hypothesis]:
     others = (m for names, m in found.by_effects().items() if names != set(top.effects))
     alike = [m for m in others if len(m.effects) == len(top.effects) and m.total > found.best.total - BEHIND]
     return alike if top.on else []
+
+
+def _exchange(found: Posterior, catalogue: Mapping[str, Effect]) -> None:
+    """Where more than noise is left, give up each effect of the most likely model for others, until none is likelier:
+    the first effect is the best alone, and may hold the place of two that are better together."""
+    while (top := found.best).on & MISSING:
+        for model in [m for names, m in found.by_effects().items() if names < set(top.effects)]:
+            names = frozenset(model.effects)
+            if len(names) == len(top.effects) - 1 and names not in found.screened:
+                screened = found.screened[names] = screen(model, catalogue)
+                found.add(*_fit_singles(model, screened, found))
+        if found.best is top:
+            return
+        found.add(*_with_one_less(found.best))
 
 
 def _by_recorded_emg(found: Posterior, recorded: Fit) -> list[Hypothesis]:
