@@ -234,7 +234,7 @@ def _is_trained(numbers: dict[str, Any], dataset: str, model: str) -> bool:
 
 def _small(value: float, unit: str) -> str:
     """Two digits, and no more zeros than people read."""
-    number = f"{value:.1f}" if value >= 1 else f"{value:.2g}" if value >= 0.001 else "under 0.001"
+    number = f"{value:.1f}" if value >= 1 else f"{value:#.2g}" if value >= 0.001 else "under 0.001"
     return f"{number} {unit}".strip()
 
 

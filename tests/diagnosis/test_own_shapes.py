@@ -77,18 +77,18 @@ def make_strange(dataset, base, free, effects):
     return make
 
 
-def moved_as(fit, pushes, effect):
-    """How the bump moves the arm that does what the effect does, and how one unit of the effect does."""
+def moved_as(fit, pushes, effect, alike=0.999):
+    """How the one bump moves the arm that does what the effect does, and how one unit of the effect does."""
     columns = fit.normal.without_starts(moved_by(fit, pushes(fit)))
     moved = fit.normal.without_starts(score_effect(fit, effect).start.normal.slope[..., -1:])[..., 0]
-    own = max(np.moveaxis(columns, -1, 0), key=lambda c: np.corrcoef(c.ravel(), moved.ravel())[0, 1])
+    (own,) = [c for c in np.moveaxis(columns, -1, 0) if np.corrcoef(c.ravel(), moved.ravel())[0, 1] > alike]
     return own, moved / effect.parameters["w"].typical
 
 
 def test_a_bump_of_a_curve_does_to_the_motion_what_an_effect_of_that_form_does(damped):
     one, moved = moved_as(damped, pushes_of_curves, of_muscles(ACTIVE, 0))
     assert np.linalg.norm(one - OWN * moved) < 0.1 * np.linalg.norm(OWN * moved)
-    every, moved = moved_as(damped, pushes_of_curves, of_muscles(ACTIVE, slice(None)))
+    every, moved = moved_as(damped, pushes_of_curves, of_muscles(ACTIVE, slice(None)), 0.998)
     assert np.linalg.norm(every - moved) < 0.1 * np.linalg.norm(moved)
 
 

@@ -28,6 +28,7 @@ from myowave.data.trials import Array, Trials
 MAD_TO_SIGMA = 0.6744897501960817
 """Median of |x| for a standard normal x: MAD / 0.6745 estimates its standard deviation."""
 OF_NOISE = "db6"  # the wavelet whose details tell noise, see `estimate_noise`
+FEWEST_OF_NOISE = 2 * pywt.Wavelet(OF_NOISE).dec_len  # samples of a signal whose noise they tell
 
 
 def decompose(trials: Trials, levels: int, wavelet: str = "db2") -> dict[int, Trials]:
@@ -90,10 +91,10 @@ def estimate_noise(*signals: ArrayLike) -> float:
     details = []
     for signal in signals:
         signal = np.asarray(signal, dtype=np.float64)
-        if signal.ndim != 1 or len(signal) < 2 * length:
+        if signal.ndim != 1 or len(signal) < FEWEST_OF_NOISE:
             raise ValueError(
-                f"noise estimate: a signal has shape {signal.shape}; expected one dimension and at least {2 * length} "
-                f"samples for {OF_NOISE}."
+                f"noise estimate: a signal has shape {signal.shape}; expected one dimension and at least "
+                f"{FEWEST_OF_NOISE} samples for {OF_NOISE}."
             )
         details.append(pywt.dwt(signal, OF_NOISE, mode="symmetric")[1][length // 2 - 1 : len(signal) // 2])
     return float(np.median(np.abs(np.concatenate(details))) / MAD_TO_SIGMA)

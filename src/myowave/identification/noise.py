@@ -9,12 +9,11 @@ import numpy as np
 
 from myowave.data.knots import knots_of, straight
 from myowave.data.trials import Array
-from myowave.data.wavelets import estimate_noise
+from myowave.data.wavelets import FEWEST_OF_NOISE, estimate_noise
 
 # ASSUME: no goniometer is better than this, and no model need be: structure below it is not chased.
 SMALLEST_NOISE_DEG = 0.05
 BOUND = 1.1  # times that: an estimate no larger is of noise less than half as strong, to which the smallest was added
-FEWEST = 24  # values of a trial that tell its noise
 # ASSUME: two programs that integrate and interpolate the same equations differ by about this much (0.001 to 0.003 deg
 # on trials of another simulator), so no parameter is known better than a noise of this size allows.
 SOLVERS_DEG = 0.005
@@ -24,7 +23,7 @@ def noise_of(angles: Sequence[Array], known_deg: float | None) -> float:
     """Standard deviation of the noise of measured angles, (N_i,) each [rad]: known, else from their finest scales, of
     angles resampled along straight lines from those of the values that were measured."""
     knots = knots_of(angles) if known_deg is None else None
-    if knots is not None and min(map(len, angles)) > FEWEST * knots:
+    if knots is not None and min(map(len, angles)) > FEWEST_OF_NOISE * knots:
         angles = [straight(len(angle), knots, at_knots=True) @ angle for angle in angles]
     noise = estimate_noise(*angles) if known_deg is None else np.radians(known_deg)
     return max(float(noise), float(np.radians(SMALLEST_NOISE_DEG)))

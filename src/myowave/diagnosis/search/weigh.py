@@ -119,8 +119,7 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None
     whole = fit.record.pieces is None  # over pieces nothing is named, so nothing near the top decides anything
     for depth in range(MOST_EFFECTS):
         for model in (top, *rivals):
-            screened = found.screened[frozenset(model.effects)] = screen(model, catalogue)
-            found.add(*_fit_singles(model, screened, found))
+            _lead_on(found, model, catalogue)
         if not depth:
             found.add(*_fit_pairs(top, found.screened[frozenset(top.effects)], catalogue, found.prior))
         best = found.best
@@ -137,6 +136,12 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None
         found.add(*_by_recorded_emg(found, fit))
 
 
+def _lead_on(found: Posterior, model: Hypothesis, catalogue: Mapping[str, Effect]) -> None:
+    """Add the models with one effect more than a model that promise most."""
+    screened = found.screened[frozenset(model.effects)] = screen(model, catalogue)
+    found.add(*_fit_singles(model, screened, found))
+
+
 def _rivals(found: Posterior, top: Hypothesis) -> list[Hypothesis]:
     """Models with as many effects as the most likely one and not far behind it, where more than noise is left: what
     is missing still decides which of its parts seems likeliest alone, by a few nats that another machine may turn."""
@@ -149,11 +154,10 @@ def _exchange(found: Posterior, catalogue: Mapping[str, Effect]) -> None:
     """Where more than noise is left, give up each effect of the most likely model for others, until none is likelier:
     the first effect is the best alone, and may hold the place of two that are better together."""
     while (top := found.best).on & MISSING:
-        for model in [m for names, m in found.by_effects().items() if names < set(top.effects)]:
-            names = frozenset(model.effects)
-            if len(names) == len(top.effects) - 1 and names not in found.screened:
-                screened = found.screened[names] = screen(model, catalogue)
-                found.add(*_fit_singles(model, screened, found))
+        models = found.by_effects()
+        for rest in (frozenset(top.effects) - {name} for name in top.effects):
+            if rest in models and rest not in found.screened:
+                _lead_on(found, models[rest], catalogue)
         if found.best is top:
             return
         found.add(*_with_one_less(found.best))
