@@ -34,8 +34,8 @@ class Adam(torch.optim.AdamW):
 
 
 class Soap:
-    """Source: Vyas et al. 2025, SOAP: Improving and Stabilizing Shampoo using Adam, Algorithm 3; here the basis is that
-    of the first gradient from the first step on, and found anew without a shortcut.
+    """Source: Vyas et al. 2025, SOAP: Improving and Stabilizing Shampoo using Adam, Algorithms 3 and 4; here the basis
+    is that of the first gradient from the first step on.
 
     Args:
         moved: leaves of the graph, (S, I, O) each; those with as many outputs are one layer, their inputs side by side,
@@ -80,8 +80,11 @@ class _Layer:
         self._steps += 1
         for covariance, product in zip(self._covariances, _products(gradient), strict=True):
             covariance.lerp_(product, 1 - MEMORY)
-        if self._steps % EVERY == 1:
+        if self._steps == 1:
             self.of_inputs, self.of_outputs = map(_eigenvectors, self._covariances)
+        elif self._steps % EVERY == 1:
+            before = zip(self._covariances, (self.of_inputs, self.of_outputs), strict=True)
+            self.of_inputs, self.of_outputs = (_closer_to_eigenvectors(*each) for each in before)
         self._mean.lerp_(gradient, 1 - betas[0])
         self._square.lerp_(self._turned(gradient).square(), 1 - betas[1])
         mean = self._turned(self._mean) / (1 - betas[0] ** self._steps)
@@ -98,5 +101,10 @@ def _products(gradient: Tensor) -> tuple[Tensor, Tensor]:
 
 
 def _eigenvectors(covariance: Tensor) -> Tensor:
-    """In the order of their eigenvalues, (S, n, n); of a seed whose gradient is no number, some orthogonal basis."""
+    """(S, n, n); of a seed whose gradient is no number, some orthogonal basis."""
     return torch.linalg.eigh(covariance.nan_to_num(0.0, 0.0, 0.0)).eigenvectors
+
+
+def _closer_to_eigenvectors(covariance: Tensor, basis: Tensor) -> Tensor:
+    """A step of orthogonal iteration from a basis (S, n, n), which costs a GPU a tenth of the time of finding them."""
+    return torch.linalg.qr(covariance.nan_to_num(0.0, 0.0, 0.0) @ basis).Q
