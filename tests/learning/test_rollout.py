@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 import torch
 
-from myowave.learning.methods.rollout.fast import Workspace, roll_out_gru
+from myowave.learning.methods.rollout.fast import Rollouts, Workspace, roll_out_gru
 from myowave.learning.network import Architecture, Network, Scaling, initialise
 from myowave.learning.prediction import run_free
 
@@ -75,6 +75,16 @@ def test_memory_used_again_for_other_windows_changes_nothing(problem):
     again = gradients_of(roll_out_gru(network, x, z, v, workspace), network)
     for name in first:
         assert torch.equal(first[name], again[name]), name
+
+
+def test_rollouts_of_shapes_that_alternate_do_not_disturb_each_other(problem):
+    network, (x, z, v) = problem
+    rollouts, fewer = Rollouts(network), (x[:2], z[:, :2], v[:, :2])
+    both = rollouts(x, z, v), rollouts(*fewer)
+    for predicted, given in zip(both, ((x, z, v), fewer), strict=True):
+        found, expected = gradients_of(predicted, network), gradients_of(run_free(network, *given), network)
+        for name in network.weights:
+            torch.testing.assert_close(found[name], expected[name], rtol=1e-10, atol=1e-12, msg=name)
 
 
 def test_a_backward_pass_that_comes_too_late_is_refused(problem):

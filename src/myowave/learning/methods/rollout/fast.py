@@ -8,7 +8,10 @@ more gives the next angle, so that a step is a dozen operations.
 Shapes: S seeds, B windows, K samples of a window of which m are history, X inputs, H hidden units.
 """
 
-from typing import Any
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, cast
 
 import torch
 import torch.nn.functional as F
@@ -96,6 +99,35 @@ _tanh_backward = torch.ops.aten.tanh_backward.grad_input
 _sigmoid_backward = torch.ops.aten.sigmoid_backward.grad_input
 
 
+class Rollouts:
+    """`roll_out_gru` of one network, again and again. A GPU takes longer to be told of the thousands of small products
+    of a rollout than to compute them: there the first rollout of each shape is recorded, and played again."""
+
+    def __init__(self, network: Network) -> None:
+        self._network, self._weights = network, tuple(network.weights.values())
+        self._ready: dict[tuple[torch.Size, ...], Callable[..., Tensor]] = {}
+
+    def __call__(self, x: Tensor, z: Tensor, v: Tensor) -> Tensor:
+        """Predictions (S, B, K - m), see `prediction.run_free`."""
+        shapes = x.shape, z.shape
+        if shapes not in self._ready:
+            self._ready[shapes] = self._prepare(x, z, v)
+        return self._ready[shapes](x, z, v, *self._weights)
+
+    def _prepare(self, *data: Tensor) -> Callable[..., Tensor]:
+        workspace = Workspace()
+
+        def roll_out(x: Tensor, z: Tensor, v: Tensor, *weights: Tensor) -> Tensor:
+            named = dict(zip(self._network.weights, weights, strict=True))
+            return roll_out_gru(replace(self._network, weights=named), x, z, v, workspace)
+
+        if not data[0].is_cuda:
+            return roll_out
+        given = *(values.clone() for values in data), *(w.detach().clone().requires_grad_() for w in self._weights)
+        with warnings.catch_warnings(action="ignore"):  # of streams, which recording has several of
+            return cast(Callable[..., Tensor], torch.cuda.make_graphed_callables(roll_out, given))
+
+
 def roll_out_gru(network: Network, x: Tensor, z: Tensor, v: Tensor, workspace: Workspace) -> Tensor:
     """`prediction.run_free`, with the derivatives of weights only; a workspace of its own for every shape that rollouts
     alternate between."""
@@ -116,10 +148,11 @@ def pack(network: Network) -> tuple[Tensor, Tensor]:
     by_x, by_h = F.pad(driven[..., 2 * h :], (0, 0, h, 0)), F.pad(w_h[..., 2 * h :], (0, 0, 0, driven.shape[1]))
     gates = torch.cat((of_gates, by_x, by_h), dim=-1)
     output, output_bias = weights["output"], weights["output_bias"]
-    carried = output.new_tensor([[1.0, 0.0], [scaling.step, 1.0]]).expand(len(output), 2, 2)
-    by_output = output.new_tensor([scaling.step * scaling.bend, scaling.bend])
-    constant = output_bias + torch.bmm(weights["state_bias"], output)
-    return gates, torch.cat((output * by_output, carried, constant * by_output), dim=1)
+    carried = torch.eye(2, dtype=output.dtype, device=output.device)
+    carried[1, 0].fill_(scaling.step)
+    bend = scaling.bend * torch.cat((output, output_bias + torch.bmm(weights["state_bias"], output)), dim=1)
+    moved = torch.cat((scaling.step * bend, bend), dim=-1)
+    return gates, torch.cat((moved[:, :-1], carried.expand(len(output), 2, 2), moved[:, -1:]), dim=1)
 
 
 class _GRURollout(torch.autograd.Function):

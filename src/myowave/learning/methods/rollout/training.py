@@ -19,7 +19,7 @@ from torch import Tensor
 from myowave.learning.identification import Identification
 from myowave.learning.inputs import known_of
 from myowave.learning.methods.rollout.augmentation import imagine_emg, simulate_imagined
-from myowave.learning.methods.rollout.fast import Workspace, roll_out_gru
+from myowave.learning.methods.rollout.fast import Rollouts
 from myowave.learning.network import Network
 from myowave.learning.optimisers import Adam, Soap
 from myowave.learning.task import Losses, Stage
@@ -128,7 +128,7 @@ class RolloutLoss:
         # units of its scaling.
         self._gains = Noise(recipe.emg_gain, seeds, level, stream=1)
         self._shifts = Noise(recipe.known_noise, seeds, level, stream=2)
-        self._workspace = Workspace()
+        self._roll_out = Rollouts(network)
 
     def backward(self, simulated: Corpus | None = None, counts: Tensor | None = None) -> Losses:
         """Losses of one epoch; adds gradients to those of the weights.
@@ -148,7 +148,7 @@ class RolloutLoss:
         m = self._network.history
         weight = (weight / (weight.sum(-1, keepdim=True) * (self._length - m))).unsqueeze(-1)
         history = z[..., :m].contiguous(), v[..., :m].contiguous()
-        predicted = roll_out_gru(self._network, x, *history, self._workspace)
+        predicted = self._roll_out(x, *history)
         loss = (weight * (predicted - z[..., m:]).square()).sum((1, 2))
         loss.sum().backward()
         data = loss.detach() * self._network.scaling.angle_std**2
