@@ -100,7 +100,7 @@ def gauss(count: int, edges: Array = UNIT) -> tuple[Tensor, Tensor]:
 
 def between_kinks(split: Tensor) -> tuple[Tensor, Tensor]:
     """Gauss-Legendre points (D,) between the kinks of the EMG, fractions of a step, and their weights."""
-    split = split.reshape(-1, split.shape[-1])
+    split = split.reshape(-1, split.shape[-1]).cpu()
     # ASSUME: kinks are cut out only where all trials have them at the same place; else finer pieces do.
     edges = split[0].numpy() if bool((split == split[0]).all()) else np.linspace(0, 1, 5)
     return gauss(2, edges)
