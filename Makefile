@@ -1,6 +1,6 @@
 # Everything from a fresh clone: `make run`, `make test`. The environment is made where it is not there.
 .DEFAULT_GOAL := run
-.PHONY: run bench mutants faults test test-browser test-opensim test-slurm lint docs readme ui dashboard publish clean
+.PHONY: run bench bench-gpu mutants faults test test-browser test-opensim test-slurm lint docs readme ui dashboard publish clean
 
 PYTHON ?= python3
 CORES ?= 2
@@ -37,6 +37,9 @@ bench: $(VENV)/.ready ## speeds beside the straightforward program, measured sid
 
 faults: $(VENV)/.ready ## kill a small job at random moments, load it, fill its disk: nothing is lost and the results are the same
 	$(BIN)/python tests/faults/attack.py
+
+bench-gpu: $(VENV)/.ready ## the same training on a GPU and on one core
+	$(BIN)/python benchmarks/gpu.py
 
 mutants: $(VENV)/.ready ## put each deliberate fault of tests/faults/faults.yaml into a copy of the code and see its test fail
 	$(BIN)/python tests/faults/replay.py

@@ -24,6 +24,7 @@ import torch
 import yaml
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 from torch import Tensor, nn
 
@@ -89,8 +90,8 @@ class Ours:
     optimiser: Adam | Soap
 
     @classmethod
-    def of(cls, trials: Trials, recipe: RolloutRecipe, seeds: int) -> "Ours":
-        network, corpus = prepare(trials, recipe, seeds)
+    def of(cls, trials: Trials, recipe: RolloutRecipe, seeds: int, device: str = "cpu") -> "Ours":
+        network, corpus = prepare(trials, recipe, seeds, device)
         loss = RolloutLoss(network, corpus, recipe, round(recipe.rollout_s / trials.dt), range(seeds))
         weights = list(network.weights.values())
         return cls(loss, weights, OPTIMISERS[recipe.optimiser](weights, BETAS))
@@ -163,19 +164,19 @@ class Plain:
         return float(min(scores))
 
 
-def prepare(trials: Trials, recipe: RolloutRecipe, seeds: int) -> tuple[Network, Corpus]:
+def prepare(trials: Trials, recipe: RolloutRecipe, seeds: int, device: str = "cpu") -> tuple[Network, Corpus]:
     """Fresh weights, and the training part of the trials."""
     train = trials.select(trials.train)
     architecture = Architecture(recipe.method, recipe.hidden, len(trials.channels), recipe.history_steps)
     weights = initialise(architecture, range(seeds))
-    network = Network(architecture, Scaling.of(train), weights).trainable()
+    network = Network(architecture, Scaling.of(train), weights).trainable(torch.device(device))
     usable = torch.tensor(count_training_samples(train, recipe.validation_fraction, recipe.history_steps))
     return network, corpus_of(network, train, usable)
 
 
 def corpus_of(network: Network, trials: Trials, usable: Tensor) -> Corpus:
-    emg, angle = torch.from_numpy(trials.emg), torch.from_numpy(trials.angle).unsqueeze(0)
-    return Corpus.of(network, emg, angle, trials.dt, usable)
+    emg, angle = (torch.from_numpy(values).to(network.device) for values in (trials.emg, trials.angle))
+    return Corpus.of(network, emg, angle.unsqueeze(0), trials.dt, usable)
 
 
 def race(runners: Mapping[str, Callable[[], None]], rounds: int = ROUNDS) -> dict[str, float]:
@@ -393,7 +394,9 @@ def show(result: Mapping) -> None:
     console, machine = Console(), result["machine"]
     busy = f"; {machine['load_average']} jobs were running at the start" if machine["load_average"] > 1 else ""
     console.print(f"{machine['processor']}, one thread{busy}; the JSON and the figure are in {OUT}/")
-    table = Table("seeds", "epoch [ms]", "seed-epochs/s", "plain program", "times faster", "JAX scan", "matrix rate")
+    table = Table(
+        "seeds", escape("epoch [ms]"), "seed-epochs/s", "plain program", "times faster", "JAX scan", "matrix rate"
+    )
     for seeds, row in result["training"]["seeds"].items():
         table.add_row(
             seeds,
@@ -407,7 +410,7 @@ def show(result: Mapping) -> None:
     console.print(table)
     if not jax_scan.is_there():
         console.print(jax_scan.HOW_TO)
-    table = Table("epochs", *(f"{side} {what}" for side in ("ours", "plain") for what in ("[s]", "test R2")))
+    table = Table("epochs", *(escape(f"{side} {what}") for side in ("ours", "plain") for what in ("[s]", "test R2")))
     runs = [{run["epochs"]: run for run in result["time_to_accuracy"][side]["runs"]} for side in ("ours", "plain")]
     for budget in sorted({*runs[0], *runs[1]}):
         cells = []
