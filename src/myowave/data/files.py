@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from time import ctime, time
 
+from myowave.data.problems import say_once
 from myowave.settings.files import require_regular
 from myowave.settings.section import NOT_PLAIN, PLAIN
 
@@ -20,7 +21,7 @@ def all_files(key: str, patterns: Sequence[str]) -> list[Path]:
         patterns: paths, or patterns with * ? [ ].
 
     Raises:
-        ValueError: one line for each pattern without a file, link to nothing, and file that the workflow cannot use.
+        ValueError: one line for patterns without a file, link to nothing, and file that the workflow cannot use.
     """
     found: dict[Path, None] = {}
     problems = []
@@ -31,7 +32,7 @@ def all_files(key: str, patterns: Sequence[str]) -> list[Path]:
             problems.append(str(error))
     problems += [problem for path in found for problem in _unusable(path)]
     if problems:
-        raise ValueError("\n".join(f"{key}: {problem}" for problem in problems))
+        raise ValueError("\n".join(f"{key}: {problem}" for problem in say_once(problems)))
     return list(found)
 
 

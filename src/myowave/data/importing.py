@@ -14,6 +14,7 @@ import numpy as np
 from myowave.data.checks.finding import report
 from myowave.data.checks.session import find_faults
 from myowave.data.checks.values import beyond_tables, value_problems
+from myowave.data.problems import say_once
 from myowave.data.processing.excitation import Known, RealTime, envelope, known_from
 from myowave.data.processing.sampled import Sampled, common_grid, sample_at
 from myowave.data.reading import braking, read_session
@@ -108,7 +109,7 @@ def _negative_problems(recorded: Mapping[str, Mapping[str, Sampled]], forms: Map
 
 
 def _refuse(dataset: str, problems: Iterable[str]) -> None:
-    if problems := list(problems):
+    if problems := say_once(problems):
         count = "1 problem" if len(problems) == 1 else f"{len(problems)} problems"
         raise ValueError(f"dataset {dataset!r} cannot be imported, {count}:\n" + "\n".join(problems))
 

@@ -199,7 +199,7 @@ class Reading:
         try:
             found = look_up(pattern)
         except ValueError as error:
-            self.say(f"{where}.file: {error}")
+            self.say(f"{error} See {where}.file.")
             return None
         if len(found) > 1:
             many = ", ".join(map(str, found[:3]))
@@ -216,6 +216,7 @@ class Reading:
         elif (times := header.count(name)) != 1:
             hint = f"is there {times} times" if times else f"is not there{did_you_mean(name, header)}".removesuffix(".")
             self.say(f"{raw.path}: column {name!r} {hint} (found {', '.join(header)}). See {where}.")
+            self._used.setdefault(raw.path, set()).update(header)  # it may be one of those that are not used
         else:
             return raw[name]
         return None

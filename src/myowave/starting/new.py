@@ -7,6 +7,7 @@ from typing import Any
 import yaml
 
 from myowave.data.json_files import replacing
+from myowave.data.problems import say_once
 from myowave.settings import parse_settings
 from myowave.settings.files import lay_over, read_layers
 from myowave.settings.keys import TO_FILL_IN
@@ -59,7 +60,7 @@ def begin(
         raise ValueError(f"there is a dataset {name} in {', '.join(map(str, config))} already; choose another name.")
     recorded = read_folder(folder, recordings_in(folder))
     if not recorded.signals:
-        raise ValueError(f"{folder}: no recording in it can be read.\n" + "\n".join(recorded.skipped))
+        raise ValueError(f"{folder}: no recording in it can be read.\n" + "\n".join(say_once(recorded.skipped)))
     block = dataset_block(folder, recorded)
     preset = WITH_BRACHIORADIALIS if "emg_brachioradialis" in block.channels else PRESET
     own = [] if arm is not None else list(_arm_lines(preset, block.channels, body))
@@ -135,7 +136,7 @@ def _said(
 ) -> str:
     target, look = f"{name}.yaml", _LOOK[block.kind].format(name=name)
     found = ", ".join(one.signal.name for one in recorded.signals)
-    besides = [f"not read: {reason}" for reason in recorded.skipped]
+    besides = [f"not read: {reason}" for reason in say_once(recorded.skipped)]
     if left_out := recorded.naming.left_out:
         more = f" and {len(left_out) - 3} more" if left_out[3:] else ""
         besides.append(f"of no trial, by name or by signals: {', '.join(left_out[:3])}{more}")

@@ -12,6 +12,7 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
+from myowave.data.problems import say_once
 from myowave.data.processing.units import TO_MICROVOLTS, TO_RADIANS, plain_unit, unit_here
 from myowave.data.readers import RawRecording, Signal, read_raw
 from myowave.settings.recording import TRIAL
@@ -147,5 +148,5 @@ def read_folder(folder: Path, files: Sequence[PurePosixPath]) -> Recorded:
         f"{len(files)} recordings ({listed}), but not two trials: expected the same files for each trial, with the "
         "same signals, such as trial1.csv and trial2.csv, or trial1/emg.csv and trial2/emg.csv. Rename them, or put "
         "each trial into a folder of its own. One long recording is cut into trials by cut_s, see docs/real_arm.md."
-        + "".join(f"\n{reason}" for reason in skipped[:3])
+        + "".join(f"\n{reason}" for reason in say_once(skipped))
     )
