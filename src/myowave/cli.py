@@ -2,6 +2,7 @@
 
 import contextlib
 import itertools
+import json
 import os
 import re
 import sys
@@ -176,7 +177,6 @@ def plan_trials(
             for line in watch_session(dataset, config, watch):
                 typer.echo(line)
         return
-    from myowave.data.json_files import read_json
     from myowave.diagnosis.report.tell import tell
 
     path = Path("results/diagnosis", dataset, "verdict.json")
@@ -189,7 +189,7 @@ def plan_trials(
         )
     require_regular(path)
     try:
-        said = tell(read_json(path))
+        said = tell(json.loads(path.read_text(encoding="utf-8")))
     except Exception as error:  # whatever its facts make the sentences raise
         reason = f"{type(error).__name__}: {error}"
         raise ValueError(f"{path} is no verdict ({reason}). Remove it, and run again: it is made anew.") from None

@@ -124,3 +124,4 @@ def test_a_verdict_that_is_none_is_named(session, content):
     path.write_text(content)
     done = CliRunner().invoke(app, ["plan", "--dataset", "me"])
     assert done.exit_code == 2 and f"{path} is no verdict" in done.stderr and "made anew" in done.stderr
+    assert done.stderr.count("emove it") == 1
