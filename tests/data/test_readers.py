@@ -111,6 +111,26 @@ def test_where_the_names_stand_may_be_said(tmp_path):
 
 
 @pytest.mark.parametrize(
+    "names",
+    ["time,emg,time,angle", "time_emg,emg,time_angle,angle", "T [s],emg,T angle [ms],angle", "t,emg,angle time,q"],
+)
+def test_two_recorders_in_one_table_each_have_their_times_whatever_ends_first(tmp_path, names):
+    slow, factor = 2 * TIME[: len(TIME) // 2], 1000 if "ms" in names else 1
+    for first in (True, False):
+        pairs = [(TIME, VALUES), (slow, VALUES[: len(slow)])][:: 1 if first else -1]
+        columns = [a for (time, values), k in zip(pairs, (1, factor), strict=True) for a in (k * time, values)]
+        cells = [[f"{c[n]:.9g}" if n < len(c) else "" for c in columns] for n in range(len(TIME))]
+        raw = read_raw(write(tmp_path / "a.csv", "\n".join([names, *map(",".join, cells)]) + "\n"))
+        for signal, (time, values) in zip(raw.signals, pairs, strict=True):
+            assert np.allclose(signal.time, time) and np.allclose(signal.values, values) and not signal.odd
+
+
+def test_what_goes_on_after_the_only_times_end_has_none(tmp_path):
+    raw = read_raw(write(tmp_path / "b.csv", "\n".join(["time,angle,emg", "0,1,1", "1,2,2", ",,3", ""])))
+    assert len(raw["emg"].values) == 3 and np.isnan(raw["emg"].time[2])
+
+
+@pytest.mark.parametrize(
     ("text", "layout", "says"),
     [
         ("a,b\n1,2,3\n4,5,6\n", {}, "2 names of columns .a, b., but 3 columns below"),

@@ -88,6 +88,15 @@ def test_parquet_degrees_column_order_and_lengths_make_no_difference(folder):
     assert np.abs(trials.emg[1, :80, 1] - frame["emg_triceps"]).max() < 1e-12
 
 
+@pytest.mark.parametrize(("name", "factor"), [("time", 1), ("t", 1), ("time_ms", 1000), ("Time [ms]", 1000)])
+def test_times_may_be_called_and_counted_as_in_other_tables(folder, name, factor):
+    expected = load(folder)
+    for n in (1, 2, 3):
+        spoil(folder, lambda f: f.assign(time_s=factor * f.time_s).rename(columns={"time_s": name}), f"trial{n}")
+    trials = load(folder)
+    assert trials.dt == pytest.approx(0.01) and np.allclose(trials.angle, expected.angle)
+
+
 def test_columns_that_are_named_as_not_needed_do_no_harm(folder):
     spoil(folder, lambda f: f.assign(emg_brachialis="n/a", acc_x=[""] + [1.0] * 99))
     trials = load(folder, ignore_columns=("acc_*", "emg_brachialis"))

@@ -53,7 +53,7 @@ def read_session(
 
 
 def _read_tidy(where: str, settings: MeasuredDataset, channels: Sequence[str] | None) -> Session:
-    reading = Reading(where, TIDY, settings.ignore_columns, TextLayout(time_column=TIME), key="files")
+    reading = Reading(where, TIDY, settings.ignore_columns, TextLayout(), key="files")
     paths = name_trials(all_files(f"{where}.files", settings.files), TIDY_ENDINGS)
     trials = {}
     for name, path in paths.items():
@@ -62,6 +62,8 @@ def _read_tidy(where: str, settings: MeasuredDataset, channels: Sequence[str] | 
         said, listed = len(reading.said), ", ".join(raw.header)
         if channels is None:
             channels = [column for column in raw.header if column.startswith(EMG_PREFIX)] or None
+        if all(signal.time is None for signal in raw.signals):
+            reading.say(f"{path}, header: no column {TIME!r} of times among {listed}.")
         if channels is None:
             reading.say(f"{path}, header: no EMG column among {listed}; expected emg_<muscle>, such as emg_biceps.")
         if len(angles := [column for column in ANGLES if column in raw.header]) != 1:

@@ -29,11 +29,14 @@ def signal_problems(raw: RawRecording, signal: Signal, rate_hz: float | None, pa
     """What makes a signal of a file unusable; `rate_hz` is what the settings state [Hz], `pace` what it may be."""
     if signal.odd:
         sample, found = next(iter(signal.odd.items()))
-        comma = isinstance(found, str) and "," in found
+        do = "Fill the gap, or cut the file there."
+        if isinstance(found, str) and "," in found:
+            do = "Write decimals with a point."
+        elif sample + len(signal.odd) == len(signal.values):
+            do = "Cut the file there. A column that ends since its rate is another needs times of its own: time_angle."
         yield (
             f"{raw.at(sample, signal)}: {signal.name} is {found if isinstance(found, float) else repr(found)} "
-            f"({len(signal.odd)} such rows); expected a finite number. "
-            + ("Write decimals with a point." if comma else "Fill the gap, or cut the file there.")
+            f"({len(signal.odd)} such rows); expected a finite number. {do}"
         )
         return
     if len(signal.values) < 2:

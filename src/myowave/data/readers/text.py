@@ -3,7 +3,7 @@
 import codecs
 import gzip
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from io import StringIO
 from itertools import accumulate
@@ -23,7 +23,8 @@ _THOUSANDS, _BELOW_THOUSAND = r"[-+]?[1-9]\d{0,2}([.,]\d{3})+", r"[-+]?\d{1,3}"
 MANY = 20  # such cells are no chance
 LONGEST_LINE_S = 0.1  # over which a straight line says where an elbow was
 _UNIT = re.compile(r"^(.*?)\s*[\[(]([^\[\]()]*)[\])]$")  # Biceps [uV] or Biceps (uV)
-_TIMES, _MILLISECONDS = ("time", "time_s", "t", "t_s", "zeit"), ("time_ms", "t_ms")
+_TIME = re.compile(r"(time|t)(_m?s)?|zeit", re.IGNORECASE)
+_TIME_OF = re.compile(r"(time|t|zeit)[\W_].*|.*[\W_](time|zeit)", re.IGNORECASE)  # time_angle, EMG time
 
 
 def read_lines(path: Path, head_only: bool = False) -> list[str]:
@@ -152,30 +153,55 @@ def evenly_sampled(path: Path, signal: Signal, rate: float) -> Signal:
 
 
 def with_time(path: Path, signals: tuple[Signal, ...], column: str | None = None) -> tuple[Signal, ...]:
-    """The signals without the column of times [s or ms], which they are given; without a name for it, one called time,
-    time_s, time_ms, t or Zeit is taken, or the first in s or ms, if there is one."""
-    if column is None:
-        clocks = [one for one in signals if one.name.lower() in (*_TIMES, *_MILLISECONDS)]
-        clocks = clocks or [one for one in signals if plain_unit(one.unit) in ("s", "ms")]
-        if not clocks:
-            return signals
-    elif not (clocks := [one for one in signals if one.name == column]):
+    """The signals without the columns of times [s or ms], which they are given.
+
+    Without a name for it one called time, time_s, time_ms, t or Zeit is taken, or the first in s or ms, or that rises
+    and speaks of time. Where columns end in other rows, as two recorders' do, each has the times that end with it.
+    """
+    in_seconds = [one for one in signals if plain_unit(one.unit) in ("s", "ms")]
+    of = [one for one in signals if not one.unit and _TIME_OF.fullmatch(one.name) and _rises(one)]
+    called = [one for one in signals if (one.name == column if column else _TIME.fullmatch(one.name))]
+    if column and not called:
         names = ", ".join(signal.name for signal in signals)
         raise ValueError(f"{path}: no column {column!r} of times; the columns are {names}.")
-    time = clocks[0]
-    if plain_unit(time.unit) not in ("", "s", "ms"):
-        raise ValueError(f"{path}: times are in {time.unit!r}; expected s or ms. Export it in seconds.")
-    seconds = _seconds(time)
-    for other in clocks[1:]:
-        if (np.diff(other.values) > 0).all() and not np.allclose(_seconds(other), seconds):
+    if not (first := called or in_seconds or of):
+        return signals
+    clocks = {_samples(first[0]): first[0]}
+    for other in filter(_rises, (*first, *in_seconds, *of)):
+        time = clocks.setdefault(_samples(other), other)
+        if other in first and not np.allclose(_seconds(path, other), _seconds(path, time), equal_nan=True):
             raise ValueError(
                 f"{path}: {time.name} and {other.name} differ, and each may hold the times; name the right one as "
                 "layout.time_column. What has a clock of its own belongs into a file of its own."
             )
-    return tuple(replace(signal, time=seconds) for signal in signals if signal is not time)
+    return tuple(_timed(path, one, clocks) for one in signals if one not in clocks.values())
 
 
-def _seconds(time: Signal) -> Array:
+def _timed(path: Path, signal: Signal, clocks: Mapping[int, Signal]) -> Signal:
+    """A signal with the times that end with it, {samples: column}, or the next that do not end before it."""
+    samples = _samples(signal)
+    end = min((end for end in clocks if end >= samples), default=max(clocks))
+    kept = max(end, samples)
+    odd = {sample: cell for sample, cell in signal.odd.items() if sample < kept}
+    return replace(signal, values=signal.values[:kept], time=_seconds(path, clocks[end])[:kept], odd=odd)
+
+
+def _samples(signal: Signal) -> int:
+    """Samples above the empty cells at a column's end."""
+    samples = len(signal.values)
+    while str(signal.odd.get(samples - 1, 0)).lower() in ("", "nan"):
+        samples -= 1
+    return samples
+
+
+def _rises(signal: Signal) -> bool:
+    samples = _samples(signal)
+    return samples > 1 and bool((np.diff(signal.values[:samples]) > 0).all())
+
+
+def _seconds(path: Path, time: Signal) -> Array:
     """Times of a column [s]."""
-    in_milliseconds = plain_unit(time.unit) == "ms" or (not time.unit and time.name.lower() in _MILLISECONDS)
-    return time.values / 1000 if in_milliseconds else time.values
+    unit = plain_unit(time.unit) or ("ms" if "ms" in re.split(r"[\W_]", time.name.lower()) else "s")
+    if unit not in ("s", "ms"):
+        raise ValueError(f"{path}: times are in {time.unit!r}; expected s or ms. Export it in seconds.")
+    return time.values / 1000 if unit == "ms" else time.values
