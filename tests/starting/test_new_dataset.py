@@ -2,7 +2,6 @@
 
 import re
 import shutil
-from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -149,16 +148,32 @@ def test_trials_whose_tables_differ_in_order_and_units_of_columns_are_trials_all
         assert np.degrees(one.raw.angle.values).max() == pytest.approx(curl().max(), abs=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("unit", "says"), [("", "1 Hz by its times; expected 10 to 50000. If its times are in ms"), (" [ms]", "")]
-)
-def test_times_in_ms_are_read_where_their_unit_is_said_and_told_where_it_is_not(workplace, laid_over, unit, says):
+@pytest.mark.parametrize("choice", ["ms", "sample"])
+def test_times_that_count_ms_or_samples_are_to_be_told(workplace, laid_over, choice):
     for seed, trial in enumerate(("t1", "t2")):
-        columns = dict(everything(seed))
-        table(workplace / f"slow/{trial}.csv", {f"Zeit{unit}": 1000 * columns.pop("time"), **columns})
-    dataset = laid_over(new("slow").text).data.datasets["mine"]
-    with pytest.raises(ValueError, match=says) if says else nullcontext():
-        assert import_trials("mine", dataset)[0].recordings["t1"].raw.angle.rate == pytest.approx(EMG_HZ)
+        table(workplace / f"slow/{trial}.csv", {**everything(seed), "time": np.arange(len(times()))})
+    made = new("slow")
+    assert "layout: {time_unit: null} # FILL IN ms, or sample" in made.said
+    with pytest.raises(ValueError, match="1 Hz by its times; expected 10 to 50000. If its times are in ms"):
+        import_trials("mine", laid_over(made.text).data.datasets["mine"])
+    text = made.text.replace("time_unit: null", f"time_unit: {choice}")
+    if choice == "sample":
+        text = re.sub(r"( +)(column: .*)", r"\1\2\n\1rate_hz: 500", text)
+    dataset = laid_over(text).data.datasets["mine"]
+    rate = EMG_HZ if choice == "ms" else 500
+    assert import_trials("mine", dataset)[0].recordings["t1"].raw.angle.rate == pytest.approx(rate)
+
+
+@pytest.mark.parametrize("name", ["Zeit", "Zeit [ms]", "time_ms", "t [s]"])
+def test_times_in_ms_are_taken_as_such_and_what_nothing_says_is_marked_as_guessed(workplace, laid_over, name):
+    for seed, trial in enumerate(("t1", "t2")):
+        columns = {key: values[::2] for key, values in everything(seed).items()}
+        table(workplace / f"slow/{trial}.csv", {name: 1000 * columns.pop("time"), **columns})
+    made = new("slow")
+    assert ("layout: {time_unit: ms} # GUESSED: in s it would be 0.5 Hz" in made.said) == ("ms" not in name)
+    assert "500 Hz" in made.text
+    recorded = import_trials("mine", laid_over(made.text).data.datasets["mine"])[0].recordings["t1"].raw
+    assert recorded.angle.rate == pytest.approx(EMG_HZ / 2)
 
 
 def test_names_with_braces_are_read_and_what_no_settings_can_name_is_told(workplace, laid_over):

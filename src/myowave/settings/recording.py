@@ -97,6 +97,10 @@ class TextLayout(Section):
     decimal: Literal["point", "comma"] | None = setting("decimal sign", default=None)
     header_row: Whole | None = setting("row with the names of columns, counted from 1", "-", None, ge=1, le=10_000)
     time_column: str | None = setting("column of times; null takes time, t, Zeit or the first in s or ms", default=None)
+    time_unit: Literal["ms", "sample"] | None = setting(
+        "ms where times are in ms that the file does not tell; sample where they count samples: rate_hz is the rate",
+        default=None,
+    )
     resample_hz: Real | None = setting(
         "rate that uneven times are brought to, on straight lines; null refuses them", "Hz", None, ge=10, le=50_000
     )

@@ -4,13 +4,16 @@ import glob
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
 
+from myowave.data.checks.signals import RATE_TOLERANCE, RAW
 from myowave.data.processing.units import TO_MICROVOLTS
 from myowave.data.readers import ENDINGS, ending_of
+from myowave.data.readers.delimited import timed_in
 from myowave.data.reading import TIDY_ENDINGS
 from myowave.data.trials import ANGLES, EMG_PREFIX
 from myowave.settings.keys import TO_FILL_IN
@@ -84,6 +87,7 @@ def _tidy_block(folder: Path, recorded: Recorded, emg: Sequence[str]) -> Block:
 
 
 def _raw_block(folder: Path, recorded: Recorded) -> Block:
+    recorded, layout = _in_seconds(recorded)
     emg, angles, naming = _named(recorded.emg), recorded.angles, recorded.naming
     mvc = [
         name
@@ -96,6 +100,7 @@ def _raw_block(folder: Path, recorded: Recorded) -> Block:
         "kind: recorded # raw EMG and angles, processed here",
         f"trials: {flow(list(naming.trials))} # GUESSED from the names",
         *([f"mvc: {flow(mvc)} # GUESSED: maximum contractions"] if mvc else []),
+        *layout,
         *_emg_lines(folder, emg, recorded),
         *_angle_lines(folder, angles, recorded),
         *_processing_lines(emg.values(), angles, bool(mvc)),
@@ -105,6 +110,19 @@ def _raw_block(folder: Path, recorded: Recorded) -> Block:
         lines.append('ignore_columns: ["*"] # columns that are named nowhere above')
     lines += _choices(folder, unused[:20], "# not used:")
     return Block("recorded", naming.trials, list(emg), lines)
+
+
+def _in_seconds(recorded: Recorded) -> tuple[Recorded, list[str]]:
+    """The same, and what to say of its tables' times where nothing is recorded as slowly as if they were in s."""
+    tables = [one for one in recorded.signals if one.form == "csv" and one.rate is not None]
+    rates = [one.rate or 0.0 for one in tables]
+    if not rates or max(rates) >= RAW.slowest:
+        return recorded, []
+    if any(abs(rate - 1) < RATE_TOLERANCE for rate in rates):  # ms at 1000 Hz, or the numbers of samples
+        return recorded, ["layout: {time_unit: null} # FILL IN ms, or sample, with rate_hz of each signal below"]
+    signals = [replace(one, signal=timed_in(one.signal, "ms")) if one in tables else one for one in recorded.signals]
+    line = f"layout: {{time_unit: ms}} # GUESSED: in s it would be {max(rates):.3g} Hz"
+    return replace(recorded, signals=tuple(signals)), [line]
 
 
 def _role_lines(trials: Sequence[str]) -> Iterator[str]:

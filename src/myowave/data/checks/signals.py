@@ -55,7 +55,8 @@ def signal_problems(raw: RawRecording, signal: Signal, rate_hz: float | None, pa
     if name is not None:
         yield (
             f"{raw.path}: {rate:.4g} Hz by {name}; expected {pace.slowest:g} to {pace.fastest:g}. If its times are in "
-            "ms or minutes, convert them to seconds; else correct the rate, or resample the file."
+            "ms, call their column time_ms, or say layout.time_unit: ms (sample where they count these); if in "
+            "minutes, convert them to seconds; else correct the rate, or resample the file."
         )
     elif fastest / slowest - 1 > RATE_TOLERANCE:
         said = ", ".join(f"{rate:g} Hz by {name}" for name, rate in rates.items())

@@ -2,10 +2,12 @@
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 from myowave.data.processing.units import ARBITRARY, PERCENT, TO_MICROVOLTS, TO_NEWTON_METRES, TO_RADIANS, plain_unit
-from myowave.data.readers.signals import RawRecording
+from myowave.data.readers.signals import RawRecording, Signal
 from myowave.data.readers.text import (
     evenly_sampled,
     read_cells,
@@ -44,9 +46,16 @@ def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording
     comma = None if layout.decimal is None else layout.decimal == "comma"
     signals = to_signals(path, read_cells(path, lines, separator, head, comma), names, units)
     signals = with_time(path, signals, layout.time_column)
+    if layout.time_unit is not None:
+        signals = tuple(timed_in(one, layout.time_unit) for one in signals)
     if layout.resample_hz is not None:
         signals = tuple(evenly_sampled(path, signal, layout.resample_hz) for signal in signals)
     return RawRecording(path, signals, first_row=head + 1)
+
+
+def timed_in(signal: Signal, unit: Literal["ms", "sample"]) -> Signal:
+    """A signal whose times were in ms, or no times but numbers of samples."""
+    return signal if signal.time is None else replace(signal, time=signal.time / 1000 if unit == "ms" else None)
 
 
 def _find_separator(lines: Sequence[str]) -> str:
