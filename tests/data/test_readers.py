@@ -268,6 +268,14 @@ def test_matlab_variables_columns_and_fields_are_signals(tmp_path):
     assert raw.header == ["emg(1)", "emg(2)", "trial.angle"]
     assert np.allclose(raw["emg(2)"].values, 2 * VALUES) and raw["emg(1)"].rate == 20.0
     assert np.allclose(raw["trial.angle"].time, TIME) and raw["trial.angle"].rate is None
+    cell = np.empty(3, dtype=object)
+    cell[:] = [VALUES, "note", 2 * VALUES[: len(VALUES) // 2]]
+    sensors = np.array([("a", VALUES), ("b", 3 * VALUES)], dtype=[("name", object), ("x", object)])
+    savemat(tmp_path / "c.mat", {"emg": cell, "fs": 20.0, "sensor": sensors})
+    raw = read_raw(tmp_path / "c.mat")
+    rates = {"emg(1)": 20.0, "emg(3)": None, "sensor(1).x": None, "sensor(2).x": None}
+    assert {s.name: s.rate for s in raw.signals} == rates  # what has half the samples is not of the rate of the others
+    assert np.allclose(raw["sensor(2).x"].values, 3 * VALUES)
     slow = {"angle": VALUES[:10], "emg_t": VALUES}
     clocks = {"fsEMG": 20.0, "fs_angle": 5.0, "heart_rate": 60.0, "time_angle_ms": 4000 * TIME[:10], "time_emg": TIME}
     savemat(tmp_path / "d.mat", slow | clocks)

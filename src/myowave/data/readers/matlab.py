@@ -15,15 +15,16 @@ from myowave.data.readers.signals import RawRecording, Signal
 _TIMES = {"time", "t"}
 _RATES = {"fs", "rate", "samplingrate", "frequency", "freq"}
 _FILLING = {"s", "ms", "hz", "sampling", "sample"}  # of which signal a rate or times are is what the other words say
+SHORTEST = 0.75  # samples of a signal, as a share of the longest of its rate [-]: an angle beside EMG has half or fewer
 _NUMBERS = (int, float, np.integer, np.floating)
 
 
 def read_matlab(path: Path) -> RawRecording:
     """Read one file.
 
-    A vector is a signal of its variable's name, column 2 of a matrix `emg` is `emg(2)`, and a field of a structure is
-    `trial.emg`. A variable time (time_s, time_ms, t) of as many samples beside it gives the times, a number fs (rate,
-    ...) the samples a second. `fs_emg` and `time_emg` hold for signals with emg in their name.
+    A vector is a signal of its variable's name; column 2 of a matrix `emg` is `emg(2)`, as is what a cell has there; a
+    field of a structure is `trial.emg`. A variable time (time_s, time_ms, t) of as many samples beside it gives the
+    times, a number fs (rate, ...) the samples a second. `fs_emg` and `time_emg` are for signals with emg in their name.
     """
     try:
         content = loadmat(path, simplify_cells=True)
@@ -42,20 +43,33 @@ def read_matlab(path: Path) -> RawRecording:
 
 def _signals(variables: Mapping[str, Any], prefix: str = "") -> Iterator[Signal]:
     """Signals of a structure, and of those in it."""
+    rates = {n: float(v) for n, v in variables.items() if _words(n) & _RATES and isinstance(v, _NUMBERS)}
+    variables = dict(_parts(variables))
     arrays = {n: a for n, a in ((n, _array(v)) for n, v in variables.items()) if a is not None}
     times = {
         n: arrays.pop(n)[:, 0] / (1000 if "ms" in _words(n) else 1) for n in list(arrays) if _is_time(n, arrays[n])
     }
-    rates = {n: float(v) for n, v in variables.items() if _words(n) & _RATES and isinstance(v, _NUMBERS)}
+    rate_of = {name: _of(name, rates, _RATES) for name in arrays}
     for name, array in arrays.items():
         time = _of(name, {n: t for n, t in times.items() if len(t) == len(array)}, _TIMES)
-        rate = _of(name, rates, _RATES)
+        longest = max(len(other) for n, other in arrays.items() if rate_of[n] == rate_of[name])
+        rate = rate_of[name] if len(array) > SHORTEST * longest else None  # of one recording, it is at another rate
         for column in range(array.shape[1]):
             label = f"{prefix}{name}" + (f"({column + 1})" if array.shape[1] > 1 else "")
             yield Signal.of(label, array[:, column], time=time, rate=rate)
     for name, value in variables.items():
         if isinstance(value, Mapping):
             yield from _signals(value, f"{prefix}{name}.")
+
+
+def _parts(variables: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Variables, and in place of a cell or an array of structures what is in it: `emg(2)`."""
+    for name, value in variables.items():
+        if isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object):
+            inside = np.ravel(np.array(value, dtype=object), order="F")
+            yield from _parts({f"{name}({n})": each for n, each in enumerate(inside, start=1)})
+        else:
+            yield name, value
 
 
 def _words(name: str) -> set[str]:
