@@ -13,5 +13,7 @@ def test_problems_of_many_files_that_differ_in_numbers_only_are_one():
 def test_problems_that_are_of_one_file_or_name_other_columns_stay_apart():
     apart = ["t1.csv: EMG 1 is lost.", "t1.csv: EMG 2 is lost.", "t1.csv: 'EMG3' is lost.", "t2.csv: 'EMG4' is lost."]
     assert say_once(apart) == apart
+    nowhere = ["x reaches 7; expected 1. It is in %: divide.", "y reaches 8; expected 1. It is in %: divide."]
+    assert say_once([*nowhere, "Lost.", "Found."]) == [*nowhere, "Lost.", "Found."]
     merged = say_once([*apart[:2], "t2.csv: EMG 1 is lost.", "t2.csv: EMG 2 is lost."])
     assert merged == [f"{line} Likewise in 1 more: t2.csv." for line in apart[:2]]
