@@ -115,6 +115,17 @@ def test_prepared_files_become_a_measured_dataset_that_can_be_imported(workplace
     assert list(trials.names) == [f"trial{n}" for n in range(1, 6)]
 
 
+@pytest.mark.parametrize("unit", ["", " [uV]"])
+def test_files_that_look_prepared_but_hold_raw_emg_are_recordings(workplace, laid_over, unit):
+    for seed, trial in enumerate(("t1", "t2")):
+        time, *values = everything(seed).values()
+        names = [f"emg_biceps{unit}", f"emg_triceps{unit}", "angle_deg"]
+        table(workplace / f"raw/{trial}.csv", {"time_s": time, **dict(zip(names, values, strict=True))})
+    dataset = laid_over(new("raw").text).data.datasets["mine"]
+    assert dataset.kind == "recorded" and {one.form for one in dataset.emg.values()} == {"raw"}
+    assert set(import_trials("mine", dataset)[0].forms) == {"emg_biceps", "emg_triceps"}
+
+
 def test_tables_with_rows_above_their_names_and_a_row_of_units_are_read(workplace, laid_over):
     for seed, trial in enumerate(("t1", "t2")):
         columns = {name.split(" [")[0]: values for name, values in everything(seed).items()}

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from myowave.data.checks.signals import RATE_TOLERANCE, RAW
+from myowave.data.importing import UNDERSHOOT
 from myowave.data.processing.units import TO_MICROVOLTS
 from myowave.data.readers import ENDINGS, ending_of
 from myowave.data.readers.delimited import timed_in
@@ -35,13 +36,14 @@ class Block(NamedTuple):
 
 
 def dataset_block(folder: Path, recorded: Recorded) -> Block:
-    """The block of a measured dataset where each trial is one file with time_s, emg_MUSCLE and an angle, ready to be
-    taken as it is; else that of a recorded one."""
-    names = [one.signal.name for one in recorded.signals]
-    emg, patterns = [name for name in names if name.startswith(EMG_PREFIX)], recorded.naming.patterns
+    """The block of a measured dataset where each trial is one file with times, emg_MUSCLE that is not raw and an angle,
+    ready to be taken as it is; else that of a recorded one."""
+    names, patterns = [one.signal.name for one in recorded.signals], recorded.naming.patterns
+    emg = [one for one in recorded.signals if one.signal.name.startswith(EMG_PREFIX)]
+    raw = any(one.unit in TO_MICROVOLTS or one.span[0] < -UNDERSHOOT * one.span[1] for one in emg)
     timed = recorded.signals[0].signal.time is not None
-    if len(patterns) == 1 and patterns[0].endswith(TIDY_ENDINGS) and emg and timed and {*names} & {*ANGLES}:
-        return _tidy_block(folder, recorded, emg)
+    if len(patterns) == 1 and patterns[0].endswith(TIDY_ENDINGS) and emg and not raw and timed and {*names} & {*ANGLES}:
+        return _tidy_block(folder, recorded, [one.signal.name for one in emg])
     return _raw_block(folder, recorded)
 
 
