@@ -102,8 +102,7 @@ def test_where_the_names_stand_may_be_said(tmp_path):
         for units in ("", "sec,Deg\n"):
             path = write(tmp_path / "a.csv", f"{head}Clock,Elbow\n{units}{samples}")
             if row == 2:
-                with pytest.raises(ValueError, match="header_row"):
-                    read_raw(path)
+                assert np.allclose(read_raw(path)["Elbow"].values, VALUES)  # a number above the names is alone
             raw = read_raw(path, None, TextLayout(header_row=row, time_column="Clock"))
             assert np.allclose(raw["Elbow"].values, VALUES) and np.allclose(raw["Elbow"].time, TIME)
             assert plain_unit(raw["Elbow"].unit) == ("deg" if units else "")
@@ -123,6 +122,14 @@ def test_two_recorders_in_one_table_each_have_their_times_whatever_ends_first(tm
         raw = read_raw(write(tmp_path / "a.csv", "\n".join([names, *map(",".join, cells)]) + "\n"))
         for signal, (time, values) in zip(raw.signals, pairs, strict=True):
             assert np.allclose(signal.time, time) and np.allclose(signal.values, values) and not signal.odd
+
+
+@pytest.mark.parametrize("separator", [",", " "])
+def test_names_may_stand_behind_a_mark_of_comments(tmp_path, separator):
+    """As NumPy's savetxt writes them."""
+    text = separator.join(["# time", "emg"]) + "\n" + rows(separator, TIME, VALUES)
+    raw = read_raw(write(tmp_path / "a.csv", text))
+    assert raw.header == ["emg"] and np.allclose(raw["emg"].time, TIME)
 
 
 def test_what_goes_on_after_the_only_times_end_has_none(tmp_path):

@@ -40,7 +40,7 @@ def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording
     head = units_row or header_row
     if len(lines) <= head or not lines[header_row - 1].strip():
         raise ValueError(f"{path}: {len(lines)} rows; expected names of columns in row {header_row} and samples below.")
-    names, units = zip(*map(split_unit, rows[header_row - 1]), strict=True)
+    names, units = zip(*map(split_unit, split_row(lines[header_row - 1].lstrip("#"), separator)), strict=True)
     if units_row:
         units = [unit.strip("[]()") for unit in rows[units_row - 1]]
     comma = None if layout.decimal is None else layout.decimal == "comma"
@@ -80,7 +80,9 @@ def _find_header(path: Path, rows: Sequence[Sequence[str]], stated: int | None) 
             )
         below = rows[stated]
         return stated, stated + 1 if len(below) == len(rows[stated - 1]) and _are_units(below) else None
-    first = next((n for n, cells in enumerate(rows) if any(cells) and all(map(_is_number, filter(None, cells)))), 1)
+    wide = len(next((cells for cells in reversed(rows) if any(cells)), []))  # a number above the names is alone
+    numbers = [any(cells) and all(map(_is_number, filter(None, cells))) and len(cells) >= wide for cells in rows]
+    first = numbers.index(True) if True in numbers else 1
     if first == 0:
         raise ValueError(
             f"{path}: numbers already in row 1; expected a row with names of columns. Export it with names, or say "
