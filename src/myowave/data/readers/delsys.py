@@ -90,13 +90,5 @@ def _channels(columns: tuple[Signal, ...], rates: dict[str, float]) -> Iterator[
             time = column
             continue
         name, unit = split_unit(column.name)
-        samples = next(n for n in range(len(column.values), -1, -1) if column.odd.get(n - 1) != "")
-        yield replace(
-            column,
-            name=name,
-            unit=unit,
-            values=column.values[:samples],
-            time=time.values[:samples],
-            rate=rates.get(column.name, rates.get(name)),
-            odd={n: cell for n, cell in column.odd.items() if n < samples},
-        )
+        whole = column.first(column.samples, time.values)
+        yield replace(whole, name=name, unit=unit, rate=rates.get(column.name, rates.get(name)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+
+_EMPTY = ("", "nan")
 
 
 def cut_short(path: Path, found: str, stated: int) -> ValueError:
@@ -41,6 +43,16 @@ class Signal:
         values = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=np.float64)
         odd = {int(sample): cells.iloc[sample] for sample in (~np.isfinite(values)).nonzero()[0]}
         return cls(name, values, odd=odd, **facts)
+
+    @property
+    def samples(self) -> int:
+        """How many there are above the empty cells at the column's end."""
+        return next(n for n in range(len(self.values), -1, -1) if str(self.odd.get(n - 1, 0)).lower() not in _EMPTY)
+
+    def first(self, samples: int, time: NDArray[np.float64]) -> Signal:
+        """The first samples, at the first of these times [s]."""
+        odd = {n: cell for n, cell in self.odd.items() if n < samples}
+        return replace(self, values=self.values[:samples], time=time[:samples], odd=odd)
 
     @property
     def rate_by_time(self) -> float | None:

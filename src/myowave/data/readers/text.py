@@ -3,7 +3,7 @@
 import codecs
 import gzip
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from io import StringIO
 from itertools import accumulate
@@ -164,39 +164,25 @@ def with_time(path: Path, signals: tuple[Signal, ...], column: str | None = None
     if column and not called:
         names = ", ".join(signal.name for signal in signals)
         raise ValueError(f"{path}: no column {column!r} of times; the columns are {names}.")
-    if not (first := called or in_seconds or of):
+    if not (likely := called or in_seconds or of):
         return signals
-    clocks = {_samples(first[0]): first[0]}
-    for other in filter(_rises, (*first, *in_seconds, *of)):
-        time = clocks.setdefault(_samples(other), other)
-        if other in first and not np.allclose(_seconds(path, other), _seconds(path, time), equal_nan=True):
+    clocks = {likely[0].samples: likely[0]}
+    for other in filter(_rises, (*likely, *in_seconds, *of)):
+        time = clocks.setdefault(other.samples, other)
+        if other in likely and not np.allclose(_seconds(path, other), _seconds(path, time), equal_nan=True):
             raise ValueError(
                 f"{path}: {time.name} and {other.name} differ, and each may hold the times; name the right one as "
                 "layout.time_column. What has a clock of its own belongs into a file of its own."
             )
-    return tuple(_timed(path, one, clocks) for one in signals if one not in clocks.values())
-
-
-def _timed(path: Path, signal: Signal, clocks: Mapping[int, Signal]) -> Signal:
-    """A signal with the times that end with it, {samples: column}, or the next that do not end before it."""
-    samples = _samples(signal)
-    end = min((end for end in clocks if end >= samples), default=max(clocks))
-    kept = max(end, samples)
-    odd = {sample: cell for sample, cell in signal.odd.items() if sample < kept}
-    return replace(signal, values=signal.values[:kept], time=_seconds(path, clocks[end])[:kept], odd=odd)
-
-
-def _samples(signal: Signal) -> int:
-    """Samples above the empty cells at a column's end."""
-    samples = len(signal.values)
-    while str(signal.odd.get(samples - 1, 0)).lower() in ("", "nan"):
-        samples -= 1
-    return samples
+    timed = []
+    for one in (one for one in signals if one not in clocks.values()):
+        end = min((end for end in clocks if end >= one.samples), default=max(clocks))
+        timed.append(one.first(max(end, one.samples), _seconds(path, clocks[end])))
+    return tuple(timed)
 
 
 def _rises(signal: Signal) -> bool:
-    samples = _samples(signal)
-    return samples > 1 and bool((np.diff(signal.values[:samples]) > 0).all())
+    return signal.samples > 1 and bool((np.diff(signal.values[: signal.samples]) > 0).all())
 
 
 def _seconds(path: Path, time: Signal) -> Array:
