@@ -115,6 +115,21 @@ def test_prepared_files_become_a_measured_dataset_that_can_be_imported(workplace
     assert list(trials.names) == [f"trial{n}" for n in range(1, 6)]
 
 
+@pytest.mark.parametrize(
+    ("names", "people"),
+    [
+        (("S01/a", "S01/b", "S02/a", "S02/b"), "S01, S02"),
+        (("sub-1_a", "sub-2_a"), "sub-1, sub-2"),
+        (("biceps1_a", "s1_b"), ""),
+    ],
+)
+def test_files_of_two_people_are_asked_about(workplace, names, people):
+    for seed, name in enumerate(names):
+        table(workplace / f"who/{name}.csv", everything(seed))
+    said = new("who").said
+    assert f"if {people} are people" in said if people else "are people" not in said
+
+
 @pytest.mark.parametrize("unit", ["", " [uV]"])
 def test_files_that_look_prepared_but_hold_raw_emg_are_recordings(workplace, laid_over, unit):
     for seed, trial in enumerate(("t1", "t2")):

@@ -1,5 +1,6 @@
 """A new dataset from a folder of recordings: a file of settings to read, correct, and lay over config.yaml."""
 
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,12 +13,14 @@ from myowave.settings import parse_settings
 from myowave.settings.files import lay_over, read_layers
 from myowave.settings.keys import TO_FILL_IN
 from myowave.settings.physics import Arm, read_preset
+from myowave.settings.recording import TRIAL
 from myowave.starting.block import Block, dataset_block, shown
 from myowave.starting.files import recordings_in
 from myowave.starting.signals import Recorded, read_folder
 from myowave.starting.subject import check_name, joint_lines
 
 PRESET, WITH_BRACHIORADIALIS = "arm26", "arm26_brd"
+_PERSON = re.compile(r"(?<![a-z])(sub|subj|subject|participant|proband|vp|s|p)[-_ ]?\d+(?=[-_ /])", re.IGNORECASE)
 _LOOK = {"recorded": "results/figures/{name}/recording", "measured": "results/figures/{name}/trials.png"}
 
 
@@ -140,6 +143,9 @@ def _said(
     if left_out := recorded.naming.left_out:
         more = f" and {len(left_out) - 3} more" if left_out[3:] else ""
         besides.append(f"of no trial, by name or by signals: {', '.join(left_out[:3])}{more}")
+    files = [pattern.replace(TRIAL, trial) for trial in recorded.naming.trials for pattern in recorded.naming.patterns]
+    if len(people := dict.fromkeys(found[0] for file in files if (found := _PERSON.search(file)))) > 1:
+        besides.append(f"a dataset is one person's: if {', '.join(people)} are people, name the files of one by --from")
     loads = f"data.datasets.{name}.conditions: {TO_FILL_IN} the load in each trial [kg]; 0 is an empty hand."
     marked = [line.strip() for line in lines[2:] if "GUESSED" in line or "FILL IN" in line]
     sections = {
