@@ -4,7 +4,7 @@ from myowave.data.problems import say_once
 
 
 def test_problems_of_many_files_that_differ_in_numbers_only_are_one():
-    rows = [f"t{n}.csv, row {7 * n}: time is {n}.5, not {-n}; see /home/t{n}.csv." for n in range(1, 12)]
+    rows = [f"t{n}.csv, row {7 * n}: time is '{n},5', not {-n}; see /home/t{n}.csv." for n in range(1, 12)]
     (line,) = say_once(rows)
     assert line.startswith(rows[0]) and line.count("see /home") == 1
     assert "Likewise in 10 more: t2.csv, row 14; t3.csv, row 21;" in line and "t9.csv, row 63 and 2 others." in line

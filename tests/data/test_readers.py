@@ -80,6 +80,13 @@ def test_what_is_no_text_is_not_taken_for_any(tmp_path):
         read_raw(tmp_path / "a.csv")
 
 
+def test_decimals_with_commas_may_be_quoted_and_units_spelt_out(tmp_path):
+    cells = ['"0,00","1,25"', '"0,01","-2,50"', '"0,02","0,75"']
+    raw = read_raw(write(tmp_path / "a.csv", "\n".join(['"time","x (microvolt)"', *cells, ""])))
+    assert raw["x"].values.tolist() == [1.25, -2.5, 0.75] and raw["x"].time.tolist() == [0.0, 0.01, 0.02]
+    assert plain_unit(raw["x"].unit) == "uV"
+
+
 def test_whole_numbers_with_commas_between_columns_are_no_decimals(tmp_path):
     raw = read_raw(write(tmp_path / "a.csv", "a,b\n" + "1,2\n" * 10))
     assert np.array_equal(raw["b"].values, np.full(10, 2.0))

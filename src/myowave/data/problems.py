@@ -4,7 +4,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable
 
-_NUMBER = re.compile(r"(?<![\w'])[-+]?\d[\d.]*(e[-+]?\d+)?(?![\w'])")
+_NUMBER = re.compile(r"(?<!\w)[-+]?\d[\d.,]*(e[-+]?\d+)?(?!\w)")
 _LISTED = 8  # places that are listed
 
 

@@ -12,8 +12,8 @@ TO_FRACTION = {ARBITRARY: 1.0, PERCENT: 1e-2}
 TO_NUMBER = {ARBITRARY: 1.0}
 TO_NEWTON_METRES = {"Nm": 1.0, "Ncm": 1e-2, "Nmm": 1e-3}
 _SPELLINGS = {
-    "uV": ("µV", "μV", "uv", "microvolts"),  # micro sign and Greek mu
-    "mV": ("mv", "millivolts"),
+    "uV": ("µV", "μV", "uv", "microvolts", "microvolt"),  # micro sign and Greek mu
+    "mV": ("mv", "millivolts", "millivolt"),
     "V": ("v", "volts", "volt"),
     "deg": ("deg", "degrees", "degree", "°"),
     "rad": ("rad", "radians", "radian"),

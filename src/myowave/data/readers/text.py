@@ -106,7 +106,8 @@ def read_cells(path: Path, lines: Sequence[str], separator: str, skip: int, comm
     cells = cells.fillna("").apply(lambda column: column.str.strip())
     if comma is None:
         _refuse_thousands(path, cells)
-        comma = separator != "," and not any("." in line for line in lines[skip : skip + 200])
+        quoted = '"' in lines[skip] and any("," in cell for cell in cells.iloc[0])  # "0,5","1,2"
+        comma = (quoted or separator != ",") and not any("." in line for line in lines[skip : skip + 200])
     return cells.apply(lambda column: column.str.replace(",", ".", regex=False)) if comma else cells
 
 
