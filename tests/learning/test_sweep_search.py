@@ -75,6 +75,19 @@ def test_trials_of_another_worker_are_left_running(journal):
     assert len(mine) == 3  # theirs counted as the fourth while it ran
 
 
+@pytest.mark.parametrize("begun", [False, True])
+def test_what_waits_outside_a_range_that_was_narrowed_is_not_tried_anew(journal, begun):
+    """The default, before it was begun, and after it was interrupted."""
+    if begun:
+        with pytest.raises(KeyboardInterrupt):
+            run(journal, 3, interrupted)
+    narrow = SWEEP["dimensions"] | {"hidden": {"low": FIRST["hidden"] + 10, "high": 64}}
+    with pytest.warns(UserWarning, match="Fixed parameter hidden with value 16 is out of range"):
+        search, trials = run(journal, 3, dimensions=narrow)
+    assert len(trials) == 3 and all(trial.params["hidden"] > FIRST["hidden"] for trial in trials)
+    assert [t.state.name for t in search.trials if t.params["hidden"] == FIRST["hidden"]] == ["FAIL"] * (1 + begun)
+
+
 def test_a_larger_number_later_continues(journal):
     _, first = run(journal, 4)
     search, more = run(journal, 7)

@@ -49,7 +49,7 @@ def open_search(name: str, journal: str | Path, seed: int = 0) -> optuna.Study:
 def try_first(search: optuna.Study, settings: Settings, sweep: Sweep) -> None:
     """Let the settings that are to be improved be the first trial, where they are inside the ranges; before the workers
     start, as only one process may do so."""
-    if all(d.low <= settings[name] <= d.high for name, d in sweep.dimensions.items()):
+    if _inside(settings, sweep):
         search.enqueue_trial({name: settings[name] for name in sweep.dimensions}, skip_if_exists=True)
 
 
@@ -66,6 +66,9 @@ def work(search: optuna.Study, sweep: Sweep, objective: Objective, worker: str) 
         trial = search.ask()
         trial.set_user_attr("worker", worker)
         settings = {name: _suggest(trial, name, dimension) for name, dimension in sweep.dimensions.items()}
+        if not _inside(settings, sweep):  # cut off before a range was narrowed
+            search.tell(trial, state=TrialState.FAIL)
+            continue
         try:
             error = _judge(trial, objective(settings))
         except BaseException:
@@ -122,6 +125,10 @@ def best_settings(search: optuna.Study) -> dict[str, float]:
             "its workers, and narrow learning.sweep.dimensions."
         )
     return dict(search.best_params)
+
+
+def _inside(settings: Settings, sweep: Sweep) -> bool:
+    return all(d.low <= settings[name] <= d.high for name, d in sweep.dimensions.items())
 
 
 def _judge(trial: Trial, judgements: Iterator[Judgement]) -> float | None:
