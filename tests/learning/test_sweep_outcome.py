@@ -37,9 +37,11 @@ def test_a_search_is_the_same_only_where_errors_can_be_compared(tmp_path):
     other.write_bytes(b"other trials")
     judged = {"recipe": {"hidden": 50}, "code": "1"}
     name = search_name(SWEEP, judged, data)
-    wider = {"dimensions": {"beta": {"low": 1e-3, "high": 1e-1}}, "trials": 99, "workers": 7}
+    wider = {"dimensions": {"hidden": {"low": 2, "high": 99}}, "trials": 99, "workers": 7}
     assert search_name(Sweep(**SWEEP.model_dump() | wider), judged, data) == name
-    for change in ({"seeds": 9}, {"epochs": 9}, {"scales": 3}):
+    logarithmic = {"dimensions": {"hidden": {"low": 4, "high": 64, "log": True}}}
+    another = {"dimensions": SWEEP.model_dump()["dimensions"] | {"beta": {"low": 1e-3, "high": 1e-1}}}
+    for change in ({"seeds": 9}, {"epochs": 9}, {"scales": 3}, logarithmic, another):
         assert search_name(Sweep(**SWEEP.model_dump() | change), judged, data) != name
     assert search_name(SWEEP, judged | {"code": "2"}, data) != name
     assert search_name(SWEEP, judged, other) != name

@@ -18,16 +18,17 @@ _EDGE = 0.05  # share of a range that counts as its edge
 
 
 def search_name(sweep: Sweep, judged: Mapping[str, Any], data: Path) -> str:
-    """A name that is the same only where errors of trials can be compared: ranges, number of trials and of workers may
-    change between runs, what a trial is judged by may not.
+    """A name that is the same only where errors of trials can be compared: ends of ranges, number of trials and of
+    workers may change between runs, which settings are searched and what a trial is judged by may not.
 
     Args:
         judged: settings that the error depends on, and the digest of the code.
         data: training trials at all scales.
     """
     fixed = dump(sweep)
-    for free in ("dimensions", "trials", "workers"):
+    for free in ("trials", "workers"):
         fixed.pop(free)
+    fixed["dimensions"] = {name: dimension.log for name, dimension in sweep.dimensions.items()}
     text = json.dumps([fixed, dict(judged)], sort_keys=True, default=str)
     digest = hashlib.sha256(text.encode() + data.read_bytes()).hexdigest()[:12]
     return f"{sweep.dataset} {sweep.model} {sweep.recipe} {sweep.scales}-scale {digest}"
