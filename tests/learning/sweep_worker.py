@@ -14,6 +14,7 @@ from myowave.settings import Sweep
 SWEEP = {
     "dataset": "case1",
     "recipe": "rollout",
+    "workers": 3,
     "dimensions": {"beta": {"low": 1e-5, "high": 1e-1, "log": True}, "hidden": {"low": 16, "high": 64}},
 }
 FIRST = {"beta": 1e-1, "hidden": 16}
@@ -45,5 +46,5 @@ if __name__ == "__main__":
     sweep = Sweep(**SWEEP, trials=int(trials))
     search = open_search("test", journal, seed=int(worker))
     pause_s = float(sys.argv[4]) if len(sys.argv) > 4 else 0.0
-    for trial in work(search, sweep, lambda settings: objective(settings, pause_s), f"worker {worker}"):
+    for trial in work(search, sweep, lambda settings: objective(settings, pause_s), int(worker)):
         print(trial.number, flush=True)

@@ -50,7 +50,7 @@ def test_a_killed_trial_is_marked_and_tried_anew_and_the_search_goes_on_to_the_n
 
 def run(journal: str, trials: int, judged=objective, **settings):
     search, sweep = open_search("test", journal, seed=1), Sweep(**SWEEP | settings, trials=trials)
-    return search, list(work(search, sweep, judged, "worker 0"))
+    return search, list(work(search, sweep, judged, worker=0))
 
 
 def interrupted(settings):
@@ -63,7 +63,7 @@ def test_trials_of_another_worker_are_left_running(journal):
         open_search("test", journal),
         Sweep(**SWEEP, trials=4),
         lambda settings: (run_meanwhile(), objective(settings))[1],
-        "worker 1",
+        worker=1,
     )
     mine = []
 
@@ -86,6 +86,17 @@ def test_what_waits_outside_a_range_that_was_narrowed_is_not_tried_anew(journal,
         search, trials = run(journal, 3, dimensions=narrow)
     assert len(trials) == 3 and all(trial.params["hidden"] > FIRST["hidden"] for trial in trials)
     assert [t.state.name for t in search.trials if t.params["hidden"] == FIRST["hidden"]] == ["FAIL"] * (1 + begun)
+
+
+def test_trials_of_workers_that_are_no_more_are_freed_each_by_one_that_is_left(journal):
+    for worker in range(4):  # each is killed in a trial
+        open_search("test", journal).ask().set_user_attr("worker", worker)
+    open_search("test", journal).ask()  # of somebody who is about to begin it
+    search, trials = run(journal, 4, workers=2)
+    killed = ["FAIL", "RUNNING", "FAIL", "RUNNING", "RUNNING"]
+    assert len(trials) == 2 and [t.state.name for t in search.trials[:5]] == killed
+    assert len(list(work(search, Sweep(**SWEEP | {"workers": 2}, trials=4), objective, worker=1))) == 2
+    assert [t.state.name for t in search.trials[:5]] == ["FAIL"] * 4 + ["RUNNING"]
 
 
 def test_a_larger_number_later_continues(journal):

@@ -30,6 +30,10 @@ def test_more_trials_and_another_worker_go_on_with_the_same_search(swept):
     assert planned_after(swept, trials=8, workers=3) == SEARCHED
 
 
+def test_fewer_workers_look_for_what_the_others_were_killed_in(swept):
+    assert planned_after(swept, workers=1) == SEARCHED | {"search_settings": 1}
+
+
 def test_what_a_trial_is_judged_by_makes_a_new_search(swept):
     assert planned_after(swept, seeds=3)["prepare_sweep"] == 1
 

@@ -66,7 +66,7 @@ rule search_settings:
         worker=r"\d+",
     threads: 1
     params:
-        sweep=sweep_section("workers"),
+        sweep=sweep_section(),
         journal=JOURNAL,
         judged=judged_section,
         code=digest("search_settings"),  # a search that is full stays as it is

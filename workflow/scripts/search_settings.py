@@ -26,7 +26,7 @@ with job_log(label, snakemake.log[0]) as log:
     )
     objective = partial(judge, task=task, epochs=sweep.epochs)
     tried = 0
-    for trial in work(search, sweep, objective, f"worker {worker}"):
+    for trial in work(search, sweep, objective, worker):
         tried += 1
         log.say(describe(trial))
         log.progress(count(search), sweep.trials, describe(trial))

@@ -1,8 +1,9 @@
 """A search for better settings that several workers share, by Optuna.
 
 Workers are independent processes, on one machine or on many that share a file system, and meet in a journal file.
-Whatever is killed, the search stays whole: a trial has the name of its worker, and a worker that starts again marks
-what it was killed in as failed and tries it anew. Nobody else can know that such a trial is dead.
+Whatever is killed, the search stays whole: a trial has the number of its worker, and a worker that starts again marks
+what it was killed in as failed and tries it anew. So it does for workers that are no more, where there are fewer now.
+Of the others nobody else can know that such a trial is dead.
 
 What is judged is a generator that yields after each recording that was held out, and knows nothing of storage.
 """
@@ -58,10 +59,10 @@ def count(search: optuna.Study) -> int:
     return sum("worker" in trial.user_attrs for trial in search.get_trials(deepcopy=False, states=COUNTED))
 
 
-def work(search: optuna.Study, sweep: Sweep, objective: Objective, worker: str) -> Iterator[FrozenTrial]:
+def work(search: optuna.Study, sweep: Sweep, objective: Objective, worker: int) -> Iterator[FrozenTrial]:
     """Try settings until the search has as many trials as asked for, a few more where workers begin one in the same
-    moment; yield each that this worker finished. No two that run may have the same name, a restarted one its own."""
-    release(search, worker)
+    moment; yield each that this worker finished. No two that run may have the same number, a restarted one its own."""
+    release(search, sweep, worker)
     while count(search) < sweep.trials:
         trial = search.ask()
         trial.set_user_attr("worker", worker)
@@ -78,10 +79,11 @@ def work(search: optuna.Study, sweep: Sweep, objective: Objective, worker: str) 
         yield search.tell(trial, error, state=TrialState.PRUNED if error is None else TrialState.COMPLETE)
 
 
-def release(search: optuna.Study, worker: str) -> None:
-    """Mark trials that this worker was killed in as failed; the next ones try their settings anew."""
+def release(search: optuna.Study, sweep: Sweep, worker: int) -> None:
+    """Mark trials that this worker was killed in, or one of its workers that are no more, as failed; the next ones try
+    their settings anew."""
     for trial in search.get_trials(deepcopy=False, states=(TrialState.RUNNING,)):
-        if trial.user_attrs.get("worker") == worker:
+        if trial.user_attrs.get("worker", math.nan) % sweep.workers == worker:  # NaN is nobody's
             search.tell(trial.number, state=TrialState.FAIL)
             search.enqueue_trial(trial.params)
 
