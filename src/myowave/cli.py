@@ -118,6 +118,8 @@ def predict(
 
     if not (emg or trial) or not (checkpoint or dataset) or (trial and not dataset):
         raise ValueError("Give --dataset NAME --trial TRIAL, or --checkpoint FILE --emg FILE.")
+    if emg and trial:
+        raise ValueError(f"--trial {trial} and --emg {emg} are both given; give the one that is to be predicted.")
     if checkpoint is None:
         checkpoint = sources.find_checkpoint(dataset)
         say_aside(f"Network: {checkpoint}; --checkpoint names another.")
@@ -130,7 +132,7 @@ def predict(
     predictor = Predictor(trained, None if seed is None else [seed])
     if emg not in ("", "-") and dataset and not raw:
         # Prepared as the other trials, so that the same EMG counts as 1.
-        trial = trial or sources.trial_of(Path(emg), dataset, config)
+        trial = sources.trial_of(Path(emg), dataset, config) or ""
     refuse_to_overwrite(output, r"time_s,angle_\w+(,(spread|low|high)_\w+)*\r?\n", "prediction")
     refuse_to_overwrite(picture, r"\x89PNG", "picture")
     if output and picture and output.resolve() == picture.resolve():

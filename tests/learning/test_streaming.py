@@ -4,6 +4,7 @@ import io
 import itertools
 import os
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -159,17 +160,31 @@ def test_a_recording_that_was_made_since_is_prepared_as_the_others(project, chec
         pd.testing.assert_frame_equal(read[0], other, atol=1e-6)
 
 
-def test_a_raw_file_of_a_recorder_is_of_the_trial_that_the_settings_have_it_for(project):
-    """Its name says the muscle, and its folder the trial; the angle's file is no EMG."""
+def test_a_file_is_of_the_trial_that_the_settings_have_this_very_file_for(project):
+    """A recorder's name says the muscle, and its folder the trial; the angle's file is no EMG."""
     config = [ROOT / "config.yaml", Path("mine.yaml")]
     folder, file = "data/elbow_curls/emg/new_1", "Noraxon Ultium-RT BICEPS BR..csv.gz"
     assert trial_of(Path(folder, file), "human_curls", config) == "new_1"
     assert trial_of(Path("data").absolute().parent / folder / file, "human_curls", config) == "new_1"
-    assert trial_of(Path(folder, "elbow.csv"), "human_curls", config) == "elbow"
-    assert trial_of(Path(folder, "elbow.csv"), "small", config) == "elbow", "each file of it is a trial"
-    assert trial_of(Path(folder, "elbow.csv"), "of another run", config) == "elbow"
+    assert trial_of(Path("new.csv").absolute(), "small", config) == "new"
+    for dataset in ("human_curls", "small", "case1", "of another run"):
+        assert trial_of(Path(folder, "new.csv"), dataset, config) is None
     both = RawSignal(file="raw/{trial}/{trial}_emg.csv")
     assert both.trial_of(Path("raw/a/a_emg.csv")) == "a" and both.trial_of(Path("raw/a/b_emg.csv")) is None
+
+
+def test_another_file_that_is_called_as_a_trial_is_read_itself(project):
+    Path("other").mkdir()
+    shutil.copy("2.csv", "other/1.csv")
+    other, second, first = (
+        run("--dataset", "small", *given, *project)
+        for given in (("--emg", "other/1.csv"), ("--emg", "2.csv"), ("--trial", "1"))
+    )
+    read = [pd.read_csv(io.StringIO(result.stdout)) for result in (other, second, first)]
+    pd.testing.assert_frame_equal(read[0], read[1], atol=1e-6)
+    assert np.ptp(read[0]["angle_rad"] - read[2]["angle_rad"]) > 1e-3
+    missing = run("--dataset", "small", "--emg", "other/3.csv", *project)
+    assert missing.exit_code == 2 and "other/3.csv: No such file" in missing.stderr
 
 
 def test_of_a_trial_that_is_not_there_all_that_are_are_told(project):
@@ -178,6 +193,7 @@ def test_of_a_trial_that_is_not_there_all_that_are_are_told(project):
         (("--dataset", "smal", "--trial", "4"), "There is no network of 'smal'"),
         (("--trial", "4"), "Give --dataset NAME --trial TRIAL"),
         (("--dataset", "small"), "Give --dataset NAME --trial TRIAL"),
+        (("--dataset", "small", "--trial", "1", "--emg", "new.csv"), "--trial 1 and --emg new.csv are both given"),
     ):
         result = run(*arguments, *project)
         assert result.exit_code == 2 and says in result.stderr, result.output

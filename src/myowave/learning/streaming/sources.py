@@ -1,5 +1,6 @@
 """Where the lines of `myowave predict` come from: a file, or a trial of a dataset, prepared as by the import."""
 
+import glob
 import sys
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -15,7 +16,7 @@ from myowave.data.trials import TIME, Trials
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.inputs import given_inputs
 from myowave.learning.streaming.reading import LONGEST
-from myowave.settings import RecordedDataset
+from myowave.settings import MeasuredDataset, RecordedDataset
 from myowave.settings.configuration import read_settings
 from myowave.settings.files import require_regular
 from myowave.settings.keys import did_you_mean
@@ -58,11 +59,14 @@ def find_checkpoint(dataset: str) -> Path:
     return ordered[0]
 
 
-def trial_of(file: Path, dataset: str, config: Sequence[Path]) -> str:
-    """The trial whose EMG is in a file, by the files that the settings of a dataset name; else its own name."""
+def trial_of(file: Path, dataset: str, config: Sequence[Path]) -> str | None:
+    """The trial whose EMG is in a file, where the settings of a dataset name this very file; else None."""
     block = read_settings(config).data.datasets.get(dataset)
+    if isinstance(block, MeasuredDataset):
+        named = (Path(path).resolve() for pattern in block.files for path in glob.glob(pattern))
+        return file.stem if file.resolve() in named else None
     channels = block.emg.values() if isinstance(block, RecordedDataset) else ()
-    return next(filter(None, (channel.trial_of(file) for channel in channels)), file.stem)
+    return next(filter(None, (channel.trial_of(file) for channel in channels)), None)
 
 
 def trial_lines(dataset: str, trial: str, checkpoint: Checkpoint, config: Sequence[Path]) -> list[str]:
