@@ -19,12 +19,12 @@ from typer.testing import CliRunner
 
 from myowave.cli import app
 from myowave.data.store import write_trials
-from myowave.learning.inputs import to_tensors
+from myowave.learning.inputs import Given, to_tensors
 from myowave.learning.prediction import predict_free_running
 from myowave.learning.streaming.command import predict_lines, start_angles
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.streaming.reading import LONGEST
-from myowave.learning.streaming.sources import trial_of
+from myowave.learning.streaming.sources import trial_lines, trial_of
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
 from myowave.settings.recording import RawSignal
@@ -185,6 +185,25 @@ def test_another_file_that_is_called_as_a_trial_is_read_itself(project):
     assert np.ptp(read[0]["angle_rad"] - read[2]["angle_rad"]) > 1e-3
     missing = run("--dataset", "small", "--emg", "other/3.csv", *project)
     assert missing.exit_code == 2 and "other/3.csv: No such file" in missing.stderr
+
+
+@pytest.mark.parametrize("constants", [{}, {"load": 2.0}])
+def test_what_is_known_of_other_trials_has_the_value_that_it_had_in_training(project, checkpoint, trials, constants):
+    """A trial that names none has the dataset's constant, or the default of the model."""
+    given = Given(known={"load": 0.5}, told=("load",))
+    network = replace(checkpoint[0], architecture=replace(checkpoint[0].architecture, given=given))
+    conditions, stored = {"1": {"load": 1.0}}, "results/data/small/trials.parquet"
+    write_trials(replace(trials, conditions=conditions, constants=constants), stored)
+    config = [ROOT / "config.yaml", Path("mine.yaml")]
+    read = [pd.read_csv(io.StringIO("\n".join(trial_lines("small", name, network, config)))) for name in ("1", "3")]
+    assert set(read[0]["load"]) == {1.0} and set(read[1]["load"]) == {constants.get("load", 0.5)}
+    laid_over = yaml.safe_load(config[1].read_text())
+    laid_over["data"]["datasets"]["small"] |= {"conditions": conditions, "constants": constants}
+    config[1].write_text(yaml.safe_dump(laid_over))
+    later = trial_lines("small", "new", network, config)[0]
+    assert ("load" in later) == bool(constants), "else nobody has said what the hand holds in a later trial"
+    write_trials(trials, stored)
+    assert "load" not in trial_lines("small", "3", network, config)[0]
 
 
 def test_of_a_trial_that_is_not_there_all_that_are_are_told(project):

@@ -80,7 +80,7 @@ def trial_lines(dataset: str, trial: str, checkpoint: Checkpoint, config: Sequen
             f"{dataset}, trial {trial}: no {', '.join(missing)}, which the network takes; there are "
             f"{', '.join(one.channels)}. Name a network of this dataset with --checkpoint."
         )
-    there = {*one.signals, *one.conditions.get(trial, {})}
+    there = {*trials.signals, *trials.constants}.union(*trials.conditions.values())
     known = {name: value for name, value in checkpoint.architecture.known.items() if name in there}
     inputs = given_inputs(one, known)[0, : one.lengths[0]]
     table = pd.DataFrame(inputs, columns=[*one.channels, *known])
@@ -103,7 +103,8 @@ def _trials_with(dataset: str, trial: str, config: Sequence[Path]) -> Trials:
     if isinstance(settings, RecordedDataset):
         more |= {"trials": (*settings.trials, trial)}
     try:
-        return import_trials(dataset, settings.model_copy(update=more))[0].trials
+        # Alone: nobody has said yet what is known of it, and a default must not stand for a load that it may have.
+        return import_trials(dataset, settings.model_copy(update=more))[0].trials.select([trial])
     except (ValueError, OSError) as error:
         problem = next((line for line in str(error).splitlines() if not line.endswith(":")), "")
         raise ValueError(
