@@ -24,7 +24,7 @@ from myowave.learning.prediction import predict_free_running
 from myowave.learning.streaming.command import predict_lines, start_angles
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.streaming.reading import LONGEST
-from myowave.learning.streaming.sources import trial_lines, trial_of
+from myowave.learning.streaming.sources import find_checkpoint, trial_lines, trial_of
 from myowave.learning.task import Task
 from myowave.learning.training import train_scale
 from myowave.settings.recording import RawSignal
@@ -148,6 +148,23 @@ def test_a_trial_of_a_dataset_needs_no_file_names_and_has_a_picture(project, che
     written = pd.read_csv(io.StringIO(result.stdout))
     np.testing.assert_allclose(written["angle_rad"], batch[:, 0].mean(0), rtol=0, atol=1e-6)
     assert (tmp_path / "glance.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_method_of_a_network_counts_and_not_what_its_recipe_is_called(project, checkpoint):
+    """The paper's comes last of one model; models with more effects are not looked at."""
+    network, _ = checkpoint
+    architecture = replace(network.architecture, method="paper")
+    weights = {name: torch.zeros(len(SEEDS), *shape) for name, shape in architecture.shapes.items()}
+    learnt = Path("results/learning/small")
+    (learnt / "base/rollout").rename(learnt / "base/after_the_paper")
+    for folder, of in (
+        ("base/a/1-scale", replace(network, architecture=architecture, weights=weights)),
+        ("base+joint_damping/rollout/1-scale", network),
+    ):
+        of.save(learnt / folder / "scale-0.pt")
+    assert find_checkpoint("small") == learnt / "base/after_the_paper/1-scale/scale-0.pt"
+    shutil.rmtree(learnt / "base/after_the_paper")
+    assert find_checkpoint("small") == learnt / "base/a/1-scale/scale-0.pt"
 
 
 def test_a_recording_that_was_made_since_is_prepared_as_the_others(project, checkpoint):

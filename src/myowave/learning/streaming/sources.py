@@ -50,13 +50,14 @@ def find_checkpoint(dataset: str) -> Path:
     """The network of a dataset that is taken where none is named, or a ValueError: of the model without effects, with
     the fewest scales, not by the paper's method where there is another."""
     found = Path("results/learning", dataset).glob("*/*/*-scale/scale-0.pt")
-    ordered = sorted(found, key=lambda p: (p.parts[-4].count("+"), "paper" in p.parts[-3], p.parts[-3], p.parts[-2]))
+    ordered = sorted(found, key=lambda p: (p.parts[-4].count("+"), p.parts[-3], p.parts[-2]))
     if not ordered:
         raise ValueError(
             f"There is no network of {dataset!r} in results/learning. Name the dataset under targets.datasets and run "
             "snakemake with all your files of settings; or name a network's file with --checkpoint."
         )
-    return ordered[0]
+    alike = [path for path in ordered if path.parts[-4].count("+") == ordered[0].parts[-4].count("+")]
+    return next((path for path in alike if Checkpoint.load(path).architecture.method != "paper"), ordered[0])
 
 
 def trial_of(file: Path, dataset: str, config: Sequence[Path]) -> str | None:
