@@ -249,14 +249,15 @@ def ask_what_changed(
     dataset: Annotated[str, typer.Argument(help="a dataset of the settings, whose trials are prepared")],
     config: ConfigFiles,
     reference: Annotated[str, typer.Option(help="trials of the first group, with commas; else the settings'")] = "",
-    against: Annotated[str, typer.Option(help="trials of the second group")] = "",
+    against: Annotated[str, typer.Option(help="trials of the second group; else the settings'")] = "",
     electrodes_stayed: Annotated[bool, typer.Option("--electrodes-stayed", help="the electrodes stayed on")] = False,
 ) -> None:
     """Say what changed between two groups of trials: before and after, with and without."""
     settings = read_settings(config)
     groups = settings.dataset(dataset).changed
     if reference or against:
-        wanted = {"reference": named(reference), "against": named(against), "electrodes_stayed": False}
+        wanted = {"reference": named(reference), "against": named(against)}
+        wanted = {side: trials for side, trials in wanted.items() if trials} | {"electrodes_stayed": False}
         block = {"data": {"datasets": {dataset: {"changed": wanted}}}}
         groups = parse_settings(lay_over(dump(settings), block)).dataset(dataset).changed
     if groups is None:

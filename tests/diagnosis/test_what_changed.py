@@ -182,9 +182,15 @@ def test_the_command_asks_of_the_groups_it_is_given_with_what_is_known_of_the_da
     for options, groups in (
         ([], Changed(**changed)),
         (others, Changed(reference=["2"], against=["1", "3"])),
+        (["--reference", "3"], Changed(reference=["3"], against=["2"])),
+        (["--against", "3,4"], Changed(reference=["1"], against=["3", "4"])),
         ([*others, "--electrodes-stayed"], Changed(reference=["2"], against=["1", "3"], electrodes_stayed=True)),
     ):
         done = CliRunner().invoke(app, ["changed", "elbow", *options])
         found, scatter = asked.pop()
         assert done.exit_code == 2 and found == groups
         assert scatter["shape"].absolute == 0.05 and scatter["vmax"].relative == 0.2
+    del config["data"]["datasets"]["elbow"]["changed"]
+    Path("config.yaml").write_text(yaml.safe_dump(config), encoding="utf-8")
+    done = CliRunner().invoke(app, ["changed", "elbow", "--reference", "3"])
+    assert done.exit_code == 2 and "data.datasets.elbow.changed.against" in done.stderr and not asked
