@@ -162,7 +162,8 @@ def predict(
             from myowave.learning.figures import draw_prediction
             from myowave.plotting import save
 
-            save(draw_prediction(predicted, seen, source), picture)
+            step = 1 / real_time.rate if real_time else trained.dt
+            save(draw_prediction(predicted, seen, source, step), picture)
 
 
 @app.command("plan")

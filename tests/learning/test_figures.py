@@ -2,8 +2,9 @@
 
 import numpy as np
 import pandas as pd
+import pytest
 
-from myowave.learning.figures import draw_parameters
+from myowave.learning.figures import draw_parameters, draw_prediction
 
 
 def test_seeds_that_agree_are_drawn_as_agreeing_and_not_with_their_rounding_across_the_axis():
@@ -44,3 +45,15 @@ def test_where_nothing_is_identified_the_picture_says_so():
         {"dataset": ["a"], "model": ["base"], "recipe": ["rollout"], "scales": [1], "test_r2": [0.9]}
     )
     assert "nothing is identified" in draw_parameters(summary, []).get_suptitle()
+
+
+@pytest.mark.parametrize("time_s", [True, False])
+def test_the_measured_angle_keeps_the_step_of_its_own_lines(time_s):
+    """Raw EMG has more lines than a prediction."""
+    predicted = ["time_s,angle_rad", *(f"{0.1 * i},0.5" for i in range(11))]
+    given = ["time_s,angle_deg", *(f"{0.002 * i},{i}" for i in range(501))]
+    lines = given if time_s else [line.split(",")[1] for line in given]
+    (axis,) = draw_prediction(predicted, lines, "raw", 0.002).axes
+    measured, prediction = axis.lines[:2]
+    np.testing.assert_allclose(measured.get_xdata(), 0.002 * np.arange(501))
+    assert prediction.get_xdata()[-1] == pytest.approx(measured.get_xdata()[-1])

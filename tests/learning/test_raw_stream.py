@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from myowave.cli import app
@@ -163,6 +164,19 @@ def test_the_command_predicts_from_raw_emg_what_the_batch_predicts(network_of, t
     batch = predict_free_running(checkpoint.network, inputs, angle, trials.dt)[:, 0].mean(0).numpy()
     written = pd.read_csv(io.StringIO(result.stdout))["angle_rad"].to_numpy()
     np.testing.assert_allclose(written[: len(batch)], batch, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("raw", [True, False])
+def test_the_picture_is_told_how_far_apart_lines_without_times_are(network_of, tmp_path, monkeypatch, raw):
+    recorded, steps = session(), []
+    checkpoint = network_of(prepare("me", settings(), recorded).trials)
+    text = "".join(as_lines(recorded, "c", emg_biceps=0.1, emg_triceps=0.1))
+    monkeypatch.setattr("myowave.learning.figures.draw_prediction", lambda *given: steps.append(given[3]) or Figure())
+    checkpoint.save(tmp_path / "scale-0.pt")
+    lines = "\n".join(line.partition(",")[2] for line in text.splitlines())
+    command = ["predict", *["--raw"] * raw, "--checkpoint", f"{tmp_path}/scale-0.pt", "--emg", "-"]
+    done = CliRunner().invoke(app, [*command, "--picture", f"{tmp_path}/look.png"], input=lines)
+    assert done.exit_code == 0 and steps == [1 / RATE if raw else checkpoint.dt], done.output
 
 
 def test_a_network_that_cannot_run_causally_says_so_and_what_to_do(network_of, trials, tmp_path):

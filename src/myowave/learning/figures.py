@@ -108,19 +108,19 @@ def draw_predictions(predictions: dict[int, pd.DataFrame], summary: pd.DataFrame
     return figure
 
 
-def draw_prediction(lines: Iterable[str], given: Iterable[str], what: str) -> Figure:
+def draw_prediction(lines: Iterable[str], given: Iterable[str], what: str, step: float) -> Figure:
     """A prediction with its band, beside the measured angle where the samples have one.
 
     Args:
         lines: of `streaming.command.predict_lines`; `given`: those that it was made of.
         what: is predicted.
+        step: between those lines [s], where they have no times.
     """
     predicted, samples = _in_degrees(lines), _in_degrees(given)
     figure, axes = canvas(1, 1, width=9.0, height=3.6)
     axis, time = axes[0, 0], predicted["time_s"]
     if "angle" in samples:
-        begin = time.iloc[0] if "time_s" not in samples else 0.0
-        at = samples.get("time_s", begin + samples.index * np.median(np.diff(time)))
+        at = samples.get("time_s", step * samples.index)
         axis.plot(at, pd.to_numeric(samples["angle"], errors="coerce"), color=MEASURED, label="measured", linewidth=2.0)
     axis.plot(time, predicted["angle"], color=MODEL, linestyle="--", label="predicted")
     if "low" in predicted:
