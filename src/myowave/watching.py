@@ -126,7 +126,8 @@ def import_named(names: Sequence[str], folder: Path, settings: Settings, dataset
     """The trials of these names, all for training; a ValueError if one cannot be read, or nobody says what the hand
     holds in it."""
     block = _block(settings, dataset)
-    update: dict[str, Any] = {"test": (), "conditions": {name: _known_of(name, block) for name in names}}
+    known = {name: _known_of(name, block) for name in names}
+    update: dict[str, Any] = {"test": (), "changed": None, "conditions": known}
     if isinstance(block, MeasuredDataset):
         patterns = _patterns(folder, block)
         update["files"] = tuple(pattern for name in names for pattern in patterns[name])
@@ -186,14 +187,18 @@ def _strengths(torque: TorqueFit, base: Model) -> Iterator[Question]:
 
 
 def _changes(trials: Trials, settings: Settings, dataset: str, base: Model) -> Iterator[Question]:
-    """What changed between the two groups of the settings? A trial belongs to that which has one of its kind."""
+    """What changed between the two groups of the settings? A trial belongs to that which lists it or, where the groups
+    are of different kinds, one of its kind."""
     groups = _block(settings, dataset).changed
     if groups is None:
         return
     asked = "What changed between the two groups?"
     kinds = [{kind_of(name) for name in listed} for listed in (groups.reference, groups.against)]
-    reference, against = (tuple(name for name in trials.names if kind_of(name) in kind) for kind in kinds)
+    mixed = not kinds[0].isdisjoint(kinds[1])
+    sides = (groups.reference, groups.against) if mixed else kinds
+    reference, against = (tuple(n for n in trials.names if (n if mixed else kind_of(n)) in side) for side in sides)
     more = f"one more as {(groups.reference if len(reference) <= len(against) else groups.against)[0]}"
+    more += ", and name it under changed" * mixed
     if min(len(reference), len(against)) < FEWEST:
         yield Question(asked, f"{len(reference)} trials of the first, {len(against)} of the second.", more)
         return

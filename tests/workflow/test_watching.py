@@ -2,6 +2,7 @@
 
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -103,6 +104,27 @@ def test_raw_trials_are_found_by_the_patterns_of_the_settings_and_groups_by_thei
     said = session(record, look, dataset="human_curls", options=options).stdout
     assert "2 trials: load" in said and "Strength of flexors?" in said
     assert "open: What changed between the two groups? 1 trials of the first, 1 of the second." in said
+
+
+def test_groups_whose_names_differ_by_a_number_only_are_those_that_are_listed(session, monkeypatch):
+    asked, config = [], yaml.safe_load(Path("config.yaml").read_text())
+
+    def ask(trials, base, effects, groups, *_, **__):
+        asked.append((groups.reference, groups.against))
+        return SimpleNamespace(names=(), control=None)
+
+    monkeypatch.setattr(watching, "what_changed", ask)
+    monkeypatch.setattr(watching, "changed_facts", lambda *_: {})
+    monkeypatch.setattr(watching, "tell_change", lambda _: ["Nothing."])
+    groups = {"reference": ["trial1", "trial2"], "against": ["trial4", "trial5"]}
+    config["data"]["datasets"]["bench_elbow"]["changed"] = groups
+    Path("mine.yaml").write_text(yaml.safe_dump({"data": config["data"]}))
+    names = ["trial1", "trial2", "trial3", "trial4", "trial5"]
+    puts = [put(name, source=f"{name}.csv") for name in names]
+    done = session(*puts, look, options=["--config", "config.yaml", "--config", "mine.yaml"])
+    assert "5 trials: " in done.stdout, done.output
+    assert asked[-1] == (("trial1", "trial2"), ("trial4", "trial5"))
+    assert "and name it under changed" in done.stdout
 
 
 @pytest.mark.parametrize(
