@@ -1,9 +1,12 @@
 """Windows: from anywhere in the part that trains, and validation from all that comes after it."""
 
+from dataclasses import replace
+
 import pytest
 import torch
 
 from myowave.learning.inputs import to_tensors
+from myowave.learning.methods.rollout.training import RolloutLoss
 from myowave.learning.network import Architecture, Network, Scaling, initialise
 from myowave.learning.windows import Corpus, Pieces, Validation
 
@@ -23,14 +26,37 @@ def corpus(network, trials):
     return Corpus.of(network, emg, angle[None], trials.dt, USABLE)
 
 
-def test_training_windows_end_before_what_validates_and_reach_everything_else(corpus):
+def test_training_windows_end_before_what_validates_and_share_trials_by_their_length(corpus):
     length = 20
     drawn = Pieces.draw(corpus.usable, 20000, length, torch.Generator().manual_seed(0))
     for i, usable in enumerate(USABLE.tolist()):
         begun = drawn.start[drawn.trial == i]
         assert begun.min() == 0 and begun.max() + length == usable
-        share = (usable - length + 1) / (USABLE - length + 1).sum().item()
-        assert len(begun) / 20000 == pytest.approx(share, rel=0.1)
+        assert len(begun) / 20000 == pytest.approx(usable / USABLE.sum().item(), rel=0.1)
+        early = (begun < (usable - length + 1) / 3).double().mean().item()
+        assert early == pytest.approx(1 / 3, abs=0.03), "all places in a trial are alike"
+    assert drawn.within(corpus.usable).all()
+
+
+def test_a_trial_shorter_than_a_window_trains_with_all_that_it_has(corpus):
+    drawn = Pieces.draw(corpus.usable, 2000, 100, torch.Generator().manual_seed(0))
+    short = drawn.trial == 2
+    assert (drawn.start[short] == 0).all() and short.double().mean().item() == pytest.approx(60 / 390, rel=0.2)
+    assert (drawn.within(corpus.usable).sum(1) == torch.where(short, 60, 100)).all()
+
+
+def test_a_loss_counts_no_sample_that_validates(corpus, network, settings):
+    recipe = settings.learning.recipes["rollout"]
+
+    def loss(z):
+        changed = replace(corpus, z=z)
+        return RolloutLoss(network.trainable(CPU), changed, recipe, 100, (0,)).backward().total
+
+    sample, rest = torch.arange(corpus.z.shape[-1]), corpus.z.clone()
+    rest[:, sample >= USABLE[:, None]] += 1.0
+    assert loss(corpus.z) == loss(rest)
+    rest[:, 2, 59] += 1.0  # the last one that trains, of the trial that is shorter than a window
+    assert loss(corpus.z) != loss(rest)
 
 
 def test_a_window_holds_the_samples_it_says(corpus, trials):

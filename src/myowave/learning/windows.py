@@ -29,15 +29,21 @@ class Pieces:
 
     @classmethod
     def draw(cls, usable: Tensor, count: int, length: int, random: torch.Generator) -> "Pieces":
-        """Anywhere in the first samples of trials, of which so many are `usable` (T,), all places equally likely; by
-        numbers of the CPU, so that a seed means the same on every device."""
-        places = (usable.cpu() - length + 1).clamp(min=0)
-        ends = places.cumsum(0)
-        assert ends[-1] > 0, "no trial is long enough for a window"
-        at = (torch.rand(count, generator=random) * ends[-1]).long().clamp(max=int(ends[-1]) - 1)
+        """In the first samples of trials, of which so many are `usable` (T,): of each trial in proportion to these, at
+        any place within it alike; by numbers of the CPU, so that a seed means the same on every device. A piece of a
+        trial that is shorter begins where it does, see `within`."""
+        counts = usable.cpu()
+        ends, places = counts.cumsum(0), (counts - length + 1).clamp(min=1)
+        at = torch.rand(count, generator=random).double() * ends[-1]
         trial = torch.searchsorted(ends, at, right=True)
-        start = at - (ends - places)[trial]
+        share = (at - (ends - counts)[trial]) / counts[trial]
+        start = (share * places[trial]).long()
         return cls(trial.to(usable.device), start.to(usable.device), length)
+
+    def within(self, usable: Tensor) -> Tensor:
+        """Which of their samples are usable, (B, K)."""
+        step = torch.arange(self.length, device=self.start.device)
+        return step < (usable[self.trial] - self.start)[:, None]
 
     def of(self, values: Tensor, *, seeds: bool = False) -> Tensor:
         """Pieces (B, K, ...) of values (T, N, ...), or (S, B, K, ...) of (S, T, N, ...) where these have seeds; beyond

@@ -53,8 +53,7 @@ class PaperTraining:
         pieces, reading = self._pieces(), self._recipe.residual
         x, angle = pieces.of(self._corpus.x), pieces.of(self._angle)
         step = torch.arange(pieces.length, device=angle.device)
-        usable = self._corpus.usable[pieces.trial] - pieces.start
-        used = (self._network.history <= step) & (step < usable[:, None])
+        used = (self._network.history <= step) & pieces.within(self._corpus.usable)
         given = angle + self._noise.draw(*angle.shape, like=angle) if self._noise.std else angle
         slopes: list[Tensor] = []
         if reading == "time":

@@ -138,15 +138,14 @@ class RolloutLoss:
             counts: how much a window of each of these counts beside a measured one, (S, T).
         """
         made = 0 if simulated is None else self._count // 2
-        x, z, v, _ = self._cut(self._corpus, self._count - made)
-        x, weight = self._disturb(x), z.new_ones(z.shape[:2])
+        x, z, v, weight, _ = self._cut(self._corpus, self._count - made)
+        x = self._disturb(x)
         if simulated is not None and counts is not None:
-            further_x, further_z, further_v, trial = self._cut(simulated, made)
+            further_x, further_z, further_v, further_weight, trial = self._cut(simulated, made)
             x = torch.cat((x, further_x.expand(*x.shape[:-3], *further_x.shape)), dim=-3)
             z, v = torch.cat((z, further_z), dim=1), torch.cat((v, further_v), dim=1)
-            weight = torch.cat((weight, counts[:, trial].to(z)), dim=1)
-        m = self._network.history
-        weight = (weight / (weight.sum(-1, keepdim=True) * (self._length - m))).unsqueeze(-1)
+            weight = torch.cat((weight, counts[:, trial, None].to(z) * further_weight), dim=1)
+        m, weight = self._network.history, weight / weight.sum((1, 2), keepdim=True)
         history = z[..., :m].contiguous(), v[..., :m].contiguous()
         predicted = self._roll_out(x, *history)
         loss = (weight * (predicted - z[..., m:]).square()).sum((1, 2))
@@ -154,12 +153,14 @@ class RolloutLoss:
         data = loss.detach() * self._network.scaling.angle_std**2
         return Losses(data, data, torch.zeros_like(data))
 
-    def _cut(self, corpus: Corpus, count: int) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Windows of a corpus: inputs (B, K, X), standardised angle and step (S, B, K), and the trial of each, (B,)."""
+    def _cut(self, corpus: Corpus, count: int) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
+        """Windows of a corpus: inputs (B, K, X), standardised angle and step (S, B, K), 1 for each predicted sample
+        that its trial has, else 0, (S, B, K - m), and the trial of each, (B,)."""
         pieces = Pieces.draw(corpus.usable, count, self._length, self._random)
         x, z, v = corpus.cut(pieces)
         z, v = (values.expand(self._network.seeds, -1, -1) for values in (z, v))
-        return x, z, v, pieces.trial
+        there = pieces.within(corpus.usable)[:, self._network.history :].to(z)
+        return x, z, v, there.expand(self._network.seeds, -1, -1), pieces.trial
 
     def _disturb(self, x: Tensor) -> Tensor:
         """Inputs (B, K, X) with other gains of the EMG, and other values of what is known beside it, (S, B, K, X); as
