@@ -60,8 +60,9 @@ class Soap:
                 layers.setdefault(tensor.shape[-1], []).append(tensor)
         for width, tensors in layers.items():
             gradient = torch.cat([tensor.grad for tensor in tensors if tensor.grad is not None], 1)
-            layer = self._layers.setdefault(width, _Layer(gradient))
-            move = layer.towards(gradient, self._betas)
+            if width not in self._layers:
+                self._layers[width] = _Layer(gradient)
+            move = self._layers[width].towards(gradient, self._betas)
             for tensor, part in zip(tensors, move.split([t.shape[1] for t in tensors], 1), strict=True):
                 tensor.sub_(rate * part)
 
