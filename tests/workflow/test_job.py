@@ -4,6 +4,7 @@ import errno
 import io
 import os
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -26,6 +27,8 @@ def test_a_users_mistake_ends_the_job_with_its_message_and_no_traceback(tmp_path
 def test_a_mistake_of_ours_is_not_hidden(tmp_path):
     with pytest.raises(AssertionError), job_log("train", tmp_path / "train.log"):
         raise AssertionError("shapes differ")
+    log = (tmp_path / "train.log").read_text()
+    assert "Traceback" in log and "shapes differ" in log and Path(__file__).name in log
 
 
 @pytest.mark.parametrize("terminal", [Terminal(), io.StringIO()])

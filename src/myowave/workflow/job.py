@@ -4,6 +4,7 @@ import errno
 import os
 import sys
 import time
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -61,6 +62,10 @@ def job_log(label: str, path: str | Path) -> Iterator[JobLog]:
             except ValueError as error:
                 log.say(f"{label}: {error}")
                 raise SystemExit(1) from None
+            except Exception as error:
+                if not isinstance(error, OSError) or error.errno not in _DISK:
+                    log.say(traceback.format_exc())
+                raise
     except OSError as error:
         if error.errno not in _DISK:
             raise
