@@ -76,6 +76,27 @@ def test_changed_networks_rerun_training_and_what_follows_but_no_diagnosis(finis
         }
 
 
+def test_a_network_beside_that_was_trained_anew_is_seen_by_the_tables(finished):
+    beside = finished.folder / "results/learning/case1/base/other/1-scale"
+    beside.mkdir(parents=True)
+    for name in ("evaluation.csv", "scale-0.pt"):
+        (beside / name).write_text("before")
+    finished.finish(*CONFIG)
+    assert not finished.planned(*CONFIG)
+    (beside / "evaluation.csv").write_text("anew")
+    planned = finished.planned(*CONFIG)
+    shutil.rmtree(beside)
+    finished.finish(*CONFIG)
+    assert {"summarize_models", "watch_ladder"} <= set(planned) and planned["watch_ladder"] == 1, "of its dataset alone"
+
+
+def test_what_mlflow_shows_is_published_anew_with_its_code_and_after_pictures_of_data(finished):
+    with edited(finished, "src/myowave/tracking/contents.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "):
+        assert set(finished.planned(*CONFIG)) == {"publish_runs"}
+    with edited(finished, "src/myowave/data/figures.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "):
+        assert "publish_runs" in finished.planned(*CONFIG)
+
+
 def test_nothing_is_made_again_after_a_move_comments_and_changes_of_what_no_job_uses(finished, tmp_path):
     moved = Project(tmp_path / "elsewhere")
     shutil.copytree(finished.folder, moved.folder)

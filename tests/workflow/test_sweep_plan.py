@@ -38,6 +38,15 @@ def test_what_a_trial_is_judged_by_makes_a_new_search(swept):
     assert planned_after(swept, seeds=3)["prepare_sweep"] == 1
 
 
+def test_code_that_makes_the_model_of_a_trial_makes_a_new_search(swept):
+    file = swept.folder / "src/myowave/models.py"
+    original = file.read_text()
+    file.write_text(original + "\nCHANGED = 1\n")
+    planned = planned_after(swept)
+    file.write_text(original)
+    assert planned["prepare_sweep"] == 1
+
+
 def test_what_the_tests_with_programs_of_debian_ask_for_is_made_by_rules(tmp_path):
     """They do not run every day."""
     project = copy_project(tmp_path)

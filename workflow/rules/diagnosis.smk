@@ -116,6 +116,7 @@ rule watch_ladder:
         beside=lambda wildcards: [
             path for path in networks_beside(wildcards.dataset) if Path(path).with_name("scale-0.pt").exists()
         ],
+        beside_contents=lambda wildcards: digest_files(networks_beside(wildcards.dataset)),
         seeds=SETTINGS.learning.seeds,
         code=digest("watch_ladder"),
     script:

@@ -99,6 +99,7 @@ rule summarize_models:
         "results/logs/summarize_models.log",
     params:
         beside=lambda wildcards: networks_beside(),
+        beside_contents=lambda wildcards: digest_files(networks_beside()),
         seeds=SETTINGS.learning.seeds,
         code=digest("summarize_models"),
     script:

@@ -22,7 +22,7 @@ judged_section = dict(
     contents=digest_files(SWEEP_PHYSICS.files),
     identify=public(DATASETS[SWEEP.dataset])["identify"],
     recipe=dump(SETTINGS.learning.recipes[SWEEP.recipe]),
-    code=digest_script(PACKAGE / "learning/sweep/objective.py"),
+    code=[digest_script(PACKAGE / f"learning/{name}.py") for name in ("from_settings", "sweep/objective")],
 )
 
 
@@ -49,6 +49,7 @@ rule prepare_sweep:
         wavelet=dump(SETTINGS.data.wavelet),
         journal=JOURNAL,
         judged=judged_section,
+        code=digest("prepare_sweep"),
     script:
         "../scripts/prepare_sweep.py"
 

@@ -10,7 +10,7 @@ def published(recipes):
 rule publish_runs:
     input:
         evaluations=evaluations,
-        figures=FIGURES_OF_LEARNING,
+        figures=[FIGURES_OF_DATA, FIGURES_OF_LEARNING],
         verdicts=VERDICTS,
     output:
         note="results/tracking/published.md",
@@ -19,6 +19,7 @@ rule publish_runs:
     params:
         tracking=section("tracking"),
         recipes=published(SETTINGS.targets.trained),
+        code=digest("publish_runs"),
     script:
         "../scripts/publish_runs.py"
 
