@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from myowave.diagnosis.report.numbers import estimate
 from myowave.identification.free_parameters import free_parameters
 from myowave.identification.least_squares import correlations, pseudo_inverse
 from myowave.identification.noise import correlation_time
@@ -54,6 +55,20 @@ def test_no_parameter_is_known_better_than_two_solvers_agree(fitted):
     scale = np.array([p.scale for p in fitted.free])
     of_solvers = np.radians(0.005) * np.sqrt(np.diag(np.linalg.inv(fitted.normal.matrix))) * scale
     assert (np.sqrt(np.diag(fitted.covariance())) >= 0.99 * of_solvers).all()
+
+
+def test_what_the_data_cannot_tell_apart_is_not_known(fitted):
+    """A direction of the parameters that no motion shows has no end, where its sum is rounding and where it is 0."""
+    slope, names = fitted.normal.slope, [p.name for p in fitted.free]
+    alike, unseen = slope.copy(), slope.copy()
+    alike[..., 1], unseen[..., 0] = alike[..., 0], 0.0
+    for columns, lost in ((alike, names[:2]), (unseen, names[:1])):
+        matrix = np.einsum("tnp,tnq->pq", fitted.normal.without_starts(columns), columns)
+        errors = replace(fitted, normal=replace(fitted.normal, slope=columns, matrix=matrix)).standard_errors()
+        for p in fitted.free:
+            told = estimate(p.start, errors[p.name], (p.low, p.high))
+            assert told.endswith("not known") == (p.name in lost), (p.name, told)
+            assert np.isfinite(errors[p.name])
 
 
 def test_the_variance_of_white_noise_is_found_without_bias(fitted):

@@ -215,11 +215,13 @@ def covariance(normal: Normal, record: Record, free: Sequence[Free]) -> Array:
     variance = max(normal.variance(record.samples), np.radians(SOLVERS_DEG) ** 2)
     variance *= correlation_time(normal.residual, record.samples)
     data = normal.matrix - np.diag(normal.weight)
-    return pseudo_inverse(data / variance + np.diag(expected(free)[1])) * unit
+    values, vectors = np.linalg.eigh(data / variance + np.diag(expected(free)[1]))
+    # What data say nothing about is not known at all: a pseudo-inverse would give it no error.
+    return (vectors / values.clip(NEGLIGIBLE * values.max(initial=1.0))) @ vectors.T * unit
 
 
 def correlations(covariance: Array) -> Array:
-    """Correlations of estimates from their covariance, (P, P); 0 for those that data say nothing about."""
+    """Correlations of estimates from their covariance, (P, P); 0 for those without any."""
     size = np.sqrt(np.diag(covariance)).clip(1e-150)  # whose square is still above 0
     return covariance / np.outer(size, size)
 
