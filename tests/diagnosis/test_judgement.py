@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, OWN_SHAPES, SURE
+from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, OUTSIDE, OWN_SHAPES, SURE
 from myowave.diagnosis.likelihood.algebra import Weighed
 from myowave.diagnosis.likelihood.components import EMG, NOISE, REPEATS
 from myowave.diagnosis.search.answer import ANYTHING, Answer, answer_of
@@ -66,6 +66,14 @@ def test_effects_that_cannot_be_told_apart_are_a_class(weighed):
     verdict = Verdict(hedged, ladder)
     assert (verdict.kind, verdict.effects) == ("partial", ("joint_damping",))
     assert verdict.named == (members, (EMG_NOISE, CLOCK_DRIFT)) and verdict.causes == ("joint_damping", EMG_NOISE)
+
+
+def test_what_the_catalogue_lacks_stands_behind_what_it_has(weighed):
+    answer, ladder = weighed
+    likelier = replace(answer, kind="class", named=((OUTSIDE, "joint_damping", "gravity_tilt"),))
+    for of in (ladder, Ladder(ladder.fits[:1], ladder.rankings[:1])):
+        verdict = Verdict(likelier, of)
+        assert verdict.named == (("joint_damping", "gravity_tilt", OUTSIDE),) and verdict.causes == ("joint_damping",)
 
 
 def test_what_is_left_beside_a_name_makes_it_a_part(weighed):

@@ -376,6 +376,21 @@ def test_a_class_among_others_is_set_off_from_them(facts, story):
     assert "drift of the clock or a gain" in page
 
 
+def test_what_no_effect_was_added_for_changes_no_error(facts):
+    """As where damping and what the catalogue lacks are equally likely, and the model without either is."""
+    likely = {"alternatives": [["joint_damping", "outside"]], "evidence": {}}
+    for kind, model, error in (
+        ("class", "base", "6.4"),
+        ("effect", "base", "6.4"),
+        ("class", "base+joint_damping", "1.7"),
+    ):
+        told = tell(facts(verdict=kind, model=model, **likely))
+        added = model != "base"
+        assert told["headline"].startswith("Missing: damping of the joint or something like it")
+        assert told["headline"].endswith(f" is then {error} deg." if added else f" is {error} deg.")
+        assert ("nothing but noise is left" in told["lead"]) == added == ("No effect was added" not in told["lead"])
+
+
 def test_what_to_record_is_told_so_that_a_person_can_do_it(facts):
     proposed = {"question": "a or b", "trial": "passive swing", "separation": 40.0, "now": 2.0}
     assert tell(facts())["plan"] == "No further trial would tell more of what was weighed."

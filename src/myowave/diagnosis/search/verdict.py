@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-from myowave.diagnosis.causes import OWN_SHAPES
+from myowave.diagnosis.causes import OUTSIDE, OWN_SHAPES
 from myowave.diagnosis.search.answer import ANYTHING, Answer, Kind
 from myowave.diagnosis.search.ladder import Ladder
 
@@ -32,9 +32,10 @@ class Verdict:
     @property
     def named(self) -> tuple[tuple[str, ...], ...]:
         """Classes of what is missing, most of one: those of effects that were added, in that order, then others, each
-        with what the last model has before what would do as well. Own shapes alone are no part of it."""
+        with what the last model has before what would do as well, and what the catalogue lacks behind all that it has.
+        Own shapes alone are no part of it."""
         order = {name: place for place, name in enumerate(self.ladder.effects)}
-        sorted_each = [sorted(c, key=lambda n: order.get(n, len(order))) for c in self.answer.named]
+        sorted_each = [sorted(c, key=lambda n: (n == OUTSIDE, order.get(n, len(order)))) for c in self.answer.named]
         classes = [tuple(c) for c in sorted_each if c != [OWN_SHAPES]]
         return tuple(sorted(classes, key=lambda c: order.get(c[0], len(order))))
 
