@@ -13,7 +13,7 @@ from myowave.diagnosis.report.figures import draw_missing_torque
 from myowave.diagnosis.report.tables import draft_source
 from myowave.diagnosis.report.tell import tell
 from myowave.diagnosis.search.draft import LIBRARY, draft_effect
-from myowave.diagnosis.search.next_trial import SEPARATED, propose_trials
+from myowave.diagnosis.search.next_trial import SEPARATED, _menu, propose_trials
 from myowave.diagnosis.search.where import WINDOW_S, locate, misfit_by, missing_torque
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
@@ -177,6 +177,15 @@ def test_a_known_load_is_the_trial_that_shows_an_unknown_one(make_fit, effects):
     best, *others = propose_trials(make_fit(), effects["hand_load"])
     assert best.trial == "known load of 1 kg" and best.separation > SEPARATED
     assert not any(p.separation > SEPARATED for p in others)
+
+
+def test_muscles_of_one_electrode_have_one_emg_in_a_trial_that_is_proposed(make_fit):
+    fit = make_fit()
+    biceps, triceps = fit.model.muscles
+    model = replace(fit.model, muscles=(biceps, replace(biceps, name="Bra"), triceps))
+    shared = fit_model(model, replace(fit.record, emg=fit.record.emg[..., [0, 0, 1]]), ())
+    emg = _menu(shared).emg
+    assert torch.equal(emg[..., 0], emg[..., 1]) and not torch.equal(emg[..., 0], emg[..., 2])
 
 
 def test_another_posture_tells_the_lean_of_the_arm_from_a_constant_torque(make_fit, effects):

@@ -20,6 +20,7 @@ from myowave.identification.least_squares import Normal, gain_of, gather, normal
 from myowave.identification.output_error import Fit, polish
 from myowave.identification.record import Record
 from myowave.physics.effect import Effect
+from myowave.physics.simulation import channels_of
 from myowave.physics.trajectory import solve
 
 LOAD_KG, TILT_RAD = 1.0, np.pi / 6
@@ -76,7 +77,8 @@ def _strength(fit: Fit, effect: Effect) -> Array:
 def _menu(fit: Fit) -> Record:
     """The trials of the menu as a record, with synthetic EMG: as long as the recorded trials, or as their pieces."""
     record = fit.record
-    sides = [m.side for m in fit.model.muscles]
+    channels = fit.model.channels
+    sides = [fit.model.leading[channel].side for channel in channels]
     samples = record.angle.shape[1]
     manoeuvres = [m for m, _ in MENU.values()]
     emg = synthetic_emg(SEED, sides=sides, trials=len(MENU), samples=samples, dt=record.dt, manoeuvres=manoeuvres)
@@ -86,7 +88,7 @@ def _menu(fit: Fit) -> Record:
     return replace(
         record,
         names=tuple(MENU),
-        emg=torch.from_numpy(emg),
+        emg=channels_of(fit.model, channels, torch.from_numpy(emg)),
         angle=np.zeros((len(MENU), samples)),
         valid=np.ones((len(MENU), samples), dtype=bool),
         training=np.ones(len(MENU), dtype=bool),
