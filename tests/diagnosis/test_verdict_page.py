@@ -391,6 +391,19 @@ def test_what_no_effect_was_added_for_changes_no_error(facts):
         assert ("nothing but noise is left" in told["lead"]) == added == ("No effect was added" not in told["lead"])
 
 
+@pytest.mark.parametrize(
+    ("kind", "hit", "told"),
+    [
+        ("undecidable", False, "the verdict is open"),
+        ("adequate", True, "nothing was"),
+        ("effect", False, "something was"),
+    ],
+)
+def test_where_nothing_was_hidden_the_page_says_what_the_verdict_made_of_it(kind, hit, told, facts):
+    score = tell(facts(verdict=kind, hidden=[], hit=hit, model="base"))["score"]
+    assert f"nothing was hidden in them, and {told}" in score and ("reported" in score) == (kind != "undecidable")
+
+
 def test_what_to_record_is_told_so_that_a_person_can_do_it(facts):
     proposed = {"question": "a or b", "trial": "passive swing", "separation": 40.0, "now": 2.0}
     assert tell(facts())["plan"] == "No further trial would tell more of what was weighed."

@@ -78,12 +78,12 @@ def told_of(facts):
     """What is said of errors [deg] of trials, of flexion and extension, and of ranges of other factors."""
 
     def told(*, trial=(1, 1), rmse=(1, 1), mean=(0, 0), noise=0.5, **bins: list[float]) -> str:
-        rows = [("trial", f"trial{i + 1}", np.nan, np.nan, value, 0.0) for i, value in enumerate(trial)]
+        rows = [("trial", f"trial{i + 1}", np.nan, np.nan, 9, value, 0.0) for i, value in enumerate(trial)]
         for part, error, shift in zip(("flexion", "extension"), rmse, mean, strict=True):
-            rows.append(("direction", part, np.nan, np.nan, error, shift))
+            rows.append(("direction", part, np.nan, np.nan, 9 * bool(error), error, shift))
         for factor, values in bins.items():
-            rows += [(f"{factor} [deg]", "", 10.0 * i, 10.0 * (i + 1), value, 0.0) for i, value in enumerate(values)]
-        misfit = pd.DataFrame(rows, columns=["factor", "part", "low", "high", "rmse_deg", "mean_deg"])
+            rows += [(f"{factor} [deg]", "", 10.0 * i, 10.0 * (i + 1), 9, value, 0.0) for i, value in enumerate(values)]
+        misfit = pd.DataFrame(rows, columns=["factor", "part", "low", "high", "samples", "rmse_deg", "mean_deg"])
         errors = {"train": 3.3, "heldout": 6.4, "fitted": 3.3, "noise": noise}
         worst = misfit["rmse_deg"].max()
         return tell(facts(where=locate(misfit), worst_part_deg=worst, rmse_deg={"base": errors}, model="base"))["where"]
@@ -131,6 +131,11 @@ def test_the_finding_says_which_of_arm_and_model_runs_ahead(told_of):
     )
     assert "behind the model" in told_of(rmse=[2, 2], mean=[-1.5, 1.0])
     assert told_of(pitch=[1, 1, 1, 1.1]) == "The misfit is the same everywhere. The noise is 0.50 deg."
+
+
+@pytest.mark.parametrize("rmse", [(2, 0), (0, 0)], ids=["flexes only", "at rest"])
+def test_a_direction_in_which_nothing_moved_is_not_compared(rmse, told_of):
+    assert told_of(rmse=rmse, mean=(0.1, 0)) == "The misfit is the same everywhere. The noise is 0.50 deg."
 
 
 def test_the_map_of_a_damper_shows_that_it_brakes_and_short_trials_have_a_coarser_one(make_fit):

@@ -111,7 +111,10 @@ def _by_range(ranges: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def _contrast(kind: str, parts: pd.DataFrame) -> list[dict[str, Any]]:
-    """The worst and the best part, where they differ."""
+    """The worst and the best part, where they differ; one without samples is none."""
+    parts = parts[parts["samples"] > 0]
+    if parts.empty:
+        return []
     ends = _extremes(parts)
     return [_finding(kind, ends)] if ends["rmse_deg"].iloc[0] > CONTRAST * ends["rmse_deg"].iloc[1] else []
 
