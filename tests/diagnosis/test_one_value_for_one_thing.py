@@ -44,7 +44,7 @@ def said(verdict: dict, ladder: pd.DataFrame, parameters: pd.DataFrame) -> dict[
             found["R² of the network"].add(row["held-out R²"])
     own = described(verdict["model"], verdict["titles"])
     if headline := re.search(rf"on held-out trials is(?: then)? {NUMBER}", text):
-        found[f"{own} from measured angle and speed over whole trials, held-out error"].add(headline[1])
+        found[f"{own} from fitted angle and speed over whole trials, held-out error"].add(headline[1])
     mine = parameters[(parameters["model"] == verdict["model"]) & (parameters["source"] == "physics")]
     for row in parameter_cells(mine).to_dict("records"):
         found[re.search(r"\((\S+)\)$", row["parameter"])[1]].add(row["value ± SE"])

@@ -27,6 +27,7 @@ from myowave.diagnosis.search.diagnose import diagnose
 from myowave.diagnosis.search.next_trial import MENU
 from myowave.diagnosis.search.where import missing_torque
 from myowave.identification.output_error import fit_from
+from myowave.identification.prediction import BEGINNING_S
 from myowave.physics.model import parse_model
 from myowave.plotting import save
 from myowave.settings import DiagnosisSettings
@@ -533,6 +534,16 @@ def test_every_error_says_of_what_it_is(story):
     assert not cells.duplicated(["what", "starts from", "error over"]).any(), "one number for one thing"
     network = cells[cells["what"].str.startswith("network")]
     assert set(network["error over"]) == {"whole trials"} and set(network["starts from"]) == {"first angles"}
+
+
+def test_whole_trials_start_where_the_fit_has_them_and_pieces_where_they_were_measured(story):
+    for horizon, start in ((None, "fitted"), (0.5, "measured")):
+        verdict = {**story.verdict, "horizon_s": horizon}
+        cells = accuracy_cells(verdict, story.ladder)
+        starts = set(cells["starts from"]) - {"the best start of each piece", "first angles"}
+        assert starts == {f"{start} angle and speed"}
+        assert ("the first second of a held-out one" in tell(verdict)["compare"]) == (horizon is None)
+    assert BEGINNING_S == 1.0
 
 
 def test_pieces_from_measured_states_have_no_r2(diagnosis):

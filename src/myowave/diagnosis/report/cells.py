@@ -30,7 +30,7 @@ def accuracy_cells(verdict: Mapping[str, Any], ladder: pd.DataFrame) -> pd.DataF
     """Every error of the page, and what it is of: which predictor, from which start, over how long."""
     (base, first), horizon, ahead = base_of(verdict), verdict["horizon_s"], verdict["horizons"]
     model = partial(described, titles=verdict["titles"])
-    state, whole = "measured angle and speed", "whole trials"
+    state, whole = f"{'fitted' if horizon is None else 'measured'} angle and speed", "whole trials"
     pieces = whole if horizon is None else f"all of {horizon:g} s"
     rows: list[tuple[str, str, str, str, str, str]] = []
     if horizon is not None:
