@@ -11,7 +11,15 @@ from myowave.data.trials import TORQUE
 from myowave.identification.free_parameters import free_parameters
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
-from myowave.identification.torque import COARSE_S, TorqueBalance, fit_torque, windows_of
+from myowave.identification.torque import (
+    ACCURACY,
+    COARSE_S,
+    HALF_WIDTH_S,
+    TorqueBalance,
+    fit_torque,
+    measured_torque,
+    windows_of,
+)
 from myowave.identification.windows import between
 from myowave.physics.dynamics import torques
 from myowave.physics.motion import simulate
@@ -114,6 +122,35 @@ def test_torque_tells_a_load_from_forces_that_motion_cannot_tell_apart(alias):
     assert beside.parameters["hand_load.m"] == pytest.approx(0.5, abs=0.05)
     assert beside.parameters["f0_Bi"] == pytest.approx(300.0, rel=0.03)
     assert 0 < beside.standard_errors()["hand_load.m"] < 0.1
+
+
+@pytest.fixture(scope="module")
+def beside(alias):
+    """What only torque tells, the load, and the fit to both."""
+    model, free, record, given = alias
+    return [p.name for p in free].index("hand_load.m"), fit_model(model, replace(record, torque=given), free)
+
+
+def test_standard_errors_with_a_dynamometer_are_the_scatter_of_its_errors(beside, alias):
+    """To first order, of errors of 5 % that last as long as a window."""
+    load, fit = beside
+    model, free, record, given = alias
+    last, size = round(2 * HALF_WIDTH_S / record.dt), ACCURACY * np.sqrt((given**2).mean())
+    random, rows = np.random.default_rng(2), len(fit.normal.further_slope) - len(free)
+    loads = []
+    for _ in range(60):
+        errors = np.repeat(random.normal(0, size, (len(given), given.shape[1] // last + 1)), last, 1)
+        noisy = replace(record, torque=given + errors[:, : given.shape[1]])
+        missed = measured_torque(model, noisy, free, fit.values)[0] - fit.normal.further[:rows]
+        loads.append(np.linalg.solve(fit.normal.matrix, fit.normal.further_slope[:rows].T @ missed)[load])
+    scatter = np.std(loads) * free[load].scale
+    assert 0.7 < fit.standard_errors()["hand_load.m"] / scatter < 1.5
+
+
+def test_what_a_dynamometer_tells_does_not_hang_on_how_well_motion_is_followed(beside):
+    _, fit = beside
+    worse = replace(fit, normal=replace(fit.normal, residual=5 * fit.normal.residual, rss=25 * fit.normal.rss))
+    assert worse.standard_errors()["hand_load.m"] == pytest.approx(fit.standard_errors()["hand_load.m"], rel=0.2)
 
 
 def test_the_fit_to_torque_uses_it_too(alias):

@@ -204,7 +204,7 @@ def scaled_slope(derivatives: Tensor, scale: Array | float, valid: NDArray[np.bo
 
 def covariance(normal: Normal, record: Record, free: Sequence[Free]) -> Array:
     """Covariance of the free parameters (P, P), SI units: that for white noise times the residual's correlation time,
-    less what is known beforehand.
+    less what is known beforehand or by a dynamometer, each with the error that a fit takes it to have.
 
     A residual is slow where noise is coloured or the physics misses something; many of its samples then say no more
     than one. Coverage of nominal 95 % intervals for four muscle parameters, from white noise to autoregressions with a
@@ -214,8 +214,10 @@ def covariance(normal: Normal, record: Record, free: Sequence[Free]) -> Array:
     unit = np.outer(scales(free), scales(free))
     variance = max(normal.variance(record.samples), np.radians(SOLVERS_DEG) ** 2)
     variance *= correlation_time(normal.residual, record.samples)
-    data = normal.matrix - np.diag(normal.weight)
-    values, vectors = np.linalg.eigh(data / variance + np.diag(expected(free)[1]))
+    of_torque = normal.further_slope[: len(normal.further_slope) - len(free)]
+    torque = of_torque.T @ of_torque
+    data = normal.matrix - np.diag(normal.weight) - torque
+    values, vectors = np.linalg.eigh(data / variance + np.diag(expected(free)[1]) + torque / record.noise**2)
     # What data say nothing about is not known at all: a pseudo-inverse would give it no error.
     return (vectors / values.clip(NEGLIGIBLE * values.max(initial=1.0))) @ vectors.T * unit
 

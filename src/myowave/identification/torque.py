@@ -258,7 +258,8 @@ def measured_torque(model: Model, record: Record, free: Sequence[Free], values: 
     if balance.measured is None or not balance.seen.any():
         return None
     measured, seen = balance.measured[balance.seen], balance.seen
-    weight = record.noise / (ACCURACY * np.sqrt((measured**2).mean()))
+    # Windows that overlap hold one error: together they count as those that stand side by side.
+    weight = record.noise / (ACCURACY * np.sqrt((measured**2).mean() * 2 * OVERLAP))
 
     def left(values: Array) -> Array:
         given = balance.torques(bind_values(free, values)).given
