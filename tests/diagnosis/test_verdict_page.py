@@ -439,6 +439,9 @@ def test_values_in_the_text_are_those_of_the_model_that_was_found(facts):
     verdict = facts()
     verdict["parameters"]["base+joint_damping"]["joint_damping.c"] |= {"value": 1.4321, "se": 0.0123}
     assert "c = 1.432 ± 0.012 N m s/rad" in tell(verdict)["lead"]
+    anywhere = {**verdict["parameters"]["base+joint_damping"]["joint_damping.c"], "se": 1e6}
+    parameters = {**verdict["parameters"], "base+joint_damping": {"joint_damping.c": anywhere}}
+    assert "c = 1.432, not known." in tell({**verdict, "parameters": parameters})["lead"]
 
 
 def test_an_effect_has_the_evidence_given_the_rest_of_the_model_that_was_found(verdict, facts):
