@@ -90,16 +90,15 @@ def _changed(
     settings: DiagnosisSettings,
     say: Callable[[str], None],
 ) -> dict[str, Any]:
-    """The likeliest change is named, with the class that it cannot leave."""
+    """The likeliest change is named, with the class that it cannot leave; where nobody can tell, it is the nearest."""
     assert case.changed is not None
     found = what_changed(trials, base, effects.values(), case.changed, settings.scatter, say)
-    kind = "adequate" if not found.names else "effect" if len(found.names) == 1 else "class"
     changes = {name: found.of(name) for name in found.names}
     return {
-        "verdict": kind,
+        "verdict": found.verdict,
         "names": list(found.names[:1]),
-        "class": [list(found.names)] if kind == "class" else [],
-        "nearest": [],
+        "class": [list(found.names)] if found.verdict == "class" else [],
+        "nearest": [found.changes[0].effect] if found.verdict == "undecidable" else [],
         "masked": [],
         "sizes": {change.parameters[0]: [change.value, *change.interval] for change in changes.values()},
         **dict.fromkeys(["error_before", "error_after"]),

@@ -15,7 +15,7 @@ MOST_NAMES = 3  # of a rival's answer; of a longer one the page has the number
 GRADES = {
     "named": "right",
     "class": "right up to a class of effects",
-    "honest": "that say no more than that something is missing, or a part of it",
+    "honest": "that say no more than that something is or may be missing, or a part of it",
     "silent": "missed",
     "wrong": "wrong",
 }
@@ -28,7 +28,7 @@ Others recorded the machines and the person; OpenSim moves Arm26. What was withh
 - that a motor's gain is known to 10 % only: taken as exact, a load that nobody put there was named beside or instead of
   the friction of servo and weight;
 - how changes between trials are weighed, with all seven rows of the person in sight ([what changed](changed.md) has
-  fresh ones);
+  fresh ones); four of them once counted as "nothing", where its page says that it is not sure;
 - tendons with a toe, and lags that change with the activation, as OpenSim has them: the first row of Arm26 had been
   wrong; that unusual constants are told beside named effects, and graded: the second had been;
 - dry friction that is largest near rest, and how it is sought: the servo that is off had been wrong.
@@ -42,8 +42,9 @@ TAIL = """
 
 - **graded**: *named*, all that is known to be missing; *class*, the same, but in classes of effects that these trials
   cannot tell apart, or with "something like it"; *honest*, only that something is missing, or a part of it, or that
-  unusual constants may hide it (column `masked` of the table has the effects that explain them); *silent*, that nothing
-  is missing; *wrong*, a name of what is not there, or nothing more said to be missing where it is.
+  it cannot be told, or that unusual constants may hide it (column `masked` of the table has the effects that explain
+  them); *silent*, that nothing is missing; *wrong*, a name of what is not there, or nothing more said to be missing
+  where it is.
 - **error**: of unseen trials, simulated from start to end with nothing added to the model, and with what is named or
   comes nearest. None where only the torques of two groups were compared.
 - **lasso on torque** keeps what it needs of all effects, each as it changes the torque at its usual strength
@@ -56,8 +57,8 @@ TAIL = """
 - **pendulum in bearings**: [data/free_pendulum](https://github.com/dynamicslab/MultiArm-Pendulum). The second half of
   each swing is kept for testing.
 - **a person**: [data/elbow_curls](https://github.com/jiruifu-jerry0219/UpperLimbEstimator). The question is what
-  changed between trials with one dumbbell and with another, or with what was done to the EMG by hand. The three silent
-  rows are smaller than trials of this person differ anyway: [what is missed, and why](changed.md).
+  changed between trials with one dumbbell and with another, or with what was done to the EMG by hand. What cannot be
+  told is smaller than trials of this person differ anyway: [what is missed, and why](changed.md).
 - **OpenSim's Arm26**: `data/arm26/trials`, simulated by OpenSim 4.6 (`studies/reality/arm26.py`). Its activation lags,
   its tendons stretch and its curves are Thelen's: all of that is missing, even what the noise of 0.5 deg hides. One of
   four trials is kept for testing.

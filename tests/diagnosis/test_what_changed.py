@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from myowave.cli import app
 from myowave.data.simulate import simulate_trials
 from myowave.data.store import write_trials
-from myowave.diagnosis.changed.ask import _candidates, what_changed
+from myowave.diagnosis.changed.ask import Family, _candidates, what_changed
 from myowave.diagnosis.changed.by_trial import ByTrial, Point
 from myowave.diagnosis.changed.windows import Moving
 from myowave.diagnosis.likelihood.algebra import Weighed
@@ -94,13 +94,25 @@ def test_a_lean_is_no_load(ask):
 
 def test_nothing_is_found_where_nothing_changed_nor_in_the_control(loaded, ask):
     same = ask({"load": 0.4}, ("5",))
-    assert same.names == () and same.arm.unchanged > 0.5
+    assert same.names == () and same.arm.unchanged > 0.5 and same.verdict == "adequate"
     facts = changed_facts("elbow", same)
-    assert "Nothing that was weighed has changed" in tell_change(facts)[0]
-    unsure = " ".join(tell_change({**facts, "unchanged": 0.16}))
+    told = tell_change(facts)
+    assert "Nothing that was weighed has changed" in told[0] and "95 % intervals below are not excluded" in told[1]
+    unsure = " ".join(tell_change({**facts, "verdict": "undecidable", "unchanged": 0.16}))
     assert "It is not sure that anything changed" in unsure and "with probability 0.16 nothing has." in unsure
     assert "it is most likely" in unsure and "Nothing" not in unsure, "what may have changed is not said to be the same"
     assert loaded.control is not None and loaded.control.names == ()
+
+
+@pytest.mark.parametrize(
+    ("unchanged", "verdict"), [(0.9, "adequate"), (0.3, "undecidable"), (0.021, "undecidable"), (0.019, "effect")]
+)
+def test_what_may_have_changed_is_neither_named_nor_denied(loaded, unchanged, verdict):
+    (likeliest, *_) = loaded.arm.changes
+    family = Family((replace(likeliest, probability=1 - unchanged),), unchanged)
+    found = replace(loaded, arm=family)
+    assert family.verdict == verdict == found.verdict and changed_facts("elbow", found)["verdict"] == verdict
+    assert replace(found, electrodes=Family((), 1.0)).verdict == verdict, "one of two families is enough to be unsure"
 
 
 def test_electrodes_placed_anew_may_be_what_changed(ask):
@@ -150,9 +162,15 @@ def test_the_first_sentence_tells_what_how_much_and_what_the_control_says(loaded
     ("control", "expected"),
     [
         (None, "There is no control"),
-        ({"class": [], "unchanged": 0.8}, "It finds no change there, as it should."),
-        ({"class": [], "unchanged": 0.16}, "but is not sure of that: the probability that nothing changed there"),
-        ({"class": ["joint_damping"], "unchanged": 0.01}, "It names damping of the joint there: do not believe"),
+        ({"verdict": "adequate", "class": [], "unchanged": 0.8}, "It finds no change there, as it should."),
+        (
+            {"verdict": "undecidable", "class": [], "unchanged": 0.16},
+            "but is not sure of that: the probability that nothing changed there",
+        ),
+        (
+            {"verdict": "effect", "class": ["joint_damping"], "unchanged": 0.01},
+            "It names damping of the joint there: do not believe",
+        ),
     ],
 )
 def test_the_control_says_whether_to_believe_a_name(loaded, control, expected):

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ import yaml
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.causes import SILENT
+from myowave.diagnosis.changed.ask import Answered, Change, Family
 from myowave.physics.model import Model
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
@@ -154,18 +154,28 @@ def test_what_is_withheld_goes_and_what_is_put_in_comes_from_the_samples_before(
     np.testing.assert_array_equal(asked.emg[0, 7:, 1], asked.emg[0, 7, 1])
 
 
-def test_what_changed_is_asked_with_what_is_told_and_the_likeliest_is_named(trials, model, effects, monkeypatch):
-    change = SimpleNamespace(parameters=("hand_load.m",), value=1.2, interval=(1.0, 1.4))
+@pytest.mark.parametrize(
+    ("weight", "unchanged", "verdict"),
+    [(0.7, 0.0, "class"), (0.99, 0.0, "effect"), (0.99, 0.9, "adequate"), (0.99, 0.2, "undecidable")],
+)
+def test_what_changed_is_asked_with_what_is_told_and_the_likeliest_is_named(
+    weight, unchanged, verdict, trials, model, effects, monkeypatch
+):
     changed = {"reference": ["1"], "against": ["2", "3"], "electrodes_stayed": True}
     case = Case(dataset="x", kind="measured", system="a", withheld="b", told={"load": 1.25}, changed=changed)
 
     def what_changed(trials, base, effects, groups, scatter, report):
         assert groups == Changed.model_validate(changed)
         assert set(map(str, trials.conditions.values())) == {"{'load': 1.25}"}
-        return SimpleNamespace(names=names, of=lambda name: change)
+        change = Change("hand_load", "a load", ("hand_load.m",), "", "kg", -5.0, 5.0, 0.3, 1.2, (1.0, 1.4))
+        weighed = replace(change, probability=weight), replace(change, effect="emg_gain", probability=1 - weight)
+        family = Family(tuple(replace(c, probability=(1 - unchanged) * c.probability) for c in weighed), unchanged)
+        return Answered(groups, family, None, None, (), {}, ())
 
     monkeypatch.setattr(answers_of, "what_changed", what_changed)
-    for names, kind in ((("hand_load", "emg_gain"), "class"), (("hand_load",), "effect"), ((), "adequate")):
-        found = answer_case(case, trials, model, effects, {}, DiagnosisSettings())
-        assert found["verdict"] == kind and found["names"] == list(names[:1])
-        assert found["sizes"] == ({"hand_load.m": [1.2, 1.0, 1.4]} if names else {})
+    found = answer_case(case, trials, model, effects, {}, DiagnosisSettings())
+    named = verdict in ("class", "effect")
+    assert found["verdict"] == verdict and found["names"] == ["hand_load"] * named
+    assert found["class"] == [["hand_load", "emg_gain"]] * (verdict == "class")
+    assert found["nearest"] == ["hand_load"] * (verdict == "undecidable"), "what nobody can tell has a likeliest"
+    assert found["sizes"].get("hand_load.m", []) == [1.2, 1.0, 1.4] * named

@@ -4,6 +4,7 @@ import math
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from joblib import Parallel, cpu_count, delayed, parallel_config
@@ -24,12 +25,16 @@ from myowave.settings import Scatter
 from myowave.settings.data import Changed
 
 SURE = 0.98  # of what is said
+LIKELY = 0.5  # that nothing changed, from which that is said
 SIDE_BY_SIDE = 4  # processes: the slowest effect takes a fourth of all, and each has half a gigabyte of libraries
 # ASSUME: bones and fibres stay as they are, and what inertia is added weighs
 UNCHANGING = ("path", "muscle", "inertia")
 # What EMG says of how a muscle is excited, which placing electrodes anew changes. A contraction that no electrode
 # records is crosstalk with its sign turned.
 OF_ELECTRODES = ("emg_gain", "emg_offset", "emg_crosstalk", "co_contraction", "activation_shape")
+
+# adequate (nothing changed), effect (this did), class (one of these did), undecidable (something may have)
+Verdict = Literal["adequate", "effect", "class", "undecidable"]
 
 
 @dataclass(frozen=True)
@@ -83,6 +88,12 @@ class Family:
             share[change.effect] += change.probability
         return fewest(share, SURE * (1 - self.unchanged))
 
+    @property
+    def verdict(self) -> Verdict:
+        if self.names:
+            return "effect" if len(self.names) == 1 else "class"
+        return "adequate" if self.unchanged > LIKELY else "undecidable"
+
 
 @dataclass(frozen=True)
 class Answered:
@@ -101,15 +112,30 @@ class Answered:
     known: tuple[str, ...]  # conditions that are known and differ: what a model says of these may be wrong, too
 
     @property
+    def families(self) -> tuple[Family, ...]:
+        return (self.arm,) if self.electrodes is None else (self.arm, self.electrodes)
+
+    @property
     def names(self) -> tuple[str, ...]:
-        """What changed, or the class of effects that may be it; none where nothing did."""
+        """What changed, or the class of effects that may be it; none where nothing did, or nobody can tell."""
         of_electrodes = () if self.electrodes is None else self.electrodes.names[:1]
         return tuple(c.effect for c in self.silent) + self.arm.names + of_electrodes
 
+    @property
+    def verdict(self) -> Verdict:
+        if self.names:
+            return "effect" if len(self.names) == 1 else "class"
+        return "adequate" if all(family.verdict == "adequate" for family in self.families) else "undecidable"
+
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """All that were weighed, the likeliest first."""
+        weighed = (change for family in self.families for change in family.changes)
+        return self.silent + tuple(sorted(weighed, key=lambda c: -c.probability))
+
     def of(self, name: str) -> Change:
         """The likeliest change by an effect."""
-        changes = self.silent + self.arm.changes + (() if self.electrodes is None else self.electrodes.changes)
-        return max((c for c in changes if c.effect == name), key=lambda c: c.probability)
+        return next(c for c in self.changes if c.effect == name)
 
 
 def what_changed(

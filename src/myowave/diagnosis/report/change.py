@@ -16,20 +16,17 @@ LEAST = 0.001  # no smaller probability is told
 
 def changed_facts(dataset: str, found: Answered) -> dict[str, Any]:
     """All that the page tells, as plain data; no sentence."""
-    families = [found.arm, *([found.electrodes] if found.electrodes else [])]
-    effects = dict.fromkeys(
-        c.effect for c in sorted((c for f in families for c in f.changes), key=lambda c: -c.probability)
-    )
-    order = [*found.names, *(name for name in effects if name not in found.names)]
-    control = found.control
+    order, control = dict.fromkeys([*found.names, *(change.effect for change in found.changes)]), found.control
     return {
         "dataset": dataset,
         **found.groups.model_dump(mode="json"),
+        "verdict": found.verdict,
         "class": list(found.names),
-        "unchanged": min(family.unchanged for family in families),
+        "unchanged": min(family.unchanged for family in found.families),
         "sure": SURE,
         "changes": [_facts_of(found.of(name)) for name in order],
-        "control": None if control is None else {"class": list(control.names), "unchanged": control.unchanged},
+        "control": control
+        and {"verdict": control.verdict, "class": list(control.names), "unchanged": control.unchanged},
         "known": list(found.known),
         "left_out": dict(found.left_out),
     }
