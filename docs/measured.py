@@ -262,7 +262,8 @@ def _networks_table(numbers: dict[str, Any]) -> str:
     for n in numbers["networks"]:
         best[n["dataset"], n["model"]] = max(best.get((n["dataset"], n["model"]), -np.inf), n["r2"])
     for n in numbers["networks"]:
-        r2 = f"**{n['r2']:.5g}**" if n["r2"] == best[n["dataset"], n["model"]] else f"{n['r2']:.5g}"
+        r2 = _r2(n["r2"])
+        r2 = f"**{r2}**" if n["r2"] == best[n["dataset"], n["model"]] else r2
         band = "" if n["band"] is None else _percent(n["band"])
         worst = "" if n["parameter_error_pct"] is None else f"{n['parameter_error_pct']:.2g}"
         values = [r2, f"{n['deg']:.3g}", band, worst, n["more_scales"]]
