@@ -3,6 +3,7 @@
 import math
 
 NAMED = 0.95  # a name is given where it is as probable as this
+LIKELY = 0.5  # what is likelier is told, without a name
 SURE = math.log(NAMED / (1 - NAMED))  # nats for an effect that its name takes
 EMG_NOISE = "emg_noise"  # what was recorded is not all that drove the arm
 OWN_SHAPES = "muscle curves or paths of another shape"  # than the settings or an effect of the catalogue allow

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 
 from myowave.data.trials import Array, Trials
-from myowave.diagnosis.causes import CAUSE_TITLES, SILENT
+from myowave.diagnosis.causes import CAUSE_TITLES, LIKELY, NAMED, SILENT
 from myowave.diagnosis.changed.by_trial import ByTrial, Point
 from myowave.diagnosis.changed.weigh import Weighing
 from myowave.diagnosis.changed.windows import Groups, Windowed
@@ -24,8 +24,6 @@ from myowave.physics.model import Model
 from myowave.settings import Scatter
 from myowave.settings.data import Changed
 
-SURE = 0.98  # of what is said
-LIKELY = 0.5  # that nothing changed, from which that is said
 SIDE_BY_SIDE = 4  # processes: the slowest effect takes a fourth of all, and each has half a gigabyte of libraries
 # ASSUME: bones and fibres stay as they are, and what inertia is added weighs
 UNCHANGING = ("path", "muscle", "inertia")
@@ -80,13 +78,13 @@ class Family:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The fewest effects that hold what changed with probability `SURE`; none where nothing may have changed."""
-        if not self.changes or self.unchanged > 1 - SURE:
+        """The fewest effects that hold what changed with probability `NAMED`; none where nothing may have changed."""
+        if not self.changes or self.unchanged > 1 - NAMED:
             return ()
         share: dict[str, float] = defaultdict(float)
         for change in self.changes:
             share[change.effect] += change.probability
-        return fewest(share, SURE * (1 - self.unchanged))
+        return fewest(share, NAMED * (1 - self.unchanged))
 
     @property
     def verdict(self) -> Verdict:

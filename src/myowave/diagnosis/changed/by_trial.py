@@ -165,10 +165,12 @@ class ByTrial:
             yield from (self._point(point.values + share * step, point) for share in SHARES)
 
         *_, point = descend(point, lambda point: -point.total, attempts, STEPS, LITTLE)
-        information, _ = normal(point)
+        information, left = normal(point)
         covariance = np.asarray(np.linalg.inv(information + LOOSE * usual), dtype=np.float64)
-        nats = point.state.value - self.nothing.state.value
-        return point, Differing(directions, columns.T @ point.values, covariance, nats)
+        # The search ends where the values are likeliest with what is usual; from there to where data alone put them.
+        step = covariance @ left
+        nats = point.state.value - self.nothing.state.value + float(step @ left) / 2
+        return point, Differing(directions, columns.T @ point.values + step, covariance, nats)
 
     def _normal(self, point: Point, columns: Array) -> tuple[Array, Array]:
         """Normal equations of amplitudes: what is left of the torque, in units of its size in each trial."""

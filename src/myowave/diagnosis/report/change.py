@@ -7,7 +7,8 @@ from typing import Any
 
 import pandas as pd
 
-from myowave.diagnosis.changed.ask import SURE, Answered, Change
+from myowave.diagnosis.causes import NAMED
+from myowave.diagnosis.changed.ask import Answered, Change
 from myowave.diagnosis.report.numbers import signed
 from myowave.diagnosis.report.templates import fill, paragraphs, templates, with_unit
 
@@ -23,7 +24,7 @@ def changed_facts(dataset: str, found: Answered) -> dict[str, Any]:
         "verdict": found.verdict,
         "class": list(found.names),
         "unchanged": min(family.unchanged for family in found.families),
-        "sure": SURE,
+        "sure": NAMED,
         "changes": [_facts_of(found.of(name)) for name in order],
         "control": control
         and {"verdict": control.verdict, "class": list(control.names), "unchanged": control.unchanged},

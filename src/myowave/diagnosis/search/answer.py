@@ -12,13 +12,12 @@ import numpy as np
 import torch
 from scipy.stats import chi2
 
-from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, NAMED, OUTSIDE, OWN_SHAPES
+from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, LIKELY, NAMED, OUTSIDE, OWN_SHAPES
 from myowave.diagnosis.likelihood.algebra import fewest
 from myowave.diagnosis.likelihood.components import COLOURED, DRIFT, EMG, GAINS, MISSING, NOISE, SHAPES
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.weigh import Posterior
 
-LIKELY = 0.5
 UNLIKELY = 1e-4  # of noise: what is left is then not noise
 SURPRISING = 6e-5  # 4 standard deviations
 FAR = 3.0  # standard deviations
