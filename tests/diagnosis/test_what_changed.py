@@ -115,6 +115,26 @@ def test_what_may_have_changed_is_neither_named_nor_denied(loaded, unchanged, ve
     assert replace(found, electrodes=Family((), 1.0)).verdict == verdict, "one of two families is enough to be unsure"
 
 
+@pytest.mark.parametrize(
+    ("arm", "electrodes", "names"),
+    [
+        (0.01, 0.9, ("hand_load",)),
+        (0.01, 0.3, ("hand_load", "emg_gain")),
+        (0.01, 0.01, ("hand_load", "emg_gain")),
+        (0.3, 0.01, ("hand_load", "emg_gain")),
+        (0.9, 0.01, ("emg_gain",)),
+        (0.3, 0.3, ()),
+    ],
+)
+def test_what_electrodes_may_report_anew_is_not_ruled_out_by_a_name(loaded, arm, electrodes, names):
+    (change, *_) = loaded.arm.changes
+    families = [
+        Family((replace(change, effect=name, probability=1 - unchanged),), unchanged)
+        for name, unchanged in (("hand_load", arm), ("emg_gain", electrodes))
+    ]
+    assert replace(loaded, arm=families[0], electrodes=families[1]).names == names
+
+
 @pytest.mark.parametrize(("information", "likeliest"), [(1.0, 3.0), (0.05, 8.0)])
 def test_what_is_usual_counts_once(monkeypatch, information, likeliest):
     """Of trials whose likelihoods are exactly Gaussian about 0 and, in the second group, about `likeliest`."""

@@ -217,9 +217,7 @@ def covariance(normal: Normal, record: Record, free: Sequence[Free]) -> Array:
     of_torque = normal.further_slope[: len(normal.further_slope) - len(free)]
     torque = of_torque.T @ of_torque
     data = normal.matrix - np.diag(normal.weight) - torque
-    values, vectors = np.linalg.eigh(data / variance + np.diag(expected(free)[1]) + torque / record.noise**2)
-    # What data say nothing about is not known at all: a pseudo-inverse would give it no error.
-    return (vectors / values.clip(NEGLIGIBLE * values.max(initial=1.0))) @ vectors.T * unit
+    return covariance_of(data / variance + np.diag(expected(free)[1]) + torque / record.noise**2) * unit
 
 
 def correlations(covariance: Array) -> Array:
@@ -327,6 +325,13 @@ def minimise_within(matrix: Array, vector: Array, lowest: Array, highest: Array)
         within = (lowest[i], highest[i])
         found[i] = lsq_linear(root[:, None] * vectors.T, vectors.T @ vector[i] / root, within, method="bvls").x
     return found.clip(lowest, highest)
+
+
+def covariance_of(information: Array) -> Array:
+    """Covariance of values of which so much is known, (P, P). What nothing is said about is not known at all: a
+    pseudo-inverse would give it no error."""
+    values, vectors = np.linalg.eigh(information)
+    return np.asarray((vectors / values.clip(NEGLIGIBLE * values.max(initial=1.0))) @ vectors.T)
 
 
 def pseudo_inverse(matrix: Array, negligible: float = NEGLIGIBLE) -> Array:

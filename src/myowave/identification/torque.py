@@ -28,7 +28,7 @@ from torch import Tensor
 from myowave.data.trials import Array
 from myowave.identification.along import Along
 from myowave.identification.free_parameters import Free, bind_values, expected, scales
-from myowave.identification.least_squares import LARGEST, Residual, linearise, pseudo_inverse, search
+from myowave.identification.least_squares import LARGEST, Residual, covariance_of, linearise, search
 from myowave.identification.noise import correlation_time
 from myowave.identification.record import Record
 from myowave.identification.windows import Windows, between, between_kinks, gauss
@@ -227,10 +227,9 @@ def fit_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit:
     values = torque_values(balance, free)
     _, slope = linearise(balance.scaled(free, values), free, values)
     unit = np.outer(scales(free), scales(free))
-    covariance = pseudo_inverse(slope.T @ slope) * unit
-    if not np.isfinite(covariance).all():
+    if not np.isfinite(slope).all():
         raise ValueError("the torque of the muscles is not finite")
-    return TorqueFit(tuple(free), values, covariance)
+    return TorqueFit(tuple(free), values, covariance_of(slope.T @ slope) * unit)
 
 
 def torque_values(balance: TorqueBalance, free: Sequence[Free]) -> Array:

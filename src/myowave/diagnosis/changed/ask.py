@@ -87,10 +87,15 @@ class Family:
         return fewest(share, NAMED * (1 - self.unchanged))
 
     @property
+    def likeliest(self) -> tuple[str, ...]:
+        """The likeliest change where something may have changed; none where most likely nothing has."""
+        return () if self.unchanged > LIKELY else (self.changes[0].effect,)
+
+    @property
     def verdict(self) -> Verdict:
         if self.names:
             return "effect" if len(self.names) == 1 else "class"
-        return "adequate" if self.unchanged > LIKELY else "undecidable"
+        return "undecidable" if self.likeliest else "adequate"
 
 
 @dataclass(frozen=True)
@@ -115,9 +120,15 @@ class Answered:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What changed, or the class of effects that may be it; none where nothing did, or nobody can tell."""
-        of_electrodes = () if self.electrodes is None else self.electrodes.names[:1]
-        return tuple(c.effect for c in self.silent) + self.arm.names + of_electrodes
+        """What changed, or the class of effects that may be it; none where nothing did, or nobody can tell. Where the
+        arm seems to have changed and the electrodes may have, or the other way round, either may be it."""
+        weighed = [family.names for family in self.families]
+        if any(weighed):
+            weighed = [names or family.likeliest for names, family in zip(weighed, self.families, strict=True)]
+        of_arm, *of_electrodes = weighed
+        return (
+            tuple(c.effect for c in self.silent) + of_arm + tuple(name for names in of_electrodes for name in names[:1])
+        )
 
     @property
     def verdict(self) -> Verdict:
