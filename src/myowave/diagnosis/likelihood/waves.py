@@ -21,7 +21,9 @@ from myowave.identification.output_error import Fit
 
 MOTION = 0.99  # share of the motion's power that lies in its band
 NOISE_ABOVE = 3.0  # in units of the band's edge, below which there must be room for noise
-REACH = 3.0  # how far waves are dense, in units of the motion's edge: an arm follows nothing much faster
+# How far waves are dense, in units of the motion's edge: an arm follows nothing much faster; and how far at least, in a
+# trial so long that this takes more than `MOST` waves: what the band leaves out of a motion looks like noise.
+REACH, AT_LEAST = 3.0, 2.0
 MOST, MOST_ABOVE = 110, 250  # waves of a trial in the band and above: more tell nothing of what is slow
 PERFECT = Sensor()
 MEMORIES_S = (0.05, 0.1, 0.2, 0.4, 0.8)  # of the sensor's noise, which are tried
@@ -82,7 +84,8 @@ class View:
         lengths, dt = fit.record.lengths, fit.record.dt
         edge, short = edge_of(fit), fit.record.pieces is not None
         reach = REACH * NOISE_ABOVE if short else REACH
-        top = min(max(reach * edge, 1.0) * dt, MOST / (2 * int(lengths.max())), 0.5)
+        few = max(MOST / (2 * int(lengths.max())), AT_LEAST * edge * dt)
+        top = min(max(reach * edge, 1.0) * dt, few, 0.5)
         inside, beyond = [], []
         for n in lengths:
             first = int(2 * top * n) + 1
