@@ -3,10 +3,15 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 import torch
 
-from myowave.diagnosis.likelihood.forcing import excitation_forcing
-from myowave.physics.motion import simulate
+from myowave.diagnosis.likelihood.components import EMG, residual_of
+from myowave.diagnosis.likelihood.forcing import answers, by_samples, excitation_forcing, moved_by, through_sensor
+from myowave.diagnosis.likelihood.waves import View
+from myowave.identification.free_parameters import Free
+from myowave.identification.output_error import Fit, Problem
+from myowave.physics.motion import observe, simulate
 
 
 def test_the_forcing_is_what_more_excitation_adds_to_the_state(make_fit):
@@ -26,3 +31,60 @@ def test_the_forcing_is_what_more_excitation_adds_to_the_state(make_fit):
         state = (made.linear.jacobian.numpy()[:, n] @ state[..., None])[..., 0] + forcing[:, n].sum(-1)
         moved.append(state[:, 0])
     np.testing.assert_allclose(np.stack(moved, -1), (angles[1] - angles[0]) / step, rtol=0.03, atol=0.03)
+
+
+def seen_by(fit: Fit, model, more: tuple[Free, ...] = (), values=(), **changed) -> Fit:
+    """Another model, with further values, where a fit stands."""
+    values = np.r_[fit.values, np.array(values)]
+    problem = Problem.of(model, replace(fit.record, **changed), (*fit.free, *more), values)
+    return problem.fit_at(values, fit.starts, fit.sensitive.motion.state)
+
+
+def angles_with(fit: Fit, emg: torch.Tensor) -> np.ndarray:
+    start = torch.from_numpy(fit.starts)
+    return simulate(replace(fit.simulation, emg=emg), start[:, 0], start[:, 1]).angle.numpy()
+
+
+@pytest.mark.parametrize("sample", [0, 1, 57])
+@pytest.mark.parametrize("shared", [False, True])
+def test_what_a_sample_of_an_electrode_does_is_what_a_simulation_shows(make_fit, sample, shared):
+    """Also the first one, which lasts as long as muscles are late, and an electrode of two muscles."""
+    fit = make_fit()
+    if shared:
+        first, second = fit.model.muscles
+        model = replace(fit.model, muscles=(first, replace(second, channel=first.channel)))
+        fit = seen_by(fit, model, emg=fit.record.emg[..., [0, 0]])
+    waves, step = View.of(fit).band.waves, 1e-4
+    found = [*answers(fit.linear.jacobian.numpy(), excitation_forcing(fit), through_sensor(fit, waves))][::-1]
+    said = by_samples(fit, torch.from_numpy(np.stack(found)))[sample, :, 0]
+    more = fit.record.emg.clone()
+    more[:, sample, slice(None) if shared else 0] += step
+    moved = (angles_with(fit, more) - angles_with(fit, fit.record.emg)) / step
+    slow = slice(1, 12)
+    seen = np.einsum("tnw,tn->tw", waves.numpy(), moved)[:, slow]
+    np.testing.assert_allclose(said[:, slow].numpy(), seen, atol=0.04 * np.abs(seen).max())
+    block = residual_of(fit, View.of(fit)).component(EMG).blocks
+    assert block is not None and float((said**2).sum()) < float(block.diagonal(dim1=-2, dim2=-1).sum())
+
+
+@pytest.mark.parametrize(("name", "value"), [("observation_lag", 0.1), ("clock_shift", -0.05), ("angle_scale", 0.2)])
+def test_a_push_is_seen_through_the_sensor_of_the_model(make_fit, effects, name, value):
+    fit, effect = make_fit(), effects[name]
+    ((short, p),) = effect.parameters.items()
+    free = Free(f"{name}.{short}", 0.0, p.low, p.high, p.typical)
+    fit = seen_by(fit, fit.model.with_effects([effect]), (free,), (value,))
+    forcing, waves, at, step = excitation_forcing(fit), View.of(fit).band.waves, 50, 1e-4
+    push = forcing * (np.arange(forcing.shape[1]) == at)[:, None, None]
+    said = moved_by(fit, push)[..., 0]
+    state = fit.sensitive.motion.state
+    joint = seen_by(make_fit(), make_fit().model)  # the same motion without that sensor
+    unseen = moved_by(joint, push)[..., 0]
+    assert not np.allclose(said, unseen, atol=0.05 * np.abs(unseen).max())
+    amplitude = [*answers(fit.linear.jacobian.numpy(), push, through_sensor(fit, waves))][::-1][at][:, 0]
+    np.testing.assert_allclose(np.einsum("tnw,tn->tw", waves.numpy(), said), amplitude, rtol=1e-6, atol=1e-9)
+    pushed = torch.from_numpy(step * push[..., 0])
+    after = [state[:, 0]]
+    for n in range(pushed.shape[1]):
+        after.append(state[:, n + 1] + (fit.linear.jacobian[:, n] @ (after[-1] - state[:, n])[..., None])[..., 0] + pushed[:, n])
+    angles = [observe(fit.simulation.along_time, *s[..., :2].unbind(-1), fit.record.dt) for s in (torch.stack(after, 1), state)]
+    np.testing.assert_allclose(said, ((angles[0] - angles[1]) / step).numpy(), rtol=1e-3, atol=1e-6)

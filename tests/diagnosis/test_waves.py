@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from myowave.diagnosis.likelihood.forcing import answers, excitation_forcing
+from myowave.diagnosis.likelihood.forcing import answers, excitation_forcing, through_sensor
 from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import View, Waves
 
@@ -37,14 +37,14 @@ def test_no_wave_is_looked_at_twice_and_those_above_are_faster(make_fit):
 def test_amplitudes_answer_to_pushes_as_the_motion_does(make_fit):
     fit = make_fit()
     jacobian, forcing = fit.linear.jacobian.numpy(), excitation_forcing(fit)
-    waves = View.of(fit).band.waves.numpy()
+    waves = View.of(fit).band.waves
     pushes = np.random.default_rng(0).standard_normal((*forcing.shape[:2], forcing.shape[-1]))
     state, angle = np.zeros((len(forcing), jacobian.shape[-1])), [np.zeros(len(forcing))]
     for n in range(forcing.shape[1]):
         state = (jacobian[:, n] @ state[..., None] + forcing[:, n] @ pushes[:, n, :, None])[..., 0]
         angle.append(state[:, 0])
-    expected = np.einsum("tnw,tn->tw", waves, np.stack(angle, -1))
-    parts = zip(answers(jacobian, forcing, waves), reversed(range(forcing.shape[1])), strict=True)
+    expected = np.einsum("tnw,tn->tw", waves.numpy(), np.stack(angle, -1))
+    parts = zip(answers(jacobian, forcing, through_sensor(fit, waves)), reversed(range(forcing.shape[1])), strict=True)
     found = sum(np.einsum("tmw,tm->tw", answer, pushes[:, n]) for answer, n in parts)
     assert found == pytest.approx(expected, rel=1e-8, abs=1e-11)
 
@@ -55,6 +55,17 @@ def test_a_filtered_recording_of_the_simulated_motion_leaves_nothing_through_tha
     recorded = replace(fit, record=replace(fit.record, angle=seen))
     through, plain = (View.of(fit, sensor).left(recorded).abs().max() for sensor in (Sensor(corner_hz), Sensor()))
     assert through < 1e-9 < plain
+
+
+def test_the_band_holds_the_motion_of_long_trials(make_fit):
+    fit = make_fit()
+    edge, times = View.of(fit).edge_hz, 40
+    motion = replace(fit.sensitive.motion, angle=fit.sensitive.motion.angle.repeat(1, times))
+    record = replace(
+        fit.record, valid=np.tile(fit.record.valid, (1, times)), angle=np.tile(fit.record.angle, (1, times))
+    )
+    long = View.of(replace(fit, record=record, sensitive=replace(fit.sensitive, motion=motion)))
+    assert long.band.frequency.max() == pytest.approx(2 * long.edge_hz, rel=0.02) and long.edge_hz > edge / 2
 
 
 def test_a_motion_at_rest_has_a_band(make_fit):

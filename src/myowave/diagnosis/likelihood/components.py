@@ -13,7 +13,14 @@ from torch import Tensor
 
 from myowave.data.trials import Array
 from myowave.diagnosis.likelihood.algebra import COST, Component, Residual
-from myowave.diagnosis.likelihood.forcing import along_steps, answers, excitation_of
+from myowave.diagnosis.likelihood.forcing import (
+    along_steps,
+    answers,
+    by_samples,
+    electrodes_of,
+    excitation_of,
+    through_sensor,
+)
 from myowave.diagnosis.likelihood.pushes import Pushes
 from myowave.diagnosis.likelihood.terms import OF_SENSOR
 from myowave.diagnosis.likelihood.waves import View
@@ -50,15 +57,15 @@ def residual_of(fit: Fit, view: View) -> Residual:
     look, pushes = view.amplitudes, Pushes.of(fit)
     constants, off = prior_columns(fit, view)
     both = np.concatenate([pushes.excitation, pushes.torque], -1)
-    waves = torch.cat([view.band.motion, view.above.motion], -1).numpy()
+    waves = through_sensor(fit, torch.cat([view.band.motion, view.above.motion], -1))
     steps = torch.from_numpy(np.stack([*answers(fit.linear.jacobian.numpy(), both, waves)])[::-1].copy())
-    by_emg, by_torque = steps[..., :-1, :], steps[..., -1, :]  # (N - 1, T, M, W + H) and (N - 1, T, W + H)
+    by_excitation, by_torque = steps[..., :-1, :], steps[..., -1, :]  # (N - 1, T, M, W + H) and (N - 1, T, W + H)
     starts = start_columns(fit, view)
     components = [
         *_white(view),
         Component("starts", starts @ starts.mT),
         Component("constants", columns=constants),
-        _forced(EMG, by_emg, view),
+        _forced(EMG, by_samples(fit, by_excitation), view),
         _slow(by_torque, view, fit.record.samples),
         _sized(REPEATS, columns=_repeating(fit, view, look(pushes.repeating))),
         _sized(SHAPES, columns=look(pushes.shapes)),
@@ -67,7 +74,8 @@ def residual_of(fit: Fit, view: View) -> Residual:
         activation, velocity = along_steps(fit)[2], fit.sensitive.motion.state[..., 1].numpy()
         drifting = np.where(fit.record.valid, velocity * np.arange(velocity.shape[1]) * view.dt, 0.0)
         artefact = torch.cat([activation, activation[:, -1:]], 1).numpy() * fit.record.valid[..., None]
-        by_gain = torch.einsum("ntmw,tnm->tmw", by_emg, torch.from_numpy(excitation_of(fit)))
+        excitation = torch.from_numpy(excitation_of(fit))
+        by_gain = torch.einsum("ntmw,tnm,mc->tcw", by_excitation, excitation, electrodes_of(fit))
         components += [
             coloured(view, view.memory_s),
             _sized(DRIFT, columns=look(drifting[..., None])),
@@ -138,7 +146,7 @@ def _sized(
 
 
 def _forced(name: str, by_push: Tensor, view: View) -> Component:
-    """Independent pushes, whose effect on the waves is known, (steps, T, M, W + H)."""
+    """Independent pushes, whose effect on the waves is known, (steps, T, C, W + H)."""
     flat = by_push.transpose(0, 1).flatten(1, 2)
     band, above = flat.split([view.band.there.shape[1], view.above.there.shape[1]], -1)
     return _sized(name, band.mT @ band, (above**2).sum(1)[view.above.there])

@@ -14,7 +14,8 @@ from myowave.data.trials import Array
 from myowave.identification.output_error import Fit
 from myowave.physics.effect import Effect
 from myowave.physics.effects.emg_offset import EFFECT as EMG_OFFSET
-from myowave.physics.tangent import forcing_of
+from myowave.physics.motion import observe
+from myowave.physics.tangent import derivatives_observed, forcing_of
 from myowave.physics.trajectory import recur
 
 REACH = 1e-4  # step of the differences by parameters
@@ -41,21 +42,63 @@ def forcing_by(fit: Fit, effect: Effect, reach: float = REACH) -> Array:
 
 
 def moved_by(fit: Fit, pushes: Array) -> Array:
-    """How changes of the state within each step, (T, N - 1, K, C), move the angle, (T, N, C); 0 where padded."""
+    """How changes of the state within each step, (T, N - 1, K, C), move the observed angle, (T, N, C); 0 where
+    padded."""
     jacobian = fit.linear.jacobian
     start = jacobian.new_zeros(*jacobian.shape[:-3], jacobian.shape[-1], pushes.shape[-1])
-    answer: Tensor = recur(jacobian, torch.from_numpy(pushes), start)[..., 0, :]
+    moved = recur(jacobian, torch.from_numpy(pushes), start)
+    answer = derivatives_observed(fit.simulation, fit.linear, {}, moved).movedim(0, -1)
     return answer.numpy() * fit.record.valid[..., None]
 
 
+def through_sensor(fit: Fit, waves: Tensor) -> Array:
+    """Signals (T, N, 2, W) that the joint's angle and velocity are to be multiplied by, of those for the observed
+    angle, (T, N, W)."""
+    q, v = (x.detach().requires_grad_() for x in fit.sensitive.motion.state[..., :2].unbind(-1))
+    observed = observe(fit.simulation.along_time, q, v, fit.record.dt) + 0.0 * v
+    by_state = torch.autograd.grad(observed, (q, v), waves.movedim(-1, 0).contiguous(), is_grads_batched=True)
+    return torch.stack(by_state, -1).movedim(0, -1).numpy()
+
+
 def answers(jacobian: Array, forcing: Array, waves: Array) -> Iterator[Array]:
-    """Amplitudes of waves (T, N, W) in the angle's answer to 1 more in each muscle's excitation within one step,
-    (T, M, W), for each step from the last to the first, of a Jacobian (T, N - 1, K, K) and forcing (T, N - 1, K, M)."""
+    """Amplitudes of waves in the angle's answer to 1 more in each muscle's excitation within one step, (T, M, W), for
+    each step from the last to the first.
+
+    Args:
+        jacobian: of each step, (T, N - 1, K, K), and `forcing` (T, N - 1, K, M).
+        waves: that angle and velocity are to be multiplied by, (T, N, 2, W).
+    """
     by_state = np.zeros((len(waves), jacobian.shape[-1], waves.shape[-1]))  # of what comes after, by the state now
     for n in reversed(range(jacobian.shape[1])):
-        by_state[:, 0] += waves[:, n + 1]
+        by_state[:, :2] += waves[:, n + 1]
         yield np.swapaxes(forcing[:, n], -1, -2) @ by_state
         by_state = np.swapaxes(jacobian[:, n], -1, -2) @ by_state
+
+
+def by_samples(fit: Fit, by_steps: Tensor) -> Tensor:
+    """Of what 1 more in each muscle's excitation within each step does (N - 1, T, M, W), what 1 more in each sample of
+    each electrode's EMG does, (samples, T, C, W): it lasts from the sample before to the one after, the first sample's
+    as long as muscles are late, and drives all muscles of the electrode."""
+    steps, trials, muscles, waves = by_steps.shape
+    samples = fit.record.emg.shape[-2]
+    delay = torch.atleast_2d(fit.simulation.valued.muscle["delay"]).expand(trials, muscles) / fit.record.dt
+    begin = torch.arange(steps)[:, None, None] + fit.record.lead - delay
+    first = begin.floor()
+    late = begin - first
+    found = by_steps.new_zeros(samples, trials, muscles, waves)
+    # The mean over the step of EMG that is linear between samples.
+    shares = (1 - late) ** 2 / 2, 0.5 + late * (1 - late), late**2 / 2
+    for place, share in enumerate(shares):
+        index = (first + place).long().clamp(0, samples - 1)[..., None].expand(-1, -1, -1, waves)
+        found.scatter_add_(0, index, share[..., None] * by_steps)
+    return torch.einsum("ntmw,mc->ntcw", found, electrodes_of(fit))
+
+
+def electrodes_of(fit: Fit) -> Tensor:
+    """1 where a muscle has the EMG of an electrode, else 0, (M, C)."""
+    model = fit.model
+    own = [[float(muscle.channel == channel) for channel in model.channels] for muscle in model.muscles]
+    return torch.tensor(own, dtype=torch.float64).reshape(len(model.muscles), len(model.channels))
 
 
 def along_steps(fit: Fit) -> tuple[Tensor, Tensor, Tensor]:
