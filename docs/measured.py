@@ -46,7 +46,7 @@ TITLES = {effect.name: effect.title for effect in SHIPPED} | CAUSE_TITLES
 GRADES = {  # of docs/reality.md
     "named": "got the right answer",
     "class": "the right class",
-    "honest": "no more than that something is missing",
+    "honest": "no more than that something is or may be missing",
     "silent": "were missed",
     "wrong": "a wrong name",
 }
