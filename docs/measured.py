@@ -39,7 +39,6 @@ CONFIG = yaml.safe_load((ROOT / "config.yaml").read_text(encoding="utf-8"))
 ABOUT = {name: block["about"] for name, block in CONFIG["data"]["datasets"].items()}
 DATASETS = {name: ABOUT[name] for name in (PERSON, SIMULATOR, HIDDEN, "case1", "case3")} | {
     HIDDEN: "simulated; crosstalk and noise of the EMG hidden",  # the page of results must not tell
-    "case3": "the same, rougher EMG",
 }
 ANSWERS = {"adequate": "nothing", "unknown": "no answer: the model does not follow"}
 TITLES = {effect.name: effect.title for effect in SHIPPED} | CAUSE_TITLES
@@ -159,7 +158,7 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
         }.
               With them the error on unseen motion falls from {_small(first, "")} to {_small(last, "deg")}.
             - **A plain no** where a muscle model does not follow, and what to record instead. On the person
-              it explains R² {r2["base"]:.2f} of the torque, and is {ahead["base"]:.0f} deg off after half a second.""",
+              it explains {r2["base"]:.0%} of the torque, and is {ahead["base"]:.0f} deg off after half a second.""",
         "compare": f"""
             **Compare.** The published muscle model, fitted to four trials with every constant free that nobody
             measured, misses the fifth by {_small(before, "deg")}.""",
@@ -215,7 +214,7 @@ def _results(numbers: dict[str, Any]) -> str:
         verdict = numbers["verdicts"][name]
         models = dict.fromkeys(("base", verdict["model"]))
         trained = [_network(numbers, name, model) for model in models if _is_trained(numbers, name, model)]
-        over = f" over {verdict['horizon_s']:g} s" if verdict["horizon_s"] else ""
+        over = f" in pieces of {verdict['horizon_s']:g} s" if verdict["horizon_s"] else ""
         rows.append(
             [
                 text,

@@ -27,8 +27,8 @@ Others recorded the machines and the person; OpenSim moves Arm26. What was withh
 
 - that a motor's gain is known to 10 % only: taken as exact, a load that nobody put there was named beside or instead of
   the friction of servo and weight;
-- how changes between trials are weighed, with all seven rows of the person in sight ([what changed](changed.md) has
-  fresh ones); four of them once counted as "nothing", where its page says that it is not sure;
+- how changes between trials are weighed, with all seven rows of the person in sight ([what changed](changed.md)); four
+  of them once counted as "nothing", where its page says that it is not sure;
 - tendons with a toe, and lags that change with the activation, as OpenSim has them: the first row of Arm26 had been
   wrong; that unusual constants are told beside named effects, and graded: the second had been;
 - dry friction that is largest near rest, and how it is sought: the servo that is off had been wrong.
