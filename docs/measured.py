@@ -158,7 +158,8 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
         }.
               With them the error on unseen motion falls from {_small(first, "")} to {_small(last, "deg")}.
             - **A plain no** where a muscle model does not follow, and what to record instead. On the person
-              it explains {100 * r2["base"]:.0f} % of the torque, and is {ahead["base"]:.0f} deg off after half a second.""",
+              it explains {100 * r2["base"]:.0f} % of the torque, and is {ahead["base"]:.0f} deg off after half a
+              second.""",
         "compare": f"""
             **Compare.** The published muscle model, fitted to four trials with every constant free that nobody
             measured, misses the fifth by {_small(before, "deg")}.""",
