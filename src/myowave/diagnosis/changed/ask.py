@@ -93,9 +93,7 @@ class Family:
 
     @property
     def verdict(self) -> Verdict:
-        if self.names:
-            return "effect" if len(self.names) == 1 else "class"
-        return "undecidable" if self.likeliest else "adequate"
+        return _verdict(self.names, self.likeliest)
 
 
 @dataclass(frozen=True)
@@ -126,15 +124,11 @@ class Answered:
         if any(weighed):
             weighed = [names or family.likeliest for names, family in zip(weighed, self.families, strict=True)]
         of_arm, *of_electrodes = weighed
-        return (
-            tuple(c.effect for c in self.silent) + of_arm + tuple(name for names in of_electrodes for name in names[:1])
-        )
+        return (*(c.effect for c in self.silent), *of_arm, *(names[0] for names in of_electrodes if names))
 
     @property
     def verdict(self) -> Verdict:
-        if self.names:
-            return "effect" if len(self.names) == 1 else "class"
-        return "adequate" if all(family.verdict == "adequate" for family in self.families) else "undecidable"
+        return _verdict(self.names, [name for family in self.families for name in family.likeliest])
 
     @property
     def changes(self) -> tuple[Change, ...]:
@@ -145,6 +139,12 @@ class Answered:
     def of(self, name: str) -> Change:
         """The likeliest change by an effect."""
         return next(c for c in self.changes if c.effect == name)
+
+
+def _verdict(names: Sequence[str], likely: Sequence[str]) -> Verdict:
+    if names:
+        return "effect" if len(names) == 1 else "class"
+    return "undecidable" if likely else "adequate"
 
 
 def what_changed(
