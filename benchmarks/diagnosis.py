@@ -13,6 +13,7 @@ import torch
 import yaml
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
+from threadpoolctl import threadpool_limits
 
 from myowave.data.simulate import simulate_trials
 from myowave.diagnosis.search.diagnose import weigh
@@ -30,6 +31,7 @@ NOISE_DEG = 0.5
 
 def main() -> None:
     torch.set_num_threads(1)
+    threadpool_limits(1)  # of numpy, too: processor time counts all threads
     with open("config.yaml", encoding="utf-8") as file:
         config = yaml.safe_load(file)
     base = build_model("base", Physics.model_validate(config["physics"]["arms"]["paper"]))
