@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from myowave.diagnosis.likelihood.components import EMG, residual_of
+from myowave.diagnosis.likelihood.components import EMG, GAINS, residual_of
 from myowave.diagnosis.likelihood.forcing import answers, by_samples, excitation_forcing, moved_by, through_sensor
 from myowave.diagnosis.likelihood.waves import View
 from myowave.identification.free_parameters import Free
@@ -45,15 +45,18 @@ def angles_with(fit: Fit, emg: torch.Tensor) -> np.ndarray:
     return simulate(replace(fit.simulation, emg=emg), start[:, 0], start[:, 1]).angle.numpy()
 
 
+def of_one_electrode(fit: Fit) -> Fit:
+    """The same with both muscles on the first electrode."""
+    first, second = fit.model.muscles
+    model = replace(fit.model, muscles=(first, replace(second, channel=first.channel)))
+    return seen_by(fit, model, emg=fit.record.emg[..., [0, 0]])
+
+
 @pytest.mark.parametrize("sample", [0, 1, 57])
 @pytest.mark.parametrize("shared", [False, True])
 def test_what_a_sample_of_an_electrode_does_is_what_a_simulation_shows(make_fit, sample, shared):
     """Also the first one, which lasts as long as muscles are late, and an electrode of two muscles."""
-    fit = make_fit()
-    if shared:
-        first, second = fit.model.muscles
-        model = replace(fit.model, muscles=(first, replace(second, channel=first.channel)))
-        fit = seen_by(fit, model, emg=fit.record.emg[..., [0, 0]])
+    fit = of_one_electrode(make_fit()) if shared else make_fit()
     waves, step = View.of(fit).band.waves, 1e-4
     found = [*answers(fit.linear.jacobian.numpy(), excitation_forcing(fit), through_sensor(fit, waves))][::-1]
     said = by_samples(fit, torch.from_numpy(np.stack(found)))[sample, :, 0]
@@ -65,6 +68,17 @@ def test_what_a_sample_of_an_electrode_does_is_what_a_simulation_shows(make_fit,
     np.testing.assert_allclose(said[:, slow].numpy(), seen, atol=0.04 * np.abs(seen).max())
     block = residual_of(fit, View.of(fit)).component(EMG).blocks
     assert block is not None and float((said**2).sum()) < float(block.diagonal(dim1=-2, dim2=-1).sum())
+
+
+def test_a_gain_is_that_of_an_electrode_whatever_it_drives(make_fit):
+    fit, step = of_one_electrode(make_fit()), 1e-4
+    emg, view, slow = fit.record.emg, View.of(fit), slice(1, 12)
+    moved = (angles_with(fit, (1 + step) * emg) - angles_with(fit, emg)) / step
+    seen = np.einsum("tnw,tn->tw", view.band.waves.numpy(), moved)[:, slow]
+    block = residual_of(fit, view).component(GAINS).blocks
+    assert block is not None
+    said = block[:, slow, slow].numpy()
+    np.testing.assert_allclose(said, seen[:, :, None] * seen[:, None], atol=0.1 * np.abs(said).max())
 
 
 @pytest.mark.parametrize(("name", "value"), [("observation_lag", 0.1), ("clock_shift", -0.05), ("angle_scale", 0.2)])

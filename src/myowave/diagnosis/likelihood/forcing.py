@@ -3,6 +3,7 @@
 Shapes: T trials, N samples, K numbers of the state, M muscles, C columns, P parameters, W waves.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -79,19 +80,20 @@ def by_samples(fit: Fit, by_steps: Tensor) -> Tensor:
     """Of what 1 more in each muscle's excitation within each step does (N - 1, T, M, W), what 1 more in each sample of
     each electrode's EMG does, (samples, T, C, W): it lasts from the sample before to the one after, the first sample's
     as long as muscles are late, and drives all muscles of the electrode."""
-    steps, trials, muscles, waves = by_steps.shape
+    (steps, trials, muscles, waves), channels = by_steps.shape, fit.model.channels
     samples = fit.record.emg.shape[-2]
     delay = torch.atleast_2d(fit.simulation.valued.muscle["delay"]).expand(trials, muscles) / fit.record.dt
-    begin = torch.arange(steps)[:, None, None] + fit.record.lead - delay
-    first = begin.floor()
-    late = begin - first
-    found = by_steps.new_zeros(samples, trials, muscles, waves)
-    # The mean over the step of EMG that is linear between samples.
-    shares = (1 - late) ** 2 / 2, 0.5 + late * (1 - late), late**2 / 2
-    for place, share in enumerate(shares):
-        index = (first + place).long().clamp(0, samples - 1)[..., None].expand(-1, -1, -1, waves)
-        found.scatter_add_(0, index, share[..., None] * by_steps)
-    return torch.einsum("ntmw,mc->ntcw", found, electrodes_of(fit))
+    found = by_steps.new_zeros(samples, trials, len(channels), waves)
+    for trial, muscle in np.ndindex(trials, muscles):
+        begin = fit.record.lead - float(delay[trial, muscle])
+        first = math.floor(begin)
+        late = begin - first
+        electrode = found[:, trial, channels.index(fit.model.muscles[muscle].channel)]
+        # The mean over the step of EMG that is linear between samples.
+        for place, share in enumerate(((1 - late) ** 2 / 2, 0.5 + late * (1 - late), late**2 / 2)):
+            index = (torch.arange(steps) + (first + place)).clamp(0, samples - 1)
+            electrode.index_add_(0, index, by_steps[:, trial, muscle], alpha=share)
+    return found
 
 
 def electrodes_of(fit: Fit) -> Tensor:
