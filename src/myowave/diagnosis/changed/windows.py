@@ -4,7 +4,7 @@ Shapes: T trials, K windows, L windows of all trials one after the other, C elec
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -137,7 +137,6 @@ class Groups:
     record: Record  # whole trials of both
     second: NDArray[np.bool_]  # which of them are of the second group, (T,)
     base: Model
-    parts: dict[tuple[int, ...], "Groups"] = field(default_factory=dict, init=False)  # asked of alone
 
     @property
     def known(self) -> dict[str, Array]:
@@ -161,27 +160,8 @@ class Groups:
 
     def windows(self, effect: Effect, names: Sequence[str], values: Array) -> Windowed:
         """The same if parameters of an effect have a value in each trial, (T,); what it leaves as it is stays."""
-        moved = tuple(np.flatnonzero(values).tolist())
-        if not moved:
-            return self.plain
-        if len(moved) == len(values):
-            return self._changed(effect, dict.fromkeys(names, torch.from_numpy(values)))
-        part = self.parts.get(moved) or self.parts.setdefault(moved, self.take(moved, ()))
-        seen, plain = part.windows(effect, names, values[list(moved)]), self.plain
-        at = np.concatenate([np.r_[plain.motion.rows[trial]] for trial in moved])
-
-        def both(whole: Array, some: Array) -> Array:
-            whole = whole.copy()
-            whole[..., at] = some
-            return whole
-
-        still = seen.motion is part.plain.motion
-        motion = plain.motion if still else replace(plain.motion, mean=both(plain.motion.mean, seen.motion.mean))
-        shown = ("torque", "by_tilt", "activation", "usual")
-        return Windowed(motion, *(both(getattr(plain, name), getattr(seen, name)) for name in shown))
-
-    def _changed(self, effect: Effect, params: Mapping[str, Tensor]) -> Windowed:
         model, plain = self.base.with_effects([effect]), self.plain
+        params = dict.fromkeys(names, torch.from_numpy(values))
         if effect.acts_on == "observation":
             return self._seen_by(Moving.along(model, self.record, params), model, params)
         if effect.acts_on == "joint" or not effect.needs_muscles:
