@@ -12,7 +12,7 @@ import torch
 
 from myowave.data.trials import Array
 from myowave.diagnosis.search.score import POWER, score_effects
-from myowave.identification.least_squares import Normal, gather, pseudo_inverse
+from myowave.identification.least_squares import Normal, pseudo_inverse
 from myowave.identification.output_error import Fit, fit_from
 from myowave.identification.record import Record
 from myowave.identification.stages import attempt_fit
@@ -72,8 +72,7 @@ def signals_of(
 def whitened(normal: Normal, root: Array) -> Normal:
     """The same normal equations of residuals and derivatives (T, N, ...) multiplied by a root (T, N, N)."""
     residual = (root @ normal.residual[..., None])[..., 0]
-    further = normal.further, normal.further_slope, normal.weight
-    return gather(residual, root @ normal.slope, root @ normal.by_start, *further)
+    return replace(normal, residual=residual, slope=root @ normal.slope, by_start=root @ normal.by_start)
 
 
 def whitening(noise: float, world: World, raw: tuple[int, float], fit: Fit) -> Array:

@@ -8,9 +8,9 @@ from scipy.optimize import minimize
 
 from myowave.identification.free_parameters import Free
 from myowave.identification.least_squares import (
+    Normal,
     bounded_step,
     gain_of,
-    gather,
     minimise_within,
     normal_equations,
     onto_starts,
@@ -94,7 +94,7 @@ def test_eliminating_starts_solves_for_parameters_and_starts_together(make_noisy
 def test_a_damped_step_is_that_of_parameters_and_starts_damped_together(damping):
     rng = np.random.default_rng(5)
     residual, slope, by_start = rng.normal(size=(2, 30)), rng.normal(size=(2, 30, 3)), rng.normal(size=(2, 30, 2))
-    normal = gather(residual, slope, by_start, np.zeros(0), np.zeros((0, 3)), np.zeros(3))
+    normal = Normal(residual, slope, by_start, np.zeros(0), np.zeros((0, 3)), np.zeros(3))
     step = np.linalg.solve(*normal.damped(damping))
     shift = normal.starts_after(step) / (1 + damping)
 
@@ -115,8 +115,6 @@ def test_more_columns_extend_the_normal_equations_as_if_they_had_been_there(make
     fewer = replace(
         few,
         slope=few.slope[part],
-        matrix=few.matrix[:-1, :-1],
-        vector=few.vector[:-1],
         weight=few.weight[:-1],
         further_slope=few.further_slope[part],
     )

@@ -75,7 +75,7 @@ def test_both_searches_that_are_left_are_followed_to_the_end(noisy, base, free, 
     usual = np.array([p.start for p in free])
     begun = output_error.begin_from(base, noisy.train, free, usual[None])
     fits = [begun, replace(begun)]
-    poor, good = (replace(begun, normal=replace(begun.normal, rss=begun.normal.rss * k)) for k in (2.0, 1.0))
+    poor, good = (replace(begun, normal=replace(begun.normal, residual=begun.normal.residual * k)) for k in (2.0, 1.0))
     monkeypatch.setattr(output_error, "_survivors", lambda *_: fits)
     monkeypatch.setattr(output_error, "polish", lambda fit: poor if fit is fits[0] else good)
     assert output_error.fit_from(base, noisy.train, free, usual[None]) is good

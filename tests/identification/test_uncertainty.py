@@ -25,7 +25,7 @@ def estimates_in_noise(fit, colour, count, seed):
         noise = np.radians(0.5) * lfilter([1.0], [1.0, -colour], white)[:, 200:]
         step = np.linalg.solve(normal.matrix, np.einsum("tnp,tn->p", projected, noise))
         left = normal.without_starts((noise - normal.slope @ step)[..., None])[..., 0]
-        yield step * scale, replace(fit, normal=replace(normal, residual=left, rss=(left**2).sum()))
+        yield step * scale, replace(fit, normal=replace(normal, residual=left))
 
 
 @pytest.fixture(scope="module")
@@ -63,8 +63,7 @@ def test_what_the_data_cannot_tell_apart_is_not_known(fitted):
     alike, unseen = slope.copy(), slope.copy()
     alike[..., 1], unseen[..., 0] = alike[..., 0], 0.0
     for columns, lost in ((alike, names[:2]), (unseen, names[:1])):
-        matrix = np.einsum("tnp,tnq->pq", fitted.normal.without_starts(columns), columns)
-        errors = replace(fitted, normal=replace(fitted.normal, slope=columns, matrix=matrix)).standard_errors()
+        errors = replace(fitted, normal=replace(fitted.normal, slope=columns)).standard_errors()
         for p in fitted.free:
             told = estimate(p.start, errors[p.name], (p.low, p.high))
             assert told.endswith("not known") == (p.name in lost), (p.name, told)
@@ -100,7 +99,7 @@ def test_constants_that_are_rather_known_than_fitted_count_little_in_the_varianc
         seen = normal.slope @ (deviation * random.standard_normal(len(deviation))) + noise
         step = pseudo_inverse(normal.matrix) @ np.einsum("tnp,tn->p", projected, seen)
         left = normal.without_starts((seen - normal.slope @ step)[..., None])[..., 0]
-        found.append(replace(normal, residual=left, rss=(left**2).sum()).variance(samples))
+        found.append(replace(normal, residual=left).variance(samples))
     assert len(guessed.free) > 0.4 * samples
     assert np.mean(found) == pytest.approx(variance, rel=0.02)
 

@@ -8,6 +8,7 @@ start, F further residuals, R residuals in all.
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import islice
 from typing import TypeVar
 
@@ -49,7 +50,7 @@ def gain_of(
 
 @dataclass(frozen=True)
 class Normal:
-    """Residuals and their derivatives, the starts of the trials eliminated; parameters in units of their scale."""
+    """Residuals and their derivatives, parameters in units of their scale, and the normal equations of these."""
 
     residual: Array  # measured - simulated angle, 0 where padded, (..., T, N)
     slope: Array  # d angle / d parameter, (..., T, N, P), and `by_start` (..., T, N, S)
@@ -58,11 +59,24 @@ class Normal:
     # measured, and how far each parameter is from where it is expected, weighed as a sample
     further: Array
     further_slope: Array
-    # matrix, vector: the normal equations without the starts, (..., P, P), (..., P)
-    matrix: Array
-    vector: Array
-    rss: Array  # sum of squares of the residual (...) [rad^2]
     weight: Array  # of what is known of each parameter beforehand, (P,) [rad^2]
+
+    @cached_property
+    def matrix(self) -> Array:
+        """That of the normal equations, the starts eliminated, (..., P, P)."""
+        unmatched = _stacked(self.without_starts(self.slope), self.further_slope)
+        return np.swapaxes(unmatched, -1, -2) @ _stacked(self.slope, self.further_slope)
+
+    @cached_property
+    def vector(self) -> Array:
+        """Their right side, (..., P)."""
+        unmatched = _stacked(self.without_starts(self.residual[..., None]), self.further[..., None])
+        return (np.swapaxes(_stacked(self.slope, self.further_slope), -1, -2) @ unmatched)[..., 0]
+
+    @cached_property
+    def rss(self) -> Array:
+        """Sum of squares of the residual (...) [rad^2]."""
+        return np.asarray((self.residual**2).sum((-1, -2)))
 
     @property
     def objective(self) -> Array:
@@ -90,7 +104,7 @@ class Normal:
         """`matrix` and `vector` where the changes of the starts are damped like the parameters, between those with the
         starts eliminated and those with the starts held."""
         share = damping / (1 + damping)
-        slope = np.concatenate([_flat(self.slope), self.further_slope])
+        slope = _stacked(self.slope, self.further_slope)
         matrix, vector = slope.T @ slope, slope.T @ self.left
         return self.matrix + share * (matrix - self.matrix), self.vector + share * (vector - self.vector)
 
@@ -114,31 +128,28 @@ class Normal:
         cross = np.einsum("tnp,tne->pe", self.slope, self.without_starts(columns))
         imitation = pseudo_inverse(self.matrix, UNSEEN) @ cross
         samples = self.without_starts(columns - self.slope @ imitation)
-        return np.concatenate([_flat(samples), -self.further_slope @ imitation]), imitation
+        return _stacked(samples, -self.further_slope @ imitation), imitation
 
     @property
     def left(self) -> Array:
         """All residuals one below the other, (R,)."""
-        return np.concatenate([_flat(self.residual), self.further])
+        return _stacked(self.residual[..., None], self.further[..., None])[..., 0]
 
     def extended(self, columns: Array) -> "Normal":
-        """The normal equations with more parameters, from their derivatives in units of their scale, (T, N, E)."""
-        projected = self.without_starts(columns)
-        cross = np.einsum("tnp,tne->pe", self.slope, projected)
-        own = np.einsum("tne,tnf->ef", columns, projected)
+        """The same with more parameters, from their derivatives in units of their scale, (T, N, E)."""
+        more = columns.shape[-1]
         return replace(
             self,
             slope=np.concatenate([self.slope, columns], -1),
-            further_slope=np.pad(self.further_slope, ((0, 0), (0, len(own)))),
-            matrix=np.block([[self.matrix, cross], [cross.T, own]]),
-            vector=np.concatenate([self.vector, np.einsum("tne,tn->e", projected, self.residual)]),
-            weight=np.pad(self.weight, (0, len(own))),
+            further_slope=np.pad(self.further_slope, ((0, 0), (0, more))),
+            weight=np.pad(self.weight, (0, more)),
         )
 
 
-def _flat(samples: Array) -> Array:
-    """Samples (T, N, ...) as rows, (T N, ...); there may be no columns."""
-    return samples.reshape(samples.shape[0] * samples.shape[1], *samples.shape[2:])
+def _stacked(samples: Array, further: Array) -> Array:
+    """Rows (..., R, C) of samples (..., T, N, C), one trial below the other, and of further residuals (..., F, C)."""
+    *batch, trials, each, columns = samples.shape
+    return np.concatenate([samples.reshape(*batch, trials * each, columns), further], -2)
 
 
 def onto_starts(by_start: Array, columns: Array) -> Array:
@@ -163,7 +174,7 @@ def normal_equations(
     values: Array,
     measured: tuple[Array, Array] | None = None,
 ) -> Normal:
-    """Residuals of a motion and the normal equations, the starts of the trials eliminated.
+    """Residuals of a motion and the normal equations.
 
     Args:
         values: of the parameters, (..., P).
@@ -181,19 +192,7 @@ def normal_equations(
     if measured is not None:
         further = np.concatenate([measured[0], further], -1)
         further_slope = np.concatenate([measured[1], further_slope], -2)
-    return gather(residual, slope, by_start, further, further_slope, weight)
-
-
-def gather(
-    residual: Array, slope: Array, by_start: Array, further: Array, further_slope: Array, weight: Array
-) -> Normal:
-    """The normal equations of residuals and derivatives, see `Normal`."""
-    projected = without_starts(by_start, slope)
-    transposed = np.swapaxes(further_slope, -1, -2)
-    matrix = np.einsum("...tnp,...tnq->...pq", projected, slope) + transposed @ further_slope
-    vector = np.einsum("...tnp,...tn->...p", projected, residual) + (transposed @ further[..., None])[..., 0]
-    rss = (residual**2).sum((-1, -2))
-    return Normal(residual, slope, by_start, further, further_slope, matrix, vector, rss, weight)
+    return Normal(residual, slope, by_start, further, further_slope, weight)
 
 
 def scaled_slope(derivatives: Tensor, scale: Array | float, valid: NDArray[np.bool_]) -> Array:

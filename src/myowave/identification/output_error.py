@@ -120,12 +120,12 @@ class Fit(Problem):
     @property
     def residual(self) -> Array:
         """Measured - simulated angle, 0 where padded, (T, N) [rad]."""
-        return np.where(self.record.valid, self.record.angle - self.angle, 0.0)
+        return self.normal.residual
 
     @property
     def rss(self) -> float:
         """Sum of squares of the residual [rad^2]."""
-        return float((self.residual**2).sum())
+        return float(self.normal.rss)
 
     @property
     def objective(self) -> float:
@@ -140,7 +140,7 @@ class Fit(Problem):
     @property
     def independent_variance(self) -> float:
         """Variance of what is independent in the residual [rad^2]."""
-        return self.variance * correlation_time(self.normal.residual, self.record.samples)
+        return self.variance * correlation_time(self.residual, self.record.samples)
 
     @property
     def parameters(self) -> dict[str, float]:

@@ -16,7 +16,7 @@ from myowave.data.simulate import MANOEUVRES, Manoeuvre, synthetic_emg
 from myowave.data.trials import Array
 from myowave.diagnosis.search.score import score_effect
 from myowave.identification.free_parameters import Free, bind_values, effect_parameters
-from myowave.identification.least_squares import Normal, gain_of, gather, normal_equations
+from myowave.identification.least_squares import Normal, gain_of, normal_equations
 from myowave.identification.output_error import Fit, polish
 from myowave.identification.record import Record
 from myowave.physics.effect import Effect
@@ -58,9 +58,7 @@ def propose_trials(fit: Fit, one: Effect, other: Effect | None = None) -> list[P
     strength, noise, menu = _strength(fit, one), fit.record.noise, _menu(fit)
     recorded, further = (_normal(fit, record, effects, (*own, *imitators)) for record in (fit.record, menu))
     # Of each trial of the menu by itself, (T, P, P); what is known beforehand counts once, with the recorded ones.
-    nothing = np.zeros((len(menu.names), 0)), np.zeros((len(menu.names), 0, len(further.weight)))
-    residual, slope, by_start = (part[:, None] for part in (further.residual, further.slope, further.by_start))
-    alone = gather(residual, slope, by_start, *nothing, further.weight).matrix
+    alone = np.swapaxes(further.without_starts(further.slope), -1, -2) @ further.slope
     now = _separation(recorded.matrix, strength, noise)
     after = [_separation(recorded.matrix + matrix, strength, noise) for matrix in alone]
     return sorted(map(Proposal, menu.names, after, [now] * len(after)), key=lambda p: -p.separation)
