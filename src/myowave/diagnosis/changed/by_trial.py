@@ -178,8 +178,6 @@ class ByTrial:
         strength = now.strength
         slope = (more.left_by(strength) / more.size - now.left_by(strength) / now.size) * now.size / NUDGE
         residual = self.weighing.residual(now)
-        by_value = residual.values.new_zeros(*residual.values.shape, len(now.motion.rows))
-        for trial, rows in enumerate(now.motion.rows):
-            by_value[trial, : rows.stop - rows.start, trial] = torch.from_numpy(slope[rows])
-        covariance, along = Covariance(residual, point.state.sizes), by_value @ torch.from_numpy(columns)
+        along = now.motion.padded(slope)[..., None] * torch.from_numpy(columns)[:, None]
+        covariance = Covariance(residual, point.state.sizes)
         return covariance.inner(along, along).numpy(), -covariance.with_residual(along).numpy()

@@ -10,7 +10,8 @@ out); Kennedy & O'Hagan 2001, J. R. Stat. Soc. B 63 (a discrepancy that repeats)
 Shapes: T trials, L windows, C electrodes.
 """
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,51 +46,31 @@ class Weighing:
 
     def residual(self, windowed: Windowed) -> Residual:
         """The torque of the windows less that of the usual muscles, with all that may have made it."""
+        motion, padded, strength = windowed.motion, windowed.motion.padded, windowed.strength
         size = float(np.sqrt((windowed.torque**2).mean()))
-        loaded = windowed.sizes / size
-        lasting = [_matern(windowed.motion.time[rows]) for rows in windowed.motion.rows]
-        strength = windowed.strength
         given = strength * windowed.usual
         share = np.sqrt((given**2).mean(-1) / (windowed.activation**2).mean(-1).clip(TINY))
         active = share[:, None] * windowed.activation
-
-        def blocks(block: Callable[[int, slice], Array]) -> Tensor:
-            """Of each trial, padded."""
-            found = torch.zeros(*valid.shape, valid.shape[-1], dtype=torch.float64)
-            for t, rows in enumerate(windowed.motion.rows):
-                own = torch.from_numpy(block(t, rows))
-                found[t, : len(own), : len(own)] = own
-            return found
-
-        def columns(of_all: Array) -> Tensor:
-            """Columns (L, ...) of the windows of all trials one after the other, trial by trial, padded."""
-            parts = [torch.from_numpy(np.ascontiguousarray(of_all[rows])) for rows in windowed.motion.rows]
-            return torch.nn.utils.rnn.pad_sequence(parts, batch_first=True)
-
-        def each(r: slice) -> Array:
-            return np.asarray(active[:, r].T @ active[:, r])
-
+        muscles = np.concatenate([a[:, None] * motion.smooth for a in active], -1)
+        valid, each, by_tilt = padded(np.ones(len(windowed.torque))), padded(active.T), padded(windowed.by_tilt[:, None])
+        alike = _matern(padded(motion.time)) * valid[:, None] * valid[..., None]
         # ASSUME: what is not explained of a trial's torque grows with it (noise of force does so: Jones, Hamilton &
-        # Wolpert 2002, cited from memory). In N m a forearm without weight would need no torque
-        # and leave nothing, and in accelerations one that is heavier than it is would leave less.
+        # Wolpert 2002, cited from memory). In N m a forearm without weight would need no torque and leave nothing, and
+        # in accelerations one that is heavier than it is would leave less.
         noise = (0.003 * size, 0.1 * size, size)
-        smooth = windowed.motion.smooth
-        valid = columns(np.ones(len(windowed.torque))) > 0
-        lean = blocks(lambda t, r: LEAN_RAD**2 * np.outer(windowed.by_tilt[r], windowed.by_tilt[r]))
-        drive = columns(strength * self.by_errors.T)
-        muscles = columns(np.concatenate([a[:, None] * smooth for a in active], -1))
+        loaded = torch.from_numpy(windowed.sizes / size)[:, None, None] ** 2
         components = (
-            Component("noise", blocks(lambda t, r: loaded[t] ** 2 * np.eye(len(lasting[t]))), None, None, *noise),
-            Component("lasting noise", blocks(lambda t, r: loaded[t] ** 2 * lasting[t]), None, None, *noise),
-            Component("lean", lean),
-            Component("posture", columns=columns(_posture(windowed))),
-            Component("drive", columns=drive),
-            Component("strength", columns=columns(STRENGTH * given.T)),
-            Component("muscles", None, muscles, None, *SHAPE),
-            Component("gain of a trial", blocks(lambda t, r: each(r)), None, None, *TRIAL_GAIN),
-            Component("noise of the EMG", blocks(lambda t, r: each(r) * lasting[t]), None, None, *EMG_NOISE),
+            Component("noise", loaded * torch.diag_embed(valid), None, None, *noise),
+            Component("lasting noise", loaded * alike, None, None, *noise),
+            Component("lean", LEAN_RAD**2 * by_tilt @ by_tilt.mT),
+            Component("posture", columns=padded(_posture(windowed))),
+            Component("drive", columns=padded(strength * self.by_errors.T)),
+            Component("strength", columns=padded(STRENGTH * given.T)),
+            Component("muscles", None, padded(muscles), None, *SHAPE),
+            Component("gain of a trial", each @ each.mT, None, None, *TRIAL_GAIN),
+            Component("noise of the EMG", each @ each.mT * alike, None, None, *EMG_NOISE),
         )
-        return Residual(columns(windowed.left_by(strength)), valid, components)
+        return Residual(padded(windowed.left_by(strength)), valid > 0, components)
 
     def likeliest(self, windowed: Windowed, start: Mapping[str, float]) -> Weighed:
         """The likeliest sizes of what made the torque, searched from others, and its log evidence in units of its size
@@ -98,10 +79,10 @@ class Weighing:
         return Weighed(found.sizes, found.value + float(np.log(windowed.size).sum()))
 
 
-def _matern(time: Array) -> Array:
-    """Correlation of what is slow, of order 3/2, (K, K)."""
-    apart = np.sqrt(3) * np.abs(time[:, None] - time) / MEMORY_S
-    return np.asarray((1 + apart) * np.exp(-apart))
+def _matern(time: Tensor) -> Tensor:
+    """Correlation of what is slow, of order 3/2, at times (T, L), (T, L, L)."""
+    apart = math.sqrt(3) * (time[:, :, None] - time[:, None]).abs() / MEMORY_S
+    return (1 + apart) * torch.exp(-apart)
 
 
 def _posture(windowed: Windowed) -> Array:

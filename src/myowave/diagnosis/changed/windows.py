@@ -39,6 +39,11 @@ class Kinematics:
     time: Array
     mean: Array  # angle [rad], velocity [rad/s] and measured lean of the upper arm [rad], (3, L)
 
+    def padded(self, values: Array) -> Tensor:
+        """Values (L, ...) trial by trial, (T, most windows of a trial, ...), 0 where a trial has no more."""
+        parts = [torch.from_numpy(np.ascontiguousarray(values[rows])) for rows in self.rows]
+        return torch.nn.utils.rnn.pad_sequence(parts, batch_first=True)
+
     @cached_property
     def smooth(self) -> Array:
         """Directions of smooth functions of angle and velocity at the windows, of variance 1, (L, ...)."""
