@@ -60,30 +60,25 @@ def muscle_quantities(valued: Valued, q: Tensor, qdot: Tensor, activation: Tenso
     fibre_length, fibre_velocity, cosine = fibre_state(
         length, velocity, l0=c["l0"], vmax=c["vmax"], slack=c["slack"], height=valued.height
     )
-
     known = {**c, "curves": valued.curves}
 
-    base = hill_force(valued.curves, activation, fibre_length, fibre_velocity)
-
-    def changed(base: Tensor, a: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
-        """The force of fibres behind the effects without a state."""
+    def forces(a: Tensor, length: Tensor, velocity: Tensor) -> tuple[Tensor, Tensor]:
+        """Of fibres, as the curves have it and behind the effects without a state."""
+        base = force = hill_force(valued.curves, a, length, velocity)
         fibre = {"base_force": base, "activation": a, "fibre_length": length, "fibre_velocity": velocity}
-        force = base
         for effect in valued.acting["fibre"]:
             force = effect({**known, **fibre, "force": force})
-        return force
+        return base, force
 
-    def hill(a: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
-        return changed(hill_force(valued.curves, a, length, velocity), a, length, velocity)
-
+    base, force = forces(activation, fibre_length, fibre_velocity)
     return {
         **known,
         "activation": activation,
         "fibre_length": fibre_length,
         "fibre_velocity": fibre_velocity,
-        "hill": hill,
+        "hill": lambda a, length, velocity: forces(a, length, velocity)[1],
         "base_force": base,
-        "force": changed(base, activation, fibre_length, fibre_velocity),
+        "force": force,
         "moment_arm": arm,
         "cosine": cosine,
     }

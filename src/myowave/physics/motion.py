@@ -132,20 +132,17 @@ def advance_activation(
 ) -> tuple[list[Tensor], Mapping[str, Tensor]]:
     """Activation at the beginning, middle and end of a piece behind effects with states, and their states at its
     end."""
-    activation, valued = [instant.activation for instant in instants], instants[0].valued
-    for acting in valued.acting["late_activation"]:
-        points = [
-            {"excitation": instant.excitation, "activation": a, "side": valued.muscle["side"]}
-            for instant, a in zip(instants, activation, strict=True)
-        ]
-        if acting.effect.stateful:
-            begin = states[acting.effect.name]
-            pull = Pull.at(acting.relaxation, begin, points[0])
-            middle, end = pull.relax(h / 2, points[1]), pull.relax(h, points[2])
-            points = [p | {"state": s} for p, s in zip(points, (begin, middle, end), strict=True)]
-            states = {**states, acting.effect.name: end}
-        activation = [acting(point) for point in points]
-    return activation, states
+    pulls: dict[str, Pull] = {}
+
+    def begin(acting: Acting, seen: Mapping[str, Tensor]) -> Tensor:
+        name = acting.effect.name
+        pulls[name] = Pull.at(acting.relaxation, states[name], seen)
+        return states[name]
+
+    first, _ = late_activation(instants[0], begin)
+    middle, _ = late_activation(instants[1], lambda acting, seen: pulls[acting.effect.name].relax(h / 2, seen))
+    end, after = late_activation(instants[2], lambda acting, seen: pulls[acting.effect.name].relax(h, seen))
+    return [first, middle, end], {**states, **after}
 
 
 STAGES = (0, 1, 1, 2)  # of a Runge-Kutta step: at its beginning, twice in its middle, at its end

@@ -52,7 +52,8 @@ class Weighing:
         share = np.sqrt((given**2).mean(-1) / (windowed.activation**2).mean(-1).clip(TINY))
         active = share[:, None] * windowed.activation
         muscles = np.concatenate([a[:, None] * motion.smooth for a in active], -1)
-        valid, each, by_tilt = padded(np.ones(len(windowed.torque))), padded(active.T), padded(windowed.by_tilt[:, None])
+        valid = padded(np.ones(len(windowed.torque)))
+        each, by_tilt = padded(active.T), padded(windowed.by_tilt[:, None])
         alike = _matern(padded(motion.time)) * valid[:, None] * valid[..., None]
         # ASSUME: what is not explained of a trial's torque grows with it (noise of force does so: Jones, Hamilton &
         # Wolpert 2002, cited from memory). In N m a forearm without weight would need no torque and leave nothing, and
