@@ -24,7 +24,8 @@ from myowave.diagnosis.likelihood.shapes import (
 )
 from myowave.diagnosis.search.diagnose import weigh
 from myowave.diagnosis.search.score import score_effect
-from myowave.identification.output_error import fit_model
+from myowave.identification.free_parameters import effect_parameters
+from myowave.identification.output_error import fit_model, refit
 from myowave.identification.record import make_record
 from myowave.physics.curves import Curves
 from myowave.physics.effect import Effect, Parameter
@@ -33,6 +34,13 @@ from myowave.physics.effect import Effect, Parameter
 @pytest.fixture(scope="module")
 def damped(make_fit):
     return make_fit({"joint_damping": {"c": 1.0}})
+
+
+@pytest.fixture(scope="module")
+def lagging(make_fit, base, effects):
+    lag = effects["activation_dynamics"]
+    fit, model = make_fit({"activation_dynamics": {"rise": 0.1, "decay": 0.2}}), base.with_effects([lag])
+    return refit(fit, model, (*fit.free, *effect_parameters(model, lag)))
 
 
 def of_muscles(height, place):
@@ -85,10 +93,12 @@ def moved_as(fit, pushes, effect, alike=0.999):
     return own, moved / effect.parameters["w"].typical
 
 
-def test_a_bump_of_a_curve_does_to_the_motion_what_an_effect_of_that_form_does(damped):
-    one, moved = moved_as(damped, pushes_of_curves, of_muscles(ACTIVE, 0))
+@pytest.mark.parametrize("fitted", ["damped", "lagging"])
+def test_a_bump_of_a_curve_does_to_the_motion_what_an_effect_of_that_form_does(fitted, request):
+    fit = request.getfixturevalue(fitted)
+    one, moved = moved_as(fit, pushes_of_curves, of_muscles(ACTIVE, 0))
     assert np.linalg.norm(one - OWN * moved) < 0.1 * np.linalg.norm(OWN * moved)
-    every, moved = moved_as(damped, pushes_of_curves, of_muscles(ACTIVE, slice(None)), 0.998)
+    every, moved = moved_as(fit, pushes_of_curves, of_muscles(ACTIVE, slice(None)), 0.998)
     assert np.linalg.norm(every - moved) < 0.1 * np.linalg.norm(moved)
 
 

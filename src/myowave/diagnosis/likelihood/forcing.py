@@ -15,7 +15,8 @@ from myowave.data.trials import Array
 from myowave.identification.output_error import Fit
 from myowave.physics.effect import Effect
 from myowave.physics.effects.emg_offset import EFFECT as EMG_OFFSET
-from myowave.physics.motion import observe
+from myowave.physics.motion import late_activation, observe, unpack
+from myowave.physics.simulation import Instant
 from myowave.physics.tangent import derivatives_observed, forcing_of
 from myowave.physics.trajectory import recur
 
@@ -104,9 +105,13 @@ def electrodes_of(fit: Fit) -> Tensor:
 
 
 def along_steps(fit: Fit) -> tuple[Tensor, Tensor, Tensor]:
-    """Angle and velocity of a fit's motion (T, N - 1) and its activations (T, N - 1, M) where each step begins."""
-    q, v = fit.sensitive.motion.state[:, :-1, :2].unbind(-1)
-    return q, v, fit.simulation.drive.activation[..., 0, :].expand(*q.shape, -1)
+    """Angle and velocity of a fit's motion (T, N - 1) and its activations, behind any lag, (T, N - 1, M) where each
+    step begins."""
+    simulation, drive = fit.simulation, fit.simulation.drive
+    q, v, states = unpack(fit.model, fit.sensitive.motion.state[:, :-1])
+    begin = Instant(simulation.along_time, drive.excitation[..., 0, :], drive.activation[..., 0, :])
+    activation, _ = late_activation(begin, lambda acting, _: states[acting.effect.name])
+    return q, v, activation.expand(*q.shape, -1)
 
 
 def excitation_of(fit: Fit) -> Array:
