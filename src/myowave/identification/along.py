@@ -41,7 +41,7 @@ class Along:
     def motion(self) -> tuple[Array, Array, Array]:
         """The joint's angle, unsmoothed and smoothed, and its velocity (T, N): those whose observation is the measured
         angle, if the model has effects on the sensor."""
-        if self.model.on("observation"):
+        if self.model.places["observation"]:
             angle = self._behind_sensor()
             return angle, *self.record.smoothed(angle)
         q, qdot = self.record.motion.numpy().transpose(2, 0, 1)

@@ -75,7 +75,7 @@ class Model:
     @cached_property
     def stateful(self) -> tuple[Effect, ...]:
         """Effects with states of their own, those of activation first."""
-        return tuple(e for place in ("late_activation", "tendon") for e in self.on(place) if e.stateful)
+        return tuple(e for place in ("late_activation", "tendon") for e in self.places[place] if e.stateful)
 
     @cached_property
     def common_constants(self) -> tuple[str, ...]:
@@ -103,13 +103,10 @@ class Model:
         """Numbers in a state vector: q, qdot, and one for each stateful effect and muscle."""
         return 2 + len(self.stateful) * len(self.muscles)
 
-    def on(self, place: str) -> tuple[Effect, ...]:
-        """The effects that act at one of the `places`, in the order they were added."""
-        return self.places[place]
-
     @cached_property
     def places(self) -> Mapping[str, tuple[Effect, ...]]:
-        """The effects by where they act: at a stage, two of which have a part without states and one with them.
+        """The effects by where they act, in the order they were added: at a stage, two of which have a part without
+        states and one with them.
 
         Effects on the activation before the first one with a state (`early_activation`) belong to the muscles' drive;
         from that one on (`late_activation`) they act step by step. Those on the stage `muscle` without a state change

@@ -62,7 +62,7 @@ def linearise(simulation: Simulation, state: Tensor, wrt: Mapping[str, float]) -
         (..., T, N - 1, K, P).
     """
     simulation.model.check_names(wrt)
-    with_tendons = bool(simulation.model.on("tendon"))
+    with_tendons = bool(simulation.model.places["tendon"])
     if state.shape[-1] + len(wrt) <= BACKWARDS * (state.shape[-1] if with_tendons else 1):
         linear = _by_differences(simulation, state)
         return linear, forcing_of(simulation, linear, wrt)
@@ -115,7 +115,7 @@ def derivatives_observed(
     simulation: Simulation, linear: Linear, wrt: Mapping[str, float], tangent: Tensor, reach: float = NUDGE
 ) -> Tensor:
     """Derivatives of the observed angle (P [+ 2], ..., T, N) from those of the state, by parameters [and the start]."""
-    if not simulation.model.on("observation"):
+    if not simulation.model.places["observation"]:
         return tangent[..., 0, :].movedim(-1, 0)
     nudged, nudges = simulation.nudged(wrt, reach, linear.at.ndim - 2)
     nudges = torch.cat([nudges, nudges.new_full((tangent.shape[-1] - len(wrt),), NUDGE)])
@@ -218,7 +218,7 @@ def _activated(
     """Activation behind all effects at the beginning, middle and end of each piece, (..., T, n, 3 S, M), and the states
     of effects after the steps (..., T, n, K - 2), from what `_early` gives."""
     model, valued = simulation.model, simulation.along_time
-    if not model.on("late_activation"):
+    if not model.places["late_activation"]:
         return early[1], state[..., 2:]
     _, _, states = unpack(model, state)
     points: list[Tensor] = []

@@ -55,8 +55,6 @@ class Waves:
 
     def through(self, sensor: Sensor, lengths: NDArray[np.int64], dt: float) -> "Waves":
         """The same waves as a sensor sees them."""
-        if sensor == PERFECT:
-            return replace(self, motion=self.waves, noise=self.waves)
         seen = [sensor.seen(w[:n], dt) for w, n in zip(self.waves.numpy(), lengths, strict=True)]
         motion, noise = (
             torch.nn.utils.rnn.pad_sequence([torch.from_numpy(s) for s in some], batch_first=True)
