@@ -105,17 +105,15 @@ def torques_with(
     for tendon in valued.acting["tendon"]:
         force = tendon({**muscles, "force": force, "state": states[tendon.effect.name]})
     pull = valued.muscle["f0"] * force * muscles["cosine"]
-    driving = (pull * muscles["moment_arm"]).sum(-1)
-    if valued.motor is not None:
-        driving = driving + valued.motor
-    if valued.braking is not None:
-        # ASSUME: a motor's current follows its voltage at once (no inductance), so its torque falls with speed.
-        driving = driving - valued.braking * qdot
-    gravity = gravity_torque(q, valued.joint["weight"], valued.tilt)
+    joint = valued.joint
+    # ASSUME: a motor's current follows its voltage at once (no inductance), so its torque falls with speed.
+    motor = joint["drive"] * (joint["motor"] - joint["braking"] * qdot)
+    driving = (pull * muscles["moment_arm"]).sum(-1) + motor
+    gravity = gravity_torque(q, joint["weight"], joint["tilt"])
     extra = torch.zeros_like(driving)
     state = {"q": q, "qdot": qdot, "activation": muscles["activation"], "torque": driving, "gravity": gravity}
     for effect in valued.acting["joint"]:
-        extra = extra + effect({**valued.muscle, **valued.joint, **state, "curves": valued.joint_curves})
+        extra = extra + effect({**valued.muscle, **joint, **state, "curves": valued.joint_curves})
     return Torques(driving, gravity, extra, moment_of_inertia(valued, q))
 
 

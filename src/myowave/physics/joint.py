@@ -56,14 +56,14 @@ def forearm(constants: Mapping[str, Tensor]) -> Forearm:
     return Forearm(c["mass"], c["length"], c["mass"] * c["length"] ** 2, c["length"])
 
 
-def gravity_torque(q: Tensor, weight: Tensor, tilt: Tensor | None = None) -> Tensor:
+def gravity_torque(q: Tensor, weight: Tensor, tilt: Tensor) -> Tensor:
     """Torque of gravity about the elbow [N m], E(q) = -weight sin(q + tilt); negative where it extends the arm.
 
     Args:
         q: elbow angle [rad], any shape; at 0 the arm is straight, positive in flexion.
         weight: moment of the weight with the forearm level [N m], see `Forearm.weight_with`.
-        tilt: lean of the upper arm [rad], forward positive; None where it hangs vertically.
+        tilt: lean of the upper arm [rad], forward positive.
 
     Source: Taneja et al. 2023, Eq. 56, with the forearm's angle to the vertical q + tilt.
     """
-    return -weight * torch.sin(q if tilt is None else q + tilt)
+    return -weight * torch.sin(q + tilt)

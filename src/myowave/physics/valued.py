@@ -32,10 +32,6 @@ class Valued:
     curves: Curves  # of the muscles, for quantities (..., M)
     joint_curves: Curves  # the same for quantities (...), as an effect on the joint has them
     inertia: Tensor  # of the forearm with its load [kg m^2]
-    # tilt, motor, braking: what the joint's constants of this name do; None where they are 0
-    tilt: Tensor | None
-    motor: Tensor | None
-    braking: Tensor | None
 
     def timed(self, change: Tensor | None) -> "Valued":
         """The same with the first of the constants `OVER_TIME` changed, by a tensor (..., V) of quantities (...)."""
@@ -44,8 +40,7 @@ class Valued:
         if change is None:
             return self
         moved = {n: self.joint[n] + x for n, x in zip(OVER_TIME, change.unbind(-1), strict=False)}
-        joint = {**self.joint, **moved}
-        return replace(self, joint=joint, tilt=joint["tilt"], motor=joint["motor"] * joint["drive"])
+        return replace(self, joint={**self.joint, **moved})
 
 
 def along(params: Params, axes: int, like: Tensor) -> dict[str, Tensor]:
@@ -88,7 +83,7 @@ def give_values(model: Model, params: Params, like: Tensor) -> Valued:
                 )
             muscle.update({n: v for n, v in changed.items() if n in muscle})
             joint.update({n: v for n, v in changed.items() if n in joint})
-    body, drive = forearm(joint), joint["drive"]
+    body = forearm(joint)
     shape = {c: full[f"{c}_{CURVE}"] for c in CURVE_CONSTANTS if model.muscles}
     return Valued(
         model,
@@ -100,9 +95,6 @@ def give_values(model: Model, params: Params, like: Tensor) -> Valued:
         curves=_shaped(model.curves, {name: value.unsqueeze(-1) for name, value in shape.items()}),
         joint_curves=_shaped(model.curves, shape),
         inertia=body.inertia_with(joint["load"]),
-        tilt=joint["tilt"] if _counts(joint["tilt"]) else None,
-        motor=joint["motor"] * drive if _counts(joint["motor"]) else None,
-        braking=joint["braking"] * drive if _counts(joint["braking"]) else None,
     )
 
 
