@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
 from torch import Tensor
 
 
@@ -22,11 +23,10 @@ class Cubics:
     def through(cls, x: NDArray[np.float64], y: NDArray[np.float64], slope: NDArray[np.float64]) -> "Cubics":
         """The curve with these values and slopes at even steps `x`, each (cells + 1,), in double precision."""
         width = x[1] - x[0]
-        rise, left, right = np.diff(y), slope[:-1] * width, slope[1:] * width
-        cubics = np.stack([y[:-1], left, 3 * rise - 2 * left - right, left + right - 2 * rise], axis=-1)
-        before = [[y[0] - left[0], left[0], 0.0, 0.0]]
-        after = [[y[-1], right[-1], 0.0, 0.0]]
-        return cls(x[0] - width, width, torch.tensor(np.concatenate([before, cubics, after]).T.copy()))
+        cubics = CubicHermiteSpline(x, y, slope).c[::-1] * width ** np.arange(4.0)[:, None]
+        first, last = slope[0] * width, slope[-1] * width
+        coefficients = np.column_stack([[y[0] - first, first, 0.0, 0.0], cubics, [y[-1], last, 0.0, 0.0]])
+        return cls(x[0] - width, width, torch.from_numpy(coefficients))
 
     def to(self, dtype: torch.dtype, device: torch.device) -> "Cubics":
         """The same in another precision or on another device."""
