@@ -71,7 +71,7 @@ def test_windows_that_count_as_samples_do_not_overlap(base, rate_hz):
     settings = SimulatedDataset(kind="simulated", trials=2, samples=150, test=("2",), seed=3, dt_s=1 / rate_hz)
     moving = Moving.along(base, make_record(simulate_trials("elbow", settings, base, {})[0], base), {})
     windows = moving.balance.windows
-    apart = np.diff(moving.motion.time[moving.motion.rows[0]])
+    apart = np.diff(moving.motion.time[: moving.motion.counts[0]])
     assert len(apart) > 2 and (apart > (2 * windows.half - 0.5) * windows.dt).all()
 
 

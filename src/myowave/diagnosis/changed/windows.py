@@ -35,13 +35,13 @@ ROUNDING = 1e-10  # variance that a root of their covariance need not hold
 class Kinematics:
     """How the arm moves in all windows of the trials, each trial's one after the other."""
 
-    rows: tuple[slice, ...]  # where each trial's windows are, T of them; `time` of each window [s], (L,)
-    time: Array
+    counts: NDArray[np.int64]  # windows of each trial, (T,)
+    time: Array  # of each window [s], (L,)
     mean: Array  # angle [rad], velocity [rad/s] and measured lean of the upper arm [rad], (3, L)
 
     def padded(self, values: Array) -> Tensor:
         """Values (L, ...) trial by trial, (T, most windows of a trial, ...), 0 where a trial has no more."""
-        parts = [torch.from_numpy(np.ascontiguousarray(values[rows])) for rows in self.rows]
+        parts = torch.from_numpy(np.ascontiguousarray(values)).split(self.counts.tolist())
         return torch.nn.utils.rnn.pad_sequence(parts, batch_first=True)
 
     @cached_property
@@ -76,14 +76,12 @@ class Moving:
         if not inside.any(-1).all():
             short = ", ".join(name for name, some in zip(record.names, inside.any(-1), strict=True) if not some)
             raise ValueError(f"trials {short} are too short for a window; name longer ones")
-        ends = np.cumsum(inside.sum(-1))
-        rows = tuple(slice(int(end - n), int(end)) for end, n in zip(ends, inside.sum(-1), strict=True))
         course = record.simulation(model, {}).course_at(balance.position)
         lean = tilt_of(record)[:, None, None].expand(balance.q.shape)
         lean = lean if course is None else lean + course[..., OVER_TIME.index("tilt")]
         mean = balance.mean(torch.stack([balance.q, balance.qdot, lean], -1))[inside].T
         time = np.nonzero(inside)[1].astype(float) * balance.windows.stride * balance.windows.dt
-        return cls(balance, inside, Kinematics(rows, time, mean))
+        return cls(balance, inside, Kinematics(inside.sum(-1), time, mean))
 
     def torques(self, model: Model, params: Mapping[str, Tensor]) -> tuple[Array, Array, Array]:
         """What copies (B, 1) or (B, T) of a model's constants need, what muscles give and what effects on the joint
@@ -115,7 +113,7 @@ class Windowed:
     @property
     def sizes(self) -> Array:
         """Root mean square of the torque of each trial [N m], (T,)."""
-        return np.sqrt([(self.torque[rows] ** 2).mean() for rows in self.motion.rows])
+        return np.asarray(np.sqrt(self.motion.padded(self.torque**2).sum(1).numpy() / self.motion.counts))
 
     @property
     def strength(self) -> float:
@@ -132,7 +130,7 @@ class Windowed:
     @property
     def size(self) -> Array:
         """That of its trial at each window [N m], (L,)."""
-        return np.repeat(self.sizes, [rows.stop - rows.start for rows in self.motion.rows])
+        return np.repeat(self.sizes, self.motion.counts)
 
 
 @dataclass(frozen=True)
