@@ -37,9 +37,8 @@ def lasso(trials: Trials, base: Model, effects: Mapping[str, Effect]) -> list[st
     columns, names = [], []
     left = _left(base, record, {})
     for name, effect in effects.items():
-        if base.refuses(effect) or effects_unseen_by_angle(base.with_effects([effect])):
+        if base.refuses(effect) or effects_unseen_by_angle(model := base.with_effects([effect])):
             continue
-        model = base.with_effects([effect])
         typical = {full: p.typical for full, p in model.parameters_of(effect).items()}
         change = left - _left(model, record, typical)
         if np.isfinite(change).all() and change.std() > 0:

@@ -37,13 +37,11 @@ def by_evidence(fit: Fit, effects: Iterable[Effect]) -> Judged:
     # beside that.
     kind = found.kind if found.of_shapes else verdict.kind
     given = {} if kind == "unknown" else {k: p for k, p in found.probabilities.items() if k != OUTSIDE}
-    present = {effect.name for effect in fit.model.effects}
-    more = tuple(e.name for e in found.best.fit.model.effects if e.name not in present)
     mean, covariance = found.best.estimate
     low, high = (mean + end * np.sqrt(np.diag(covariance)) for end in (-Z95, Z95))
     names = [parameter.name for parameter in found.best.fit.free]
     intervals = dict(zip(names, zip(low.tolist(), high.tolist(), strict=True), strict=True))
-    return Judged(kind, found.named, given, more, intervals, found.white)
+    return Judged(kind, found.named, given, found.best.effects, intervals, found.white)
 
 
 def judge_set(

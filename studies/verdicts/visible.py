@@ -104,7 +104,6 @@ def _from_emg(fit: Fit, size: float) -> Array:
     answers, random = [], np.random.default_rng(0)
     for emg, (angle, velocity) in zip(fit.record.emg, fit.starts, strict=True):
         noise = torch.from_numpy(size * random.standard_normal((EMG_DRAWS, *emg.shape)))
-        params = {p.name: float(v) for p, v in zip(fit.free, fit.values, strict=True)}
-        motion = simulate(Simulation(fit.model, params, (emg + noise).clamp(0.0, 1.0), fit.record.dt), angle, velocity)
-        answers.append(np.cov(motion.angle.numpy().T))
+        noisy = Simulation(fit.model, fit.parameters, (emg + noise).clamp(0.0, 1.0), fit.record.dt)
+        answers.append(np.cov(simulate(noisy, angle, velocity).angle.numpy().T))
     return np.stack(answers)
