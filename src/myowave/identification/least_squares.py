@@ -93,7 +93,7 @@ class Normal:
 
     def without_starts(self, columns: Array) -> Array:
         """The part of columns (..., T, N, C) that no change of the trials' starts can imitate."""
-        return without_starts(self.by_start, columns)
+        return columns - self.by_start @ onto_starts(self.by_start, columns)
 
     def starts_after(self, step: Array) -> Array:
         """The best change of the trials' starts (..., T, S) given a step of the parameters (..., P)."""
@@ -153,18 +153,13 @@ def _stacked(samples: Array, further: Array) -> Array:
 
 
 def onto_starts(by_start: Array, columns: Array) -> Array:
-    """Changes of the trials' starts (..., T, S, C) that come nearest to columns (..., T, N, C)."""
-    transposed = np.swapaxes(by_start, -1, -2)
-    return pseudo_inverse(transposed @ by_start) @ (transposed @ columns)
-
-
-def without_starts(by_start: Array, columns: Array) -> Array:
-    """The part of columns (..., T, N, C) that no change of the trials' starts can imitate.
+    """Changes of the trials' starts (..., T, S, C) that come nearest to columns (..., T, N, C).
 
     Args:
         by_start: d angle / d (angle, velocity) at each trial's start, (..., T, N, S).
     """
-    return columns - by_start @ onto_starts(by_start, columns)
+    transposed = np.swapaxes(by_start, -1, -2)
+    return pseudo_inverse(transposed @ by_start) @ (transposed @ columns)
 
 
 def normal_equations(
