@@ -23,7 +23,7 @@ from myowave.physics.model import Model
 from myowave.settings import DiagnosisSettings, SimulatedDataset
 from studies.verdicts.cases import Case, make_trials
 from studies.verdicts.visible import signals_of
-from studies.verdicts.worlds import CURVES, TRUE, TRUE_OF, draw_world
+from studies.verdicts.worlds import CURVES, HELD_BACK, TRUE, TRUE_OF, draw_world
 
 ATTEMPTS = 3  # to draw an arm that stays in range
 ALIKE = {"all_at_once": ("other_curves", "other_constants", "other_solver"), "other_simulator": ("other_curves",)}
@@ -105,8 +105,9 @@ def draw_set(
     raw = dataset.samples, dataset.dt_s
     signals = signals_of(case.hidden, case.noise_deg, world, raw, fit, quiet, catalogue)
     constants = {**base.defaults, **world.constants}
-    if world.sample_and_hold:  # EMG that keeps its value acts half a sample later than straight EMG
-        constants |= {name: value + dataset.dt_s / 2 for name, value in constants.items() if name.startswith("delay")}
+    if world.sample_and_hold:
+        late = HELD_BACK * dataset.dt_s
+        constants |= {name: value + late for name, value in constants.items() if name.startswith("delay")}
     values = fit.values if fit.record.pieces is None else None
     return Drawn(case, constants, world.recording, made[0], fit.free, settings.starts, values, signals)
 

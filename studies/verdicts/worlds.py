@@ -37,6 +37,8 @@ WORLDS = {
 }
 TABLE = np.linspace(0.0, 2.5, 2001)  # fibre lengths, and velocities + 1, at which a drawn curve is tabulated
 FINER = 4  # steps in a sample of the solver with a sample-and-hold
+# Samples by which it is later than EMG that is straight between samples: in each step it is straight, too.
+HELD_BACK = (FINER - 1) / (2 * FINER)
 
 CURVES = frozenset({"millard_curves", "degroote_curves", "thelen_curves"})  # each says that the curves are others
 
@@ -44,7 +46,7 @@ CURVES = frozenset({"millard_curves", "degroote_curves", "thelen_curves"})  # ea
 TRUE: Mapping[str, frozenset[str]] = {
     "other_curves": CURVES | {OWN_SHAPES},
     "other_constants": frozenset({"vmax_change", "extra_delay", "activation_shape", "moment_arm_offset"}),
-    "other_solver": frozenset({"extra_delay"}),  # by half a sample
+    "other_solver": frozenset({"extra_delay"}),  # `HELD_BACK` of a sample
 }
 # And of a sensor.
 TRUE_OF: Mapping[str, frozenset[str]] = {

@@ -19,7 +19,17 @@ from studies.verdicts.figures import draw_reliability
 from studies.verdicts.judge import Judged, judge_set
 from studies.verdicts.sets import draw_set, read_set, write_set
 from studies.verdicts.summary import GRADES, reliability, write_page
-from studies.verdicts.worlds import FINER, WORLDS, World, draw_curves, draw_sensors, draw_world, record, sample_and_hold
+from studies.verdicts.worlds import (
+    FINER,
+    HELD_BACK,
+    WORLDS,
+    World,
+    draw_curves,
+    draw_sensors,
+    draw_world,
+    record,
+    sample_and_hold,
+)
 
 SCATTER = {"slack": Scatter(relative=0.03), "delay": Scatter(absolute=0.007)}
 
@@ -133,6 +143,18 @@ def test_emg_of_a_sample_and_hold_stays_as_it_is_until_the_next_sample():
     fine = sample_and_hold(emg)
     assert fine.shape == (2, 4 * FINER + 1, 3)
     assert torch.equal(fine[:, FINER : 2 * FINER], emg[:, 1:2].expand(-1, FINER, -1))
+
+
+def test_a_sample_and_hold_makes_muscles_later_by_what_the_truth_says(model, effects, dataset):
+    def moved(**world):
+        return make_trials(a_case(), World(model, **world), dataset, effects)[1].angle
+
+    def off(share):
+        late = {n: v + share * dataset.dt_s for n, v in model.defaults.items() if n.startswith("delay")}
+        return np.nanstd(moved(constants=late) - held)
+
+    held = moved(sample_and_hold=True)
+    assert off(HELD_BACK) < 0.3 * min(off(HELD_BACK - 0.1), off(HELD_BACK + 0.1))
 
 
 @pytest.mark.parametrize("sensor", [s for s in draw_sensors(np.random.default_rng(0)) if "rate_hz" not in s], ids=str)
