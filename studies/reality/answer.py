@@ -43,8 +43,7 @@ def answer_case(
         return _changed(case, trials, base, effects, settings, say)
     found = diagnose(trials, base, effects.values(), identify, settings, say)
     verdict, first, last = found.verdict, found.rungs[0].fit, found.rungs[-1].fit
-    errors = last.standard_errors()
-    sizes = {name: (value, Z95 * errors[name]) for name, value in last.parameters.items() if "." in name}
+    sizes = {name: (value, Z95 * error) for name, (value, error) in found.rungs[-1].estimate.items() if "." in name}
     return {
         "verdict": verdict.kind,
         "names": list(verdict.causes),

@@ -5,8 +5,6 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE
 from myowave.diagnosis.report.numbers import Z95
 from myowave.diagnosis.scoring import Named, grade, is_wrong
@@ -37,11 +35,9 @@ def by_evidence(fit: Fit, effects: Iterable[Effect]) -> Judged:
     # beside that.
     kind = found.kind if found.of_shapes else verdict.kind
     given = {} if kind == "unknown" else {k: p for k, p in found.probabilities.items() if k != OUTSIDE}
-    mean, covariance = found.best.estimate
-    low, high = (mean + end * np.sqrt(np.diag(covariance)) for end in (-Z95, Z95))
-    names = [parameter.name for parameter in found.best.fit.free]
-    intervals = dict(zip(names, zip(low.tolist(), high.tolist(), strict=True), strict=True))
-    return Judged(kind, found.named, given, found.best.effects, intervals, found.white)
+    estimates = verdict.ladder.estimates[-1].items()
+    intervals = {name: (mean - Z95 * error, mean + Z95 * error) for name, (mean, error) in estimates}
+    return Judged(kind, found.named, given, verdict.ladder.effects, intervals, found.white)
 
 
 def judge_set(

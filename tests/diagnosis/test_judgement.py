@@ -7,7 +7,7 @@ import pytest
 
 from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, OUTSIDE, OWN_SHAPES, SURE
 from myowave.diagnosis.likelihood.algebra import Weighed
-from myowave.diagnosis.likelihood.components import EMG, NOISE, REPEATS
+from myowave.diagnosis.likelihood.components import EMG, NOISE, REPEATS, SHAPES
 from myowave.diagnosis.search.answer import ANYTHING, Answer, answer_of
 from myowave.diagnosis.search.diagnose import _proposals
 from myowave.diagnosis.search.ladder import Ladder, ladder_of, shown_fit
@@ -56,6 +56,20 @@ def test_where_more_is_missing_what_was_found_is_shown_as_near_to_the_trials_as_
         for cause in (REPEATS, EMG)
     )
     assert not away.converged and shown_fit(more).converged and shown_fit(noisy) is away
+
+
+def test_parameters_are_told_over_all_likely_causes(weighed):
+    best = weighed[0].best
+    likely, unlikely = Weighed(best.best.sizes, 0.0), Weighed({**best.best.sizes, SHAPES: 3.0}, -40.0)
+    plain, curved = frozenset[str](), frozenset({SHAPES})
+    alone, other = (replace(best, states={on: state}).averaged for on, state in ((plain, likely), (curved, unlikely)))
+    assert replace(best, states={plain: likely, curved: unlikely}).averaged == alone
+    both = replace(best, states={plain: likely, curved: replace(unlikely, value=0.0)}).averaged
+    for name, (mean, error) in both.items():
+        means, errors = np.transpose([alone[name], other[name]])
+        assert mean == pytest.approx(means.mean(), rel=1e-9)
+        assert error**2 == pytest.approx((errors**2).mean() + means.var(), rel=1e-9)
+    assert other["f0_Bi"][1] > 1.2 * alone["f0_Bi"][1], "curves of any shape leave forces less sure"
 
 
 def test_effects_that_cannot_be_told_apart_are_a_class(weighed):

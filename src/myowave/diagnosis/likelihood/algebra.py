@@ -17,6 +17,7 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 import torch
@@ -30,6 +31,8 @@ COST = 3.0  # nats of a cause that is on: its size is as likely in any factor of
 HOPE = 1.0  # nats: a cause that gains less with the sizes of all others as they are gains nothing
 SIZES = 5  # of a cause that is off, spread between its bounds, which are tried for that
 NEGLIGIBLE = 1e-8  # of the strongest combination of columns: what is weaker changes no log evidence by 1e-4
+Key = TypeVar("Key")
+
 EFFORT = {"maxiter": 40, "ftol": 2e-6, "maxcor": 8}
 
 
@@ -293,10 +296,10 @@ def _with_one_more(residual: Residual, best: Weighed, name: str, key: frozenset[
     return most_likely(residual, key, tried[size])
 
 
-def fewest(weight: Mapping[str, float], enough: float) -> tuple[str, ...]:
-    """The fewest names that weigh enough together, the heaviest first; all where they never do."""
-    order = sorted(weight, key=lambda name: -weight[name])
-    held = np.cumsum([weight[name] for name in order])
+def fewest(weight: Mapping[Key, float], enough: float) -> tuple[Key, ...]:
+    """The fewest that weigh enough together, the heaviest first; all where they never do."""
+    order = sorted(weight, key=lambda key: -weight[key])
+    held = np.cumsum([weight[key] for key in order])
     return tuple(order[: int(np.searchsorted(held, enough)) + 1])
 
 

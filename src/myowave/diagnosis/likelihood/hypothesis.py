@@ -10,15 +10,17 @@ from functools import cached_property
 
 import numpy as np
 import torch
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
 from torch import Tensor
 
 from myowave.data.trials import Array
+from myowave.diagnosis.causes import NAMED
 from myowave.diagnosis.likelihood.algebra import (
     COST,
     Covariance,
     Residual,
     Weighed,
+    fewest,
     log_share_within,
     most_likely,
     weigh_components,
@@ -103,9 +105,24 @@ class Hypothesis:
 
     @cached_property
     def estimate(self) -> tuple[Array, Array]:
-        """Posterior of the free parameters, mean (P,) and covariance (P, P), in their own units."""
+        """Posterior of the free parameters, mean (P,) and covariance (P, P), in their own units, in the best state."""
+        return self._estimate_in(self.best)
+
+    @cached_property
+    def averaged(self) -> dict[str, tuple[float, float]]:
+        """Posterior mean and standard deviation of each free parameter, in its own unit, over the likely states."""
+        values = {on: state.value for on, state in self.counted.items()}
+        likely = fewest(dict(zip(values, softmax([*values.values()]), strict=True)), NAMED)
+        weight = softmax([values[on] for on in likely])
+        means, covariances = map(np.array, zip(*(self._estimate_in(self.counted[on]) for on in likely), strict=True))
+        mean = weight @ means
+        variance = weight @ (covariances.diagonal(axis1=1, axis2=2) + (means - mean) ** 2)
+        pairs = zip(mean.tolist(), np.sqrt(variance).tolist(), strict=True)
+        return dict(zip((p.name for p in self.fit.free), pairs, strict=True))
+
+    def _estimate_in(self, state: Weighed) -> tuple[Array, Array]:
         deviation, centre = prior_of(self.fit)
-        others = Covariance(self.residual.without(["constants"]), self.best.sizes)
+        others = Covariance(self.residual.without(["constants"]), state.sizes)
         mean, covariance = others.posterior(self.residual.columns("constants"))
         unit = deviation * scales(self.fit.free)
         return centre * scales(self.fit.free) + mean * unit, covariance * np.outer(unit, unit)

@@ -1,5 +1,6 @@
 """A diagnosis as verdict.json: numbers, names, kinds and units. `tell` makes all sentences of these."""
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -52,7 +53,7 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
             }
             for rung in diagnosis.tried
         },
-        "parameters": {rung.name: parameters_of(rung.fit) for rung in diagnosis.tried},
+        "parameters": {rung.name: parameters_of(rung.fit, rung.estimate) for rung in diagnosis.tried},
         "missing_torque_Nm": {rung.name: number_or_none(rung.missing.rms) for rung in (base, found)},
         "torque_noise_Nm": {rung.name: number_or_none(rung.missing.standard_error) for rung in (base, found)},
         "next_trial": next(next_trials, None),
@@ -83,11 +84,11 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
+def parameters_of(fit: Fit, estimate: Mapping[str, tuple[float, float]]) -> dict[str, dict[str, Any]]:
     """Value, standard error, bounds, unit and meaning of each free parameter; whether it ended at a bound, and whether
     it is free only as nobody measured it: then what is expected before any trial, and the standard deviation of that.
     """
-    errors, of_effects = fit.standard_errors(), fit.model.effect_parameters
+    of_effects = fit.model.effect_parameters
     whole = {name for e in fit.model.effects if e.replaces for name in fit.model.parameters_of(e)}
 
     def at_bound(p: Free, value: float) -> bool:
@@ -95,10 +96,12 @@ def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
         # An effect that is not there, or there as a whole, is no news.
         return p.name not in whole and bool(near - {0.0} if p.name in of_effects else near)
 
-    return {
-        p.name: {
-            "value": float(value),
-            "se": number_or_none(errors[p.name]),
+    def told(p: Free) -> dict[str, Any]:
+        mean, error = estimate[p.name]
+        value = min(max(mean, p.low), p.high)
+        return {
+            "value": value,
+            "se": number_or_none(error),
             "assumed": p.assumed,
             "expected": p.start if p.assumed else None,
             "deviation": number_or_none(p.deviation),
@@ -108,8 +111,8 @@ def parameters_of(fit: Fit) -> dict[str, dict[str, Any]]:
             "high": p.high,
             "at_bound": at_bound(p, value),
         }
-        for p, value in zip(fit.free, fit.values, strict=True)
-    }
+
+    return {p.name: told(p) for p in fit.free}
 
 
 def _meaning(constant: str) -> str:

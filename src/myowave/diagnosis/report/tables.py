@@ -81,7 +81,7 @@ def parameters_table(diagnosis: Diagnosis) -> pd.DataFrame:
     return pd.DataFrame(
         {"model": rung.name, "parameter": name, **entry}
         for rung in diagnosis.tried
-        for name, entry in parameters_of(rung.fit).items()
+        for name, entry in parameters_of(rung.fit, rung.estimate).items()
     )
 
 

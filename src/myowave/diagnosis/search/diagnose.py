@@ -9,6 +9,8 @@ import numpy as np
 import pandas as pd
 
 from myowave.data.trials import Trials
+from myowave.diagnosis.likelihood.hypothesis import Hypothesis
+from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.answer import answer_of
 from myowave.diagnosis.search.draft import Draft, draft_effect
 from myowave.diagnosis.search.ladder import ladder_of
@@ -37,6 +39,7 @@ class Rung:
     heldout: Prediction
     misfit: pd.DataFrame
     missing: MissingTorque
+    estimate: Mapping[str, tuple[float, float]]  # of its parameters, mean and standard deviation
 
     @property
     def name(self) -> str:
@@ -105,13 +108,15 @@ def diagnose(
         record = record.cut(fit.record.horizon_s)
     test = record.take(np.flatnonzero(~record.training))
     report(f"compare: {base.name} leaves {np.degrees(fit.rmse()):.3g} deg; the noise is {np.degrees(record.noise):.3g}")
-    rungs = tuple(make_rung(fit, test) for fit in ladder.fits)
+    rungs = tuple(make_rung(*of, test) for of in zip(ladder.fits, ladder.estimates, strict=True))
     visited = {rung.name for rung in rungs}
     named, failed = [], {}
     for model in models:
         if model.name not in visited:
             try:
-                named.append(make_rung(_fit_beside(ladder.fits, model, identify, settings.scatter), test))
+                beside = _fit_beside(ladder.fits, model, identify, settings.scatter)
+                view = View.of(beside, verdict.answer.best.view.sensor)
+                named.append(make_rung(beside, Hypothesis.of(beside, view).averaged, test))
             except FAILURES as error:
                 failed[model.name] = str(error)
                 report(f"left out: model {model.name}: {error}")
@@ -172,10 +177,10 @@ def _fit_beside(
     return refit(within[-1], model, free_parameters(model, identify, ladder[0].record.known, scatter))
 
 
-def make_rung(fit: Fit, test: Record) -> Rung:
+def make_rung(fit: Fit, estimate: Mapping[str, tuple[float, float]], test: Record) -> Rung:
     """Try a fitted model on trials it has not seen, and look at what it leaves."""
     seen = Prediction(fit.residual, fit.rmse()) if fit.record.pieces is None else predict(fit, fit.record)
-    return Rung(fit, seen, predict(fit, test), misfit_by(fit), missing_torque(fit))
+    return Rung(fit, seen, predict(fit, test), misfit_by(fit), missing_torque(fit), estimate)
 
 
 def _proposals(verdict: Verdict, effects: Mapping[str, Effect]) -> dict[str, list[Proposal]]:

@@ -49,6 +49,7 @@ class Ladder:
     fits: tuple[Fit, ...]  # of each model
     # of the effects that each lacks, the most likely first; the last asks for none
     rankings: tuple[list[Candidate], ...]
+    estimates: tuple[Mapping[str, tuple[float, float]], ...] = ()  # of each model's parameters, `Hypothesis.averaged`
     # for each such effect the model with all others, and the log odds of the last model against it [nats]
     odds: Mapping[str, tuple[str, float]] = field(default_factory=dict)
 
@@ -83,7 +84,7 @@ def ladder_of(fit: Fit, posterior: Posterior, answer: Answer, effects: Iterable[
     if named:
         fits.append(shown_fit(last))
     rankings = tuple(_ranking_of(rung, posterior, catalogue) for rung in rungs)
-    return Ladder(tuple(fits), rankings, odds)
+    return Ladder(tuple(fits), rankings, tuple(rung.averaged for rung in rungs), odds)
 
 
 def _by_least_squares(before: Fit, rung: Hypothesis) -> Fit:
