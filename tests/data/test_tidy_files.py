@@ -125,6 +125,11 @@ def test_trials_come_in_natural_order(folder):
     assert load(folder).names == ("trial1", "trial2", "trial3", "trial10")
 
 
+def test_what_an_archive_of_a_mac_leaves_beside_the_files_is_none_of_them(folder):
+    (folder / "._trial2.csv").write_bytes(b"\0\5\x16\7\0\2")
+    assert load(folder, files=("*.csv",)).names == ("trial1", "trial2", "trial3")
+
+
 def test_absolute_paths_and_named_files_work(folder):
     trials = load(Path("/"), files=(str(folder / "trial3.csv"), str(folder / "trial[12].csv")))
     assert trials.names == ("trial3", "trial1", "trial2")

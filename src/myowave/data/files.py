@@ -3,6 +3,7 @@
 import re
 import shlex
 from collections.abc import Collection, Iterator, Sequence
+from glob import glob
 from pathlib import Path
 from time import ctime, time
 
@@ -67,13 +68,9 @@ def name_trials(paths: Sequence[Path], endings: Collection[str]) -> dict[str, Pa
 
 
 def look_up(pattern: str) -> list[Path]:
-    """Files that a path or pattern stands for, in natural order (trial2 before trial10). A ValueError if there is none,
-    or one is a link to nothing, a pipe, a device or far too large."""
-    whole = Path(pattern)
-    matches = [whole]
-    if _is_pattern(pattern):
-        anchor = Path(whole.anchor) if whole.is_absolute() else Path()
-        matches = sorted(anchor.glob(str(whole.relative_to(anchor))), key=lambda path: natural(str(path)))
+    """Files that a path or pattern stands for, in natural order (trial2 before trial10), hidden ones only where it says
+    so. A ValueError if there is none, or one is a link to nothing, a pipe, a device or far too large."""
+    matches = [Path(name) for name in sorted(glob(pattern, recursive=True), key=natural)]
     for path in matches:
         require_regular(path)
     files = [path for path in matches if path.is_file()]
@@ -87,14 +84,10 @@ def natural(text: str) -> list[tuple[int, int | str]]:
     return [(0, int(part)) if part.isdigit() else (1, part) for part in re.split(r"(\d+)", text)]
 
 
-def _is_pattern(text: str) -> bool:
-    return re.search(r"[*?\[]", text) is not None
-
-
 def _nothing_found(pattern: str) -> str:
     """Where a pattern without a match was looked up, and what is there instead."""
     tried = Path.cwd() / pattern
-    folder = next(one for one in tried.parents if not _is_pattern(str(one)) and one.is_dir())
+    folder = next(one for one in tried.parents if one.is_dir())
     inside = sorted(path.name + "/" * path.is_dir() for path in folder.iterdir() if not path.name.startswith("."))
     listed = ", ".join(inside[:12]) + (f" and {len(inside) - 12} more" if len(inside) > 12 else "")
     return (
