@@ -88,6 +88,8 @@ def test_a_configuration_without_a_table_stays_as_it_is():
     [
         (TABLE.replace("1.4", "heavy"), "row 3, column mass: 'heavy' is not a number"),
         (TABLE.replace("bob", "ann"), "row 3: subject 'ann' is there already"),
+        (TABLE.replace("\nbob", "\n\n\nann"), "row 5: subject 'ann' is there already"),
+        (TABLE.replace("length", "mass"), "row 1: column mass is there more than once"),
         (TABLE.replace("bob", "case1"), "case1 .* is also in data.datasets"),
         (TABLE.replace(",test,", ",tests,"), "row 2: nothing in column test"),
         (TABLE.replace("1.4,,", "1.4,,,7"), "row 3: more cells than columns"),

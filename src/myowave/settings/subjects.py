@@ -10,6 +10,7 @@ its `mass`, `com`, `inertia` and `grip`, by published tables; a column of these 
 """
 
 import csv
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -58,11 +59,14 @@ def read_subjects(path: Path) -> dict[str, dict[str, Any]]:
     if not path.is_file():
         raise ValueError(f"data.subjects: there is no table {path}, looked up from {Path.cwd()}.")
     try:
-        rows = list(csv.DictReader(path.read_text(encoding="utf-8-sig").splitlines(), strict=True))
+        table = csv.DictReader(path.read_text(encoding="utf-8-sig").splitlines(), strict=True)
+        rows = [(table.line_num, row) for row in table]
     except (UnicodeDecodeError, csv.Error) as error:
         raise ValueError(f"data.subjects: {path} is not a CSV table in UTF-8 ({error}). Save it as such.") from None
+    if twice := [name for name, count in Counter(table.fieldnames or ()).items() if name and count > 1]:
+        raise ValueError(f"{path}, row 1: column {', '.join(twice)} is there more than once; keep one of each.")
     subjects: dict[str, dict[str, Any]] = {}
-    for number, row in enumerate(rows, 2):
+    for number, row in rows:
         where = f"{path}, row {number}"
         if None in row:
             raise ValueError(f"{where}: more cells than columns; quote cells that hold a comma.")
