@@ -179,11 +179,12 @@ def test_delsys_channels_have_times_and_rates_of_their_own(tmp_path, separator, 
     lines = [f"{TIME[n]:g}{separator}{VALUES[n]:g}{separator}" for n in range(40)]
     lines = [line + (f"{4 * TIME[n]:g}{separator}{slow[n]:g}" if n < 10 else separator) for n, line in enumerate(lines)]
     head = ["X [s]", "Avanti sensor 1: EMG 1 [V]", "X [s]", "Avanti sensor 1: ACC X [g]"]
-    about = "Label: Avanti sensor 1: EMG 1 Sampling frequency: 20.0 Number of points: 40 start: 0 Unit: V\n\n"
+    rate = f"Sampling frequency: 20{decimal}5"
+    about = f"Label: Avanti sensor 1: EMG 1 {rate} Number of points: 40 start: 0 Unit: V\n\n"
     text = about + separator.join(head) + "\n" + "\n".join(lines).replace(".", decimal) + "\n"
     raw = read_raw(write(tmp_path / "a.csv", text), "delsys")
     emg, acc = raw.signals
-    assert (emg.name, emg.unit, emg.rate) == ("Avanti sensor 1: EMG 1", "V", 20.0) and acc.unit == "g"
+    assert (emg.name, emg.unit, emg.rate) == ("Avanti sensor 1: EMG 1", "V", 20.5) and acc.unit == "g"
     assert np.allclose(emg.values, VALUES) and np.allclose(emg.time, TIME)
     assert np.allclose(acc.values, slow) and np.allclose(acc.time, 4 * TIME[:10]) and acc.rate is None
     assert not emg.odd and not acc.odd

@@ -31,7 +31,7 @@ _TIME = re.compile(r"^(X|.*Time Series)\s*[\[(]s[\])]$", re.IGNORECASE)
 _RATE = re.compile(r"^([\d.,]+)\s*Hz$", re.IGNORECASE)
 _INTERVAL = re.compile(r"^[\d.,e-]+\s*s$", re.IGNORECASE)
 _SERIAL = re.compile(r"\s*\(\d+\)$")
-_LABEL = re.compile(r"^\W*Label:\s*(.*?)\s*Sampling frequency:\s*([\d.]+)", re.IGNORECASE)
+_LABEL = re.compile(r"^\W*Label:\s*(.*?)\s*Sampling frequency:\s*(\d+(?:[.,]\d+)?)", re.IGNORECASE)
 
 
 def read_delsys(path: Path) -> RawRecording:
@@ -44,12 +44,12 @@ def read_delsys(path: Path) -> RawRecording:
         )
     rows = [*map(_split, lines[header : header + 3]), [""], [""]]
     names, below, intervals = rows[:3]
-    rates = {found[1]: float(found[2]) for line in lines[:header] if (found := _LABEL.match(line))}
+    rates = {found[1]: _number(found[2]) for line in lines[:header] if (found := _LABEL.match(line))}
     markers = False
     if any(of_rates := [_RATE.match(cell) for cell in below]):
         names = _with_sensors(names, [_split(line) for line in lines[:header]])
         found = zip(names, of_rates, strict=False)
-        rates |= {name: float(rate[1].replace(",", ".")) for name, rate in found if rate}
+        rates |= {name: _number(rate[1]) for name, rate in found if rate}
         header += 1
         if any(map(_INTERVAL.match, intervals)):
             markers = any(intervals[len(names) :])
@@ -73,6 +73,10 @@ def _separator(line: str) -> str:
 
 def _split(line: str) -> list[str]:
     return split_row(line.rstrip(_separator(line) + " "), _separator(line))
+
+
+def _number(text: str) -> float:
+    return float(text.replace(",", "."))
 
 
 def _with_sensors(names: list[str], above: list[list[str]]) -> list[str]:
