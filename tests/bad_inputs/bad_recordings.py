@@ -334,6 +334,12 @@ REFUSED_IN_MEMORY = {
     "a torque that never changes": (torque(np.ones(1000)), "trial a: the torque stays at 1 N m"),
     "EMG and angle that never meet": (made(lambda q: q[:20]), "trial a: 20 samples at which all .*record longer"),
 }  # fmt: skip
+REFUSED_OF_SETTINGS = {
+    "a band that the EMG is too slow for": (
+        {"processing": {"band_pass_hz": [600, 700]}},
+        "emg_biceps: sampled at 1000 Hz; expected more than 1333 Hz .*form: envelope",
+    ),
+}
 
 # --------------------------------------------------------------------------------------------------- tidy files
 

@@ -23,6 +23,7 @@ def cases(category, table, ask):
 
 REFUSED = [
     *cases("session", recordings.REFUSED_IN_MEMORY, lambda _, spoil: recordings.in_memory(spoil)),
+    *cases("settings of a session", recordings.REFUSED_OF_SETTINGS, lambda _, of: recordings.in_memory(dict, **of)),
     *cases("tidy files", recordings.REFUSED_TIDY, recordings.of_tidy_files),
     *cases("a tidy file", recordings.REFUSED_ONE_TIDY, lambda f, spoil: recordings.of_tidy_files(f, spoil, "trial2")),
     *cases("file", recordings.FILES, recordings.of_a_file),

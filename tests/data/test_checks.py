@@ -75,6 +75,8 @@ def test_channels_that_share_a_signal_are_suspected(share, found):
     one = burst(1)
     two = burst(2) + share * np.roll(one, 3)  # 3 ms later
     assert len(list(emg.CROSS_TALK.of({"emg_a": channel(one), "emg_b": channel(two)}))) == found
+    slow = {"emg_a": channel(one[::25], RATE / 25), "emg_b": channel(two[::25], RATE / 25)}
+    assert not list(emg.CROSS_TALK.of(slow)), "too slow for the band in which channels are compared"
 
 
 @pytest.mark.parametrize("rate", [30.0, 100.0, 200.0])

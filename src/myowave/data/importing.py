@@ -16,6 +16,7 @@ from myowave.data.checks.session import find_faults
 from myowave.data.checks.values import beyond_tables, value_problems
 from myowave.data.problems import say_once
 from myowave.data.processing.excitation import Known, RealTime, envelope, known_from
+from myowave.data.processing.filters import HIGHEST
 from myowave.data.processing.sampled import Sampled, common_grid, sample_at
 from myowave.data.reading import braking, read_session
 from myowave.data.recording import Prepared, RawTrial, Recording, Session
@@ -66,6 +67,7 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     grids = {name: common_grid(trial.all, trial.angle, processing.rate_hz, trial.cut) for name, trial in raw.items()}
     recorded = {name: trial.emg for name, trial in raw.items()} | dict(session.mvc)
     problems = [*session.problems, *_grid_problems(grids, raw), *_negative_problems(recorded, forms)]
+    problems += _slow_problems(recorded, forms, processing)
     if not fractions or not raw:
         _refuse(dataset, problems)
     train = [name for name in raw if name not in settings.test]
@@ -105,6 +107,21 @@ def _negative_problems(recorded: Mapping[str, Mapping[str, Sampled]], forms: Map
             yield (
                 f"{channel}: form is envelope, which is never below 0, but {100 * share:.0f} % of the samples of trial "
                 f"{', '.join(below)} are. Say form: raw, or correct the file where others are envelopes."
+            )
+
+
+def _slow_problems(
+    recorded: Mapping[str, Mapping[str, Sampled]], forms: Mapping[str, str], processing: Processing
+) -> Iterator[str]:
+    """Raw EMG of trials that was sampled too slowly for the filters."""
+    corner = max(processing.low_pass_hz, processing.band_pass_hz[0] if processing.band_pass_hz else 0.0)
+    for channel in (c for c, form in forms.items() if form == "raw"):
+        rates = [emg[channel].rate for emg in recorded.values() if len(emg[channel].values) > 1]  # else it was not read
+        if rates and HIGHEST * min(rates) <= corner:
+            yield (
+                f"{channel}: sampled at {min(rates):g} Hz; expected more than {corner / HIGHEST:.4g} for a filter of "
+                f"{corner:g} Hz (band_pass_hz, low_pass_hz of processing). Raw EMG has 1000 Hz or so: where this was "
+                "smoothed, say form: envelope; else correct its rate, or these filters."
             )
 
 

@@ -9,7 +9,7 @@ from scipy.stats import zscore
 
 from myowave.data.checks.finding import Check
 from myowave.data.checks.values import EMG_LIMIT
-from myowave.data.processing.filters import band_pass
+from myowave.data.processing.filters import HIGHEST, band_pass
 from myowave.data.processing.sampled import LINE_HEIGHT, Sampled, runs_of
 from myowave.data.trials import Array
 
@@ -198,8 +198,11 @@ CROSS_TALK = Check(
 
 
 def _shared(a: Sampled, b: Sampled) -> float | None:
-    """Largest correlation of two channels in the EMG's band at small shifts; None where their clocks differ."""
+    """Largest correlation of two channels in the EMG's band at small shifts; None where their clocks differ, or they
+    are too slow for it."""
     if a.rate != b.rate or abs(a.start - b.start) > 0.5 / a.rate or min(a.values.std(), b.values.std()) == 0:
+        return None
+    if HIGHEST * a.rate <= _BAND_HZ[0]:
         return None
     samples = min(len(a.values), len(b.values))
     x, y = (zscore(band_pass(s.rate, _BAND_HZ, "zero")(s.values[:samples])) for s in (a, b))
