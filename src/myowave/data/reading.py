@@ -6,14 +6,14 @@ file holds a whole trial: `time_s`, `emg_MUSCLE` as a fraction of a maximum cont
 """
 
 import glob
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
 
-from myowave.data.checks.signals import RAW, TIDY, Pace, signal_problems
+from myowave.data.checks.signals import RAW, TIDY, Pace, signal_problem
 from myowave.data.files import all_files, look_up, name_trials
 from myowave.data.processing.sampled import Sampled, runs_of
 from myowave.data.processing.units import (
@@ -107,13 +107,20 @@ class Reading:
     said: dict[str, None] = field(default_factory=dict, init=False)  # problems of files and signals in order, each once
     sha256: dict[str, str] = field(default_factory=dict, init=False)  # of each signal's file, by trial and signal
     _files: dict[Path, RawRecording | None] = field(default_factory=dict, init=False)
-    _used: dict[Path, set[str]] = field(default_factory=dict, init=False)
+    _used: dict[RawRecording, set[str]] = field(default_factory=dict, init=False)  # columns of a file, by name
 
     @property
     def unused(self) -> list[str]:
-        """Columns of the files read so far that nobody uses."""
-        each = (_unused(path, raw, self._used.get(path, set()), self.ignored) for path, raw in self._files.items())
-        return [problem for one in each for problem in one]
+        """Columns that nobody uses, of files of which others are used."""
+        problems = []
+        for raw, used in self._used.items():
+            needless = [n for n in dict.fromkeys(raw.header) if not any(fnmatchcase(n, one) for one in self.ignored)]
+            if names := [name for name in needless if name not in used]:
+                problems.append(
+                    f"{raw.path}: column {', '.join(names)} is not used. Name it under emg, angle or signals, or under "
+                    "ignore_columns; EMG of a dataset that is measured needs a muscle of its arm that it drives."
+                )
+        return problems
 
     def say(self, *problems: str) -> None:
         self.said |= dict.fromkeys(problems)
@@ -175,12 +182,13 @@ class Reading:
         raw = self._one_file(trial, where, settings)
         if raw is None or (signal := self._column(raw, where, settings)) is None:
             return stand_in
-        self._used.setdefault(raw.path, set()).add(signal.name)
+        self._used.setdefault(raw, set()).add(signal.name)
         self.sha256[f"{trial}/{self.key or key}"] = raw.sha256
         said = plain_unit(settings.unit or "")
         written = plain_unit(signal.unit or (signal.angle_unit if signal.angle_unit in units else ""))
         unit = written or said or (ARBITRARY if units[0] == ARBITRARY else "")
-        problems = list(signal_problems(raw, signal, settings.rate_hz, self.pace))
+        problem = signal_problem(raw, signal, settings.rate_hz, self.pace)
+        problems = [problem] if problem else []
         if written and said and written != said:
             problems.append(f"{raw.path}: {signal.name} is in {written}, but {where} says {said}. Correct one of them.")
         elif unit not in units:
@@ -218,17 +226,7 @@ class Reading:
         elif (times := header.count(name)) != 1:
             hint = f"is there {times} times" if times else f"is not there{did_you_mean(name, header)}".removesuffix(".")
             self.say(f"{raw.path}: column {name!r} {hint} (found {', '.join(header)}). See {where}.")
-            self._used.setdefault(raw.path, set()).update(header)  # it may be one of those that are not used
+            self._used.setdefault(raw, set()).update(header)  # it may be one of those that are not used
         else:
             return raw[name]
         return None
-
-
-def _unused(path: Path, raw: RawRecording | None, used: set[str], ignored: Sequence[str]) -> Iterator[str]:
-    header = [] if raw is None else dict.fromkeys(raw.header)
-    names = [name for name in header if name not in used and not any(fnmatchcase(name, one) for one in ignored)]
-    if names and used:
-        yield (
-            f"{path}: column {', '.join(names)} is not used. Name it under emg, angle or signals, or under "
-            "ignore_columns; EMG of a dataset that is measured needs a muscle of its arm that it drives."
-        )

@@ -1,6 +1,5 @@
 """Whether a signal holds a finite number everywhere, was sampled at one rate, and at one that recorders have."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +24,7 @@ RAW = Pace(slowest=10.0, fastest=50_000.0, shortest_s=2.0)  # filters need some 
 TIDY = Pace(slowest=10.0, fastest=2500.0, shortest_s=0.4)  # no elbow motion is over so soon
 
 
-def signal_problems(raw: RawRecording, signal: Signal, rate_hz: float | None, pace: Pace) -> Iterator[str]:
+def signal_problem(raw: RawRecording, signal: Signal, rate_hz: float | None, pace: Pace) -> str | None:
     """What makes a signal of a file unusable; `rate_hz` is what the settings state [Hz], `pace` what it may be."""
     if signal.odd:
         sample, found = next(iter(signal.odd.items()))
@@ -34,39 +33,38 @@ def signal_problems(raw: RawRecording, signal: Signal, rate_hz: float | None, pa
             do = "Write decimals with a point."
         elif sample + len(signal.odd) == len(signal.values):
             do = "Cut the file there. A column that ends since its rate is another needs times of its own: time_angle."
-        yield (
+        return (
             f"{raw.at(sample, signal)}: {signal.name} is {found if isinstance(found, float) else repr(found)} "
             f"({len(signal.odd)} such rows); expected a finite number. {do}"
         )
-        return
     if len(signal.values) < 2:
-        yield f"{raw.path}: {len(signal.values)} samples; expected at least {pace.shortest_s:g} s of them."
-        return
+        return f"{raw.path}: {len(signal.values)} samples; expected at least {pace.shortest_s:g} s of them."
     if signal.time is not None and (problem := _time_problem(raw, signal, signal.time)):
-        yield problem
-        return
+        return problem
     stated = {"the file": signal.rate, "rate_hz": rate_hz, "its times": signal.rate_by_time}
     rates = {name: rate for name, rate in stated.items() if rate is not None}
     if not rates:
-        yield f"{raw.path}: {signal.name} has neither times nor a rate; give rate_hz, or its column of times in layout."
-        return
-    name, rate = next(((n, r) for n, r in rates.items() if not pace.slowest <= r <= pace.fastest), (None, None))
-    slowest, fastest = min(rates.values()), max(rates.values())
-    if name is not None:
-        yield (
-            f"{raw.path}: {rate:.4g} Hz by {name}; expected {pace.slowest:g} to {pace.fastest:g}. If its times are in "
-            "ms, call their column time_ms, or say layout.time_unit: ms (sample where they count these); if in "
-            "minutes, convert them to seconds; else correct the rate, or resample the file."
+        return (
+            f"{raw.path}: {signal.name} has no times and no rate; give rate_hz, or its column of times in layout."
         )
-    elif fastest / slowest - 1 > RATE_TOLERANCE:
+    for name, rate in rates.items():
+        if not pace.slowest <= rate <= pace.fastest:
+            return (
+                f"{raw.path}: {rate:.4g} Hz by {name}; expected {pace.slowest:g} to {pace.fastest:g}. If its times are "
+                "in ms, call their column time_ms, or say layout.time_unit: ms (sample where they count these); if in "
+                "minutes, convert them to seconds; else correct the rate, or resample the file."
+            )
+    slowest, fastest = min(rates.values()), max(rates.values())
+    if fastest / slowest - 1 > RATE_TOLERANCE:
         said = ", ".join(f"{rate:g} Hz by {name}" for name, rate in rates.items())
-        yield f"{raw.path}: {signal.name} has {said}; expected one rate. Correct rate_hz, or export the file again."
-    elif len(signal.values) < pace.shortest_s * slowest:
-        yield (
+        return f"{raw.path}: {signal.name} has {said}; expected one rate. Correct rate_hz, or export the file again."
+    if len(signal.values) < pace.shortest_s * slowest:
+        return (
             f"{raw.path}: {len(signal.values)} samples in {len(signal.values) / slowest:.3g} s; expected at least "
             f"{pace.shortest_s:g} s. If its times are in ms or minutes, convert them to seconds; else record longer, "
             "or leave the trial out."
         )
+    return None
 
 
 def _time_problem(raw: RawRecording, signal: Signal, time: Array) -> str | None:
