@@ -216,7 +216,7 @@ def test_a_file_that_was_cut_short_or_leaps_in_time_is_refused(folder):
     path = folder / "a" / "biceps.csv"
     lines = path.read_text("utf-8-sig").splitlines()
     path.write_text("\n".join(lines[:-100]))
-    refuse(folder, "a/biceps.csv: 11900 samples, but row 2 says 12000; the export was cut short")
+    refuse(folder, "a/biceps.csv: 11900 samples, but its header says 12000; the file was cut short")
     lines[1] = lines[1].replace("12000", "11999")
     path.write_text("\n".join(lines[:504] + lines[505:]))
     refuse(folder, "a/biceps.csv, row 505: time goes from 0.499 to 0.501, a step of 0.002 s")

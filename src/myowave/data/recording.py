@@ -56,13 +56,16 @@ class Recording:
     @property
     def kept(self) -> Recording:
         """With no more of what was recorded than a cut keeps."""
+        if self.raw.cut is None:
+            return self
+        start, end = self.time[0], self.time[-1]
 
         def part(signals: Mapping[str, Sampled]) -> dict[str, Sampled]:
-            return {name: one.between(self.time[0], self.time[-1]) for name, one in signals.items()}
+            return {name: one.between(start, end) for name, one in signals.items()}
 
-        angle, emg, signals = part({"": self.raw.angle})[""], part(self.raw.emg), part(self.raw.signals)
+        emg, angle, signals = part(self.raw.emg), self.raw.angle.between(start, end), part(self.raw.signals)
         raw = replace(self.raw, emg=emg, angle=angle, signals=signals)
-        return self if raw.cut is None else replace(self, raw=raw, envelopes=part(self.envelopes))
+        return replace(self, raw=raw, envelopes=part(self.envelopes))
 
     @property
     def origin(self) -> str:

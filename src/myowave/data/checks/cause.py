@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -29,35 +28,15 @@ DELAY_S, SMOOTH_S = 0.08, 0.25  # of EMG before the motion, and of polynomials t
 
 @dataclass(frozen=True, eq=False)
 class Cause:
-    """A session, and what its EMG explains of the motion."""
+    """A session, and which way its EMG should move the forearm."""
 
     prepared: Prepared
     sides: Mapping[str, float]  # of the muscles that each channel drives, 1 for flexors, -1 for extensors, 0 for both
 
-    @cached_property
-    def by_lag(self) -> tuple[Array, float]:
-        """R2 of EMG by posture, speed and acceleration at each of `LAGS_S`, (lags,), of all trials in one fit for each
-        channel and the mean of these; and how long the trials are together [s]."""
-        motion, emg = [], []
-        for one in self.prepared.recordings.values():
-            angle, envelopes = one.raw.angle, one.envelopes.values()
-            start = max([angle.start, *(e.start + LAGS_S[-1] for e in envelopes)])
-            end = min([angle.end, *(e.end - LAGS_S[-1] for e in envelopes)])
-            if len(time := np.arange(start, end, 1 / _RATE_HZ)) > 1:
-                q = sample_at(angle, time)
-                speed = np.gradient(q, 1 / _RATE_HZ)
-                rate = np.gradient(speed, 1 / _RATE_HZ)  # of the speed
-                motion.append(np.stack([q**0, q, q**2, q**3, speed, speed * q, speed**2, rate, rate * q], axis=1))
-                emg.append(np.stack([np.interp(time - LAGS_S[:, None], e.time, e.values).T for e in envelopes]))
-        if not motion:
-            return np.zeros(len(LAGS_S)), 0.0
-        x, channels = np.concatenate(motion), np.concatenate(emg, axis=1)
-        return np.mean([_r2(x, y) for y in channels], axis=0), len(x) / _RATE_HZ
-
 
 def _offset(of: Cause) -> str | None:
     """EMG that fits the motion best at a time by which it cannot cause it; a weak test, as load is not looked at."""
-    whole, seconds = of.by_lag
+    whole, seconds = _r2_by_lag(of.prepared)
     best = int(whole.argmax())
     likely = whole[np.abs(LAGS_S - np.mean(AHEAD_S)) <= np.ptp(AHEAD_S) / 2 + 1e-9].max()
     less, more = (max(1 - float(r2), 1e-9) for r2 in (whole[best], likely))  # variance that is left
@@ -67,6 +46,26 @@ def _offset(of: Cause) -> str | None:
         f"EMG fits the motion best {1000 * LAGS_S[best]:.0f} ms ahead of it (R² {whole[best]:.2f}, at "
         f"{1000 * AHEAD_S[0]:.0f} to {1000 * AHEAD_S[1]:.0f} ms {likely:.2f})"
     )
+
+
+def _r2_by_lag(prepared: Prepared) -> tuple[Array, float]:
+    """R2 of EMG by posture, speed and acceleration at each of `LAGS_S`, (lags,), of all trials in one fit for each
+    channel and the mean of these; and how long the trials are together [s]."""
+    motion, emg = [], []
+    for one in prepared.recordings.values():
+        angle, envelopes = one.raw.angle, one.envelopes.values()
+        start = max([angle.start, *(e.start + LAGS_S[-1] for e in envelopes)])
+        end = min([angle.end, *(e.end - LAGS_S[-1] for e in envelopes)])
+        if len(time := np.arange(start, end, 1 / _RATE_HZ)) > 1:
+            q = sample_at(angle, time)
+            speed = np.gradient(q, 1 / _RATE_HZ)
+            rate = np.gradient(speed, 1 / _RATE_HZ)  # of the speed
+            motion.append(np.stack([q**0, q, q**2, q**3, speed, speed * q, speed**2, rate, rate * q], axis=1))
+            emg.append(np.stack([np.interp(time - LAGS_S[:, None], e.time, e.values).T for e in envelopes]))
+    if not motion:
+        return np.zeros(len(LAGS_S)), 0.0
+    x, channels = np.concatenate(motion), np.concatenate(emg, axis=1)
+    return np.mean([_r2(x, y) for y in channels], axis=0), len(x) / _RATE_HZ
 
 
 def _r2(x: Array, y: Array) -> Array:

@@ -24,9 +24,7 @@ from myowave.data.readers.vicon import read_vicon
 from myowave.settings import TextLayout
 from myowave.settings.files import require_regular
 
-Reader = Callable[[Path], RawRecording]
-
-READERS: dict[str, Reader] = {  # by the name of the format in the settings
+READERS: dict[str, Callable[[Path], RawRecording]] = {  # by the name of the format in the settings
     "csv": read_delimited,
     "parquet": read_parquet,
     "noraxon": read_noraxon,

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from myowave.data.processing.units import ARBITRARY, PERCENT, TO_MICROVOLTS, TO_NEWTON_METRES, TO_RADIANS, plain_unit
+from myowave.data.processing.units import TO_EMG, TO_NEWTON_METRES, TO_RADIANS, plain_unit
 from myowave.data.readers.signals import RawRecording, Signal
 from myowave.data.readers.text import (
     evenly_sampled,
@@ -21,7 +21,7 @@ from myowave.data.readers.text import (
 from myowave.settings import TextLayout
 
 _HEAD = 60  # rows in which names and the first numbers are looked for
-_UNITS = {*TO_MICROVOLTS, *TO_RADIANS, *TO_NEWTON_METRES, ARBITRARY, PERCENT, "s", "ms", "g", "G", ""}
+_UNITS = {*TO_EMG, *TO_RADIANS, *TO_NEWTON_METRES, "s", "ms", "g", "G", ""}
 _SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 
 

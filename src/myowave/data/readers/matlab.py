@@ -45,10 +45,9 @@ def _signals(variables: Mapping[str, Any], prefix: str = "") -> Iterator[Signal]
     """Signals of a structure, and of those in it."""
     rates = {n: float(v) for n, v in variables.items() if _words(n) & _RATES and isinstance(v, _NUMBERS)}
     variables = dict(_parts(variables))
-    arrays = {n: a for n, a in ((n, _array(v)) for n, v in variables.items()) if a is not None}
-    times = {
-        n: arrays.pop(n)[:, 0] / (1000 if "ms" in _words(n) else 1) for n in list(arrays) if _is_time(n, arrays[n])
-    }
+    arrays = {n: array for n, value in variables.items() if (array := _array(value)) is not None}
+    times = {n: a[:, 0] / (1000 if "ms" in _words(n) else 1) for n, a in arrays.items() if _is_time(n, a)}
+    arrays = {n: array for n, array in arrays.items() if n not in times}
     rate_of = {name: _of(name, rates, _RATES) for name in arrays}
     for name, array in arrays.items():
         time = _of(name, {n: t for n, t in times.items() if len(t) == len(array)}, _TIMES)

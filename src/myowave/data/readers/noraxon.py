@@ -11,7 +11,7 @@ import csv
 from dataclasses import replace
 from pathlib import Path
 
-from myowave.data.readers.signals import RawRecording
+from myowave.data.readers.signals import RawRecording, cut_short
 from myowave.data.readers.text import read_cells, read_lines, to_signals
 
 _FIELDS = ["type", "name", "time_units", "begin_time", "frequency", "count", "units"]
@@ -38,9 +38,6 @@ def read_noraxon(path: Path) -> RawRecording:
     cells = read_cells(path, lines, ",", _HEAD)
     time, signal = to_signals(path, cells, ["time", about["name"]], ["s", about["units"]])
     if len(signal.values) != int(about["count"]):
-        raise ValueError(
-            f"{path}: {len(signal.values)} samples, but row 2 says {about['count']}; the export was cut short. Export "
-            "it again."
-        )
+        raise cut_short(path, f"{len(signal.values)} samples", int(about["count"]))
     signal = replace(signal, time=time.values, rate=float(about["frequency"]))
     return RawRecording(path, (signal,), first_row=_HEAD + 1)
