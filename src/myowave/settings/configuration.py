@@ -103,11 +103,7 @@ class Settings(Section):
         return self
 
     def dataset(self, name: str) -> Dataset:
-        """A dataset by its name.
-
-        Raises:
-            ValueError: if there is none of that name.
-        """
+        """A dataset by its name; a ValueError if there is none of that name."""
         if name not in self.data.datasets:
             meant = did_you_mean(name, self.data.datasets) or "."
             raise ValueError(
@@ -307,11 +303,8 @@ def shipped_effects() -> list[str]:
 
 
 def parse_settings(config: Mapping[str, Any]) -> Settings:
-    """Check a parsed config.yaml, the datasets of its table of subjects among the others.
-
-    Raises:
-        ValueError: one line per problem, each with the key, what was found and what is allowed.
-    """
+    """Check a parsed config.yaml, the datasets of its table of subjects among the others. A ValueError has a line for
+    each problem: the key, what was found and what is allowed."""
     try:
         return Settings.model_validate(add_subjects(config))
     except ValidationError as error:
@@ -319,9 +312,6 @@ def parse_settings(config: Mapping[str, Any]) -> Settings:
 
 
 def read_settings(paths: Iterable[Path]) -> Settings:
-    """The settings in YAML files, each laid over those before.
-
-    Raises:
-        ValueError: for a file that is not there, is not YAML, or has wrong keys.
-    """
+    """The settings in YAML files, each laid over those before. A ValueError for a file that is not there, is not YAML,
+    or has wrong keys."""
     return parse_settings(read_layers(paths))

@@ -47,11 +47,8 @@ def require_regular(path: Path) -> None:
 
 
 def read_yaml(path: Path, such_as: str = "physics and data") -> dict[str, Any]:
-    """The sections in a YAML file, `such_as` these.
-
-    Raises:
-        ValueError: for a file that cannot be read, is not YAML, or holds no sections or a key twice.
-    """
+    """The sections in a YAML file, `such_as` these. A ValueError for a file that cannot be read, is not YAML, or holds
+    no sections or a key twice."""
     require_regular(path)
     try:
         values = yaml.load(path.read_text(encoding="utf-8-sig"), _Loader)
@@ -78,11 +75,8 @@ def lay_over(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, An
 
 
 def read_layers(paths: Iterable[Path], option: str = "--config") -> dict[str, Any]:
-    """YAML files, each laid over those before, as after Snakemake's --configfile.
-
-    Raises:
-        ValueError: for a file that is not there, which a command names by `option`, or is not YAML.
-    """
+    """YAML files, each laid over those before, as after Snakemake's --configfile. A ValueError for a file that is not
+    there, which a command names by `option`, or is not YAML."""
     config: dict[str, Any] = {}
     for path in paths:
         if not path.exists():

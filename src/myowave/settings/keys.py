@@ -71,11 +71,8 @@ def list_groups(keys: Sequence[Key]) -> dict[str, tuple[int, str]]:
 
 
 def find_keys(keys: Sequence[Key], words: Sequence[str]) -> list[Key]:
-    """Keys of a group, or those with all of the words in name, unit or meaning; all where there is no word.
-
-    Raises:
-        ValueError: where nothing is found.
-    """
+    """Keys of a group, or those with all of the words in name, unit or meaning; all where there is no word. A
+    ValueError where nothing is found."""
     asked = " ".join(words)
     group = [key for key in keys if asked == key.name or key.name.startswith(f"{asked}.")]
     wanted = [word.lower() for word in words]

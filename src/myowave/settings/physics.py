@@ -157,11 +157,8 @@ class Arm(Section):
 
 
 def read_preset(name: str) -> dict[str, Any]:
-    """The sections of an arm that ships; one may be another with what differs from it.
-
-    Raises:
-        ValueError: if there is none of that name, or its file is not YAML.
-    """
+    """The sections of an arm that ships; one may be another with what differs from it. A ValueError if there is none of
+    that name, or its file is not YAML."""
     path = PRESETS / name / f"{name}.yaml"
     if not path.is_file():
         there = sorted(file.stem for file in PRESETS.glob("*/*.yaml") if file.stem == file.parent.name)

@@ -24,10 +24,7 @@ _BODY = ("body_mass", "height", "sex")
 
 def add_subjects(config: Mapping[str, Any]) -> dict[str, Any]:
     """A parsed config.yaml with the datasets of `data.subjects` in it, and `subjects` in the targets replaced by them.
-
-    Raises:
-        ValueError: if the table cannot be read, or a subject is named twice or as another dataset is.
-    """
+    A ValueError if the table cannot be read, or a subject is named twice or as another dataset is."""
     data, targets = config.get("data"), config.get("targets")
     if not isinstance(data, Mapping) or not isinstance(table := data.get("subjects"), str):
         return dict(config)
@@ -51,11 +48,7 @@ def _for_all(value: Any, subjects: list[str]) -> Any:
 
 
 def read_subjects(path: Path) -> dict[str, dict[str, Any]]:
-    """Sections of `data.datasets`, by subject, from a table.
-
-    Raises:
-        ValueError: naming the row and column that is wrong.
-    """
+    """Sections of `data.datasets`, by subject, from a table; a ValueError names the row and column that is wrong."""
     if not path.is_file():
         raise ValueError(f"data.subjects: there is no table {path}, looked up from {Path.cwd()}.")
     try:

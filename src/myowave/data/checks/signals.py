@@ -44,9 +44,7 @@ def signal_problem(raw: RawRecording, signal: Signal, rate_hz: float | None, pac
     stated = {"the file": signal.rate, "rate_hz": rate_hz, "its times": signal.rate_by_time}
     rates = {name: rate for name, rate in stated.items() if rate is not None}
     if not rates:
-        return (
-            f"{raw.path}: {signal.name} has no times and no rate; give rate_hz, or its column of times in layout."
-        )
+        return f"{raw.path}: {signal.name} has neither times nor a rate; give rate_hz, or its times' column in layout."
     for name, rate in rates.items():
         if not pace.slowest <= rate <= pace.fastest:
             return (
