@@ -402,6 +402,11 @@ REFUSED_ONE_TIDY = {
     "no angle": (lambda f: f.drop(columns="angle_deg"), "header: found no angle among .*; expected either angle_rad"),
     "two angles": (lambda f: f.assign(angle_rad=f.angle_deg), "found angle_rad and angle_deg; expected either"),
     "extra column": (lambda f: f.assign(force=1.0), "trial2.csv: column force is not used. .*under ignore_columns"),
+    "rows that are numbered": (lambda f: f.assign(**{"": f.index}), "trial2.csv: column '' is not used"),
+    "a name in capitals": (
+        lambda f: f.rename(columns={"emg_biceps": "EMG_biceps"}),
+        "'emg_biceps' is not there; did you mean 'EMG_biceps'",
+    ),
     "extra muscle": (lambda f: f.assign(emg_brachialis=0.1), "column emg_brachialis is not used.*a muscle of its arm"),
     "misspelt": (lambda f: f.rename(columns={"emg_biceps": "emg_bicep"}), "is not there; .* mean 'emg_bicep'"),
     "German": (

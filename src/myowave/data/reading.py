@@ -115,7 +115,7 @@ class Reading:
         problems = []
         for raw, used in self._used.items():
             needless = [n for n in dict.fromkeys(raw.header) if not any(fnmatchcase(n, one) for one in self.ignored)]
-            if names := [name for name in needless if name not in used]:
+            if names := [name or "''" for name in needless if name not in used]:
                 problems.append(
                     f"{raw.path}: column {', '.join(names)} is not used. Name it under emg, angle or signals, or under "
                     "ignore_columns; EMG of a dataset that is measured needs a muscle of its arm that it drives."

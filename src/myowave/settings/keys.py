@@ -119,8 +119,9 @@ def in_words(bounds: Mapping[str, float]) -> list[str]:
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """`; did you mean 'x'?` where a known word is close, else nothing."""
-    close = difflib.get_close_matches(str(word), list(known), n=1)
-    return f"; did you mean {close[0]!r}?" if close else ""
+    in_small = {name.lower(): name for name in known}
+    close = difflib.get_close_matches(word.lower(), in_small, n=1)
+    return f"; did you mean {in_small[close[0]]!r}?" if close else ""
 
 
 def unless_known(path: str, name: str, known: Collection[str], whose: str = "", more: str = "") -> list[str]:
