@@ -40,6 +40,11 @@ def test_each_row_is_a_measured_dataset(config):
     assert datasets["bob"]["constants"] == {"mass": 1.4} and datasets["bob"]["conditions"] == {}
 
 
+def test_a_spreadsheet_may_write_semicolons(config):
+    read, written = (add_subjects(config(text))["data"]["datasets"] for text in (TABLE.replace(",", ";"), TABLE))
+    assert read == written
+
+
 def test_a_subject_may_name_its_arm(config):
     table = "subject,files,test,arm\nann,a.csv,trial3,arm26\nbob,b.csv,trial3,\n"
     datasets = add_subjects(config(table))["data"]["datasets"]

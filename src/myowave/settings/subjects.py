@@ -1,4 +1,4 @@
-"""Many subjects from one table: each row becomes a measured dataset.
+"""Many subjects from one table, CSV with commas or semicolons: each row becomes a measured dataset.
 
 Columns: `subject`, its name; `files`, a pattern such as data/s01/*.csv; `test`, names of the test trials, separated by
 spaces; `arm`, which may be left out or empty, one of physics.arms; every further column is a known constant of the
@@ -52,7 +52,8 @@ def read_subjects(path: Path) -> dict[str, dict[str, Any]]:
     if not path.is_file():
         raise ValueError(f"data.subjects: there is no table {path}, looked up from {Path.cwd()}.")
     try:
-        table = csv.DictReader(path.read_text(encoding="utf-8-sig").splitlines(), strict=True)
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        table = csv.DictReader(lines, strict=True, delimiter=";" if ";" in "".join(lines[:1]) else ",")
         rows = [(table.line_num, row) for row in table]
     except (UnicodeDecodeError, csv.Error) as error:
         raise ValueError(f"data.subjects: {path} is not a CSV table in UTF-8 ({error}). Save it as such.") from None
@@ -105,4 +106,4 @@ def _number(cells: Mapping[str, str], column: str, where: str) -> float:
         return float(cells[column])
     except ValueError:
         found = f"{where}, column {column}: {cells[column]!r} is not a number"
-        raise ValueError(f"{found}; give it in SI units, or leave the cell empty.") from None
+        raise ValueError(f"{found}; give it in SI units, with a decimal point, or leave the cell empty.") from None
