@@ -63,7 +63,7 @@ def test_any_dialect_of_a_table_is_told_from_the_file(tmp_path, separator, decim
     assert raw.header == ["Biceps", "knee"] and [s.unit for s in raw.signals] == ["uV", ""]
     assert np.allclose(raw["Biceps"].values, VALUES) and np.allclose(raw["knee"].values, 2 * VALUES)
     assert np.allclose(raw["knee"].time, TIME)
-    assert raw.at(0).endswith("row 2")
+    assert raw.at(0, raw.signals[0]).endswith("row 2")
 
 
 @pytest.mark.parametrize("encoding", ["cp1252", "utf-16", "utf-8", "utf-8-sig"])
@@ -97,7 +97,7 @@ def test_header_units_and_times_may_stand_elsewhere(tmp_path):
     layout = TextLayout(time_column="X")
     raw = read_raw(write(tmp_path / "a.csv", text), None, layout)
     assert [s.unit for s in raw.signals] == ["mV", "deg"] and np.allclose(raw["angle"].time, 1000 * TIME)
-    assert raw.at(0).endswith("row 5")
+    assert raw.at(0, raw.signals[0]).endswith("row 5")
     in_ms = text.replace("\ns;", "\nms;")
     assert np.allclose(read_raw(write(tmp_path / "b.csv", in_ms), None, layout)["angle"].time, TIME)
 
@@ -113,7 +113,7 @@ def test_where_the_names_stand_may_be_said(tmp_path):
             raw = read_raw(path, None, TextLayout(header_row=row, time_column="Clock"))
             assert np.allclose(raw["Elbow"].values, VALUES) and np.allclose(raw["Elbow"].time, TIME)
             assert plain_unit(raw["Elbow"].unit) == ("deg" if units else "")
-            assert raw.at(0) == f"{path}, row {row + 1 + bool(units)}"
+            assert raw.at(0, raw.signals[0]) == f"{path}, row {row + 1 + bool(units)}"
 
 
 @pytest.mark.parametrize(
@@ -245,7 +245,7 @@ def test_trigno_discover_names_sensors_above_their_channels_and_rates_below(tmp_
     ]
     assert np.allclose(raw["TRICEPS EMG 2"].values, 3 * VALUES) and np.allclose(raw["TRICEPS EMG 2"].time, TIME)
     assert np.allclose(raw["BICEPS ACC X"].time, 4 * TIME[:10]) and not any(s.odd for s in raw.signals)
-    assert raw.at(0).endswith(f"row {9 if intervals else 8}")
+    assert raw.at(0, raw.signals[0]).endswith(f"row {9 if intervals else 8}")
 
 
 def test_a_delsys_file_with_commas_for_everything_is_refused(tmp_path):
@@ -271,7 +271,7 @@ def test_opensim_says_in_its_header_whether_angles_are_degrees(tmp_path, separat
     raw = read_raw(write(tmp_path / "a.mot", text))
     assert raw.header == ["r_elbow_flex", "r_shoulder"] and {s.angle_unit for s in raw.signals} == {unit}
     assert np.allclose(raw["r_shoulder"].values, VALUES) and np.allclose(raw["r_shoulder"].time, TIME)
-    assert raw.at(0).endswith("row 7")
+    assert raw.at(0, raw.signals[0]).endswith("row 7")
     with pytest.raises(ValueError, match="no row with endheader"):
         read_raw(write(tmp_path / "b.sto", "time\tq\n0\t1\n"))
 

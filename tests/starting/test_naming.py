@@ -4,7 +4,7 @@ from pathlib import PurePosixPath
 
 import pytest
 
-from myowave.starting.files import name_trials, recordings_in
+from myowave.starting.files import recordings_in, ways_to_name
 from myowave.starting.signals import read_folder
 
 
@@ -19,7 +19,7 @@ from myowave.starting.signals import read_folder
     ],
 )
 def test_trials_are_what_differs_between_files_of_one_kind(files, trials, patterns):
-    naming = name_trials([PurePosixPath(file) for file in files])[0]
+    naming = ways_to_name([PurePosixPath(file) for file in files])[0]
     assert list(naming.trials) == trials and not naming.left_out
     assert patterns is None or list(naming.patterns) == patterns
     made = {pattern.replace("{trial}", trial) for pattern in naming.patterns for trial in trials}
@@ -28,13 +28,13 @@ def test_trials_are_what_differs_between_files_of_one_kind(files, trials, patter
 
 def test_a_trial_without_all_files_is_left_out_and_said():
     files = ["a/emg.csv", "a/angle.csv", "b/emg.csv", "b/angle.csv", "c/emg.csv"]
-    naming = name_trials([PurePosixPath(file) for file in files])[0]
+    naming = ways_to_name([PurePosixPath(file) for file in files])[0]
     assert naming.trials == ("a", "b") and naming.left_out == ("c/emg.csv",)
 
 
 def test_maximum_contractions_are_no_trials():
     files = ["t1_emg.csv", "t1_angle.csv", "t2_emg.csv", "t2_angle.csv", "mvc_emg.csv"]
-    namings = name_trials([PurePosixPath(file) for file in files])
+    namings = ways_to_name([PurePosixPath(file) for file in files])
     assert next(naming for naming in namings if naming.trials == ("t1", "t2")).mvc == ("mvc",)
 
 

@@ -223,10 +223,10 @@ class Reading:
             return raw.signals[0]
         if name is None:
             self.say(f"{raw.path}: holds {', '.join(header)}; name one of them in {where}.column.")
-        elif (times := header.count(name)) != 1:
-            hint = f"is there {times} times" if times else f"is not there{did_you_mean(name, header)}".removesuffix(".")
-            self.say(f"{raw.path}: column {name!r} {hint} (found {', '.join(header)}). See {where}.")
-            self._used.setdefault(raw, set()).update(header)  # it may be one of those that are not used
-        else:
+            return None
+        if (times := header.count(name)) == 1:
             return raw[name]
+        hint = f"is there {times} times" if times else f"is not there{did_you_mean(name, header)}"
+        self.say(f"{raw.path}: column {name!r} {hint} (found {', '.join(header)}). See {where}.")
+        self._used.setdefault(raw, set()).update(header)  # it may be one of those that are not used
         return None

@@ -62,7 +62,7 @@ def format_of(path: Path) -> str:
     return next((program for program, wrote in _WRITTEN_BY.items() if any(map(wrote, lines))), form)
 
 
-def name_trials(files: Sequence[PurePosixPath]) -> list[Naming]:
+def ways_to_name(files: Sequence[PurePosixPath]) -> list[Naming]:
     """Ways to split names into a trial and the rest, such as `{trial}/biceps.csv` or `{trial}_emg.csv`, the best first.
 
     A trial's name is that of a folder, or some words in a row of the file's. Best is what leaves out the fewest files,

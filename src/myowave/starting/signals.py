@@ -16,7 +16,7 @@ from myowave.data.problems import say_once
 from myowave.data.processing.units import TO_MICROVOLTS, TO_RADIANS, plain_unit, unit_here
 from myowave.data.readers import RawRecording, Signal, read_raw
 from myowave.settings.recording import TRIAL
-from myowave.starting.files import Naming, format_of, name_trials
+from myowave.starting.files import Naming, format_of, ways_to_name
 
 # By what their names have in them.
 MUSCLES = {"brachiorad": "brachioradialis", **{m: m for m in ("biceps", "triceps", "brachialis", "anconeus")}}
@@ -133,7 +133,7 @@ def read_folder(folder: Path, files: Sequence[PurePosixPath]) -> Recorded:
         found = [Found(p, form, signal, len(raw.signals) == 1) for p, form, raw in first for signal in raw.signals]
         return Recorded(naming, tuple(found), tuple(skipped))
 
-    namings = name_trials(files)[:_TRIED]
+    namings = ways_to_name(files)[:_TRIED]
     for naming in namings:
         if len({contents(naming, trial) for trial in (*naming.trials[:2], naming.trials[-1])}) == 1:
             return recorded(naming)

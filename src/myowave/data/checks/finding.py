@@ -36,11 +36,10 @@ class Check:
 def report(dataset: str, findings: Sequence[Finding], gains: Mapping[str, float]) -> dict[str, Any]:
     """Findings as plain data, with a summary in a sentence and a line for each check, warnings first."""
     warnings = [finding for finding in findings if finding.severity == "warning"]
-    notes = [finding for finding in findings if finding.severity == "note"]
     kinds = list(dict.fromkeys(finding.check for finding in warnings))
     count = f"{len(warnings)} warning" + "s" * (len(warnings) != 1)
     alike: dict[tuple[str, str, str], list[Finding]] = {}
-    for one in (*warnings, *notes):
+    for one in sorted(findings, key=lambda finding: finding.severity == "note"):
         alike.setdefault((one.severity, one.check, one.do), []).append(one)
     return {
         "dataset": dataset,

@@ -8,7 +8,7 @@ from myowave.data.processing.sampled import Sampled
 JUMP_DEG, JUMP_DEG_S2, JUMP_NOISE = 2.0, 1.0e4, 9.0
 """Step beyond its neighbours that is a jump [deg], the acceleration that an arm may have besides [deg/s^2], and how
 many medians of such steps noise may have: six of its standard deviations."""
-HALF_TURN_DEG = 15.0  # how near to half a turn or a whole one a jump is that an angle makes by itself [deg]
+NEAR_TURN_DEG = 15.0  # how near to half a turn or a whole one a jump is that an angle makes by itself [deg]
 STRAIGHT_DEG, BENT_DEG = -15.0, 165.0  # ends of the range of an elbow [deg]
 LITTLE_DEG = 20.0  # range of motion below which a trial says little [deg]
 LEAN_DEG = 100.0  # lean of an upper arm beyond which it is raised above the shoulder [deg]
@@ -27,7 +27,7 @@ def _jumps(of: Sampled) -> str | None:
     if not len(where):
         return None
     step, when = steps[where[0]], of.start + (where[0] + 1) / of.rate
-    turn = next((name for name, deg in _TURNS.items() if abs(abs(step) - deg) < HALF_TURN_DEG), "")
+    turn = next((name for name, deg in _TURNS.items() if abs(abs(step) - deg) < NEAR_TURN_DEG), "")
     return f"goes by {step:.1f} deg{turn} from one sample to the next at {when:.2f} s ({len(where)} such steps)"
 
 

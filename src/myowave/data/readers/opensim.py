@@ -8,7 +8,6 @@ from myowave.data.readers.signals import RawRecording, cut_short
 from myowave.data.readers.text import read_cells, read_lines, separator_of, split_row, to_signals, with_time
 
 _UNIT = re.compile(r"\s*inDegrees\s*=?\s*(yes|no)", re.IGNORECASE)
-
 _ROWS = re.compile(r"\s*(?:nRows|datarows)\s*=?\s*(\d+)", re.IGNORECASE)
 
 

@@ -84,6 +84,6 @@ class RawRecording:
         """The first signal of that name."""
         return next(signal for signal in self.signals if signal.name == name)
 
-    def at(self, sample: int, signal: Signal | None = None) -> str:
-        """Where a sample stands, as messages begin: `trial2.csv, row 118`; `signal` may begin in a row of its own."""
-        return f"{self.path}, row {sample + ((signal and signal.first_row) or self.first_row)}"
+    def at(self, sample: int, signal: Signal) -> str:
+        """Where a sample of a signal stands, as messages begin: `trial2.csv, row 118`."""
+        return f"{self.path}, row {sample + (signal.first_row or self.first_row)}"
