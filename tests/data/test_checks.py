@@ -13,11 +13,11 @@ from sessions import burst, curl, session_section, write_session
 
 from myowave.data.checks import cause, emg, motion
 from myowave.data.checks.finding import Finding, report
-from myowave.data.importing import _negative_problems, import_trials
+from myowave.data.importing import _emg_problems, import_trials
 from myowave.data.processing.sampled import Sampled
 from myowave.data.recording import RawTrial
 from myowave.data.trials import Trials
-from myowave.settings import RecordedDataset, read_settings
+from myowave.settings import Processing, RecordedDataset, read_settings
 
 ROOT = Path(__file__).parents[2]
 RATE = 1000.0
@@ -218,8 +218,8 @@ def test_what_goes_below_0_is_no_envelope():
     swing = 1 + 0.9 * np.sin(TIME)
     trials = {"a": swing, "b": burst(1), "c": burst(2), "d": swing - 0.15}
     raw = {name: {"emg_x": channel(values)} for name, values in trials.items()}
-    told = list(_negative_problems(raw, {"emg_x": "envelope"}))
+    told = list(_emg_problems(raw, {"emg_x": "envelope"}, Processing()))
     assert len(told) == 1 and re.search(
         "emg_x: form is envelope, .* 50 % of the samples of trial b, c are.*raw", told[0]
     )
-    assert not list(_negative_problems(raw, {"emg_x": "raw"}))
+    assert not list(_emg_problems(raw, {"emg_x": "raw"}, Processing()))

@@ -66,8 +66,7 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         raw[name] = replace(trial, emg={c: replace(emg, start=emg.start + late) for c, emg in trial.emg.items()})
     grids = {name: common_grid(trial.all, trial.angle, processing.rate_hz, trial.cut) for name, trial in raw.items()}
     recorded = {name: trial.emg for name, trial in raw.items()} | dict(session.mvc)
-    problems = [*session.problems, *_grid_problems(grids, raw), *_negative_problems(recorded, forms)]
-    problems += _slow_problems(recorded, forms, processing)
+    problems = [*session.problems, *_grid_problems(grids, raw), *_emg_problems(recorded, forms, processing)]
     if not fractions or not raw:
         _refuse(dataset, problems)
     train = [name for name in raw if name not in settings.test]
@@ -96,28 +95,23 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     return Prepared(_to_trials(dataset, settings, recordings, provenance), recordings, gains, forms)
 
 
-def _negative_problems(recorded: Mapping[str, Mapping[str, Sampled]], forms: Mapping[str, str]) -> Iterator[str]:
-    """EMG of trials, {trial: {channel: EMG}}, that goes below 0 by more than a filter's undershoot, and is said to be
-    smoothed."""
-    for channel in (c for c, form in forms.items() if form == "envelope"):
-        below = {name: emg[channel].values for name, emg in recorded.items()}
-        below = {name: values for name, values in below.items() if values.min() < -UNDERSHOOT * values.max()}
-        if below:
+def _emg_problems(
+    recorded: Mapping[str, Mapping[str, Sampled]], forms: Mapping[str, str], processing: Processing
+) -> Iterator[str]:
+    """EMG of trials, {trial: {channel: EMG}}, that is said to be smoothed and goes below 0 by more than a filter's
+    undershoot, or that is raw and was sampled too slowly for the filters."""
+    corner = max(processing.low_pass_hz, processing.band_pass_hz[0] if processing.band_pass_hz else 0.0)
+    for channel, form in forms.items():
+        each = {name: emg[channel] for name, emg in recorded.items()}
+        below = {n: one.values for n, one in each.items() if one.values.min() < -UNDERSHOOT * one.values.max()}
+        if form == "envelope" and below:
             share = np.mean(np.concatenate([*below.values()]) < 0)
             yield (
                 f"{channel}: form is envelope, which is never below 0, but {100 * share:.0f} % of the samples of trial "
                 f"{', '.join(below)} are. Say form: raw, or correct the file where others are envelopes."
             )
-
-
-def _slow_problems(
-    recorded: Mapping[str, Mapping[str, Sampled]], forms: Mapping[str, str], processing: Processing
-) -> Iterator[str]:
-    """Raw EMG of trials that was sampled too slowly for the filters."""
-    corner = max(processing.low_pass_hz, processing.band_pass_hz[0] if processing.band_pass_hz else 0.0)
-    for channel in (c for c, form in forms.items() if form == "raw"):
-        rates = [emg[channel].rate for emg in recorded.values() if len(emg[channel].values) > 1]  # else it was not read
-        if rates and HIGHEST * min(rates) <= corner:
+        rates = [one.rate for one in each.values() if len(one.values) > 1]  # one sample stands for what was not read
+        if form == "raw" and rates and HIGHEST * min(rates) <= corner:
             yield (
                 f"{channel}: sampled at {min(rates):g} Hz; expected more than {corner / HIGHEST:.4g} for a filter of "
                 f"{corner:g} Hz (band_pass_hz, low_pass_hz of processing). Raw EMG has 1000 Hz or so: where this was "

@@ -7,7 +7,6 @@ from myowave.physics.anthropometry import SEXES, forearm_with_hand
 from myowave.physics.constants import JOINT_CONSTANTS
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
-_NOTE = "sd: standard deviation, how far a person may be from the value; no setting reads it. Measure what you can."
 
 
 def subject_settings(mass: float, height: float, sex: str, name: str) -> str:
@@ -18,7 +17,7 @@ def subject_settings(mass: float, height: float, sex: str, name: str) -> str:
     who = f"a {SEXES.get(sex, 'person')} of {mass:g} kg and {height:g} m"
     lines = [
         f"# Forearm with hand of {who}, as one rigid body.",
-        f"# {_NOTE}",
+        "# sd: standard deviation, how far a person may be from the value; no setting reads it. Measure what you can.",
         "physics:",
         "  arms:",
         f"    {name}:",

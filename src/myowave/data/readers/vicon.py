@@ -21,7 +21,6 @@ from myowave.data.readers.text import read_cells, read_lines, separator_of, spli
 
 _HEADER = re.compile(r"^\W*Frame\W+Sub Frame\b", re.IGNORECASE)
 _SEPARATORS = ",;\t "
-_DEVICES = "devices"
 
 
 def is_header(line: str) -> bool:
@@ -52,7 +51,7 @@ def _signals(path: Path, lines: Sequence[str], head: int) -> Iterator[Signal]:
         )
     separator = separator_of(lines[head])
     groups, own, units = (split_row(lines[row], separator) for row in (head - 1, head, head + 1))
-    names = _names(groups, own, lines[head - 3].strip(_SEPARATORS).lower() == _DEVICES)
+    names = _names(groups, own, lines[head - 3].strip(_SEPARATORS).lower() == "devices")
     cells = read_cells(path, lines[:end], separator, head + 2)
     cells = cells.reindex(columns=range(len(names)), fill_value="")  # rows may end in fewer or more separators
     frame, sub, *columns = to_signals(path, cells, names, units)
