@@ -84,8 +84,11 @@ def test_the_part_in_which_a_column_has_a_value_is_kept(make):
     np.testing.assert_allclose(part.angle[0, -100:], whole.angle[0, -100:], atol=1e-9)
     early = make(keep={**keep, "equals": 1}, cut_s={"one": [1.0, 9.0]})
     assert abs(early.lengths[0] * early.dt - 1.5) < 0.05 and abs(early.lengths[1] * early.dt - 2.5) < 0.05
-    with pytest.raises(ValueError, match="on is never 7 in trial one"):
+    with pytest.raises(ValueError, match="trial one: on is never 7.*Likewise in 1 more: trial two"):
         make(keep={**keep, "equals": 7})
+    with pytest.raises(ValueError, match="column 'off' is not there") as caught:
+        make(keep={**keep, "column": "off", "equals": 7})
+    assert "is never" not in str(caught.value)
 
 
 def test_trials_may_be_parts_of_one_recording(make):

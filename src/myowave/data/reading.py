@@ -169,7 +169,8 @@ class Reading:
         sampled = self._read(trial, "keep", keep, TO_NUMBER)
         runs = runs_of(np.isclose(sampled.values, keep.equals))
         if not runs:
-            self.say(f"{self.where}.keep: {keep.column} is never {keep.equals:g} in trial {trial}. Correct the value.")
+            if len(sampled.values) > 1:  # one stands for what was not read
+                self.say(f"trial {trial}: {keep.column} is never {keep.equals:g}. Correct {self.where}.keep.")
             return sampled.start, sampled.end
         begin, length = max(runs, key=lambda run: run[1])
         return float(sampled.time[begin]), float(sampled.time[begin + length - 1])
