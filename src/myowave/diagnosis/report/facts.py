@@ -85,8 +85,8 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def parameters_of(fit: Fit, estimate: Mapping[str, tuple[float, float]]) -> dict[str, dict[str, Any]]:
-    """Value, standard error, bounds, unit and meaning of each free parameter; whether it ended at a bound, and whether
-    it is free only as nobody measured it: then what is expected before any trial, and the standard deviation of that.
+    """Value, standard error, bounds, unit and meaning of each free parameter; whether its fit ended at a bound, and
+    whether it is free only as nobody measured it: then what is expected before any trial, with its standard deviation.
     """
     of_effects = fit.model.effect_parameters
     whole = {name for e in fit.model.effects if e.replaces for name in fit.model.parameters_of(e)}
@@ -96,11 +96,10 @@ def parameters_of(fit: Fit, estimate: Mapping[str, tuple[float, float]]) -> dict
         # An effect that is not there, or there as a whole, is no news.
         return p.name not in whole and bool(near - {0.0} if p.name in of_effects else near)
 
-    def told(p: Free) -> dict[str, Any]:
+    def told(p: Free, ended: float) -> dict[str, Any]:
         mean, error = estimate[p.name]
-        value = min(max(mean, p.low), p.high)
         return {
-            "value": value,
+            "value": min(max(mean, p.low), p.high),
             "se": number_or_none(error),
             "assumed": p.assumed,
             "expected": p.start if p.assumed else None,
@@ -109,10 +108,10 @@ def parameters_of(fit: Fit, estimate: Mapping[str, tuple[float, float]]) -> dict
             "meaning": of_effects[p.name].meaning if p.name in of_effects else _meaning(p.name),
             "low": p.low,
             "high": p.high,
-            "at_bound": at_bound(p, value),
+            "at_bound": at_bound(p, ended),
         }
 
-    return {p.name: told(p) for p in fit.free}
+    return {p.name: told(p, float(value)) for p, value in zip(fit.free, fit.values, strict=True)}
 
 
 def _meaning(constant: str) -> str:
