@@ -10,7 +10,7 @@ import torch
 from myowave.data.store import read_trials
 from myowave.data.trials import Trials
 from myowave.learning.checkpoint import Checkpoint
-from myowave.learning.evaluation import evaluate
+from myowave.learning.evaluation import evaluate, tested
 from myowave.learning.inputs import to_tensors
 from myowave.learning.methods.paper.one_step import predict_teacher_forced
 
@@ -25,8 +25,8 @@ def score_one_step(checkpoint: Checkpoint, trials: Trials) -> pd.DataFrame:
         predicted = predict_teacher_forced(network, network.encode_inputs(inputs, trials.dt), angle).cpu()
     rows = evaluate(checkpoint, trials, predicted, recipe="")
     shares = [
-        accelerations_seen(predicted[:, t, network.history : n].numpy(), trials.angle[t, network.history : n])
-        for t, n in ((t, trials.lengths[t]) for t in trials.index(trials.test))
+        accelerations_seen(predicted[:, t, end].numpy(), trials.angle[t, end])
+        for t, end in tested(trials, network.history)
     ]
     return pd.DataFrame(
         {"seed": rows["seed"], "test_r2_one_step": rows["test_r2"], "acceleration_share": np.mean(shares, axis=0)}

@@ -83,8 +83,7 @@ class Seen:
     @classmethod
     def of(cls, trials: Trials, known: Known) -> "Seen":
         """Of some trials, all of which count, and of what is known of them."""
-        each = zip(given_inputs(trials, known), trials.angle, trials.lengths, strict=True)
-        quantities = np.concatenate([gather(inputs[:n], angle[:n], trials.dt) for inputs, angle, n in each])
+        quantities = gather(given_inputs(trials, known), trials.angle, trials.dt)[trials.valid]
         return cls(tuple(quantities.min(0).tolist()), tuple(quantities.max(0).tolist()))
 
     def outside(self, quantities: ArrayLike) -> NDArray[np.bool_]:
@@ -96,6 +95,7 @@ class Seen:
 
 
 def gather(inputs: ArrayLike, angle: Array, dt: float) -> Array:
-    """Inputs (N, X), angle (N,) [rad] and its speed [rad/s] side by side, (N, X + 2); the first speed is 0."""
-    speed = np.diff(angle, prepend=angle[:1]) / dt
-    return np.column_stack([inputs, angle, speed])
+    """Inputs (..., N, X), angle (..., N) [rad] and its speed [rad/s] side by side, (..., N, X + 2); the first speed is
+    0."""
+    speed = np.diff(angle, prepend=angle[..., :1]) / dt
+    return np.concatenate([inputs, angle[..., None], speed[..., None]], axis=-1)

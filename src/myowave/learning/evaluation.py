@@ -64,11 +64,16 @@ def evaluate(
 
 def score_trials(trials: Trials, predicted: Tensor, given: int) -> dict[str, list[float]]:
     """Test metrics by name, (S,) each: over all samples but the first `given`, the mean over test trials."""
-    ends = [(t, slice(given, trials.lengths[t])) for t in trials.index(trials.test)]
-    each = [score(torch.from_numpy(trials.angle[t, end]), predicted[:, t, end]) for t, end in ends]
+    angle = torch.from_numpy(trials.angle)
+    each = [score(angle[t, end], predicted[:, t, end]) for t, end in tested(trials, given)]
     scores = {name: torch.stack([of[name] for of in each]).mean(0) for name in each[0]}
     scores["test_rmse_deg"] = scores["test_mse"].sqrt().rad2deg()
     return {name: values.tolist() for name, values in scores.items()}
+
+
+def tested(trials: Trials, given: int) -> list[tuple[int, slice]]:
+    """The samples that are scored, by place of their trial: all of the test trials but the first `given`."""
+    return [(t, slice(given, trials.lengths[t])) for t in trials.index(trials.test)]
 
 
 def _band_and_range(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -> dict[str, float]:
@@ -77,17 +82,13 @@ def _band_and_range(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -
     of all seeds. Without a band the first is not a number."""
     given, mean = checkpoint.network.history, predicted.mean(0).numpy()
     low, high = band_about(predicted.numpy(), checkpoint.band, given)
-    inputs = given_inputs(trials, checkpoint.architecture.known)
-    inside, outside = [], []
-    for t in trials.index(trials.test):
-        end = trials.lengths[t]
-        measured = trials.angle[t, given:end]
-        inside.append(np.mean((low[t, given:end] <= measured) & (measured <= high[t, given:end])))
-        quantities = gather(inputs[t, :end], mean[t, :end], trials.dt)[given:]
-        outside.append(np.mean(checkpoint.seen.outside(quantities).any(-1)))
+    quantities = gather(given_inputs(trials, checkpoint.architecture.known), mean, trials.dt)
+    inside = (low <= trials.angle) & (trials.angle <= high)
+    outside = checkpoint.seen.outside(quantities).any(-1)
+    ends = tested(trials, given)
     return {
-        "band_coverage": float(np.mean(inside)) if checkpoint.band else math.nan,
-        "outside_training": float(np.mean(outside)),
+        "band_coverage": float(np.mean([inside[end].mean() for end in ends])) if checkpoint.band else math.nan,
+        "outside_training": float(np.mean([outside[end].mean() for end in ends])),
     }
 
 

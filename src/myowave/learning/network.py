@@ -94,22 +94,20 @@ class Scaling:
     @classmethod
     def of(cls, trials: Trials, given: Given | None = None) -> "Scaling":
         """Scaling of some trials, all of which count, and of what is given of them."""
-        given = given or Given()
-        seen = given.see(given_inputs(trials, given.known))
-        inputs = np.concatenate([x[:n] for x, n in zip(seen, trials.lengths, strict=True)])
-        angle = [q[:n] for q, n in zip(trials.angle, trials.lengths, strict=True)]
+        given, valid = given or Given(), trials.valid
+        inputs, angle = given.see(given_inputs(trials, given.known))[valid], trials.angle[valid]
         floor = 1e-6  # a signal that never changes must not be divided by zero
-        input_std, angle_std = np.maximum(inputs.std(0), floor), float(max(np.concatenate(angle).std(), floor))
+        input_std, angle_std = np.maximum(inputs.std(0), floor), float(max(angle.std(), floor))
         # A posture that hardly changes would tell the network which trial it sees, were it blown up to order one.
         for i, name in enumerate(given.told, start=len(trials.channels)):
             input_std[i] = max(input_std[i], angle_std) if unit_of(name) == "rad" else input_std[i]
         return cls(
             input_mean=tuple(inputs.mean(0).tolist()),
             input_std=tuple(input_std.tolist()),
-            angle_mean=float(np.concatenate(angle).mean()),
+            angle_mean=float(angle.mean()),
             angle_std=angle_std,
-            step_std=float(max(np.concatenate([np.diff(q) for q in angle]).std(), floor)),
-            bend_std=float(max(np.concatenate([np.diff(q, n=2) for q in angle]).std(), floor)),
+            step_std=float(max(np.diff(trials.angle)[valid[:, 1:]].std(), floor)),
+            bend_std=float(max(np.diff(trials.angle, n=2)[valid[:, 2:]].std(), floor)),
             duration=float(max(trials.lengths) * trials.dt),
         )
 
