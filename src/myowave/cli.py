@@ -7,7 +7,6 @@ import os
 import re
 import sys
 from collections.abc import Iterable
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -126,9 +125,9 @@ def predict(
     trained = Checkpoint.load(checkpoint)
     if dataset not in ("", trained.dataset):
         say_aside(f"{checkpoint} was trained on {trained.dataset}, not on {dataset}: EMG of 1 may mean something else.")
-    angles = start_angles(trained, "--start-deg", start_deg)
+    angles = start_angles(trained, start_deg)
     real_time = require_real_time(trained, checkpoint) if raw else None
-    fixed = read_known("--known", known or [], tuple(trained.architecture.known))
+    fixed = read_known(known or [], tuple(trained.architecture.known))
     predictor = Predictor(trained, None if seed is None else [seed])
     if emg not in ("", "-") and dataset and not raw:
         # Prepared as the other trials, so that the same EMG counts as 1.
@@ -137,33 +136,30 @@ def predict(
     refuse_to_overwrite(picture, r"\x89PNG", "picture")
     if output and picture and output.resolve() == picture.resolve():
         raise ValueError(f"--output and --picture are both {output}; name two files.")
-    with ExitStack() as files:
-        lines: Iterable[str]
-        if trial:
-            lines, source = sources.trial_lines(dataset, trial, trained, config), f"{dataset}, trial {trial}"
-        elif emg == "-":
-            lines, source = sources.standard_input(), "standard input"
-        else:
-            lines, source = sources.file_lines(Path(emg)), emg
-        seen: Iterable[str] = ()
-        if picture:
-            lines, seen = itertools.tee(lines)
-        predicted: list[str] = []
-        target: Any = None
-        for line in predict_lines(
-            trained, predictor, lines, source, angles, fixed, say=say_aside, deg=deg, raw=real_time
-        ):
-            # Opened here, so that a file from before stays where nothing can be predicted.
-            target = target or (files.enter_context(output.open("w", encoding="utf-8")) if output else sys.stdout)
+    lines: Iterable[str]
+    if trial:
+        lines, source = sources.trial_lines(dataset, trial, trained, config), f"{dataset}, trial {trial}"
+    elif emg == "-":
+        lines, source = sources.standard_input(), "standard input"
+    else:
+        lines, source = sources.file_lines(Path(emg)), emg
+    seen: Iterable[str] = ()
+    if picture:
+        lines, seen = itertools.tee(lines)
+    answers = predict_lines(trained, predictor, lines, source, angles, fixed, say=say_aside, deg=deg, raw=real_time)
+    first = next(answers)  # a file from before stays where nothing can be predicted
+    predicted: list[str] = []
+    with output.open("w", encoding="utf-8") if output else contextlib.nullcontext(sys.stdout) as target:
+        for line in itertools.chain([first], answers):
             print(line, file=target, flush=True)
             if picture:
                 predicted.append(line)
-        if picture and predicted:
-            from myowave.learning.figures import draw_prediction
-            from myowave.plotting import save
+    if picture:
+        from myowave.learning.figures import draw_prediction
+        from myowave.plotting import save
 
-            step = 1 / real_time.rate if real_time else trained.dt
-            save(draw_prediction(predicted, seen, source, step), picture)
+        step = 1 / real_time.rate if real_time else trained.dt
+        save(draw_prediction(predicted, seen, source, step), picture)
 
 
 @app.command("plan")

@@ -179,7 +179,7 @@ def of_stream(spoil, start=(30.0,), seeds=None, fixed=None) -> str:
     lines = table()
     spoil(lines)
     network = good()
-    whole, angles = [f"{line}\n" for line in lines], start_angles(network, "the start", ",".join(map(str, start)))
+    whole, angles = [f"{line}\n" for line in lines], start_angles(network, ",".join(map(str, start)))
     for _ in predict_lines(network, Predictor(network, seeds), whole, "the sensor", angles, fixed or {}, say=str):
         pass
     return ""
@@ -242,7 +242,7 @@ STREAMS = {
     "a word at the end": (lambda lines: lines.append("end"), "line 14.*1 values, but the first line names 3"),
 }  # fmt: skip
 ASKED = {
-    "too few angles": ({"start": (30.0, 31.0)}, "the start has 2 angles; give one"),
-    "too many angles": ({"start": (30.0,) * 9}, "the start has 9 angles"),
+    "too few angles": ({"start": (30.0, 31.0)}, "--start-deg has 2 angles; give one"),
+    "too many angles": ({"start": (30.0,) * 9}, "--start-deg has 9 angles"),
     "a seed that is none": ({"seeds": [7]}, r"no seed \[7\] in the checkpoint; it has \[0, 1\]"),
 }

@@ -16,16 +16,16 @@ from myowave.learning.streaming.reading import Sample, read_number, read_samples
 Say = Callable[[str], None]
 
 
-def start_angles(checkpoint: Checkpoint, option: str, text: str) -> list[float]:
-    """The known angles [rad] that a prediction starts from, from a text of as many first angles [deg], with commas, as
-    the network's history has, or of a single one, where the arm rests; none of an empty one. Else a ValueError, which
-    calls the text by the option."""
+def start_angles(checkpoint: Checkpoint, text: str) -> list[float]:
+    """The known angles [rad] that a prediction starts from, from the text of `--start-deg`: as many first angles [deg],
+    with commas, as the network's history has, or one, where the arm rests; none of an empty text. Else a ValueError."""
     history, angles = checkpoint.network.history, [read_number(part) for part in text.split(",")] if text else []
     if not all(-180 <= angle <= 180 for angle in angles):
-        raise ValueError(f"{option} is {text!r}; expected angles of -180 to 180 with commas, such as 30 or 30,30.5.")
+        raise ValueError(f"--start-deg is {text!r}; expected angles of -180 to 180 with commas, such as 30 or 30,30.5.")
     if len(angles) not in (0, 1, history):
         raise ValueError(
-            f"{option} has {len(angles)} angles; give one, where the arm rests, or the first {history} measured ones."
+            f"--start-deg has {len(angles)} angles; give one, where the arm rests, or the first {history} measured "
+            "ones."
         )
     return [math.radians(angle) for angle in (angles * history if len(angles) == 1 else angles)]
 

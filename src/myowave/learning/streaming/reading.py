@@ -141,22 +141,22 @@ def read_number(text: str) -> float:
         return math.nan
 
 
-def read_known(option: str, texts: Sequence[str], names: Sequence[str]) -> dict[str, float]:
-    """Values of known inputs, of these names, that hold for the whole run, from texts such as `load=2.5`. A ValueError,
-    which calls them by the option, for a name that is none of them, one given twice, or a value that cannot be."""
+def read_known(texts: Sequence[str], names: Sequence[str]) -> dict[str, float]:
+    """Values of known inputs, of these names, that hold for the whole run, from texts of `--known`, such as `load=2.5`.
+    A ValueError for a name that is none of them, one given twice, or a value that cannot be."""
     values: dict[str, float] = {}
     for text in texts:
         name, _, number = text.partition("=")
         name = name.strip()
         if name not in names:
             raise ValueError(
-                f"{option} {text!r}: the network takes no {name!r}{did_you_mean(name, names) or '.'} Beside EMG it "
+                f"--known {text!r}: the network takes no {name!r}{did_you_mean(name, names) or '.'} Beside EMG it "
                 f"takes {', '.join(names) or 'nothing'}."
             )
         if name in values:
-            raise ValueError(f"{option}: {name} is given more than once; keep one.")
+            raise ValueError(f"--known: {name} is given more than once; keep one.")
         values[name] = read_number(number)
-        _check_known(name, values[name], f"{option} {text!r}")
+        _check_known(name, values[name], f"--known {text!r}")
     return values
 
 
