@@ -26,13 +26,14 @@ def median_over_seeds(evaluation: pd.DataFrame) -> pd.Series:
     return numbers.fillna({name: worst for name, worst in WORST.items() if name in numbers}).median()
 
 
-def read_evaluations(paths: Iterable[str | Path], seeds: int | None = None) -> pd.DataFrame:
-    """Rows of all evaluations; columns of parameters that some models do not identify are empty there. A ValueError for
-    a file that holds no table, or not as many `seeds` as were asked for, where that is known."""
-    return pd.concat([_read_evaluation(path, seeds) for path in paths], ignore_index=True)
+def read_evaluations(paths: Iterable[str | Path]) -> pd.DataFrame:
+    """Rows of all evaluations; columns of parameters that some models do not identify are empty there."""
+    return pd.concat(map(read_evaluation, paths), ignore_index=True)
 
 
-def _read_evaluation(path: str | Path, asked: int | None) -> pd.DataFrame:
+def read_evaluation(path: str | Path, asked: int | None = None) -> pd.DataFrame:
+    """Rows of an evaluation.csv. A ValueError for a file that holds no table, or not as many seeds as were `asked` for,
+    where that is known."""
     seeds = Path(path).with_name("parameters.csv")  # beside it, where a network was evaluated
     try:
         table = pd.read_csv(path)

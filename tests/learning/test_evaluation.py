@@ -11,7 +11,7 @@ from myowave.data.trials import Trials
 from myowave.learning import evaluation
 from myowave.learning.evaluation import evaluate, r_squared, tabulate_predictions
 from myowave.learning.training import train_scale
-from myowave.scores import read_evaluations
+from myowave.scores import read_evaluation
 
 SCORES = ["test_mse", "test_r2", "test_nmse"]
 LENGTHS = (30, 24, 40, 18)
@@ -108,12 +108,12 @@ def test_an_evaluation_cut_short_is_not_summarised(tmp_path):
     pd.DataFrame({**scores, "test_r2": [0.9, np.nan]}).to_csv(path, index=False)
     whole = path.read_text()
     pd.DataFrame({"seed": [0, 0, 1, 1], "parameter": "f0"}).to_csv(tmp_path / "parameters.csv", index=False)
-    assert len(read_evaluations([path], 2)) == 2
+    assert len(read_evaluation(path, 2)) == 2
     lines = whole.splitlines(keepends=True)
     for cut in (whole[:-1], whole[: -len(lines[-1]) // 2], "".join(lines[:2]), lines[0], "", whole[:9]):
         path.write_text(cut)
         with pytest.raises(ValueError, match="evaluation.csv: no table of scores .*Remove it, and run again"):
-            read_evaluations([path])
+            read_evaluation(path)
 
 
 def test_an_evaluation_without_some_of_its_seeds_is_not_summarised(tmp_path):
@@ -121,4 +121,4 @@ def test_an_evaluation_without_some_of_its_seeds_is_not_summarised(tmp_path):
     scores = {"dataset": "a", "model": "base", "recipe": "r", "scales": 1, "seed": [0, 1], "epochs": 9, "seconds": 1.5}
     pd.DataFrame(scores).to_csv(path := tmp_path / "evaluation.csv", index=False)
     with pytest.raises(ValueError, match=r"evaluation.csv: no table of scores .it has 2 of 5 seeds.*Remove it"):
-        read_evaluations([path], 5)
+        read_evaluation(path, 5)

@@ -2,10 +2,10 @@
 
 import pandas as pd
 
-from myowave.scores import read_evaluations
+from myowave.scores import read_evaluation
 from myowave.workflow.job import job_log
 
 with job_log("summarize models", snakemake.log[0]):
-    tables = [read_evaluations([path], snakemake.params.seeds) for path in snakemake.input.evaluations]
-    tables += [read_evaluations([path]) for path in snakemake.params.beside]
+    tables = [read_evaluation(path, snakemake.params.seeds) for path in snakemake.input.evaluations]
+    tables += [read_evaluation(path) for path in snakemake.params.beside]
     pd.concat(tables, ignore_index=True).to_csv(snakemake.output.summary, index=False)

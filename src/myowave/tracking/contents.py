@@ -16,7 +16,7 @@ import pandas as pd
 from myowave.data.json_files import read_json
 from myowave.diagnosis.report.tell import tell
 from myowave.learning.tables import join_histories
-from myowave.scores import median_over_seeds, read_evaluations
+from myowave.scores import median_over_seeds, read_evaluation
 
 COORDINATES = ["dataset", "model", "recipe", "scales"]
 CURVE_POINTS = 60  # a curve in the browser needs no more
@@ -55,9 +55,7 @@ def read_results(results: Path, recipes: Mapping[str, Mapping[str, Any]]) -> Ite
     networks.sort(key=lambda folder: "kind" in recipes[folder.parent.name])  # what has a kind is a baseline
     verdicts = {path.parent.name for path in results.glob("diagnosis/*/verdict.json")}
     for dataset in sorted(verdicts | {folder.parts[-4] for folder in networks}):
-        own = {
-            folder: read_evaluations([folder / "evaluation.csv"]) for folder in networks if folder.parts[-4] == dataset
-        }
+        own = {folder: read_evaluation(folder / "evaluation.csv") for folder in networks if folder.parts[-4] == dataset}
         seeds = [run for folder, table in own.items() for run in _seeds(folder, table, recipes[folder.parent.name])]
         yield (_overview(results, dataset, own), *seeds)
 
