@@ -33,6 +33,7 @@ from myowave.settings import Baseline
 GIVEN_S = 0.16  # known angles at the start, as long as the recipes have them [s]
 REACH_S = 2.4  # of EMG that an angle is predicted from [s]; at 25 Hz the convolution reaches as far
 TREE_LAGS = 16  # of those: trees gain nothing by neighbours that are alike
+TREES = {"max_iter": 150, "learning_rate": 0.1, "max_leaf_nodes": 15, "max_features": 0.5, "early_stopping": False}
 PENALTIES = 10.0 ** np.arange(0, 6)  # of ridge, of which training trials left out in turn choose
 WIDTH, KERNEL, DILATIONS = 32, 5, (1, 2, 4, 8)  # of the convolution; a gru has as many units
 # Trained on pieces of trials, in a step on a quarter more than all samples, but on so few or many seconds; half of them
@@ -122,15 +123,7 @@ def _trees(seen: Standardised, seeds: Sequence[int]) -> list[Array]:
     """Boosted regression trees."""
     lags = np.unique(np.linspace(0, round(REACH_S / seen.dt), TREE_LAGS).astype(int)).tolist()
     x, *data = _lagged_trials(seen, lags)
-    trees = partial(
-        HistGradientBoostingRegressor,
-        max_iter=150,
-        learning_rate=0.1,
-        max_leaf_nodes=15,
-        max_features=0.5,
-        early_stopping=False,
-    )
-    fits = [trees(random_state=seed).fit(*data) for seed in seeds]
+    fits = [HistGradientBoostingRegressor(**TREES, random_state=seed).fit(*data) for seed in seeds]
     return [np.stack([fit.predict(values) for fit in fits]) for values in x]
 
 

@@ -89,16 +89,15 @@ class Checkpoint:
             torch.save(content, temporary)
 
     @classmethod
-    def load(cls, path: str | Path, device: torch.device | str = "cpu") -> "Checkpoint":
+    def load(cls, path: str | Path) -> "Checkpoint":
         """Read a checkpoint. A ValueError for a file that is none, is damaged, or of another version; an OSError for
         one that is not there, or may not be read."""
-        content: Any = None
         require_regular(Path(path))
         with open(path, "rb") as file:
             try:
                 # Sums of all parts, as torch would load numbers that a disk or a copy has changed.
                 damaged = zipfile.ZipFile(file).testzip()
-                content = None if damaged else torch.load(path, map_location=device, weights_only=True)
+                content: Any = None if damaged else torch.load(path, map_location="cpu", weights_only=True)
             except Exception as error:  # whatever such bytes make the reader raise
                 raise ValueError(
                     f"{path}: not a checkpoint of myowave ({type(error).__name__}). Train it again."

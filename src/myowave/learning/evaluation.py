@@ -84,11 +84,11 @@ def _band_and_range(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -
     low, high = band_about(predicted.numpy(), checkpoint.band, given)
     quantities = gather(given_inputs(trials, checkpoint.architecture.known), mean, trials.dt)
     inside = (low <= trials.angle) & (trials.angle <= high)
-    outside = checkpoint.seen.outside(quantities).any(-1)
+    outside = checkpoint.seen.outside(quantities)
     ends = tested(trials, given)
     return {
         "band_coverage": float(np.mean([inside[end].mean() for end in ends])) if checkpoint.band else math.nan,
-        "outside_training": float(np.mean([outside[end].mean() for end in ends])),
+        "outside_training": float(np.mean([outside[end].any(-1).mean() for end in ends])),
     }
 
 

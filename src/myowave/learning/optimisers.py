@@ -84,8 +84,8 @@ class _Layer:
         if self._steps == 1:
             self.of_inputs, self.of_outputs = map(_eigenvectors, self._covariances)
         elif self._steps % EVERY == 1:
-            before = zip(self._covariances, (self.of_inputs, self.of_outputs), strict=True)
-            self.of_inputs, self.of_outputs = (_closer_to_eigenvectors(*each) for each in before)
+            bases = self.of_inputs, self.of_outputs
+            self.of_inputs, self.of_outputs = map(_closer_to_eigenvectors, self._covariances, bases)
         self._mean.lerp_(gradient, 1 - betas[0])
         self._square.lerp_(self._turned(gradient).square(), 1 - betas[1])
         mean = self._turned(self._mean) / (1 - betas[0] ** self._steps)

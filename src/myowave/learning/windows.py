@@ -100,14 +100,13 @@ class Validation:
     its angles."""
 
     def __init__(self, corpus: Corpus, network: Network, lengths: tuple[int, ...]) -> None:
-        self._network = network
-        m, kept = network.history, torch.tensor(lengths, device=corpus.x.device) - corpus.usable
-        longest = int(kept.max())
-        trial = torch.arange(len(lengths), device=kept.device)
-        x, z, v = corpus.cut(Pieces(trial, corpus.usable - m, m + longest))
+        self._network, m = network, network.history
+        trial, ends = torch.arange(len(lengths)).to(corpus.usable), torch.tensor(lengths).to(corpus.usable)
+        pieces = Pieces(trial, corpus.usable - m, m + int((ends - corpus.usable).max()))
+        x, z, v = corpus.cut(pieces)
         self.windows = x, *(given[..., :m].expand(network.seeds, -1, -1) for given in (z, v))
         self.angle = network.to_rad(z[0, :, m:])  # of the predicted samples (B, K - m), of which `valid` count
-        self.valid = torch.arange(longest, device=kept.device) < kept.unsqueeze(-1)
+        self.valid = pieces.within(ends)[:, m:]
         self.variance = float(self.angle[self.valid].var(correction=0))
 
     @torch.no_grad()

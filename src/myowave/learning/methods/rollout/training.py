@@ -46,7 +46,7 @@ class RolloutTraining:
         self.parameters = Identification(stage.task.model, stage.trials, stage.free, stage.values, finest=finest)
         steps = max(1, round(recipe.rollout_s / stage.trials.dt))
         self._loss = RolloutLoss(stage.network, stage.corpus, recipe, steps, stage.task.seeds, stage.level)
-        self._data: Tensor | None = None  # loss on windows of the epoch before
+        self._data: Tensor  # loss on windows of the epoch before
         self._simulates = finest and recipe.simulated_trials > 0
         self._simulated: tuple[Corpus, Tensor, Tensor] | None = None  # see `_simulate`
 
@@ -61,7 +61,7 @@ class RolloutTraining:
             losses = self._loss.backward()
         else:
             corpus, physics_mse, counts = self._simulated
-            known = val_mse if self._data is None else torch.where(val_mse.isnan(), self._data, val_mse)
+            known = torch.where(val_mse.isnan(), self._data, val_mse)
             losses = self._loss.backward(corpus, weigh_physics(physics_mse, known)[:, None] * counts)
         self._data = losses.data.to(val_mse)
         clip_gradients(self._weights)
