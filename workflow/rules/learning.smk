@@ -13,10 +13,6 @@ def recipe_section(wildcards):
     return dump(SETTINGS.learning.recipes[wildcards.recipe])
 
 
-def labels(figure):
-    return {"dataset": "{dataset}", "model": "{model}", "recipe": "{recipe}", "figure": figure}
-
-
 rule train_scale:
     input:
         scales="results/data/{dataset}/scales.parquet",
@@ -140,24 +136,20 @@ rule draw_models:
         predictions=of_scales(f"results/learning/{NETWORK}/predictions.parquet"),
         histories=of_scales(f"results/learning/{NETWORK}/history-{{level}}.parquet"),
     output:
-        metrics=report(
-            f"results/figures/{RUNS}/metrics.png",
-            caption="../report/metrics.rst",
-            category="2 learning",
-            labels=labels("2 metrics"),
-        ),
-        predictions=report(
-            f"results/figures/{RUNS}/predictions.png",
-            caption="../report/predictions.rst",
-            category="2 learning",
-            labels=labels("1 predictions"),
-        ),
-        parameters=report(
-            f"results/figures/{RUNS}/parameters.png",
-            caption="../report/parameters.rst",
-            category="2 learning",
-            labels=labels("3 parameters"),
-        ),
+        figures=[
+            report(
+                f"results/figures/{RUNS}/{figure}.png",
+                caption=f"../report/{figure}.rst",
+                category="2 learning",
+                labels={
+                    "dataset": "{dataset}",
+                    "model": "{model}",
+                    "recipe": "{recipe}",
+                    "figure": f"{place} {figure}",
+                },
+            )
+            for place, figure in enumerate(LEARNING_PICTURES, 1)
+        ],
     log:
         f"results/logs/draw_models/{RUNS}.log",
     params:

@@ -83,30 +83,15 @@ rule summarize_sweep:
         trials=f"{SWEEP_FOLDER}/trials.csv",
         best=f"{SWEEP_FOLDER}/best.yaml",
         summary=f"{SWEEP_FOLDER}/summary.md",
-        history=report(
-            f"results/figures/{SWEPT}/sweep/history.png",
-            caption="../report/sweep.rst",
-            category="2 learning",
-            labels=sweep_labels("4 sweep history"),
-        ),
-        importance=report(
-            f"results/figures/{SWEPT}/sweep/importance.png",
-            caption="../report/sweep.rst",
-            category="2 learning",
-            labels=sweep_labels("5 sweep importance"),
-        ),
-        slices=report(
-            f"results/figures/{SWEPT}/sweep/slices.png",
-            caption="../report/sweep.rst",
-            category="2 learning",
-            labels=sweep_labels("6 sweep slices"),
-        ),
-        contours=report(
-            f"results/figures/{SWEPT}/sweep/contours.png",
-            caption="../report/sweep.rst",
-            category="2 learning",
-            labels=sweep_labels("7 sweep contours"),
-        ),
+        figures=[
+            report(
+                f"results/figures/{SWEPT}/sweep/{figure}.png",
+                caption="../report/sweep.rst",
+                category="2 learning",
+                labels=sweep_labels(f"{place} sweep {figure}"),
+            )
+            for place, figure in enumerate(("history", "importance", "slices", "contours"), 4)
+        ],
     log:
         f"results/logs/summarize_sweep/{SWEPT}.log",
     params:

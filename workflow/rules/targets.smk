@@ -3,6 +3,7 @@ from myowave.data.json_files import read_json
 
 TARGETS = SETTINGS.targets
 EVALUATION = f"results/learning/{NETWORK}/evaluation.csv"
+LEARNING_PICTURES = ("predictions", "metrics", "parameters")
 
 SUMMARIES = ["results/summary.csv", "results/scales.csv"] if TARGETS.datasets else []
 VERDICTS = [
@@ -28,7 +29,7 @@ def of_networks(pattern, dataset, models, scales=()):
 FIGURES_OF_LEARNING = [
     path
     for dataset in TARGETS.datasets
-    for figure in ("metrics", "predictions", "parameters")
+    for figure in LEARNING_PICTURES
     for path in of_networks(f"results/figures/{RUNS}/{figure}.png", dataset, models_of(dataset))
 ]
 

@@ -21,5 +21,6 @@ with job_log(f"summarize sweep of {what}", snakemake.log[0]) as log:
     summary = summary_text(sweep, params.recipe, best, table)
     Path(output.summary).write_text(summary, encoding="utf-8")
     log.announce(f"Sweep of {what}\n{summary}")
-    for name, figure in draw_search(search).items():
-        save(figure, output[name])
+    figures = draw_search(search)
+    for path in output.figures:
+        save(figures[Path(path).stem], path)
