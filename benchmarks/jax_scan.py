@@ -37,7 +37,7 @@ class JaxScan:
         import jax
         import jax.numpy as jnp
 
-        self._draw, self._history = draw, network.history
+        self._draw = draw
         self.weights = {name: jnp.asarray(w.detach().numpy()) for name, w in network.weights.items()}
         zeros = {name: jnp.zeros_like(w) for name, w in self.weights.items()}
         self._moments, self._count = (zeros, zeros), jnp.zeros(())

@@ -32,6 +32,7 @@ from myowave.data.simulate import simulate_trials
 from myowave.data.trials import Trials
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.evaluation import predict_trials, r_squared
+from myowave.learning.inputs import to_tensors
 from myowave.learning.methods.rollout.training import BETAS, DATA_SEED, OPTIMISERS, RolloutLoss, clip_gradients
 from myowave.learning.network import Architecture, Network, Scaling, initialise
 from myowave.learning.optimisers import Adam, Soap
@@ -132,9 +133,8 @@ class Plain:
     """Epochs of the plain program, one seed after the other."""
 
     def __init__(self, trials: Trials, recipe: RolloutRecipe, seeds: int) -> None:
-        self.network, self.corpus = prepare(trials, recipe, 1)
-        self.steps = round(recipe.rollout_s / trials.dt)
-        self.rate, self.random = ADAM_RATE, torch.Generator().manual_seed(DATA_SEED)
+        self.network, corpus = prepare(trials, recipe, 1)
+        self.draw = begin_drawing(self.network, corpus, round(recipe.rollout_s / trials.dt))
         self.nets, self.optimizers = [], []
         for seed in range(seeds):
             torch.manual_seed(seed)
@@ -142,11 +142,9 @@ class Plain:
             self.optimizers.append(torch.optim.Adam(self.nets[-1].parameters(), lr=ADAM_RATE))
 
     def epoch(self, decay: float = 1.0) -> None:
-        length, history = self.network.history + self.steps, self.network.history
-        usable = self.corpus.usable
-        x, z, v = self.corpus.cut(Pieces.draw(usable, count_windows(usable, self.steps), length, self.random))
+        history, (x, z, v) = self.network.history, self.draw()
         for net, optimizer in zip(self.nets, self.optimizers, strict=True):
-            optimizer.param_groups[0]["lr"] = decay * self.rate
+            optimizer.param_groups[0]["lr"] = decay * ADAM_RATE
             optimizer.zero_grad()
             loss = (net(x, z[0, :, :history], v[0, :, :history]) - z[0, :, history:]).square().mean()
             loss.backward()
@@ -175,8 +173,14 @@ def prepare(trials: Trials, recipe: RolloutRecipe, seeds: int, device: str = "cp
 
 
 def corpus_of(network: Network, trials: Trials, usable: Tensor) -> Corpus:
-    emg, angle = (torch.from_numpy(values).to(network.device) for values in (trials.emg, trials.angle))
+    emg, angle = to_tensors(trials, network.device)
     return Corpus.of(network, emg, angle.unsqueeze(0), trials.dt, usable)
+
+
+def begin_drawing(network: Network, corpus: Corpus, steps: int) -> Callable[[], tuple[Tensor, Tensor, Tensor]]:
+    """What draws the windows of one epoch after the other: x (B, K, X), z and v (1, B, K)."""
+    count, random = count_windows(corpus.usable, steps), torch.Generator().manual_seed(DATA_SEED)
+    return lambda: corpus.cut(Pieces.draw(corpus.usable, count, network.history + steps, random))
 
 
 def race(runners: Mapping[str, Callable[[], None]], rounds: int = ROUNDS) -> dict[str, float]:
@@ -225,13 +229,7 @@ def compare_training(trials: Trials, recipe: RolloutRecipe) -> dict:
 def begin_jax(trials: Trials, recipe: RolloutRecipe, seeds: int) -> jax_scan.JaxScan:
     """The same network in JAX, whose loss on a first draw of windows is that of our definition."""
     network, corpus = prepare(trials, recipe, seeds)
-    steps, random = round(recipe.rollout_s / trials.dt), torch.Generator().manual_seed(DATA_SEED)
-    length = network.history + steps
-
-    def draw() -> tuple[Tensor, Tensor, Tensor]:
-        return corpus.cut(Pieces.draw(corpus.usable, count_windows(corpus.usable, steps), length, random))
-
-    scan = jax_scan.JaxScan(network, draw, ADAM_RATE)
+    scan = jax_scan.JaxScan(network, begin_drawing(network, corpus, round(recipe.rollout_s / trials.dt)), ADAM_RATE)
     missed = jax_scan.compare_with_definition(scan, network)
     assert missed < 1e-4, f"the program in JAX computes another loss, by {missed:.1e}"
     return scan
