@@ -109,7 +109,11 @@ def _look(folder: Path, block: Dataset, config: Sequence[Path]) -> Seen:
         if all(found) and all(folder.resolve() in path.resolve().parents for path in paths):
             stats = [(path, path.stat()) for path in (*paths, *config) if path.exists()]
             there[name] = [(path, stat.st_size, stat.st_mtime_ns) for path, stat in stats]
-    return dict(sorted(there.items(), key=lambda trial: max(changed for *_, changed in trial[1])))
+
+    def appeared(name: str) -> int:
+        return max(changed for path, _, changed in there[name] if path not in config)  # which change by themselves
+
+    return {name: there[name] for name in sorted(there, key=appeared)}
 
 
 def _patterns(folder: Path, block: Dataset) -> dict[str, tuple[str, ...]]:

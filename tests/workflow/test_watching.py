@@ -73,6 +73,15 @@ def test_a_bad_trial_is_left_out_until_it_changes(session):
     assert said.index("left out") < said.index("2 trials: a, b")
 
 
+@pytest.mark.parametrize(("first", "second"), [("a", "b"), ("b", "a")])
+def test_trials_keep_the_order_in_which_they_appeared_where_the_settings_are_newer(session, first, second):
+    def change():
+        Path("config.yaml").write_text(Path("config.yaml").read_text() + "\n")
+
+    said = session(put(first), put(second, source="trial2.csv"), look, change, look).stdout
+    assert said.count(f"\n2 trials: {first}, {second}\n") == 2
+
+
 def test_what_the_hand_holds_is_told_by_the_settings_or_by_the_name(session):
     config = yaml.safe_load(Path("config.yaml").read_text())
     conditions = config["data"]["datasets"]["bench_elbow"].setdefault("conditions", {})
