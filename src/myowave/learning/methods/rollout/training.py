@@ -138,13 +138,13 @@ class RolloutLoss:
             counts: how much a window of each of these counts beside a measured one, (S, T).
         """
         made = 0 if simulated is None else self._count // 2
-        x, z, v, weight, _ = self._cut(self._corpus, self._count - made)
+        x, *rest = self._cut(self._corpus, self._count - made)
         x = self._disturb(x)
-        if simulated is not None and counts is not None:
-            further_x, further_z, further_v, further_weight, trial = self._cut(simulated, made)
+        if simulated is not None:
+            further_x, *further = self._cut(simulated, made, counts)
             x = torch.cat((x, further_x.expand(*x.shape[:-3], *further_x.shape)), dim=-3)
-            z, v = torch.cat((z, further_z), dim=1), torch.cat((v, further_v), dim=1)
-            weight = torch.cat((weight, counts[:, trial, None].to(z) * further_weight), dim=1)
+            rest = [torch.cat(pair, dim=1) for pair in zip(rest, further, strict=True)]
+        z, v, weight = rest
         m, weight = self._network.history, weight / weight.sum((1, 2), keepdim=True)
         history = z[..., :m].contiguous(), v[..., :m].contiguous()
         predicted = self._roll_out(x, *history)
@@ -153,14 +153,14 @@ class RolloutLoss:
         data = loss.detach() * self._network.scaling.angle_std**2
         return Losses(data, data, torch.zeros_like(data))
 
-    def _cut(self, corpus: Corpus, count: int) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
-        """Windows of a corpus: inputs (B, K, X), standardised angle and step (S, B, K), 1 for each predicted sample
-        that its trial has, else 0, (S, B, K - m), and the trial of each, (B,)."""
+    def _cut(self, corpus: Corpus, count: int, counts: Tensor | None = None) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Windows of a corpus: inputs (B, K, X), standardised angle and step (S, B, K), and how much each predicted
+        sample counts, (S, B, K - m): 1, or as `counts` (S, T) of its trial says; 0 beyond the end of its trial."""
         pieces = Pieces.draw(corpus.usable, count, self._length, self._random)
         x, z, v = corpus.cut(pieces)
         z, v = (values.expand(self._network.seeds, -1, -1) for values in (z, v))
-        there = pieces.within(corpus.usable)[:, self._network.history :].to(z)
-        return x, z, v, there.expand(self._network.seeds, -1, -1), pieces.trial
+        weight = pieces.within(corpus.usable)[:, self._network.history :].to(z).expand(self._network.seeds, -1, -1)
+        return x, z, v, weight if counts is None else counts[:, pieces.trial, None].to(z) * weight
 
     def _disturb(self, x: Tensor) -> Tensor:
         """Inputs (B, K, X) with other gains of the EMG, and other values of what is known beside it, (S, B, K, X); as
