@@ -57,3 +57,14 @@ def test_the_measured_angle_keeps_the_step_of_its_own_lines(time_s):
     measured, prediction = axis.lines[:2]
     np.testing.assert_allclose(measured.get_xdata(), 0.002 * np.arange(501))
     assert prediction.get_xdata()[-1] == pytest.approx(measured.get_xdata()[-1])
+
+
+@pytest.mark.parametrize(
+    "head", ["time_s,angle_rad,angle_deg", "time_s,angle_deg,angle_rad", "time_s, angle_rad,other"]
+)
+def test_the_measured_angle_is_the_one_that_a_prediction_starts_from(head):
+    values = {"angle_rad": "1", "angle_deg": "30", "other": "5", "time_s": "0"}
+    line = ",".join(values[name.strip()] for name in head.split(","))
+    (axis,) = draw_prediction(["time_s,angle_rad", "0,1"], [head, line], "a trial", 0.1).axes
+    assert [line.get_label() for line in axis.lines] == ["measured", "predicted"]
+    assert axis.lines[0].get_ydata() == pytest.approx(np.degrees([1.0]))

@@ -3,7 +3,6 @@
 As in Taneja et al. 2023, Figs. 8, 10 and 11. Tables come in as the rules write them; see `evaluation`.
 """
 
-import re
 from collections.abc import Iterable
 from io import StringIO
 from typing import Any
@@ -121,7 +120,7 @@ def draw_prediction(lines: Iterable[str], given: Iterable[str], what: str, step:
     axis, time = axes[0, 0], predicted["time_s"]
     if "angle" in samples:
         at = samples.get("time_s", step * samples.index)
-        axis.plot(at, pd.to_numeric(samples["angle"], errors="coerce"), color=MEASURED, label="measured", linewidth=2.0)
+        axis.plot(at, samples["angle"], color=MEASURED, label="measured", linewidth=2.0)
     axis.plot(time, predicted["angle"], color=MODEL, linestyle="--", label="predicted")
     if "low" in predicted:
         axis.fill_between(time, predicted["low"], predicted["high"], **BAND)
@@ -132,10 +131,14 @@ def draw_prediction(lines: Iterable[str], given: Iterable[str], what: str, step:
 
 
 def _in_degrees(lines: Iterable[str]) -> pd.DataFrame:
-    """Lines of CSV as a table; angles, in columns named after their unit, are in degrees, and named without it."""
-    table = pd.read_csv(StringIO("\n".join(line.rstrip("\n") for line in lines)))
-    turned = {name: np.degrees(pd.to_numeric(table[name], errors="coerce")) for name in table if name.endswith("_rad")}
-    return table.assign(**turned).rename(columns=lambda name: re.sub("_(rad|deg)$", "", name))
+    """Lines of CSV as a table, with angles in degrees beside the columns that are named after their unit; where there
+    are both, those in radians count, as in `streaming.reading`."""
+    table = pd.read_csv(StringIO("\n".join(line.rstrip("\n") for line in lines))).rename(columns=str.strip)
+    angles: dict[str, pd.Series] = {}
+    for unit, turn in (("_deg", 1.0), ("_rad", np.degrees(1.0))):
+        named = [name for name in table if name.endswith(unit)]
+        angles |= {name.removesuffix(unit): turn * pd.to_numeric(table[name], errors="coerce") for name in named}
+    return table.assign(**angles)
 
 
 def draw_parameters(summary: pd.DataFrame, names: list[str]) -> Figure:
