@@ -158,10 +158,13 @@ def draw_parameters(summary: pd.DataFrame, names: list[str]) -> Figure:
         _each_seed(axis, summary, column, middle[column], yerr=spread[column], fmt="o", capsize=4)
         if known:
             axis.axhline(0.0, color=MEASURED, linewidth=0.8)
+            axis.set_ylabel("error [%]")
         else:
+            # A dot is in names of effects' parameters.
+            axis.set_ylabel(f"value [{'SI units' if '.' in name else constant_of(name).unit}]")
             centre, half = float(np.mean(axis.get_ylim())), float(np.ptp(axis.get_ylim())) / 2
             axis.set_ylim(centre + np.array([-1, 1]) * max(half, LEAST_SPAN * abs(centre)))
-        axis.set(title=name, ylabel="error [%]" if known else f"value [{_unit(name)}]")
+        axis.set_title(name)
         axis.set_xlim(summary["scales"].min() - 0.5, summary["scales"].max() + 0.5)
     if known:
         worst = float(middle.abs().max().max())
@@ -177,7 +180,3 @@ def draw_parameters(summary: pd.DataFrame, names: list[str]) -> Figure:
 def _what(summary: pd.DataFrame) -> str:
     first = summary.iloc[0]
     return f"{first['dataset']}, {first['model']}, recipe {first['recipe']}"
-
-
-def _unit(name: str) -> str:
-    return "SI units" if "." in name else constant_of(name).unit  # a dot is in names of effects' parameters

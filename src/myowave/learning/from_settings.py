@@ -23,15 +23,8 @@ def build_task(
     seeds: int,
     wavelet: Plain | None = None,
 ) -> Task:
-    """The task that sections of the settings ask for, checked.
-
-    Args:
-        scales: as `read_scales` gives them.
-        model: its name, such as base+joint_damping.
-        total: number of scales.
-        seeds: how many.
-        wavelet: for the scales of trials that the recipe thins; None where they were thinned before.
-    """
+    """The task that sections of the settings ask for, checked; of the model of this name, such as base+joint_damping.
+    The wavelet is for scales of trials that the recipe thins; None where they were thinned before."""
     parsed = parse_recipe(recipe)
     if wavelet is not None:
         scales = thin_scales(scales, parsed.rate_hz, total - 1, Wavelet.model_validate(wavelet).name)

@@ -14,14 +14,9 @@ from myowave.learning.training import hold_out_each
 
 
 def judge(settings: Settings, task: Task, epochs: int | None) -> Iterator[Judgement]:
-    """Train with these settings and each trial held out in turn; yield the root mean square error [deg] of those held
-    out so far, the mean over them, after each.
-
-    Args:
-        settings: fields of the recipe to replace.
-        task: of training trials only.
-        epochs: of all scales together, where they are not searched; None for those of the recipe.
-    """
+    """Train with these settings in the recipe and each trial of the task held out in turn; yield the root mean square
+    error [deg] of those held out so far, the mean over them, after each. Where they are not searched, `epochs` are of
+    all scales together; None for those of the recipe."""
     shorter = {} if epochs is None else {"epochs": epochs}
     task, errors = replace(task, recipe=task.recipe.changed(shorter | dict(settings))), []
     for angle, predicted in hold_out_each(task):

@@ -19,12 +19,8 @@ _EDGE = 0.05  # share of a range that counts as its edge
 
 def search_name(sweep: Sweep, judged: Mapping[str, Any], data: Path) -> str:
     """A name that is the same only where errors of trials can be compared: ends of ranges, number of trials and of
-    workers may change between runs, which settings are searched and what a trial is judged by may not.
-
-    Args:
-        judged: settings that the error depends on, and the digest of the code.
-        data: training trials at all scales.
-    """
+    workers may change between runs. Which settings are searched may not, nor what a trial is `judged` by: other
+    settings, the digest of the code and, in the file `data`, training trials at all scales."""
     fixed = dump(sweep)
     for free in ("trials", "workers"):
         fixed.pop(free)

@@ -65,7 +65,6 @@ class JointIdentification:
     the gradient.
 
     Args:
-        wanted: constants to identify, by name.
         start: where the search of each seed started at the coarsest scale, (S, P).
         values: where it goes on, (S, P); `start` at the coarsest scale.
         pace: how many times the step of the weights the raw numbers take.

@@ -112,7 +112,6 @@ class RolloutLoss:
     """Draws the windows of each epoch, and predicts them.
 
     Args:
-        network: its weights take the gradients.
         steps: samples to predict in each window, fewer where no trial is that long.
         seeds, level: numbers of the seeds and of the scale, for the noise.
     """
@@ -131,12 +130,8 @@ class RolloutLoss:
         self._roll_out = Rollouts(network)
 
     def backward(self, simulated: Corpus | None = None, counts: Tensor | None = None) -> Losses:
-        """Losses of one epoch; adds gradients to those of the weights.
-
-        Args:
-            simulated: trials that half of the windows are cut from, all their samples usable.
-            counts: how much a window of each of these counts beside a measured one, (S, T).
-        """
+        """Losses of one epoch; adds gradients to those of the weights. Where there are simulated trials, half of the
+        windows are cut from them, and count as `counts` (S, T) says of their trials beside a measured one."""
         made = 0 if simulated is None else self._count // 2
         x, *rest = self._cut(self._corpus, self._count - made)
         x = self._disturb(x)
