@@ -22,8 +22,7 @@ _SCORES = ["dataset", "model", "recipe", "scales", "seed", "epochs", "seconds"] 
 def median_over_seeds(evaluation: pd.DataFrame) -> pd.Series:
     """The numbers that are shown of a network, from its rows of evaluation.csv: medians over its seeds; one whose
     prediction is not finite counts as the worst."""
-    numbers = evaluation.select_dtypes("number")
-    return numbers.fillna({name: worst for name, worst in WORST.items() if name in numbers}).median()
+    return evaluation.select_dtypes("number").fillna(WORST).median()
 
 
 def read_evaluations(paths: Iterable[str | Path]) -> pd.DataFrame:

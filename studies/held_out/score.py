@@ -26,11 +26,7 @@ INPUTS = {
 def score_networks(
     trials: Trials, model: Model, recipe: Recipe, wanted: Mapping[str, Identify], wavelet: str, total: int, seeds: int
 ) -> Iterator[pd.DataFrame]:
-    """Tables of networks trained with each kind of inputs, a row for each test trial and seed.
-
-    Args:
-        total: number of scales.
-    """
+    """Tables of networks trained at `total` scales with each kind of inputs, a row for each test trial and seed."""
     for inputs, changes in INPUTS.items():
         own = recipe.changed(changes)
         thinned = trials.thinned(own.rate_hz)

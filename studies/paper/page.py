@@ -168,9 +168,9 @@ def _scores(runs: pd.DataFrame, printed: Mapping[int, tuple[float, float]] = {})
             "R2 one step ahead": _over_seeds(group["test_r2_one_step"], 4),
         }
         if printed:
-            nmse, r2 = printed.get(scales, (np.nan, np.nan))
+            nmse, r2 = map(format, printed[scales], (".2e", ".3f")) if scales in printed else ("", "")
             row["NMSE"] = f"{group['test_nmse'].mean():.2e} ± {group['test_nmse'].std(ddof=0):.1e}"
-            row |= {"paper: R2": _number(r2, ".3f"), "paper: NMSE": _number(nmse, ".2e")}
+            row |= {"paper: R2": r2, "paper: NMSE": nmse}
         else:
             row["MSE [rad²]"] = _over_seeds(group["test_mse"], 4)
         rows.append(row)
@@ -246,7 +246,3 @@ def _over_seeds(values: pd.Series, digits: int) -> str:
 
 def _spread(mean: float, spread: float, digits: int) -> str:
     return f"{mean:.{digits}f} ± {spread:.{digits}f}"
-
-
-def _number(value: float, form: str) -> str:
-    return "" if np.isnan(value) else format(value, form)

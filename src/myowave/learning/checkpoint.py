@@ -140,18 +140,18 @@ _READER = TypeAdapter(Checkpoint)
 
 def _fits(c: Checkpoint) -> bool:
     """What must hold of a checkpoint beyond the limits of each number."""
-    a, one, given = c.architecture, len(c.seeds), len(c.architecture.given.told)
+    a, seeds, told = c.architecture, len(c.seeds), len(c.architecture.given.told)
     return (
         a.method in RECIPES
         and {name: tuple(weight.shape) for name, weight in c.weights.items()}
-        == {name: (one, *shape) for name, shape in a.shapes.items()}
+        == {name: (seeds, *shape) for name, shape in a.shapes.items()}
         and all(weight.is_floating_point() and weight.layout == torch.strided for weight in c.weights.values())
         and all(bool(values.isfinite().all()) for values in (*c.weights.values(), c.values))
         and a.channels == len(c.channels) == len(set(c.channels))
         and len(a.delays) in (0, a.channels)
-        and len(c.scaling.input_mean) == len(c.scaling.input_std) == a.channels + given
-        and 0 < one == len(set(c.seeds))
-        and c.values.shape == c.errors.shape == (one, len(set(c.names)))
+        and len(c.scaling.input_mean) == len(c.scaling.input_std) == a.channels + told
+        and 0 < seeds == len(set(c.seeds))
+        and c.values.shape == c.errors.shape == (seeds, len(set(c.names)))
         and c.correlations.shape == (*c.values.shape, len(c.names))
         and len(c.seen.low) == len(c.seen.high) == a.channels + len(a.known) + 2
         and all(low <= high for low, high in zip(c.seen.low, c.seen.high, strict=True))
