@@ -49,11 +49,6 @@ def digest(script):
     return digest_script(ROOT / "workflow/scripts" / f"{script}.py")
 
 
-def section(name):
-    """A section of the configuration as plain data, for `params`."""
-    return dump(getattr(SETTINGS, name))
-
-
 def dataset_section(wildcards, of=public):
     """The dataset's settings that its trials are made by, without what is hidden in it unless `of` is `dump`."""
     return {key: value for key, value in of(DATASETS[wildcards.dataset]).items() if key != "about"}

@@ -9,10 +9,6 @@ def coarser_checkpoint(wildcards):
     return f"results/learning/{NETWORK}/scale-{coarser}.pt".format(**wildcards)
 
 
-def recipe_section(wildcards):
-    return dump(SETTINGS.learning.recipes[wildcards.recipe])
-
-
 rule train_scale:
     input:
         scales="results/data/{dataset}/scales.parquet",
@@ -31,7 +27,7 @@ rule train_scale:
         physics=physics_section,
         contents=physics_contents,
         identify=identify_section,
-        recipe=recipe_section,
+        recipe=lambda wildcards: dump(SETTINGS.learning.recipes[wildcards.recipe]),
         wavelet=dump(SETTINGS.data.wavelet),
         seeds=SETTINGS.learning.seeds,
         code=digest("train_scale"),

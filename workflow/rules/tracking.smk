@@ -3,7 +3,7 @@
 
 def published(recipes):
     """Settings by name of these recipes and of the baselines."""
-    learning = section("learning")
+    learning = dump(SETTINGS.learning)
     return {name: learning["recipes"][name] for name in recipes} | learning["baselines"]
 
 
@@ -17,7 +17,7 @@ rule publish_runs:
     log:
         "results/logs/publish_runs.log",
     params:
-        tracking=section("tracking"),
+        tracking=dump(SETTINGS.tracking),
         recipes=published(SETTINGS.targets.trained),
         code=digest("publish_runs"),
     script:
@@ -30,7 +30,7 @@ rule publish:
     log:
         "results/logs/publish.log",
     params:
-        tracking=section("tracking"),
+        tracking=dump(SETTINGS.tracking),
         recipes=published(SETTINGS.learning.recipes),
     script:
         "../scripts/publish_runs.py"
