@@ -177,6 +177,18 @@ def test_a_recording_that_was_made_since_is_prepared_as_the_others(project, chec
         pd.testing.assert_frame_equal(read[0], other, atol=1e-6)
 
 
+def test_a_trial_that_the_settings_name_is_prepared_as_they_say_where_none_is_stored(project, checkpoint):
+    config, stored = [ROOT / "config.yaml", Path("mine.yaml")], Path("results/data/small/trials.parquet")
+    there = {name: trial_lines("small", name, checkpoint[0], config) for name in ("1", "3")}
+    stored.unlink()
+    for name, lines in there.items():
+        found, expected = (
+            pd.read_csv(io.StringIO("\n".join(each)))
+            for each in (trial_lines("small", name, checkpoint[0], config), lines)
+        )
+        pd.testing.assert_frame_equal(found, expected)
+
+
 def test_a_file_is_of_the_trial_that_the_settings_have_this_very_file_for(project):
     """A recorder's name says the muscle, and its folder the trial; the angle's file is no EMG."""
     config = [ROOT / "config.yaml", Path("mine.yaml")]

@@ -100,9 +100,11 @@ def _trials_with(dataset: str, trial: str, config: Sequence[Path]) -> Trials:
     settings = read_settings(config).dataset(dataset)
     if not isinstance(settings, Dataset):
         raise ValueError(f"{dataset} is simulated: only the trials in results/data/{dataset} can be predicted.")
-    more = {"test": (*settings.test, trial)}
-    if isinstance(settings, RecordedDataset):
-        more |= {"trials": (*settings.trials, trial)}
+    listed, more = (settings.trials if isinstance(settings, RecordedDataset) else settings.test), {}
+    if trial not in listed:
+        more = {"test": (*settings.test, trial)}  # so that EMG of 1 stays what it was
+        if isinstance(settings, RecordedDataset):
+            more |= {"trials": (*settings.trials, trial)}
     try:
         # Alone: nobody has said yet what is known of it, and a default must not stand for a load that it may have.
         return import_trials(dataset, settings.model_copy(update=more))[0].trials.select([trial])
