@@ -146,7 +146,7 @@ def predict(
     seen: Iterable[str] = ()
     if picture:
         lines, seen = itertools.tee(lines)
-    answers = predict_lines(trained, predictor, lines, source, angles, fixed, say=say_aside, deg=deg, raw=real_time)
+    answers = predict_lines(predictor, lines, source, angles, fixed, say=say_aside, deg=deg, raw=real_time)
     first = next(answers)  # a file from before stays where nothing can be predicted
     predicted: list[str] = []
     with output.open("w", encoding="utf-8") if output else contextlib.nullcontext(sys.stdout) as target:

@@ -180,7 +180,7 @@ def of_stream(spoil, start=(30.0,), seeds=None, fixed=None) -> str:
     spoil(lines)
     network = good()
     whole, angles = [f"{line}\n" for line in lines], start_angles(network, ",".join(map(str, start)))
-    for _ in predict_lines(network, Predictor(network, seeds), whole, "the sensor", angles, fixed or {}, say=str):
+    for _ in predict_lines(Predictor(network, seeds), whole, "the sensor", angles, fixed or {}, say=str):
         pass
     return ""
 

@@ -378,7 +378,7 @@ def test_a_stray_quote_holds_no_answer_back(checkpoint, table):
         yield from lines[:6]
         raise AssertionError("another line was asked for before the quote was told")
 
-    answers = predict_lines(network, Predictor(network), endless(), "the sensor", start_angles(network, "30"), say=str)
+    answers = predict_lines(Predictor(network), endless(), "the sensor", start_angles(network, "30"), say=str)
     assert len([next(answers) for _ in range(5)]) == 5
     with pytest.raises(ValueError, match="the sensor, line 6"):
         next(answers)

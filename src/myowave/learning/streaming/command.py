@@ -31,7 +31,6 @@ def start_angles(checkpoint: Checkpoint, text: str) -> list[float]:
 
 
 def predict_lines(
-    checkpoint: Checkpoint,
     predictor: Predictor,
     lines: Iterable[str],
     source: str,
@@ -58,7 +57,7 @@ def predict_lines(
         CSV: time_s, angle_rad, spread_rad over the seeds (1 SD) where they are several, and low_rad and high_rad of the
         90 % band where all seeds are run; with `deg` angle_deg, ... A ValueError names the first line that is none.
     """
-    unit, scale = ("deg", math.degrees(1)) if deg else ("rad", 1.0)
+    checkpoint, (unit, scale) = predictor.checkpoint, ("deg", math.degrees(1)) if deg else ("rad", 1.0)
     inputs, watch = checkpoint.architecture.known, watch_range(checkpoint, say)
     columns = [name for name in inputs if name not in fixed]
     rest = iter(lines)

@@ -18,17 +18,17 @@ class Predictor:
     on the same samples. A ValueError for a seed that the checkpoint does not have."""
 
     def __init__(self, checkpoint: Checkpoint, seeds: Sequence[int] | None = None) -> None:
-        network, self._dt = checkpoint.network, checkpoint.dt
+        network, self.checkpoint = checkpoint.network, checkpoint
         seeds = checkpoint.seeds if seeds is None else seeds
         if unknown := sorted(set(seeds) - set(checkpoint.seeds)):
             raise ValueError(f"no seed {unknown} in the checkpoint; it has {list(checkpoint.seeds)}.")
         chosen = [checkpoint.seeds.index(seed) for seed in seeds]
         weights = {name: value[chosen].double().cpu() for name, value in network.weights.items()}
-        self._network, self._channels, self._count = replace(network, weights=weights), checkpoint.channels, 0
+        self._network, self._count = replace(network, weights=weights), 0
         self._run = FreeRun(self._network)
         self._angles: list[float] = []  # the last two of the history
         longest = max(network.architecture.delays, default=0.0)
-        self._inputs: deque[list[float]] = deque(maxlen=math.ceil(longest / self._dt) + 2)
+        self._inputs: deque[list[float]] = deque(maxlen=math.ceil(longest / checkpoint.dt) + 2)
 
     @torch.inference_mode()
     def step(
@@ -49,7 +49,7 @@ class Predictor:
         self._inputs.append([*emg, *known])
         self._count += 1
         inputs = torch.tensor([[*self._inputs]], dtype=torch.float64)
-        x = network.encode_inputs(inputs, self._dt, self._count - len(self._inputs))[:, -1:]
+        x = network.encode_inputs(inputs, self.checkpoint.dt, self._count - len(self._inputs))[:, -1:]
         driven = drive(network, x.double())[:, :, 0]
         if self._count > network.history:
             return network.to_rad(self._run.step(driven))[:, 0].numpy()
@@ -60,7 +60,7 @@ class Predictor:
         return np.full(network.seeds, angle)
 
     def _check(self, emg: Sequence[float], where: str) -> None:
-        for name, value in zip(self._channels, emg, strict=True):
+        for name, value in zip(self.checkpoint.channels, emg, strict=True):
             if not 0 <= value <= UNSEEN_LIMIT:
                 raise ValueError(
                     f"{where}: {name} is {value:g}, expected 0 to {UNSEEN_LIMIT:g}. Rectify and smooth the EMG, and "
