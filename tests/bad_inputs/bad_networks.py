@@ -210,6 +210,13 @@ def every(change):
     return spoil
 
 
+def every_end(head: str, others: str):
+    def spoil(lines):
+        lines[:] = [one + (others if i else head) for i, one in enumerate(lines)]
+
+    return spoil
+
+
 def first_cell(factor):
     return lambda one: f"{factor * float(one.split(',')[0]):g},{one.partition(',')[2]}"
 
@@ -218,6 +225,7 @@ STREAMS = {
     "no such channel": (cell(1, 2, "triceps"), "line 1.*emg_triceps"),
     "no header": (lambda lines: lines.pop(0), "line 1.*no column emg_biceps"),
     "a channel twice": (line(1, "time_s,emg_biceps,emg_biceps,emg_triceps"), "line 1.*emg_biceps.*keep one"),
+    "an angle twice": (every_end(",angle_deg,angle_deg", ",1,2"), "line 1.*angle_deg.*keep one"),
     "German": (line(1, "Zeit,Bizeps,Trizeps"), "line 1.*no column emg_biceps"),
     "text": (cell(8, 1, "abc"), "line 8.*'abc'"),
     "NaN": (cell(8, 1, "nan"), "line 8.*'nan'"),

@@ -60,7 +60,7 @@ def as_lines(recorded: Session, trial: str, **columns) -> list[str]:
 
 def stream(prepared, lines):
     real_time = RealTime.model_validate(prepared.trials.provenance["real_time"])
-    return list(read_raw_samples(lines, real_time, prepared.trials.dt, "the amplifier"))
+    return list(read_raw_samples(lines, real_time, prepared.trials.dt, "the amplifier", say=str))
 
 
 @pytest.mark.parametrize(
@@ -109,7 +109,7 @@ def test_an_answer_comes_with_the_sample_of_the_amplifier_that_it_needs():
             yield line
 
     real_time = RealTime.model_validate(prepared.trials.provenance["real_time"])
-    samples = read_raw_samples(amplifier(), real_time, 0.01, "amplifier")
+    samples = read_raw_samples(amplifier(), real_time, 0.01, "amplifier", say=str)
     waits = [asked for _ in zip(range(50), samples, strict=False)]
     assert waits[0] == 2 + 27, "the first lag of the low-pass, 56 ms, and the line of names"
     assert np.all(np.diff(waits[10:]) == 5)  # 500 Hz against 100 Hz

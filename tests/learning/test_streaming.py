@@ -80,7 +80,7 @@ def test_file_and_stream_give_the_mean_and_spread_of_the_batch(checkpoint, trial
 
 def test_one_seed_from_measured_angles_without_times(checkpoint, trials, table):
     network, path = checkpoint
-    text = table.drop(columns="time_s").to_csv(index=False)
+    text = table.rename(columns={"time_s": "another_time_s"}).to_csv(index=False)
     starts = ",".join(["30"] * network.network.history)
     result = run("--checkpoint", path, "--emg", "-", "--seed", SEEDS[1], "--start-deg", starts, text=text)
     written = pd.read_csv(io.StringIO(result.stdout))

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import chain
 
 import numpy as np
 
@@ -11,9 +10,7 @@ from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.inputs import NOTHING, unit_of
 from myowave.learning.streaming.predictor import Predictor
 from myowave.learning.streaming.raw import read_raw_samples
-from myowave.learning.streaming.reading import Sample, read_number, read_samples
-
-Say = Callable[[str], None]
+from myowave.learning.streaming.reading import Sample, Say, read_number, read_samples
 
 
 def start_angles(checkpoint: Checkpoint, text: str) -> list[float]:
@@ -49,7 +46,8 @@ def predict_lines(
         start: from `start_angles`; where it is empty the first measured angles of the lines are taken, where they have
             any, and which start was taken is said, and why.
         fixed: known inputs that hold for the whole run, see `reading.read_known`; the others are columns.
-        say: is told of the start, and once of each quantity that leaves the range of the training trials.
+        say: is told of the start, where there are no times, and once of each quantity that leaves the range of the
+            training trials.
         deg: angles in degrees.
         raw: how the lines, which then hold raw EMG at its own rate, become EMG; see `raw.require_real_time`.
 
@@ -60,15 +58,10 @@ def predict_lines(
     checkpoint, (unit, scale) = predictor.checkpoint, ("deg", math.degrees(1)) if deg else ("rad", 1.0)
     inputs, watch = checkpoint.architecture.known, watch_range(checkpoint, say)
     columns = [name for name in inputs if name not in fixed]
-    rest = iter(lines)
-    if "time_s" not in (head := next(rest, "")):
-        step = checkpoint.dt if raw is None else 1 / raw.rate
-        say(f"{source}, line 1: no column time_s. Assumed: samples {step:g} s apart, as those of the training.")
-    lines = chain([head], rest)
     samples = (
-        read_samples(lines, checkpoint.channels, checkpoint.dt, source, columns)
+        read_samples(lines, checkpoint.channels, checkpoint.dt, source, columns, say=say)
         if raw is None
-        else read_raw_samples(lines, raw, checkpoint.dt, source, columns)
+        else read_raw_samples(lines, raw, checkpoint.dt, source, columns, say=say)
     )
     for i, (sample, given) in enumerate(_with_start(samples, start, checkpoint, say)):
         known = {**fixed, **dict(zip(columns, sample.known, strict=True))}

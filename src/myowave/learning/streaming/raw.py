@@ -15,7 +15,7 @@ import numpy as np
 from myowave.data.checks.values import UNSEEN_LIMIT
 from myowave.data.processing.excitation import Excitation, RealTime
 from myowave.learning.checkpoint import Checkpoint
-from myowave.learning.streaming.reading import RATE_TOLERANCE, Sample, read_samples
+from myowave.learning.streaming.reading import RATE_TOLERANCE, Sample, Say, read_samples
 
 SAME = 1e-6  # of the interval between raw samples: nearer to a raw sample than this is at it
 
@@ -45,11 +45,11 @@ def require_real_time(checkpoint: Checkpoint, path: str | Path) -> RealTime:
 
 
 def read_raw_samples(
-    lines: Iterable[str], real_time: RealTime, dt: float, source: str, known: Sequence[str] = ()
+    lines: Iterable[str], real_time: RealTime, dt: float, source: str, known: Sequence[str] = (), *, say: Say
 ) -> Iterator[Sample]:
     """Samples `dt` apart [s] with EMG as a fraction of what counts as 1, from lines of raw EMG; see `read_samples`."""
     count, started, before = 0, 0.0, np.empty(0)
-    for n, sample in enumerate(_excite(lines, real_time, source, known)):
+    for n, sample in enumerate(_excite(lines, real_time, source, known, say)):
         now = np.array(sample.emg)
         if n == 0:
             started, before = sample.time, now
@@ -60,11 +60,11 @@ def read_raw_samples(
         before = now
 
 
-def _excite(lines: Iterable[str], real_time: RealTime, source: str, known: Sequence[str]) -> Iterator[Sample]:
+def _excite(lines: Iterable[str], real_time: RealTime, source: str, known: Sequence[str], say: Say) -> Iterator[Sample]:
     """Samples at the amplifier's rate, their EMG as a fraction of what counts as 1."""
     excitation, step, first = Excitation(real_time), 1 / real_time.rate, 0.0
     waiting: deque[Sample] = deque()
-    for n, sample in enumerate(read_samples(lines, [*real_time.channels], step, source, known, raw=True)):
+    for n, sample in enumerate(read_samples(lines, [*real_time.channels], step, source, known, say=say, raw=True)):
         first = sample.time if n == 0 else first
         if abs(sample.time - first - n * step) > RATE_TOLERANCE * n * step + step:
             raise ValueError(

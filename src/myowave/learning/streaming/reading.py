@@ -2,7 +2,7 @@
 
 import csv
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from myowave.data.trials import ANGLES
@@ -13,6 +13,7 @@ RATE_TOLERANCE = 0.01  # largest relative difference from the sampling interval 
 ROUNDED = 0.25  # the same of raw EMG, whose times are often rounded to 0.1 ms
 WIDEST = 2 * math.pi  # rad, of an angle over time
 LONGEST = 100_000  # characters of a line: a thousand columns have fewer
+Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,7 @@ def read_samples(
     source: str,
     known: Sequence[str] = (),
     *,
+    say: Say,
     raw: bool = False,
 ) -> Iterator[Sample]:
     """Samples as soon as their lines are there; of lines at a whole multiple of the rate, those that the import keeps.
@@ -54,6 +56,7 @@ def read_samples(
             `angle_rad` or `angle_deg` where it was measured. Others are not read.
         dt: sampling interval that is expected [s].
         source: what the lines come from, for messages.
+        say: is told where there is no time.
         raw: whether they are an amplifier's, whose times are rounded and of which none is left out.
 
     Raises:
@@ -62,6 +65,8 @@ def read_samples(
     numbered = ((f"{source}, line {n}", line) for n, line in enumerate(lines, 1))
     header = [name.strip().removeprefix("\ufeff") for name in _cells(*next(numbered, (source, "")))]
     _check_header(header, channels, known, source)
+    if "time_s" not in header:
+        say(f"{source}, line 1: no column time_s. Assumed: samples {dt:g} s apart, as those of the training.")
     angle = next((name for name in ANGLES if name in header), "")
     wanted = [name for name in ("time_s", *channels, *known) if name in header]
     before, every, count, tolerance = math.nan, 1, 0, ROUNDED if raw else RATE_TOLERANCE
@@ -106,7 +111,7 @@ def _check_header(header: Sequence[str], channels: Sequence[str], known: Sequenc
             f"{' and '.join(missing)} beside EMG. Add a column [{unit_of(name)}], or give what holds for the whole "
             f"run: --known {name}=VALUE."
         )
-    if repeated := [name for name in ("time_s", *channels, *known) if header.count(name) > 1]:
+    if repeated := [name for name in ("time_s", *ANGLES, *channels, *known) if header.count(name) > 1]:
         raise ValueError(f"{source}, line 1: {', '.join(repeated)} is there more than once; keep one of each.")
 
 
