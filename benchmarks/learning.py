@@ -43,6 +43,7 @@ from myowave.learning.windows import Corpus, Pieces, count_training_samples, cou
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model
+from myowave.physics.simulation import channel_delays
 from myowave.plotting import CYCLE, GREY, canvas, save, title
 from myowave.settings import RolloutRecipe, Settings, parse_settings
 
@@ -132,8 +133,8 @@ class PlainNetwork(nn.Module):
 class Plain:
     """Epochs of the plain program, one seed after the other."""
 
-    def __init__(self, trials: Trials, recipe: RolloutRecipe, seeds: int) -> None:
-        self.network, corpus = prepare(trials, recipe, 1)
+    def __init__(self, trials: Trials, recipe: RolloutRecipe, seeds: int, delays: tuple[float, ...] = ()) -> None:
+        self.network, corpus = prepare(trials, recipe, 1, delays=delays)
         self.draw = begin_drawing(self.network, corpus, round(recipe.rollout_s / trials.dt))
         self.nets, self.optimizers = [], []
         for seed in range(seeds):
@@ -162,10 +163,12 @@ class Plain:
         return float(min(scores))
 
 
-def prepare(trials: Trials, recipe: RolloutRecipe, seeds: int, device: str = "cpu") -> tuple[Network, Corpus]:
-    """Fresh weights, and the training part of the trials."""
+def prepare(
+    trials: Trials, recipe: RolloutRecipe, seeds: int, device: str = "cpu", delays: tuple[float, ...] = ()
+) -> tuple[Network, Corpus]:
+    """Fresh weights, and the training part of the trials, their EMG late by `delays` [s], which cost no time."""
     train = trials.select(trials.train)
-    architecture = Architecture(recipe.method, recipe.hidden, len(trials.channels), recipe.history_steps)
+    architecture = Architecture(recipe.method, recipe.hidden, len(trials.channels), recipe.history_steps, delays=delays)
     weights = initialise(architecture, range(seeds))
     network = Network(architecture, Scaling.of(train), weights).trainable(torch.device(device))
     usable = torch.tensor(count_training_samples(train, recipe.validation_fraction, recipe.history_steps))
@@ -300,7 +303,8 @@ def compare_time_to_accuracy(
             spent, checkpoint = time.process_time() - begin, last.checkpoint
             note(result["ours"], budget, spent, score(checkpoint, trials))
         if "seconds" not in result["plain"]:
-            plain, begin = Plain(trials, shorter, TEAM), time.process_time()
+            delays = channel_delays(model, trials.channels) if recipe.emg_input == "delayed" else ()
+            plain, begin = Plain(trials, shorter, TEAM, delays), time.process_time()
             for epoch in range(budget):
                 plain.epoch(decay(epoch, budget))
             note(result["plain"], budget, time.process_time() - begin, plain.test_r2(trials))
