@@ -89,8 +89,8 @@ def write_page(
         "other muscle curves.",
         _values(values),
         "## Do more scales help?",
-        "Test R2 with the most scales less that with one, seed by seed; a difference of more than two standard errors "
-        "is a finding.",
+        "Test R2 with the most scales less that with one, seed by seed; a difference with p below 0.05 by "
+        "Student's t is a finding.",
         _judged(judged),
     ]
     return "\n\n".join(parts) + "\n"

@@ -37,6 +37,11 @@ def test_every_dataset_model_and_recipe_with_several_scales_is_judged():
     assert judged.loc[("a", "base"), ["scales", "finding"]].tolist() == ["3 against 1", "helps in this draw"]
     assert judged.loc[("b", "base"), ["recipe", "finding"]].tolist() == ["other", "harms in this draw"]
     assert judged.loc[("a", "base+x"), "finding"] == "not more than the scatter of seeds"
+    # Two standard errors of three seeds are 18 % chance.
+    few = pd.concat([rows("a", 1, [0.5, 0.5, 0.5]), rows("a", 3, [0.51, 0.54, 0.56])])
+    assert judge_scales(few)["finding"].item() == "not more than the scatter of seeds"
+    away = pd.concat([rows("a", 1, [0.5, 0.5, 0.5]), rows("a", 3, [0.8, 0.81, np.nan])])
+    assert judge_scales(away)[["seeds_that_gain", "finding"]].values.tolist() == [["2 of 3", "a seed ran away"]]
     one_seed = pd.concat([rows("a", 1, [0.1]), rows("a", 2, [0.9])])
     assert judge_scales(one_seed)["finding"].item() == "not more than the scatter of seeds"
     assert list(judge_scales(rows("alone", 1, [0.5])).columns) == list(judge_scales(summary).columns)

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.stats import sem, t
 
 from myowave.data.store import read_table
 
-CLEAR = 2.0  # standard errors from 0 from which a difference is more than the scatter of seeds
+CLEAR = 0.05  # p-value below which a difference is more than the scatter of seeds
 
 
 def read_histories(paths: Iterable[str | Path]) -> dict[int, pd.DataFrame]:
@@ -51,11 +52,13 @@ def judge_scales(summary: pd.DataFrame) -> pd.DataFrame:
         most, fewest = wide.columns.max(), wide.columns.min()
         if most == fewest:
             continue
-        gain = (wide[most] - wide[fewest]).dropna().to_numpy()
-        mean = gain.mean() if len(gain) else np.nan
-        error = gain.std(ddof=1) / np.sqrt(len(gain)) if len(gain) > 1 else np.nan
-        clear = abs(mean) > CLEAR * error
+        gain = (wide[most] - wide[fewest]).to_numpy()
+        mean, error = gain.mean(), sem(gain) if len(gain) > 1 else np.nan
+        # Five seeds are few: of Student's t, and none where a seed ran away.
+        clear = abs(mean) > t.isf(CLEAR / 2, len(gain) - 1) * error
         finding = f"{'helps' if mean > 0 else 'harms'} in this draw" if clear else "not more than the scatter of seeds"
+        if np.isnan(gain).any():
+            finding = "a seed ran away"
         counted = f"{(gain > 0).sum()} of {len(gain)}"
         rows.append((dataset, model, recipe, f"{most} against {fewest}", mean, error, counted, finding))
     labels = ["dataset", "model", "recipe", "scales"]
