@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE
-from myowave.diagnosis.likelihood.components import EMG, REPEATS
+from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE, OWN_SHAPES
+from myowave.diagnosis.likelihood.components import EMG, REPEATS, SHAPES
 from myowave.diagnosis.search import answer
 from myowave.diagnosis.search.answer import answer_of
 
@@ -35,6 +35,13 @@ def test_the_fewest_names_that_hold_what_is_missing_are_a_class(said):
     assert said((0.97, "drag", ""), (0.03, "tilt", "")) == ("effect", (("drag",),))
     assert said((0.6, "drag", ""), (0.4, "", "")) == ("undecidable", ())
     assert said((0.4, "drag", ""), (0.6, "", "")) == ("adequate", ())
+
+
+def test_a_name_is_not_all_where_other_shapes_are_likelier_than_not_beside_it(said):
+    assert said((0.8, "drag", SHAPES), (0.2, "drag", "")) == ("partial", (("drag",),))
+    assert said((0.4, "drag", SHAPES), (0.6, "drag", "")) == ("effect", (("drag",),))
+    assert said((0.4, "drag", SHAPES), (0.3, "drag", REPEATS), (0.3, "drag", "")) == ("partial", (("drag",),))
+    assert said((0.6, "", SHAPES), (0.4, "drag", "")) == ("class", ((OWN_SHAPES, "drag"),)), "it is named already"
 
 
 def test_where_only_pieces_are_followed_no_probability_names_anything(said):

@@ -132,8 +132,11 @@ def answer_of(posterior: Posterior) -> Answer:
         # What has no name may look like any of a recorder's doings; and one cause that the catalogue lacks and that is
         # much like an effect is as usual as this effect with such a cause beside it.
         named = tuple((*c, OUTSIDE) for c in named if not set(c) & set(NAME_OF.values()))
-    # Where nothing else is said, it takes as much to say that something is missing as to name it.
-    beyond = not sound or len(named) < len(classes) or (likely and bool(named))
+    # Where nothing else is said, it takes as much to say that something is missing as to name it; beside a name, that
+    # nothing but noise is left has to be likelier than not.
+    unnamed = {OUTSIDE, OWN_SHAPES}.difference(*named)
+    more = sum(p for p, some in rows if some & unnamed) > LIKELY
+    beyond = not sound or len(named) < len(classes) or ((likely or more) and bool(named))
     return Answer(_kind(named, something, usual, beyond=beyond), named, probabilities, best, white, usual)
 
 
