@@ -13,7 +13,8 @@ from myowave.diagnosis.search.diagnose import _proposals
 from myowave.diagnosis.search.ladder import Ladder, ladder_of, shown_fit
 from myowave.diagnosis.search.verdict import Verdict
 from myowave.diagnosis.search.weigh import weigh_models
-from myowave.identification.output_error import begin_from
+from myowave.identification.free_parameters import effect_parameters
+from myowave.identification.output_error import begin_from, refit
 
 
 @pytest.fixture(scope="module")
@@ -22,12 +23,16 @@ def few(effects):
 
 
 @pytest.fixture(scope="module")
-def weighed(make_fit, few):
+def posterior(make_fit, few):
+    """All models that were weighed of trials with damping."""
+    return weigh_models(make_fit({"joint_damping": {"c": 1.0}}), few)
+
+
+@pytest.fixture(scope="module")
+def weighed(posterior, few):
     """An answer on damping, and its ladder."""
-    fit = make_fit({"joint_damping": {"c": 1.0}})
-    posterior = weigh_models(fit, few)
     answer = answer_of(posterior)
-    return answer, ladder_of(fit, posterior, answer, few)
+    return answer, ladder_of(posterior.base.fit, posterior, answer, few)
 
 
 def test_an_effect_that_alone_explains_all_is_named(weighed):
@@ -45,6 +50,18 @@ def test_each_rung_ranks_what_it_lacks_the_most_likely_first(weighed):
     assert {c.name for c in last} == {"gravity_tilt", "hand_load"} and not any(c.status == "supported" for c in last)
     without, nats = ladder.odds["joint_damping"]
     assert without == "base" and nats == pytest.approx(first[0].log_odds)
+
+
+def test_no_odds_are_told_against_a_model_that_was_not_weighed(posterior, few):
+    """Of two effects of which one alone was weighed, only the other has odds; what has an effect says nothing of it."""
+    damped = posterior.models[frozenset(["joint_damping"]), False]
+    model = damped.fit.model.with_effects([few[1]])
+    both = refit(damped.fit, model, (*damped.fit.free, *effect_parameters(model, few[1])))
+    pair = replace(damped, effects=("joint_damping", "gravity_tilt")).at(both)
+    models = {(frozenset(m.effects), False): m for m in (posterior.base, damped, pair)}
+    named = replace(answer_of(posterior), best=pair, named=(("joint_damping",), ("gravity_tilt",)))
+    odds = ladder_of(posterior.base.fit, replace(posterior, models=models), named, few).odds
+    assert {name: without for name, (without, _) in odds.items()} == {"gravity_tilt": "base+joint_damping"}
 
 
 def test_where_more_is_missing_what_was_found_is_shown_as_near_to_the_trials_as_it_gets(weighed):

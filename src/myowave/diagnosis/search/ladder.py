@@ -50,7 +50,8 @@ class Ladder:
     # of the effects that each lacks, the most likely first; the last asks for none
     rankings: tuple[list[Candidate], ...]
     estimates: tuple[Mapping[str, tuple[float, float]], ...] = ()  # of each model's parameters, `Hypothesis.averaged`
-    # for each such effect the model with all others, and the log odds of the last model against it [nats]
+    # for each effect of the last model, where one with all others was weighed, that one, and the log odds of the last
+    # model against it [nats]
     odds: Mapping[str, tuple[str, float]] = field(default_factory=dict)
 
     @property
@@ -74,10 +75,8 @@ def ladder_of(fit: Fit, posterior: Posterior, answer: Answer, effects: Iterable[
             rungs.append(max((m for m in closer if len(m.effects) == least), key=lambda m: m.total))
         rungs.append(likeliest.get(named, answer.best))
     last = rungs[-1]
-    odds = {}
-    for name in named:
-        without = likeliest.get(frozenset(last.effects) - {name}, rungs[-2])
-        odds[name] = (without.fit.model.name, last.total - without.total)
+    without = {name: likeliest.get(frozenset(last.effects) - {name}) for name in named}
+    odds = {name: (m.fit.model.name, last.total - m.total) for name, m in without.items() if m is not None}
     fits = [fit]
     for rung in rungs[1:-1]:
         fits.append(_by_least_squares(fits[-1], rung))
