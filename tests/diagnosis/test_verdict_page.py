@@ -321,6 +321,15 @@ def test_noise_of_the_emg_is_named_in_words_and_there_is_no_model_to_add(story):
     assert "base+joint_damping/rollout" in page and "noise of the recorded EMG" in page
 
 
+def test_noise_of_the_emg_that_may_be_something_else_is_told_as_a_condition(facts):
+    noisy = {"effects": ["joint_damping", "emg_noise"], "emg_noise": 0.02, "emg_motion_deg": 1.2}
+    sure = tell(facts(verdict="effect", **noisy))
+    unsure = tell(facts(verdict="class", alternatives=[["emg_noise", "drag"]], **noisy))
+    assert " Noise of the recorded EMG (standard" in sure["lead"] and "EMG is such a torque" in sure["missing"]
+    assert "If there is noise of the recorded EMG, it (standard" in unsure["lead"]
+    assert "EMG would be such a torque" in unsure["missing"]
+
+
 LONG = {"a": "crosstalk between electrodes", "b": "activation that lags behind the excitation"}
 
 
