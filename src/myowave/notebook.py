@@ -92,7 +92,7 @@ def diagnose(
     config: Sequence[str | Path] = ("config.yaml",),
     say: Callable[[str], None] = lambda line: None,
 ) -> Diagnosed:
-    """Find out which physical effects explain what a model of the arm misses; takes about a minute.
+    """Find out which physical effects explain what a model of the arm misses; takes one to ten minutes.
 
     Args:
         trials: those kept for testing are predicted, and take no part in the verdict.
