@@ -77,6 +77,29 @@ def test_a_motors_torque_is_known_over_time_and_falls_with_speed(make):
         make(motor=motor(kt_Nm_A=None))
 
 
+def test_a_duty_in_percent_is_told_from_a_share(make, tmp_path):
+    share = make(motor=motor()).signals["motor_Nm"]
+    for path in tmp_path.glob("*.csv"):
+        pd.read_csv(path).assign(duty=lambda table: 100 * table["duty"]).to_csv(path, index=False)
+    np.testing.assert_allclose(make(motor=motor(unit="%")).signals["motor_Nm"], share, atol=1e-12)
+    with pytest.raises(ValueError, match="motor: duty reaches 10 in trial one; expected the share of the voltage"):
+        make(motor=motor())
+
+
+def test_only_what_is_uneven_is_brought_to_another_rate_and_never_to_one_that_folds_it(make, tmp_path):
+    time = np.arange(3000) / 500
+    for name in ("one", "two"):
+        pd.DataFrame({"time_s": time, "angle_rad": np.sin(time)}).to_csv(tmp_path / f"{name}-even.csv", index=False)
+    even = make(
+        angle={"file": "{trial}-even.csv", "unit": "rad"}, keep={"file": "{trial}.csv", "column": "on", "equals": 1}
+    )
+    assert even.dt == pytest.approx(1 / 500)
+    with pytest.raises(
+        ValueError, match=r"one.csv: angle_rad is sampled unevenly, 100.* resample_hz is 40, which would"
+    ):
+        make(layout={"resample_hz": 40})
+
+
 def test_the_part_in_which_a_column_has_a_value_is_kept(make):
     keep = {"file": "{trial}.csv", "column": "on", "equals": 0}
     whole, part = make(), make(keep=keep)

@@ -34,6 +34,7 @@ from myowave.settings.data import role_problems
 from myowave.settings.keys import did_you_mean
 from myowave.settings.recording import TRIAL, EmgChannel, RawAngle, RawKeep, RawMotor, RawTorque, Signed
 
+MOST_DUTY = 1.02  # share of the supply's voltage on a motor, and rounding [-]
 TIDY_ENDINGS = (".csv", ".parquet")
 
 
@@ -159,7 +160,12 @@ class Reading:
         """Torque of a motor at rest [N m], recorded or by its duty and the voltage."""
         if motor.volts is None:
             return self._read(trial, "motor", motor, TO_NEWTON_METRES)
-        duty = self._read(trial, "motor", motor, TO_NUMBER)
+        duty = self._read(trial, "motor", motor, TO_FRACTION)
+        if (most := np.abs(duty.values).max()) > MOST_DUTY:
+            self.say(
+                f"{self.where}.motor: {motor.column} reaches {most:.3g} in trial {trial}; expected the share of "
+                "the voltage, -1 to 1. Name % as its unit, or divide it in the files."
+            )
         supply = motor.model_copy(update={"column": motor.volts, "unit": "V", "sign": 1})
         volts = self._read(trial, "motor", supply, {"V": 1.0})
         return replace(duty, values=torque_per_volt(motor) * duty.values * volts.values, unit="Nm")

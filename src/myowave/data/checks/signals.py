@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from myowave.data.readers import RawRecording, Signal
+from myowave.data.readers.signals import adrift, uneven
 from myowave.data.trials import Array
 
-STEP_TOLERANCE = 0.01  # jitter of the sampling allowed beyond the rounding of times, as a fraction of a step
 RATE_TOLERANCE = 0.005  # largest relative difference of two rates that counts as rounding
 
 
@@ -20,6 +20,7 @@ class Pace:
     shortest_s: float
 
 
+_RESAMPLE = "Resample the file to one rate, as layout.resample_hz does with tables of text"
 RAW = Pace(slowest=10.0, fastest=50_000.0, shortest_s=2.0)  # filters need some seconds
 TIDY = Pace(slowest=10.0, fastest=2500.0, shortest_s=0.4)  # no elbow motion is over so soon
 
@@ -28,7 +29,7 @@ def signal_problem(raw: RawRecording, signal: Signal, rate_hz: float | None, pac
     """What makes a signal of a file unusable; `rate_hz` is what the settings state [Hz], `pace` what it may be."""
     if signal.odd:
         sample, found = next(iter(signal.odd.items()))
-        do = "Fill the gap, or cut the file there."
+        do = "Fill the gap, or cut the file there; over rows left out, 0.1 s at most, layout.resample_hz draws lines."
         if isinstance(found, str) and "," in found:
             do = "Write decimals with a point."
         elif sample + len(signal.odd) == len(signal.values):
@@ -78,26 +79,16 @@ def _time_problem(raw: RawRecording, signal: Signal, time: Array) -> str | None:
             f"{where}: time {how} ({len(back)} such rows). Trials must be sampled at one rate, their times written "
             f"with all digits; export or resample the file, or cut it at {where.rpartition(', ')[2]}."
         )
-    step = float(np.median(steps))
-    allowed = STEP_TOLERANCE * step + min(_rounding(time), 0.1 * step)  # rounded steps differ by one unit at most
-    if len(uneven := np.flatnonzero(np.abs(steps - step) > allowed)):
-        n = uneven[0]
+    if len(odd := uneven(time)):
+        n = odd[0]
         return (
             f"{raw.at(n + 1, signal)}: time goes from {time[n]:.10g} to {time[n + 1]:.10g}, a step of {steps[n]:.4g} s "
-            f"({len(uneven)} such rows); expected {step:.4g} s like the others. Resample the file to one rate, or cut "
-            "it there."
+            f"({len(odd)} such rows); expected {np.median(steps):.4g} s like the others. {_RESAMPLE}, or cut it there."
         )
-    even = np.linspace(time[0], time[-1], len(time))
-    if len(adrift := np.flatnonzero(np.abs(time - even) > step / 2)):
-        n = adrift[0]
+    if len(off := adrift(time)):
+        n, even = off[0], np.linspace(time[0], time[-1], len(time))
         return (
             f"{raw.at(n, signal)}: time is {time[n]:g}, more than half a step off even sampling ({even[n]:.6g}): the "
-            "rate drifts. Resample the file to one rate."
+            f"rate drifts. {_RESAMPLE}."
         )
     return None
-
-
-def _rounding(time: Array) -> float:
-    """The unit [s] to which times were rounded when written, 0 where there is none coarser than 1e-6."""
-    units = (10.0**-digits for digits in range(7))
-    return next((unit for unit in units if np.abs(time / unit - np.round(time / unit)).max() < 1e-6), 0.0)

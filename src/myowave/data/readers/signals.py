@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+STEP_TOLERANCE = 0.01  # jitter of the sampling allowed beyond the rounding of times, as a fraction of a step
 _EMPTY = ("", "nan")
 
 
@@ -87,3 +88,23 @@ class RawRecording:
     def at(self, sample: int, signal: Signal) -> str:
         """Where a sample of a signal stands, as messages begin: `trial2.csv, row 118`."""
         return f"{self.path}, row {sample + (signal.first_row or self.first_row)}"
+
+
+def uneven(time: NDArray[np.float64]) -> NDArray[np.int_]:
+    """Samples of two or more, at times [s] (N,), whose distance to the next is unusual, beyond rounding."""
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    allowed = STEP_TOLERANCE * step + min(_rounding(time), 0.1 * step)  # rounded steps differ by one unit at most
+    return np.flatnonzero(np.abs(steps - step) > allowed)
+
+
+def adrift(time: NDArray[np.float64]) -> NDArray[np.int_]:
+    """Samples of two or more, at times [s] (N,), that are more than half a step off even sampling."""
+    even = np.linspace(time[0], time[-1], len(time))
+    return np.flatnonzero(np.abs(time - even) > float(np.median(np.diff(time))) / 2)
+
+
+def _rounding(time: NDArray[np.float64]) -> float:
+    """The unit [s] to which times were rounded when written, 0 where there is none coarser than 1e-6."""
+    units = (10.0**-digits for digits in range(7))
+    return next((unit for unit in units if np.abs(time / unit - np.round(time / unit)).max() < 1e-6), 0.0)

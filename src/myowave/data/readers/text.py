@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from myowave.data.processing.units import plain_unit
-from myowave.data.readers.signals import Signal
+from myowave.data.readers.signals import Signal, adrift, uneven
 from myowave.data.trials import Array
 
 _HEAD_BYTES = 65_536  # names and units stand there; below them are digits
@@ -21,6 +21,7 @@ _CONTROL = set(range(32)) - set(b"\t\n\r\f")
 _SEPARATORS = "\t;|,"
 _THOUSANDS, _BELOW_THOUSAND = r"[-+]?[1-9]\d{0,2}([.,]\d{3})+", r"[-+]?\d{1,3}"
 MANY = 20  # such cells are no chance
+LEAST_KEPT = 0.5  # of a signal's own rate, to which straight lines may bring it [-]
 LONGEST_LINE_S = 0.1  # over which a straight line says where an elbow was
 _UNIT = re.compile(r"^(.*?)\s*[\[(]([^\[\]()]*)[\])]$")  # Biceps [uV] or Biceps (uV)
 _TIME = re.compile(r"(time|t)(_m?s)?|zeit", re.IGNORECASE)
@@ -138,11 +139,22 @@ def to_signals(path: Path, cells: pd.DataFrame, names: Sequence[str], units: Seq
 
 
 def evenly_sampled(path: Path, signal: Signal, rate: float) -> Signal:
-    """A signal on straight lines between its samples, at times of one rate [Hz]; as it is where its times do not rise
-    or a cell is no number, which is for a check to refuse."""
-    time = signal.time
-    if time is None or signal.odd or len(time) < 2 or not (np.diff(time) > 0).all():
+    """A signal on straight lines between its samples, at times of one rate [Hz]; as it is where its times are even, and
+    where they do not rise or a cell is no number, which is for a check to refuse.
+
+    A ValueError over too long a gap, or where what is faster than half the rate would be folded into what is slower.
+    """
+    time, own = signal.time, signal.rate_by_time
+    if time is None or own is None or signal.odd or not (np.diff(time) > 0).all():
         return signal
+    if not len(uneven(time)) and not len(adrift(time)):
+        return signal
+    if rate < LEAST_KEPT * own:
+        raise ValueError(
+            f"{path}: {signal.name} is sampled unevenly, {own:.4g} times a second, and resample_hz is {rate:g}, which "
+            "would fold its fast parts into the slow ones. Set resample_hz to its rate; processing.rate_hz is that of "
+            "the trials."
+        )
     step, at = float(np.diff(time).max()), float(time[np.diff(time).argmax()])
     if step > max(LONGEST_LINE_S, 3 * float(np.median(np.diff(time)))):
         raise ValueError(
