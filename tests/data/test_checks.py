@@ -163,22 +163,26 @@ def curls():
 
 
 @pytest.mark.parametrize("flexor", ["emg_biceps", "emg_brachioradialis"])
-def test_a_person_whose_channels_are_swapped_in_one_trial_or_two_is_found_and_no_other_trial(curls, flexor):
+def test_a_trial_of_a_person_with_swapped_channels_or_the_angle_turned_is_found_and_no_other(curls, flexor):
     """Weak contractions of a trial are no reason: what the channels have to do with angle and speed tells, too."""
     prepared, sides = curls
 
-    def told(*names):
+    def told(*names, turned=None):
         recordings = dict(prepared.recordings)
         for name in names:
             emg = recordings[name].emg
-            turned = {flexor: emg["emg_triceps"], "emg_triceps": emg[flexor]}
-            recordings[name] = replace(recordings[name], emg={**emg, **turned})
+            swapped = {flexor: emg["emg_triceps"], "emg_triceps": emg[flexor]}
+            recordings[name] = replace(recordings[name], emg={**emg, **swapped})
+        if turned:
+            recordings[turned] = replace(recordings[turned], angle=np.pi - recordings[turned].angle)
         found = [f.found for f in cause.CAUSE[-1].of(cause.Cause(replace(prepared, recordings=recordings), sides))]
         return re.findall(f"{flexor} and emg_triceps goes .*? in trial (.*?) and no other", "".join(found))
 
     assert told() == []
     for some in (*combinations(prepared.recordings, 1), *combinations(prepared.recordings, 2)):
         assert told(*some) == [", ".join(some)]
+    for name in prepared.recordings:
+        assert told(turned=name) == [name]
 
 
 def lifted(tilt, seed):

@@ -21,6 +21,9 @@ AGAINST, MOST_TRIALS = 0.15, 0.8
 """Share of the acceleration's scatter that EMG explains before its sign says something, and the share of trials that
 agree [-]. A person's flexors have 0.21 to 0.24, those of simulated arms, each effect of the catalogue in them, 0.8 or
 more."""
+SIGNS = np.array([[1.0, 1.0, 1.0], [-1.0, -1.0, -1.0], [1.0, -1.0, -1.0]])
+"""Of what EMG goes with in a trial, weight, speed and acceleration: as it should, with channels swapped or the angle's
+sign turned, and with 180 minus the angle, whose sine is that of the angle."""
 SURE = 19.0  # to 1: what is told of one trial
 ALL = ""
 DELAY_S, SMOOTH_S = 0.08, 0.25  # of EMG before the motion, and of polynomials that differentiate the angle [s]
@@ -101,7 +104,7 @@ def _pair_against(prepared: Prepared, flexor: str, extensor: str) -> Iterator[st
 
 def _unlike_the_others(prepared: Prepared, flexor: str, extensor: str, effort: Mapping[str, Array]) -> list[str]:
     """Trials whose flexor goes with the motion as extensors do in the others, and the other way round: with these
-    swapped back, that all trials are alike is `SURE` times as likely."""
+    turned back, in one of the ways of `SIGNS`, that all trials are alike is `SURE` times as likely."""
     if len(effort) < 3:  # of two nobody can say which
         return []
     ways, trials = np.empty((len(effort), 3)), prepared.trials
@@ -117,16 +120,17 @@ def _unlike_the_others(prepared: Prepared, flexor: str, extensor: str, effort: M
         way[:] = *(x[:2] @ (x[2] - x[3]) / x.shape[1]), flexing - extending
 
     def evidence(signs: Array) -> float:
-        # ASSUME: trials scatter normally, in weight, speed and acceleration by themselves; that one is swapped is
-        # beforehand as likely as that none is.
-        spread = (signs[:, None] * ways).std(0).clip(1e-12)
-        return float(-(len(signs) - 1) * np.log(spread).sum() - (signs < 0).sum() * np.log(len(signs)))
+        # ASSUME: trials scatter normally, in weight, speed and acceleration by themselves; that one is odd, in either
+        # way, is beforehand as likely as that none is.
+        spread, odd = (signs * ways).std(0).clip(1e-12), (signs < 0).any(1).sum()
+        return float(-(len(signs) - 1) * np.log(spread).sum() - odd * np.log(len(signs) * (len(SIGNS) - 1)))
 
-    as_is = best = np.ones(len(ways))
+    as_is = best = np.ones(ways.shape)
+    trial = np.eye(len(ways), dtype=bool)[..., None]
     for _ in ways:
-        best = max((best, *(best * (1 - 2 * np.eye(len(ways))))), key=evidence)
+        best = max((np.where(one, sign, best) for one in trial for sign in SIGNS), key=evidence)
     sure = evidence(best) - evidence(as_is) > np.log(SURE)
-    return [name for name, sign in zip(effort, best, strict=True) if sure and sign < 0]
+    return [name for name, sign in zip(effort, best, strict=True) if sure and (sign < 0).any()]
 
 
 def effort_along_motion(prepared: Prepared, flexor: str, extensor: str) -> dict[str, Array]:
@@ -157,5 +161,6 @@ CAUSE = (
           "see it, and say processing.emg_start_offset_s. Nothing was shifted here."),
     Check("EMG against the motion", _against,
           "Are the channels swapped (emg), is the angle counted the other way (sign: -1), or is 180 the straight arm "
-          "(sign: -1 and offset_deg: 180)? Or was the upper arm held otherwise there (conditions: tilt)?"),
+          "(sign: -1 and offset_deg: 180)? If only in some trials, correct their files. Or was the upper arm held "
+          "otherwise there (conditions: tilt)?"),
 )  # fmt: skip
