@@ -59,6 +59,7 @@ def facts() -> Callable[..., dict[str, Any]]:
     c = parameter(1.5, se=0.1, unit="N m s/rad")
     verdict: dict[str, Any] = {
         "dataset": "elbow",
+        "electrodes": ["emg_biceps", "emg_triceps"],
         "horizon_s": None,
         "verdict": "effect",
         "effects": ["joint_damping"],

@@ -414,6 +414,14 @@ def test_where_nothing_was_hidden_the_page_says_what_the_verdict_made_of_it(kind
     assert f"nothing was hidden in them, and {told}" in score and ("reported" in score) == (kind != "undecidable")
 
 
+def test_nobody_is_told_to_curl_a_machine_that_the_model_does_not_follow(facts):
+    r2 = {"base": -3.0, "posture and speed": 0.8, "EMG without physics": 0.8}
+    told = tell(facts(follows=False, horizon_s=0.5, model="base", electrodes=[], torque={"held_out": True, "r2": r2}))
+    said = " ".join(told[part] for part in ("headline", "lead", "torque", "todo", "plan"))
+    assert not told["session"] and not re.search("EMG|muscle|hand", said), said
+    assert "the model explains R² -3" in told["torque"] and told["headline"].startswith("The model does not follow")
+
+
 def test_what_to_record_is_told_so_that_a_person_can_do_it(facts):
     proposed = {"question": "a or b", "trial": "passive swing", "separation": 40.0, "now": 2.0}
     assert tell(facts())["plan"] == "No further trial would tell more of what was weighed."

@@ -116,6 +116,8 @@ def needs_others(verdict: Verdict) -> bool:
     """Whether the trials say too little of the muscles, so that others should be recorded: posture and speed, with the
     load where it is known, explain the torque as well as EMG and muscles do, or the model does not follow."""
     r2, found = verdict["torque"]["r2"], verdict["model"]
+    if not verdict["electrodes"]:
+        return False
     if not verdict["follows"] or r2[POSTURE] is None or r2[found] is None:
         return not verdict["follows"]
     return not r2[found] > r2[POSTURE] + AS_GOOD or r2[found] < r2.get(POSTURE_LOAD, -math.inf) - AS_GOOD
