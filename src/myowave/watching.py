@@ -142,10 +142,11 @@ def import_named(names: Sequence[str], folder: Path, settings: Settings, dataset
 
 
 def _known_of(name: str, block: Dataset) -> Mapping[str, float]:
-    """What is known of a trial: by its own name in the settings, of others of its kind, or by a name such as 2kg_1."""
-    alike = {kind_of(one): known for one, known in block.conditions.items()}
+    """What is known of a trial: by its own name, alike of all others of its kind, or by a name such as 2kg_1."""
+    alike = [known for one, known in block.conditions.items() if kind_of(one) == kind_of(name)]
     load = re.search(r"(\d+(?:\.\d+)?) ?kg", name)
-    known = block.conditions.get(name, alike.get(kind_of(name), {"load": float(load[1])} if load else {}))
+    of_kind = alike[0] if alike and all(one == alike[0] for one in alike) else {"load": float(load[1])} if load else {}
+    known = block.conditions.get(name, of_kind)
     if not known and any("load" in one for one in block.conditions.values()):
         raise ValueError(f"what does the hand hold? Call it 2kg_1, or write conditions: {{{name}: {{load: 2}}}}.")
     return known

@@ -98,6 +98,14 @@ def test_what_the_hand_holds_is_told_by_the_settings_or_by_the_name(session):
     assert "2 trials: trial7, 1.5kg_1" in said and "3 trials" in said, said
 
 
+def test_trials_of_a_kind_that_hold_unlike_loads_say_nothing_of_the_next():
+    block = SimpleNamespace(conditions={"trial1": {"load": 1.0}, "trial2": {"load": 2.0}, "light_1": {"load": 0.5}})
+    known = {name: watching._known_of(name, block) for name in ("trial2", "light_7", "3kg_1")}
+    assert known == {"trial2": {"load": 2.0}, "light_7": {"load": 0.5}, "3kg_1": {"load": 3.0}}
+    with pytest.raises(ValueError, match="what does the hand hold?"):
+        watching._known_of("trial3", block)
+
+
 def test_raw_trials_are_found_by_the_patterns_of_the_settings_and_groups_by_their_names(session):
     block = yaml.safe_load(Path("config.yaml").read_text())["data"]["datasets"]["human_curls"]
     block = yaml.safe_load(yaml.safe_dump(block).replace("data/elbow_curls", "new"))
