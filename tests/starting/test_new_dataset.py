@@ -44,6 +44,35 @@ def everything(seed):
     return {"time": times(), "Biceps [uV]": burst(seed), "Triceps [uV]": burst(seed + 50), "Elbow angle [deg]": angle}
 
 
+def test_emg_in_percent_of_a_maximum_needs_no_gain(workplace, laid_over):
+    for seed, trial in enumerate(("left1", "left2", "right1", "right2")):
+        share = {
+            f"EMG {m} [%]": np.abs(burst(seed + k, rate=ANGLE_HZ)) / 2 for k, m in enumerate(("biceps", "triceps"))
+        }
+        columns = {"Time [s]": times(rate=ANGLE_HZ), **share, "Elbow [deg]": curl() + seed}
+        table(workplace / "sides" / f"{trial}.csv", columns)
+    made = new("sides")
+    dataset = laid_over(made.text).dataset("mine")
+    assert {channel: one.form for channel, one in dataset.emg.items()} == {
+        "emg_biceps": "fraction",
+        "emg_triceps": "fraction",
+    }
+    assert "unknown gain" not in made.text
+    prepared, _ = import_trials("mine", dataset)
+    raw = np.abs(burst(0, rate=ANGLE_HZ)) / 200
+    np.testing.assert_allclose(prepared.trials.emg[0, :, 0], raw, atol=1e-9)
+
+
+def test_files_of_several_people_are_told_and_columns_by_their_names_where_none_is_emg(workplace):
+    for person in ("sub-01", "sub-02"):
+        for trial in ("t1", "t2"):
+            columns = {"time": times(rate=ANGLE_HZ), "a": curl(), "b": 0 * curl()}
+            table(workplace / "people" / person / f"{trial}.csv", columns)
+    made = new("people")
+    assert "if sub-01, sub-02 are people" in made.said and "none that names or units tell, of a, b" in made.said
+    assert "physics:" not in made.text
+
+
 def test_what_no_unit_and_no_name_says_is_left_to_fill_in_with_what_was_found(workplace, laid_over):
     """Names of columns in another language, decimal commas, times in ms, no units."""
     for seed, trial in enumerate(("t1", "t2")):

@@ -12,7 +12,7 @@ import yaml
 
 from myowave.data.checks.signals import RATE_TOLERANCE, RAW
 from myowave.data.importing import UNDERSHOOT
-from myowave.data.processing.units import TO_MICROVOLTS
+from myowave.data.processing.units import PERCENT, TO_MICROVOLTS
 from myowave.data.readers import ENDINGS, ending_of
 from myowave.data.readers.delimited import timed_in
 from myowave.data.reading import TIDY_ENDINGS
@@ -177,7 +177,9 @@ def _emg_lines(folder: Path, emg: Mapping[str, Found], recorded: Recorded) -> It
         by_name = found.unit in TO_MICROVOLTS
         unit = f"{found.unit} # GUESSED: its name ends so" if by_name else "au # FILL IN uV, mV or V"
         yield from (f"    {line}" for line in _key_lines(folder, found, unit))
-        if found.span[0] >= 0:
+        if found.unit == PERCENT:
+            yield "    form: fraction # GUESSED: % of a maximum contraction"
+        elif found.span[0] >= 0:
             yield "    form: envelope # GUESSED: it is never below 0"
 
 

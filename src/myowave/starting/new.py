@@ -84,7 +84,8 @@ def begin(
         f"    {name}:",
         *(f"      {line}" for line in [*block.lines, f"arm: {named}"]),
     ]
-    if block.kind == "recorded" and not any("normalise: mvc" in line for line in block.lines):
+    of_maximum = any(key in line for line in block.lines for key in ("normalise: mvc", "form: fraction"))
+    if block.kind == "recorded" and not of_maximum:
         lines += _wide_bounds(_laid_over(below, lines), named)
     said = _said(name, config, block, recorded, lines, _problems(_laid_over(below, lines)))
     with replacing(target) as temporary:
@@ -95,7 +96,7 @@ def begin(
 def _arm_lines(preset: str, channels: Sequence[str], body: tuple[float, float, str] | None) -> Iterator[str]:
     """The preset with the person's forearm, and with muscles to fill in whose EMG is not among the channels."""
     muscles = {name: muscle["emg"] for name, muscle in read_preset(preset)["muscles"].items()}
-    missing = {name: channel for name, channel in muscles.items() if channel not in channels}
+    missing = {name: channel for name, channel in muscles.items() if channels and channel not in channels}
     if body is None and not missing:
         return
     yield f"preset: {preset} # muscles with moment arms of an adult, and curves"
@@ -144,7 +145,7 @@ def _said(
         more = f" and {len(left_out) - 3} more" if left_out[3:] else ""
         besides.append(f"of no trial, by name or by signals: {', '.join(left_out[:3])}{more}")
     files = [pattern.replace(TRIAL, trial) for trial in recorded.naming.trials for pattern in recorded.naming.patterns]
-    if len(people := dict.fromkeys(found[0] for file in files if (found := _PERSON.search(file)))) > 1:
+    if len(people := dict.fromkeys(person[0] for file in files if (person := _PERSON.search(file)))) > 1:
         besides.append(f"a dataset is one person's: if {', '.join(people)} are people, name the files of one by --from")
     loads = f"data.datasets.{name}.conditions: {TO_FILL_IN} the load in each trial [kg]; 0 is an empty hand."
     marked = [line.strip() for line in lines[2:] if "GUESSED" in line or "FILL IN" in line]

@@ -13,7 +13,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from myowave.data.problems import say_once
-from myowave.data.processing.units import TO_MICROVOLTS, TO_RADIANS, plain_unit, unit_here
+from myowave.data.processing.units import ARBITRARY, PERCENT, TO_MICROVOLTS, TO_RADIANS, plain_unit, unit_here
 from myowave.data.readers import RawRecording, Signal, read_raw
 from myowave.settings.recording import TRIAL
 from myowave.starting.files import Naming, format_of, ways_to_name
@@ -73,8 +73,8 @@ class Found:
         return any(word in text for word in words)
 
     def may_be(self, units: Collection[str], named: object) -> bool:
-        """Whether its unit is one of these, or, where it has none, it is named so."""
-        return self.unit in units or bool(not self.unit and named)
+        """Whether its unit is one of these, or, where it has none or is a share, it is named so."""
+        return self.unit in units or bool(self.unit in ("", PERCENT, ARBITRARY) and named)
 
 
 @dataclass(frozen=True, eq=False)
