@@ -101,6 +101,18 @@ def put(values, key="emg_biceps", trial="a", start=5000):
     return spoil
 
 
+def torque(values):
+    def spoil(trials):
+        trials["a"]["torque"] = values(np.radians(trials["a"]["angle"])) if callable(values) else values
+
+    return spoil
+
+
+def lifting(q):
+    """Torque [N m] that lifts a forearm of 0.1 kg m2 and speeds it up."""
+    return 0.1 * (np.gradient(np.gradient(q)) * ANGLE_HZ**2 + 22 * np.sin(q))
+
+
 def made(change, key="angle", trials="abc"):
     """A signal of all trials made anew from itself."""
 
@@ -257,6 +269,14 @@ TOLD_IN_MEMORY = {
         beside_a_third,
         "EMG against the motion: EMG of emg_biceps and emg_triceps",
     ),
+    "a torque of extension": (
+        torque(lambda q: -lifting(q)),
+        "torque against the motion: the torque falls .* in trial a",
+    ),
+    "a torque of a machine that turns the arm": (
+        torque(lambda q: np.cumsum(np.random.default_rng(0).standard_normal(len(q))) / 10),
+        "torque against the motion: weight and motion say little of the torque in trial a",
+    ),
     "an arm over the head": (made(lambda t: t + 120, "tilt_rad"), "a tilt_rad lean of the upper arm: .*unit"),
     "a lean in rad called deg": (
         made(lambda t: np.radians(t + 3 * np.sin(np.arange(len(t)) / 40)), "tilt_rad"),
@@ -307,13 +327,6 @@ TOLD_OF_SETTINGS = {
         "offset of clocks: EMG fits the motion best .*emg_start_offset_s",
     ),
 }
-
-
-def torque(values):
-    def spoil(trials):
-        trials["a"]["torque"] = values
-
-    return spoil
 
 
 REFUSED_IN_MEMORY = {

@@ -10,7 +10,7 @@ from scipy.signal import savgol_filter
 from myowave.data.checks.finding import Check
 from myowave.data.processing.sampled import sample_at
 from myowave.data.recording import Prepared
-from myowave.data.trials import Array
+from myowave.data.trials import TORQUE, Array
 
 AHEAD_S = (0.0, 0.25)  # of EMG to the motion it causes [s]: delays of 30 to 150 ms, and what smoothing hides
 LIKELIER_S = 4.0  # log of how much less variance another time leaves, times seconds; 2 % of good 30 s have more
@@ -24,6 +24,7 @@ more."""
 SIGNS = np.array([[1.0, 1.0, 1.0], [-1.0, -1.0, -1.0], [1.0, -1.0, -1.0]])
 """Of what EMG goes with in a trial, weight, speed and acceleration: as it should, with channels swapped or the angle's
 sign turned, and with 180 minus the angle, whose sine is that of the angle."""
+LIFTS = 0.5  # share of a measured torque that the weight and motion of any forearm explain, where muscles alone move it
 SURE = 19.0  # to 1: what is told of one trial
 ALL = ""
 DELAY_S, SMOOTH_S = 0.08, 0.25  # of EMG before the motion, and of polynomials that differentiate the angle [s]
@@ -155,10 +156,33 @@ def effort_along_motion(prepared: Prepared, flexor: str, extensor: str) -> dict[
     return {name: (np.linalg.lstsq(x, y, rcond=None)[0] * x.std(0))[:2] for name, (x, y) in known.items()}
 
 
+def _torque(of: Cause) -> str | None:
+    """A measured torque that does not lift and speed up a forearm; weight may pull from any side."""
+    turned, apart = [], []
+    for name, one in of.prepared.recordings.items():
+        torque, window = one.signals.get(TORQUE), max(5, round(SMOOTH_S / one.dt) | 1)
+        if torque is None or len(torque) < 4 * window:
+            continue
+        q, speed, acceleration = (savgol_filter(one.angle, window, 3, deriv=n, delta=one.dt) for n in range(3))
+        x = np.stack([np.sin(q), np.cos(q), acceleration, speed, q**0], axis=1)[window:-window]
+        y = savgol_filter(torque, window, 3)[window:-window]
+        weight, _, inertia, *_ = np.linalg.lstsq(x, y, rcond=None)[0]
+        if _r2(x, y[:, None])[0] < LIFTS:
+            apart.append(name)
+        elif weight < 0 and inertia < 0:
+            turned.append(name)
+    told = "the torque falls where weight and acceleration need more, in trial " + ", ".join(turned) if turned else ""
+    other = "weight and motion say little of the torque in trial " + ", ".join(apart) if apart else ""
+    return "; ".join(filter(None, (told, other))) or None
+
+
 CAUSE = (
     Check("offset of clocks", _offset,
           "The clocks may differ, or motion and EMG may simply go on alike: clap or tap at the start of a recording to "
           "see it, and say processing.emg_start_offset_s. Nothing was shifted here."),
+    Check("torque against the motion", _torque,
+          "Is it counted the other way (torque: sign: -1)? If a dynamometer held or moved the arm, leave the trial "
+          "out: in the model muscles alone move it."),
     Check("EMG against the motion", _against,
           "Are the channels swapped (emg), is the angle counted the other way (sign: -1), or is 180 the straight arm "
           "(sign: -1 and offset_deg: 180)? If only in some trials, correct their files. Or was the upper arm held "
