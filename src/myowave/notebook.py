@@ -5,9 +5,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pandas as pd
+from pydantic import ValidationError
 
 from myowave.data.importing import import_trials
 from myowave.data.trials import Trials
@@ -24,27 +25,34 @@ from myowave.diagnosis.search import diagnose as search
 from myowave.models import build_model
 from myowave.physics.effects import catalogue
 from myowave.plotting import save
-from myowave.settings import MeasuredDataset, Physics, read_settings
+from myowave.settings import MeasuredDataset, Physics, Section, read_settings
 from myowave.settings.data import force_and_length
 from myowave.settings.files import read_yaml
+from myowave.settings.keys import explain, unless_known
+
+AnySection = TypeVar("AnySection", bound=Section)
 
 
 class TrialsOfFiles(Trials):
     """Trials of one arm, as all of myowave takes them, with a way from files to them: `myowave.Trials`."""
 
     @classmethod
-    def from_csv(cls, *files: str, test: Sequence[str], dataset: str = "trials", **settings: Any) -> Trials:
+    def from_csv(cls, *files: str, test: Sequence[str], dataset: str = "trials", **known: Any) -> Trials:
         """Trials of CSV files with columns `time_s`, `emg_MUSCLE` and `angle_rad` or `angle_deg`, one file per trial.
 
         Args:
             *files: paths, or patterns such as data/me/*.csv; a trial is named after its file without the ending.
             test: names of the trials kept for testing.
-            **settings: further settings of a measured dataset, such as `conditions` and `constants`.
+            **known: `conditions`, `constants` and `ignore_columns` of a measured dataset; its other settings say how to
+                diagnose it, and are no part of trials.
 
         Raises:
             ValueError: one line for each problem found in any of the files.
         """
-        block = MeasuredDataset.model_validate({"kind": "measured", "files": files, "test": test, **settings})
+        allowed = ("conditions", "constants", "ignore_columns")
+        if problems := [line for name in known for line in unless_known("Trials.from_csv", name, allowed)]:
+            raise ValueError("\n".join(problems))
+        block = _checked(MeasuredDataset, {"kind": "measured", "files": files, "test": test, **known})
         return import_trials(dataset, block)[0].trials
 
 
@@ -105,19 +113,33 @@ def diagnose(
     """
     settings = read_settings([Path(path) for path in config])
     if isinstance(arm, Mapping):
-        physics = Physics.model_validate(arm)
+        physics = _checked(Physics, arm)
     elif str(arm) in settings.physics.arms:
         physics = settings.physics.of_arm(str(arm))
     elif Path(arm).is_file():
-        physics = Physics.model_validate(read_yaml(Path(arm), "muscles and joint"))
+        physics = _checked(Physics, read_yaml(Path(arm), "muscles and joint"))
     else:
         raise ValueError(f"There is no arm or file {str(arm)!r}; the arms are {', '.join(settings.physics.arms)}.")
+    base = build_model("base", physics)
+    known = sorted({*trials.constants}.union(*trials.conditions.values()))
+    if problems := [
+        line for name in known for line in unless_known(trials.dataset, name, base.defaults, " in this arm")
+    ]:
+        raise ValueError("\n".join(problems))
     found = search.diagnose(
         trials,
-        build_model("base", physics),
+        base,
         catalogue(physics.effect_files).values(),
         force_and_length(physics),
         settings.diagnosis,
         say,
     )
     return Diagnosed(trials, physics, found)
+
+
+def _checked(section: type[AnySection], settings: Mapping[str, Any]) -> AnySection:
+    """Settings as a section, or a ValueError with a line for each problem, as for those of a file."""
+    try:
+        return section.model_validate(settings)
+    except ValidationError as error:
+        raise ValueError("\n".join(explain(error, section))) from None

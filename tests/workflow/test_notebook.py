@@ -22,6 +22,18 @@ def test_an_arm_that_is_not_there_is_named(arm, says, monkeypatch):
         myowave.diagnose(None, arm)
 
 
+def test_mistakes_in_what_is_known_of_trials_are_told_as_those_of_a_file(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    for name, hint in {"condition": "; did you mean 'conditions'", "identify": ". Known"}.items():
+        with pytest.raises(ValueError, match=f"there is no '{name}'{hint}"):
+            myowave.Trials.from_csv("data/bench_elbow/*.csv", test=["trial3"], **{name: {}})
+    with pytest.raises(ValueError, match="^test = 'trial3': expected a list of texts"):
+        myowave.Trials.from_csv("data/bench_elbow/*.csv", test="trial3")
+    trials = myowave.Trials.from_csv("data/bench_elbow/*.csv", test=["trial3"], conditions={"trial1": {"laod": 1.0}})
+    with pytest.raises(ValueError, match="there is no 'laod' in this arm; did you mean 'load'"):
+        myowave.diagnose(trials)
+
+
 def test_the_package_says_what_it_has():
     with pytest.raises(AttributeError, match="diagnose"):
         _ = myowave.diagnos
