@@ -73,6 +73,16 @@ def test_files_of_several_people_are_told_and_columns_by_their_names_where_none_
     assert "physics:" not in made.text
 
 
+def test_a_second_electrode_of_a_muscle_says_that_it_drives_none_yet(workplace):
+    for seed, trial in enumerate(("t1", "t2")):
+        heads = {"Biceps long [uV]": burst(seed), "Biceps short [uV]": burst(seed + 9)}
+        table(workplace / "heads" / f"{trial}.csv", {**everything(seed), **heads})
+    Path("my own.yaml").write_text(Path("config.yaml").read_text())
+    made = new("heads", config=[Path("my own.yaml")])
+    assert "emg_biceps_3: # uV, 1000 Hz" in made.said and "as BICshort: {emg: emg_biceps_3}" in made.said
+    assert "--configfile 'my own.yaml' mine.yaml" in made.said
+
+
 def test_what_no_unit_and_no_name_says_is_left_to_fill_in_with_what_was_found(workplace, laid_over):
     """Names of columns in another language, decimal commas, times in ms, no units."""
     for seed, trial in enumerate(("t1", "t2")):

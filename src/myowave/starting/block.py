@@ -173,7 +173,9 @@ def _emg_lines(folder: Path, emg: Mapping[str, Found], recorded: Recorded) -> It
         return
     yield "emg: # GUESSED, all of it"
     for name, found in emg.items():
-        yield f"  {name}: # {found.facts}" + ("" if found.muscle else "; FILL IN the muscle instead of channel")
+        again = f"GUESSED: it drives no muscle until physics.arms says which, as BICshort: {{emg: {name}}}"
+        note = "FILL IN the muscle instead of channel" if not found.muscle else again if name[-1].isdigit() else ""
+        yield f"  {name}: # {'; '.join(filter(None, (found.facts, note)))}"
         by_name = found.unit in TO_MICROVOLTS
         unit = f"{found.unit} # GUESSED: its name ends so" if by_name else "au # FILL IN uV, mV or V"
         yield from (f"    {line}" for line in _key_lines(folder, found, unit))

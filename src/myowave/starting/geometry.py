@@ -5,6 +5,7 @@ The only door to the package opensim.
 
 import math
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
@@ -54,13 +55,13 @@ def write_geometry(
     with replacing(settings) as temporary:
         source = f"{model.name}, coordinate {coordinate}"
         temporary.write_text(f"# Muscles of {source}, sampled with OpenSim.\n{arm}", encoding="utf-8")
-    angles = paths["angle_deg"]
+    angles, laid = paths["angle_deg"], shlex.join(["config.yaml", str(settings), "mine.yaml"])
     return "\n".join(
         [
             f"{len(sides)} muscles at {angles.nunique()} angles from {angles.min():.0f} to {angles.max():.0f} deg:",
             *(f"  {one}: {side}, moment arm {_moment_arm(of_muscle[one], table)}" for one, side in sides.items()),
             f"Wrote {table} and {settings}. For you, in {settings}: which electrode drives each muscle (emg).",
-            f"Lay it over the settings: --configfile config.yaml {settings} mine.yaml, with arm: {name} there.",
+            f"Lay it over the settings: --configfile {laid}, with arm: {name} there.",
         ]
     )
 

@@ -1,6 +1,7 @@
 """A new dataset from a folder of recordings: a file of settings to read, correct, and lay over config.yaml."""
 
 import re
+import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -156,7 +157,7 @@ def _said(
         f"Look at these lines of {target}": marked,
         "Before it runs, correct": [loads, *problems],
     }
-    over = " ".join([*map(str, config), target])
+    over = shlex.join([*map(str, config), target])
     return "\n".join(
         [
             *(line for title, facts in sections.items() if facts for line in (f"{title}:", *(f"  {f}" for f in facts))),
