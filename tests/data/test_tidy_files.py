@@ -112,6 +112,11 @@ def test_torque_of_a_dynamometer_comes_in_where_it_was_measured(folder):
     assert np.isnan(torque[[0, 2]]).all() and np.abs(torque[1] - np.linspace(-3, 9, 100)).max() < 1e-12
 
 
+def test_an_empty_column_is_no_file_to_cut(folder):
+    spoil(folder, lambda f: f.assign(emg_triceps=np.nan))
+    refuse(folder, "emg_triceps is '' .*such rows.; expected a finite number. Was the sensor off")
+
+
 def test_a_torque_in_another_unit_or_of_no_sensor_is_refused(folder):
     spoil(folder, lambda f: f.assign(torque_Nm=np.linspace(-300, 9000, len(f))))
     spoil(folder, lambda f: f.assign(torque_Nm=0.0), name="trial1")

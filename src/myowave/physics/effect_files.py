@@ -67,7 +67,7 @@ def _run(path: Path) -> dict[str, object]:
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
         line = lines[-1] if lines else getattr(error, "lineno", None)
         at = f", line {line}" if line else ""
-        found = f"{type(error).__name__}: {error}".removesuffix(": ")
+        found = f"{type(error).__name__}: {error}".rstrip(": .")
         raise ValueError(f"{path}{at}: reading the effect file raised {found}. Correct the file there.") from error
     return vars(module)
 

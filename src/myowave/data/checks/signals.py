@@ -32,6 +32,8 @@ def signal_problem(raw: RawRecording, signal: Signal, rate_hz: float | None, pac
         do = "Fill the gap, or cut the file there; over rows left out, 0.1 s at most, layout.resample_hz draws lines."
         if isinstance(found, str) and "," in found:
             do = "Write decimals with a point."
+        elif len(signal.odd) == len(signal.values):
+            do = "Was the sensor off? Leave the trial out, or the signal."
         elif sample + len(signal.odd) == len(signal.values):
             do = "Cut the file there. A column that ends since its rate is another needs times of its own: time_angle."
         return (
