@@ -132,6 +132,18 @@ def test_verdict_json_says_what_was_found_and_how_well(verdict):
     assert found["error_pct"] == pytest.approx(100 * (found["value"] / 0.6 - 1))
 
 
+def test_models_are_compared_as_they_were_fitted(make_trials, base, effects, diagnosis, tables, comparison):
+    """Estimates are means over causes, and no motion of one model."""
+    parameters = tables["parameters"]
+    for rung in diagnosis.rungs:
+        told = parameters[parameters["model"] == rung.name]
+        assert dict(zip(told["parameter"], told["fitted"], strict=True)) == rung.fit.parameters
+    other = parameters.assign(value=np.nan)
+    again = compare_models(make_trials(HIDDEN), lambda name: parse_model(name, base, effects), other, tables["errors"])
+    for name, table in comparison.items():
+        pd.testing.assert_frame_equal(again[name], table)
+
+
 def test_every_table_and_picture_has_the_name_that_the_workflow_knows(tables, comparison, story):
     assert set(tables) == set(TABLE_NAMES) and set(story.images) == set(FIGURE_NAMES)
     assert set(comparison) == set(COMPARISON_NAMES)

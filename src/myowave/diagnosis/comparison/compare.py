@@ -29,6 +29,6 @@ def compare_models(
     """
     models = {name: build(name) for name in errors["model"].unique()}
     record = make_record(trials, next(iter(models.values())), float(errors["noise_deg"].iloc[0]))
-    values = {name: dict(zip(p["parameter"], p["value"], strict=True)) for name, p in parameters.groupby("model")}
-    along = [Along(model, record, values.get(name, {})) for name, model in models.items()]
+    fitted = {name: dict(zip(p["parameter"], p["fitted"], strict=True)) for name, p in parameters.groupby("model")}
+    along = [Along(model, record, fitted.get(name, {})) for name, model in models.items()]
     return {"torque": compare_torque(along), "horizons": compare_horizons(along, errors)}

@@ -86,8 +86,9 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def parameters_of(fit: Fit, estimate: Mapping[str, tuple[float, float]]) -> dict[str, dict[str, Any]]:
-    """Value, standard error, bounds, unit and meaning of each free parameter; whether its fit ended at a bound, and
-    whether it is free only as nobody measured it: then what is expected before any trial, with its standard deviation.
+    """Value, standard error, bounds, unit and meaning of each free parameter, and the value as fitted, with which the
+    model is simulated; whether that is at a bound, and whether it is free only as nobody measured it: then what is
+    expected before any trial, with its standard deviation.
     """
     of_effects = fit.model.effect_parameters
     whole = {name for e in fit.model.effects if e.replaces for name in fit.model.parameters_of(e)}
@@ -101,6 +102,7 @@ def parameters_of(fit: Fit, estimate: Mapping[str, tuple[float, float]]) -> dict
         mean, error = estimate[p.name]
         return {
             "value": min(max(mean, p.low), p.high),
+            "fitted": ended,
             "se": number_or_none(error),
             "assumed": p.assumed,
             "expected": p.start if p.assumed else None,
