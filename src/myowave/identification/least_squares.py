@@ -64,14 +64,15 @@ class Normal:
     @cached_property
     def matrix(self) -> Array:
         """That of the normal equations, the starts eliminated, (..., P, P)."""
+        # By einsum, whose sums are the same with any number of threads.
         unmatched = _stacked(self.without_starts(self.slope), self.further_slope)
-        return np.swapaxes(unmatched, -1, -2) @ _stacked(self.slope, self.further_slope)
+        return np.einsum("...rp,...rq->...pq", unmatched, _stacked(self.slope, self.further_slope))
 
     @cached_property
     def vector(self) -> Array:
         """Their right side, (..., P)."""
-        unmatched = _stacked(self.without_starts(self.residual[..., None]), self.further[..., None])
-        return (np.swapaxes(_stacked(self.slope, self.further_slope), -1, -2) @ unmatched)[..., 0]
+        unmatched = _stacked(self.without_starts(self.residual[..., None]), self.further[..., None])[..., 0]
+        return np.einsum("...rp,...r->...p", _stacked(self.slope, self.further_slope), unmatched)
 
     @cached_property
     def rss(self) -> Array:

@@ -31,9 +31,9 @@ COST = 3.0  # nats of a cause that is on: its size is as likely in any factor of
 HOPE = 1.0  # nats: a cause that gains less with the sizes of all others as they are gains nothing
 SIZES = 5  # of a cause that is off, spread between its bounds, which are tried for that
 NEGLIGIBLE = 1e-8  # of the strongest combination of columns: what is weaker changes no log evidence by 1e-4
-Key = TypeVar("Key")
-
 EFFORT = {"maxiter": 40, "ftol": 2e-6, "maxcor": 8}
+
+Key = TypeVar("Key")
 
 
 @dataclass(frozen=True)
