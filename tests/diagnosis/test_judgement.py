@@ -102,7 +102,7 @@ def test_effects_that_cannot_be_told_apart_are_a_class(weighed):
 def test_what_the_catalogue_lacks_stands_behind_what_it_has(weighed):
     answer, ladder = weighed
     likelier = replace(answer, kind="class", named=((OUTSIDE, "joint_damping", "gravity_tilt"),))
-    for of in (ladder, Ladder(ladder.fits[:1], ladder.rankings[:1])):
+    for of in (ladder, Ladder(ladder.fits[:1], ladder.rankings[:1], ladder.estimates[:1])):
         verdict = Verdict(likelier, of)
         assert verdict.named == (("joint_damping", "gravity_tilt", OUTSIDE),) and verdict.causes == ("joint_damping",)
 
@@ -122,9 +122,10 @@ def test_a_parameter_outside_its_usual_range_may_hide_an_absorbed_effect(errors_
     assert next(c for c in ranking if c.name == "hand_load").score.absorbed_by
     for name, hidden in (("f0_Bi", ("hand_load",)), ("l0_Bi", ())):
         i = next(i for i, p in enumerate(fit.free) if p.name == name)
-        p, error, values = fit.free[i], fit.standard_errors()[name], np.array([p.start for p in fit.free])
-        values[i] += np.sign(errors_away) * p.spread * p.start + errors_away * error
-        verdict = Verdict(nothing, Ladder((replace(fit, values=values),), (ranking,)))
+        p, errors, values = fit.free[i], fit.standard_errors(), {p.name: p.start for p in fit.free}
+        values[name] += np.sign(errors_away) * p.spread * p.start + errors_away * errors[name]
+        estimate = {n: (value, errors[n]) for n, value in values.items()}
+        verdict = Verdict(nothing, Ladder((fit,), (ranking,), (estimate,)))
         assert verdict.kind == (kind if hidden else "adequate")
         assert verdict.masked == ({name: hidden} if verdict.kind == "undecidable" else {})
         assert verdict.maybe == verdict.masked.get(name, ())
@@ -136,6 +137,6 @@ def test_constants_that_nobody_has_propose_no_trial_of_an_effect_that_is_none(we
     """What they stand for may be anything, which no catalogue has."""
     answer, ladder = weighed
     far = replace(answer, kind="undecidable", named=(), usual=1e-9)
-    verdict = Verdict(far, Ladder(ladder.fits[:1], ladder.rankings[:1]))
+    verdict = Verdict(far, Ladder(ladder.fits[:1], ladder.rankings[:1], ladder.estimates[:1]))
     assert (ANYTHING,) in verdict.masked.values() and ANYTHING not in verdict.maybe
     assert ANYTHING not in " ".join(_proposals(verdict, effects))

@@ -49,7 +49,7 @@ class Ladder:
     fits: tuple[Fit, ...]  # of each model
     # of the effects that each lacks, the most likely first; the last asks for none
     rankings: tuple[list[Candidate], ...]
-    estimates: tuple[Mapping[str, tuple[float, float]], ...] = ()  # of each model's parameters, `Hypothesis.averaged`
+    estimates: tuple[Mapping[str, tuple[float, float]], ...]  # of each model's parameters, `Hypothesis.averaged`
     # for each effect of the last model, where one with all others was weighed, that one, and the log odds of the last
     # model against it [nats]
     odds: Mapping[str, tuple[str, float]] = field(default_factory=dict)

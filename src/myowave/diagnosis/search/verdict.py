@@ -87,11 +87,11 @@ class Verdict:
 
         An absorbed effect changes no motion, only the parameters. Nothing but what is known of these can betray it.
         """
-        fit, absorbed, found = self.ladder.fit, self.absorbed, {}
-        errors = fit.standard_errors()
-        for p, value in zip(fit.free, fit.values, strict=True):
+        absorbed, estimate, found = self.absorbed, self.ladder.estimates[-1], {}
+        for p in self.ladder.fit.free:
+            value, error = estimate[p.name]
             beyond = abs(value - p.start) - p.spread * abs(p.start)
             names = tuple(effect for effect, by in absorbed.items() if p.name in by)
-            if p.spread > 0 and names and beyond > CERTAINLY_OUTSIDE * errors[p.name]:
+            if p.spread > 0 and names and beyond > CERTAINLY_OUTSIDE * error:
                 found[p.name] = names
         return found | self.answer.unusual
