@@ -20,16 +20,16 @@ class Pace:
     shortest_s: float
 
 
-_RESAMPLE = "Resample the file to one rate, as layout.resample_hz does with tables of text"
 RAW = Pace(slowest=10.0, fastest=50_000.0, shortest_s=2.0)  # filters need some seconds
 TIDY = Pace(slowest=10.0, fastest=2500.0, shortest_s=0.4)  # no elbow motion is over so soon
+_RESAMPLE = "Resample the file to one rate, as layout.resample_hz does with tables of text"
 
 
 def signal_problem(raw: RawRecording, signal: Signal, rate_hz: float | None, pace: Pace) -> str | None:
     """What makes a signal of a file unusable; `rate_hz` is what the settings state [Hz], `pace` what it may be."""
     if signal.odd:
         sample, found = next(iter(signal.odd.items()))
-        do = "Fill the gap, or cut the file there; over rows left out, 0.1 s at most, layout.resample_hz draws lines."
+        do = "Fill the gap, or cut the file there; or leave out such rows, 0.1 s at most, and set layout.resample_hz."
         if isinstance(found, str) and "," in found:
             do = "Write decimals with a point."
         elif len(signal.odd) == len(signal.values):
