@@ -4,6 +4,7 @@ from pathlib import PurePosixPath
 
 import pytest
 
+from myowave.starting.block import kind_of
 from myowave.starting.files import recordings_in, ways_to_name
 from myowave.starting.signals import read_folder
 
@@ -68,3 +69,9 @@ def test_hidden_files_are_no_recordings(tmp_path):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
     assert recordings_in(tmp_path) == [PurePosixPath("b.csv")]
+
+
+def test_a_size_in_a_name_is_no_count():
+    """Loads of 2.5 and 2.75 kg are two conditions, and repetitions of each are of one."""
+    kinds = [kind_of(name) for name in ("load2.75", "load2.5", "load2.75_3", "light_1", "light2", "S1.01")]
+    assert kinds == ["load2.75", "load2.5", "load2.75", "light", "light", "S1"]

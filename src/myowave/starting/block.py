@@ -60,8 +60,10 @@ def flow(value: Any) -> str:
 
 
 def kind_of(trial: str) -> str:
-    """A trial's name without the number at its end: `light_1` and `light_2` are of one kind."""
-    return re.sub(r"[\W_]*\d+$", "", trial)
+    """A trial's name without the number at its end: `light_1` and `light_2` are of one kind, `load2.5` and `load2.75`
+    are not."""
+    a_size = re.search(r"\d\.[1-9]\d*$", trial)  # and no count
+    return trial if a_size else re.sub(r"[\W_]*\d+$", "", trial)
 
 
 def held_out(trials: Sequence[str]) -> list[str]:

@@ -76,10 +76,10 @@ class Verdict:
 
     @property
     def explained(self) -> float:
-        """What the effects found explain, as a share of it and of what is left [-]."""
-        gained = self.ladder.fits[0].objective - self.ladder.fit.objective
-        left = self.answer.missing**2 * self.ladder.fit.record.samples
-        return float(gained / max(gained + left, 1e-300)) if gained > 0 else 0.0
+        """Share of the mean square that the base model leaves above the noise which the effects found take away [-]."""
+        noise = self.answer.angle_noise**2
+        before, after = (max(fit.rmse() ** 2 - noise, 0.0) for fit in (self.ladder.fits[0], self.ladder.fit))
+        return max(1.0 - after / before, 0.0) if before else 0.0
 
     @cached_property
     def _unusual(self) -> dict[str, tuple[str, ...]]:
