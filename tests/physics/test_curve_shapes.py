@@ -1,5 +1,7 @@
 """Muscle curves in another shape than published: what each constant changes, and what none of them may."""
 
+import math
+
 import pytest
 import torch
 
@@ -100,6 +102,16 @@ def test_the_passive_curve_is_multiplied_and_begins_later():
     torch.testing.assert_close(shaped(passive=0.4).passive(LENGTHS), expected)
     torch.testing.assert_close(shaped(onset=0.1).passive(LENGTHS + 0.1), Curves().passive(LENGTHS))
     assert shaped(onset=0.1).passive(torch.tensor(1.1, dtype=torch.float64)) == 0
+
+
+def test_stiffening_is_another_exponent_of_the_passive_curve_with_the_same_force_at_1_3_optimal_lengths():
+    """Thelen's (exp(k (l - 1) / 0.6) - 1) / (exp(k) - 1), where Arm26 has k = 4 and his table 5."""
+
+    def rise(k):
+        return torch.expm1(k / 0.6 * (LENGTHS.clamp(1.0, 1.6) - 1.0)) / math.expm1(k / 0.6 * 0.3)
+
+    passive = shaped("thelen", stiffening=math.log(4 / 5)).passive(LENGTHS.clamp(max=1.6))
+    torch.testing.assert_close(passive, rise(4.0) * THELEN.passive(torch.tensor(1.3, dtype=torch.float64)))
 
 
 def test_another_family_comes_in_the_same_shape():

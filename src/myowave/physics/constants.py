@@ -72,6 +72,7 @@ _CURVE_MEANINGS = {
     "yielding": "logarithm of the factor on the slope where lengthening begins",
     "eccentric": "relative change of what lengthening adds to the force",
     "passive": "logarithm of the factor on the passive force",
+    "stiffening": "logarithm of the factor on how steeply the passive force rises, the same at 1.3 optimal lengths",
     "onset": "shift of the passive curve towards longer fibres, in optimal lengths",
 }
 _RELATIVE = ("ascending", "descending", "eccentric")

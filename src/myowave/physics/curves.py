@@ -33,6 +33,7 @@ DEGROOTE_BELLS = (
 )
 DEGROOTE_VELOCITY = (-0.3211346127989808, -8.149, -0.374, 0.8825327733249912)
 NO_FORCE = 1e-30  # keeps the derivative of a power finite
+LONG = 1.3  # length at which a passive force that rises more steeply is the same
 
 
 def active_length_taneja(length: Tensor) -> Tensor:
@@ -123,10 +124,11 @@ class Curves:
         """
         # Combined once: these are small, and each of the many operations below costs about the same.
         ascending, descending = 1.0 / (1.0 + shape["ascending"]), 1.0 / (1.0 + shape["descending"])
-        logarithms = ("rising", "falling", "sagging", "passive", "concentric", "yielding")
-        rising, falling, sagging, stiffer, concentric, steeper = (torch.exp(shape[name]) for name in logarithms)
+        logarithms = ("rising", "falling", "sagging", "passive", "stiffening", "concentric", "yielding")
+        rising, falling, sagging, stiffer, stretch, concentric, steeper = (torch.exp(shape[n]) for n in logarithms)
         straighter, eccentric = 1.0 - concentric, 1.0 + shape["eccentric"]
         bending = (steeper - 1.0) / (ECCENTRIC_FORCE - 1.0)
+        stiffer = stiffer * (self.passive(torch.full_like(stretch, LONG)) / self.passive(1.0 + (LONG - 1.0) * stretch))
 
         def active_length(length: Tensor) -> Tensor:
             off = length - 1.0
@@ -135,7 +137,7 @@ class Curves:
             return _raised(force, torch.where(short, rising, falling))
 
         def passive(length: Tensor) -> Tensor:
-            return stiffer * self.passive(length - shape["onset"])
+            return stiffer * self.passive(1.0 + stretch * (length - 1.0 - shape["onset"]))
 
         def force_velocity(velocity: Tensor) -> Tensor:
             # Shortening: of Hill's hyperbola with constant Af this changes 1 + 1 / Af by the factor exp(concentric).
