@@ -13,7 +13,7 @@ from myowave.diagnosis.search.weigh import Posterior, _rivals
 
 
 def model(total, *effects, on=frozenset({"shapes"}), expected_emg=False):
-    return SimpleNamespace(total=total, effects=effects, on=on, expected_emg=expected_emg)
+    return SimpleNamespace(total=total, effects=effects, on=on, expected_emg=expected_emg, residual=None, states={})
 
 
 @pytest.fixture
@@ -77,10 +77,35 @@ def test_what_is_best_alone_gives_its_place_to_two_that_are_better_together(monk
 
     def fit_singles(top, screened, found):
         asked.append(top.effects)
-        return [model(90.0, "damping", *top.effects, on=frozenset())]
+        return [model(90.0 if len(top.effects) == 1 else 50.0, "damping", *top.effects, on=frozenset())]
 
     monkeypatch.setattr(weigh, "screen", lambda top, catalogue: "screened")
     monkeypatch.setattr(weigh, "_fit_singles", fit_singles)
     monkeypatch.setattr(weigh, "_with_one_less", lambda top: [])
-    weigh._exchange(posterior, {})
-    assert set(posterior.best.effects) == set(likeliest) and asked == [("lag",)] * bool(on)
+    assert weigh._exchange(posterior, {}) is bool(on)
+    assert set(posterior.best.effects) == set(likeliest) and asked == [("drag", "lag"), ("lag",)] * bool(on)
+
+
+def test_the_search_goes_on_from_what_an_exchange_has_found(monkeypatch):
+    """Two that are better together than the best alone, and a third that shows beside these two only."""
+    leads = {
+        (): [model(50.0, "drag"), model(40.0, "lag")],
+        ("drag",): [model(60.0, "drag", "lag")],
+        ("lag",): [model(90.0, "damping", "lag")],
+        ("damping", "lag"): [model(120.0, "damping", "lag", "tilt", on=frozenset())],
+    }
+
+    def lead_on(found, top, catalogue):
+        found.screened[frozenset(top.effects)] = None
+        found.add(*leads.get(top.effects, []))
+
+    monkeypatch.setattr(weigh, "_lead_on", lead_on)
+    for name in ("_fit_pairs", "_with_one_less", "_rivals", "_by_recorded_emg"):
+        monkeypatch.setattr(weigh, name, lambda *given: [])
+    for name in ("settle", "replace", "with_likely_memory", "_of_called_for_emg"):
+        monkeypatch.setattr(weigh, name, lambda model, *given, **changes: model)
+    monkeypatch.setattr(weigh, "weigh_components", lambda residual: {})
+    posterior = Posterior(-3.0)
+    posterior.add(model(0.0))
+    weigh._search(posterior, SimpleNamespace(record=SimpleNamespace(pieces=None)), {})
+    assert set(posterior.best.effects) == {"damping", "lag", "tilt"}

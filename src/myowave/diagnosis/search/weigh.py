@@ -30,7 +30,7 @@ from myowave.physics.model import Model
 
 Key = tuple[frozenset[str], bool]  # names of effects, and whether the EMG is the expected one
 
-MOST_EFFECTS = 3
+MOST_EFFECTS = 4
 REFITS, IDEAL, PAIRS = 3, 2, 2  # that are fitted from one model
 CLEARLY = 5.0  # nats
 HOPELESS = 1.0  # nats that an effect may promise less than the model without it, and still be fitted
@@ -117,22 +117,21 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None
     """Add the models that lead on from the most likely ones; the fit is to the EMG as it was recorded."""
     top, rivals = found.best, list[Hypothesis]()
     whole = fit.record.pieces is None  # over pieces nothing is named, so nothing near the top decides anything
-    for depth in range(MOST_EFFECTS):
+    while True:
         for model in (top, *rivals):
-            _lead_on(found, model, catalogue)
-        if not depth:
-            found.add(*_fit_pairs(top, found.screened[frozenset(top.effects)], catalogue, found.prior))
-        best = found.best
-        if len(best.effects) <= len(top.effects):
+            if len(model.effects) < MOST_EFFECTS:
+                _lead_on(found, model, catalogue)
+        if not top.effects:
+            found.add(*_fit_pairs(top, found.screened[frozenset()], catalogue, found.prior))
+        if len(found.best.effects) <= len(top.effects) and not (whole and _exchange(found, catalogue)):
             break
-        best = settle(best, steps=12)
+        best = settle(found.best, steps=12)
         afresh = weigh_components(best.residual)  # from no causes of a model before
         best = with_likely_memory(replace(best, states=afresh | best.states))
         top = _of_called_for_emg(best, fit)
         found.add(best, top, *_with_one_less(top))
         rivals = _rivals(found, top) if whole else []
     if whole:
-        _exchange(found, catalogue)
         found.add(*_by_recorded_emg(found, fit))
 
 
@@ -150,17 +149,15 @@ def _rivals(found: Posterior, top: Hypothesis) -> list[Hypothesis]:
     return alike if top.on else []
 
 
-def _exchange(found: Posterior, catalogue: Mapping[str, Effect]) -> None:
-    """Where more than noise is left, give up each effect of the most likely model for others, until none is likelier:
-    the first effect is the best alone, and may hold the place of two that are better together."""
-    while (top := found.best).on & MISSING:
-        models = found.by_effects()
-        for rest in (frozenset(top.effects) - {name} for name in top.effects):
-            if rest in models and rest not in found.screened:
-                _lead_on(found, models[rest], catalogue)
-        if found.best is top:
-            return
-        found.add(*_with_one_less(found.best))
+def _exchange(found: Posterior, catalogue: Mapping[str, Effect]) -> bool:
+    """Where more than noise is left, give up each effect of the most likely model for others: the first effect is the
+    best alone, and may hold the place of two that are better together. Whether a likelier one was found."""
+    top, models = found.best, found.by_effects()
+    names = frozenset(top.effects)
+    for begun in (names, *(names - {name} for name in names)) if top.on & MISSING else ():
+        if begun in models and begun not in found.screened and len(begun) < MOST_EFFECTS:
+            _lead_on(found, models[begun], catalogue)
+    return found.best is not top
 
 
 def _by_recorded_emg(found: Posterior, recorded: Fit) -> list[Hypothesis]:
