@@ -13,7 +13,9 @@ from myowave.diagnosis.search.weigh import Posterior, _rivals
 
 
 def model(total, *effects, on=frozenset({"shapes"}), expected_emg=False):
-    return SimpleNamespace(total=total, effects=effects, on=on, expected_emg=expected_emg, residual=None, states={})
+    fit = SimpleNamespace(model=SimpleNamespace(name="+".join(("base", *effects))))
+    weighed = {"fit": fit, "residual": None, "states": {}}
+    return SimpleNamespace(total=total, effects=effects, on=on, expected_emg=expected_emg, **weighed)
 
 
 @pytest.fixture
@@ -61,7 +63,7 @@ def test_what_would_do_without_the_causes_is_fitted_beside_them(found, monkeypat
     """Causes that are on hold back what would do without them, whether the model has an effect already or not."""
     monkeypatch.setattr(weigh, "fresh_starts", lambda fit, scores: {})
     monkeypatch.setattr(weigh, "_fitted", lambda top, begin, effects, prior, leader: effects[-1])
-    top = SimpleNamespace(**vars(model(50.0, "damping", on=frozenset(on))), prior=-3.0, fit=None)
+    top = SimpleNamespace(**vars(model(50.0, "damping", on=frozenset(on))), prior=-3.0)
     singles = {"drag": 60.0, "tilt": 49.0, "friction": 48.0, "lag": 47.0, "gain": 46.0}
     ideal = {"gain": 0.0, "lag": 1.0, "drag": -1.0, "friction": 2.0, "tilt": 3.0}
     scores = {name: SimpleNamespace(start=None) for name in singles}
@@ -105,7 +107,9 @@ def test_the_search_goes_on_from_what_an_exchange_has_found(monkeypatch):
     for name in ("settle", "replace", "with_likely_memory", "_of_called_for_emg"):
         monkeypatch.setattr(weigh, name, lambda model, *given, **changes: model)
     monkeypatch.setattr(weigh, "weigh_components", lambda residual: {})
-    posterior = Posterior(-3.0)
+    posterior, told = Posterior(-3.0), []
     posterior.add(model(0.0))
-    weigh._search(posterior, SimpleNamespace(record=SimpleNamespace(pieces=None)), {})
+    weigh._search(posterior, SimpleNamespace(record=SimpleNamespace(pieces=None)), {}, told.append)
     assert set(posterior.best.effects) == {"damping", "lag", "tilt"}
+    likeliest = [line.rsplit("+", 1)[1] for line in told]
+    assert likeliest == ["drag", "lag", "lag", "tilt", "tilt"]

@@ -152,7 +152,7 @@ def weigh(
     led = None
     if fit.record.pieces is not None:
         short = over_short_pieces(fit.model, whole, free, fit.values) or fit
-        found = weigh_models(short, effects)
+        found = weigh_models(short, effects, report=report)
         # The most likely model, and then the one without its effects, fitted to whole trials.
         best = found.best.fit
         led = attempt_fit(lambda: lengthen(best, whole, best.free))
@@ -163,7 +163,7 @@ def weigh(
             return Verdict(answer, ladder_of(fit, found, answer, effects))
         fit = alone
         report(f"stages: {led.model.name}, found over short pieces, follows whole trials")
-    found = weigh_models(fit, effects, led)
+    found = weigh_models(fit, effects, led, report)
     answer = answer_of(found)
     return Verdict(answer, ladder_of(fit, found, answer, effects))
 

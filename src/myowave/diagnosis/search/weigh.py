@@ -6,7 +6,7 @@ orders choose what is fitted: all that is compared was linearised where it stand
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -82,7 +82,9 @@ class Posterior:
         return [(float(p), effects, on) for p, (effects, on) in zip(probable, found, strict=True)]
 
 
-def weigh_models(fit: Fit, effects: Iterable[Effect], led: Fit | None = None) -> Posterior:
+def weigh_models(
+    fit: Fit, effects: Iterable[Effect], led: Fit | None = None, report: Callable[[str], None] = lambda line: None
+) -> Posterior:
     """The posterior of models, from the fit of the one without any effect; `led` has some, and is known to be good."""
     catalogue = {e.name: e for e in effects}
     joined = list(fit.record.joined(fit.record.angle).values())
@@ -94,12 +96,12 @@ def weigh_models(fit: Fit, effects: Iterable[Effect], led: Fit | None = None) ->
     if led is not None:
         more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
         found.add(settle(replace(base, effects=more, prior=found.prior * len(more)).at(led)))
-    _search(found, fit, catalogue)
+    _search(found, fit, catalogue, report)
     likely = through_likely_filter(found.best.fit, unfiltered)
     if likely.sensor.corner_hz is None and view.sensor.corner_hz is not None:
         # What the model lacked had looked like the doing of a filter.
         found = _seen_anew(found, likely)
-        _search(found, fit, catalogue)
+        _search(found, fit, catalogue, report)
     return found
 
 
@@ -113,7 +115,7 @@ def _seen_anew(found: Posterior, view: View) -> Posterior:
     return again
 
 
-def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None:
+def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect], report: Callable[[str], None]) -> None:
     """Add the models that lead on from the most likely ones; the fit is to the EMG as it was recorded."""
     top, rivals = found.best, list[Hypothesis]()
     whole = fit.record.pieces is None  # over pieces nothing is named, so nothing near the top decides anything
@@ -123,6 +125,7 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect]) -> None
                 _lead_on(found, model, catalogue)
         if not top.effects:
             found.add(*_fit_pairs(top, found.screened[frozenset()], catalogue, found.prior))
+        report(f"weigh: the likeliest of {len(found.models)} models so far is {found.best.fit.model.name}")
         if len(found.best.effects) <= len(top.effects) and not (whole and _exchange(found, catalogue)):
             break
         best = settle(found.best, steps=12)
