@@ -153,8 +153,8 @@ def _rivals(found: Posterior, top: Hypothesis) -> list[Hypothesis]:
 
 
 def _exchange(found: Posterior, catalogue: Mapping[str, Effect]) -> bool:
-    """Where more than noise is left, give up each effect of the most likely model for others: the first effect is the
-    best alone, and may hold the place of two that are better together. Whether a likelier one was found."""
+    """Where more than noise is left, lead on from the most likely model, and from it without each of its effects: the
+    first is the best alone, and may hold the place of two that are better together. Whether a likelier one is found."""
     top, models = found.best, found.by_effects()
     names = frozenset(top.effects)
     for begun in (names, *(names - {name} for name in names)) if top.on & MISSING else ():
