@@ -84,9 +84,10 @@ def test_where_a_family_has_no_largest_force_yielding_leaves_what_is_beyond_the_
         torch.testing.assert_close(shaped("degroote", yielding=yielding).force_velocity(fast), usual)
 
 
-def test_eccentric_is_what_lengthening_adds():
-    added = Curves().force_velocity(LENGTHENING) - 1
-    torch.testing.assert_close(shaped(eccentric=0.3).force_velocity(LENGTHENING) - 1, 1.3 * added)
+def test_eccentric_is_the_most_that_lengthening_adds_from_the_same_slope_on():
+    """Thelen's hyperbola, of slope 2 (1 + 1 / 0.25), with the largest force 1.8 of the old where the young have 1.4."""
+    gained = 0.8 * 10 * LENGTHENING / (0.8 + 10 * LENGTHENING)
+    torch.testing.assert_close(shaped("thelen", eccentric=1.0).force_velocity(LENGTHENING) - 1, gained)
 
 
 @pytest.mark.parametrize(("name", "side"), [("ascending", -1), ("descending", 1)])

@@ -70,7 +70,7 @@ _CURVE_MEANINGS = {
     "sagging": "logarithm of the power that the force when shortening is raised to",
     "concentric": "logarithm of the factor on the bend of the shortening force-velocity curve",
     "yielding": "logarithm of the factor on the slope where lengthening begins",
-    "eccentric": "relative change of what lengthening adds to the force",
+    "eccentric": "relative change of the most that lengthening adds to the force",
     "passive": "logarithm of the factor on the passive force",
     "stiffening": "logarithm of the factor on how steeply the passive force rises, the same at 1.3 optimal lengths",
     "onset": "shift of the passive curve towards longer fibres, in optimal lengths",

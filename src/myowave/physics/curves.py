@@ -127,6 +127,7 @@ class Curves:
         logarithms = ("rising", "falling", "sagging", "passive", "stiffening", "concentric", "yielding")
         rising, falling, sagging, stiffer, stretch, concentric, steeper = (torch.exp(shape[n]) for n in logarithms)
         straighter, eccentric = 1.0 - concentric, 1.0 + shape["eccentric"]
+        steeper = steeper / eccentric  # what the largest force is does not change the slope where lengthening begins
         bending = (steeper - 1.0) / (ECCENTRIC_FORCE - 1.0)
         stiffer = stiffer * (self.passive(torch.full_like(stretch, LONG)) / self.passive(1.0 + (LONG - 1.0) * stretch))
 

@@ -41,7 +41,9 @@ MISSING = frozenset({SHAPES, REPEATS, SLOW, TISSUE})  # what stands for somethin
 # share; rad.
 SIZES = {
     NOISE: (1e-5, 1e-2, 0.3),
-    EMG: (1e-3, 0.03, 0.6),
+    # ASSUME: the amplitude of EMG is at most 35 times its noise, with eight electrodes on one muscle at a tenth of its
+    # maximum (Clancy & Hogan 1995, IEEE Trans. Biomed. Eng. 42, 203). What would be less has another cause.
+    EMG: (3e-3, 0.03, 0.6),
     SHAPES: (0.03, 0.3, 6.0),
     REPEATS: (1e-5, 0.02, 1.0),
     SLOW: (1e-5, 0.02, 1.0),
