@@ -38,7 +38,7 @@ def test_names_of_models_and_parameters_stay_as_they_are(text):
 def test_models_go_by_what_they_have_and_muscles_by_what_people_call_them():
     assert described("base", TITLES) == "muscle model"
     three = described("base+joint_damping+hand_load+fatigue", TITLES)
-    assert three == "muscle model with damping of the joint and hand load and muscles that tire"
+    assert three == "muscle model with damping of the joint, hand load and muscles that tire"
     network = described("network, rollout, 1-scale, base+fatigue", TITLES)
     assert network == "network, rollout, 1-scale with muscles that tire"
     assert described("posture, speed and load", TITLES) == "posture, speed and load", "it has no muscles"

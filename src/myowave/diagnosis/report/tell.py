@@ -13,7 +13,7 @@ from myowave.diagnosis.causes import CAUSE_TITLES, OUTSIDE
 from myowave.diagnosis.comparison.baselines import HORIZON_BASELINES, POSTURE, POSTURE_LOAD
 from myowave.diagnosis.report.ladder import ERROR, PLAIN, baseline_of, shown_network
 from myowave.diagnosis.report.numbers import degrees
-from myowave.diagnosis.report.templates import called, described, paragraphs, templates
+from myowave.diagnosis.report.templates import called, described, listed, paragraphs, templates
 from myowave.diagnosis.scoring import answer
 
 Verdict = Mapping[str, Any]
@@ -50,8 +50,9 @@ def tell(verdict: Verdict, ladder: pd.DataFrame | None = None) -> dict[str, Any]
         "errors": errors,  # of the base model
         # Noise of the EMG is a cause, and no part of a model.
         "added": [effect for effect in verdict["effects"] if effect in verdict["model"].split("+")],
-        "named": (", and " if max(map(len, named), default=1) > 1 else " and ").join(
-            " or ".join("something like it" if m == OUTSIDE else title(m) for m in c) for c in named
+        "named": listed(
+            [" or ".join("something like it" if m == OUTSIDE else title(m) for m in c) for c in named],
+            ", and " if any(len(c) > 1 for c in named) else " and ",
         ),
         "title": title,
         "model": partial(described, titles=verdict["titles"]),

@@ -3,7 +3,7 @@ by what people call them there, and terms of words.j2 are explained on hover."""
 
 import re
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from functools import cache, partial
 from importlib.metadata import version
@@ -42,7 +42,7 @@ def templates() -> jinja2.Environment:
     )
     environment.policies["json.dumps_kwargs"] = {"sort_keys": True, "separators": (",", ":"), "allow_nan": False}
     environment.filters |= {"deg": degrees, "two": two_digits, "r2": r2_text, "estimate": estimate, "unit": with_unit}
-    environment.filters |= {"muscles": of_muscles, "signed": signed}
+    environment.filters |= {"muscles": of_muscles, "signed": signed, "listed": listed}
     return environment
 
 
@@ -68,8 +68,13 @@ def described(model: str, titles: Mapping[str, str]) -> str:
     any other predictor as it is."""
     source, _, name = model.rpartition(", ")
     base, *effects = name.split("+")
-    has = " with " * bool(effects) + " and ".join(called(effect, titles) for effect in effects)
+    has = " with " * bool(effects) + listed([called(effect, titles) for effect in effects])
     return (source or "muscle model") + has if base == "base" else model
+
+
+def listed(parts: Sequence[str], before_last: str = " and ") -> str:
+    """One text of all: "A, B and C"."""
+    return before_last.join(filter(None, (", ".join(parts[:-1]), *parts[-1:])))
 
 
 def paragraphs(text: str) -> list[str]:
