@@ -35,7 +35,7 @@ Others recorded the machines and the person; OpenSim moves Arm26. What was withh
 - how steeply the passive force rises, how large the force of a lengthening muscle can be, and that the search leads on
   from an exchange of effects: three rows of Arm26 had been answered in part.
 
-**Five more arms of Arm26**, simulated after that and each judged once, at commit 3a5ebef: with a damper and with a
+**Five more arms of Arm26**, simulated after that and each judged once, at commit 2c149db: with a damper and with a
 spring at the joint all four that are missing are named, and nothing else; with a lean of -0.3 rad and 1 kg in the hand,
 with tendons that hardly stretch and with nothing more, all that is named is missing but for noise of the EMG, which
 stands for the tendons. Noise so small (0.001 to 0.0016) is no longer believed.
