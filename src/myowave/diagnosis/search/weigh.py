@@ -157,7 +157,7 @@ def _exchange(found: Posterior, catalogue: Mapping[str, Effect]) -> bool:
     first is the best alone, and may hold the place of two that are better together. Whether a likelier one is found."""
     top, models = found.best, found.by_effects()
     names = frozenset(top.effects)
-    for begun in (names, *(names - {name} for name in names)) if top.on & MISSING else ():
+    for begun in (names, *(names - {name} for name in top.effects)) if top.on & MISSING else ():
         if begun in models and begun not in found.screened and len(begun) < MOST_EFFECTS:
             _lead_on(found, models[begun], catalogue)
     return found.best is not top
