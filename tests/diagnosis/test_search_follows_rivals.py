@@ -113,3 +113,12 @@ def test_the_search_goes_on_from_what_an_exchange_has_found(monkeypatch):
     assert set(posterior.best.effects) == {"damping", "lag", "tilt"}
     likeliest = [line.rsplit("+", 1)[1] for line in told]
     assert likeliest == ["drag", "lag", "lag", "tilt", "tilt"]
+
+
+def test_a_model_with_most_effects_is_led_on_no_more(found, monkeypatch):
+    monkeypatch.setattr(weigh, "screen", lambda top, catalogue: "screened")
+    monkeypatch.setattr(weigh, "_fit_singles", lambda top, screened, found: [model(200.0, *top.effects, "more")])
+    for effects in (("drag", "tilt", "lag"), ("drag", "tilt", "lag", "damping")):
+        weigh._lead_on(found, model(90.0, *effects), {})
+    assert found.screened == {frozenset({"drag", "tilt", "lag"}): "screened"}
+    assert max(map(len, found.by_effects())) == weigh.MOST_EFFECTS

@@ -558,6 +558,14 @@ def test_below_the_headline_the_page_says_how_much_is_claimed_and_not_the_same_a
     assert told in top and cut not in top
 
 
+def test_beside_noise_of_the_emg_no_share_of_the_errors_is_explained(story):
+    """It moves the simulated arm, so errors say little of what effects explain."""
+    verdict = {**story.verdict, "verdict": "partial", "explained": 0.5}
+    shares = [tell({**verdict, "emg_noise": noise})["lead"] for noise in (0.0, 0.02)]
+    assert "explains 50 % of what is missing; more is left" in shares[0]
+    assert "More is left" in shares[1] and "of what is missing" not in shares[1]
+
+
 def test_every_error_says_of_what_it_is(story):
     """A model that is judged over pieces stands in one table with networks that run free."""
     assert set(accuracy_cells(story.verdict, story.ladder)["error over"]) == {"whole trials"}

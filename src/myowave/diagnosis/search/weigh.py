@@ -121,8 +121,7 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect], report:
     whole = fit.record.pieces is None  # over pieces nothing is named, so nothing near the top decides anything
     while True:
         for model in (top, *rivals):
-            if len(model.effects) < MOST_EFFECTS:
-                _lead_on(found, model, catalogue)
+            _lead_on(found, model, catalogue)
         if not top.effects:
             found.add(*_fit_pairs(top, found.screened[frozenset()], catalogue, found.prior))
         report(f"weigh: the likeliest of {len(found.models)} models so far is {found.best.fit.model.name}")
@@ -139,7 +138,9 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect], report:
 
 
 def _lead_on(found: Posterior, model: Hypothesis, catalogue: Mapping[str, Effect]) -> None:
-    """Add the models with one effect more than a model that promise most."""
+    """Add the models with one effect more than a model, if it may have one, that promise most."""
+    if len(model.effects) >= MOST_EFFECTS:
+        return
     screened = found.screened[frozenset(model.effects)] = screen(model, catalogue)
     found.add(*_fit_singles(model, screened, found))
 
@@ -158,7 +159,7 @@ def _exchange(found: Posterior, catalogue: Mapping[str, Effect]) -> bool:
     top, models = found.best, found.by_effects()
     names = frozenset(top.effects)
     for begun in (names, *(names - {name} for name in top.effects)) if top.on & MISSING else ():
-        if begun in models and begun not in found.screened and len(begun) < MOST_EFFECTS:
+        if begun in models and begun not in found.screened:
             _lead_on(found, models[begun], catalogue)
     return found.best is not top
 
