@@ -158,6 +158,12 @@ def test_a_slow_torque_of_size_1_moves_the_arm_by_1_rad(recorded):
     assert float(slow.blocks.diagonal(dim1=-2, dim2=-1).sum()) == pytest.approx(fit.record.samples)
 
 
+def test_noise_of_the_emg_is_no_less_than_electrodes_have(recorded):
+    """The amplitude is 10.7 times its noise with one electrode and 35 times with eight (Clancy & Hogan 1995)."""
+    fit = recorded()
+    assert 0.1 / 35.0 <= residual_of(fit, View.of(fit)).component(EMG).low <= 0.1 / 10.7, "at a tenth of the maximum"
+
+
 def test_noise_of_the_emg_has_the_covariance_that_draws_show(recorded, base, free):
     """Of the answers to noisy EMG, simulated, in the slow waves."""
     fit = recorded()
