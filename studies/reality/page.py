@@ -38,7 +38,8 @@ Others recorded the machines and the person; OpenSim moves Arm26. What was withh
 **Five more arms of Arm26**, simulated after that and each judged once, at commit 2c149db: with a damper and with a
 spring at the joint all four that are missing are named, and nothing else; with a lean of -0.3 rad and 1 kg in the hand,
 with tendons that hardly stretch and with nothing more, all that is named is missing but for noise of the EMG, which
-stands for the tendons. The search before had the first two in part. Noise so small (0.001 to 0.0016) is no longer
+stands for the tendons. The search before had the first two in part. With the angle of the first through a filter of
+6 Hz its tendon is not named, and nothing wrong. Noise so small (0.001 to 0.0016) is no longer
 believed: with tendons that hardly stretch, curves of another shape or something like it are named now; with nothing
 more it is still noise of the EMG, of 0.003.
 
