@@ -156,6 +156,18 @@ def _thelens_elongation(force):
     return 1.0 - (1.0 - force) * (1 - 0.609) / (1 - 0.33)
 
 
+@pytest.mark.parametrize("delays", [(0.08, 0.08), (0.08, 0.073)])
+def test_a_motion_begins_with_the_activation_that_earlier_emg_has_left(elbow, noisy_emg, dt, delays):
+    """Cut off what came before and keep its EMG: the motion goes on as it was."""
+    emg, lead = noisy_emg[0.10][:2, :120], 40
+    model = elbow.with_effects([catalogue()["activation_dynamics"], catalogue()["fatigue"]])
+    values = {"activation_dynamics.rise": 0.05, "activation_dynamics.decay": 0.09, "fatigue.k": 0.5}
+    values |= dict(zip(("delay_Bi", "delay_Tri"), delays, strict=True))
+    whole = simulate(Simulation(model, values, emg, dt), 1.0)
+    later = simulate(Simulation(model, values, emg, dt, lead=lead), whole.q[:, lead], whole.qdot[:, lead])
+    torch.testing.assert_close(later.state, whole.state[:, lead:], rtol=0, atol=1e-12)
+
+
 def test_fatigue_weakens_a_muscle_that_works(elbow, dt):
     emg = torch.tensor([0.7, 0.2], dtype=DOUBLE).expand(1, 300, 2)
     model = elbow.with_effects([catalogue()["fatigue"]])

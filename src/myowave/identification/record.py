@@ -112,7 +112,8 @@ class Record:
 
         Each piece has a start of its own.
         """
-        # ASSUME: states of effects (fatigue, activation that lags) are at rest where a piece begins, as in a trial.
+        # ASSUME: states of activation (a lag, fatigue) are at rest where the EMG before a piece begins, those of
+        # tendons where the piece does.
         assert self.pieces is None, "the record is in pieces already"
         counts = np.maximum(1, (self.lengths * self.dt / horizon_s + 1e-9).astype(int))
         cuts = [np.linspace(0, n, k + 1).round().astype(int) for n, k in zip(self.lengths, counts, strict=True)]

@@ -186,16 +186,28 @@ def pack(model: Model, q: Tensor, qdot: Tensor, states: Mapping[str, Tensor]) ->
 
 
 def initial_state(simulation: Simulation, q0: Tensor, qdot0: Tensor) -> Tensor:
-    """State (..., T, K) at the first sample: the joint as given, the states of effects at rest there."""
-    first = simulation.drive.part(0).instants(simulation.valued)[0]
-    return _resting(first, q0, qdot0)
+    """State (..., T, K) at the first sample: the joint as given, activation as the EMG before left it, tendons at rest.
+
+    Where no EMG is known before, and where it begins, activation is at rest.
+    """
+    valued = simulation.valued
+    first = simulation.drive.part(0).instants(valued)[0]
+    if not (simulation.lead and valued.acting["late_activation"]):
+        return _at(first, _resting, q0, qdot0)
+    parts = [simulation.drive_before.part(n) for n in range(simulation.lead)]
+    _, states = late_activation(parts[0].instants(valued)[0], _resting)
+    for part in parts:
+        instants = part.instants(valued)
+        for piece, h in enumerate(part.pieces.unbind(-1)):
+            _, states = advance_activation(instants[2 * piece : 2 * piece + 3], states, h.unsqueeze(-1))
+    return _at(first, lambda acting, seen: states[acting.effect.name], q0, qdot0)
 
 
 def resting_states(simulation: Simulation, q: Tensor, qdot: Tensor) -> Tensor:
     """State (..., T, N, K) along a motion (..., T, N), the states of effects as if at rest at every sample."""
     drive = simulation.drive
     u, a = (torch.cat([x[..., 0, :], x[..., -1:, -1, :]], -2) for x in (drive.excitation, drive.activation))
-    return _resting(Instant(simulation.along_time, u, a), q, qdot)
+    return _at(Instant(simulation.along_time, u, a), _resting, q, qdot)
 
 
 def late_activation(
@@ -215,9 +227,16 @@ def late_activation(
     return a, states
 
 
-def _resting(instant: Instant, q: Tensor, qdot: Tensor) -> Tensor:
+def _resting(acting: Acting, seen: Mapping[str, Tensor]) -> Tensor:
+    return acting.initial(seen, seen["activation"])
+
+
+def _at(
+    instant: Instant, state_of: Callable[[Acting, Mapping[str, Tensor]], Tensor], q: Tensor, qdot: Tensor
+) -> Tensor:
+    """A state (..., K) with the states of activation as `state_of` has them, tendons at rest."""
     valued = instant.valued
-    a, states = late_activation(instant, lambda acting, seen: acting.initial(seen, seen["activation"]))
+    a, states = late_activation(instant, state_of)
     for tendon in valued.acting["tendon"]:
         states[tendon.effect.name] = tendon.initial(muscle_quantities(valued, q, qdot, a), a)
     return pack(valued.model, q, qdot, states)

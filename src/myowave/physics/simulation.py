@@ -111,10 +111,19 @@ class Simulation:
     @cached_property
     def drive(self) -> Drive:
         """Excitation and activation of every muscle, and what is known over time, at the points of every step."""
+        return self._drive_from(0, self.emg.shape[-2] - 1 - self.lead)
+
+    @cached_property
+    def drive_before(self) -> Drive:
+        """The same for the `lead` before the motion."""
+        return self._drive_from(-self.lead, 0)
+
+    def _drive_from(self, first: int, last: int) -> Drive:
+        """The drive of some steps, that from the first sample of the motion being 0."""
         split = self.breakpoints
         middle = (split[..., :-1] + split[..., 1:]) / 2
         points = torch.cat([torch.stack([split[..., :-1], middle], -1).flatten(-2), split[..., -1:]], -1)
-        step = torch.arange(self.emg.shape[-2] - 1 - self.lead, dtype=split.dtype, device=split.device)
+        step = torch.arange(first, last, dtype=split.dtype, device=split.device)
         position = step[:, None, None] + points[..., None, :, None]
         pieces = (torch.diff(split, dim=-1) * self.dt).unsqueeze(-2)
         return Drive(*self.activate(position), pieces, self.course_at(position))
@@ -156,8 +165,9 @@ class Simulation:
         """The same with other values for some parameters; it shares the drive if none of them changes it."""
         self.model.check_names(params)
         changed = replace(self, params={**self.params, **params})
-        if "drive" in vars(self) and not any(self.model.drives(name) for name in params):
-            vars(changed)["drive"] = self.drive  # where a cached property keeps its value
+        if not any(self.model.drives(name) for name in params):
+            kept = {name: value for name, value in vars(self).items() if name in ("drive", "drive_before")}
+            vars(changed).update(kept)  # where a cached property keeps its value
         return changed
 
     def nudged(self, wrt: Mapping[str, float], reach: float, axes: int) -> tuple["Simulation", Tensor]:
