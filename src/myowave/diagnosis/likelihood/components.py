@@ -13,6 +13,7 @@ from torch import Tensor
 
 from myowave.data.trials import Array
 from myowave.diagnosis.likelihood.algebra import COST, Component, Residual
+from myowave.diagnosis.likelihood.beginning import by_emg_before
 from myowave.diagnosis.likelihood.forcing import (
     along_steps,
     answers,
@@ -62,10 +63,11 @@ def residual_of(fit: Fit, view: View) -> Residual:
     waves = through_sensor(fit, torch.cat([view.band.motion, view.above.motion], -1))
     steps = torch.from_numpy(np.stack([*answers(fit.linear.jacobian.numpy(), both, waves)])[::-1].copy())
     by_excitation, by_torque = steps[..., :-1, :], steps[..., -1, :]  # (N - 1, T, M, W + H) and (N - 1, T, W + H)
-    starts = start_columns(fit, view)
+    starts, before = start_columns(fit, view), look(by_emg_before(fit))
     components = [
         *_white(view),
         Component("starts", starts @ starts.mT),
+        Component("before", before @ before.mT),
         Component("constants", columns=constants),
         _forced(EMG, by_samples(fit, by_excitation), view),
         _slow(by_torque, view, fit.record.samples),

@@ -43,11 +43,16 @@ def forcing_by(fit: Fit, effect: Effect, reach: float = REACH) -> Array:
     return forcing_of(simulation, fit.linear, dict.fromkeys(model.parameters_of(probe), 1.0), reach).numpy()
 
 
-def moved_by(fit: Fit, pushes: Array) -> Array:
+def moved_by(fit: Fit, pushes: Array, start: Tensor | None = None) -> Array:
     """How changes of the state within each step, (T, N - 1, K, C), move the observed angle, (T, N, C); 0 where
-    padded."""
+    padded.
+
+    Args:
+        start: what changes at the first sample, (T, K, C); None for nothing.
+    """
     jacobian = fit.linear.jacobian
-    start = jacobian.new_zeros(*jacobian.shape[:-3], jacobian.shape[-1], pushes.shape[-1])
+    if start is None:
+        start = jacobian.new_zeros(*jacobian.shape[:-3], jacobian.shape[-1], pushes.shape[-1])
     moved = recur(jacobian, torch.from_numpy(pushes), start)
     answer = derivatives_observed(fit.simulation, fit.linear, {}, moved).movedim(0, -1)
     return answer.numpy() * fit.record.valid[..., None]
