@@ -16,7 +16,6 @@ from myowave.identification.record import LEAD_S
 from myowave.physics.motion import initial_state, step
 
 WAYS = 3  # of an electrode, the strongest; they hold nearly all of its change before a sample
-MOST_PASTS = 2000  # that these are taken from
 REACH = 1e-3  # step of the differences, in standard deviations
 
 
@@ -55,10 +54,9 @@ def _ways(fit: Fit, lead: int) -> Array:
     found = np.zeros((lead, len(model.muscles), len(model.channels) * WAYS))
     for place, (channel, muscle) in enumerate(model.leading.items()):
         emg = whole.emg[..., model.muscles.index(muscle)].numpy()
-        pasts = [p for row, n in zip(emg, whole.lengths, strict=True) for p in _pasts(row[:n], lead)]
-        pasts = np.array(pasts[:: -(-len(pasts) // MOST_PASTS) or 1]).reshape(-1, lead)
-        _, strength, ways = np.linalg.svd(pasts / np.sqrt(max(len(pasts), 1)), full_matrices=False)
-        own = (strength[:, None] * ways)[:WAYS].T
+        pasts = np.concatenate([_pasts(row[:n], lead) for row, n in zip(emg, whole.lengths, strict=True)])
+        variance, ways = np.linalg.eigh(pasts.T @ pasts / max(len(pasts), 1))
+        own = (np.sqrt(variance.clip(min=0.0)) * ways)[:, -WAYS:]
         driven = [m.channel == channel for m in model.muscles]
         found[:, driven, place * WAYS : place * WAYS + own.shape[1]] = own[:, None]
     return found
