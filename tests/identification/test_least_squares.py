@@ -9,7 +9,9 @@ from scipy.optimize import minimize
 from myowave.identification.free_parameters import Free
 from myowave.identification.least_squares import (
     Normal,
+    along_bend,
     bounded_step,
+    descend,
     gain_of,
     minimise_within,
     normal_equations,
@@ -52,6 +54,52 @@ def test_a_singular_matrix_gives_a_finite_step_within_the_bounds(matrix):
     step = bounded_step(matrix, np.ones(3), free, np.ones(3), 0.0)
     assert ((step >= -0.5) & (step <= 1.0)).all()
     np.testing.assert_allclose(matrix @ pseudo_inverse(matrix) @ matrix, matrix, atol=1e-9)
+
+
+def valley(at, stiffness=1e3):
+    """Rosenbrock's residuals, whose floor is a parabola, and their derivatives."""
+    x, y = at
+    return np.array([1 - x, stiffness * (y - x * x)]), np.array([[-1.0, 0.0], [-2 * stiffness * x, stiffness]])
+
+
+def attempts_along(at, beyond=np.inf):
+    """Points that `along_bend` tries; no further than `beyond` is there any."""
+    left, slope = valley(at)
+    straight = np.linalg.lstsq(-slope, left, rcond=None)[0]
+
+    def take(step):
+        return at + step if np.abs(step).max() < beyond else None
+
+    def bend(tried, step):
+        bent = valley(tried)[0] - left - slope @ step
+        aside = np.linalg.lstsq(-slope, bent, rcond=None)[0]
+        path = np.stack([left, -slope @ straight, bent + slope @ aside])
+        return aside, path @ path.T
+
+    return along_bend(straight, take, bend)
+
+
+def squares(at):
+    return (valley(at)[0] ** 2).sum()
+
+
+def test_a_step_that_fails_shows_where_a_narrow_valley_bends():
+    first, second, *_ = attempts_along(np.zeros(2))
+    assert squares(first) > 1e5 * squares(np.zeros(2))
+    assert squares(second) < squares(np.zeros(2))
+    assert second[0] > 0.5, "it is nearly as long"
+    np.testing.assert_allclose(second[1], second[0] ** 2, rtol=1e-6)
+
+
+def test_along_its_bends_a_narrow_valley_is_walked_in_few_steps():
+    *_, last = descend(np.array([-1.2, 1.0]), squares, attempts_along, steps=12)
+    np.testing.assert_allclose(last, 1.0, atol=1e-4)
+
+
+def test_where_a_step_leads_nowhere_a_shorter_one_is_tried():
+    first, second, *_ = attempts_along(np.zeros(2), beyond=0.9)
+    assert first is None
+    np.testing.assert_allclose(second, [0.25, 0.0])
 
 
 def test_damping_shortens_a_step():

@@ -126,7 +126,8 @@ def _approach(simulation: Simulation, state: Tensor, newton: Newton, jacobian: T
     """Close the gaps between the samples of a state whose first sample is right, but for what one more step of Newton's
     method closes.
 
-    A Jacobian is used again as long as it makes the change shrink tenfold; another is made by differences.
+    A Jacobian is used again as long as no more steps are left with it, at the rate of the last, than another costs by
+    differences, which is one for each number of the state.
     """
     gap, enough = math.inf, (newton.tolerance / CURVATURE) ** 0.5
     for _ in range(newton.iterations - 1):
@@ -140,7 +141,8 @@ def _approach(simulation: Simulation, state: Tensor, newton: Newton, jacobian: T
         before, gap = gap, float(change.abs().amax())
         if not enough <= gap < math.inf or min(before, gap) > HOPELESS:
             break
-        if not gap < 0.1 * before or gap > 0.1:
+        left = math.log(gap / enough) / math.log(before / gap) if gap < before else math.inf
+        if left > state.shape[-1] or gap > 0.1:
             jacobian = None
     return state
 

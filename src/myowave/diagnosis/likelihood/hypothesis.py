@@ -36,11 +36,10 @@ from myowave.diagnosis.likelihood.components import (
 )
 from myowave.diagnosis.likelihood.waves import MEMORIES_S, View
 from myowave.identification.free_parameters import bounds, scales
-from myowave.identification.least_squares import descend, minimise_within, scaled_slope
+from myowave.identification.least_squares import along_bend, descend, minimise_within, scaled_slope
 from myowave.identification.output_error import Fit, take_step
 
 PARAMETERS = ("constants", "starts")
-DAMPING = (0.0, 0.01, 0.1, 1.0, 10.0)  # of steps, until one is for the better
 LEAST = 1e-6  # information on the start of a trial before any
 LITTLE = 0.3  # nats: steps that gain less are the last
 BEHIND = 20.0  # nats: a model, or a set of causes, that is so far behind another is followed no further
@@ -184,15 +183,28 @@ def climb(hypothesis: Hypothesis, steps: int) -> Fit:
         apart = start_columns(fit, view)[:, :, None] * torch.eye(trials)[:, None, :, None]
         columns = torch.cat([slope, apart.flatten(2)], -1)
         matrix = covariance.inner(columns, columns).numpy() + np.diag(np.r_[weight, flat + LEAST])
+        matrix += 1e-9 * np.diag(np.diag(matrix))
         vector = covariance.inner(columns, left)[:, 0].numpy() + np.r_[weight * off, flat]
         lowest, highest = (np.r_[(b - fit.values) / unit, flat + end] for b, end in ((low, -np.inf), (high, np.inf)))
-        for damping in DAMPING:
-            damped = matrix + (damping + 1e-9) * np.diag(np.diag(matrix))
-            step = minimise_within(damped, vector, lowest, highest)
-            if 2 * step @ vector - step @ matrix @ step < LITTLE / 3:
-                return
-            shift = step[len(unit) :].reshape(trials, 2) * STARTS
-            yield take_step(fit, step[: len(unit)], shift)
+        straight = minimise_within(matrix, vector, lowest, highest)
+        if 2 * straight @ vector - straight @ matrix @ straight < LITTLE / 3:
+            return
+
+        def take(step: Array) -> Fit | None:
+            step = step.clip(lowest, highest)
+            return take_step(fit, step[: len(unit)], step[len(unit) :].reshape(trials, 2) * STARTS)
+
+        def taken(step: Array) -> Tensor:
+            return columns @ torch.from_numpy(step)[:, None]
+
+        def bend(tried: Fit, step: Array) -> tuple[Array, Array]:
+            bent = left_of(tried)[0] - left + taken(step)
+            leaning = np.linalg.solve(matrix, covariance.inner(columns, bent)[:, 0].numpy())
+            path = torch.cat([left, taken(straight), bent - taken(leaning)], -1)
+            of_prior = np.stack([off, straight[: len(unit)], -leaning[: len(unit)]])
+            return leaning, covariance.inner(path, path).numpy() + (of_prior * weight) @ of_prior.T
+
+        yield from along_bend(straight, take, bend)
 
     *_, last = descend(fit, objective, attempts, steps, LITTLE)
     return last
