@@ -152,6 +152,7 @@ def test_what_goes_on_after_the_only_times_end_has_none(tmp_path):
         ("a,b\n1,2\n", {"time_column": "t"}, "no column 't' of times; the columns are a, b"),
         ("time[h],b\n1,2\n", {}, "times are in 'h'; expected s or ms"),
         ("a;b\n1;2\n3;4;5\n", {}, "rows differ in their number of columns"),
+        ("time_s\n0\n1\n2\n", {}, "no signal in it; expected numbers of at least one beside its time"),
     ],
 )
 def test_a_table_that_cannot_be_read_says_why(tmp_path, text, layout, says):
@@ -497,4 +498,8 @@ def test_sidecars_that_cannot_be_read_are_named(tmp_path):
     write(tmp_path / "sub-01_emg.csv", "BB\n" + rows(",", VALUES))
     write(tmp_path / "sub-01_emg.json", "{SamplingFrequency: 20")
     with pytest.raises(ValueError, match="sub-01_emg.json: this is not JSON"):
+        read_raw(tmp_path / "sub-01_emg.csv")
+    write(tmp_path / "sub-01_emg.json", "{}")
+    write(tmp_path / "sub-01_channels.tsv", "name\tsampling_frequency\nBB\tfast\n")
+    with pytest.raises(ValueError, match="sub-01_channels.tsv: a sampling_frequency is no number.*fast"):
         read_raw(tmp_path / "sub-01_emg.csv")

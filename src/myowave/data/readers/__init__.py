@@ -67,7 +67,7 @@ def read_raw(path: Path, form: str | None = None, layout: TextLayout | None = No
     require_regular(path)
     reader = partial(read_delimited, layout=layout) if form == "csv" else READERS[form]
     try:
-        return with_sidecars(reader(path))
+        recording = with_sidecars(reader(path))
     except PermissionError as error:
         raise ValueError(f"{path}: the file cannot be opened ({error.strerror}). Allow it to be read.") from None
     except Exception as error:  # whatever its bytes make the reader raise
@@ -78,3 +78,6 @@ def read_raw(path: Path, form: str | None = None, layout: TextLayout | None = No
             f"{path}: this file is damaged, or of another format ({reason[:200]}). Copy or export it again, or "
             "name its format."
         ) from error
+    if not recording.signals:
+        raise ValueError(f"{path}: no signal in it; expected numbers of at least one beside its time, as {form}.")
+    return recording

@@ -21,9 +21,15 @@ def with_sidecars(recording: RawRecording) -> RawRecording:
     name = recording.path.name.split(".")[0]
     if not name.endswith(_SUFFIX):
         return recording
-    channels = _channels(recording.path.with_name(name.removesuffix(_SUFFIX) + "_channels.tsv"))
+    table = recording.path.with_name(name.removesuffix(_SUFFIX) + "_channels.tsv")
+    channels = _channels(table)
     rate = _rate(recording.path.with_name(name + ".json"))
-    signals = tuple(_filled(signal, channels.get(signal.name, {}), rate) for signal in recording.signals)
+    try:
+        signals = tuple(_filled(signal, channels.get(signal.name, {}), rate) for signal in recording.signals)
+    except ValueError as error:
+        raise ValueError(
+            f"{table}: a sampling_frequency is no number ({error}). Correct it; n/a leaves it out."
+        ) from None
     return replace(recording, signals=signals)
 
 
