@@ -242,13 +242,12 @@ def _fitted(top: Hypothesis, begin: Fit, effects: tuple[str, ...], prior: float,
     """A model settled from where a fit stands, given the causes of the model without the effect; where there are some,
     as they may hold the effect back, also from its fit by least squares. None where it has no motion."""
 
-    def settled(fit: Fit, *, fitted: bool) -> Hypothesis:
-        return settle(replace(top, effects=effects, prior=prior).at(fit), leader, fitted=fitted)
+    def settled(fit: Fit) -> Hypothesis:
+        return settle(replace(top, effects=effects, prior=prior).at(fit), leader)
 
     try:
-        found = again = settled(begin, fitted=False)
-        if top.on and found.total < leader + CLEARLY:
-            again = settled(polish(begin, 2 * LITTLE), fitted=True)
+        found = settled(begin)
+        again = settled(polish(begin, 2 * LITTLE)) if top.on and found.total < leader + CLEARLY else found
     except FAILURES:
         return None
     return max(found, again, key=lambda model: model.total)
