@@ -79,5 +79,8 @@ def read_raw(path: Path, form: str | None = None, layout: TextLayout | None = No
             "name its format."
         ) from error
     if not recording.signals:
-        raise ValueError(f"{path}: no signal in it; expected numbers of at least one beside its time, as {form}.")
+        raise ValueError(
+            f"{path}: no signal in it; expected numbers of at least one beside its time. Read as {form}; export it "
+            "again with its signals, or name its format."
+        )
     return recording
