@@ -18,9 +18,10 @@ from myowave.diagnosis.likelihood.algebra import (
     weigh_components,
 )
 
-LENGTHS = (30, 24, 30)
-LONGEST, TAIL = max(LENGTHS), 40
-VALID = torch.arange(LONGEST) < torch.tensor(LENGTHS)[:, None]
+LENGTHS, APART = (30, 24, 30), (14, 11, 14)  # values of each trial, and those that are independent of one another
+LONGEST, MOST = max(LENGTHS), max(APART)
+FIRST, LAST = (torch.arange(max(some)) < torch.tensor(some)[:, None] for some in (LENGTHS, APART))
+VALID = torch.cat([FIRST, LAST], 1)
 
 
 def padded(blocks: list[np.ndarray]) -> torch.Tensor:
@@ -36,40 +37,41 @@ def make_residual(seed: int = 0, **sizes: float) -> Residual:
     random = np.random.default_rng(seed)
     eyes = padded([np.eye(n) for n in LENGTHS])
     memory = padded([np.exp(-np.abs(np.subtract.outer(np.arange(n), np.arange(n))) / 8) for n in LENGTHS])
-    one = torch.ones(TAIL, dtype=torch.float64)
+    one = LAST.double()
     some = {"first": 0.3, "low": 1e-2, "high": 10.0}
     components = (
         Component("floor", eyes, tail=one, low=1e-2, first=1e-2, high=1e-2),
         Component("constants", columns=columns_of(random, 4)),
         Component("noise", eyes, tail=one, **some),
-        Component("memory", memory, tail=torch.linspace(0.2, 0.0, TAIL).double(), cost=3.0, **some),
+        Component("memory", memory, tail=one * torch.linspace(0.2, 0.0, MOST), cost=3.0, **some),
         Component("curves", columns=columns_of(random, 12), cost=3.0, **some),
         Component("repeats", columns=columns_of(random, 10), cost=3.0, **some),
     )
-    total, tail = dense(components, {"noise": 1.0, **sizes})
+    total = dense(components, {"noise": 1.0, **sizes})
     values = torch.zeros(VALID.shape, dtype=torch.float64)
     values[VALID] = torch.from_numpy(np.linalg.cholesky(total) @ random.standard_normal(len(total)))
-    return Residual(values, VALID, components, torch.from_numpy(np.sqrt(tail) * random.standard_normal(TAIL)))
+    return Residual(values, VALID, components, MOST)
 
 
 def columns_of(random: np.random.Generator, count: int) -> torch.Tensor:
-    return torch.from_numpy(random.standard_normal((len(LENGTHS), LONGEST, count))) * VALID[..., None]
+    return torch.from_numpy(random.standard_normal((*VALID.shape, count))) * VALID[..., None]
 
 
-def dense(components: tuple[Component, ...], sizes: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Covariance of all values that are not padded, one trial after the other, and variances of the further ones."""
-    count = int(VALID.sum())
-    total, tail = np.zeros((count, count)), np.zeros(TAIL)
+def dense(components: tuple[Component, ...], sizes: dict[str, float]) -> np.ndarray:
+    """Covariance of all values that are not padded, one trial after the other."""
+    count, trials = int(VALID.sum()), range(len(LENGTHS))
+    total, none = np.zeros((count, count)), torch.zeros(len(LENGTHS), LONGEST, LONGEST).double()
     for c in components:
         if c.known or c.name in sizes:
             square = (c.first if c.known else sizes[c.name]) ** 2
-            if c.blocks is not None:
-                total += square * block_diag(*(b[:n, :n] for b, n in zip(c.blocks.numpy(), LENGTHS, strict=True)))
+            blocks = (none if c.blocks is None else c.blocks).numpy()
+            tail = (0.0 * LAST.double() if c.tail is None else c.tail).numpy()
+            own = [(blocks[t, : LENGTHS[t], : LENGTHS[t]], np.diag(tail[t, : APART[t]])) for t in trials]
+            total += square * block_diag(*(block_diag(*parts) for parts in own))
             if c.columns is not None:
                 columns = c.columns[VALID].numpy()
                 total += square * columns @ columns.T
-            tail += square * c.tail.numpy() if c.tail is not None else 0.0
-    return total, tail
+    return total
 
 
 SOME = {"noise": 0.9, "memory": 0.5, "curves": 0.3}
@@ -77,9 +79,8 @@ SOME = {"noise": 0.9, "memory": 0.5, "curves": 0.3}
 
 def test_is_that_of_a_dense_gaussian():
     residual = make_residual()
-    values, tail = dense(residual.components, SOME)
-    expected = multivariate_normal(np.zeros(len(values)), values).logpdf(residual.values[VALID].numpy())
-    expected += norm(0, np.sqrt(tail)).logpdf(residual.tail.numpy()).sum()
+    total = dense(residual.components, SOME)
+    expected = multivariate_normal(np.zeros(len(total)), total).logpdf(residual.values[VALID].numpy())
     assert Covariance(residual, SOME).evidence == pytest.approx(expected, rel=1e-9)
     assert log_evidence(residual, SOME) == pytest.approx(expected - 2 * 3.0, rel=1e-9)
 
@@ -106,7 +107,7 @@ def test_columns_that_are_sums_of_others_are_condensed_and_the_evidence_stays():
 
 def test_dividing_is_dividing_by_the_dense_covariance():
     residual = make_residual()
-    total, _ = dense(residual.components, SOME)
+    total = dense(residual.components, SOME)
     columns = columns_of(np.random.default_rng(5), 2)
     covariance = Covariance(residual, SOME)
     divided = np.linalg.solve(total, columns[VALID].numpy())
@@ -118,15 +119,15 @@ def test_dividing_is_dividing_by_the_dense_covariance():
 @pytest.mark.parametrize("name", ["memory", "curves"])
 def test_what_a_cause_made_is_its_share_of_the_residual(name):
     residual = make_residual(2, memory=1.0, curves=1.0)
-    total, _ = dense(residual.components, SOME)
-    alone, _ = dense((replace(residual.component(name), low=SOME[name], first=SOME[name], high=SOME[name]),), {})
+    total = dense(residual.components, SOME)
+    alone = dense((replace(residual.component(name), low=SOME[name], first=SOME[name], high=SOME[name]),), {})
     expected = alone @ np.linalg.solve(total, residual.values[VALID].numpy())
     np.testing.assert_allclose(Covariance(residual, SOME).made_by(name)[VALID].numpy(), expected, rtol=1e-6, atol=1e-9)
 
 
 def test_the_posterior_of_amplitudes_is_that_of_linear_regression():
     residual, columns = make_residual(), columns_of(np.random.default_rng(5), 2)
-    total, _ = dense(residual.components, SOME)
+    total = dense(residual.components, SOME)
     plain, values = columns[VALID].numpy(), residual.values[VALID].numpy()
     expected = np.linalg.inv(np.eye(2) + plain.T @ np.linalg.solve(total, plain))
     mean, covariance = Covariance(residual, SOME).posterior(columns)
@@ -164,6 +165,16 @@ def test_a_search_from_a_seed_ends_where_one_from_nothing_does(cause):
 def test_noise_alone_asks_for_nothing():
     seen = weigh_components(make_residual(11))
     assert max(seen, key=lambda on: seen[on].value) == frozenset()
+
+
+def test_what_shared_columns_do_to_values_apart_tells_their_amplitudes():
+    """Values that are independent of one another otherwise say as much of a column as the others."""
+    residual = make_residual()
+    column = columns_of(np.random.default_rng(5), 1)
+    column[:, :LONGEST] = 0.0
+    added = replace(residual, values=residual.values + 3.0 * column[..., 0])
+    (mean,), ((variance,),) = Covariance(added, SOME).posterior(column)
+    assert abs(mean - 3.0) < 4 * np.sqrt(variance) < 2.0
 
 
 def test_a_component_without_columns_is_no_error():

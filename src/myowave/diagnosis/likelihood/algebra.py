@@ -4,18 +4,20 @@ Linearised where a fit stands, its residual is a sum of causes with Gaussian siz
 expected, starts of trials, noise of sensors and of the EMG, curves and paths of another shape, a correction that
 repeats in all trials. Integrated out they leave one Gaussian, whose covariance is
     V = sum_k s_k^2 M_k + sum_j s_j^2 C_j C_j',
-M_k of each trial for itself, C_j columns that all trials share. Is a cause there? The difference of the log evidence
-with and without it says so, and which effect is missing, too. Source: MacKay 1992, Bayesian interpolation; Rasmussen &
-Williams 2006, Gaussian Processes for Machine Learning, Secs. 5.4 and 2.7.
+M_k of each trial for itself, dense for some of its values and diagonal for the others, C_j columns that all trials
+share. Is a cause there? The difference of the log evidence with and without it says so, and which effect is missing,
+too. Source: MacKay 1992, Bayesian interpolation; Rasmussen & Williams 2006, Gaussian Processes for Machine Learning,
+Secs. 5.4 and 2.7.
 
 Nothing here knows where values and columns come from: they may be waves of an angle, or windows of a torque.
 
-Shapes: T trials of up to L values each, 0 where padded; C columns; H further values, each with a variance of its own.
+Shapes: T trials of up to L values each, 0 where padded, the last H of them independent of one another but for what
+columns do; D = L - H; C columns.
 """
 
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -41,11 +43,11 @@ class Component:
     """A cause of residuals, with amplitudes N(0, size^2)."""
 
     name: str
-    # covariance that a size of 1 gives to the values of each trial, (T, L, L); None where it has none
+    # covariance that a size of 1 gives to the first values of each trial, (T, D, D); None where it has none
     blocks: Tensor | None = None
     # what an amplitude of 1 does to the values, (T, L, C), where trials share amplitudes; None where they do not
     columns: Tensor | None = None
-    tail: Tensor | None = None  # variance that a size of 1 gives to the further values (H,); None: none
+    tail: Tensor | None = None  # variance that a size of 1 gives to the last values (T, H); None: none
     # low, first, high: bounds of the size and where its search starts; the same three where the size is known
     low: float = 1.0
     first: float = 1.0
@@ -70,8 +72,12 @@ class Residual:
     values: Tensor  # (T, L), and which are not padded, `valid` (T, L)
     valid: Tensor
     components: tuple[Component, ...]  # those with a cost may be there or not
-    # further values, independent of one another and of the parameters, (H,)
-    tail: Tensor = field(default_factory=lambda: torch.zeros(0, dtype=torch.float64))
+    apart: int = 0  # how many of each trial's values are the last ones, H
+
+    @property
+    def dense(self) -> int:
+        """How many are the first ones, D."""
+        return self.values.shape[1] - self.apart
 
     @cached_property
     def optional(self) -> tuple[str, ...]:
@@ -115,8 +121,9 @@ class Covariance:
         self.residual = residual
         there = [c for c in residual.components if c.known or c.name in sizes]
         self.sizes = {c.name: c.first if c.known else sizes[c.name] for c in there}
-        total = torch.diag_embed((~residual.valid).double())  # of what is padded: 1, which adds nothing
-        tail = torch.zeros_like(residual.tail)
+        # Of what is padded: 1, which adds nothing.
+        first, last = (~residual.valid).double().split([residual.dense, residual.apart], 1)
+        total, tail = torch.diag_embed(first), last
         shared = {"": residual.values.new_zeros(*residual.values.shape, 0)}
         for c in there:
             variance = self.sizes[c.name] ** 2
@@ -126,14 +133,16 @@ class Covariance:
                 tail = tail + variance * c.tail
             if c.columns is not None:
                 shared[c.name] = self.sizes[c.name] * c.columns
-        self.tail = tail
+        if not (tail > 0).all():
+            raise np.linalg.LinAlgError("the covariance of a residual is not positive")
+        self.tail = tail.sqrt()[..., None]
         self.widths = {name: columns.shape[-1] for name, columns in shared.items()}
         self.shared = torch.cat([*shared.values()], -1)
         self.root, failed = torch.linalg.cholesky_ex(total)
         if failed.any():
             raise np.linalg.LinAlgError("the covariance of a residual is not positive")
         # Products with many small matrices are several times faster than triangular solves.
-        self.inverse = torch.linalg.solve_triangular(self.root, torch.eye(total.shape[-1]).double(), upper=False)
+        self.inverse = torch.linalg.solve_triangular(self.root, torch.eye(residual.dense).double(), upper=False)
         self.scaled = self.by_blocks(self.shared)
         self.inner_root = torch.linalg.cholesky(torch.eye(self.scaled.shape[1]).double() + self.scaled.T @ self.scaled)
 
@@ -144,7 +153,16 @@ class Covariance:
 
     def by_blocks(self, columns: Tensor) -> Tensor:
         """Columns (T, L, C) divided by the roots of the covariances of the trials alone, (T L, C)."""
-        return (self.inverse @ columns).flatten(0, 1)
+        return self._divided(columns, self.inverse).flatten(0, 1)
+
+    def _divided(self, columns: Tensor, inverse: Tensor) -> Tensor:
+        """Columns (T, L, C), the first values of each trial times a matrix and the last ones over their deviation."""
+        first, last = columns.split([self.residual.dense, self.residual.apart], 1)
+        return torch.cat([inverse @ first, last / self.tail], 1)
+
+    def _again(self, divided: Tensor) -> Tensor:
+        """Columns that were divided (T L, C) divided by the transposed roots, (T, L, C)."""
+        return self._divided(divided.unflatten(0, self.residual.values.shape), self.inverse.mT)
 
     def inner(self, one: Tensor, other: Tensor) -> Tensor:
         """one' V^-1 other of columns (T, L, A) and (T, L, B), (A, B)."""
@@ -155,7 +173,7 @@ class Covariance:
     def solve(self, columns: Tensor) -> Tensor:
         """V^-1 columns, (T, L, C)."""
         divided = self.by_blocks(columns)
-        return self.inverse.mT @ (divided - self.taken @ (self.taken.T @ divided)).unflatten(0, columns.shape[:2])
+        return self._again(divided - self.taken @ (self.taken.T @ divided))
 
     def with_residual(self, columns: Tensor) -> Tensor:
         """columns' V^-1 r, (C,)."""
@@ -166,10 +184,11 @@ class Covariance:
         """Logarithm of how likely the residual is, costs not counted [nats]."""
         r = self.by_blocks(self.residual.values[..., None])
         shared = torch.linalg.solve_triangular(self.inner_root, self.scaled.T @ r, upper=False)
-        square = (r**2).sum() - (shared**2).sum() + (self.residual.tail**2 / self.tail).sum()
+        square = (r**2).sum() - (shared**2).sum()
         determinant = sum(root.diagonal(dim1=-2, dim2=-1).log().sum() for root in (self.root, self.inner_root))
-        count = int(self.residual.valid.sum()) + len(self.tail)
-        return float(-0.5 * (square + 2 * determinant + self.tail.log().sum() + count * math.log(2 * math.pi)))
+        determinant = determinant + self.tail.log().sum()
+        count = int(self.residual.valid.sum())
+        return float(-0.5 * (square + 2 * determinant + count * math.log(2 * math.pi)))
 
     def slope(self, names: Sequence[str]) -> Array:
         """Derivatives of the evidence by the logarithms of some sizes: s^2 [(V^-1 r)' M (V^-1 r) - tr(V^-1 M)].
@@ -177,9 +196,10 @@ class Covariance:
         Source: Rasmussen & Williams 2006, Eq. 5.9.
         """
         divided = self.solve(self.residual.values[..., None])
-        taken = self.inverse.mT @ self.taken.unflatten(0, divided.shape[:2])
-        excess = divided @ divided.mT + taken @ taken.mT - self.inverse.mT @ self.inverse
-        of_tail = (self.residual.tail**2 / self.tail - 1) / self.tail
+        apart = [self.residual.dense, self.residual.apart]
+        (first, last), (taken, taken_last) = (x.split(apart, 1) for x in (divided, self._again(self.taken)))
+        excess = first @ first.mT + taken @ taken.mT - self.inverse.mT @ self.inverse
+        of_tail = (last**2).sum(-1) + (taken_last**2).sum(-1) - 1 / self.tail[..., 0] ** 2
         # S'S = K - 1 with S = `scaled` and K = `inner_root` squared, so S'V^-1 S = 1 - 1 / K.
         of_shared = (self.shared * divided).sum((0, 1)) ** 2 + torch.cholesky_inverse(self.inner_root).diagonal() - 1
         by_name = dict(zip(self.widths, of_shared.split([*self.widths.values()]), strict=True))
@@ -197,7 +217,14 @@ class Covariance:
         """What one component is expected to have made of the values, (T, L)."""
         component, variance = self.residual.component(name), self.sizes[name] ** 2
         divided = self.solve(self.residual.values[..., None])
-        made = torch.zeros_like(divided) if component.blocks is None else component.blocks @ divided
+        first, last = divided.split([self.residual.dense, self.residual.apart], 1)
+        made = torch.cat(
+            [
+                torch.zeros_like(first) if component.blocks is None else component.blocks @ first,
+                torch.zeros_like(last) if component.tail is None else component.tail[..., None] * last,
+            ],
+            1,
+        )
         if component.columns is not None:
             made = made + component.columns @ torch.einsum("tlc,tlx->cx", component.columns, divided)
         return (variance * made)[..., 0]
@@ -209,13 +236,16 @@ class Covariance:
 
     def white(self) -> Tensor:
         """The values divided by a root of V, one by one in order, (T, L): N(0, 1) and independent if V is right."""
-        roots, valid = self.root @ self.root.mT, self.residual.valid.flatten()
-        columns = self.shared.flatten(0, 1)
-        total = torch.block_diag(*roots) + columns @ columns.T
-        whole = torch.linalg.solve_triangular(
-            torch.linalg.cholesky(total), self.residual.values.flatten()[:, None], upper=False
-        )
-        return (whole[:, 0] * valid).unflatten(0, self.residual.values.shape)
+        first = self.residual.dense
+        order = torch.arange(self.residual.values.numel()).unflatten(0, self.residual.values.shape)
+        order = torch.cat([order[:, :first].flatten(), order[:, first:].flatten()])  # what is apart comes last
+        columns = self.shared.flatten(0, 1)[order]
+        total = torch.block_diag(*self.root @ self.root.mT, torch.diag(self.tail.flatten() ** 2)) + columns @ columns.T
+        values = self.residual.values.flatten()[order, None]
+        whole = torch.linalg.solve_triangular(torch.linalg.cholesky(total), values, upper=False)
+        found = torch.zeros_like(values)
+        found[order] = whole
+        return (found[:, 0] * self.residual.valid.flatten()).unflatten(0, self.residual.values.shape)
 
 
 @dataclass(frozen=True)

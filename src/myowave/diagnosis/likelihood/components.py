@@ -60,14 +60,14 @@ def residual_of(fit: Fit, view: View) -> Residual:
     look, pushes = view.amplitudes, Pushes.of(fit)
     constants, off = prior_columns(fit, view)
     both = np.concatenate([pushes.excitation, pushes.torque], -1)
-    waves = through_sensor(fit, torch.cat([view.band.motion, view.above.motion], -1))
+    waves = through_sensor(fit, view.motion)
     steps = torch.from_numpy(np.stack([*answers(fit.linear.jacobian.numpy(), both, waves)])[::-1].copy())
     by_excitation, by_torque = steps[..., :-1, :], steps[..., -1, :]  # (N - 1, T, M, W + H) and (N - 1, T, W + H)
-    starts, before = start_columns(fit, view), look(by_emg_before(fit))
+    before, before_above = look(by_emg_before(fit)).split([*view.sizes], 1)
     components = [
         *_white(view),
-        Component("starts", starts @ starts.mT),
-        Component("before", before @ before.mT),
+        Component("starts", columns=start_columns(fit, view)),
+        Component("before", before @ before.mT, tail=(before_above**2).sum(-1)),
         Component("constants", columns=constants),
         _forced(EMG, by_samples(fit, by_excitation), view),
         _slow(by_torque, view, fit.record.samples),
@@ -87,35 +87,36 @@ def residual_of(fit: Fit, view: View) -> Residual:
             _sized(TISSUE, columns=look(artefact)),
         ]
     values = view.left(fit) + constants @ torch.from_numpy(off)
-    return Residual(values, view.band.there, tuple(components), view.left_above(fit))
+    return Residual(values, view.there, tuple(components), view.sizes[1])
 
 
 def residual_above(fit: Fit, view: View) -> Residual:
     """What a fit leaves of the waves above the band of the motion alone: noise of the sensor."""
     noises = [replace(c, blocks=None) for c in (*_white(view), coloured(view, view.memory_s))]
-    nothing = torch.zeros(1, 1, dtype=torch.float64)
-    return Residual(nothing, nothing > 0, tuple(noises), view.left_above(fit))
+    within, above = view.sizes
+    return Residual(view.left(fit)[:, within:], view.above.there, tuple(noises), above)
 
 
 def _white(view: View) -> tuple[Component, Component]:
     """Noise of the sensor without a memory: the least, which passes no filter, and what has passed its filter."""
     floor, there = float(np.radians(SMALLEST_NOISE_DEG)), view.above.there
-    in_band, one = torch.diag_embed(view.band.there.double()), torch.ones(int(there.sum())).double()
+    in_band, one = torch.diag_embed(view.band.there.double()), there.double()
     least = Component("floor", in_band, tail=one, low=floor, first=floor, high=floor)
-    return least, _sized(NOISE, view.band.noise.mT @ view.band.noise, (view.above.noise**2).sum(1)[there], cost=0.0)
+    return least, _sized(NOISE, view.band.noise.mT @ view.band.noise, (view.above.noise**2).sum(1), cost=0.0)
 
 
 def prior_columns(fit: Fit, view: View) -> tuple[Tensor, Array]:
-    """What one standard deviation of what is known of each free parameter does, (T, W, P), and by how many of them it
-    is above where it is expected, (P,)."""
+    """What one standard deviation of what is known of each free parameter does, (T, W + H, P), and by how many of them
+    it is above where it is expected, (P,)."""
     deviation, centre = prior_of(fit)
     slope = view.amplitudes(scaled_slope(fit.sensitive.by_parameter, scales(fit.free), fit.record.valid))
     return slope * torch.from_numpy(deviation), (fit.values / scales(fit.free) - centre) / deviation
 
 
 def start_columns(fit: Fit, view: View) -> Tensor:
-    """What each number of a trial's start does, as far off as it may be, (T, W, 2)."""
-    return view.amplitudes(scaled_slope(fit.sensitive.by_start, STARTS, fit.record.valid))
+    """What each number of each trial's start does, as far off as it may be, (T, W + H, 2 T)."""
+    own = view.amplitudes(scaled_slope(fit.sensitive.by_start, STARTS, fit.record.valid))
+    return (own[:, :, None] * torch.eye(len(own), dtype=own.dtype)[:, None, :, None]).flatten(2)
 
 
 def prior_of(fit: Fit) -> tuple[Array, Array]:
@@ -151,9 +152,8 @@ def _sized(
 
 def _forced(name: str, by_push: Tensor, view: View) -> Component:
     """Independent pushes, whose effect on the waves is known, (steps, T, C, W + H)."""
-    flat = by_push.transpose(0, 1).flatten(1, 2)
-    band, above = flat.split([view.band.there.shape[1], view.above.there.shape[1]], -1)
-    return _sized(name, band.mT @ band, (above**2).sum(1)[view.above.there])
+    band, above = by_push.transpose(0, 1).flatten(1, 2).split([*view.sizes], -1)
+    return _sized(name, band.mT @ band, (above**2).sum(1))
 
 
 def _slow(by_torque: Tensor, view: View, samples: int) -> Component:
@@ -162,17 +162,15 @@ def _slow(by_torque: Tensor, view: View, samples: int) -> Component:
     width = MEMORY_S / view.dt
     alike = gaussian_filter1d(by_torque.numpy(), width, axis=0, mode="constant", truncate=5.0)
     alike = torch.from_numpy(alike * np.sqrt(2 * np.pi) * width)
-    (own, above), (alike, alike_above) = (
-        x.transpose(0, 1).split([view.band.there.shape[1], view.above.there.shape[1]], -1) for x in (by_torque, alike)
-    )
+    (own, above), (alike, alike_above) = (x.transpose(0, 1).split([*view.sizes], -1) for x in (by_torque, alike))
     blocks = own.mT @ alike
     power = blocks.diagonal(dim1=-2, dim2=-1).sum() / samples
-    tail = (above * alike_above).sum(1).clamp(0.0)[view.above.there]
+    tail = (above * alike_above).sum(1).clamp(0.0)
     return _sized(SLOW, (blocks + blocks.mT) / (2 * power), tail / power)
 
 
 def _repeating(fit: Fit, view: View, by_pushes: Tensor) -> Tensor:
-    """What each part of the general correction does, a root mean square of 1 rad each, (T, W, C)."""
+    """What each part of the general correction does, a root mean square of 1 rad each, (T, W + H, C)."""
     q, v = fit.sensitive.motion.state[..., :2].unbind(-1)
     parts = np.stack([term(q, v, v).numpy() for term in OF_SENSOR], -1) * fit.record.valid[..., None]
     columns = torch.cat([by_pushes, view.amplitudes(parts)], -1)

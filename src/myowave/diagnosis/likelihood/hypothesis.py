@@ -180,8 +180,7 @@ def climb(hypothesis: Hypothesis, steps: int) -> Fit:
     def attempts(fit: Fit) -> Iterator[Fit | None]:
         left, off = left_of(fit)
         slope = view.amplitudes(scaled_slope(fit.sensitive.by_parameter, unit, fit.record.valid))
-        apart = start_columns(fit, view)[:, :, None] * torch.eye(trials)[:, None, :, None]
-        columns = torch.cat([slope, apart.flatten(2)], -1)
+        columns = torch.cat([slope, start_columns(fit, view)], -1)
         matrix = covariance.inner(columns, columns).numpy() + np.diag(np.r_[weight, flat + LEAST])
         matrix += 1e-9 * np.diag(np.diag(matrix))
         vector = covariance.inner(columns, left)[:, 0].numpy() + np.r_[weight * off, flat]

@@ -97,22 +97,35 @@ class View:
         band, above = (band.through(sensor, self.lengths, self.dt) for band in (self.band, self.above))
         return replace(self, sensor=sensor, band=band, above=above)
 
+    @property
+    def sizes(self) -> tuple[int, int]:
+        """How many waves there are in the band and above, W and H."""
+        return self.band.there.shape[1], self.above.there.shape[1]
+
+    @property
+    def there(self) -> Tensor:
+        """Which waves there are, (T, W + H)."""
+        return torch.cat([self.band.there, self.above.there], 1)
+
+    @property
+    def motion(self) -> Tensor:
+        """Signals that a simulated motion is to be multiplied by, (T, N, W + H)."""
+        return torch.cat([self.band.motion, self.above.motion], -1)
+
     def amplitudes(self, columns: Array) -> Tensor:
-        """Of the waves of the band in simulated columns (T, N, C) as the sensor sees them, (T, W, C)."""
-        return self.band.motion.mT @ torch.from_numpy(np.ascontiguousarray(columns))
+        """Of the waves in simulated columns (T, N, C) as the sensor sees them, (T, W + H, C)."""
+        return self.motion.mT @ torch.from_numpy(np.ascontiguousarray(columns))
 
     def left(self, fit: Fit) -> Tensor:
-        """Measured less simulated angle in the band, (T, W)."""
-        return _left(self.band, fit)
-
-    def left_above(self, fit: Fit) -> Tensor:
-        """The same above it, (H,)."""
-        return _left(self.above, fit)[self.above.there]
+        """Measured less simulated angle in the waves, (T, W + H)."""
+        measured, simulated = (torch.from_numpy(x * fit.record.valid)[..., None] for x in (fit.record.angle, fit.angle))
+        waves = torch.cat([self.band.waves, self.above.waves], -1)
+        return (waves.mT @ measured - self.motion.mT @ simulated)[..., 0]
 
     def with_memory(self, memory_s: float) -> tuple[Tensor, Tensor]:
-        """Covariance of the waves (T, W, W), and variances above the band (H,), of noise with a memory."""
+        """Covariance of the waves (T, W, W), and variances above the band (T, H), of noise with a memory."""
         band, above = (_remembered(b.motion, memory_s / self.dt) for b in (self.band, self.above))
-        return self.band.motion.mT @ band, (self.above.motion * above).sum(1)[self.above.there]
+        return self.band.motion.mT @ band, (self.above.motion * above).sum(1)
 
 
 def _remembered(waves: Tensor, memory: float) -> Tensor:
@@ -121,11 +134,6 @@ def _remembered(waves: Tensor, memory: float) -> Tensor:
     columns = waves.transpose(0, 1)
     found = matmul_toeplitz(fall, columns.flatten(1).numpy(), check_finite=False)
     return torch.from_numpy(found).reshape(columns.shape).transpose(0, 1)
-
-
-def _left(band: Waves, fit: Fit) -> Tensor:
-    measured, simulated = (torch.from_numpy(x * fit.record.valid)[..., None] for x in (fit.record.angle, fit.angle))
-    return (band.waves.mT @ measured - band.motion.mT @ simulated)[..., 0]
 
 
 def edge_of(fit: Fit) -> float:

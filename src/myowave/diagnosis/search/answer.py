@@ -99,8 +99,8 @@ class Answer:
                 assert component.blocks is not None and component.tail is not None
                 within += float(size**2 * component.blocks.diagonal(dim1=-2, dim2=-1).sum())
                 above += float(size**2 * component.tail.sum())
-        rest = samples - int(residual.valid.sum())
-        return float(np.sqrt((within + above * rest / max(len(residual.tail), 1)) / samples))
+        waves, waves_above = (int(band.there.sum()) for band in (self.best.view.band, self.best.view.above))
+        return float(np.sqrt((within + above * (samples - waves) / max(waves_above, 1)) / samples))
 
 
 def answer_of(posterior: Posterior) -> Answer:
@@ -151,14 +151,12 @@ def _kind(named: tuple[tuple[str, ...], ...], something: float, usual: float, *,
 def p_of_noise(model: Hypothesis) -> float:
     """p-value of what a model leaves, divided by a root of its covariance, being white noise of variance 1: of the most
     surprising of the frequencies and trials that it is sorted by, times their number."""
-    there, view = model.residual.valid, model.view
-    left, frequency = model.covariance.white()[there].numpy(), view.band.frequency[there.numpy()]
-    trial = np.nonzero(there.numpy())[0]
-    groups = [left[part] for part in np.array_split(np.argsort(frequency, kind="stable"), BANDS)]
-    groups += [left[trial == t] for t in np.unique(trial)]
-    above = (model.residual.tail / model.covariance.tail.sqrt()).numpy()
-    frequency_above = view.above.frequency[view.above.there.numpy()]
-    groups += [above[part] for part in np.array_split(np.argsort(frequency_above), 4)]
+    view, white = model.view, model.covariance.white()
+    (within, above), (left, left_above) = (view.band, view.above), white.split([*view.sizes], 1)
+    groups = [own[own_there].numpy() for own, own_there in zip(left, within.there, strict=True)]
+    for waves, some, count in ((within, left, BANDS), (above, left_above, 4)):
+        by_frequency = np.argsort(waves.frequency[waves.there.numpy()], kind="stable")
+        groups += [some[waves.there].numpy()[part] for part in np.array_split(by_frequency, count)]
     squares = [group**2 for group in groups if len(group)]
     worst = min(float(chi2.sf(s.sum(), len(s))) for s in squares)
     return min(1.0, worst * len(squares))

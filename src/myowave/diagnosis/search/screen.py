@@ -96,7 +96,7 @@ def _promise(products: Array, with_left: Array, low: Array, high: Array) -> floa
 
 def noise_alone(model: Hypothesis) -> Weighed:
     """The state without any cause but noise, as strong as above the band of the motion."""
-    if not len(model.residual.tail):
+    if not model.residual.apart:
         return most_likely(model.residual, ())
     sizes = most_likely(residual_above(model.fit, model.view), ()).sizes
     return Weighed(sizes, Covariance(model.residual, sizes).evidence)
