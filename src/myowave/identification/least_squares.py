@@ -184,7 +184,7 @@ def normal_equations(
     slope = scaled_slope(result.by_parameter, scales(free), record.valid)
     by_start = scaled_slope(result.by_start, 1.0, record.valid)
     usual, weight = expected(free)
-    weight = weight * (record.noise**2 + record.missed**2)
+    weight = weight * record.misfit**2
     further = np.sqrt(weight) * (usual - values) / scales(free)
     further_slope = np.broadcast_to(np.diag(np.sqrt(weight)), (*further.shape, len(free)))
     if measured is not None:

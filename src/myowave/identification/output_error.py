@@ -36,6 +36,8 @@ GAIN = 1e-3  # stop where the next step would lower the sum of squares by less t
 STANDSTILL = 0.03  # of a fit that is an end, see `descend`
 LIFTED_STEPS, STEPS = 4, 30  # the first suffice for sixteen starts to come down to two
 WATCHDOG, WATCHDOG_STEPS = 100.0, 3  # a step that fails is followed further if the sum of squares grew by less
+# times that constants are weighed in a fit, until what it misses changes by less than a factor of e^ALIKE
+WEIGHINGS, ALIKE = 5, 0.3
 KEEPS = 0.5  # of its promise: a step that keeps more is followed by a bolder one
 DAMPING, DAMPING_UP, DAMPING_DOWN, DAMPING_MOST = 1e-4, 10.0, 0.1, 1e8
 
@@ -156,6 +158,14 @@ class Fit(Problem):
     def rmse(self) -> float:
         """Root mean square of the residual [rad]."""
         return float(np.sqrt(self.rss / self.record.samples))
+
+    def weighed(self) -> "Fit":
+        """The same, what is known of constants weighed against what the model misses here."""
+        # ASSUME: what a model misses is no noise of the angle, and moves constants no further than such noise might.
+        # Else they go as far as they may to make up for what is missing.
+        beyond = max(self.independent_variance - self.record.noise**2, 0.0)
+        found = replace(self, record=replace(self.record, missed=float(np.sqrt(beyond))), converged=False)
+        return replace(found, normal=found.normal_at(found.sensitive, found.values))
 
     def next_step(self, damping: float = DAMPING) -> tuple[Array, Array]:
         """A damped step of the parameters (P,), in units of their scales, and the shift of the starts with it."""
@@ -278,6 +288,18 @@ def polish(fit: Fit, standstill: float = STANDSTILL) -> Fit:
 
 
 def descend(fit: Fit, standstill: float = STANDSTILL) -> Iterator[Fit]:
+    """The fit as it is, then after each step of a descent, and of others, until what is known of constants weighs about
+    as much as what the model misses at its best allows."""
+    for _ in range(WEIGHINGS):
+        last = fit
+        for last in _descend(fit, standstill):
+            yield last
+        fit = last.weighed()
+        if abs(np.log(fit.record.misfit / last.record.misfit)) < ALIKE:
+            return
+
+
+def _descend(fit: Fit, standstill: float) -> Iterator[Fit]:
     """Levenberg-Marquardt: the fit as it is, then after each step, each no worse than the one before.
 
     A full step along a curved valley may land on its slope; the next steps from there lead back to the floor, further

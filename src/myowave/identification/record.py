@@ -57,6 +57,11 @@ class Record:
     course: Tensor | None = None
 
     @property
+    def misfit(self) -> float:
+        """Standard deviation of what no constants explain, noise and what a model misses [rad]."""
+        return float(np.hypot(self.noise, self.missed))
+
+    @property
     def whole(self) -> "Record":
         """The trials, whole."""
         return self if self.pieces is None else self.pieces.whole

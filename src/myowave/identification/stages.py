@@ -6,7 +6,6 @@ diverge, and goes on to short predictions from starts of their own. A model that
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -79,13 +78,7 @@ def over_short_pieces(model: Model, record: Record, free: Sequence[Free], values
     """
     pieces = record.cut(HORIZONS_S[0])
     some = pieces.take(range(0, len(pieces.names), -(-len(pieces.names) // ENOUGH_PIECES)))
-    first = attempt_fit(lambda: fit_simulated(model, some, free, values))
-    if first is None:
-        return None
-    # ASSUME: what a model misses at its best is no noise of the angle, and moves constants no further than such noise
-    # might. Else they go as far as they may to make up for what is missing.
-    weighed = replace(some, missed=float(np.sqrt(first.independent_variance)))
-    return attempt_fit(lambda: fit_simulated(model, weighed, free, values))
+    return attempt_fit(lambda: fit_simulated(model, some, free, values))
 
 
 def _over_all_short_pieces(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit | None:
@@ -93,8 +86,7 @@ def _over_all_short_pieces(model: Model, record: Record, free: Sequence[Free], v
     some = over_short_pieces(model, record, free, values)
     if some is None:
         return None
-    every = replace(record.cut(HORIZONS_S[0]), missed=some.record.missed)
-    return attempt_fit(lambda: fit_simulated(model, every, free, some.values))
+    return attempt_fit(lambda: fit_simulated(model, record.cut(HORIZONS_S[0]), free, some.values))
 
 
 def predicted(fit: Fit) -> float:
