@@ -138,9 +138,10 @@ class Hypothesis:
         return log_share_within(low, high, mean[place] / unit, scaled)
 
 
-def settle(begin: Hypothesis, leader: float = -math.inf, steps: int = 4) -> Hypothesis:
+def settle(begin: Hypothesis, leader: float = -math.inf, steps: int = 4, *, fitted: bool = True) -> Hypothesis:
     """The same model where its parameters are most likely, causes weighed anew there after so many steps of these; one
-    that stays `BEHIND` the leader, the most likely model so far, is given up."""
+    that stays `BEHIND` the leader, the most likely model so far, is given up. Where it was not `fitted` yet, what it
+    begins with is a promise of first order, that its first steps keep or not."""
     best = begin
     hopeless = {on for on, state in begin.states.items() if state.value < begin.best.value - BEHIND}
     for turn in range(CLIMBS):
@@ -151,10 +152,11 @@ def settle(begin: Hypothesis, leader: float = -math.inf, steps: int = 4) -> Hypo
             break
         found = best.at(fit, hopeless)
         gained = found.total - best.total
-        # Where the first step comes from its evidence is of first order, be it the larger.
-        if gained > 0 or not turn:
+        promised = not fitted and not turn
+        # Causes act to first order: steps that let them take up more may lead where they could not do that.
+        if gained > 0 or promised:
             best = found
-        if gained < 2 * LITTLE and turn:
+        if gained < 2 * LITTLE and not promised:
             break
     return best
 

@@ -96,13 +96,18 @@ def weigh_models(
     if led is not None:
         more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
         found.add(settle(replace(base, effects=more, prior=found.prior * len(more)).at(led)))
-    _search(found, fit, catalogue, report)
-    likely = through_likely_filter(found.best.fit, unfiltered)
-    if likely.sensor.corner_hz is None and view.sensor.corner_hz is not None:
-        # What the model lacked had looked like the doing of a filter.
-        found = _seen_anew(found, likely)
-        _search(found, fit, catalogue, report)
-    return found
+    while True:
+        _search(found, fit, catalogue, unfiltered, report)
+        if not _looked_filtered(found.best, unfiltered):
+            return found
+        found = _seen_anew(found, unfiltered)
+
+
+def _looked_filtered(model: Hypothesis, unfiltered: View) -> bool:
+    """Whether what simpler models lacked had looked like the doing of a filter, which this model asks for no more."""
+    if model.view.sensor.corner_hz is None:
+        return False
+    return through_likely_filter(model.fit, unfiltered).sensor.corner_hz is None
 
 
 def _seen_anew(found: Posterior, view: View) -> Posterior:
@@ -115,8 +120,11 @@ def _seen_anew(found: Posterior, view: View) -> Posterior:
     return again
 
 
-def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect], report: Callable[[str], None]) -> None:
-    """Add the models that lead on from the most likely ones; the fit is to the EMG as it was recorded."""
+def _search(
+    found: Posterior, fit: Fit, catalogue: Mapping[str, Effect], unfiltered: View, report: Callable[[str], None]
+) -> None:
+    """Add the models that lead on from the most likely ones, as long as these ask for the filter that the trials are
+    looked at through; the fit is to the EMG as it was recorded."""
     top, rivals = found.best, list[Hypothesis]()
     whole = fit.record.pieces is None  # over pieces nothing is named, so nothing near the top decides anything
     while True:
@@ -132,6 +140,8 @@ def _search(found: Posterior, fit: Fit, catalogue: Mapping[str, Effect], report:
         best = with_likely_memory(replace(best, states=afresh | best.states))
         top = _of_called_for_emg(best, fit)
         found.add(best, top, *_with_one_less(top))
+        if _looked_filtered(found.best, unfiltered):
+            return
         rivals = _rivals(found, top) if whole else []
     if whole:
         found.add(*_by_recorded_emg(found, fit))
@@ -242,12 +252,13 @@ def _fitted(top: Hypothesis, begin: Fit, effects: tuple[str, ...], prior: float,
     """A model settled from where a fit stands, given the causes of the model without the effect; where there are some,
     as they may hold the effect back, also from its fit by least squares. None where it has no motion."""
 
-    def settled(fit: Fit) -> Hypothesis:
-        return settle(replace(top, effects=effects, prior=prior).at(fit), leader)
+    def settled(fit: Fit, *, fitted: bool) -> Hypothesis:
+        return settle(replace(top, effects=effects, prior=prior).at(fit), leader, fitted=fitted)
 
     try:
-        found = settled(begin)
-        again = settled(polish(begin, 2 * LITTLE)) if top.on and found.total < leader + CLEARLY else found
+        found = again = settled(begin, fitted=False)
+        if top.on and found.total < leader + CLEARLY:
+            again = settled(polish(begin, 2 * LITTLE), fitted=True)
     except FAILURES:
         return None
     return max(found, again, key=lambda model: model.total)
