@@ -88,8 +88,12 @@ def test_what_is_best_alone_gives_its_place_to_two_that_are_better_together(monk
     assert set(posterior.best.effects) == set(likeliest) and asked == [("drag", "lag"), ("lag",)] * bool(on)
 
 
-def test_the_search_goes_on_from_what_an_exchange_has_found(monkeypatch):
-    """Two that are better together than the best alone, and a third that shows beside these two only."""
+@pytest.mark.parametrize(
+    "ends, visited", [((), ["drag", "lag", "lag", "tilt", "tilt"]), (("damping", "lag"), ["drag", "lag", "lag"])]
+)
+def test_the_search_goes_on_from_what_an_exchange_has_found(monkeypatch, ends, visited):
+    """Two that are better together than the best alone, and a third that shows beside these two only; it ends with a
+    model that asks for no filter any more, as all is to be seen anew then."""
     leads = {
         (): [model(50.0, "drag"), model(40.0, "lag")],
         ("drag",): [model(60.0, "drag", "lag")],
@@ -107,12 +111,12 @@ def test_the_search_goes_on_from_what_an_exchange_has_found(monkeypatch):
     for name in ("settle", "replace", "with_likely_memory", "_of_called_for_emg"):
         monkeypatch.setattr(weigh, name, lambda model, *given, **changes: model)
     monkeypatch.setattr(weigh, "weigh_components", lambda residual: {})
+    monkeypatch.setattr(weigh, "_looked_filtered", lambda model, unfiltered: model.effects == ends)
     posterior, told = Posterior(-3.0), []
     posterior.add(model(0.0))
-    weigh._search(posterior, SimpleNamespace(record=SimpleNamespace(pieces=None)), {}, told.append)
-    assert set(posterior.best.effects) == {"damping", "lag", "tilt"}
+    weigh._search(posterior, SimpleNamespace(record=SimpleNamespace(pieces=None)), {}, None, told.append)
     likeliest = [line.rsplit("+", 1)[1] for line in told]
-    assert likeliest == ["drag", "lag", "lag", "tilt", "tilt"]
+    assert posterior.best.effects == (ends or ("damping", "lag", "tilt")) and likeliest == visited
 
 
 def test_a_model_with_most_effects_is_led_on_no_more(found, monkeypatch):
