@@ -164,11 +164,12 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
             **Compare.** The published muscle model, fitted to four trials with every constant free that nobody
             measured, misses the fifth by {_small(before, "deg")}.""",
         "time": f"""
-            Networks and diagnoses took {numbers["minutes"]:.0f} core minutes on a slow, shared machine, a third
-            on another. Later runs redo only what a change affects.""",
+            Networks and diagnoses took {numbers["minutes"]:.0f} core minutes on a slow, shared machine. Later
+            runs redo only what a change affects.""",
         "trust": f"""
-            Of {study["sets"]} simulated arms {clean.get("right", 0)} of {sum(clean.values())} with nothing hidden were
-            judged right, {seen.get("right", 0) + seen.get("class", 0)} of {sum(seen.values())} visible effects were
+            Of {study["sets"]} simulated arms, judged before the last change, {clean.get("right", 0)} of
+            {sum(clean.values())} with nothing hidden were judged right,
+            {seen.get("right", 0) + seen.get("class", 0)} of {sum(seen.values())} visible effects were
             named or put in a class, {seen.get("silent", 0) or "none"} passed over in silence, and
             {study["wrong_names"]} arms got a wrong name. On a person only what changed between
             trials was ever checked. There the muscles explain less of the torque (R² {r2["base"]:.2f}) than posture,
