@@ -114,7 +114,8 @@ def test_the_search_goes_on_from_what_an_exchange_has_found(monkeypatch, ends, v
     monkeypatch.setattr(weigh, "_looked_filtered", lambda model, unfiltered: model.effects == ends)
     posterior, told = Posterior(-3.0), []
     posterior.add(model(0.0))
-    weigh._search(posterior, SimpleNamespace(record=SimpleNamespace(pieces=None)), {}, None, told.append)
+    fit = SimpleNamespace(record=SimpleNamespace(pieces=None))
+    assert weigh._search(posterior, fit, {}, None, told.append) is not bool(ends)
     likeliest = [line.rsplit("+", 1)[1] for line in told]
     assert posterior.best.effects == (ends or ("damping", "lag", "tilt")) and likeliest == visited
 

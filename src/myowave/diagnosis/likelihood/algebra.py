@@ -74,10 +74,10 @@ class Residual:
     components: tuple[Component, ...]  # those with a cost may be there or not
     apart: int = 0  # how many of each trial's values are the last ones, H
 
-    @property
-    def dense(self) -> int:
-        """How many are the first ones, D."""
-        return self.values.shape[1] - self.apart
+    def parts(self, some: Tensor) -> tuple[Tensor, Tensor]:
+        """The first values of each trial and the last ones, (T, D, ...) and (T, H, ...), of some (T, L, ...)."""
+        first, last = some.split([self.values.shape[1] - self.apart, self.apart], 1)
+        return first, last
 
     @cached_property
     def optional(self) -> tuple[str, ...]:
@@ -121,9 +121,8 @@ class Covariance:
         self.residual = residual
         there = [c for c in residual.components if c.known or c.name in sizes]
         self.sizes = {c.name: c.first if c.known else sizes[c.name] for c in there}
-        # Of what is padded: 1, which adds nothing.
-        first, last = (~residual.valid).double().split([residual.dense, residual.apart], 1)
-        total, tail = torch.diag_embed(first), last
+        padded, tail = residual.parts((~residual.valid).double())  # where it has 1, which adds nothing
+        total = torch.diag_embed(padded)
         shared = {"": residual.values.new_zeros(*residual.values.shape, 0)}
         for c in there:
             variance = self.sizes[c.name] ** 2
@@ -133,16 +132,14 @@ class Covariance:
                 tail = tail + variance * c.tail
             if c.columns is not None:
                 shared[c.name] = self.sizes[c.name] * c.columns
-        if not (tail > 0).all():
-            raise np.linalg.LinAlgError("the covariance of a residual is not positive")
         self.tail = tail.sqrt()[..., None]
         self.widths = {name: columns.shape[-1] for name, columns in shared.items()}
         self.shared = torch.cat([*shared.values()], -1)
         self.root, failed = torch.linalg.cholesky_ex(total)
-        if failed.any():
+        if failed.any() or not (tail > 0).all():
             raise np.linalg.LinAlgError("the covariance of a residual is not positive")
         # Products with many small matrices are several times faster than triangular solves.
-        self.inverse = torch.linalg.solve_triangular(self.root, torch.eye(residual.dense).double(), upper=False)
+        self.inverse = torch.linalg.solve_triangular(self.root, torch.eye(total.shape[-1]).double(), upper=False)
         self.scaled = self.by_blocks(self.shared)
         self.inner_root = torch.linalg.cholesky(torch.eye(self.scaled.shape[1]).double() + self.scaled.T @ self.scaled)
 
@@ -157,7 +154,7 @@ class Covariance:
 
     def _divided(self, columns: Tensor, inverse: Tensor) -> Tensor:
         """Columns (T, L, C), the first values of each trial times a matrix and the last ones over their deviation."""
-        first, last = columns.split([self.residual.dense, self.residual.apart], 1)
+        first, last = self.residual.parts(columns)
         return torch.cat([inverse @ first, last / self.tail], 1)
 
     def _again(self, divided: Tensor) -> Tensor:
@@ -185,8 +182,8 @@ class Covariance:
         r = self.by_blocks(self.residual.values[..., None])
         shared = torch.linalg.solve_triangular(self.inner_root, self.scaled.T @ r, upper=False)
         square = (r**2).sum() - (shared**2).sum()
-        determinant = sum(root.diagonal(dim1=-2, dim2=-1).log().sum() for root in (self.root, self.inner_root))
-        determinant = determinant + self.tail.log().sum()
+        roots = (self.root.diagonal(dim1=-2, dim2=-1), self.inner_root.diagonal(), self.tail)
+        determinant = sum(root.log().sum() for root in roots)
         count = int(self.residual.valid.sum())
         return float(-0.5 * (square + 2 * determinant + count * math.log(2 * math.pi)))
 
@@ -196,8 +193,7 @@ class Covariance:
         Source: Rasmussen & Williams 2006, Eq. 5.9.
         """
         divided = self.solve(self.residual.values[..., None])
-        apart = [self.residual.dense, self.residual.apart]
-        (first, last), (taken, taken_last) = (x.split(apart, 1) for x in (divided, self._again(self.taken)))
+        (first, last), (taken, taken_last) = map(self.residual.parts, (divided, self._again(self.taken)))
         excess = first @ first.mT + taken @ taken.mT - self.inverse.mT @ self.inverse
         of_tail = (last**2).sum(-1) + (taken_last**2).sum(-1) - 1 / self.tail[..., 0] ** 2
         # S'S = K - 1 with S = `scaled` and K = `inner_root` squared, so S'V^-1 S = 1 - 1 / K.
@@ -217,14 +213,10 @@ class Covariance:
         """What one component is expected to have made of the values, (T, L)."""
         component, variance = self.residual.component(name), self.sizes[name] ** 2
         divided = self.solve(self.residual.values[..., None])
-        first, last = divided.split([self.residual.dense, self.residual.apart], 1)
-        made = torch.cat(
-            [
-                torch.zeros_like(first) if component.blocks is None else component.blocks @ first,
-                torch.zeros_like(last) if component.tail is None else component.tail[..., None] * last,
-            ],
-            1,
-        )
+        first, last = self.residual.parts(divided)
+        of_first = 0.0 * first if component.blocks is None else component.blocks @ first
+        of_last = 0.0 * last if component.tail is None else component.tail[..., None] * last
+        made = torch.cat([of_first, of_last], 1)
         if component.columns is not None:
             made = made + component.columns @ torch.einsum("tlc,tlx->cx", component.columns, divided)
         return (variance * made)[..., 0]
@@ -236,16 +228,15 @@ class Covariance:
 
     def white(self) -> Tensor:
         """The values divided by a root of V, one by one in order, (T, L): N(0, 1) and independent if V is right."""
-        first = self.residual.dense
-        order = torch.arange(self.residual.values.numel()).unflatten(0, self.residual.values.shape)
-        order = torch.cat([order[:, :first].flatten(), order[:, first:].flatten()])  # what is apart comes last
-        columns = self.shared.flatten(0, 1)[order]
+        values, columns = (  # what is apart comes last
+            torch.cat([part.flatten(0, 1) for part in self.residual.parts(some)])
+            for some in (self.residual.values[..., None], self.shared)
+        )
         total = torch.block_diag(*self.root @ self.root.mT, torch.diag(self.tail.flatten() ** 2)) + columns @ columns.T
-        values = self.residual.values.flatten()[order, None]
         whole = torch.linalg.solve_triangular(torch.linalg.cholesky(total), values, upper=False)
-        found = torch.zeros_like(values)
-        found[order] = whole
-        return (found[:, 0] * self.residual.valid.flatten()).unflatten(0, self.residual.values.shape)
+        trials, apart = len(self.residual.values), self.residual.apart
+        first, last = whole.split([len(whole) - trials * apart, trials * apart])
+        return torch.cat([first.reshape(trials, -1), last.reshape(trials, apart)], 1) * self.residual.valid
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,7 @@ def residual_of(fit: Fit, view: View) -> Residual:
     waves = through_sensor(fit, view.motion)
     steps = torch.from_numpy(np.stack([*answers(fit.linear.jacobian.numpy(), both, waves)])[::-1].copy())
     by_excitation, by_torque = steps[..., :-1, :], steps[..., -1, :]  # (N - 1, T, M, W + H) and (N - 1, T, W + H)
-    before, before_above = look(by_emg_before(fit)).split([*view.sizes], 1)
+    before, before_above = look(by_emg_before(fit)).split(view.sizes, 1)
     components = [
         *_white(view),
         Component("starts", columns=start_columns(fit, view)),
@@ -152,7 +152,7 @@ def _sized(
 
 def _forced(name: str, by_push: Tensor, view: View) -> Component:
     """Independent pushes, whose effect on the waves is known, (steps, T, C, W + H)."""
-    band, above = by_push.transpose(0, 1).flatten(1, 2).split([*view.sizes], -1)
+    band, above = by_push.transpose(0, 1).flatten(1, 2).split(view.sizes, -1)
     return _sized(name, band.mT @ band, (above**2).sum(1))
 
 
@@ -162,7 +162,7 @@ def _slow(by_torque: Tensor, view: View, samples: int) -> Component:
     width = MEMORY_S / view.dt
     alike = gaussian_filter1d(by_torque.numpy(), width, axis=0, mode="constant", truncate=5.0)
     alike = torch.from_numpy(alike * np.sqrt(2 * np.pi) * width)
-    (own, above), (alike, alike_above) = (x.transpose(0, 1).split([*view.sizes], -1) for x in (by_torque, alike))
+    (own, above), (alike, alike_above) = (x.transpose(0, 1).split(view.sizes, -1) for x in (by_torque, alike))
     blocks = own.mT @ alike
     power = blocks.diagonal(dim1=-2, dim2=-1).sum() / samples
     tail = (above * alike_above).sum(1).clamp(0.0)

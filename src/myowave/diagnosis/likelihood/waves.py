@@ -7,6 +7,7 @@ Shapes: T trials (or pieces), N samples, W waves in the band of the motion, H of
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import torch
@@ -98,19 +99,24 @@ class View:
         return replace(self, sensor=sensor, band=band, above=above)
 
     @property
-    def sizes(self) -> tuple[int, int]:
+    def sizes(self) -> list[int]:
         """How many waves there are in the band and above, W and H."""
-        return self.band.there.shape[1], self.above.there.shape[1]
+        return [self.band.there.shape[1], self.above.there.shape[1]]
 
     @property
     def there(self) -> Tensor:
         """Which waves there are, (T, W + H)."""
         return torch.cat([self.band.there, self.above.there], 1)
 
-    @property
+    @cached_property
     def motion(self) -> Tensor:
         """Signals that a simulated motion is to be multiplied by, (T, N, W + H)."""
         return torch.cat([self.band.motion, self.above.motion], -1)
+
+    @cached_property
+    def waves(self) -> Tensor:
+        """Signals that a measured one is to be multiplied by, (T, N, W + H)."""
+        return torch.cat([self.band.waves, self.above.waves], -1)
 
     def amplitudes(self, columns: Array) -> Tensor:
         """Of the waves in simulated columns (T, N, C) as the sensor sees them, (T, W + H, C)."""
@@ -119,8 +125,7 @@ class View:
     def left(self, fit: Fit) -> Tensor:
         """Measured less simulated angle in the waves, (T, W + H)."""
         measured, simulated = (torch.from_numpy(x * fit.record.valid)[..., None] for x in (fit.record.angle, fit.angle))
-        waves = torch.cat([self.band.waves, self.above.waves], -1)
-        return (waves.mT @ measured - self.motion.mT @ simulated)[..., 0]
+        return (self.waves.mT @ measured - self.motion.mT @ simulated)[..., 0]
 
     def with_memory(self, memory_s: float) -> tuple[Tensor, Tensor]:
         """Covariance of the waves (T, W, W), and variances above the band (T, H), of noise with a memory."""

@@ -152,7 +152,7 @@ def p_of_noise(model: Hypothesis) -> float:
     """p-value of what a model leaves, divided by a root of its covariance, being white noise of variance 1: of the most
     surprising of the frequencies and trials that it is sorted by, times their number."""
     view, white = model.view, model.covariance.white()
-    (within, above), (left, left_above) = (view.band, view.above), white.split([*view.sizes], 1)
+    (within, above), (left, left_above) = (view.band, view.above), white.split(view.sizes, 1)
     groups = [own[own_there].numpy() for own, own_there in zip(left, within.there, strict=True)]
     for waves, some, count in ((within, left, BANDS), (above, left_above, 4)):
         by_frequency = np.argsort(waves.frequency[waves.there.numpy()], kind="stable")

@@ -96,11 +96,9 @@ def weigh_models(
     if led is not None:
         more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
         found.add(settle(replace(base, effects=more, prior=found.prior * len(more)).at(led)))
-    while True:
-        _search(found, fit, catalogue, unfiltered, report)
-        if not _looked_filtered(found.best, unfiltered):
-            return found
+    while not _search(found, fit, catalogue, unfiltered, report):
         found = _seen_anew(found, unfiltered)
+    return found
 
 
 def _looked_filtered(model: Hypothesis, unfiltered: View) -> bool:
@@ -122,9 +120,9 @@ def _seen_anew(found: Posterior, view: View) -> Posterior:
 
 def _search(
     found: Posterior, fit: Fit, catalogue: Mapping[str, Effect], unfiltered: View, report: Callable[[str], None]
-) -> None:
-    """Add the models that lead on from the most likely ones, as long as these ask for the filter that the trials are
-    looked at through; the fit is to the EMG as it was recorded."""
+) -> bool:
+    """Add the models that lead on from the most likely ones; False where one asks for the filter no more that the trials
+    are looked at through, and all are to be seen anew. The fit is to the EMG as it was recorded."""
     top, rivals = found.best, list[Hypothesis]()
     whole = fit.record.pieces is None  # over pieces nothing is named, so nothing near the top decides anything
     while True:
@@ -141,10 +139,11 @@ def _search(
         top = _of_called_for_emg(best, fit)
         found.add(best, top, *_with_one_less(top))
         if _looked_filtered(found.best, unfiltered):
-            return
+            return False
         rivals = _rivals(found, top) if whole else []
     if whole:
         found.add(*_by_recorded_emg(found, fit))
+    return not _looked_filtered(found.best, unfiltered)
 
 
 def _lead_on(found: Posterior, model: Hypothesis, catalogue: Mapping[str, Effect]) -> None:
