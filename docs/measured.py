@@ -167,10 +167,10 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
             Networks and diagnoses took {numbers["minutes"]:.0f} core minutes on a slow, shared machine. Later
             runs redo only what a change affects.""",
         "trust": f"""
-            Of {study["sets"]} simulated arms, judged before the last change, {clean.get("right", 0)} of
+            Of {study["sets"]} simulated arms, before the last change of the method, {clean.get("right", 0)} of
             {sum(clean.values())} with nothing hidden were judged right,
             {seen.get("right", 0) + seen.get("class", 0)} of {sum(seen.values())} visible effects were
-            named or put in a class, {seen.get("silent", 0) or "none"} passed over in silence, and
+            named or put in a class, {seen.get("silent", 0) or "none"} passed over, and
             {study["wrong_names"]} arms got a wrong name. On a person only what changed between
             trials was ever checked. There the muscles explain less of the torque (R² {r2["base"]:.2f}) than posture,
             speed and the known load do ({r2["posture, speed and load"]:.2f}).
