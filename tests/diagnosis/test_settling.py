@@ -38,16 +38,10 @@ def test_a_fitted_model_ends_no_less_likely_than_it_began(totals, ends):
     assert settle(Standing(totals)).total == ends
 
 
-def test_a_promise_of_first_order_does_not_count():
-    promised = Standing((10.0, 4.0, 5.0, 3.0))
-    assert settle(promised, fitted=False).total == 5.0 and settle(promised).total == 10.0
-
-
 def test_one_far_behind_is_given_up():
     behind = Standing((10.0, 90.0))
-    for fitted in (True, False):
-        assert settle(behind, 11.0 + BEHIND, fitted=fitted) is behind
-        assert settle(behind, 9.0 + BEHIND, fitted=fitted).total == 90.0
+    assert settle(behind, 11.0 + BEHIND) is behind
+    assert settle(behind, 9.0 + BEHIND).total == 90.0
 
 
 def test_it_goes_on_while_that_pays():

@@ -236,23 +236,25 @@ def descend(
     attempts: Callable[[Point], Iterable[Point | None]],
     steps: int,
     little: float = 0.0,
+    arrive: Callable[[Point], Point] = lambda point: point,
 ) -> Iterator[Point]:
     """The loop of every fit: of what is tried from a point, the first that lowers the objective is the next point.
 
     Args:
         attempts: from a point, one after the other, each with a shorter step; None where it leads nowhere.
         steps: that are taken at most; one that lowers the objective by less than `little` is the last.
+        arrive: what a point becomes before steps are taken from it, with another objective.
 
     Yields:
         Where it begins, and after each attempt where it stands.
     """
-    point, now = begin, objective(begin)
-    yield begin
+    point = arrive(begin)
+    yield point
     for _ in range(steps):
-        gained = 0.0
+        gained, now = 0.0, objective(point)
         for tried in attempts(point):
             if tried is not None and (then := objective(tried)) < now:
-                gained, point, now = now - then, tried, then
+                gained, point = now - then, arrive(tried)
             yield point
             if gained:
                 break

@@ -36,8 +36,6 @@ GAIN = 1e-3  # stop where the next step would lower the sum of squares by less t
 STANDSTILL = 0.03  # of a fit that is an end, see `descend`
 LIFTED_STEPS, STEPS = 4, 30  # the first suffice for sixteen starts to come down to two
 WATCHDOG, WATCHDOG_STEPS = 100.0, 3  # a step that fails is followed further if the sum of squares grew by less
-# times that constants are weighed in a fit, until what it misses changes by less than a factor of e^ALIKE
-WEIGHINGS, ALIKE = 5, 0.3
 KEEPS = 0.5  # of its promise: a step that keeps more is followed by a bolder one
 DAMPING, DAMPING_UP, DAMPING_DOWN, DAMPING_MOST = 1e-4, 10.0, 0.1, 1e8
 
@@ -281,31 +279,24 @@ def refit(fit: Fit, model: Model, free: Sequence[Free]) -> Fit:
     return fit_model(model, fit.record, free) if begun is None else polish(begun)
 
 
-def polish(fit: Fit, standstill: float = STANDSTILL) -> Fit:
+def polish(fit: Fit) -> Fit:
     """The fit at the end of its descent."""
-    *_, last = descend(fit, standstill)
+    *_, last = descend(fit)
     return last
 
 
-def descend(fit: Fit, standstill: float = STANDSTILL) -> Iterator[Fit]:
-    """The fit as it is, then after each step of a descent, and of others, until what is known of constants weighs about
-    as much as what the model misses at its best allows."""
-    for _ in range(WEIGHINGS):
-        last = fit
-        for last in _descend(fit, standstill):
-            yield last
-        fit = last.weighed()
-        if abs(np.log(fit.record.misfit / last.record.misfit)) < ALIKE:
-            return
-
-
-def _descend(fit: Fit, standstill: float) -> Iterator[Fit]:
+def descend(fit: Fit) -> Iterator[Fit]:
     """Levenberg-Marquardt: the fit as it is, then after each step, each no worse than the one before.
+
+    What is known of constants is weighed anew after each step against what the model misses there. So the sequence
+    lowers n log(sum of squares) + the constants' squared distance, in standard deviations, from what is expected: minus
+    twice the posterior where a misfit of n independent samples has a variance that nobody knows (majorisation: the
+    logarithm is below its tangents).
 
     A full step along a curved valley may land on its slope; the next steps from there lead back to the floor, further
     on. So a step that promises more than a residual variance and fails gets these before it is given up (Chamberlain et
-    al. 1982, the "watchdog" technique). Steps that creep along kinks of curves end at a `standstill`, after one that
-    gained less than this many independent samples are worth.
+    al. 1982, the "watchdog" technique). Steps that creep along kinks of curves end after one that gained less than
+    `STANDSTILL` independent samples are worth.
     """
     damping, settled = DAMPING, fit.converged
 
@@ -322,14 +313,15 @@ def _descend(fit: Fit, standstill: float) -> Iterator[Fit]:
             if promise > fit.variance and fit.record.pieces is None and not fit.model.stateful:
                 tried = _follow(fit, tried, damping)  # in pieces, and with states, a shorter step costs less
             if tried is not None and tried.objective < fit.objective:
-                settled = fit.objective - tried.objective < standstill * tried.independent_variance
+                settled = fit.objective - tried.objective < STANDSTILL * tried.independent_variance
                 damping = max(damping * DAMPING_DOWN, 1e-12) if kept else damping
             yield tried
             if damping > DAMPING_MOST:
                 return
             damping = max(damping, DAMPING) * DAMPING_UP
 
-    for found in islice(least_squares.descend(fit, lambda fit: fit.objective, attempts, STEPS), 1 + STEPS):
+    descent = least_squares.descend(fit, lambda fit: fit.objective, attempts, STEPS, arrive=Fit.weighed)
+    for found in islice(descent, 1 + STEPS):
         yield replace(found, converged=settled)
 
 

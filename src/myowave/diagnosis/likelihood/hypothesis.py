@@ -138,13 +138,12 @@ class Hypothesis:
         return log_share_within(low, high, mean[place] / unit, scaled)
 
 
-def settle(begin: Hypothesis, leader: float = -math.inf, steps: int = 4, *, fitted: bool = True) -> Hypothesis:
-    """The same model where its parameters are most likely, causes weighed anew there after so many steps of these; one
-    that stays `BEHIND` the leader, the most likely model so far, is given up. Where it was not `fitted` yet, what it
-    begins with is a promise of first order, that its first steps keep or not."""
+def settle(begin: Hypothesis, leader: float = -math.inf, steps: int = 4) -> Hypothesis:
+    """The same fitted model where its parameters are most likely, causes weighed anew there after so many steps of
+    these; one that stays `BEHIND` the leader, the most likely model so far, is given up."""
     best = begin
     hopeless = {on for on, state in begin.states.items() if state.value < begin.best.value - BEHIND}
-    for turn in range(CLIMBS):
+    for _ in range(CLIMBS):
         if best.total < leader - BEHIND:
             break
         fit = climb(best, steps)
@@ -152,11 +151,10 @@ def settle(begin: Hypothesis, leader: float = -math.inf, steps: int = 4, *, fitt
             break
         found = best.at(fit, hopeless)
         gained = found.total - best.total
-        promised = not fitted and not turn
         # Causes act to first order: steps that let them take up more may lead where they could not do that.
-        if gained > 0 or promised:
+        if gained > 0:
             best = found
-        if gained < 2 * LITTLE and not promised:
+        if gained < 2 * LITTLE:
             break
     return best
 

@@ -17,7 +17,7 @@ from scipy.special import softmax
 from myowave.data.knots import knots_of
 from myowave.diagnosis.likelihood.algebra import COST, most_likely, weigh_components
 from myowave.diagnosis.likelihood.components import COLOURED, EMG, MISSING, residual_above
-from myowave.diagnosis.likelihood.hypothesis import BEHIND, LITTLE, Hypothesis, settle, with_likely_memory
+from myowave.diagnosis.likelihood.hypothesis import BEHIND, Hypothesis, settle, with_likely_memory
 from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.score import ScoreTest, score_effects
@@ -121,7 +121,7 @@ def _seen_anew(found: Posterior, view: View) -> Posterior:
 def _search(
     found: Posterior, fit: Fit, catalogue: Mapping[str, Effect], unfiltered: View, report: Callable[[str], None]
 ) -> bool:
-    """Add the models that lead on from the most likely ones; False where one asks for the filter no more that the trials
+    """Add the models that lead on from the most likely ones; False where one asks no more for the filter that trials
     are looked at through, and all are to be seen anew. The fit is to the EMG as it was recorded."""
     top, rivals = found.best, list[Hypothesis]()
     whole = fit.record.pieces is None  # over pieces nothing is named, so nothing near the top decides anything
@@ -248,19 +248,12 @@ def _fit_pairs(top: Hypothesis, screened: Screened, catalogue: Mapping[str, Effe
 
 
 def _fitted(top: Hypothesis, begin: Fit, effects: tuple[str, ...], prior: float, leader: float) -> Hypothesis | None:
-    """A model settled from where a fit stands, given the causes of the model without the effect; where there are some,
-    as they may hold the effect back, also from its fit by least squares. None where it has no motion."""
-
-    def settled(fit: Fit, *, fitted: bool) -> Hypothesis:
-        return settle(replace(top, effects=effects, prior=prior).at(fit), leader, fitted=fitted)
-
+    """A model settled from its fit by least squares, as the causes of the model without the effect, which it is given,
+    may hold the effect back. None where it has no motion."""
     try:
-        found = again = settled(begin, fitted=False)
-        if top.on and found.total < leader + CLEARLY:
-            again = settled(polish(begin, 2 * LITTLE), fitted=True)
+        return settle(replace(top, effects=effects, prior=prior).at(polish(begin)), leader)
     except FAILURES:
         return None
-    return max(found, again, key=lambda model: model.total)
 
 
 def through_likely_filter(fit: Fit, view: View) -> View:
