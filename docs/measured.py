@@ -1,6 +1,6 @@
 """Write every number of README and of docs/ that the main job measures: `make readme`, after `make run`.
 
-It reads results/, docs/study_cases.csv and docs/reality.csv, writes docs/numbers.json and pictures, and fills the
+It reads results/, docs/study_*.csv and docs/reality.csv, writes docs/numbers.json and pictures, and fills the
 blocks between `<!-- numbers: NAME -->` and `<!-- end -->`. A test holds the blocks to docs/numbers.json.
 """
 
@@ -75,7 +75,9 @@ def collect(results: Path) -> dict[str, Any]:
             "torque_r2": _mean_r2(torque),
             "ahead_deg": dict(zip(ahead["predictor"], ahead["rmse_deg"], strict=True)),
         },
-        "study": _study(pd.read_csv(ROOT / "docs/study_cases.csv", keep_default_na=False)),
+        "study": _study(
+            *(pd.read_csv(ROOT / f"docs/study_{name}.csv", keep_default_na=False) for name in ("cases", "before"))
+        ),
         "reality": _reality(pd.read_csv(ROOT / "docs/reality.csv")),
         "minutes": sum(job["s"].sum() for job in jobs) / 60,
     }
@@ -120,7 +122,7 @@ def _reality(cases: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def _study(cases: pd.DataFrame) -> dict[str, Any]:
+def _study(cases: pd.DataFrame, before: pd.DataFrame) -> dict[str, Any]:
     """Grades of the answers of the diagnosis itself, which is the first judge, by what there was to be found."""
     rows = cases[cases["judge"] == cases["judge"].iloc[0]]
     clean, shows, out = (rows[name] for name in ("hidden", "shows", "taken_out"))
@@ -128,6 +130,8 @@ def _study(cases: pd.DataFrame) -> dict[str, Any]:
     return {
         "sets": len(rows),
         "wrong_names": int(rows["wrong_name"].sum()),
+        "before": len(before),
+        "wrong_before": int(before["wrong_name"].sum()),
         **{kind: rows[some]["grade"].value_counts().sort_index().to_dict() for kind, some in kinds.items()},
     }
 
@@ -167,12 +171,13 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
             Networks and diagnoses took {numbers["minutes"]:.0f} core minutes on a slow, shared machine. Later
             runs redo only what a change affects.""",
         "trust": f"""
-            Of {study["sets"]} simulated arms, before the last change of the method, {clean.get("right", 0)} of
+            Of {study["sets"]} simulated arms {clean.get("right", 0)} of
             {sum(clean.values())} with nothing hidden were judged right,
             {seen.get("right", 0) + seen.get("class", 0)} of {sum(seen.values())} visible effects were
             named or put in a class, {seen.get("silent", 0) or "none"} passed over, and
-            {study["wrong_names"]} arms got a wrong name. On a person only what changed between
-            trials was ever checked. There the muscles explain less of the torque (R² {r2["base"]:.2f}) than posture,
+            {study["wrong_names"] or "none"} got a wrong name; of {study["before"]} arms of earlier draws
+            {study["wrong_before"]} did. On a person only what changed between trials
+            was ever checked. There the muscles explain less of the torque (R² {r2["base"]:.2f}) than posture,
             speed and the known load do ({r2["posture, speed and load"]:.2f}).
             Believe a name only where the page says that the model follows.""",
     }
