@@ -28,9 +28,10 @@ def write_page(rows: pd.DataFrame, date: str, commit: str) -> str:
     """The page of the study in Markdown."""
     grades, wrong_names = rows["grade"].value_counts(), int(rows["wrong_name"].sum())
     right, some, left, silent, wrong = (grades.get(grade, 0) for grade in GRADES)
+    by_name = f" ({wrong_names} by a wrong name)" if wrong else ""
     head = (
-        f"{right} verdicts were right, {some} named a class, {left} left it open, {silent} were silent and {wrong} "
-        f"wrong ({wrong_names} by a wrong name), on {len(rows)} simulated arms in {rows['world'].nunique()} worlds, "
+        f"{right} verdicts were right, {some} named a class, {left} left it open, {silent or 'none'} were silent and "
+        f"{wrong or 'none'} wrong{by_name}, on {len(rows)} simulated arms in {rows['world'].nunique()} worlds, "
         f"{date}, judged at commit {commit}. All were drawn with seeds that nobody had looked at when the method was "
         "done. "
         "`python -m studies.verdicts FOLDER --draw SEED --page docs` makes such a page; [every set](study_cases.csv)."

@@ -162,7 +162,7 @@ class Fit(Problem):
         # ASSUME: what a model misses is no noise of the angle, and moves constants no further than such noise might.
         # Else they go as far as they may to make up for what is missing.
         beyond = max(self.independent_variance - self.record.noise**2, 0.0)
-        found = replace(self, record=replace(self.record, missed=float(np.sqrt(beyond))), converged=False)
+        found = replace(self, record=replace(self.record, missed=float(np.sqrt(beyond))))
         return replace(found, normal=found.normal_at(found.sensitive, found.values))
 
     def next_step(self, damping: float = DAMPING) -> tuple[Array, Array]:
