@@ -48,7 +48,7 @@ def test_constants_go_no_further_than_what_a_model_misses_lets_noise_take_them(e
     held_by_noise = polish(begin)
     far, further = (abs(f.parameters["vmax_Bi"] - 6.0) for f in (fit, held_by_noise))
     assert fit.record.misfit > 3 * record.noise and far < 0.7 * further
-    assert fit.record.misfit**2 == pytest.approx(fit.independent_variance, rel=1e-6)
+    assert fit.record.misfit**2 == pytest.approx(fit.independent_variance, rel=1e-3)
 
 
 def test_where_noise_alone_is_left_it_alone_weighs(make_noisy, base, free):

@@ -30,6 +30,7 @@ LARGEST = 1e6  # of residuals [rad] and slopes: where a motion diverges, its sum
 NEGLIGIBLE = 1e-14  # eigenvalues below this share of the largest are rounding
 UNSEEN = 1e-12  # the same, of what imitates an effect
 NUDGE = 1e-5  # in units of the scales, for differences
+LITTLE = 0.3  # nats: about what a step has to gain for another to be tried after it
 TRIES = 5  # of a step and those along its bend
 LENGTHS, SHORTER = np.geomspace(0.03, 0.7, 40), 0.25  # beside the one before; and where nothing is known of the bend
 DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-9, 1e9  # relative to the diagonal of the normal matrix

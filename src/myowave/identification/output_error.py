@@ -21,7 +21,7 @@ from torch import Tensor
 from myowave.data.trials import Array
 from myowave.identification import least_squares
 from myowave.identification.free_parameters import Free, bind_values, moved, scales, start_values, within
-from myowave.identification.least_squares import Normal, bounded_step, covariance, normal_equations
+from myowave.identification.least_squares import LITTLE, Normal, bounded_step, covariance, normal_equations
 from myowave.identification.noise import correlation_time
 from myowave.identification.record import Record
 from myowave.identification.torque import measured_torque
@@ -33,7 +33,6 @@ from myowave.physics.trajectory import Newton, Sensitive, solve
 
 TOLERANCE = 1e-5  # of the simulated state [rad, rad/s]
 GAIN = 1e-3  # stop where the next step would lower the sum of squares by less than this many residual variances
-STANDSTILL = 0.03  # of a fit that is an end, see `descend`
 LIFTED_STEPS, STEPS = 4, 30  # the first suffice for sixteen starts to come down to two
 WATCHDOG, WATCHDOG_STEPS = 100.0, 3  # a step that fails is followed further if the sum of squares grew by less
 KEEPS = 0.5  # of its promise: a step that keeps more is followed by a bolder one
@@ -295,8 +294,7 @@ def descend(fit: Fit) -> Iterator[Fit]:
 
     A full step along a curved valley may land on its slope; the next steps from there lead back to the floor, further
     on. So a step that promises more than a residual variance and fails gets these before it is given up (Chamberlain et
-    al. 1982, the "watchdog" technique). Steps that creep along kinks of curves end after one that gained less than
-    `STANDSTILL` independent samples are worth.
+    al. 1982, the "watchdog" technique). A step that gains less than `LITTLE` is the last.
     """
     damping, settled = DAMPING, fit.converged
 
@@ -313,7 +311,7 @@ def descend(fit: Fit) -> Iterator[Fit]:
             if promise > fit.variance and fit.record.pieces is None and not fit.model.stateful:
                 tried = _follow(fit, tried, damping)  # in pieces, and with states, a shorter step costs less
             if tried is not None and tried.objective < fit.objective:
-                settled = fit.objective - tried.objective < STANDSTILL * tried.independent_variance
+                settled = fit.objective - tried.objective < 2 * LITTLE * tried.independent_variance
                 damping = max(damping * DAMPING_DOWN, 1e-12) if kept else damping
             yield tried
             if damping > DAMPING_MOST:

@@ -36,12 +36,11 @@ from myowave.diagnosis.likelihood.components import (
 )
 from myowave.diagnosis.likelihood.waves import MEMORIES_S, View
 from myowave.identification.free_parameters import bounds, scales
-from myowave.identification.least_squares import along_bend, descend, minimise_within, scaled_slope
+from myowave.identification.least_squares import LITTLE, along_bend, descend, minimise_within, scaled_slope
 from myowave.identification.output_error import Fit, take_step
 
 PARAMETERS = ("constants", "starts")
 LEAST = 1e-6  # information on the start of a trial before any
-LITTLE = 0.3  # nats: steps that gain less are the last
 BEHIND = 20.0  # nats: a model, or a set of causes, that is so far behind another is followed no further
 CLIMBS = 3  # times that parameters and sizes follow one another
 
