@@ -105,7 +105,7 @@ class Fit(Problem):
     starts: Array  # angle and velocity at the start of each trial, (T, 2)
     normal: Normal  # residuals and derivatives at the solution
     sensitive: Sensitive  # the solved motion
-    converged: bool = False  # whether no step could gain anything any more
+    converged: bool = False  # whether the last step gained, or the next one promised, next to nothing
 
     @property
     def angle(self) -> Array:
