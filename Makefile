@@ -56,7 +56,7 @@ docs: $(VENV)/.docs ## a site of all pages, effects, settings and commands, in d
 	@echo "docs/_build/index.html"
 
 readme: $(VENV)/.ready ## numbers and pictures of README and docs/ from results/, after `make run`
-	$(BIN)/python docs/measured.py results
+	$(BIN)/python -m docs.measured results
 
 publish: $(VENV)/.ready ## rebuild the MLflow store from results/
 	$(BIN)/snakemake --cores 1 publish

@@ -1,4 +1,4 @@
-"""What studies share: a section of the settings of their own, and tables of Markdown."""
+"""What studies share: a section of the settings of their own, words for grades, and tables of Markdown."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeVar
@@ -7,6 +7,9 @@ from pydantic import ValidationError
 
 from myowave.settings import Section, Settings
 from myowave.settings.keys import explain
+
+# What pages call the grade of an answer.
+GRADES = {"right": "right", "class": "class", "honest": "left open", "silent": "missed", "wrong": "wrong"}
 
 
 class StudySection(Section):

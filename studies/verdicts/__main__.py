@@ -2,7 +2,7 @@
 
     python -m studies.verdicts FOLDER --draw SEED       draw the sets of a seed that the folder lacks, judge, count
     python -m studies.verdicts FOLDER --judge NAME      keep answers under a name, beside those of other code
-    python -m studies.verdicts FOLDER --page docs       write the page, its picture and the table of all sets, too
+    python -m studies.verdicts FOLDER --page docs       write the page, its picture and the tables of all sets, too
 
 Several processes may share a folder. A seed whose answers have been looked at is spent: it serves development, and the
 page is made with one that nobody has seen.
@@ -35,6 +35,7 @@ from studies.verdicts.summary import tables, write_page
 
 ROOT = Path(__file__).parents[2]
 DATASET = "case1"
+BY_HAND = "\n## Where it is wrong\n"  # from here on the page is written by hand, and stays
 
 
 def main() -> None:
@@ -79,8 +80,15 @@ def main() -> None:
     if given.page is not None:
         ask = ["git", "rev-parse", "--short", "HEAD"]
         commit = subprocess.run(ask, capture_output=True, text=True, check=False).stdout.strip() or "unknown"
-        (given.page / "study.md").write_text(write_page(rows, f"{date.today():%-d %B %Y}", commit), encoding="utf-8")
-        rows.to_csv(given.page / "study_cases.csv", index=False)
+        page, cases, earlier = (given.page / name for name in ("study.md", "study_cases.csv", "study_before.csv"))
+        before = [pd.read_csv(path, keep_default_na=False) for path in (earlier, cases) if path.exists()]
+        others = pd.concat([rows[:0], *before])
+        others = others[~others["draw"].isin(rows["draw"])]
+        _, by_hand, text = page.read_text(encoding="utf-8").partition(BY_HAND) if page.exists() else ("", "", "")
+        written = write_page(rows, others, f"{date.today():%-d %B %Y}", commit)
+        page.write_text(f"{written}{by_hand}{text}", encoding="utf-8")
+        rows.to_csv(cases, index=False)
+        others.to_csv(earlier, index=False)
         save(draw_reliability(rows), given.page / "study.png")
 
 

@@ -90,31 +90,31 @@ def test_the_table_and_the_picture_have_a_row_for_each_case():
     row = table.set_index("withheld").loc[CASES["servo_driven"]["withheld"]]
     assert row["size_true"] == 0.4 and row["size_low"] < 0.4 < row["size_high"] and row["grade"] == "named"
     assert row["lasso"] == "joint_damping"
-    texts = [text.get_text() for axes in draw_reality(table).axes for text in axes.texts]
+    texts = [" ".join(text.get_text().split()) for axes in draw_reality(table).axes for text in axes.texts]
     for case in CASES.values():
         assert any(case["withheld"] in text for text in texts)
     assert "friction that grows with the load" in texts
     page = write_page(table)
     assert "servo that is off (measured) | friction of the gears | something unknown |  | runs away → 5 |" in page
-    assert "half of the trials | something unknown |  |  | honest" in page
-    assert "friction that grows with the load | 0.41, 0.38 to 0.44 (0.4) | 20 → 5 | named | joint damping" in page
-    assert f"{len(CASES)} answers: 1 right" in page
+    assert "half of the trials | something unknown |  |  | left open" in page
+    assert "friction that grows with the load | 0.41, 0.38 to 0.44 (0.4) | 20 → 5 | right | joint damping" in page
+    assert f"Of {len(CASES)} answers 1 right, none right in part, " in page
     table.loc[0, "lasso"] = "a, b, c, d"
     assert "| 4 effects |" in write_page(table), "the table has their names"
 
 
 def test_a_class_is_told_with_the_number_of_others():
     row = {"verdict": "partial", "names": "joint_damping", "class": "joint_damping or coulomb_friction", "masked": ""}
-    assert said(row) == "damping of the joint\n   (or 1 other)\nand something else"
+    assert said(row) == "damping of the joint (or 1 other) and something else"
     row["class"] += " or outside"
-    assert said(row) == "damping of the joint\n   (or 1 other)\nor something like it,\nand something else"
+    assert said(row) == "damping of the joint (or 1 other) or something like it, and something else"
     row |= {"names": "joint_damping, hand_load", "class": "joint_damping or outside; hand_load or outside"}
-    assert "nobody noted\nor something like them,\nand something else" in said(row), "once for all"
+    assert "nobody noted or something like them, and something else" in said(row), "once for all"
     row["names"] = "joint_damping"
     row |= {"verdict": "effect", "class": "", "masked": "hand_load"}
-    assert said(row) == "damping of the joint\nand perhaps one of 1 (unusual constants)"
+    assert said(row) == "damping of the joint and perhaps one of 1 (unusual constants)"
     row = {"verdict": "unknown", "names": "", "class": "", "nearest": "joint_damping"}
-    assert said(row) == "something unknown\n(nearest: damping of the joint)"
+    assert said(row) == "something unknown (nearest: damping of the joint)"
 
 
 def test_a_machine_whose_friction_is_withheld_is_answered_with_it_and_its_size(effects):

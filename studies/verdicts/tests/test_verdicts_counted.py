@@ -1,5 +1,6 @@
 """The study makes the worlds that it names, hides what it says, and counts what answers are worth as promised."""
 
+import json
 import sys
 from dataclasses import replace
 from types import SimpleNamespace
@@ -13,12 +14,13 @@ from myowave.data.simulate import simulate_trials
 from myowave.diagnosis.causes import OWN_SHAPES
 from myowave.diagnosis.scoring import grade
 from myowave.settings import DiagnosisSettings, Scatter
+from studies.shared import GRADES
 from studies.verdicts import __main__, simulator
 from studies.verdicts.cases import SETS, Case, hidden_values, list_cases, make_trials
 from studies.verdicts.figures import draw_reliability
 from studies.verdicts.judge import Judged, judge_set
 from studies.verdicts.sets import draw_set, read_set, write_set
-from studies.verdicts.summary import GRADES, reliability, write_page
+from studies.verdicts.summary import reliability, write_page
 from studies.verdicts.worlds import (
     FINER,
     HELD_BACK,
@@ -125,6 +127,25 @@ def test_each_set_is_drawn_and_judged_once_and_counted_by_judge(model, effects, 
     assert "| all |  | 1 | 1 | 0 | 0 | 0 | 0 |" in capsys.readouterr().out
 
 
+def test_a_new_page_keeps_what_earlier_draws_said_and_what_is_written_by_hand(monkeypatch, tmp_path):
+    docs, sets = tmp_path / "docs", tmp_path / "sets"
+    for folder in (docs, sets):
+        folder.mkdir()
+    old, new = ({**row, "draw": draw} for draw, row in zip((5, 6), rows_of("evidence", "wrong", "right"), strict=True))
+    pd.DataFrame([old]).to_csv(docs / "study_cases.csv", index=False)
+    (docs / "study.md").write_text("# Old\n\n## Where it is wrong\nThere.\n")
+    (sets / "a.pkl").touch()
+    (sets / "a.evidence.json").write_text(json.dumps(new))
+    for _ in range(2):  # again, and no arm counts twice
+        monkeypatch.setattr(sys, "argv", ["verdicts", str(sets), "--page", str(docs)])
+        __main__.main()
+        page = (docs / "study.md").read_text()
+        assert "Of 1 simulated arms" in page and "All 2 arms of all draws" in page and "# Old" not in page
+        assert page.endswith("\n\n## Where it is wrong\nThere.\n") and page.count("## Where it is wrong") == 1
+        draws = [pd.read_csv(docs / f"study_{name}.csv")["draw"].tolist() for name in ("before", "cases")]
+        assert draws == [[5], [6]]
+
+
 def test_other_curves_are_muscle_curves_and_differ_from_arm_to_arm():
     lengths, velocities = torch.linspace(0.3, 1.9, 400).double(), torch.linspace(-1.0, 1.0, 400).double()
     drawn = [draw_curves(np.random.default_rng(seed)) for seed in range(6)]
@@ -218,10 +239,14 @@ def rows_of(judge, *grades, world="other_curves", shows="a"):
 
 
 def test_the_page_counts_answers_names_and_intervals():
-    page = write_page(pd.DataFrame(rows_of("one", *GRADES)), "1 May 2030", "abc")
+    before = pd.DataFrame(rows_of("one", "right", "silent", "wrong"))
+    page = write_page(pd.DataFrame(rows_of("one", *GRADES)), before, "1 May 2030", "abc")
     assert "| other muscle curves | an effect shows | 5 | 1 | 1 | 1 | 1 | 1 |" in page
     assert "| 2 of 5: 40 (" in page and "| a wrong name | 1 of 5: 20 (" in page and "95 of 100: 95 (" in page
-    assert "5 simulated arms in 1 worlds, 1 May 2030, judged at commit abc" in page
+    first = "Of 5 simulated arms of 1 kinds 1 were judged right, 1 in a class, 1 were left open, 1 missed and 1 wrong"
+    assert page.partition("\n\n")[2].startswith(first) and "1 May 2030, at commit abc" in page
+    assert "All 8 arms of all draws" in page and "wrong in 2 of 8: 25 (" in page
+    assert "at most three in 3 of 8" in page and "at 95 % or more true in 8 of 8: 100 (" in page
     assert "| 0.6 to 0.7 | 0 of 5: 0 (" in page and "| 0.95 to 1 | 5 of 5: 100 (" in page
 
 
