@@ -141,7 +141,7 @@ def test_standard_errors_with_a_dynamometer_are_the_scatter_of_its_errors(beside
     for _ in range(60):
         errors = np.repeat(random.normal(0, size, (len(given), given.shape[1] // last + 1)), last, 1)
         noisy = replace(record, torque=given + errors[:, : given.shape[1]])
-        missed = measured_torque(model, noisy, free, fit.values)[0] - fit.normal.further[:rows]
+        missed = measured_torque(model, noisy, free, fit.values)[0] * fit.record.misfit - fit.normal.further[:rows]
         loads.append(np.linalg.solve(fit.normal.matrix, fit.normal.further_slope[:rows].T @ missed)[load])
     scatter = np.std(loads) * free[load].scale
     assert 0.7 < fit.standard_errors()["hand_load.m"] / scatter < 1.5
@@ -151,6 +151,18 @@ def test_what_a_dynamometer_tells_does_not_hang_on_how_well_motion_is_followed(b
     _, fit = beside
     worse = replace(fit, normal=replace(fit.normal, residual=5 * fit.normal.residual))
     assert worse.standard_errors()["hand_load.m"] == pytest.approx(fit.standard_errors()["hand_load.m"], rel=0.2)
+
+
+def test_torque_counts_no_less_where_the_model_misses_the_motion(alias, effects):
+    """Damping that the model lacks pulls at the motion; forces stay with what the dynamometer told."""
+    model, free, record, _ = alias
+    hidden = {"f0_Bi": 390.0, "f0_Tri": 390.0, "joint_damping.c": 2.0}
+    record, given = moved(record, model.with_effects([effects["joint_damping"]]), hidden)
+    noise = np.random.default_rng(1).normal(0, np.radians(0.2), record.angle.shape)
+    fit = fit_model(model, replace(record, angle=record.angle + noise, torque=given), free)
+    assert np.degrees(fit.rmse()) > 0.5
+    for name in ("f0_Bi", "f0_Tri"):
+        assert fit.parameters[name] == pytest.approx(hidden[name], rel=0.015)
 
 
 def test_the_fit_to_torque_uses_it_too(alias):

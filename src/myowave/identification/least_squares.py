@@ -177,7 +177,8 @@ def normal_equations(
 
     Args:
         values: of the parameters, (..., P).
-        measured: what else was measured: residuals (..., F) and derivatives of what is modelled (..., F, P).
+        measured: what else was measured: residuals (..., F) and derivatives of what is modelled (..., F, P), in units
+            of its error.
     """
     # A start from which the motion diverges must not spoil the others in the batch.
     missed = np.nan_to_num(record.angle - result.motion.angle.numpy(), nan=LARGEST).clip(-LARGEST, LARGEST)
@@ -189,8 +190,8 @@ def normal_equations(
     further = np.sqrt(weight) * (usual - values) / scales(free)
     further_slope = np.broadcast_to(np.diag(np.sqrt(weight)), (*further.shape, len(free)))
     if measured is not None:
-        further = np.concatenate([measured[0], further], -1)
-        further_slope = np.concatenate([measured[1], further_slope], -2)
+        further = np.concatenate([measured[0] * record.misfit, further], -1)
+        further_slope = np.concatenate([measured[1] * record.misfit, further_slope], -2)
     return Normal(residual, slope, by_start, further, further_slope, weight)
 
 
@@ -215,7 +216,7 @@ def covariance(normal: Normal, record: Record, free: Sequence[Free]) -> Array:
     of_torque = normal.further_slope[: len(normal.further_slope) - len(free)]
     torque = of_torque.T @ of_torque
     data = normal.matrix - np.diag(normal.weight) - torque
-    return covariance_of(data / variance + np.diag(expected(free)[1]) + torque / record.noise**2) * unit
+    return covariance_of(data / variance + np.diag(expected(free)[1]) + torque / record.misfit**2) * unit
 
 
 def correlations(covariance: Array) -> Array:

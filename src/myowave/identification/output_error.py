@@ -142,6 +142,13 @@ class Fit(Problem):
         return self.variance * correlation_time(self.residual, self.record.samples)
 
     @property
+    def measured_torque(self) -> tuple[Array, Array]:
+        """Torque that a dynamometer measured less what the model gives, (F,), and derivatives of the latter by the
+        parameters in units of their scales, (F, P), each in units of its error; F is 0 where none measured."""
+        count = len(self.normal.further) - len(self.free)
+        return self.normal.further[:count] / self.record.misfit, self.normal.further_slope[:count] / self.record.misfit
+
+    @property
     def parameters(self) -> dict[str, float]:
         return {p.name: float(v) for p, v in zip(self.free, self.values, strict=True)}
 

@@ -243,7 +243,7 @@ def torque_values(balance: TorqueBalance, free: Sequence[Free]) -> Array:
 
 def measured_torque(model: Model, record: Record, free: Sequence[Free], values: Array) -> tuple[Array, Array] | None:
     """Torque that a dynamometer measured less what a model gives, (..., R), and derivatives of the latter, (..., R, P),
-    in units of the angle's noise; None where none was measured, or where it hangs on states that no angle shows.
+    in units of its error; None where none was measured, or where it hangs on states that no angle shows.
 
     It depends on the parameters alone, not on where a simulated motion has got to, and tells forces from masses: a
     motion stays the same if both grow by one factor, a torque does not.
@@ -258,11 +258,11 @@ def measured_torque(model: Model, record: Record, free: Sequence[Free], values: 
         return None
     measured, seen = balance.measured[balance.seen], balance.seen
     # Windows that overlap hold one error: together they count as those that stand side by side.
-    weight = record.noise / (ACCURACY * np.sqrt((measured**2).mean() * 2 * OVERLAP))
+    error = ACCURACY * np.sqrt((measured**2).mean() * 2 * OVERLAP)
 
     def left(values: Array) -> Array:
         given = balance.torques(bind_values(free, values)).given
-        return np.nan_to_num((measured - given[..., seen]) * weight, nan=LARGEST).clip(-LARGEST, LARGEST)
+        return np.nan_to_num((measured - given[..., seen]) / error, nan=LARGEST).clip(-LARGEST, LARGEST)
 
     residual, change = linearise(left, free, values)
     return residual, -change

@@ -119,22 +119,29 @@ class Hypothesis:
         return dict(zip((p.name for p in self.fit.free), pairs, strict=True))
 
     def _estimate_in(self, state: Weighed) -> tuple[Array, Array]:
+        """See `estimate`; what a dynamometer measured comes to what the motion says."""
+        mean, covariance = self._of_motion(state)
+        left, slope = self.fit.measured_torque
+        gain = np.linalg.solve(slope @ covariance @ slope.T + np.eye(len(left)), slope @ covariance).T
+        unit = scales(self.fit.free)
+        mean = mean + gain @ (left - slope @ (mean - self.fit.values / unit))
+        return mean * unit, (covariance - gain @ slope @ covariance) * np.outer(unit, unit)
+
+    def _of_motion(self, state: Weighed) -> tuple[Array, Array]:
+        """Posterior of the free parameters in units of their scales, by what is known of them and the motion."""
         deviation, centre = prior_of(self.fit)
         others = Covariance(self.residual.without(["constants"]), state.sizes)
         mean, covariance = others.posterior(self.residual.columns("constants"))
-        unit = deviation * scales(self.fit.free)
-        return centre * scales(self.fit.free) + mean * unit, covariance * np.outer(unit, unit)
+        return centre + mean * deviation, covariance * np.outer(deviation, deviation)
 
     def _within_bounds(self) -> float:
         """See `log_share_within`; of the parameters of effects."""
         place = [i for i, p in enumerate(self.fit.free) if p.name.split(".")[0] in self.effects]
         if not place:
             return 0.0
-        mean, covariance = self.estimate
-        unit = scales(self.fit.free)[place]
-        low, high = (bound[place] / unit for bound in bounds(self.fit.free))
-        scaled = covariance[np.ix_(place, place)] / np.outer(unit, unit)
-        return log_share_within(low, high, mean[place] / unit, scaled)
+        mean, covariance = self._of_motion(self.best)
+        low, high = (bound[place] / scales(self.fit.free)[place] for bound in bounds(self.fit.free))
+        return log_share_within(low, high, mean[place], covariance[np.ix_(place, place)])
 
 
 def settle(begin: Hypothesis, leader: float = -math.inf, steps: int = 4) -> Hypothesis:

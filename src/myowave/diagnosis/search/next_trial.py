@@ -16,8 +16,8 @@ from myowave.data.simulate import MANOEUVRES, Manoeuvre, synthetic_emg
 from myowave.data.trials import Array
 from myowave.diagnosis.search.score import score_effect
 from myowave.identification.free_parameters import Free, bind_values, effect_parameters
-from myowave.identification.least_squares import Normal, gain_of, normal_equations
-from myowave.identification.output_error import Fit, polish
+from myowave.identification.least_squares import Normal, gain_of
+from myowave.identification.output_error import Fit, Problem, polish
 from myowave.identification.record import Record
 from myowave.physics.effect import Effect
 from myowave.physics.simulation import channels_of
@@ -92,6 +92,7 @@ def _menu(fit: Fit) -> Record:
         training=np.ones(len(MENU), dtype=bool),
         known={name: torch.tensor(values, dtype=torch.float64) for name, values in known.items()},
         course=None,
+        torque=None,
         lead=0,
         pieces=None,
     )
@@ -104,7 +105,7 @@ def _normal(fit: Fit, record: Record, effects: Sequence[Effect], free: Sequence[
     start = torch.from_numpy(fit.starts) if record is fit.record else start
     simulation = record.simulation(fit.model.with_effects(effects), bind_values(free, values))
     result = solve(simulation, start[:, 0], start[:, 1], wrt={p.name: p.scale for p in free})
-    return normal_equations(result, record, free, values)
+    return Problem(simulation, record, tuple(free)).normal_at(result, values)
 
 
 def _separation(matrix: Array, strength: Array, noise: float) -> float:
