@@ -8,11 +8,13 @@ import pandas as pd
 import pytest
 import torch
 
+from myowave.diagnosis.causes import SURE
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.report.figures import draw_missing_torque
 from myowave.diagnosis.report.tables import draft_source
 from myowave.diagnosis.report.tell import tell
-from myowave.diagnosis.search.draft import LIBRARY, draft_effect
+from myowave.diagnosis.search import draft
+from myowave.diagnosis.search.draft import LIBRARY, PRIOR, draft_effect
 from myowave.diagnosis.search.next_trial import SEPARATED, _menu, propose_trials
 from myowave.diagnosis.search.where import WINDOW_S, locate, misfit_by, missing_torque
 from myowave.identification.output_error import fit_model
@@ -152,16 +154,16 @@ def test_the_map_of_a_damper_shows_that_it_brakes_and_short_trials_have_a_coarse
 
 def test_the_draft_is_an_effect_file_that_runs_and_says_what_was_found(make_fit, tmp_path):
     fit = make_fit({"joint_damping": {"c": 1.0}})
-    draft = draft_effect(fit, View.of(fit))
-    (term, value, error), *_ = draft.terms
+    found = draft_effect(fit, View.of(fit))
+    (term, value, error), *_ = found.terms
     assert term.name == "velocity" and value == pytest.approx(-1.0, abs=4 * error)
     path = tmp_path / "draft.py"
-    path.write_text(draft_source(SimpleNamespace(draft=draft, dataset="elbow")), encoding="utf-8")
+    path.write_text(draft_source(SimpleNamespace(draft=found, dataset="elbow")), encoding="utf-8")
     (effect,) = load_effects(path)
     assert effect.parameters["c_velocity"].unit == "N m s/rad"
     q, qdot, a = torch.rand(3, 4, 5, dtype=torch.float64).unbind(0)
-    values = {f"c_{t.name}": torch.tensor(v, dtype=torch.float64) for t, v, _ in draft.terms}
-    expected = sum(v * t.function(q, qdot, a) for t, v, _ in draft.terms)
+    values = {f"c_{t.name}": torch.tensor(v, dtype=torch.float64) for t, v, _ in found.terms}
+    expected = sum(v * t.function(q, qdot, a) for t, v, _ in found.terms)
     torch.testing.assert_close(effect.function(q, qdot, a.unsqueeze(-1), **values), expected)
 
 
@@ -169,6 +171,20 @@ def test_the_draft_is_an_effect_file_that_runs_and_says_what_was_found(make_fit,
 def test_no_torque_is_drafted_for_what_is_none(hidden, make_fit):
     fit = make_fit(hidden)
     assert draft_effect(fit, View.of(fit)).formula == "0"
+
+
+@pytest.mark.parametrize(("gain", "terms"), [(1.0, 2), (-0.5, 1)])
+def test_each_term_of_a_draft_has_to_be_likelier_by_as_much(gain, terms, make_fit, monkeypatch):
+    """Both cost what a term is worth before any trial; the second gains a nat more than a name takes, or less."""
+    fit, needed, seen = make_fit({"joint_damping": {"c": 1.0}}), SURE - PRIOR, []
+
+    def likely(some, view):
+        seen.append(some)
+        added = len(some.model.effects)
+        return [0.0, needed + 1.0, 2 * needed + 1.0 + gain, 0.0][added]
+
+    monkeypatch.setattr(draft, "_log_evidence", likely)
+    assert len(draft_effect(fit, View.of(fit)).terms) == terms and len(seen) > terms
 
 
 @pytest.mark.parametrize("term", LIBRARY, ids=lambda term: term.name)

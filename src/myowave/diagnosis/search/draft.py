@@ -1,7 +1,8 @@
 """No effect of the catalogue explains what is left: a short formula for the missing torque, as an effect that runs.
 
-The formula is a sum of few terms from a small library, each tried as an effect on the joint by the same score, fit and
-evidence as any other effect: nothing is differentiated, and what the parameters already explain is not explained twice.
+The formula is a sum of few terms from a small library, one after the other, each fitted as an effect on the joint and
+taken where the evidence is for it: nothing is differentiated, and what the parameters already explain is not explained
+twice.
 """
 
 import math
@@ -82,7 +83,7 @@ PRIOR = -math.log(2 * len(LIBRARY))  # how likely a term is before any trial, as
 class Draft:
     """A formula for what is missing."""
 
-    terms: tuple[tuple[Term, float, float], ...] = ()  # library terms, coefficients [N m] and their standard errors
+    terms: tuple[tuple[Term, float, float], ...] = ()  # of the library, each with its coefficient and standard error
 
     @property
     def formula(self) -> str:
@@ -98,12 +99,12 @@ def draft_effect(fit: Fit, view: View) -> Draft:
         scores = score_effects(current, (term.effect for term in LIBRARY))
         sound = sorted((s for s in scores.values() if not s.absorbed and not s.failure), key=lambda s: -s.drop)
         fits = [(s.effect, attempt_fit(partial(polish, s.start))) for s in sound[:TRIED]]
-        tried = [(_log_evidence(found, view) + PRIOR, name, found) for name, found in fits if found is not None]
-        total, name, better = max(tried, key=lambda found: found[0], default=(-math.inf, "", fit))
-        if total - likely < SURE:
+        tried = [(_log_evidence(found, view), name, found) for name, found in fits if found is not None]
+        with_it, name, better = max(tried, key=lambda found: found[0], default=(-math.inf, "", fit))
+        if with_it + PRIOR - likely < SURE:
             break
         chosen.append(library[name])
-        current, likely = better, total
+        current, likely = better, with_it
     values, errors = current.parameters, current.standard_errors()
     return Draft(tuple((t, values[f"draft_{t.name}.c"], errors[f"draft_{t.name}.c"]) for t in chosen))
 
