@@ -14,7 +14,7 @@ from myowave.data.simulate import simulate_trials
 from myowave.data.store import write_trials
 from myowave.diagnosis.changed.ask import Family, _candidates, what_changed
 from myowave.diagnosis.changed.by_trial import ByTrial, Differing, Directions, Point
-from myowave.diagnosis.changed.windows import Moving
+from myowave.diagnosis.changed.windows import Groups, Moving
 from myowave.diagnosis.likelihood.algebra import Weighed
 from myowave.diagnosis.report.change import change_page, changed_facts, tell_change
 from myowave.identification.record import make_record
@@ -85,6 +85,24 @@ def test_first_values_are_tried_within_bounds_while_each_is_likelier(monkeypatch
     monkeypatch.setattr(ByTrial, "_point", point)
     by_trial = ByTrial(None, low, 5.0, None, point(None, 0 * second, None))
     assert by_trial._rise(sign * second).values == pytest.approx(last * second)
+
+
+def test_errors_of_constants_are_shares_and_of_single_muscles_as_in_a_fit(base):
+    trials = simulate_trials("elbow", SimulatedDataset(kind="simulated", trials=3, samples=300, test=("3",)), base, {})[
+        0
+    ]
+    groups = Groups(make_record(trials, base), np.array([False, True, True]), base)
+    usual = base.muscles[0].nominal["delay"]
+    assert usual == base.muscles[1].nominal["delay"]
+    same = [
+        {"delay": Scatter(absolute=0.1 * usual)},
+        {"delay": Scatter(relative=0.1)},
+        {"delay_Bi": Scatter(relative=0.1), "delay_Tri": Scatter(absolute=0.1 * usual)},
+    ]
+    one, *others = map(groups.by_errors, same)
+    assert np.abs(one).max() > 0.01
+    for other in others:
+        np.testing.assert_allclose(other, one, rtol=1e-12)
 
 
 def test_a_lean_is_no_load(ask):

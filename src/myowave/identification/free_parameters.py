@@ -75,13 +75,18 @@ def free_parameters(
     for name, value in model.defaults.items():
         if name in model.effect_parameters:
             continue
-        of_constant = None if name in grouped else scatter.get(name.partition("_")[0])
-        of = scatter.get(name, of_constant)
-        deviation = of.absolute + of.relative * abs(value) if of else 0.0
+        deviation = 0.0 if name in grouped and name not in scatter else deviation_of(name, value, scatter)
         if deviation and name not in known and name not in identify:
             assumed.append(_assumed(name, value, deviation))
     of_effects = (p for effect in model.effects for p in effect_parameters(model, effect, known))
     return (*constants, *assumed, *(_narrowed(p, identify.get(p.name)) for p in of_effects))
+
+
+def deviation_of(name: str, value: float, scatter: Mapping[str, Scatter]) -> float:
+    """Standard deviation of a constant that nobody measured about the model's value, SI units; 0 where `scatter`, see
+    `free_parameters`, has neither its name nor that of its kind."""
+    of = scatter.get(name, scatter.get(name.partition("_")[0]))
+    return of.absolute + of.relative * abs(value) if of else 0.0
 
 
 def effect_parameters(model: Model, effect: Effect, known: Collection[str] = ()) -> tuple[Free, ...]:

@@ -257,8 +257,7 @@ def _ask(
     workers: int,
 ) -> list[Change]:
     """The candidates of some effects, with what they explain."""
-    errors = {name: scatter[name].absolute for name in ("shape", "delay") if name in scatter}
-    weighing = Weighing(groups.by_errors(errors))
+    weighing = Weighing(groups.by_errors(scatter))
     nothing = Point(np.zeros(len(groups.second)), groups.plain, weighing.likeliest(groups.plain, {}))
     sizes = ", ".join(f"{name} {size:.3g}" for name, size in nothing.state.sizes.items())
     report(f"nothing changed: {nothing.state.value:.1f} nats, {sizes}")

@@ -6,6 +6,7 @@ Shapes: T trials, K windows, L windows of all trials one after the other, C elec
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 import torch
@@ -15,11 +16,13 @@ from torch import Tensor
 
 from myowave.data.trials import Array
 from myowave.identification.along import Along
+from myowave.identification.free_parameters import deviation_of
 from myowave.identification.record import Record
 from myowave.identification.torque import TorqueBalance
 from myowave.physics.constants import OVER_TIME
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
+from myowave.settings import Scatter
 
 BUMP_RAD = 0.01  # of the lean, for differences
 TINY = 1e-12  # squared torque of muscles that give none [N^2 m^2]
@@ -173,9 +176,9 @@ class Groups:
         activation, usual = self._of_muscles(self.moving, model, params)
         return replace(plain, activation=activation, usual=usual)
 
-    def by_errors(self, errors: Mapping[str, float]) -> Array:
+    def by_errors(self, scatter: Mapping[str, Scatter]) -> Array:
         """What usual errors of `shape` and `delay` of the muscles of each electrode do to torque, (2 C, L) [N m]."""
-        muscles = self._by_electrode(self.moving, self.base, {}, errors)
+        muscles = self._by_electrode(self.moving, self.base, {}, ("shape", "delay"), scatter)
         return (muscles[1:] - muscles[0]).reshape(-1, muscles.shape[-1])
 
     def _seen_by(self, moving: Moving, model: Model, params: Mapping[str, Tensor]) -> Windowed:
@@ -202,23 +205,29 @@ class Groups:
         activation = balance.mean(activation.expand(*balance.q.shape, -1))[moving.inside].T
         of = np.array([m.channel for m in model.muscles])
         means = np.stack([activation[of == c].mean(0) for c in model.channels])
-        return means, self._by_electrode(moving, model, params, {})[0]
+        return means, self._by_electrode(moving, model, params)[0]
 
     def _by_electrode(
-        self, moving: Moving, model: Model, params: Mapping[str, Tensor], errors: Mapping[str, float]
+        self,
+        moving: Moving,
+        model: Model,
+        params: Mapping[str, Tensor],
+        uncertain: Sequence[str] = (),
+        scatter: Mapping[str, Scatter] = MappingProxyType({}),
     ) -> Array:
-        """Torque of the muscles of one electrode after the other, as they are and with each error, (1 + E, C, L); no
-        muscle has a passive force."""
+        """Torque of the muscles of one electrode after the other, as they are and with the error of each uncertain
+        constant, (1 + E, C, L); no muscle has a passive force."""
         channels = model.channels
         values = {"passive_curve": torch.tensor(NO_FORCE, dtype=torch.float64)}
         for m in model.muscles:
             place = channels.index(m.channel)
-            force = torch.zeros((1 + len(errors)) * len(channels), 1, dtype=torch.float64)
+            force = torch.zeros((1 + len(uncertain)) * len(channels), 1, dtype=torch.float64)
             force[place :: len(channels)] = m.nominal["f0"]
             values[f"f0_{m.name}"] = force
-            for k, (name, error) in enumerate(errors.items(), 1):
-                value = torch.full_like(force, m.nominal[name])
-                value[place + k * len(channels)] += error
-                values[f"{name}_{m.name}"] = value
+            for k, constant in enumerate(uncertain, 1):
+                name, usual = f"{constant}_{m.name}", m.nominal[constant]
+                value = torch.full_like(force, usual)
+                value[place + k * len(channels)] += deviation_of(name, usual, scatter)
+                values[name] = value
         _, muscles, _ = moving.torques(model, {**params, **values})
-        return muscles.reshape(1 + len(errors), len(channels), -1)
+        return muscles.reshape(1 + len(uncertain), len(channels), -1)
