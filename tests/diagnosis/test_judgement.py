@@ -75,6 +75,16 @@ def test_where_more_is_missing_what_was_found_is_shown_as_near_to_the_trials_as_
     assert not away.converged and shown_fit(more).converged and shown_fit(noisy) is away
 
 
+def test_trials_kept_for_testing_are_driven_by_the_emg_that_the_shown_fit_is(weighed, posterior, few):
+    answer, ladder = weighed
+    key = frozenset(["joint_damping"]), False
+    state = Weighed({NOISE: 0.01, EMG: 0.03}, 0.0)
+    freed = replace(posterior.models[key], expected_emg=True, states={frozenset({EMG}): state})
+    of_freed = replace(posterior, models={**posterior.models, key: freed})
+    assert ladder.emg_noise == 0.0
+    assert ladder_of(posterior.base.fit, of_freed, replace(answer, best=freed), few).emg_noise == 0.03
+
+
 def test_parameters_are_told_over_all_likely_causes(weighed):
     best = weighed[0].best
     likely, unlikely = Weighed(best.best.sizes, 0.0), Weighed({**best.best.sizes, SHAPES: 3.0}, -40.0)

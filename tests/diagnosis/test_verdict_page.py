@@ -12,7 +12,7 @@ import pytest
 
 from myowave.diagnosis.comparison.compare import compare_models
 from myowave.diagnosis.comparison.summary import summarize
-from myowave.diagnosis.report.cells import accuracy_cells, ranking_cells
+from myowave.diagnosis.report.cells import accuracy_cells, parameter_cells, ranking_cells
 from myowave.diagnosis.report.contents import COMPARISON_NAMES, FIGURE_NAMES, TABLE_NAMES
 from myowave.diagnosis.report.facts import verdict_facts
 from myowave.diagnosis.report.figures import draw_diagnosis, draw_ranking
@@ -212,7 +212,7 @@ def test_a_predictor_without_physics_is_told_and_is_never_the_network_that_is_sh
     assert "<span>without physics: mine</span>" in page, "one of the user's own goes by its name"
 
 
-def test_the_whole_catalogue_is_ranked_at_every_model(tables, verdict):
+def test_the_whole_catalogue_is_ranked_at_every_model(tables, verdict, story):
     ranking = tables["ranking"]
     assert set(ranking[ranking["model"] == "base"]["effect"]) == set(CANDIDATES)
     assert set(ranking[ranking["model"] == "base+joint_damping"]["effect"]) == set(CANDIDATES) - {"joint_damping"}
@@ -223,6 +223,9 @@ def test_the_whole_catalogue_is_ranked_at_every_model(tables, verdict):
     cells = ranking_cells(base, verdict).set_index("effect")
     assert cells.loc["hand_load", "smallest detectable"] == "", "none of any size can be seen"
     damping = cells.loc["joint_damping"]
+    own = parameter_cells(story.parameters.query("model == 'base+joint_damping' and source == 'physics'"))
+    value = own.loc[own["parameter"].str.contains("joint_damping.c", regex=False), "value ± SE"].item()
+    assert damping["estimate"] == f"c = {value} N m s/rad", "as in the table of parameters"
     for cell in ("estimate", "smallest detectable"):
         assert damping[cell].endswith(" N m s/rad"), "no value stands without its unit"
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+import torch
 
-from myowave.identification.expected_emg import expected_excitation
+from myowave.identification.expected_emg import behind_noise, expected_excitation
 
 SAMPLES, NOISE = 600, 0.05
 
@@ -62,6 +63,14 @@ def test_padding_is_left_alone_and_a_few_samples_are_not_filtered(recorded):
     assert (found[1, 300:] == 9.0).all() and found[valid].max() <= 1.0
     few = recorded[:, :12]
     np.testing.assert_array_equal(expected_excitation(few, EVERYWHERE[:, :12], NOISE), few)
+
+
+def test_pieces_are_cut_from_trials_whose_noise_is_taken_off_as_well(make_noisy):
+    whole = make_noisy(0.1)
+    found = behind_noise(whole.cut(1.0), 0.02)
+    np.testing.assert_array_equal(found.whole.emg, behind_noise(whole, 0.02).emg)
+    assert not torch.equal(found.emg, whole.cut(1.0).emg) and not torch.equal(found.whole.emg, whole.emg)
+    assert behind_noise(whole, 0.02).pieces is None
 
 
 def test_one_more_sample_of_a_short_trial_changes_little_in_the_others(recorded):

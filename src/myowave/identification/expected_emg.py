@@ -7,15 +7,27 @@ with nothing that the model knows (regression calibration: Carroll et al. 2006, 
 Shapes: T trials, N samples, M muscles.
 """
 
+from dataclasses import replace
+
 import numpy as np
+import torch
 from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
 from scipy.signal import firwin2, welch
 
 from myowave.data.trials import Array
+from myowave.identification.record import Record
 
 SEGMENT = 64  # samples over which a spectrum is taken, and one less than the filter has
 FEWEST = 16  # fewer are no spectrum
+
+
+def behind_noise(record: Record, noise: float) -> Record:
+    """The same trials, or pieces, with the EMG to expect behind white noise of a standard deviation [-]."""
+    lead = np.ones((len(record.valid), record.lead), bool)  # of pieces what is before their start counts, too
+    emg = expected_excitation(record.emg.numpy(), np.concatenate([lead, record.valid], 1), noise)
+    cut = record.pieces and replace(record.pieces, whole=behind_noise(record.whole, noise))
+    return replace(record, emg=torch.from_numpy(emg), pieces=cut)
 
 
 def expected_excitation(emg: Array, valid: NDArray[np.bool_], noise: float) -> Array:

@@ -13,13 +13,12 @@ from myowave.data.trials import Array
 from myowave.identification.along import Along
 from myowave.identification.free_parameters import bind_values
 from myowave.identification.least_squares import LARGEST
-from myowave.identification.output_error import Fit, LiftedSearch
+from myowave.identification.output_error import LIFTED_STEPS, Fit, LiftedSearch
 from myowave.identification.record import Record
 from myowave.physics.trajectory import solve
 
 # ASSUME: where a trial starts, and how fast, is told by its first second; all after it is predicted.
 BEGINNING_S = 1.0
-LIFTED_STEPS = 4
 
 
 @dataclass(frozen=True)

@@ -14,26 +14,22 @@ from myowave.diagnosis.search.diagnose import Diagnosis, Rung
 from myowave.diagnosis.search.draft import LARGEST
 from myowave.diagnosis.search.ladder import Candidate
 from myowave.diagnosis.search.score import confusion
-from myowave.identification.output_error import Fit
 
 CONFUSED = 0.8  # one effect imitates at least this much of another
 
 
 def ranking_table(diagnosis: Diagnosis) -> pd.DataFrame:
-    """Every candidate at every rung: score, refitted error, log odds, value, what it may be confused with."""
+    """Every candidate at every rung: refitted error, log odds, value, what it may be confused with."""
     ladder = diagnosis.verdict.ladder
-    added = {fit.model.name: fit for fit in ladder.fits}
     rows = [(fit, c, ranking) for fit, ranking in zip(ladder.fits, ladder.rankings, strict=True) for c in ranking]
     return pd.DataFrame(
         {
             "model": [fit.model.name for fit, _, _ in rows],
             "effect": [c.name for _, c, _ in rows],
             "status": [c.status for _, c, _ in rows],
-            "score": [c.score.drop / fit.variance for fit, c, _ in rows],
-            "rmse_deg": [None if c.fit is None else np.degrees(c.fit.rmse()) for _, c, _ in rows],
+            "rmse_deg": [None if c.with_it is None else np.degrees(c.with_it.fit.rmse()) for _, c, _ in rows],
             "log_odds": [c.log_odds for _, c, _ in rows],
-            "estimate": [_estimates(c, added.get(f"{fit.model.name}+{c.name}", c.fit)) for fit, c, _ in rows],
-            "visible_share": [c.score.visible for _, c, _ in rows],
+            "estimate": [_estimates(c) for _, c, _ in rows],
             "smallest_detectable": [c.detectable for _, c, _ in rows],
             "unit": [next(iter(c.effect.parameters.values())).unit for _, c, _ in rows],  # of that
             "absorbed_by": [" ".join(c.score.absorbed_by) if c.score.absorbed else "" for _, c, _ in rows],
@@ -120,16 +116,16 @@ def draft_source(diagnosis: Diagnosis) -> str:
     return templates().get_template("draft_effect.py.j2").render(about)
 
 
-def _estimates(candidate: Candidate, fit: Fit | None) -> str:
-    """Values, standard errors and units of the effect's parameters by a fit with it, to first order without one."""
+def _estimates(candidate: Candidate) -> str:
+    """Values, standard errors and units of the effect's parameters, to first order where it was not fitted."""
     if candidate.score.failure:
         return ""
     pairs = zip(candidate.score.free, candidate.score.estimate, strict=True)
-    values = {p.name: float(e) * p.scale for p, e in pairs} | ({} if fit is None else fit.parameters)
-    errors = {} if fit is None else fit.standard_errors()
+    first_order = {p.name: (float(e) * p.scale, None) for p, e in pairs}
+    found = first_order if candidate.with_it is None else candidate.with_it.averaged
     units = candidate.score.start.model.effect_parameters
     return ", ".join(
-        f"{p.name.split('.', 1)[1]} = {estimate(values[p.name], errors.get(p.name))}{with_unit(units[p.name].unit)}"
+        f"{p.name.split('.', 1)[1]} = {estimate(*found[p.name])}{with_unit(units[p.name].unit)}"
         for p in candidate.score.free
     )
 

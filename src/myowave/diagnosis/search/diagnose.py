@@ -16,8 +16,9 @@ from myowave.diagnosis.search.draft import Draft, draft_effect
 from myowave.diagnosis.search.ladder import ladder_of
 from myowave.diagnosis.search.next_trial import Proposal, propose_trials
 from myowave.diagnosis.search.verdict import Verdict
-from myowave.diagnosis.search.weigh import weigh_models
+from myowave.diagnosis.search.weigh import Posterior, weigh_models
 from myowave.diagnosis.search.where import MissingTorque, misfit_by, missing_torque
+from myowave.identification.expected_emg import behind_noise
 from myowave.identification.free_parameters import Free, free_parameters
 from myowave.identification.output_error import Fit, refit
 from myowave.identification.prediction import Prediction, predict
@@ -93,11 +94,14 @@ def diagnose(
         models: to fit and try beside those that the search visits.
 
     Raises:
-        ValueError: if a muscle's channel was not recorded, or the base model cannot be fitted at all.
+        ValueError: if no trial is kept for testing, a muscle's channel was not recorded, or the base model cannot be
+            fitted at all.
     """
     effects = {e.name: e for e in effects}
     for name in [name for name, effect in effects.items() if base.refuses(effect)]:
         report(f"left out: effect {name} {base.refuses(effects.pop(name))}")
+    if not trials.test:
+        raise ValueError(f"{trials.dataset}: no trial is kept for testing; name one or two under `test`")
     record = make_record(trials, base, settings.angle_noise_deg)
     free = free_parameters(base, identify, record.known, settings.scatter)
     fit = fit_in_stages(base, record.train, free, settings.starts)
@@ -108,7 +112,8 @@ def diagnose(
         record = record.cut(fit.record.horizon_s)
     test = record.take(np.flatnonzero(~record.training))
     report(f"compare: {base.name} leaves {np.degrees(fit.rmse()):.3g} deg; the noise is {np.degrees(record.noise):.3g}")
-    rungs = tuple(make_rung(*of, test) for of in zip(ladder.fits, ladder.estimates, strict=True))
+    tests = [*(test for _ in ladder.fits[1:]), behind_noise(test, ladder.emg_noise) if ladder.emg_noise else test]
+    rungs = tuple(map(make_rung, ladder.fits, ladder.estimates, tests))
     visited = {rung.name for rung in rungs}
     named, failed = [], {}
     for model in models:
@@ -159,11 +164,13 @@ def weigh(
         led = None if led is None or led.record.pieces is not None else led
         alone = None if led is None else attempt_fit(partial(refit, led, fit.model, free))
         if led is None or alone is None:
-            answer = answer_of(found)
-            return Verdict(answer, ladder_of(fit, found, answer, effects))
+            return _verdict(fit, found, effects)
         fit = alone
         report(f"stages: {led.model.name}, found over short pieces, follows whole trials")
-    found = weigh_models(fit, effects, led, report)
+    return _verdict(fit, weigh_models(fit, effects, led, report), effects)
+
+
+def _verdict(fit: Fit, found: Posterior, effects: Sequence[Effect]) -> Verdict:
     answer = answer_of(found)
     return Verdict(answer, ladder_of(fit, found, answer, effects))
 
@@ -189,7 +196,7 @@ def _proposals(verdict: Verdict, effects: Mapping[str, Effect]) -> dict[str, lis
     ladder, proposals = verdict.ladder, {}
     classes = ([name for name in members if name in effects] for members in verdict.named)
     for one, other, *_ in (members for members in classes if len(members) > 1):
-        without = next(f for f in reversed(ladder.fits) if one not in {e.name for e in f.model.effects})
+        without = next(f for f in reversed(ladder.fits) if not {one, other} & {e.name for e in f.model.effects})
         with suppress(*FAILURES):
             proposals[f"{one} or {other}"] = propose_trials(without, effects[one], effects[other])
     for name in verdict.maybe:

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from myowave.diagnosis.causes import SURE
-from myowave.diagnosis.likelihood.components import MISSING
+from myowave.diagnosis.likelihood.components import EMG, MISSING
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.answer import Answer
 from myowave.diagnosis.search.score import ScoreTest
@@ -26,7 +26,7 @@ class Candidate:
 
     effect: Effect
     score: ScoreTest  # what the fit without it says
-    fit: Fit | None  # with it; None where the score left no hope
+    with_it: Hypothesis | None  # None where the score left no hope
     log_odds: float  # of the model with it against that without [nats]; to first order where it was not fitted
     detectable: float  # smallest value of its first parameter that 9 of 10 such recordings would show
 
@@ -39,7 +39,7 @@ class Candidate:
         """Whether the trials ask for it; `behind` is what promises enough, but less than those that were fitted."""
         if self.score.failure or self.score.absorbed:
             return "failed" if self.score.failure else "absorbed"
-        return "not needed" if self.log_odds <= SURE else "behind" if self.fit is None else "supported"
+        return "not needed" if self.log_odds <= SURE else "behind" if self.with_it is None else "supported"
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,7 @@ class Ladder:
     # for each effect of the last model, where one with all others was weighed, that one, and the log odds of the last
     # model against it [nats]
     odds: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+    emg_noise: float = 0.0  # of the recorded EMG, behind which the last model's EMG is the expected one [-]
 
     @property
     def fit(self) -> Fit:
@@ -83,7 +84,8 @@ def ladder_of(fit: Fit, posterior: Posterior, answer: Answer, effects: Iterable[
     if named:
         fits.append(shown_fit(last))
     rankings = tuple(_ranking_of(rung, posterior, catalogue) for rung in rungs)
-    return Ladder(tuple(fits), rankings, tuple(rung.averaged for rung in rungs), odds)
+    emg_noise = last.best.sizes[EMG] if named and last.expected_emg else 0.0
+    return Ladder(tuple(fits), rankings, tuple(rung.averaged for rung in rungs), odds, emg_noise)
 
 
 def _by_least_squares(before: Fit, rung: Hypothesis) -> Fit:
@@ -116,7 +118,7 @@ def _ranking_of(rung: Hypothesis, posterior: Posterior, catalogue: Mapping[str, 
             Candidate(
                 effect=catalogue[name],
                 score=score,
-                fit=None if with_it is None else with_it.fit,
+                with_it=with_it,
                 log_odds=float(max(total - rung.total, LEAST)),
                 detectable=score.detectable(rung.fit.independent_variance, 2 * (SURE - posterior.prior)),
             )

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-import torch
 from scipy.special import softmax
 
 from myowave.data.knots import knots_of
@@ -22,7 +21,7 @@ from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.score import ScoreTest, score_effects
 from myowave.diagnosis.search.screen import Screened, screen
-from myowave.identification.expected_emg import expected_excitation
+from myowave.identification.expected_emg import behind_noise
 from myowave.identification.output_error import Fit, begin_from, polish, refit
 from myowave.identification.stages import FAILURES, attempt_fit
 from myowave.physics.effect import Effect
@@ -265,14 +264,17 @@ def through_likely_filter(fit: Fit, view: View) -> View:
         with_or_without = max(most_likely(residual, on).value for on in ((), (COLOURED,)))
         return with_or_without - (0.0 if corner_hz is None else COST)
 
-    corner: float | None = None
-    tried = {corner: likely(corner)}
-    corners = (CORNERS * view.edge_hz).tolist() if view.above.there.any() else []
-    for finer in (0.5, 0.25, 0.125):
-        below = [corner_hz for corner_hz in corners if corner_hz < 0.45 / (fit.record.dt * (view.sensor.knots or 1.0))]
-        tried |= {corner_hz: likely(corner_hz) for corner_hz in below}
-        corner = max(tried, key=lambda c: tried[c])
-        corners = [] if corner is None else [corner * (CORNERS[1] / CORNERS[0]) ** sign for sign in (finer, -finer)]
+    tried: dict[float | None, float] = {None: likely(None)}
+    highest = 0.45 / (fit.record.dt * (view.sensor.knots or 1.0))
+
+    def best_with(corners: Iterable[float]) -> float | None:
+        tried.update({corner_hz: likely(corner_hz) for corner_hz in corners if corner_hz < highest})
+        return max(tried, key=lambda c: tried[c])
+
+    corner = best_with((CORNERS * view.edge_hz).tolist() if view.above.there.any() else [])
+    for finer in (0.5, 0.25):
+        ratio = (CORNERS[1] / CORNERS[0]) ** finer
+        corner = None if corner is None else best_with((corner * ratio, corner / ratio))
     return view.through(replace(view.sensor, corner_hz=corner))
 
 
@@ -287,10 +289,7 @@ def _of_other_emg(model: Hypothesis, recorded: Fit) -> Hypothesis:
     recording again; itself where it cannot be. `recorded` is a fit to the EMG as it was recorded."""
     record = recorded.record
     if not model.expected_emg:
-        lead = np.ones((len(record.valid), record.lead), bool)  # of pieces what is before their start counts, too
-        valid = np.concatenate([lead, record.valid], 1)
-        emg = expected_excitation(record.emg.numpy(), valid, model.best.sizes[EMG])
-        record = replace(record, emg=torch.from_numpy(emg))
+        record = behind_noise(record, model.best.sizes[EMG])
     fit = replace(model.fit, record=record)
     found = attempt_fit(lambda: refit(fit, fit.model, fit.free))
     if found is None:
