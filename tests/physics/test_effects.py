@@ -115,6 +115,13 @@ def effect(function, acts_on="joint", **changes):
     return Effect(**{**fields, "source": "test", **changes})
 
 
+def stateful(**changes):
+    def relaxation(activation):
+        return activation, activation, activation
+
+    return effect(lambda state, *, c: c * state, **{"acts_on": "activation", "relaxation": relaxation, **changes})
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -124,6 +131,8 @@ def effect(function, acts_on="joint", **changes):
         (lambda: effect(lambda state, *, c: c * state, "activation"), "asks for \\['state'\\]"),
         (lambda: effect(lambda *, c: c, "elbow"), "acts_on is 'elbow'"),
         (lambda: effect(lambda *, c: c, relaxation=lambda: 0), "may have a relaxation"),
+        (lambda: stateful(initial=lambda l1, nonsense: l1), "initial.*asks for .*'nonsense'"),
+        (lambda: stateful(initial=lambda state, *, k: state), "initial.*takes the parameters \\['k'\\]"),
         (lambda: effect(lambda *, c: c, name="my effect"), "Python identifier"),
         (lambda: effect(lambda: 0.0, parameters={}), "declares no parameters"),
         (lambda: effect(lambda f0, mass, *, c: {}, "constants"), "write two effects"),
@@ -134,6 +143,17 @@ def effect(function, acts_on="joint", **changes):
 def test_a_wrong_definition_is_an_error_at_once(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_what_only_the_initial_state_asks_for_counts():
+    """Else it would be let onto an arm that has no such constant."""
+    assert "l1" in stateful(acts_on="muscle", initial=lambda l1: 0 * l1).constants
+
+
+def test_an_effect_replaces_what_is_there_only_if_it_says_so():
+    whole = {"w": Parameter(unit="-", high=1.0, typical=1.0, meaning="share")}
+    assert not effect(lambda q, *, w: w * q, parameters=whole).replaces
+    assert {e.name for e in SHIPPED if e.replaces} == {"millard_curves", "degroote_curves", "thelen_curves"}
 
 
 def test_every_file_of_an_effect_is_in_the_catalogue_by_its_own_name():

@@ -15,11 +15,9 @@ from torch import Tensor
 from myowave.data.trials import TORQUE, Trials
 from myowave.identification.noise import noise_of
 from myowave.identification.smoothing import choose_window, smooth
-from myowave.physics.constants import OVER_TIME
+from myowave.physics.constants import LATEST_S, OVER_TIME
 from myowave.physics.model import Model, Params
 from myowave.physics.simulation import Simulation, channels_of
-
-LEAD_S = 0.3  # of EMG before a piece: more than muscles are ever late
 
 
 @dataclass(frozen=True)
@@ -136,12 +134,12 @@ class Record:
     def stretches(
         self, row: NDArray[np.intp], begin: NDArray[np.int64], samples: int, last: NDArray[np.int64] | None = None
     ) -> "Record":
-        """Stretches of whole trials, with the EMG of `LEAD_S` before them, as muscles answer late.
+        """Stretches of whole trials, with the EMG of `LATEST_S` before them, as muscles answer late.
 
         Args:
             row: the trial of each, (R,); `begin` is its first sample there, and what `last` has stays beyond that.
         """
-        lead = round(LEAD_S / self.dt)
+        lead = round(LATEST_S / self.dt)
         last = self.angle.shape[1] - 1 if last is None else last[:, None]
         # As in whole trials, EMG before the first sample of a trial holds the first value.
         past = (begin[:, None] + np.arange(-lead, samples)).clip(0, last)

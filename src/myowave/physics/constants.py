@@ -27,6 +27,7 @@ class Constant:
     scales: tuple[str, ...] = ()  # of a group's factor, the constants of its muscles that it multiplies
 
 
+LATEST_S = 0.3  # a muscle is never later than that behind its EMG
 DISTANCE = {"ge": 0.001, "le": 5}  # in mm it would be farther
 
 # The parameter of muscle `Bi` is called `f0_Bi`.
@@ -41,7 +42,7 @@ MUSCLE_CONSTANTS = {
     "l1": Constant("m", "distance from the joint to the origin", "l1_m", DISTANCE, kind="straight"),
     "l2": Constant("m", "distance from the joint to the insertion", "l2_m", DISTANCE, kind="straight"),
     "scale": Constant("-", "factor on the lengths of a table", bounds={"gt": 0, "le": 10}, default=1.0, kind="table"),
-    "delay": Constant("s", "electromechanical delay", "delay_s", {"ge": 0, "le": 0.5}, default=0.08, drives=True),
+    "delay": Constant("s", "electromechanical delay", "delay_s", {"ge": 0, "le": LATEST_S}, default=0.08, drives=True),
     "shape": Constant("-", "shape factor A of the activation", "shape_A", {"ge": 0, "le": 3}, default=0.2, drives=True),
 }
 

@@ -102,6 +102,7 @@ class Effect:
 
     Args:
         title: what it is in a few words, for people; the name's words where it is left out.
+        replaces: whether it is usually there as a whole, as a family of curves is: its usual strength is its largest.
 
     Raises:
         ValueError: if the functions ask for quantities the stage does not have, or for other parameters than declared.
@@ -116,6 +117,7 @@ class Effect:
     relaxation: Callable[..., tuple[Tensor, Tensor, Tensor]] | None = None
     initial: Callable[..., Tensor] | None = None
     title: str = ""
+    replaces: bool = False
 
     def __post_init__(self) -> None:
         where = f"effect {self.name!r}"
@@ -135,6 +137,8 @@ class Effect:
             raise ValueError(f"{where}: asks for constants of muscles and of the joint; write two effects")
         if self.relaxation is not None:
             self._check_signature("relaxation", self.relaxation, needs_all=False)
+            if self.initial is not None:
+                self._check_signature("initial", self.initial, needs_all=False)
             named = _names_of(self.function)[1] | _names_of(self.relaxation)[1]
             if missing := set(self.parameters) - named:
                 raise ValueError(f"{where}: declares {sorted(missing)}, which neither function nor relaxation takes")
@@ -143,11 +147,6 @@ class Effect:
     def stateful(self) -> bool:
         """Whether the effect has a state of its own, one number per muscle."""
         return self.relaxation is not None
-
-    @property
-    def replaces(self) -> bool:
-        """Whether it is usually there as a whole, as a family of curves is: its usual strength is its largest."""
-        return all(p.typical in (p.low, p.high) for p in self.parameters.values())
 
     @property
     def constants(self) -> frozenset[str]:
@@ -168,7 +167,8 @@ class Effect:
     @property
     def asks(self) -> frozenset[str]:
         """The quantities that the effect's functions ask for."""
-        return _names_of(self.function)[0].union(_names_of(self.relaxation)[0] if self.relaxation else ())
+        functions = (self.function, self.relaxation, self.initial)
+        return frozenset().union(*(_names_of(f)[0] for f in functions if f is not None))
 
     def on_muscles(self, parameter: str) -> bool:
         """Whether a parameter's values have an axis for muscles: (..., M) or (..., 1), not (...)."""

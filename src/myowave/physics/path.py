@@ -150,6 +150,9 @@ def read_path(file: str, muscle: str | None = None) -> TablePath:
     except (UnicodeDecodeError, csv.Error) as error:
         raise ValueError(f"{file}: this is not a CSV table in UTF-8 ({error}). Save it as such.") from None
     angle_column = _check_columns(file, columns, muscle)
+    for line, row in rows:
+        if None in row.values():
+            raise ValueError(f"{file}, line {line}: has fewer values than the table has columns. Write one in each.")
     if muscle is not None:
         known = sorted({row[MUSCLE_COLUMN] for _, row in rows})
         rows = [(line, row) for line, row in rows if row[MUSCLE_COLUMN] == muscle]
@@ -158,7 +161,7 @@ def read_path(file: str, muscle: str | None = None) -> TablePath:
     if len(rows) < FEWEST_ROWS:
         raise ValueError(f"{file}: has {len(rows)} rows; a path needs at least {FEWEST_ROWS}, better one every 5 deg.")
     angle, length = ([_number(file, line, row, c) for line, row in rows] for c in (angle_column, LENGTH_COLUMN))
-    for (line, _), before, here in zip(rows[1:], angle[:-1], angle[1:], strict=True):
+    for (line, _), before, here in zip(rows, [-math.inf, *angle[:-1]], angle, strict=True):
         if abs(here) > HALF_TURN[angle_column]:
             raise ValueError(
                 f"{file}, line {line}: {angle_column} is {here:g}; expected -{HALF_TURN[angle_column]:.4g} to "

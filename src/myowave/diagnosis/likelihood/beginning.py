@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from myowave.data.trials import Array
 from myowave.diagnosis.likelihood.forcing import moved_by
 from myowave.identification.output_error import Fit
-from myowave.identification.record import LEAD_S
+from myowave.physics.constants import LATEST_S
 from myowave.physics.motion import initial_state, step
 
 WAYS = 3  # of an electrode, the strongest; they hold nearly all of its change before a sample
@@ -23,7 +23,7 @@ def by_emg_before(fit: Fit) -> Array:
     """How the observed angle moves by one standard deviation of each way in which the EMG may have come to its first
     value, (T, N, C) [rad]; 0 where padded, and in pieces before which all EMG is known."""
     # ASSUME: the fit holds the first value. The EMG came to it as within trials it comes to others.
-    record, simulation, lead = fit.record, fit.simulation, round(LEAD_S / fit.record.dt)
+    record, simulation, lead = fit.record, fit.simulation, round(LATEST_S / fit.record.dt)
     if record.pieces is None:
         held = simulation.emg[:, :1].expand(-1, lead, -1)
         simulation = replace(simulation, emg=torch.cat([held, simulation.emg], 1), lead=lead)

@@ -12,4 +12,5 @@ EFFECT = Effect(
     function=share_of(DEGROOTE),
     parameters={"w": Parameter("-", high=1.0, typical=1.0, meaning="share of the curves of De Groote et al. 2016")},
     source="De Groote, Kinney, Rao & Fregly 2016, Ann. Biomed. Eng. 44, 2922",
+    replaces=True,
 )

@@ -2,12 +2,13 @@
 
 from torch import Tensor
 
+from myowave.physics.constants import LATEST_S
 from myowave.physics.effect import Effect, Parameter
 
 
 def longer_delay(delay: Tensor, *, d: Tensor) -> dict[str, Tensor]:
-    """The delay [s] of every muscle with d added; never below 0."""
-    return {"delay": (delay + d).clamp(min=0.0)}
+    """The delay [s] of every muscle with d added; never below 0, nor above the longest."""
+    return {"delay": (delay + d).clamp(0.0, LATEST_S)}
 
 
 EFFECT = Effect(

@@ -12,4 +12,5 @@ EFFECT = Effect(
     function=share_of(MILLARD),
     parameters={"w": Parameter("-", high=1.0, typical=1.0, meaning="share of the curves of Millard et al. 2013")},
     source="Millard, Uchida, Seth & Delp 2013, J. Biomech. Eng. 135, 021005",
+    replaces=True,
 )

@@ -12,4 +12,5 @@ EFFECT = Effect(
     function=share_of(THELEN),
     parameters={"w": Parameter("-", high=1.0, typical=1.0, meaning="share of the curves of Thelen 2003")},
     source="Thelen 2003, J. Biomech. Eng. 125, 70",
+    replaces=True,
 )
