@@ -16,12 +16,11 @@ from functools import partial
 import torch
 from torch import Tensor
 
-from myowave.physics.millard import millard_curve
+from myowave.physics.millard import ECCENTRIC_FORCE, millard_curve
 
 Curve = Callable[[Tensor], Tensor]
 
 SHAPE_AF = 0.25  # of Hill's hyperbola; his constant a over f0
-ECCENTRIC_FORCE = 1.4  # the largest force when lengthening
 THELEN_STEEPER = 2.0  # slope where lengthening begins, over that where shortening begins
 THELEN_WIDTH = 0.45  # of the bell, gamma
 THELEN_SLOWING = 0.75  # share of v_max that a muscle without activation lacks

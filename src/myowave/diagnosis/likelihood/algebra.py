@@ -29,7 +29,7 @@ from torch import Tensor
 
 from myowave.data.trials import Array
 
-COST = 3.0  # nats of a cause that is on: its size is as likely in any factor of e over four decades, and one is taken
+COST = 3.0  # nats of a cause: it is there or not (0.7), its size in one factor of e of four decades (2.2)
 HOPE = 1.0  # nats: a cause that gains less with the sizes of all others as they are gains nothing
 SIZES = 5  # of a cause that is off, spread between its bounds, which are tried for that
 NEGLIGIBLE = 1e-8  # of the strongest combination of columns: what is weaker changes no log evidence by 1e-4
