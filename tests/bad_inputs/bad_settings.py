@@ -95,6 +95,8 @@ VALUES = [
     # names that nothing has, or that something else would read otherwise
     ("data.datasets.bench_elbow.constants", {"joint_damping.c": 1.5}, ("no 'joint_damping.c'", "effect")),
     ("data.datasets.bench_elbow.constants", {"foo.bar": 1}, ("no 'foo.bar'", "Known: ", "f0_Bi")),
+    ("data.datasets.bench_elbow.constants", {"com": 0.2}, ("constants.com: there is no 'com' in arm paper", "length")),
+    ("data.datasets.bench_elbow.conditions", {"trial1": {"com": 0.2}}, ("trial1.com: there is no 'com' in arm paper",)),
     ("data.datasets.bench_elbow.conditions", {"trial1": {"foo.bar": 1}}, ("trial1.foo.bar", "no 'foo.bar'")),
     ("data.datasets.bench_elbow.identify", {"foo.bar": {}}, ("identify.foo.bar", "no 'foo.bar'")),
     ("data.datasets.bench_elbow.test", ["tri$al3$"], ("'tri$al3$'", "$", "rename")),

@@ -263,8 +263,10 @@ def _out_of_bounds(path: str, name: str, values: Mapping[str, float]) -> list[st
 
 
 def _problems_of_body(at: str, constants: Mapping[str, float]) -> list[str]:
-    """Whether a rigid forearm can have such an inertia."""
-    if "com" not in constants or constants["inertia"] >= (least := constants["mass"] * constants["com"] ** 2):
+    """Whether a rigid forearm can have such an inertia; a point mass has none."""
+    if not {"com", "inertia"} <= constants.keys():
+        return []
+    if constants["inertia"] >= (least := constants["mass"] * constants["com"] ** 2):
         return []
     return [
         f"{at}: the forearm's inertia is {constants['inertia']:g}, but about the elbow it is at least mass com^2 = "
