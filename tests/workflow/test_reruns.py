@@ -15,10 +15,11 @@ from project_copy import ROOT, Project, copy_project
 # The bench elbow has an arm of its own, of other strength; nobody has the arm `spare`.
 PAPER = yaml.safe_load((ROOT / "config.yaml").read_text())["physics"]["arms"]["paper"]
 ARM = {key: PAPER[key] for key in ("muscles", "joint")}
+BENCH = {"arm": "bench", "changed": {"reference": ["trial1"], "against": ["trial2"]}}
 SMALL = {
     "targets": {"datasets": ["case1", "case2", "bench_elbow"], "scales": [1, 2], "follow_verdict": []},
     "physics": {"arms": {"bench": ARM, "spare": ARM}},
-    "data": {"datasets": {"bench_elbow": {"arm": "bench"}}},
+    "data": {"datasets": {"bench_elbow": BENCH}},
 }
 CONFIG = ("--configfile", "config.yaml", "mine.yaml")
 LEARNING = {"train_scale", "evaluate_model", "summarize_models", "judge_scales", "publish_runs"}
@@ -126,6 +127,22 @@ def test_changed_pages_drawings_and_addresses_rerun_only_what_shows(finished):
             edits.enter_context(edited(finished, path, old, new))
         planned = set(finished.planned(*CONFIG))
         assert planned == {"tell_verdict", "draw_trials", "list_datasets", "publish_runs"}
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "used_by"),
+    [
+        ("identify", {"f0_Bi": {"start_spread": 0.1}}, LEARNING | DIAGNOSIS | {"draw_models", "compare_models"}),
+        ("scatter", {"mass": {"relative": 0.1}}, DIAGNOSIS | {"compare_models", "tell_change", "publish_runs"}),
+        ("changed", {"reference": ["trial1"], "against": ["trial4"]}, {"tell_change", "publish_runs"}),
+    ],
+)
+def test_a_setting_that_no_trials_are_made_by_reruns_what_uses_it_and_no_import(finished, key, value, used_by):
+    mine = (finished.folder / "mine.yaml").read_text()
+    changed = {**SMALL, "data": {"datasets": {"bench_elbow": {**BENCH, key: value}}}}
+    planned = finished.planned(*finished.lay_over(changed))
+    (finished.folder / "mine.yaml").write_text(mine)
+    assert set(planned) == used_by | {"list_datasets"}, "the index shows all settings"
 
 
 def test_a_changed_arm_reruns_only_its_datasets(finished):

@@ -51,12 +51,13 @@ def digest(script):
 
 def dataset_section(wildcards, of=public):
     """The dataset's settings that its trials are made by, without what is hidden in it unless `of` is `dump`."""
-    return {key: value for key, value in of(DATASETS[wildcards.dataset]).items() if key != "about"}
+    beside = ("about", "identify", "scatter", "changed")
+    return {key: value for key, value in of(DATASETS[wildcards.dataset]).items() if key not in beside}
 
 
 def identify_section(wildcards):
     """The physical constants to identify, and where they start."""
-    return dataset_section(wildcards)["identify"]
+    return public(DATASETS[wildcards.dataset])["identify"]
 
 
 def physics_section(wildcards):

@@ -244,7 +244,7 @@ rule tell_change:
     params:
         physics=physics_section,
         contents=physics_contents,
-        changed=lambda wildcards: dataset_section(wildcards)["changed"],
+        changed=lambda wildcards: public(DATASETS[wildcards.dataset])["changed"],
         scatter=lambda wildcards: dump(SETTINGS.diagnosis_of(wildcards.dataset))["scatter"],
         code=digest("tell_change"),
     script:
