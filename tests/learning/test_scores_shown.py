@@ -42,6 +42,9 @@ def test_every_dataset_model_and_recipe_with_several_scales_is_judged():
     assert judge_scales(few)["finding"].item() == "not more than the scatter of seeds"
     away = pd.concat([rows("a", 1, [0.5, 0.5, 0.5]), rows("a", 3, [0.8, 0.81, np.nan])])
     assert judge_scales(away)[["seeds_that_gain", "finding"]].values.tolist() == [["2 of 3", "a seed ran away"]]
+    # Runs with other settings trained other numbers of seeds.
+    fewer = pd.concat([rows("a", 1, [0.5, 0.5, 0.5]), rows("a", 3, [0.8, 0.81])])
+    assert judge_scales(fewer)[["seeds_that_gain", "finding"]].values.tolist() == [["2 of 2", "helps in this draw"]]
     one_seed = pd.concat([rows("a", 1, [0.1]), rows("a", 2, [0.9])])
     assert judge_scales(one_seed)["finding"].item() == "not more than the scatter of seeds"
     assert list(judge_scales(rows("alone", 1, [0.5])).columns) == list(judge_scales(summary).columns)

@@ -41,18 +41,19 @@ def _scales(path: str | Path) -> int:
 
 
 def judge_scales(summary: pd.DataFrame) -> pd.DataFrame:
-    """Whether more scales help: test R2 of the most scales less that of the fewest, seed by seed, with its standard
-    error, of each dataset, model and recipe in rows of evaluation.csv that was trained with several.
+    """Whether more scales help: test R2 of the most scales less that of the fewest, by the seeds that both have,
+    with its standard error, of each dataset, model and recipe in rows of evaluation.csv that was trained with several.
 
     Seeds see one draw of the data: a finding may be another in the next (docs/multiresolution.md judged over draws).
     """
     rows = []
     for (dataset, model, recipe), group in summary.groupby(["dataset", "model", "recipe"]):
-        wide = group.pivot(index="seed", columns="scales", values="test_r2")
-        most, fewest = wide.columns.max(), wide.columns.min()
+        scores = {scales: of.set_index("seed")["test_r2"] for scales, of in group.groupby("scales")}
+        most, fewest = max(scores), min(scores)
         if most == fewest:
             continue
-        gain = (wide[most] - wide[fewest]).to_numpy()
+        more, less = scores[most].align(scores[fewest], join="inner")
+        gain = (more - less).to_numpy()
         mean, error = gain.mean(), sem(gain) if len(gain) > 1 else np.nan
         # Five seeds are few: of Student's t, and none where a seed ran away.
         clear = abs(mean) > t.isf(CLEAR / 2, len(gain) - 1) * error
