@@ -61,6 +61,20 @@ def test_rows_carry_degrees_and_the_standard_errors_of_the_table_of_parameters(r
         assert found[f"{name}_se"].notna().all()
 
 
+def test_markers_and_baselines_count_a_seed_that_ran_away_as_the_title_does():
+    away = rows("a", 1, [0.9, 0.8, np.nan]).assign(test_mse=[0.1, 0.2, np.nan])
+    rivals = away.assign(recipe="cnn")
+    history = pd.DataFrame({"epoch": [1, 2], "seed": 0, "loss": [1.0, 0.5]})
+    figure = draw_metrics(away, {1: history}, rivals)
+    assert "0.8000 (median of seeds)" in figure.get_suptitle() and "convolution, has 0.8000" in figure.get_suptitle()
+    for axis, expected in zip(figure.axes[1:], (0.2, 0.8), strict=True):
+        middle, *_, baseline = (np.unique(line.get_ydata()) for line in axis.lines)
+        assert middle == baseline == expected
+    nothing = draw_metrics(away.assign(test_mse=np.nan, test_r2=np.nan), {1: history}, rivals)
+    nothing.canvas.draw()
+    assert "R$^2$ is -inf" in nothing.get_suptitle()
+
+
 def test_pictures_show_the_medians():
     summary = rows("a", 1, [0.1, 0.9, 0.8]).assign(test_mse=[0.9, 0.1, 0.2], test_rmse_deg=[9.0, 1.0, 2.0])
     history = pd.DataFrame({"epoch": [1, 2], "seed": 0, "loss": [1.0, 0.5]})

@@ -41,19 +41,25 @@ def draw_metrics(summary: pd.DataFrame, histories: dict[int, pd.DataFrame], base
         shade(loss, smooth.index, smooth - spread, smooth, smooth + spread, color=color, label=f"{scales}-scale")
     loss.set(xlabel="epoch", ylabel="log10 of training loss [rad$^2$]", title="training loss")
     loss.legend()
-    drawn = baselines.groupby("recipe").filter(lambda rows: rows["test_r2"].median() > 0)
+    shown, rivals = _medians(summary, "scales"), _medians(baselines, "recipe")
     for axis, column, label in ((mse, "test_mse", "test MSE [rad$^2$]"), (r2, "test_r2", "test R$^2$ [-]")):
-        _each_seed(axis, summary, column, summary.groupby("scales")[column].median(), marker="o")
-        for (name, rivals), style in zip(drawn.groupby("recipe"), LINES, strict=False):
-            axis.axhline(rivals[column].median(), color=GREY, linestyle=style, label=TITLES.get(name, name))
+        _each_seed(axis, summary, column, shown[column], marker="o")
+        for (name, median), style in zip(rivals.loc[rivals["test_r2"] > 0, column].items(), LINES, strict=False):
+            axis.axhline(median, color=GREY, linestyle=style, label=TITLES.get(name, name))
         axis.set(ylabel=label, title=f"{label.split(' [')[0]}: median and each seed")
     if r2.get_legend_handles_labels()[1]:
         r2.legend(title="baselines")
-    shown = {scales: median_over_seeds(rows)["test_r2"] for scales, rows in summary.groupby("scales")}
-    r2s, numbers = " / ".join(f"{v:.4f}" for v in shown.values()), " / ".join(map(str, shown))
+    r2s, numbers = " / ".join(f"{v:.4f}" for v in shown["test_r2"]), " / ".join(map(str, shown.index))
     scores = f"{r2s} (median of seeds) with {numbers} scales"
-    title(figure, f"{_what(summary)}: test R$^2$ is {scores}{_beaten(max(shown.values()), baselines)}")
+    beaten = _beaten(shown["test_r2"].max(), rivals["test_r2"])
+    title(figure, f"{_what(summary)}: test R$^2$ is {scores}{beaten}")
     return figure
+
+
+def _medians(table: pd.DataFrame, by: str) -> pd.DataFrame:
+    """Scores that are shown of the rows of each value in a column."""
+    of = {value: median_over_seeds(rows) for value, rows in table.groupby(by)}
+    return pd.DataFrame(of, index=["test_mse", "test_r2"]).T
 
 
 def _each_seed(axis: Axes, summary: pd.DataFrame, column: str, middle: pd.Series, **style: Any) -> None:
@@ -64,11 +70,10 @@ def _each_seed(axis: Axes, summary: pd.DataFrame, column: str, middle: pd.Series
     axis.xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
-def _beaten(best: float, baselines: pd.DataFrame) -> str:
-    """What the best baseline does beside the best network."""
-    if baselines.empty:
+def _beaten(best: float, rivals: pd.Series) -> str:
+    """What the best baseline does beside the best network, by R2."""
+    if rivals.empty:
         return ""
-    rivals = baselines.groupby("recipe")["test_r2"].median()
     name, r2 = rivals.idxmax(), rivals.max()
     return f"; the best baseline, {TITLES.get(name, name)}, has {r2:.4f}" + (", which is better" if r2 > best else "")
 
