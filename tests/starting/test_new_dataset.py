@@ -408,6 +408,13 @@ def test_a_name_that_is_taken_or_cannot_be_one_is_refused(workplace):
         new(workplace, "my arm")
 
 
+@pytest.mark.parametrize("data", ["[1]", "{datasets: 5}", "{datasets: [mine]}", "null"])
+def test_what_is_no_section_below_is_replaced_as_the_workflow_does_it(workplace, data):
+    write_session(workplace / "curls")
+    Path("config.yaml").write_text(f"data: {data}\n")
+    assert "mine" in yaml.safe_load(new("curls").text)["data"]["datasets"]
+
+
 @pytest.fixture
 def command(workplace):
     write_session(workplace / "curls")

@@ -2,7 +2,7 @@
 
 import re
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +60,9 @@ def begin(
         raise ValueError(f"{target} is the configuration that the settings are laid over; choose another name.")
     if target.exists() and not force:
         raise ValueError(f"{target} is there already; choose another name, or write over it with --force.")
-    if name in ((below.get("data") or {}).get("datasets") or {}):
+    data = below.get("data")
+    there = data.get("datasets") if isinstance(data, Mapping) else None
+    if isinstance(there, Mapping) and name in there:
         raise ValueError(f"there is a dataset {name} in {', '.join(map(str, config))} already; choose another name.")
     recorded = read_folder(folder, recordings_in(folder))
     if not recorded.signals:
