@@ -163,6 +163,8 @@ VALUES = [
     ("data.datasets.bench_elbow.constants", {"tilt": 10}, ("tilt = 10", "at most 3.1")),
     ("data.datasets.bench_elbow.constants", {"load": 2000}, ("load = 2000", "at most 200")),
     ("physics.effect_files", ["a\nb.py"], ("a path may not be empty",)),
+    ("physics.effect_files", ["/"], ("physics.effect_files.0 = '/'", "a folder; expected a file")),
+    ("physics.arms.paper.muscles.Bi.path", {"file": "/"}, ("Bi.path.file = '/'", "a folder; expected a file")),
     ("tracking.uri", "mysql://db", ("tracking.uri", "matching")),
     ("tracking.uri", "sqlite:///", ("tracking.uri", "matching")),
     ("tracking.uri", "http://host\nEvil: header", ("tracking.uri", "matching")),

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from project_copy import ROOT
 
-from myowave.workflow.digest import digest_script, imported_modules
+from myowave.workflow.digest import digest_files, digest_script, imported_modules
 
 SCRIPT = """from myowave.near import fit
 from myowave.settings import SETTING
@@ -143,3 +143,9 @@ def test_a_rule_stands_on_what_it_needs_and_no_more(script, uses, does_without):
     parts = {"/".join(name.split("/")[:depth]) for name in names for depth in range(1, name.count("/") + 2)}
     assert uses <= parts
     assert not does_without & parts
+
+
+def test_what_is_no_file_has_no_digest(tmp_path):
+    """Rules ask for digests of files before any job could say what is wrong with them."""
+    (there := tmp_path / "there.csv").write_text("1")
+    assert list(digest_files([there, tmp_path, tmp_path / "not_there.csv", there / "below.csv"])) == [str(there)]

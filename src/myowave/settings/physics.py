@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS, Constant, nominal_of, values_of
 from myowave.settings.files import lay_over, read_yaml
-from myowave.settings.section import FilePath, Name, Once, Real, Section, WithoutNull, setting
+from myowave.settings.section import Name, Once, OneFile, Real, Section, WithoutNull, setting
 
 PRESETS = Path("data")  # folder of the arms that ship, each in one of its own
 
@@ -26,7 +26,7 @@ def constant(constant: Constant, *, optional: bool = False) -> Any:
 class PathTable(Section):
     """A path given by the length of the muscle-tendon unit at rising elbow angles; between these, a cubic spline."""
 
-    file: FilePath = setting("CSV file with columns angle_deg or angle_rad and length_m", min_length=1)
+    file: OneFile = setting("CSV file with columns angle_deg or angle_rad and length_m", min_length=1)
     muscle: str | None = setting("whose rows to take, where the file has a column muscle", "", None)
     margin_deg: Real = setting(
         "how far measured angles may be beyond the table, where the moment arm stays as at its end", "deg", 5.0, ge=0
@@ -171,7 +171,7 @@ def read_preset(name: str) -> dict[str, Any]:
 class Physics(Arm):
     """One arm and the effects of the user's own: all that a model is built of."""
 
-    effect_files: tuple[FilePath, ...] = setting("Python files with effects of your own", default=())
+    effect_files: tuple[OneFile, ...] = setting("Python files with effects of your own", default=())
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -183,7 +183,7 @@ class Arms(Section):
     """The arms that datasets may name, and effects for all of them."""
 
     arms: dict[Name, Arm] = setting("arms, by the name that a dataset gives", each="arm", min_length=1)
-    effect_files: Annotated[tuple[FilePath, ...], Once] = setting("Python files with effects of your own", default=())
+    effect_files: Annotated[tuple[OneFile, ...], Once] = setting("Python files with effects of your own", default=())
 
     def of_arm(self, name: str) -> Physics:
         """One of the arms with the effects. It changes only with what concerns that arm."""

@@ -1,5 +1,6 @@
 """What all sections of the configuration are made of: frozen models, and types that YAML cannot surprise."""
 
+import os
 import re
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
@@ -55,10 +56,17 @@ def _each_once(values: Sequence[Any]) -> Sequence[Any]:
     return values
 
 
+def _no_folder(path: str) -> str:
+    if os.path.isdir(path):
+        raise ValueError("this is a folder; expected a file. Name one in it")
+    return path
+
+
 Real = Annotated[float, BeforeValidator(_refuse_bool)]
 Whole = Annotated[int, BeforeValidator(_refuse_bool)]
 TrialName = Annotated[str, Field(coerce_numbers_to_str=True), matching(PLAIN, NOT_PLAIN)]  # YAML reads 1 as a number
 FilePath = Annotated[str, matching(r"(?=.*\S)[^{}\n\0]*", _NO_PATH)]
+OneFile = Annotated[FilePath, AfterValidator(_no_folder)]
 Address = Annotated[str, BeforeValidator(_without_secret)]
 Once = AfterValidator(_each_once)  # of a list
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]

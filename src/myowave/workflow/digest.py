@@ -38,9 +38,9 @@ def digest_script(script: Path, *, roots: tuple[Path, ...] = _ROOTS) -> str:
 
 
 def digest_files(paths: Iterable[str | Path]) -> dict[str, str]:
-    """Digests of the contents of files, by path; files that are not there are left out."""
+    """Digests of the contents of files, by path; what is not there, or no file, is left out."""
     found = {}
-    for path in map(Path, paths):
+    for path in filter(Path.is_file, map(Path, paths)):
         with suppress(FileNotFoundError), path.open("rb") as file:
             found[str(path)] = hashlib.file_digest(file, "sha256").hexdigest()[:16]
     return found
