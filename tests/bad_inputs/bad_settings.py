@@ -52,12 +52,22 @@ def of_study(**changes) -> str:
     return ""
 
 
+ALL = [f"load{kg}_{n}" for kg in ("2.75", "5.5") for n in (1, 2, 3)]
 SWEEP = {"dataset": "case1", "recipe": "rollout", "scales": 2, "dimensions": {"hidden": {"low": 4, "high": 64}}}
 BAR = {"mass_kg": 1.0, "length_m": 0.3}
 VALUES = [
     ("learning.recipes.rollout.hidden", -5, ("-5", "whole number", "at least 1")),
     ("learning.recipes.rollout.learning_rate", "fast", ("'fast'", "a number", "above 0")),
-    ("physics.arms.arm26_brd", {"muscles": {}, "joint": BAR}, ("no muscle of arm arm26_brd is driven by", "null")),
+    (
+        "physics.arms.arm26_brd",
+        {"muscles": {}, "joint": BAR},
+        (
+            "no muscle of arm arm26_brd is driven by",
+            "null",
+            "targets.datasets: the arm of human_curls has no",
+            "learning.sweep.dataset: the arm of human_curls has no",
+        ),
+    ),
     ("physics.arms.paper.muscles.Bi.side", "top", ("'top'", "flexor or extensor")),
     ("physics.arms.paper.muscles.Bi.f0_N", 0, ("0", "above 0", "[N]", "isometric")),
     ("physics.arms.paper.joint.mass_kg", True, ("True", "number")),
@@ -134,6 +144,8 @@ VALUES = [
     ("learning.sweep.epochs", 10**18, ("sweep.epochs", "at most 1e+06")),
     ("learning.sweep.recipe", "recordde", ("no 'recordde'", "did you mean 'recorded'")),
     ("learning.sweep.dataset", "case7", ("no 'case7'",)),
+    ("learning.sweep.model", "base+joint_dampng", ("sweep.model: there is no 'joint_dampng'", "'joint_damping'?")),
+    ("data.datasets.human_curls.test", ALL[1:], ("learning.sweep.dataset: human_curls has one training trial",)),
     ("learning.sweep.dimensions", {"hiden": {"low": 1, "high": 2}}, ("'hiden'", "did you mean 'hidden'")),
     ("learning.sweep.dimensions", {"hidden": {"low": 0, "high": 20}}, ("hidden.low", "at least 1")),
     ("learning.sweep.dimensions", {"hidden": {"low": 20, "high": 10}}, ("low 20 must be below high 10",)),
@@ -201,7 +213,6 @@ SESSIONS = {
     "no electrode for a muscle": ({"emg": {"emg_biceps": {"file": "x"}}}, "emg_triceps, which drives Tri in arm paper"),
     "a name with a placeholder": ({"trials": ["{a}", "b", "c"]}, "rename the trial"),
 }  # fmt: skip
-ALL = [f"load{kg}_{n}" for kg in ("2.75", "5.5") for n in (1, 2, 3)]
 STUDIES = {
     "all trials of a study test": ({"questions": split(train=[], test=ALL)}, "train = .*not empty"),
     "a trial that trains and tests": ({"questions": split(train=ALL, test=ALL[:1])}, "load2.75_1 would train and test"),

@@ -135,18 +135,20 @@ class Settings(Section):
         yield from ((f"data.datasets.{name}.arm", of.arm, self.physics.arms) for name, of in datasets.items())
         if not self.physics.effect_files:  # their effects are known once they are loaded: a job finds out
             shipped = shipped_effects()
-            for dataset, models in targets.models.items():
-                added = (effect for model in models for effect in model.split("+")[1:])
-                yield from ((f"targets.models.{dataset}", effect, shipped) for effect in added)
+            named = [(f"targets.models.{dataset}", model) for dataset, of in targets.models.items() for model in of]
+            named += [("learning.sweep.model", sweep.model)] if sweep else []
+            for where, model in named:
+                yield from ((where, effect, shipped) for effect in model.split("+")[1:])
             for name, of in datasets.items():
                 hidden = getattr(of, "hidden_effect", ())
                 yield from ((f"data.datasets.{name}.hidden_effect", effect, shipped) for effect in hidden)
 
     def _problems_of_datasets(self) -> list[str]:
+        trained = [("targets.datasets", name, "it under without_networks") for name in self.targets.datasets]
+        trained += [("learning.sweep.dataset", self.learning.sweep.dataset, "another")] if self.learning.sweep else []
         problems = [
-            f"targets.datasets: the arm of {name} has no muscles, so there is no EMG for a network; name it under "
-            "without_networks."
-            for name in self.targets.datasets
+            f"{where}: the arm of {name} has no muscles, so there is no EMG for a network; name {instead}."
+            for where, name, instead in trained
             if not self.physics_of(name).muscles
         ]
         for name, dataset in self.data.datasets.items():
@@ -181,8 +183,14 @@ class Settings(Section):
         ]
 
     def _problems_of_sweep(self, sweep: Sweep) -> list[str]:
-        """Settings that are none of the recipe's, and ranges with an end that is no value of theirs."""
-        recipe, problems = self.learning.recipes[sweep.recipe], []
+        """Too few trials, settings that are none of the recipe's, and ranges with an end that is no value of theirs."""
+        recipe, dataset, problems = self.learning.recipes[sweep.recipe], self.data.datasets[sweep.dataset], []
+        trials = getattr(dataset, "trials", ())  # those of a measured one are not known before its files are looked up
+        if (trials if isinstance(trials, int) else len(trials)) - len(dataset.test) == 1:
+            problems.append(
+                f"learning.sweep.dataset: {sweep.dataset} has one training trial, and a sweep holds each out in turn; "
+                "expected two or more. Name another dataset, or fewer test trials in it."
+            )
         for name, dimension in sweep.dimensions.items():
             where = f"learning.sweep.dimensions.{name}"
             if unknown := unless_known(where, name, recipe.searchable()):
