@@ -76,7 +76,14 @@ VALUES = [
     ("data.datasets.case1.kind", "simulatd", ("'simulatd'", "measured or recorded or simulated")),
     ("data.datasets.bench_elbow.files", "trial1.csv", ("'trial1.csv'", "a list of")),
     ("physics.arms.paper.joint", {"mass_kg": 1, 4: None}, ("joint.4 = 4", "decimals need a point")),  # {mass_kg: 1,4}
-    ("data.datasets", {"a/b": {"kind": "simulated"}}, ("a/b.[key] = 'a/b'", "match pattern")),
+    (
+        "data.datasets",
+        {"a/b": {"kind": "simulated"}},
+        r"a/b.\[key\] = 'a/b': expected letters, digits and _, a letter first\n",
+    ),
+    ("data.datasets.case1.arm", "my arm", ("arm = 'my arm': expected letters, digits and _, a letter first",)),
+    ("diagnosis.scatter", {"2-sided": {}}, r"= '2-sided': expected letters, digits and _, a letter first$"),
+    ("learning.baselines", {4: {"kind": "hold"}}, ("baselines.4", "a name is text")),
     ("targets.scales", [1, 9], ("9", "1 to 5")),
     ("targets.datasets", ["case7"], ("'case7'", "case1", "bench_elbow")),
     ("targets.without_networks", ["case7"], ("'case7'", "case1", "bench_elbow")),

@@ -1,12 +1,6 @@
 """The section `diagnosis`."""
 
-from typing import Annotated
-
-from pydantic import Field
-
-from myowave.settings.section import Real, Section, Whole, setting
-
-_Constant = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9_]+)?$")]
+from myowave.settings.section import Name, Real, Section, Whole, setting
 
 
 class Scatter(Section):
@@ -22,7 +16,7 @@ class DiagnosisSettings(Section):
     angle_noise_deg: Real | None = setting(
         "standard deviation of the angle's noise; null: estimated from the training trials", "deg", None, gt=0, le=30
     )
-    scatter: dict[_Constant, Scatter] = setting(
+    scatter: dict[Name, Scatter] = setting(
         "constants that nobody measured, which stay free, as slack, or slack_Bi of a muscle", "", dict, each="constant"
     )
     starts: Whole = setting("searches of the fit of the base model, side by side", "-", 8, ge=1, le=1000)

@@ -212,7 +212,7 @@ def _alternatives(node: Schema) -> list[Schema]:
 
 def _values(section: Schema) -> Schema:
     """The node of the values of a mapping whose keys the user chooses; empty where it is none."""
-    named: Any = section.get("additionalProperties") or next(iter(section.get("patternProperties", {}).values()), {})
+    named: Any = section.get("additionalProperties")
     return named if isinstance(named, Mapping) else {}
 
 

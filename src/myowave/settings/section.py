@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
+NAME, NOT_A_NAME = r"[A-Za-z][A-Za-z0-9_]*", "expected letters, digits and _, a letter first"
 # No trial is called by what figures read as formulas, the workflow as placeholders, a file system as folders, patterns.
 PLAIN = r"(?=.*\S)[^$\\{}*?\[\]/\x00-\x1f]*"
 NOT_PLAIN = "a name may not be empty or hold $ \\ { } * ? [ ] / or a control sign; rename the trial"
@@ -69,7 +70,7 @@ FilePath = Annotated[str, matching(r"(?=.*\S)[^{}\n\0]*", _NO_PATH)]
 OneFile = Annotated[FilePath, AfterValidator(_no_folder)]
 Address = Annotated[str, BeforeValidator(_without_secret)]
 Once = AfterValidator(_each_once)  # of a list
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+Name = Annotated[str, matching(NAME, NOT_A_NAME)]
 _EffectsOnce = AfterValidator(lambda model: "+".join(_each_once(model.split("+"))))
 ModelName = Annotated[str, Field(pattern=r"^base(\+[A-Za-z_][A-Za-z0-9_]*)*$"), _EffectsOnce]
 

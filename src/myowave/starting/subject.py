@@ -5,8 +5,7 @@ from collections.abc import Iterator
 
 from myowave.physics.anthropometry import SEXES, forearm_with_hand
 from myowave.physics.constants import JOINT_CONSTANTS
-
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+from myowave.settings.section import NAME, NOT_A_NAME
 
 
 def subject_settings(mass: float, height: float, sex: str, name: str) -> str:
@@ -36,5 +35,5 @@ def joint_lines(mass: float, height: float, sex: str) -> Iterator[str]:
 
 def check_name(name: str, whose: str) -> None:
     """Raise a ValueError where a name is none that settings take."""
-    if not _NAME.fullmatch(name):
-        raise ValueError(f"{name!r} cannot be the name of {whose}: expected letters, digits and _, a letter first.")
+    if not re.fullmatch(NAME, name):
+        raise ValueError(f"{name!r} cannot be the name of {whose}: {NOT_A_NAME}.")
