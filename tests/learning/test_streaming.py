@@ -163,6 +163,9 @@ def test_the_method_of_a_network_counts_and_not_what_its_recipe_is_called(projec
     ):
         of.save(learnt / folder / "scale-0.pt")
     assert find_checkpoint("small") == learnt / "base/after_the_paper/1-scale/scale-0.pt"
+    shutil.copytree(learnt / "base/after_the_paper/1-scale", learnt / "base/aaa/3-scale")
+    assert find_checkpoint("small") == learnt / "base/after_the_paper/1-scale/scale-0.pt", "a name decides last"
+    shutil.rmtree(learnt / "base/aaa")
     shutil.rmtree(learnt / "base/after_the_paper")
     assert find_checkpoint("small") == learnt / "base/a/1-scale/scale-0.pt"
 

@@ -50,7 +50,7 @@ def find_checkpoint(dataset: str) -> Path:
     """The network of a dataset that is taken where none is named, or a ValueError: of the model without effects, with
     the fewest scales, not by the paper's method where there is another."""
     found = Path("results/learning", dataset).glob("*/*/*-scale/scale-0.pt")
-    ordered = sorted(found, key=lambda p: (p.parts[-4].count("+"), p.parts[-3], p.parts[-2]))
+    ordered = sorted(found, key=lambda p: (p.parts[-4].count("+"), p.parts[-2], p.parts[-3]))
     if not ordered:
         raise ValueError(
             f"There is no network of {dataset!r} in results/learning. Name the dataset under targets.datasets and run "
