@@ -70,6 +70,14 @@ def test_inputs_are_emg_then_what_is_known_at_each_sample(loaded):
     np.testing.assert_array_equal(inputs[..., 3], loaded.signals["tilt_rad"])
 
 
+def test_a_signal_that_trials_lack_is_refused_and_never_0(loaded):
+    """A constant that is not known has a value in the model; an angle over time has none."""
+    bare = replace(loaded, conditions={}, signals={}, over_time={})
+    assert (given_inputs(bare, {"load": 0.7})[..., 2] == 0.7).all()
+    with pytest.raises(ValueError, match=r"dataset 'loaded': no tilt_rad, .* are none"):
+        given_inputs(bare, {"load": 0.0, "tilt_rad": 0.0})
+
+
 def test_an_angle_that_hardly_changes_is_not_blown_up(loaded):
     train = loaded.select(loaded.train)
     scaling = Scaling.of(train, Given({"load": 0.0, "tilt_rad": 0.0}, ("load", "tilt_rad")))

@@ -85,6 +85,11 @@ def known_inputs(trials: Trials, defaults: Mapping[str, float]) -> Known:
 
 def given_inputs(trials: Trials, known: Known) -> NDArray[np.float64]:
     """EMG and known inputs of trials, (T, N, C + K), or a ValueError where they lack a signal."""
+    if missing := [name for name in known if name not in trials.signals and constant_behind(name) is None]:
+        raise ValueError(
+            f"dataset {trials.dataset!r}: no {', '.join(missing)}, which the network is given over time; the signals "
+            f"are {', '.join(trials.signals) or 'none'}. Record it, or take a network without it."
+        )
     columns = [
         trials.signals[name] if name in trials.signals else trials.condition(name, value)[:, None]
         for name, value in known.items()
