@@ -136,6 +136,10 @@ def predict(
     refuse_to_overwrite(picture, r"\x89PNG", "picture")
     if output and picture and output.resolve() == picture.resolve():
         raise ValueError(f"--output and --picture are both {output}; name two files.")
+    if picture:
+        from myowave.plotting import require_format, save
+
+        require_format(picture)
     lines: Iterable[str]
     if trial:
         lines, source = sources.trial_lines(dataset, trial, trained, config), f"{dataset}, trial {trial}"
@@ -156,7 +160,6 @@ def predict(
                 predicted.append(line)
     if picture:
         from myowave.learning.figures import draw_prediction
-        from myowave.plotting import save
 
         step = 1 / real_time.rate if real_time else trained.dt
         save(draw_prediction(predicted, seen, source, step), picture)

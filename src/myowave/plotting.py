@@ -10,6 +10,7 @@ from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.figure import Figure
 from matplotlib.rcsetup import cycler
 from numpy.typing import ArrayLike, NDArray
@@ -55,6 +56,12 @@ def shade(axes: Axes, x: ArrayLike, low: Any, middle: Any, high: Any, *, color: 
     """A line with a band from low to high."""
     axes.plot(x, middle, color=color, **kwargs)
     axes.fill_between(x, low, high, color=color, alpha=0.22, linewidth=0)
+
+
+def require_format(path: Path) -> None:
+    """Raise a ValueError where the ending names no format that a figure can be written in."""
+    if path.suffix[1:].lower() not in (formats := FigureCanvasBase.get_supported_filetypes()):
+        raise ValueError(f"{path}: the ending is {path.suffix!r}; expected .png, or one of {', '.join(formats)}.")
 
 
 def save(figure: Figure, path: str | Path) -> None:

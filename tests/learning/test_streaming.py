@@ -414,6 +414,13 @@ def test_only_what_is_a_prediction_is_written_over(checkpoint, table, tmp_path):
         assert run(*asked, "--output", out, "--picture", tmp_path / "look.png").exit_code == 0
 
 
+@pytest.mark.parametrize("name", ["look.xyz", "look"])
+def test_a_picture_of_no_format_is_refused_before_anything_is_predicted(checkpoint, table, tmp_path, name):
+    result = run("--checkpoint", checkpoint[1], "--emg", "-", "--picture", name, text=table.to_csv(index=False))
+    assert result.exit_code == 2 and not result.stdout
+    assert f"{name}: the ending is {Path(name).suffix!r}; expected .png" in result.stderr
+
+
 @pytest.mark.parametrize("angles", ["nan", "inf", "1e9", "30,nan,30,30", "", "30;31", "thirty"])
 def test_a_start_that_is_no_angle_is_refused(checkpoint, table, angles):
     result = run("--checkpoint", checkpoint[1], "--emg", "-", f"--start-deg={angles}", text=table.to_csv(index=False))
