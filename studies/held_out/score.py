@@ -18,7 +18,7 @@ from myowave.settings import Baseline, Identify, Recipe
 
 # What every method sees: the load where it differs, or EMG over the torque that holds forearm and load, and no load.
 INPUTS = {
-    "told": {"emg_over": "maximum", "known_inputs": ["load"]},
+    "given": {"emg_over": "maximum", "known_inputs": ["load"]},
     "weighed": {"emg_over": "weight", "known_inputs": []},
 }
 

@@ -26,5 +26,5 @@ def test_each_test_trial_is_scored_by_itself_and_by_nothing_but_the_training_tri
     split = split_trials(trials, ["2"], ["1", "3"])
     assert split.names == ("2", "1", "3") and split.train == ("2",)
     rows = pd.concat(score_baselines({"line": Baseline(kind="ridge")}, split, model, 2))
-    assert len(rows) == 8 and set(rows["trial"]) == {"1", "3"} and set(rows["inputs"]) == {"told", "weighed"}
+    assert len(rows) == 8 and set(rows["trial"]) == {"1", "3"} and set(rows["inputs"]) == {"given", "weighed"}
     assert rows.groupby(["trial", "inputs"])["test_r2"].nunique().eq(1).all(), "ridge has no chance in it"
