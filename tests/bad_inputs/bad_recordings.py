@@ -203,7 +203,6 @@ def artefacts(trials):
         fault(trials)
 
 
-MVC = {"mvc": ["max"], "processing": {"normalise": "mvc"}}
 TOLD_IN_MEMORY = {
     "uV called V": (scaled(1e6), r"unit of the EMG: .*emg_biceps reaches .* uV.*uV that is called V or mV"),
     "uV called mV": (scaled(1e3), "unit of the EMG: .*Correct the channel's unit under emg"),

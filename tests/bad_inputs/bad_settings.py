@@ -196,14 +196,13 @@ VALUES = [
 NAMED = {f"{path} = {value!r:.40}": (path, value, says) for path, value, says in VALUES}
 SESSIONS = {
     "a test trial as a maximum contraction": (
-        {"mvc": ["c"], "processing": {"normalise": "mvc"}}, "mvc names c, which tests: what counts as 1 would know it"),
+        {"mvc": ["c"]}, "mvc names c, which tests: what counts as 1 would know it"),
     "no such test trial": ({"test": ["d"]}, "no trial named d; the trials are a, b, c"),
     "all trials test": ({"test": ["a", "b", "c"]}, "every trial .a, b, c. is a test trial"),
     "a trial twice": ({"trials": ["a", "a", "c"]}, "a is there more than once"),
     "one trial": ({"trials": ["c"]}, "trials = .*not empty|expected"),
     "a cut the wrong way round": ({"cut_s": {"a": [3.0, 1.0]}}, "cut_s of a: expected"),
     "a cut of no trial": ({"cut_s": {"d": [1.0, 3.0]}}, "no trial named d"),
-    "mvc without recordings": ({"processing": {"normalise": "mvc"}}, "mvc names no recordings"),
     "a band the wrong way round": ({"processing": {"band_pass_hz": [450, 20]}}, "the lower one first"),
     "a band of one end": ({"processing": {"band_pass_hz": [20]}}, "band_pass_hz"),
     "a corner above the rate": ({"processing": {"low_pass_hz": 10, "rate_hz": 20}}, "at most 0.4 of the rate"),

@@ -100,7 +100,7 @@ def test_a_channel_with_another_gain_gives_the_same_excitation(good, tmp_path):
 def test_maximum_contractions_can_count_as_1(folder):
     write_session(folder, trials=("max",), change=lambda trial, key, values: 4 * values)
     once, _ = prepare(folder)
-    scaled, _ = prepare(folder, mvc=["max"], processing={"normalise": "mvc"})
+    scaled, _ = prepare(folder, mvc=["max"])
     assert scaled.trials.names == ("a", "b", "c")
     assert scaled.trials.emg[..., 0].max() < 0.5 * once.trials.emg[..., 0].max()
 
@@ -239,7 +239,7 @@ def test_a_test_trial_of_more_effort_than_the_training_is_told_and_not_refused(t
 def test_emg_far_above_a_maximum_contraction_is_refused(tmp_path):
     write_session(tmp_path, trials=("a", "b", "c", "max"), change=lambda t, key, v: v / 3 if t == "max" else v)
     says = r"trial a, .*: emg_biceps is \d\.\d+ of a maximum contraction .* expected 0 to 1.5. Look for an artefact"
-    refuse(tmp_path, says, mvc=["max"], processing={"normalise": "mvc"})
+    refuse(tmp_path, says, mvc=["max"])
 
 
 def test_a_scale_of_nothing_is_refused(tmp_path):
@@ -272,7 +272,6 @@ def test_a_maximum_contraction_may_hold_an_angle_that_nobody_needs(tmp_path):
         "trials": ["a", "b"],
         "test": ["b"],
         "mvc": ["max"],
-        "processing": {"normalise": "mvc"},
     }
     signals = {"emg": {"emg_biceps": {**where, "column": "Bi"}}, "angle": {**where, "column": "Elbow"}}
     prepared, _ = import_trials("arm", RecordedDataset.model_validate({**block, **signals}))

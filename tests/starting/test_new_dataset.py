@@ -352,8 +352,10 @@ def test_maximum_contractions_set_what_counts_as_one(workplace, laid_over):
     write_session(workplace / "curls")
     for muscle in ("biceps", "triceps"):
         noraxon(workplace / "curls/mvc" / f"{muscle}.csv", "x", burst(99, scale=200), EMG_HZ, "uV")
-    dataset = laid_over(new("curls").text).data.datasets["mine"]
-    assert dataset.mvc == ("mvc",) and dataset.processing.normalise == "mvc" and "mvc" not in dataset.trials
+    made = new("curls")
+    assert "unknown gain" not in made.text
+    dataset = laid_over(made.text).data.datasets["mine"]
+    assert dataset.mvc == ("mvc",) and "mvc" not in dataset.trials
     prepared, _ = import_trials("mine", dataset)
     assert max(envelope.max() for envelope in np.moveaxis(prepared.trials.emg, -1, 0)) < 0.9
 

@@ -83,7 +83,7 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         emg = {c: e if forms[c] == "fraction" else np.maximum(e, 0.0) / gains[c] for c, e in one.emg.items()}
         recordings[name] = replace(one, emg=emg)  # splines undershoot a little
     # Of a maximum contraction EMG cannot be far above 1; where the training trials count, a test trial may be.
-    mvc = {c: form for c, form in forms.items() if processing.normalise == "mvc" or form == "fraction"}
+    mvc = {c: form for c, form in forms.items() if settings.mvc or form == "fraction"}
     _refuse(dataset, [*problems, *value_problems(recordings, mvc, settings.test)])
     known = {channel: one.model_copy(update={"gain": gains[channel]}) for channel, one in known.items()}
     provenance = {
@@ -142,7 +142,7 @@ def _gains(
     train: Sequence[Recording],
 ) -> dict[str, float]:
     """The envelope of each channel that counts as 1; 1 where it is a fraction already."""
-    if processing.normalise == "mvc":
+    if mvc:
         of = [{c: envelope(s, processing, known[c]).values for c, s in emg.items()} for emg in mvc.values()]
     else:
         # ASSUME: in the training trials each muscle was once as active as it can be; where it was not, its EMG is too

@@ -160,6 +160,7 @@ class MeasuredDataset(_Dataset):
 
     # A recording like any other, whose EMG is an envelope on the angle's grid: no step of the processing is left to do.
     processing: ClassVar[Processing] = Processing()
+    mvc: ClassVar[tuple[str, ...]] = ()
     signals: ClassVar[dict[str, ExtraAngle]] = {}
     motor: ClassVar[RawMotor | None] = None
 
@@ -169,7 +170,11 @@ class RecordedDataset(_Dataset):
 
     kind: Literal["recorded"] = setting("recorded: raw EMG and angles, processed here")
     trials: Annotated[tuple[TrialName, ...], Once] = setting("names, which stand for {trial} in files", min_length=2)
-    mvc: Annotated[tuple[TrialName, ...], Once] = setting("recordings of maximum contractions, as trials", "", ())
+    mvc: Annotated[tuple[TrialName, ...], Once] = setting(
+        "maximum contractions, recordings or trials that train: EMG of 1 is the largest envelope of a channel in them; "
+        "where none are named, in the training trials",
+        default=(),
+    )
     recordings: dict[TrialName, TrialName] = setting(
         "recording that a trial is a part of, {trial: what stands for {trial} in files}", default=dict, each="trial"
     )
@@ -220,8 +225,6 @@ class RecordedDataset(_Dataset):
                 f"mvc names {', '.join(leaks)}, which tests: what counts as 1 would know it. Record maximum "
                 "contractions of their own, or name trials that train"
             )
-        if self.processing.normalise == "mvc" and not self.mvc:
-            raise ValueError("processing.normalise is mvc, but mvc names no recordings; name some, or use session")
         given = {signal.condition for signal in self.signals.values() if signal.condition}
         given |= {"motor"} if self.motor else set()
         if both := given & {name for values in self.conditions.values() for name in values}:

@@ -117,10 +117,6 @@ class Processing(Section):
     phase: Literal["zero", "causal"] = setting(
         "zero: filtered forwards and backwards, no lag; causal: as in real time, with the filter's lag", default="zero"
     )
-    normalise: Literal["session", "mvc"] = setting(
-        "what 1 means: the largest envelope of a channel over the training trials, or over the recordings in mvc",
-        default="session",
-    )
     rate_hz: Real | None = setting("samples a second of the trials; null takes the angle's", "Hz", None, ge=10, le=2500)
     emg_start_offset_s: Real = setting(
         "time by which the EMG's clock started after the angle's; negative: before", "s", 0.0, ge=-60, le=60

@@ -27,12 +27,14 @@ _MOST_RAD = 6.3  # an angle without a unit that never exceeds this is taken to b
 
 
 class Block(NamedTuple):
-    """A dataset's block of settings: `recorded` or `measured`, its trials, channels, and lines below its name."""
+    """A dataset's block of settings: `recorded` or `measured`, its trials, channels, lines below its name, and whether
+    it says what EMG of 1 is: a maximum contraction."""
 
     kind: str
     trials: Sequence[str]
     channels: Sequence[str]
     lines: Sequence[str]
+    of_maximum: bool
 
 
 def dataset_block(folder: Path, recorded: Recorded) -> Block:
@@ -87,7 +89,7 @@ def _tidy_block(folder: Path, recorded: Recorded, emg: Sequence[str]) -> Block:
         *_role_lines(trials),
         *([f"ignore_columns: {flow(spare)}"] if spare else []),
     ]
-    return Block("measured", trials, emg, lines)
+    return Block("measured", trials, emg, lines, of_maximum=True)
 
 
 def _raw_block(folder: Path, recorded: Recorded) -> Block:
@@ -107,13 +109,14 @@ def _raw_block(folder: Path, recorded: Recorded) -> Block:
         *layout,
         *_emg_lines(folder, emg, recorded),
         *_angle_lines(folder, angles, recorded),
-        *_processing_lines(emg.values(), angles, bool(mvc)),
+        *_processing_lines(emg.values(), angles),
         *_role_lines(naming.trials),
     ]
     if not all(one.alone for one in unused):
         lines.append('ignore_columns: ["*"] # columns that are named nowhere above')
     lines += _choices(folder, unused[:20], "# not used:")
-    return Block("recorded", naming.trials, list(emg), lines)
+    of_maximum = bool(mvc) or any(one.unit == PERCENT for one in emg.values())
+    return Block("recorded", naming.trials, list(emg), lines, of_maximum)
 
 
 def _in_seconds(recorded: Recorded) -> tuple[Recorded, list[str]]:
@@ -202,14 +205,12 @@ def _angle_lines(folder: Path, angles: Sequence[Found], recorded: Recorded) -> I
     yield "  offset_deg: 0.0 # where 180 is the straight arm: sign: -1, offset_deg: 180"
 
 
-def _processing_lines(emg: Any, angles: Sequence[Found], mvc: bool) -> Iterator[str]:
+def _processing_lines(emg: Any, angles: Sequence[Found]) -> Iterator[str]:
     keys: dict[str, Any] = {}
     slowest = min((one.rate for one in emg if one.rate and one.span[0] < 0), default=None)
     if slowest is not None and _LOW_HZ < _NYQUIST_SHARE * slowest < _TOP_HZ:  # slower ones are refused on import
         keys["band_pass_hz"] = [_LOW_HZ, int(_NYQUIST_SHARE * slowest)]
     if any(one.rate is not None and one.rate > _GRID_HZ for one in angles[:1]):
         keys["rate_hz"] = _GRID_HZ
-    if mvc:
-        keys["normalise"] = "mvc"
     if keys:
         yield f"processing: {flow(keys)}"

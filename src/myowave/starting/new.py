@@ -87,8 +87,7 @@ def begin(
         f"    {name}:",
         *(f"      {line}" for line in [*block.lines, f"arm: {named}"]),
     ]
-    of_maximum = any(key in line for line in block.lines for key in ("normalise: mvc", "form: fraction"))
-    if block.kind == "recorded" and not of_maximum:
+    if not block.of_maximum:
         lines += _wide_bounds(_laid_over(below, lines), named)
     said = _said(name, config, block, recorded, lines, _problems(_laid_over(below, lines)))
     with replacing(target) as temporary:
