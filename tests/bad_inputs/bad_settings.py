@@ -197,6 +197,13 @@ NAMED = {f"{path} = {value!r:.40}": (path, value, says) for path, value, says in
 SESSIONS = {
     "a test trial as a maximum contraction": (
         {"mvc": ["c"]}, "mvc names c, which tests: what counts as 1 would know it"),
+    "a maximum contraction with a test trial in it": (
+        {"mvc": ["two"], "recordings": dict.fromkeys("abc", "two")},
+        "mvc names two with c in it, which tests: .* cut them apart by cut_s"),
+    "a part of the recording of a test trial that is not cut": (
+        {"mvc": ["a"], "recordings": dict.fromkeys("abc", "two"), "cut_s": {"c": [9.0, 20.0]}},
+        "mvc names a with c in it"),
+    "a cut of a maximum contraction the wrong way round": ({"mvc": ["max"], "cut_s": {"max": [3, 1]}}, "cut_s of max"),
     "no such test trial": ({"test": ["d"]}, "no trial named d; the trials are a, b, c"),
     "all trials test": ({"test": ["a", "b", "c"]}, "every trial .a, b, c. is a test trial"),
     "a trial twice": ({"trials": ["a", "a", "c"]}, "a is there more than once"),

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from sessions import curl, noraxon, session_section, write_session
+from sessions import ANGLE_HZ, curl, noraxon, session_section, write_session
 
 from myowave.data.importing import import_trials
 from myowave.data.store import read_trials, write_trials
@@ -103,6 +103,50 @@ def test_maximum_contractions_can_count_as_1(folder):
     scaled, _ = prepare(folder, mvc=["max"])
     assert scaled.trials.names == ("a", "b", "c")
     assert scaled.trials.emg[..., 0].max() < 0.5 * once.trials.emg[..., 0].max()
+
+
+def with_artefact(trial, end=3000):
+    """Nothing but 5 mV for 30 ms in the beginning of a trial, which is then to be cut off."""
+
+    def change(name, key, values):
+        if name == trial and key == "biceps":
+            values[:end] = 0.0
+            values[1000:1030] = 5000.0 * (-1.0) ** np.arange(30)
+        return values
+
+    return change
+
+
+@pytest.mark.parametrize(("late", "cut"), [(0.0, [4.0, 12.0]), (1.5, [5.5, 13.5])])
+def test_what_is_cut_off_a_maximum_contraction_does_not_count(folder, late, cut):
+    changes = {"mvc": ["max"], "processing": {"emg_start_offset_s": late}}
+    gains = []
+    for change in (None, with_artefact("max")):
+        write_session(folder, trials=("max",), change=change)
+        gains.append(prepare(folder, **changes, cut_s={"max": cut})[0].gains)
+    assert gains[0] == gains[1] and prepare(folder, **changes)[0].gains["emg_biceps"] > 5 * gains[0]["emg_biceps"]
+    for begin, left in ((cut[1] - 0.5005, "0.5"), (50.0, "0")):
+        says = f"me.cut_s: keeps {left} s of emg_biceps in max, which lasts 12 s; expected at least 2 s"
+        refuse(folder, says, **changes, cut_s={"max": [begin, 60.0]})
+
+
+@pytest.mark.parametrize("kept", [{"cut_s": {"a": [4.0, 12.0]}}, {"keep": {"file": "{trial}/on.csv", "equals": 1}}])
+def test_a_trial_that_counts_as_a_maximum_contraction_counts_as_far_as_it_is_kept(folder, kept):
+    write_session(folder, trials=("a",), change=with_artefact("a"))
+    for trial in "abc":
+        on = pd.DataFrame({"t": np.arange(1200) / ANGLE_HZ, "on": np.repeat([0.0, 1.0], [400, 800])})
+        on.to_csv(folder / trial / "on.csv", index=False)
+    as_trial, as_maximum = (prepare(folder, test=["b", "c"], mvc=mvc, **kept)[0] for mvc in ([], ["a"]))
+    assert as_trial.gains == as_maximum.gains and as_maximum.gains["emg_biceps"] < 500
+
+
+def test_parts_of_one_recording_that_are_cut_apart_may_count_as_1_and_test(folder):
+    cut_s = {"max": [0.0, 4.0], "b": [4.0, 8.0], "c": [8.0, 12.0]}
+    signal = {key: {"file": f"a/{key}.csv", "format": "noraxon"} for key in ("biceps", "triceps", "elbow")}
+    emg = {f"emg_{muscle}": signal[muscle] for muscle in ("biceps", "triceps")}
+    changes = {"trials": ["b", "c"], "mvc": ["max"], "emg": emg, "angle": signal["elbow"], "signals": {}}
+    assert prepare(folder, **changes, cut_s=cut_s)[0].trials.lengths == (401, 400)
+    refuse(folder, "mvc names max with c in it", **changes, cut_s={**cut_s, "max": [0.0, 8.5]})
 
 
 def test_emg_that_started_later_is_put_where_it_belongs(folder):

@@ -77,7 +77,8 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         for name, grid in grids.items()
         if len(grid) >= SHORTEST
     }
-    gains = _gains(processing, known, session.mvc, [recordings[name] for name in train if name in recordings])
+    largest = [recordings[name] for name in settings.mvc or train if name in recordings]
+    gains = _gains(processing, known, session.mvc, largest)
     _refuse(dataset, [f"{channel}: {_NO_EMG}" for channel, gain in gains.items() if not gain > 0])
     for name, one in recordings.items():
         emg = {c: e if forms[c] == "fraction" else np.maximum(e, 0.0) / gains[c] for c, e in one.emg.items()}
@@ -139,15 +140,13 @@ def _gains(
     processing: Processing,
     known: Mapping[str, Known],
     mvc: Mapping[str, Mapping[str, Sampled]],
-    train: Sequence[Recording],
+    trials: Sequence[Recording],
 ) -> dict[str, float]:
-    """The envelope of each channel that counts as 1; 1 where it is a fraction already."""
-    if mvc:
-        of = [{c: envelope(s, processing, known[c]).values for c, s in emg.items()} for emg in mvc.values()]
-    else:
-        # ASSUME: in the training trials each muscle was once as active as it can be; where it was not, its EMG is too
-        # large by one factor for the whole session, which a fit takes for a weaker muscle.
-        of = [{c: e.between(one.time[0], one.time[-1]).values for c, e in one.envelopes.items()} for one in train]
+    """The envelope of each channel that counts as 1: the largest of all of these; 1 where it is a fraction already."""
+    of = [{c: envelope(s, processing, known[c]).values for c, s in emg.items()} for emg in mvc.values()]
+    # ASSUME: in the training trials each muscle was once as active as it can be; where it was not, its EMG is too
+    # large by one factor for the whole session, which a fit takes for a weaker muscle.
+    of += [{c: e.between(one.time[0], one.time[-1]).values for c, e in one.envelopes.items()} for one in trials]
     return {c: 1.0 if k.form == "fraction" else float(max(e[c].max() for e in of)) for c, k in known.items()}
 
 

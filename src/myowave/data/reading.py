@@ -48,7 +48,7 @@ def read_session(
     reading = Reading(where, RAW, settings.ignore_columns, settings.layout, settings.recordings)
     trials = {name: trial for name in settings.trials if (trial := reading.trial(name, settings))}
     unused = reading.unused  # of trials: a maximum contraction may hold an angle that nobody needs
-    mvc = {name: reading.emg(name, settings) for name in settings.mvc}
+    mvc = {name: reading.maximum(name, settings) for name in settings.mvc if name not in settings.trials}
     forms = {channel: one.form for channel, one in settings.emg.items()}
     return Session(trials, forms, mvc, reading.sha256, [*reading.said, *unused])
 
@@ -155,6 +155,24 @@ class Reading:
         """EMG of each channel [uV]; as it is where its unit is arbitrary, a fraction of 1 where it is one."""
         factors = {channel: TO_FRACTION if one.form == "fraction" else TO_EMG for channel, one in settings.emg.items()}
         return {c: self._read(trial, f"emg.{c}", one, factors[c]) for c, one in settings.emg.items()}
+
+    def maximum(self, name: str, settings: RecordedDataset) -> dict[str, Sampled]:
+        """EMG of a maximum contraction that is no trial, as far as `cut_s` keeps it."""
+        emg = self.emg(name, settings)
+        if name not in settings.cut_s or any(len(one.values) == 1 for one in emg.values()):
+            return emg
+        # ASSUME: an angle, which may not be there, began with the EMG but for the offset of clocks that trials have.
+        low, high = (at - settings.processing.emg_start_offset_s for at in settings.cut_s[name])
+        kept = {channel: one.between(one.start + low, one.start + high) for channel, one in emg.items()}
+        for channel, one in kept.items():
+            whole, left = (len(part.values) / part.rate for part in (emg[channel], one))
+            if left < self.pace.shortest_s:
+                self.say(
+                    f"{self.where}.cut_s: keeps {left:.3g} s of {channel} in {name}, which lasts {whole:.4g} s; "
+                    f"expected at least {self.pace.shortest_s:g} s. Correct it, or leave {name} out of mvc."
+                )
+                return emg
+        return kept
 
     def _motor(self, trial: str, motor: RawMotor) -> Sampled:
         """Torque of a motor at rest [N m], recorded or by its duty and the voltage."""

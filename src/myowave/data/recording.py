@@ -31,7 +31,7 @@ class Session:
 
     trials: Mapping[str, RawTrial]  # those without a problem, by name
     forms: Mapping[str, str]  # {channel: raw, envelope or fraction}
-    mvc: Mapping[str, Mapping[str, Sampled]] = field(default_factory=dict)  # EMG of maximum contractions, by name
+    mvc: Mapping[str, Mapping[str, Sampled]] = field(default_factory=dict)  # EMG of maxima that are no trials, by name
     sha256: Mapping[str, str] = field(default_factory=dict)  # of each signal's file, by trial and signal
     problems: Sequence[str] = ()  # of the others
 
