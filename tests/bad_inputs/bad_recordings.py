@@ -58,9 +58,12 @@ def in_memory(
     """What an import says of the session with a fault."""
     trials = {name: {key: values.copy() for key, values in trial.items()} for name, trial in _good(first).items()}
     spoil(trials)
-    raw = {}
+    raw, mvc = {}, {}
     for name, trial in trials.items():
         emg = {c: Sampled(values, EMG_HZ, 0.0, unit) for c, values in trial.items() if c in SIDES}
+        if name in settings.get("mvc", ()):
+            mvc[name] = emg
+            continue
         angles = {k: Sampled(np.radians(trial[k]), ANGLE_HZ, 0.0, "rad", "deg") for k in ("angle", "tilt_rad")}
         signals = {"tilt_rad": angles["tilt_rad"]}
         if "torque" in trial:
@@ -70,12 +73,12 @@ def in_memory(
         kind="recorded",
         trials=list("abc"),
         test=["c"],
-        emg={c: {"file": "x", "form": form} for c in emg},
+        emg={c: {"file": "{trial}", "form": form} for c in emg},
         angle={"file": "x"},
         signals={"tilt_rad": {"file": "x", "condition": "tilt"}},
         **settings,
     )
-    prepared = prepare("me", section, Session(raw, dict.fromkeys(emg, form)))
+    prepared = prepare("me", section, Session(raw, dict.fromkeys(emg, form), mvc))
     found = report("me", list(find_faults(prepared, section.processing.notch_hz, SIDES)), prepared.gains)
     return "\n".join(f"{f['trial']} {f['signal']} {f['check']}: {f['found']}. {f['do']}" for f in found["findings"])
 
@@ -221,7 +224,7 @@ TOLD_IN_MEMORY = {
     "a spike of three samples": (put(np.array([3e4, 6e4, 3e4])), "spike"),
     "a burst of 100 ms": (
         put(3e3 * np.random.default_rng(1).standard_normal(100)),
-        "a emg_biceps spike: its envelope reaches .* at 5.0. s, in most trials .*cut_s",
+        "a emg_biceps spike: its envelope reaches .* at 5.0. s, and usually .*cut_s",
     ),
     "two spikes": (put(np.array([6e4, *[0.0] * 4, 6e4])), "spike"),
     "a channel that is 0 in a trial": (put(np.zeros(10000), start=0), "a emg_biceps dead channel: .*leave the trial"),
@@ -316,6 +319,31 @@ TOLD_OF_ENVELOPES = {
     ),
 }  # fmt: skip
 
+
+def of_maxima(spoil: Callable[[dict[str, Signals]], object], times: float = 4.0) -> str:
+    """What an import says of the session with a maximum contraction, so many times that of the trials, with a fault."""
+    held = times * (0.02 + (np.arange(0, SECONDS, 1 / EMG_HZ) % 5 > 2.5))
+
+    def spoil_all(trials):
+        random = np.random.default_rng(8)
+        trials["max"] = {c: np.round(60 * held * random.standard_normal(len(held)) / 0.3) * 0.3 for c in CHANNELS}
+        spoil(trials)
+
+    return in_memory(spoil_all, mvc=["max"])
+
+
+TOLD_OF_MAXIMA = {
+    "an artefact of 30 ms": (
+        put(2e4 * np.random.default_rng(1).standard_normal(30), trial="max"),
+        "max emg_biceps spike: its envelope reaches .* at 5.0. s, and usually .* at most. .*cut it off with cut_s",
+    ),
+    "a spike": (put(6e4, trial="max"), "max emg_biceps spike: reaches 6e.04 uV at 5.00 s"),
+    "clipping": (made(lambda x: np.clip(x, -80, 80), "emg_biceps", ["max"]), "max emg_biceps clipping: stays at"),
+    "hum of 50 Hz": (made(lambda x: x + tone(50, 90), "emg_triceps", ["max"]), "max emg_triceps mains hum"),
+    "a gap": (put(np.zeros(90), trial="max"), "max emg_biceps gap: does not change for .* at 5.00 s"),
+    "a channel that is 0": (made(lambda x: 0 * x, "emg_biceps", ["max"]), "emg_biceps: the EMG never rises"),
+    "in V called uV": (made(lambda x: 1e6 * x, "emg_biceps", ["max"]), "max emg_biceps EMG of another size"),
+}  # fmt: skip
 TOLD_OF_SETTINGS = {
     "FILL IN left at 0 kg": (
         {"conditions": {name: {"load": 0.0} for name in "abc"}},

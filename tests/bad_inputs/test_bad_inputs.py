@@ -40,6 +40,7 @@ REFUSED = [
 TOLD = [
     *cases("session", recordings.TOLD_IN_MEMORY, lambda _, spoil: recordings.in_memory(spoil)),
     *cases("envelopes", recordings.TOLD_OF_ENVELOPES, lambda _, spoil: recordings.in_memory(spoil, "envelope", "au")),
+    *cases("maximum contractions", recordings.TOLD_OF_MAXIMA, lambda _, spoil: recordings.of_maxima(spoil)),
     *cases("settings of a session", recordings.TOLD_OF_SETTINGS, lambda _, of: recordings.in_memory(dict, **of)),
     *cases("tidy files", recordings.TOLD_TIDY, recordings.of_tidy_files),
     *cases("format", recordings.FORMATS, recordings.of_a_format),
@@ -75,6 +76,7 @@ def test_nothing_is_said_of_what_is_right(tmp_path):
     (note,) = recordings.in_memory(lambda trials: None).splitlines()
     assert note.startswith("c emg_biceps EMG above 1: reaches 1.0")
     assert recordings.in_memory(recordings.made(recordings.noisy)) == note
+    assert not recordings.of_maxima(dict) and not recordings.of_maxima(dict, times=40.0)
     cut = recordings.in_memory(recordings.artefacts, cut_s={"a": [0.0, 4.5]}).splitlines()
     assert not [told for told in cut if not told.startswith("c emg_biceps EMG above 1")]
     assert len(recordings.in_memory(recordings.artefacts).splitlines()) >= 3

@@ -77,15 +77,18 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         for name, grid in grids.items()
         if len(grid) >= SHORTEST
     }
-    largest = [recordings[name] for name in settings.mvc or train if name in recordings]
-    gains = _gains(processing, known, session.mvc, largest)
+    mvc = {
+        name: {channel: (one, envelope(one, processing, known[channel])) for channel, one in emg.items()}
+        for name, emg in session.mvc.items()
+    }
+    gains = _gains(known, mvc, [recordings[name] for name in settings.mvc or train if name in recordings])
     _refuse(dataset, [f"{channel}: {_NO_EMG}" for channel, gain in gains.items() if not gain > 0])
     for name, one in recordings.items():
         emg = {c: e if forms[c] == "fraction" else np.maximum(e, 0.0) / gains[c] for c, e in one.emg.items()}
         recordings[name] = replace(one, emg=emg)  # splines undershoot a little
     # Of a maximum contraction EMG cannot be far above 1; where the training trials count, a test trial may be.
-    mvc = {c: form for c, form in forms.items() if settings.mvc or form == "fraction"}
-    _refuse(dataset, [*problems, *value_problems(recordings, mvc, settings.test)])
+    of_maximum = {c: form for c, form in forms.items() if settings.mvc or form == "fraction"}
+    _refuse(dataset, [*problems, *value_problems(recordings, of_maximum, settings.test)])
     known = {channel: one.model_copy(update={"gain": gains[channel]}) for channel, one in known.items()}
     provenance = {
         "source": settings.kind,
@@ -93,7 +96,7 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         "sha256": dict(session.sha256),
         "real_time": {} if fractions else dump(RealTime(processing=processing, channels=known)),
     }
-    return Prepared(_to_trials(dataset, settings, recordings, provenance), recordings, gains, forms)
+    return Prepared(_to_trials(dataset, settings, recordings, provenance), recordings, gains, forms, mvc)
 
 
 def _emg_problems(
@@ -137,13 +140,10 @@ def _recording(name: str, raw: RawTrial, grid: Array, processing: Processing, kn
 
 
 def _gains(
-    processing: Processing,
-    known: Mapping[str, Known],
-    mvc: Mapping[str, Mapping[str, Sampled]],
-    trials: Sequence[Recording],
+    known: Mapping[str, Known], mvc: Mapping[str, Mapping[str, tuple[Sampled, Sampled]]], trials: Sequence[Recording]
 ) -> dict[str, float]:
     """The envelope of each channel that counts as 1: the largest of all of these; 1 where it is a fraction already."""
-    of = [{c: envelope(s, processing, known[c]).values for c, s in emg.items()} for emg in mvc.values()]
+    of = [{c: one.values for c, (_, one) in emg.items()} for emg in mvc.values()]
     # ASSUME: in the training trials each muscle was once as active as it can be; where it was not, its EMG is too
     # large by one factor for the whole session, which a fit takes for a weaker muscle.
     of += [{c: e.between(one.time[0], one.time[-1]).values for c, e in one.envelopes.items()} for one in trials]

@@ -87,3 +87,5 @@ class Prepared:
     recordings: Mapping[str, Recording]  # what they were made of, by name
     gains: Mapping[str, float]  # {channel: the envelope that counts as 1, in the unit of its EMG}
     forms: Mapping[str, str]  # {channel: raw, envelope or fraction}
+    # EMG of maximum contractions that are no trials, and its envelope, {name: {channel: both}}
+    mvc: Mapping[str, Mapping[str, tuple[Sampled, Sampled]]]

@@ -18,7 +18,7 @@ DEAD = 0.01  # scatter of a channel over its median of the session's trials, bel
 SILENT = 1.5  # envelope at its 95th over its 5th percentile, below which no contraction is to be seen [-]
 SPIKE, SPIKE_SHARE = 10.0, 0.001
 """Largest value over that of all but this share of the samples from which it is an artefact [-]: noise that swells to a
-contraction as short as 0.1 % of a trial has no more than 2. Also the largest envelope over that of most trials."""
+contraction as short as 0.1 % of a trial has no more than 2. Also the largest envelope over what is usual."""
 CLIPPED_RUN, CLIPPED_RUNS = 3, 3  # samples in a row at the largest or smallest value, and how often: clipping
 HELD_S = 0.02  # without any change that counts as a gap [s]; at 2000 Hz noise changes EMG every few samples
 REPEATED_S = 0.03  # length of a block that is there twice, sample for sample [s]
@@ -27,6 +27,9 @@ FAST_SHARE = 0.3  # share of the power above `SLOW_HZ` below which a signal is n
 CROSSTALK, CROSSTALK_S = 0.5, 0.005  # correlation of raw EMG, at any shift up to this [s], that may be one muscle's
 ABOVE = 1.001  # EMG that is more than what counts as 1 [-]; resampled, the largest may move by a little
 ENDS_S, ENDS_SHARE = 0.05, 0.001  # least difference of durations of EMG and angle [s], and as a share of them
+BRIEF_S = 0.25
+"""Time [s] before and after its largest envelope in which an artefact is over, smoothed to 4 Hz, and a maximum
+contraction, which is held for seconds, is not."""
 _BAND_HZ = (20.0, 450.0)
 
 
@@ -37,10 +40,16 @@ class Channel:
     raw: Sampled  # as recorded
     envelope: Sampled  # in the unit of the raw EMG
     typical: float  # median over the trials of its standard deviation
-    typical_peak: float  # median over the trials of its largest envelope
+    typical_peak: float  # its usual largest envelope: the median over trials, or `away_from_peak`
     notch_hz: float | None  # of mains hum that the processing takes out [Hz]
     largest: float  # of what counts as 1, once the trial is processed [-]
     angle: Sampled  # of the elbow in the same trial
+
+
+def away_from_peak(envelope: Sampled) -> float:
+    """Largest envelope of a maximum contraction but for the time in which an artefact is over; 0 where that is all."""
+    away = np.abs(envelope.time - envelope.time[envelope.values.argmax()]) > BRIEF_S
+    return float(envelope.values.max(initial=0.0, where=away))
 
 
 def _scatter(of: Channel) -> str:
@@ -69,7 +78,7 @@ def _spike(of: Channel) -> str | None:
         return f"reaches {size.max():.3g} {unit} {at}, and but for {few} samples {rest:.3g} at most"
     if of.envelope.values.max() > SPIKE * of.typical_peak > 0 and not _of_another_unit(of):
         peak = of.envelope.values.max()
-        return f"its envelope reaches {peak:.3g} {unit} {at}, in most trials {of.typical_peak:.3g}"
+        return f"its envelope reaches {peak:.3g} {unit} {at}, and usually {of.typical_peak:.3g} at most"
     return None
 
 
@@ -160,6 +169,7 @@ LIVE_CHECKS = (  # of any that is not dead
           "An artefact, which would count as the largest contraction: cut it off with cut_s, or repair the file "
           "there."),
 )  # fmt: skip
+MAXIMUM_CHECKS = (LIVE_CHECKS[0], LIVE_CHECKS[2])  # of maximum contractions, which may rest or last all the time
 SMOOTHED_CHECKS = (  # of what is said to be smoothed, and is not dead, besides
     Check("not smoothed", _not_smoothed,
           "An envelope follows the muscle, a few times a second; this looks rectified and no more. Say form: raw and "

@@ -1,13 +1,23 @@
 """All doubts about a session: of each signal, and of trials and channels side by side."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
 from myowave.data.checks.cause import CAUSE, Cause
-from myowave.data.checks.emg import CHECKS, CROSS_TALK, DEAD_CHANNEL, LIVE_CHECKS, RAW_CHECKS, SMOOTHED_CHECKS, Channel
+from myowave.data.checks.emg import (
+    CHECKS,
+    CROSS_TALK,
+    DEAD_CHANNEL,
+    LIVE_CHECKS,
+    MAXIMUM_CHECKS,
+    RAW_CHECKS,
+    SMOOTHED_CHECKS,
+    Channel,
+    away_from_peak,
+)
 from myowave.data.checks.finding import Check, Finding
 from myowave.data.checks.motion import ELBOW, EXTRA, STILL_LEAN
 from myowave.data.recording import Prepared
@@ -39,10 +49,8 @@ def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, 
             signal, largest = raw.emg[channel], float(one.emg[channel].max())
             scales = typical[channel], peaks[channel], notch_hz, largest
             what = Channel(signal, one.envelopes[channel], *scales, raw.angle)
-            dead = list(DEAD_CHANNEL.of(what, name, channel))
-            live = () if dead else (*LIVE_CHECKS, *(RAW_CHECKS if form == "raw" else SMOOTHED_CHECKS))
-            yield from dead
-            for check in (*live, *CHECKS):
+            yield from _of_channel(what, LIVE_CHECKS, form, name, channel)
+            for check in CHECKS:
                 yield from check.of(what, name, channel)
             yield from COPIED.of((signal.values, {b.name: b.raw.emg[channel].values for b in earlier}), name, channel)
         yield from CROSS_TALK.of({c: s for c, s in raw.emg.items() if forms[c] == "raw"}, name)
@@ -54,11 +62,23 @@ def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, 
             for check in EXTRA if signal.unit == "rad" else ():
                 yield from check.of(signal, name, key)
             yield from STILL_LEAN.of((signal, raw.angle), name, key) if forms else ()
+    for name, emg in prepared.mvc.items():
+        for channel, (signal, envelope) in emg.items():
+            what = Channel(signal, envelope, typical[channel], away_from_peak(envelope), notch_hz, 1.0, signal)
+            yield from _of_channel(what, MAXIMUM_CHECKS, forms[channel], name, channel)
     for check in SESSION if forms else ():
         yield from check.of(prepared)
     cause = Cause(prepared, sides)
     for check in CAUSE if forms else ():
         yield from check.of(cause)
+
+
+def _of_channel(what: Channel, live: Sequence[Check], form: str, trial: str, channel: str) -> Iterator[Finding]:
+    """Findings of what goes into the EMG of 1: that nothing was recorded, or else what is wrong with it."""
+    dead = list(DEAD_CHANNEL.of(what, trial, channel))
+    yield from dead
+    for check in () if dead else (*live, *(RAW_CHECKS if form == "raw" else SMOOTHED_CHECKS)):
+        yield from check.of(what, trial, channel)
 
 
 def _copied(of: tuple[Array, Mapping[str, Array]]) -> str | None:
