@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from myowave.data.checks.finding import Finding, in_sentences, report
 from myowave.data.importing import Dataset, import_trials
 from myowave.data.reading import TIDY_ENDINGS
 from myowave.data.trials import Trials
@@ -57,40 +58,74 @@ class Question(NamedTuple):
 
 
 def watch_session(dataset: str, config: Sequence[Path], folder: Path) -> Iterator[str]:
-    """Read trials as they appear in a folder, without end, and yield lines on what is decided and what comes next.
+    """Read trials as they appear in a folder, without end, and yield lines on what is doubtful, what is decided and
+    what comes next.
 
     Args:
-        dataset: its block says where files are and what is known of trials; it is read again for each of them.
+        dataset: its block says where files are and what is known of trials; it is read again whenever one appears.
         folder: where trials appear: tidy files of any name, raw ones where the patterns of the block have them.
 
     Raises:
-        ValueError: if there is no such dataset or folder, or the settings are no longer right.
+        ValueError: if there is no such dataset or folder, or the settings are not right in the beginning.
     """
     if not folder.is_dir():
         raise ValueError(f"{folder}: no such folder; make it, and let the recorder write into it.")
-    settings, taken = read_settings(config), list[str]()
+    settings, taken, told = _settings(config, dataset), list[str](), set[tuple[str, str, str]]()
     before, seen = _look(folder, _block(settings, dataset), config), Seen()
     yield f"{len(before)} trials are in {folder}; each new one is read as it appears. Ctrl-C ends this."
     while True:
         time.sleep(POLL_S)
         there = _look(folder, _block(settings, dataset), config)
         whole = [name for name in there if before.get(name) == there[name]]  # nobody wrote since the last look
-        before, trials = there, None
-        for name in [name for name in whole if seen.get(name) != there[name]]:
-            settings, seen[name] = read_settings(config), there[name]
-            names = [*(one for one in taken if one in whole and one != name), name]
-            try:
-                trials, taken = import_named(names, folder, settings, dataset), names
-            except (ValueError, OSError) as error:
-                taken = names[:-1]
-                yield f"{name} is left out until its files or the settings change: {error}"
-        if trials is None:
+        fresh = [name for name in whole if seen.get(name) != there[name]]
+        before, seen = there, {name: there[name] for name in whole}
+        taken = [name for name in taken if name in whole and name not in fresh]
+        if not fresh:
             continue
+        try:
+            settings = _settings(config, dataset)
+        except (ValueError, OSError) as error:
+            yield f"The settings stay what they were until this is right: {error}"
+        imported, tried = None, [fresh]
+        for names in tried:  # all at once, and each by itself where that fails
+            try:
+                imported = import_named([*taken, *names], folder, settings, dataset)
+                taken += names
+            except (ValueError, OSError) as error:
+                if len(names) > 1:
+                    tried += [[name] for name in names]
+                else:
+                    yield f"{names[0]} is left out until its files or the settings change: {error}"
+        if imported is None:
+            continue
+        trials, quality = imported
         yield f"\n{len(trials.names)} trials: {', '.join(trials.names)}"
-        questions = ask(trials, settings, dataset)
-        yield from (f"  {'open' if one.record else 'decided'}: {one.asked} {one.found}" for one in questions)
-        first = next((one for one in questions if one.record), None)
-        yield f"Next: {first.record}. It decides: {first.asked}" if first else "Nothing is open: run the diagnosis."
+        yield from _doubts(quality, fresh, told)
+        try:
+            yield from _answers(ask(trials, settings, dataset))
+        except (ValueError, OSError) as error:
+            yield f"Nothing can be asked of these: {error}"
+
+
+def _doubts(quality: Mapping[str, Any], fresh: Sequence[str], told: set[tuple[str, str, str]]) -> Iterator[str]:
+    """Lines of warnings about fresh trials, and of those about others or the session that were not `told` yet."""
+    found = {(one["trial"], one["signal"], one["check"]): Finding(**one) for one in quality["findings"]}
+    new = [one for about, one in found.items() if about[0] in fresh or about not in told]
+    told.update(found)
+    yield from (f"  doubtful: {line}" for line in in_sentences(report(quality["dataset"], new, {})))
+
+
+def _answers(questions: Sequence[Question]) -> Iterator[str]:
+    yield from (f"  {'open' if one.record else 'decided'}: {one.asked} {one.found}" for one in questions)
+    first = next((one for one in questions if one.record), None)
+    yield f"Next: {first.record}. It decides: {first.asked}" if first else "Nothing is open: run the diagnosis."
+
+
+def _settings(config: Sequence[Path], dataset: str) -> Settings:
+    """The settings, in which there is a dataset whose trials can appear."""
+    settings = read_settings(config)
+    _block(settings, dataset)
+    return settings
 
 
 def _block(settings: Settings, dataset: str) -> Dataset:
@@ -126,9 +161,11 @@ def _patterns(folder: Path, block: Dataset) -> dict[str, tuple[str, ...]]:
     return {name: block.model_copy(update={"trials": (name,), "mvc": ()}).files for name in names}
 
 
-def import_named(names: Sequence[str], folder: Path, settings: Settings, dataset: str) -> Trials:
-    """The trials of these names, all for training; a ValueError if one cannot be read, or nobody says what the hand
-    holds in it."""
+def import_named(
+    names: Sequence[str], folder: Path, settings: Settings, dataset: str
+) -> tuple[Trials, Mapping[str, Any]]:
+    """The trials of these names, all for training, and the report on them; a ValueError if one cannot be read, or
+    nobody says what the hand holds in it."""
     block = _block(settings, dataset)
     known = {name: _known_of(name, block) for name in names}
     update: dict[str, Any] = {"test": (), "changed": None, "conditions": known}
@@ -137,8 +174,9 @@ def import_named(names: Sequence[str], folder: Path, settings: Settings, dataset
         update["files"] = tuple(pattern for name in names for pattern in patterns[name])
     else:
         update["trials"] = tuple(names)
-    tables = settings.physics_of(dataset).tables
-    return import_trials(dataset, block.model_copy(update=update), tables=tables)[0].trials
+    arm = settings.physics_of(dataset)
+    prepared, quality = import_trials(dataset, block.model_copy(update=update), arm.tables, arm.sides)
+    return prepared.trials, quality
 
 
 def _known_of(name: str, block: Dataset) -> Mapping[str, float]:

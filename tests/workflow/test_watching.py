@@ -4,6 +4,7 @@ import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
+import pandas as pd
 import pytest
 import yaml
 from project_copy import ROOT
@@ -71,6 +72,74 @@ def test_a_bad_trial_is_left_out_until_it_changes(session):
     assert done.exit_code == 0 and said.count("b is left out until its files or the settings change: ") == 1
     assert "new/b.csv" in said
     assert said.index("left out") < said.index("2 trials: a, b")
+
+
+def spoilt(change, source="trial2.csv"):
+    """Write trial b with a fault."""
+    return lambda: change(pd.read_csv(BENCH / source)).to_csv("new/b.csv", index=False)
+
+
+def test_a_trial_that_lacks_a_muscle_of_the_arm_is_left_out_by_its_name(session):
+    done = session(put("a"), look, spoilt(lambda f: f.drop(columns="emg_triceps")), look, put("c", source="trial3.csv"),
+                   look)  # fmt: skip
+    assert done.exit_code == 0 and "new/b.csv: column 'emg_triceps' is not there" in done.stdout
+    assert "2 trials: a, c" in done.stdout
+
+
+def test_what_is_doubtful_of_a_trial_is_told_once(session):
+    def off(frame):
+        return frame.assign(emg_biceps=0.1)
+
+    done = session(put("a"), spoilt(off), look, put("c", source="trial3.csv"), look, spoilt(off, "trial4.csv"), look)
+    said = done.stdout
+    line = "  doubtful: trial b, emg_biceps: dead channel: scatters by 0 au"
+    assert done.exit_code == 0 and said.count(line) == 2, said
+    assert said.index("2 trials: a, b") < said.index(line) < said.index("3 trials: a, b, c") < said.rindex(line)
+    assert "leave the trial or the channel out" in said and "doubtful: trial a" not in said
+
+
+@pytest.mark.parametrize(("broken", "says"), [("data: [", "mine.yaml is not valid YAML"), ("trget: 1", "did you mean")])
+def test_settings_that_are_not_right_leave_those_before(session, broken, says):
+    def write(text):
+        return lambda: Path("mine.yaml").write_text(text)
+
+    write("{}")()
+    steps = (put("a"), look, write(broken), put("b", source="trial2.csv"), look, write("{}  "), look)
+    done = session(*steps, options=["--config", "config.yaml", "--config", "mine.yaml"])
+    said = done.stdout
+    assert done.exit_code == 0 and said.count("The settings stay what they were until this is right: ") == 2, said
+    assert says in said and said.count("\n2 trials: a, b\n") == 2
+    assert said.rindex("stay what they were") < said.rindex("2 trials: a, b")
+
+
+def test_what_cannot_be_asked_ends_no_session(session, monkeypatch):
+    def ask(trials, settings, dataset):
+        raise ValueError("so many samples")
+
+    monkeypatch.setattr(watching, "ask", ask)
+    done = session(put("a"), look, put("b", source="trial2.csv"), look)
+    assert done.exit_code == 0 and done.stdout.count("Nothing can be asked of these: so many samples") == 2
+
+
+def test_all_trials_are_read_at_once_and_one_by_one_only_where_that_fails(session, monkeypatch):
+    read, of_names = [], watching.import_named
+
+    def import_named(names, *others):
+        read.append(tuple(names))
+        return of_names(names, *others)
+
+    monkeypatch.setattr(watching, "import_named", import_named)
+    monkeypatch.setattr(watching, "ask", lambda *_: [])
+
+    def change():
+        Path("config.yaml").write_text(Path("config.yaml").read_text() + "\n")
+
+    put("a")(), put("c", source="trial3.csv")()
+    good, bad = spoilt(lambda frame: frame), spoilt(lambda frame: frame[:5])
+    session(look, change, look, bad, look, change, look, good, look)
+    found = [read[0], read[1], read[2], *map(set, read[3:7]), read[7]]
+    assert found == [("a", "c"), ("a", "c"), ("a", "c", "b"), {"a", "b", "c"}, {"a"}, {"a", "c"}, {"a", "b", "c"},
+                     ("a", "c", "b")]  # fmt: skip
 
 
 @pytest.mark.parametrize(("first", "second"), [("a", "b"), ("b", "a")])

@@ -50,6 +50,12 @@ def report(dataset: str, findings: Sequence[Finding], gains: Mapping[str, float]
     }
 
 
+def in_sentences(report: Mapping[str, Any]) -> list[str]:
+    """Warnings of a report in sentences: where, which check, what it found, what to do."""
+    lines = (line for line in report["lines"] if line["severity"] == "warning")
+    return [f"{': '.join(filter(None, (one['where'], one['check'], one['found'])))}. {one['do']}" for one in lines]
+
+
 def _line(group: Sequence[Finding]) -> dict[str, str]:
     """Findings of one check as one line: where, what was found in the first place, what to do."""
     where = [", ".join(filter(None, (one.trial and f"trial {one.trial}", one.signal))) for one in group]
