@@ -1,6 +1,7 @@
 """A diagnosis from Python: what the rules of the workflow do with files, with the same functions."""
 
 import tempfile
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -10,6 +11,7 @@ from typing import Any, TypeVar
 import pandas as pd
 from pydantic import ValidationError
 
+from myowave.data.checks.finding import in_sentences
 from myowave.data.importing import import_trials
 from myowave.data.trials import Trials
 from myowave.diagnosis.comparison.compare import compare_models
@@ -46,6 +48,8 @@ class TrialsOfFiles(Trials):
             **known: `conditions`, `constants` and `ignore_columns` of a measured dataset; its other settings say how to
                 diagnose it, and are no part of trials.
 
+        What is doubtful in them is warned of.
+
         Raises:
             ValueError: one line for each problem found in any of the files.
         """
@@ -53,7 +57,10 @@ class TrialsOfFiles(Trials):
         if problems := [line for name in known for line in unless_known("Trials.from_csv", name, allowed)]:
             raise ValueError("\n".join(problems))
         block = _checked(MeasuredDataset, {"kind": "measured", "files": files, "test": test, **known})
-        return import_trials(dataset, block)[0].trials
+        prepared, quality = import_trials(dataset, block)
+        for line in in_sentences(quality):
+            warnings.warn(line, stacklevel=2)
+        return prepared.trials
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 
+import pandas as pd
 import pytest
 from project_copy import ROOT
 
@@ -32,6 +33,16 @@ def test_mistakes_in_what_is_known_of_trials_are_told_as_those_of_a_file(monkeyp
     trials = myowave.Trials.from_csv("data/bench_elbow/*.csv", test=["trial3"], conditions={"trial1": {"laod": 1.0}})
     with pytest.raises(ValueError, match="there is no 'laod' in this arm; did you mean 'load'"):
         myowave.diagnose(trials)
+
+
+def test_what_is_doubtful_in_trials_is_warned_of(tmp_path):
+    for n in (1, 2, 3):
+        frame = pd.read_csv(ROOT / f"data/bench_elbow/trial{n}.csv")
+        (frame.assign(emg_biceps=0.1) if n == 2 else frame).to_csv(tmp_path / f"t{n}.csv", index=False)
+    says = "^trial t2, emg_biceps: dead channel: scatters by .* typically by .*leave the trial or the channel out.$"
+    with pytest.warns(UserWarning, match=says) as caught:
+        trials = myowave.Trials.from_csv(f"{tmp_path}/*.csv", test=["t3"])
+    assert trials.names == ("t1", "t2", "t3") and {one.filename for one in caught} == {__file__}
 
 
 def test_the_package_says_what_it_has():
