@@ -5,6 +5,7 @@ from contextlib import chdir
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.io import savemat
 
 from myowave.data.importing import import_trials
 from myowave.data.store import read_trials, write_trials
@@ -75,6 +76,18 @@ def test_a_motors_torque_is_known_over_time_and_falls_with_speed(make):
     np.testing.assert_allclose(known, trials.signals["motor_Nm"])
     with pytest.raises(ValueError, match="give volts, kt_Nm_A and resistance_ohm together"):
         make(motor=motor(kt_Nm_A=None))
+
+
+def test_the_voltage_of_a_motor_may_have_a_clock_of_its_own(make, tmp_path):
+    for n, name in enumerate(("one", "two")):
+        time = np.arange(0, 5, 0.005)
+        duty = {"duty": 0.5 + 0 * time, "time_duty": time, "angle": np.sin(time + n)}
+        volts = {"volts": 5 + time[100:900:2], "time_volts": time[100:900:2]}
+        savemat(tmp_path / f"{name}.mat", {**duty, "time_angle": time, **volts})
+    where = {"file": "{trial}.mat"}
+    trials = make(motor=motor(**where), angle={**where, "column": "angle", "unit": "rad"}, ignore_columns=["*"])
+    expected = KT / OHM * 0.5 * (5 + np.clip(trials.time, 0.5, 4.49))
+    np.testing.assert_allclose(trials.signals["motor_Nm"], [expected, expected], atol=1e-9)
 
 
 def test_a_duty_in_percent_is_told_from_a_share(make, tmp_path):

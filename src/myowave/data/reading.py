@@ -186,7 +186,9 @@ class Reading:
             )
         supply = motor.model_copy(update={"column": motor.volts, "unit": "V", "sign": 1})
         volts = self._read(trial, "motor", supply, {"V": 1.0})
-        return replace(duty, values=torque_per_volt(motor) * duty.values * volts.values, unit="Nm")
+        # ASSUME: where the voltage was not recorded, it is what it was nearest to that time.
+        at_duty = np.interp(duty.time, volts.time, volts.values)
+        return replace(duty, values=torque_per_volt(motor) * duty.values * at_duty, unit="Nm")
 
     def _kept(self, trial: str, keep: RawKeep) -> tuple[float, float]:
         """From and to [s] on the recorder's clock, the longest time in which a column has the value that is kept."""
