@@ -127,7 +127,8 @@ def test_a_torque_in_another_unit_or_of_no_sensor_is_refused(folder):
 
 def test_trials_come_in_natural_order(folder):
     recording(10).to_csv(folder / "trial10.csv", index=False)
-    assert load(folder).names == ("trial1", "trial2", "trial3", "trial10")
+    recording(11).to_csv(folder / "trial1²3.csv", index=False)  # whose sign is a digit, and no number
+    assert load(folder).names == ("trial1", "trial1²3", "trial2", "trial3", "trial10")
 
 
 def test_what_an_archive_of_a_mac_leaves_beside_the_files_is_none_of_them(folder):

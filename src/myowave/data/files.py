@@ -81,7 +81,7 @@ def look_up(pattern: str) -> list[Path]:
 
 def natural(text: str) -> list[tuple[int, int | str]]:
     """Key of the natural order, in which numbers count as numbers."""
-    return [(0, int(part)) if part.isdigit() else (1, part) for part in re.split(r"(\d+)", text)]
+    return [(0, int(part)) if part.isdecimal() else (1, part) for part in re.split(r"(\d+)", text)]
 
 
 def _nothing_found(pattern: str) -> str:
