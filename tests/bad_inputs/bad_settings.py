@@ -163,7 +163,7 @@ VALUES = [
     ),
     ("diagnosis.starts", 10**9, ("diagnosis.starts", "at most 1000")),
     ("diagnosis.angle_noise_deg", 0, ("angle_noise_deg", "above 0")),
-    ("data.wavelet.name", "morlet", ("'morlet'", "matching")),
+    *(("data.wavelet.name", name, (f"'{name}'", "matching")) for name in ("morlet", "db", "db99", "haar2", "coif18")),
     ("data.wavelet.levels", 99, ("levels", "at most 8")),
     ("data.datasets.case1.samples", 10**9, ("samples", "at most 100000")),
     ("data.datasets.case1.trials", 1, ("trials", "at least 2")),

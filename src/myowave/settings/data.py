@@ -244,10 +244,13 @@ class RecordedDataset(_Dataset):
 Dataset = Annotated[SimulatedDataset | MeasuredDataset | RecordedDataset, Field(discriminator="kind")]
 
 
+_WAVELETS = r"^(haar|db([1-9]|[12]\d|3[0-8])|sym([2-9]|1\d|20)|coif([1-9]|1[0-7]))$"
+
+
 class Wavelet(Section):
     """The projection of the trials on coarser scales."""
 
-    name: Annotated[str, Field(pattern=r"^(db|sym|coif|haar)\d*$")] = setting("orthogonal wavelet", "", "db2")
+    name: Annotated[str, Field(pattern=_WAVELETS)] = setting("orthogonal wavelet", "", "db2")
     levels: Whole = setting("how often the samples are coarsened: scales 0, -1, ..., -levels", "-", 4, ge=0, le=8)
 
 
