@@ -118,7 +118,7 @@ def diagnose(
     Raises:
         ValueError: for an arm that is not there, or settings and trials that do not go together.
     """
-    settings = read_settings([Path(path) for path in config])
+    settings = read_settings([Path(path) for path in config], "config=")
     if isinstance(arm, Mapping):
         physics = _checked(Physics, arm)
     elif str(arm) in settings.physics.arms:

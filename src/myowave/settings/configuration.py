@@ -321,7 +321,7 @@ def parse_settings(config: Mapping[str, Any]) -> Settings:
         raise ValueError("\n".join(explain(error, Settings))) from None
 
 
-def read_settings(paths: Iterable[Path]) -> Settings:
-    """The settings in YAML files, each laid over those before. A ValueError for a file that is not there, is not YAML,
-    or has wrong keys."""
-    return parse_settings(read_layers(paths))
+def read_settings(paths: Iterable[Path], option: str = "--config") -> Settings:
+    """The settings in YAML files, each laid over those before. A ValueError for a file that is not there, which a
+    caller names by `option`, is not YAML, or has wrong keys."""
+    return parse_settings(read_layers(paths, option))
