@@ -34,5 +34,6 @@ def trials():
         conditions={"long": {"load": 1.0}},
         constants={"mass": 1.1},
         provenance={"source": "a test", "nested": {"seed": 3}},
+        real_time={"channels": {"emg_biceps": {"offset": 0.1}}},
         signals={"tilt_rad": [0.1 * random.standard_normal(n) for n in lengths]},
     )

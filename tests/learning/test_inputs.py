@@ -106,9 +106,9 @@ def test_a_checkpoint_knows_its_inputs_and_other_conditions_move_the_arm_otherwi
     assert (predict_trials(again, heavier) - measured)[:, 2].abs().max() > 1e-4
 
 
-def test_trials_that_differ_in_a_recorded_angle_alone_are_other_trials(loaded):
-    other = replace(loaded, signals={"tilt_rad": loaded.signals["tilt_rad"] + 0.01})
-    assert digest_trials(other) != digest_trials(loaded)
+@pytest.mark.parametrize("change", [{"signals": {"tilt_rad": np.full((3, 200), 0.3)}}, {"real_time": {"gain": 2.0}}])
+def test_trials_that_differ_in_a_recorded_angle_or_in_what_raw_emg_becomes_alone_are_other_trials(loaded, change):
+    assert digest_trials(replace(loaded, **change)) != digest_trials(loaded)
 
 
 def test_without_conditions_networks_train_as_if_inputs_had_never_been_there(rollout):

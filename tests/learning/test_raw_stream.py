@@ -59,7 +59,7 @@ def as_lines(recorded: Session, trial: str, **columns) -> list[str]:
 
 
 def stream(prepared, lines):
-    real_time = RealTime.model_validate(prepared.trials.provenance["real_time"])
+    real_time = RealTime.model_validate(prepared.trials.real_time)
     return list(read_raw_samples(lines, real_time, prepared.trials.dt, "the amplifier", say=str))
 
 
@@ -93,8 +93,8 @@ def test_a_causal_preparation_knows_nothing_of_what_comes_later_and_nothing_of_t
     early = slice(0, 199)  # 2 s, less the sample that waits for the next one of the amplifier
     scale = first.gains["emg_biceps"] / second.gains["emg_biceps"]
     np.testing.assert_allclose(scale * first.trials.emg[0, early, 0], second.trials.emg[0, early, 0], rtol=1e-9)
-    louder = prepare("me", settings(band_pass_hz=None), other).trials.provenance["real_time"]
-    assert louder == prepare("me", settings(band_pass_hz=None), one).trials.provenance["real_time"]
+    louder = prepare("me", settings(band_pass_hz=None), other).trials.real_time
+    assert louder == prepare("me", settings(band_pass_hz=None), one).trials.real_time
 
 
 def test_an_answer_comes_with_the_sample_of_the_amplifier_that_it_needs():
@@ -108,7 +108,7 @@ def test_an_answer_comes_with_the_sample_of_the_amplifier_that_it_needs():
             asked += 1
             yield line
 
-    real_time = RealTime.model_validate(prepared.trials.provenance["real_time"])
+    real_time = RealTime.model_validate(prepared.trials.real_time)
     samples = read_raw_samples(amplifier(), real_time, 0.01, "amplifier", say=str)
     waits = [asked for _ in zip(range(50), samples, strict=False)]
     assert waits[0] == 2 + 27, "the first lag of the low-pass, 56 ms, and the line of names"

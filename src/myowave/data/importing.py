@@ -94,9 +94,10 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         "source": settings.kind,
         "ignored columns": list(settings.ignore_columns),
         "sha256": dict(session.sha256),
-        "real_time": {} if fractions else dump(RealTime(processing=processing, channels=known)),
     }
-    return Prepared(_to_trials(dataset, settings, recordings, provenance), recordings, gains, forms, mvc)
+    real_time = {} if fractions else dump(RealTime(processing=processing, channels=known))
+    trials = _to_trials(dataset, settings, recordings, provenance=provenance, real_time=real_time)
+    return Prepared(trials, recordings, gains, forms, mvc)
 
 
 def _emg_problems(
@@ -151,7 +152,7 @@ def _gains(
 
 
 def _to_trials(
-    dataset: str, settings: Dataset, recordings: Mapping[str, Recording], provenance: Mapping[str, Any]
+    dataset: str, settings: Dataset, recordings: Mapping[str, Recording], **origin: Mapping[str, Any]
 ) -> Trials:
     each, constants = list(recordings.values()), settings.constants
     over_time = {signal.condition: key for key, signal in settings.signals.items() if signal.condition}
@@ -174,7 +175,7 @@ def _to_trials(
         test=settings.test,
         conditions={name: values for name, values in conditions.items() if values},
         constants=constants,
-        provenance=provenance,
+        **origin,
     )
 
 

@@ -43,6 +43,8 @@ class Trials:
     constants: Mapping[str, float] = field(default_factory=dict)
     # where the numbers come from; JSON-able, read by people only
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    # how raw EMG of these channels becomes EMG (`processing.excitation.RealTime` as plain data); empty where none was
+    real_time: Mapping[str, Any] = field(default_factory=dict)
     # further angles over time [rad], {name such as tilt_rad: (T, N)}, padded as the others are; and torques (`TORQUE`,
     # `MOTOR`) [N m]
     signals: Mapping[str, Array] = field(default_factory=dict)

@@ -167,12 +167,12 @@ def _difference(name: str, found: Any, expected: Any) -> tuple[str, Any, Any]:
 
 
 def digest_trials(trials: Trials) -> str:
-    """Digest of the numbers and labels that training sees, so that a checkpoint knows its data."""
+    """Digest of the numbers and labels that training sees or keeps, so that a checkpoint knows its data."""
     digest = hashlib.sha256()
     labels = [trials.dataset, trials.dt, trials.names, trials.channels, trials.lengths, trials.test]
     signals = [*trials.signals, *trials.over_time.items()]
-    known = {name: dict(values) for name, values in trials.conditions.items()}
-    digest.update(json.dumps([*labels, *signals, known, dict(trials.constants)], sort_keys=True).encode())
+    known = [{name: dict(values) for name, values in trials.conditions.items()}, dict(trials.constants)]
+    digest.update(json.dumps([*labels, *signals, *known, dict(trials.real_time)], sort_keys=True).encode())
     for values in (trials.emg, trials.angle, *trials.signals.values()):
         digest.update(np.ascontiguousarray(values).tobytes())
     return digest.hexdigest()[:16]

@@ -148,7 +148,7 @@ def _checkpoint(
         val_r2=1 - stopping.best_mse.cpu() / stopping.variance,
         band=band,
         seen=Seen.of(stage.trials, stage.network.architecture.known),
-        real_time=stage.trials.provenance.get("real_time", {}),
+        real_time=dict(stage.trials.real_time),
     )
 
 
