@@ -4,6 +4,7 @@ Shapes: T trials (or pieces), N samples, K numbers of the state, M muscles, P fr
 above it, see `waves`.
 """
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -32,6 +33,7 @@ from myowave.identification.output_error import Fit
 
 # ASSUME: constants of which nothing is known are known up to a factor of e or so, in units of their scale.
 WIDE = 1.0
+FARTHEST = 1.0  # rad
 MEMORY_S = 0.3  # ASSUME: a torque that nobody recorded stays alike for so long
 STARTS = np.radians([5.0, 50.0])  # how far the fitted start of a trial may be off [rad, rad/s]
 
@@ -55,9 +57,9 @@ SIZES = {
 }
 
 
-def residual_of(fit: Fit, view: View) -> Residual:
-    """What a fit leaves, and all that may have made it."""
-    look, pushes = view.amplitudes, Pushes.of(fit)
+def residual_of(fit: Fit, view: View, catalogue: Collection[str] = ()) -> Residual:
+    """What a fit leaves, and all that may have made it; see `Pushes.of`."""
+    look, pushes = view.amplitudes, Pushes.of(fit, catalogue)
     constants, off = prior_columns(fit, view)
     both = np.concatenate([pushes.excitation, pushes.torque], -1)
     waves = through_sensor(fit, view.motion)
@@ -122,12 +124,28 @@ def start_columns(fit: Fit, view: View) -> Tensor:
 def prior_of(fit: Fit) -> tuple[Array, Array]:
     """Standard deviation of each free parameter before any trial and where it is expected, in its scale, (P,) each;
     one of which nothing is known about where it stands, that of an effect about 0."""
-    deviation = [WIDE if is_of_effect(p) else min(p.deviation / p.scale, WIDE) for p in fit.free]
+    farthest = farthest_of(scaled_slope(fit.sensitive.by_parameter, scales(fit.free), fit.record.valid), fit)
+    deviation = [
+        far if is_of_effect(p) else min(p.deviation / p.scale, WIDE) for p, far in zip(fit.free, farthest, strict=True)
+    ]
     centre = [
         0.0 if is_of_effect(p) else (p.start if np.isfinite(p.deviation) else value) / p.scale
         for p, value in zip(fit.free, fit.values, strict=True)
     ]
     return np.array(deviation), np.array(centre)
+
+
+def farthest_of(slope: Array, fit: Fit) -> Array:
+    """How large parameters of effects may be before any trial, in units of their scales, (E,): as is typical, but no
+    larger than moves the arm by `FARTHEST` (root mean square).
+
+    Args:
+        slope: d angle / d parameter in units of their scales, (T, N, E).
+    """
+    # ASSUME: what is typical of an arm is too much for a pendulum of a thousandth of its inertia: what would throw it
+    # about is not expected.
+    by = np.sqrt((slope**2).sum((0, 1)) / fit.record.samples)
+    return np.asarray(WIDE * FARTHEST / np.maximum(by, FARTHEST))
 
 
 def is_of_effect(free: Free) -> bool:

@@ -55,18 +55,19 @@ class Hypothesis:
     residual: Residual
     states: dict[frozenset[str], Weighed]  # by the causes that are on
     prior: float = 0.0  # logarithm of how likely it is before any trial
+    catalogue: frozenset[str] = frozenset()  # names of the effects that it may have
     expected_emg: bool = False  # whether its EMG is what is expected behind the recorded noise
 
     @classmethod
-    def of(cls, fit: Fit, view: View) -> "Hypothesis":
-        """A model without effects, linearised where a fit stands."""
-        residual = residual_of(fit, view)
-        return cls((), fit, view, residual, weigh_components(residual))
+    def of(cls, fit: Fit, view: View, catalogue: Collection[str] = ()) -> "Hypothesis":
+        """A model as a fit has it, no effect of which was weighed, linearised where that stands."""
+        residual = residual_of(fit, view, catalogue)
+        return cls((), fit, view, residual, weigh_components(residual), catalogue=frozenset(catalogue))
 
     def at(self, fit: Fit, hopeless: Collection[frozenset[str]] = ()) -> "Hypothesis":
         """The same where another fit stands, whose causes are sought from the most likely ones here, but for sets of
         them that are known to be hopeless."""
-        residual = residual_of(fit, self.view)
+        residual = residual_of(fit, self.view, self.catalogue)
         return replace(self, fit=fit, residual=residual, states=weigh_components(residual, [self.best], hopeless))
 
     @property

@@ -3,7 +3,7 @@
 Shapes: T trials, N samples, K numbers of the state, M muscles, C columns.
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from myowave.data.trials import Array
 from myowave.diagnosis.likelihood.forcing import along_steps, excitation_forcing, excitation_of, forcing_by, moved_by
 from myowave.diagnosis.likelihood.shapes import pushes_of_curves, pushes_of_paths
-from myowave.diagnosis.likelihood.terms import OF_ACTIVATION, OF_MOTION
+from myowave.diagnosis.likelihood.terms import OF_ACTIVATION, OF_EFFECTS, OF_MOTION
 from myowave.identification.output_error import Fit
 from myowave.physics.effects.constant_torque import EFFECT as CONSTANT_TORQUE
 
@@ -31,18 +31,19 @@ class Pushes:
     shapes: Array
 
     @classmethod
-    def of(cls, fit: Fit) -> "Pushes":
+    def of(cls, fit: Fit, catalogue: Collection[str] = ()) -> "Pushes":
+        """Of a fit; `catalogue` has the names of effects that a model may have, which the general correction lacks."""
         excitation, torque = excitation_forcing(fit), forcing_by(fit, CONSTANT_TORQUE)
-        repeating = np.stack([*_by_torque(fit, torque), *_by_excitation(fit, excitation)], -1)
+        repeating = np.stack([*_by_torque(fit, torque, catalogue), *_by_excitation(fit, excitation)], -1)
         both = moved_by(fit, np.concatenate([repeating, pushes_of_curves(fit), pushes_of_paths(fit)], -1))
         return cls(excitation, torque, *np.split(both, [repeating.shape[-1]], -1))
 
 
-def _by_torque(fit: Fit, forcing: Array) -> Iterator[Array]:
+def _by_torque(fit: Fit, forcing: Array, catalogue: Collection[str]) -> Iterator[Array]:
     """Changes of the state within a step by torques of the joint's state and the activations, (T, N - 1, K) each."""
     q, v, activation = along_steps(fit)
     q = q - float(fit.record.angle[fit.record.valid].mean())  # so that what goes with it is no constant
-    parts = [term(q, v, v) for term in OF_MOTION.values()]
+    parts = [term(q, v, v) for name, term in OF_MOTION.items() if OF_EFFECTS.get(name) not in catalogue]
     parts += [term(q, v, own) for own in activation.unbind(-1) for term in OF_ACTIVATION.values()]
     parts += (activation * activation.cumsum(-2) * fit.record.dt).unbind(-1)  # what gets tired
     parts.append(fit.sensitive.motion.state[..., 1].diff() / fit.record.dt)  # inertia

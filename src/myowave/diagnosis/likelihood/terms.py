@@ -19,6 +19,14 @@ OF_MOTION: Mapping[str, OfJoint] = {
     "the sign of qdot": lambda q, v, a: torch.tanh(v / FAST),
     "q qdot": lambda q, v, a: q * v,
 }
+# The effects that some of these are. Where a catalogue has one, what it lacks has not.
+OF_EFFECTS: Mapping[str, str] = {
+    "1": "constant_torque",
+    "q": "joint_stiffness",
+    "qdot": "joint_damping",
+    "qdot |qdot|": "quadratic_drag",
+    "the sign of qdot": "coulomb_friction",
+}
 # With an activation in it, by what follows the name of that.
 OF_ACTIVATION: Mapping[str, OfJoint] = {
     "": lambda q, v, a: a,

@@ -121,7 +121,7 @@ def diagnose(
             try:
                 beside = _fit_beside(ladder.fits, model, identify, settings.scatter)
                 view = View.of(beside, verdict.answer.best.view.sensor)
-                named.append(make_rung(beside, Hypothesis.of(beside, view).averaged, test))
+                named.append(make_rung(beside, Hypothesis.of(beside, view, effects).averaged, test))
             except FAILURES as error:
                 failed[model.name] = str(error)
                 report(f"left out: model {model.name}: {error}")

@@ -90,7 +90,7 @@ def weigh_models(
     unfiltered = View.of(fit, Sensor(knots=knots_of(joined) if fit.record.pieces is None else None))
     view = through_likely_filter(fit, unfiltered)
     found = Posterior(-math.log(2 * max(len(catalogue), 1)))
-    base = settle(with_likely_memory(Hypothesis.of(fit, view)))
+    base = settle(with_likely_memory(Hypothesis.of(fit, view, catalogue)))
     found.add(base, _of_called_for_emg(base, fit))
     if led is not None:
         more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
@@ -163,13 +163,31 @@ def _rivals(found: Posterior, top: Hypothesis) -> list[Hypothesis]:
 
 def _exchange(found: Posterior, catalogue: Mapping[str, Effect]) -> bool:
     """Where more than noise is left, lead on from the most likely model, and from it without each of its effects: the
-    first is the best alone, and may hold the place of two that are better together. Whether a likelier one is found."""
+    first is the best alone, and may hold the place of another, or of two that are better together. Whether a likelier
+    one is found."""
     top, models = found.best, found.by_effects()
     names = frozenset(top.effects)
     for begun in (names, *(names - {name} for name in top.effects)) if top.on & MISSING else ():
         if begun in models and begun not in found.screened:
             _lead_on(found, models[begun], catalogue)
+    if top.on & MISSING and names in found.screened:
+        found.add(*_fit_exchanges(top, found.screened[names], found))
     return found.best is not top
+
+
+def _fit_exchanges(top: Hypothesis, screened: Screened, found: Posterior) -> list[Hypothesis]:
+    """The models with another effect in the place of one that promise most, fitted."""
+    promised, known, fitted = screened.exchanges, found.by_effects(), []
+
+    def after(gone: str, come: str) -> tuple[str, ...]:
+        return (*(name for name in top.effects if name != gone), come)
+
+    hopeful = [p for p in promised if promised[p] > top.total - HOPELESS and frozenset(after(*p)) not in known]
+    for gone, come in sorted(hopeful, key=lambda p: -promised[p])[:REFITS]:
+        begin = attempt_fit(partial(without_effect, screened.scores[come].start, gone))
+        if begin is not None:
+            fitted.append(_fitted(top, begin, after(gone, come), top.prior, found.best.total))
+    return [model for model in fitted if model is not None]
 
 
 def _by_recorded_emg(found: Posterior, recorded: Fit) -> list[Hypothesis]:

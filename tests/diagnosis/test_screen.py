@@ -1,0 +1,78 @@
+"""What effects promise, to first order, where a hypothesis stands; how strong they may be, and what is no rival."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from myowave.diagnosis.likelihood.components import FARTHEST, farthest_of, prior_of
+from myowave.diagnosis.likelihood.hypothesis import Hypothesis
+from myowave.diagnosis.likelihood.pushes import Pushes
+from myowave.diagnosis.likelihood.terms import OF_EFFECTS, OF_MOTION
+from myowave.diagnosis.likelihood.waves import View
+from myowave.diagnosis.search.screen import screen
+from myowave.identification.free_parameters import effect_parameters, scales
+from myowave.identification.least_squares import scaled_slope
+from myowave.identification.output_error import refit
+from myowave.physics.effects import catalogue
+
+FEW = ("joint_damping", "quadratic_drag")
+
+
+def with_effect(fit, effect):
+    model = fit.model.with_effects([effect])
+    return refit(fit, model, (*fit.free, *effect_parameters(model, effect)))
+
+
+@pytest.fixture(scope="module")
+def damped(make_fit):
+    return make_fit({"joint_damping": {"c": 0.3}})
+
+
+def test_another_effect_promises_in_the_place_of_one_what_it_gains_there(damped, effects):
+    view = View.of(damped)
+    right, wrong = (
+        replace(Hypothesis.of(with_effect(damped, effects[name]), view, FEW), effects=(name,)) for name in FEW
+    )
+    told = screen(wrong, {name: effects[name] for name in FEW}).exchanges
+    gained = right.total - wrong.total
+    assert set(told) == {("quadratic_drag", "joint_damping")} and gained > 1.0
+    assert told["quadratic_drag", "joint_damping"] - wrong.total == pytest.approx(gained, abs=1.0)
+    assert not screen(right, {"joint_damping": effects["joint_damping"]}).exchanges
+
+
+def test_an_effect_is_no_stronger_than_moves_the_arm_by_a_radian(damped, effects):
+    fit = with_effect(damped, effects["joint_damping"])
+    last = len(fit.free) - 1
+    slope = scaled_slope(fit.sensitive.by_parameter, scales(fit.free), fit.record.valid)
+    size = np.sqrt((slope[..., last] ** 2).sum() / fit.record.samples)
+    for factor in (0.1 / size, 10.0 / size):
+        expected = 1.0 if factor * size < FARTHEST else FARTHEST / (factor * size)
+        assert farthest_of(factor * slope, fit)[last] == pytest.approx(expected)
+    assert prior_of(fit)[0][last] == pytest.approx(min(1.0, FARTHEST / size))
+
+
+def test_what_the_catalogue_has_is_no_part_of_what_it_lacks(damped, effects):
+    """Else a term would stand there twice, and be cheaper without its name."""
+    whole = Pushes.of(damped).repeating
+    for term, name in OF_EFFECTS.items():
+        place = list(OF_MOTION).index(term)
+        np.testing.assert_array_equal(Pushes.of(damped, [name]).repeating, np.delete(whole, place, -1))
+    assert Pushes.of(damped, catalogue()).repeating.shape[-1] == whole.shape[-1] - len(OF_EFFECTS)
+
+
+@pytest.mark.parametrize(("term", "name"), OF_EFFECTS.items())
+def test_a_term_of_the_general_correction_is_the_effect_that_it_is_said_to_be(term, name, effects):
+    """But for its size, and for a constant torque beside a stiffness."""
+    q, v = torch.linspace(0.2, 2.0, 50).double(), torch.linspace(-3.0, 2.0, 50).double()
+    (parameter,) = effects[name].parameters
+    given = {"q": q, "qdot": v}
+    asked = effects[name].function.__code__.co_varnames[: effects[name].function.__code__.co_argcount]
+    torque = effects[name].function(*(given[n] for n in asked), **{parameter: torch.tensor(1.0).double()})
+    torque = torch.as_tensor(torque).expand_as(q)
+    centred = torch.stack([torque - torque.mean(), (part := OF_MOTION[term](q, v, v)) - part.mean()])
+    if term != "1":
+        assert abs(torch.corrcoef(centred)[0, 1]) == pytest.approx(1.0, abs=1e-6)
+    else:
+        assert centred.abs().max() < 1e-12
