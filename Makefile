@@ -12,7 +12,7 @@ run: $(VENV)/.ready ## the main job: every dataset, model, recipe and scale name
 	$(BIN)/snakemake --cores $(CORES)
 
 test: $(VENV)/.ready ## all tests that need nothing but Python
-	$(BIN)/pytest -q -n $(CORES)
+	$(BIN)/pytest -q -n $(CORES) --dist loadgroup
 
 # Further tests with programs of Debian, installed where they are missing and one may; else they are skipped with a reason.
 test-browser: $(VENV)/.ready ## what `make ui` and the report show, in a browser without a screen

@@ -40,6 +40,9 @@ COLUMNS = [
 ]
 
 
+pytestmark = pytest.mark.xdist_group("end_to_end")  # one job for all of these tests, whatever processes there are
+
+
 @pytest.fixture(scope="module")
 def run(tmp_path_factory) -> Project:
     project = copy_project(tmp_path_factory.mktemp("run"))

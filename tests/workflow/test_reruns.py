@@ -121,7 +121,7 @@ def test_changed_pages_drawings_and_addresses_rerun_only_what_shows(finished):
             ("workflow/report/verdict.html.j2", "<h1>", "<h1 >"),
             ("src/myowave/data/figures.py", "\ndef ", "\nCHANGED = 1\n\n\ndef "),
             ("config.yaml", "uri: sqlite:///results/mlflow.db", "uri: sqlite:///results/other.db"),
-            ("config.yaml", "about: another simulator", "about: words for"),
+            ("config.yaml", "about: OpenSim", "about: words for"),
             ("config.yaml", 'about: "simulated, nothing', 'about: "made, nothing'),
         ):
             edits.enter_context(edited(finished, path, old, new))
