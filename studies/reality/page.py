@@ -27,7 +27,9 @@ Others recorded the machines and the person; OpenSim moves Arm26. What was withh
   wrong; that unusual constants are told beside named effects, and graded: the second had been;
 - dry friction that is largest near rest, and how it is sought: the servo that is off had been wrong;
 - how steeply the passive force rises, how large the force of a lengthening muscle can be, and that the search leads on
-  from an exchange of effects: three rows of Arm26 had been answered in part.
+  from an exchange of effects: three rows of Arm26 had been answered in part;
+- what the catalogue has is no part of what it lacks, and how strong effects may be: the pendulum in bearings had been
+  wrong.
 
 **Seven more arms of Arm26**, each judged once. Of five, with a damper and with a spring at the joint all that is
 missing was named, and nothing else; in the other three noise of the EMG stood for tendons that stretch. That noise was
