@@ -91,4 +91,4 @@ def test_pictures_show_the_medians():
     figure = draw_predictions({1: predictions}, summary.assign(band_coverage=0.75))
     above = "".join(figure.axes[0].get_title(loc=where) for where in ("left", "center"))
     assert "0.8000, 2 deg" in above and "75 %" in above
-    assert "medians over seeds" in figure.get_suptitle()
+    assert "the unseen trial is missed by 2 deg (median over seeds)" in figure.get_suptitle()
