@@ -39,6 +39,8 @@ def test_another_effect_promises_in_the_place_of_one_what_it_gains_there(damped,
     gained = right.total - wrong.total
     assert set(told) == {("quadratic_drag", "joint_damping")} and gained > 1.0
     assert told["quadratic_drag", "joint_damping"] - wrong.total == pytest.approx(gained, abs=1.0)
+    back = screen(right, {name: effects[name] for name in FEW}).exchanges["joint_damping", "quadratic_drag"]
+    assert back == pytest.approx(wrong.total, abs=1.0), "without the effect that is there, and not beside it"
     assert not screen(right, {"joint_damping": effects["joint_damping"]}).exchanges
 
 
