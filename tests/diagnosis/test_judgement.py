@@ -9,12 +9,15 @@ from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, OUTSIDE, OWN_SHAPES
 from myowave.diagnosis.likelihood.algebra import Weighed
 from myowave.diagnosis.likelihood.components import EMG, NOISE, REPEATS, SHAPES
 from myowave.diagnosis.search.answer import ANYTHING, Answer, answer_of
-from myowave.diagnosis.search.diagnose import _proposals
+from myowave.diagnosis.search.diagnose import _proposals, make_rung
 from myowave.diagnosis.search.ladder import Ladder, ladder_of, shown_fit
 from myowave.diagnosis.search.verdict import Verdict
 from myowave.diagnosis.search.weigh import weigh_models
+from myowave.identification.expected_emg import behind_noise
 from myowave.identification.free_parameters import effect_parameters
 from myowave.identification.output_error import begin_from, refit
+from myowave.identification.prediction import predict
+from myowave.identification.record import make_record
 
 
 @pytest.fixture(scope="module")
@@ -75,14 +78,15 @@ def test_where_more_is_missing_what_was_found_is_shown_as_near_to_the_trials_as_
     assert not away.converged and shown_fit(more).converged and shown_fit(noisy) is away
 
 
-def test_trials_kept_for_testing_are_driven_by_the_emg_that_the_shown_fit_is(weighed, posterior, few):
-    answer, ladder = weighed
-    key = frozenset(["joint_damping"]), False
-    state = Weighed({NOISE: 0.01, EMG: 0.03}, 0.0)
-    freed = replace(posterior.models[key], expected_emg=True, states={frozenset({EMG}): state})
-    of_freed = replace(posterior, models={**posterior.models, key: freed})
-    assert ladder.emg_noise == 0.0
-    assert ladder_of(posterior.base.fit, of_freed, replace(answer, best=freed), few).emg_noise == 0.03
+def test_trials_kept_for_testing_are_driven_by_emg_of_the_kind_that_the_fit_is(weighed, make_trials, base):
+    """The expected one behind a noise, where that was fitted, whichever rung it is."""
+    fit = weighed[0].best.fit
+    trials = make_trials({"joint_damping": {"c": 1.0}})
+    test = make_record(trials, base).take(trials.index(trials.test))
+    freed = replace(fit, record=behind_noise(fit.record, 0.03))
+    errors = [predict(fit, some).rmse for some in (test, behind_noise(test, 0.03))]
+    assert errors[0] != pytest.approx(errors[1], rel=1e-3)
+    assert [make_rung(one, {}, test).heldout.rmse for one in (fit, freed)] == pytest.approx(errors, rel=1e-12)
 
 
 def test_parameters_are_told_over_all_likely_causes(weighed):

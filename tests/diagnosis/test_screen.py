@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 import torch
 
-from myowave.diagnosis.likelihood.components import FARTHEST, farthest_of, prior_of
+from myowave.diagnosis.likelihood.components import MOST_MOTION, prior_of, usual_strength
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.likelihood.pushes import Pushes
 from myowave.diagnosis.likelihood.terms import OF_EFFECTS, OF_MOTION
 from myowave.diagnosis.likelihood.waves import View
-from myowave.diagnosis.search.screen import screen
-from myowave.identification.free_parameters import effect_parameters, scales
-from myowave.identification.least_squares import scaled_slope
+from myowave.diagnosis.search.score import score_effects
+from myowave.diagnosis.search.screen import exchanges
+from myowave.identification.free_parameters import effect_parameters
 from myowave.identification.output_error import refit
 from myowave.physics.effects import catalogue
 
@@ -35,24 +35,24 @@ def test_another_effect_promises_in_the_place_of_one_what_it_gains_there(damped,
     right, wrong = (
         replace(Hypothesis.of(with_effect(damped, effects[name]), view, FEW), effects=(name,)) for name in FEW
     )
-    told = screen(wrong, {name: effects[name] for name in FEW}).exchanges
+    few = [effects[name] for name in FEW]
+    told, back = (exchanges(model, score_effects(model.fit, few)) for model in (wrong, right))
     gained = right.total - wrong.total
     assert set(told) == {("quadratic_drag", "joint_damping")} and gained > 1.0
     assert told["quadratic_drag", "joint_damping"] - wrong.total == pytest.approx(gained, abs=1.0)
-    back = screen(right, {name: effects[name] for name in FEW}).exchanges["joint_damping", "quadratic_drag"]
-    assert back == pytest.approx(wrong.total, abs=1.0), "without the effect that is there, and not beside it"
-    assert not screen(right, {"joint_damping": effects["joint_damping"]}).exchanges
+    assert back["joint_damping", "quadratic_drag"] == pytest.approx(wrong.total, abs=1.0), "and not beside it"
+    assert not exchanges(right, score_effects(right.fit, few[:1])), "there is no other"
 
 
 def test_an_effect_is_no_stronger_than_moves_the_arm_by_a_radian(damped, effects):
     fit = with_effect(damped, effects["joint_damping"])
     last = len(fit.free) - 1
-    slope = scaled_slope(fit.sensitive.by_parameter, scales(fit.free), fit.record.valid)
+    slope = fit.normal.slope
     size = np.sqrt((slope[..., last] ** 2).sum() / fit.record.samples)
     for factor in (0.1 / size, 10.0 / size):
-        expected = 1.0 if factor * size < FARTHEST else FARTHEST / (factor * size)
-        assert farthest_of(factor * slope, fit)[last] == pytest.approx(expected)
-    assert prior_of(fit)[0][last] == pytest.approx(min(1.0, FARTHEST / size))
+        expected = 1.0 if factor * size < MOST_MOTION else MOST_MOTION / (factor * size)
+        assert usual_strength(factor * slope, fit.record.samples)[last] == pytest.approx(expected)
+    assert prior_of(fit)[0][last] == pytest.approx(min(1.0, MOST_MOTION / size))
 
 
 def test_what_the_catalogue_has_is_no_part_of_what_it_lacks(damped, effects):

@@ -98,8 +98,8 @@ def test_an_effect_gives_its_place_to_those_that_promise_more_there(found, monke
     promised = {("tilt", "lag"): 99.5, ("drag", "lag"): 101.0, ("tilt", "gain"): 90.0, ("tilt", "offset"): 100.0}
     found.add(model(94.0, "drag", "offset"))
     scores = {name: SimpleNamespace(start=f"with {name}") for name in ("lag", "gain", "offset")}
-    screened = SimpleNamespace(exchanges=promised, scores=scores)
-    assert weigh._fit_exchanges(top, screened, found) == [
+    monkeypatch.setattr(weigh, "exchanges", lambda model, given: promised if given is scores else {})
+    assert weigh._fit_exchanges(top, SimpleNamespace(scores=scores), found) == [
         (("with lag", "drag"), ("tilt", "lag"), -6.0),
         (("with lag", "tilt"), ("drag", "lag"), -6.0),
     ]

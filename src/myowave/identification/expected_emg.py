@@ -23,11 +23,14 @@ FEWEST = 16  # fewer are no spectrum
 
 
 def behind_noise(record: Record, noise: float) -> Record:
-    """The same trials, or pieces, with the EMG to expect behind white noise of a standard deviation [-]."""
+    """The same trials, or pieces, with the EMG to expect behind white noise of a standard deviation [-]; as recorded
+    where that is 0."""
+    if not noise:
+        return record
     lead = np.ones((len(record.valid), record.lead), bool)  # of pieces what is before their start counts, too
     emg = expected_excitation(record.emg.numpy(), np.concatenate([lead, record.valid], 1), noise)
     cut = record.pieces and replace(record.pieces, whole=behind_noise(record.whole, noise))
-    return replace(record, emg=torch.from_numpy(emg), pieces=cut)
+    return replace(record, emg=torch.from_numpy(emg), emg_noise=noise, pieces=cut)
 
 
 def expected_excitation(emg: Array, valid: NDArray[np.bool_], noise: float) -> Array:

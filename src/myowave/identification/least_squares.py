@@ -213,10 +213,16 @@ def covariance(normal: Normal, record: Record, free: Sequence[Free]) -> Array:
     unit = np.outer(scales(free), scales(free))
     variance = max(normal.variance(record.samples), np.radians(SOLVERS_DEG) ** 2)
     variance *= correlation_time(normal.residual, record.samples)
-    of_torque = normal.further_slope[: len(normal.further_slope) - len(free)]
+    _, of_torque = measured_beside(normal, record, free)
     torque = of_torque.T @ of_torque
-    data = normal.matrix - np.diag(normal.weight) - torque
-    return covariance_of(data / variance + np.diag(expected(free)[1]) + torque / record.misfit**2) * unit
+    data = normal.matrix - np.diag(normal.weight) - torque * record.misfit**2
+    return covariance_of(data / variance + np.diag(expected(free)[1]) + torque) * unit
+
+
+def measured_beside(normal: Normal, record: Record, free: Sequence[Free]) -> tuple[Array, Array]:
+    """What `normal_equations` were given as measured, (F,) and (F, P); F is 0 where nothing was."""
+    count = len(normal.further) - len(free)
+    return normal.further[:count] / record.misfit, normal.further_slope[:count] / record.misfit
 
 
 def correlations(covariance: Array) -> Array:

@@ -21,7 +21,14 @@ from torch import Tensor
 from myowave.data.trials import Array
 from myowave.identification import least_squares
 from myowave.identification.free_parameters import Free, bind_values, moved, scales, start_values, within
-from myowave.identification.least_squares import LITTLE, Normal, bounded_step, covariance, normal_equations
+from myowave.identification.least_squares import (
+    LITTLE,
+    Normal,
+    bounded_step,
+    covariance,
+    measured_beside,
+    normal_equations,
+)
 from myowave.identification.noise import correlation_time
 from myowave.identification.record import Record
 from myowave.identification.torque import measured_torque
@@ -145,8 +152,7 @@ class Fit(Problem):
     def measured_torque(self) -> tuple[Array, Array]:
         """Torque that a dynamometer measured less what the model gives, (F,), and derivatives of the latter by the
         parameters in units of their scales, (F, P), each in units of its error; F is 0 where none measured."""
-        count = len(self.normal.further) - len(self.free)
-        return self.normal.further[:count] / self.record.misfit, self.normal.further_slope[:count] / self.record.misfit
+        return measured_beside(self.normal, self.record, self.free)
 
     @property
     def parameters(self) -> dict[str, float]:

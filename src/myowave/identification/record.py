@@ -46,6 +46,7 @@ class Record:
     noise: float
     window: int  # samples of the local cubics that smooth the motion, see `smoothing`
     missed: float = 0.0  # by a model, whatever its constants [rad]
+    emg_noise: float = 0.0  # standard deviation of the noise behind which the EMG is the expected one; 0: as recorded
     lead: int = 0  # samples of EMG before the first of the motion, L; 0 for trials
     pieces: Cut | None = None  # None for whole trials
     # of the muscles as a dynamometer measured it [N m], NaN where none did, (T, N); None where none ever did

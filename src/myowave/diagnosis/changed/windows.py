@@ -6,7 +6,6 @@ Shapes: T trials, K windows, L windows of all trials one after the other, C elec
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from types import MappingProxyType
 
 import numpy as np
 import torch
@@ -178,7 +177,13 @@ class Groups:
 
     def by_errors(self, scatter: Mapping[str, Scatter]) -> Array:
         """What usual errors of `shape` and `delay` of the muscles of each electrode do to torque, (2 C, L) [N m]."""
-        muscles = self._by_electrode(self.moving, self.base, {}, ("shape", "delay"), scatter)
+        errors = {
+            constant: {
+                m.name: deviation_of(f"{constant}_{m.name}", m.nominal[constant], scatter) for m in self.base.muscles
+            }
+            for constant in ("shape", "delay")
+        }
+        muscles = self._by_electrode(self.moving, self.base, {}, errors)
         return (muscles[1:] - muscles[0]).reshape(-1, muscles.shape[-1])
 
     def _seen_by(self, moving: Moving, model: Model, params: Mapping[str, Tensor]) -> Windowed:
@@ -205,29 +210,23 @@ class Groups:
         activation = balance.mean(activation.expand(*balance.q.shape, -1))[moving.inside].T
         of = np.array([m.channel for m in model.muscles])
         means = np.stack([activation[of == c].mean(0) for c in model.channels])
-        return means, self._by_electrode(moving, model, params)[0]
+        return means, self._by_electrode(moving, model, params, {})[0]
 
     def _by_electrode(
-        self,
-        moving: Moving,
-        model: Model,
-        params: Mapping[str, Tensor],
-        uncertain: Sequence[str] = (),
-        scatter: Mapping[str, Scatter] = MappingProxyType({}),
+        self, moving: Moving, model: Model, params: Mapping[str, Tensor], errors: Mapping[str, Mapping[str, float]]
     ) -> Array:
-        """Torque of the muscles of one electrode after the other, as they are and with the error of each uncertain
-        constant, (1 + E, C, L); no muscle has a passive force."""
+        """Torque of the muscles of one electrode after the other, as they are and with each error of a constant, by
+        muscle, (1 + E, C, L); no muscle has a passive force."""
         channels = model.channels
         values = {"passive_curve": torch.tensor(NO_FORCE, dtype=torch.float64)}
         for m in model.muscles:
             place = channels.index(m.channel)
-            force = torch.zeros((1 + len(uncertain)) * len(channels), 1, dtype=torch.float64)
+            force = torch.zeros((1 + len(errors)) * len(channels), 1, dtype=torch.float64)
             force[place :: len(channels)] = m.nominal["f0"]
             values[f"f0_{m.name}"] = force
-            for k, constant in enumerate(uncertain, 1):
-                name, usual = f"{constant}_{m.name}", m.nominal[constant]
-                value = torch.full_like(force, usual)
-                value[place + k * len(channels)] += deviation_of(name, usual, scatter)
-                values[name] = value
+            for k, (constant, error) in enumerate(errors.items(), 1):
+                value = torch.full_like(force, m.nominal[constant])
+                value[place + k * len(channels)] += error[m.name]
+                values[f"{constant}_{m.name}"] = value
         _, muscles, _ = moving.torques(model, {**params, **values})
-        return muscles.reshape(1 + len(uncertain), len(channels), -1)
+        return muscles.reshape(1 + len(errors), len(channels), -1)

@@ -33,7 +33,7 @@ from myowave.identification.output_error import Fit
 
 # ASSUME: constants of which nothing is known are known up to a factor of e or so, in units of their scale.
 WIDE = 1.0
-FARTHEST = 1.0  # rad
+MOST_MOTION = 1.0  # rad, by an effect
 MEMORY_S = 0.3  # ASSUME: a torque that nobody recorded stays alike for so long
 STARTS = np.radians([5.0, 50.0])  # how far the fitted start of a trial may be off [rad, rad/s]
 
@@ -111,7 +111,7 @@ def prior_columns(fit: Fit, view: View) -> tuple[Tensor, Array]:
     """What one standard deviation of what is known of each free parameter does, (T, W + H, P), and by how many of them
     it is above where it is expected, (P,)."""
     deviation, centre = prior_of(fit)
-    slope = view.amplitudes(scaled_slope(fit.sensitive.by_parameter, scales(fit.free), fit.record.valid))
+    slope = view.amplitudes(fit.normal.slope)
     return slope * torch.from_numpy(deviation), (fit.values / scales(fit.free) - centre) / deviation
 
 
@@ -124,9 +124,9 @@ def start_columns(fit: Fit, view: View) -> Tensor:
 def prior_of(fit: Fit) -> tuple[Array, Array]:
     """Standard deviation of each free parameter before any trial and where it is expected, in its scale, (P,) each;
     one of which nothing is known about where it stands, that of an effect about 0."""
-    farthest = farthest_of(scaled_slope(fit.sensitive.by_parameter, scales(fit.free), fit.record.valid), fit)
     deviation = [
-        far if is_of_effect(p) else min(p.deviation / p.scale, WIDE) for p, far in zip(fit.free, farthest, strict=True)
+        usual if is_of_effect(p) else min(p.deviation / p.scale, WIDE)
+        for p, usual in zip(fit.free, usual_strength(fit.normal.slope, fit.record.samples), strict=True)
     ]
     centre = [
         0.0 if is_of_effect(p) else (p.start if np.isfinite(p.deviation) else value) / p.scale
@@ -135,17 +135,17 @@ def prior_of(fit: Fit) -> tuple[Array, Array]:
     return np.array(deviation), np.array(centre)
 
 
-def farthest_of(slope: Array, fit: Fit) -> Array:
-    """How large parameters of effects may be before any trial, in units of their scales, (E,): as is typical, but no
-    larger than moves the arm by `FARTHEST` (root mean square).
+def usual_strength(slope: Array, samples: int) -> Array:
+    """Standard deviation of parameters of effects before any trial, in units of their scales, (E,): as is typical, but
+    no larger than moves the arm by `MOST_MOTION` (root mean square).
 
     Args:
-        slope: d angle / d parameter in units of their scales, (T, N, E).
+        slope: d angle / d parameter in units of their scales, (T, N, E); of so many samples that are not padded.
     """
     # ASSUME: what is typical of an arm is too much for a pendulum of a thousandth of its inertia: what would throw it
     # about is not expected.
-    by = np.sqrt((slope**2).sum((0, 1)) / fit.record.samples)
-    return np.asarray(WIDE * FARTHEST / np.maximum(by, FARTHEST))
+    by = np.sqrt((slope**2).sum((0, 1)) / samples)
+    return np.asarray(WIDE * MOST_MOTION / np.maximum(by, MOST_MOTION))
 
 
 def is_of_effect(free: Free) -> bool:

@@ -36,7 +36,7 @@ from myowave.diagnosis.likelihood.components import (
 )
 from myowave.diagnosis.likelihood.waves import MEMORIES_S, View
 from myowave.identification.free_parameters import bounds, scales
-from myowave.identification.least_squares import LITTLE, along_bend, descend, minimise_within, scaled_slope
+from myowave.identification.least_squares import LITTLE, along_bend, descend, minimise_within
 from myowave.identification.output_error import Fit, take_step
 
 PARAMETERS = ("constants", "starts")
@@ -186,8 +186,7 @@ def climb(hypothesis: Hypothesis, steps: int) -> Fit:
 
     def attempts(fit: Fit) -> Iterator[Fit | None]:
         left, off = left_of(fit)
-        slope = view.amplitudes(scaled_slope(fit.sensitive.by_parameter, unit, fit.record.valid))
-        columns = torch.cat([slope, start_columns(fit, view)], -1)
+        columns = torch.cat([view.amplitudes(fit.normal.slope), start_columns(fit, view)], -1)
         matrix = covariance.inner(columns, columns).numpy() + np.diag(np.r_[weight, flat + LEAST])
         matrix += 1e-9 * np.diag(np.diag(matrix))
         vector = covariance.inner(columns, left)[:, 0].numpy() + np.r_[weight * off, flat]

@@ -112,8 +112,7 @@ def diagnose(
         record = record.cut(fit.record.horizon_s)
     test = record.take(np.flatnonzero(~record.training))
     report(f"compare: {base.name} leaves {np.degrees(fit.rmse()):.3g} deg; the noise is {np.degrees(record.noise):.3g}")
-    tests = [*(test for _ in ladder.fits[1:]), behind_noise(test, ladder.emg_noise) if ladder.emg_noise else test]
-    rungs = tuple(map(make_rung, ladder.fits, ladder.estimates, tests))
+    rungs = tuple(make_rung(*of, test) for of in zip(ladder.fits, ladder.estimates, strict=True))
     visited = {rung.name for rung in rungs}
     named, failed = [], {}
     for model in models:
@@ -185,9 +184,10 @@ def _fit_beside(
 
 
 def make_rung(fit: Fit, estimate: Mapping[str, tuple[float, float]], test: Record) -> Rung:
-    """Try a fitted model on trials it has not seen, and look at what it leaves."""
+    """Try a fitted model on trials it has not seen, with EMG of the same kind, and look at what it leaves."""
     seen = Prediction(fit.residual, fit.rmse()) if fit.record.pieces is None else predict(fit, fit.record)
-    return Rung(fit, seen, predict(fit, test), misfit_by(fit), missing_torque(fit), estimate)
+    heldout = predict(fit, behind_noise(test, fit.record.emg_noise))
+    return Rung(fit, seen, heldout, misfit_by(fit), missing_torque(fit), estimate)
 
 
 def _proposals(verdict: Verdict, effects: Mapping[str, Effect]) -> dict[str, list[Proposal]]:

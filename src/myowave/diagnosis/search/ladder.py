@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from myowave.diagnosis.causes import SURE
-from myowave.diagnosis.likelihood.components import EMG, MISSING
+from myowave.diagnosis.likelihood.components import MISSING
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.answer import Answer
 from myowave.diagnosis.search.score import ScoreTest
@@ -53,7 +53,6 @@ class Ladder:
     # for each effect of the last model, where one with all others was weighed, that one, and the log odds of the last
     # model against it [nats]
     odds: Mapping[str, tuple[str, float]] = field(default_factory=dict)
-    emg_noise: float = 0.0  # of the recorded EMG, behind which the last model's EMG is the expected one [-]
 
     @property
     def fit(self) -> Fit:
@@ -84,8 +83,7 @@ def ladder_of(fit: Fit, posterior: Posterior, answer: Answer, effects: Iterable[
     if named:
         fits.append(shown_fit(last))
     rankings = tuple(_ranking_of(rung, posterior, catalogue) for rung in rungs)
-    emg_noise = last.best.sizes[EMG] if named and last.expected_emg else 0.0
-    return Ladder(tuple(fits), rankings, tuple(rung.averaged for rung in rungs), odds, emg_noise)
+    return Ladder(tuple(fits), rankings, tuple(rung.averaged for rung in rungs), odds)
 
 
 def _by_least_squares(before: Fit, rung: Hypothesis) -> Fit:

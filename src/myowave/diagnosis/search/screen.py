@@ -3,23 +3,21 @@
 Shapes: T trials, W waves of a trial, E parameters of effects.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from itertools import combinations
 from typing import TypeVar
 
 import numpy as np
-import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from myowave.data.trials import Array
 from myowave.diagnosis.likelihood.algebra import Component, Covariance, Residual, Weighed, log_share_within, most_likely
-from myowave.diagnosis.likelihood.components import farthest_of, residual_above
+from myowave.diagnosis.likelihood.components import residual_above, usual_strength
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.score import ScoreTest, score_effects
-from myowave.identification.free_parameters import Free, bounds, scales
-from myowave.identification.least_squares import scaled_slope
+from myowave.identification.free_parameters import bounds, scales
 from myowave.physics.effect import Effect
 
 VISIBLE = 1.0  # information [-] below which an effect is worth no place in a pair
@@ -36,71 +34,82 @@ class Screened:
     singles: Mapping[str, float]
     ideal: Mapping[str, float]  # of effects with noise alone beside them
     pairs: Mapping[tuple[str, str], float]
-    exchanges: Mapping[tuple[str, str], float]  # of each effect of the model, without it and with another
 
 
 def screen(model: Hypothesis, catalogue: Mapping[str, Effect]) -> Screened:
     """Every effect and pair of effects, beside what a model's best states have."""
-    fit, view, values = model.fit, model.view, model.residual.values
-    scores = score_effects(fit, catalogue.values())
-    free = {name: score.free for name, score in scores.items() if not score.failure}
-    columns, farthest = [values.new_zeros(*values.shape[:2], 0)], [np.zeros(0)]
-    for name in free:
-        by_parameter = scores[name].start.sensitive.by_parameter[len(fit.free) :]
-        slope = scaled_slope(by_parameter, scales(free[name]), fit.record.valid)
-        farthest.append(farthest_of(slope, fit))
-        columns.append(view.amplitudes(slope * farthest[-1]))
-    beside = partial(_beside, model, torch.cat(columns, -1), free, np.concatenate(farthest))
-    likeliest = [s for s in sorted(model.counted.values(), key=lambda s: -s.value)[:2] if s.value > -np.inf]
-    alone = beside(noise_alone(model), model.residual)
-    singles, pairs = zip(*(beside(state, model.residual) for state in likeliest), alone, strict=True)
-    # Where a model stands that has one effect, another that may take its place is seen better than from afar.
-    exchanges = {
-        (gone, come): value
-        for gone in model.effects
-        for come, value in _highest(beside(state, _without(model, gone))[0] for state in likeliest).items()
-    }
-    return Screened(scores, _highest(singles), alone[0], _highest(pairs), exchanges)
+    scores = score_effects(model.fit, catalogue.values())
+    more = _More.of(model, scores)
+
+    def beside(state: Weighed) -> tuple[dict[str, float], dict[tuple[str, str], float]]:
+        gain, seen = more.beside(Covariance(model.residual, state.sizes))
+        without = state.value + model.offset
+        singles = {name: without + gain(name) for name in more.place}
+        return singles, {pair: without + gain(*pair) for pair in combinations(seen, 2)}
+
+    alone = beside(noise_alone(model))
+    singles, pairs = zip(*map(beside, _likeliest(model)), alone, strict=True)
+    return Screened(scores, _highest(singles), alone[0], _highest(pairs))
+
+
+def exchanges(model: Hypothesis, scores: Mapping[str, ScoreTest]) -> dict[tuple[str, str], float]:
+    """Log posteriors of a model, to first order, without one of its effects and with another one, by the names of both;
+    these are seen better where it stands than from the model without the first."""
+    more, found = _More.of(model, scores), dict[tuple[str, str], float]()
+    for state in _likeliest(model):
+        there = Covariance(model.residual, state.sizes).evidence
+        for gone in model.effects:
+            covariance = Covariance(_without(model, gone), state.sizes)
+            without, (gain, _) = state.value + model.offset + covariance.evidence - there, more.beside(covariance)
+            for come in more.place:
+                found[gone, come] = max(without + gain(come), found.get((gone, come), -np.inf))
+    return found
+
+
+def _likeliest(model: Hypothesis) -> list[Weighed]:
+    """The states of a model that effects are screened beside."""
+    return [s for s in sorted(model.counted.values(), key=lambda s: -s.value)[:2] if s.value > -np.inf]
 
 
 def _without(model: Hypothesis, effect: str) -> Residual:
     """What a model would leave without one of its effects, to first order."""
     kept = [i for i, p in enumerate(model.fit.free) if p.name.partition(".")[0] != effect]
-    return model.residual.with_components(
-        [Component("constants", columns=model.residual.columns("constants")[..., kept])]
-    )
+    columns = model.residual.columns("constants")[..., kept]
+    return model.residual.with_components([Component("constants", columns=columns)])
 
 
-def _beside(
-    model: Hypothesis,
-    columns: Tensor,
-    free: Mapping[str, Sequence[Free]],
-    farthest: Array,
-    state: Weighed,
-    residual: Residual,
-) -> tuple[dict[str, float], dict[tuple[str, str], float]]:
-    """Log posteriors of each effect and of pairs of them, beside the causes of a state and what makes up a residual.
+@dataclass(frozen=True)
+class _More:
+    """What effects that a model lacks would do to first order, in standard deviations of their parameters."""
 
-    Args:
-        columns: what one standard deviation of each parameter of all effects does, (T, W, E).
-        free: these parameters, by effect, and `farthest`, these deviations in units of their scales, (E,).
-    """
-    covariance, all_of_them = Covariance(residual, state.sizes), [p for some in free.values() for p in some]
-    value = state.value
-    if residual is not model.residual:
-        value += covariance.evidence - Covariance(model.residual, state.sizes).evidence
-    products, with_left = covariance.inner(columns, columns).numpy(), covariance.with_residual(columns).numpy()
-    low, high = (bound / (scales(all_of_them) * farthest) for bound in bounds(all_of_them))
-    ends = np.cumsum([len(some) for some in free.values()])
-    place = dict(zip(free, np.split(np.arange(len(low)), ends[:-1]), strict=False))
+    columns: Tensor  # (T, W, E)
+    place: Mapping[str, NDArray[np.int64]]  # of the parameters of each effect among these
+    low: Array  # bounds of the parameters, (E,), and `high`
+    high: Array
 
-    def with_effects(*members: str) -> float:
-        chosen = np.concatenate([place[name] for name in members])
-        found = _promise(products[np.ix_(chosen, chosen)], with_left[chosen], low[chosen], high[chosen])
-        return value + model.offset + found
+    @classmethod
+    def of(cls, model: Hypothesis, scores: Mapping[str, ScoreTest]) -> "_More":
+        sound, known = {name: score for name, score in scores.items() if not score.failure}, len(model.fit.free)
+        nothing = np.zeros((*model.fit.record.valid.shape, 0))
+        slope = np.concatenate([nothing, *(s.start.normal.slope[..., known:] for s in sound.values())], -1)
+        free = [p for score in sound.values() for p in score.free]
+        usual = usual_strength(slope, model.fit.record.samples)
+        low, high = (bound / (scales(free) * usual) for bound in bounds(free))
+        ends = np.cumsum([len(score.free) for score in sound.values()])
+        place = dict(zip(sound, np.split(np.arange(len(free)), ends[:-1]), strict=False))
+        return cls(model.view.amplitudes(slope * usual), place, low, high)
 
-    seen = [name for name in place if np.trace(products[np.ix_(place[name], place[name])]) > VISIBLE]
-    return {n: with_effects(n) for n in place}, {pair: with_effects(*pair) for pair in combinations(seen, 2)}
+    def beside(self, covariance: Covariance) -> tuple[Callable[..., float], list[str]]:
+        """What some of them, by name, add to the log evidence of a residual, and the names of those that it shows."""
+        products = covariance.inner(self.columns, self.columns).numpy()
+        with_left = covariance.with_residual(self.columns).numpy()
+
+        def gain(*names: str) -> float:
+            chosen = np.concatenate([self.place[name] for name in names])
+            of = self.low[chosen], self.high[chosen]
+            return _promise(products[np.ix_(chosen, chosen)], with_left[chosen], *of)
+
+        return gain, [n for n, of in self.place.items() if np.trace(products[np.ix_(of, of)]) > VISIBLE]
 
 
 def _highest(found: Iterable[Mapping[Key, float]]) -> dict[Key, float]:

@@ -20,7 +20,7 @@ from myowave.diagnosis.likelihood.hypothesis import BEHIND, Hypothesis, settle, 
 from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.score import ScoreTest, score_effects
-from myowave.diagnosis.search.screen import Screened, screen
+from myowave.diagnosis.search.screen import Screened, exchanges, screen
 from myowave.identification.expected_emg import behind_noise
 from myowave.identification.output_error import Fit, begin_from, polish, refit
 from myowave.identification.stages import FAILURES, attempt_fit
@@ -167,17 +167,19 @@ def _exchange(found: Posterior, catalogue: Mapping[str, Effect]) -> bool:
     one is found."""
     top, models = found.best, found.by_effects()
     names = frozenset(top.effects)
-    for begun in (names, *(names - {name} for name in top.effects)) if top.on & MISSING else ():
+    if not top.on & MISSING:
+        return False
+    for begun in (names, *(names - {name} for name in top.effects)):
         if begun in models and begun not in found.screened:
             _lead_on(found, models[begun], catalogue)
-    if top.on & MISSING and names in found.screened:
+    if names in found.screened:
         found.add(*_fit_exchanges(top, found.screened[names], found))
     return found.best is not top
 
 
 def _fit_exchanges(top: Hypothesis, screened: Screened, found: Posterior) -> list[Hypothesis]:
     """The models with another effect in the place of one that promise most, fitted."""
-    promised, known, fitted = screened.exchanges, found.by_effects(), []
+    promised, known, fitted = exchanges(top, screened.scores), found.by_effects(), []
 
     def after(gone: str, come: str) -> tuple[str, ...]:
         return (*(name for name in top.effects if name != gone), come)
