@@ -23,6 +23,7 @@ from myowave.data.json_files import read_json
 from myowave.diagnosis.causes import CAUSE_TITLES, OUTSIDE
 from myowave.physics.effects import SHIPPED
 from myowave.scores import TITLES as RIVALS
+from studies.reality.score import GRADES
 from studies.verdicts.summary import answered_visible, true_names
 
 ROOT = Path(__file__).parents[1]
@@ -43,13 +44,6 @@ DATASETS = {name: ABOUT[name] for name in (PERSON, SIMULATOR, HIDDEN, "case1", "
 }
 ANSWERS = {"adequate": "nothing", "unknown": "no answer: the model does not follow"}
 TITLES = {effect.name: effect.title for effect in SHIPPED} | CAUSE_TITLES
-GRADES = {  # of docs/reality.csv
-    "named": "were answered right",
-    "class": "right in part",
-    "honest": "left open",
-    "silent": "missed",
-    "wrong": "wrong",
-}
 BASELINES = CONFIG["learning"]["baselines"]
 BLOCK = re.compile(r"(<!-- numbers: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -154,12 +148,12 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
     r2, ahead = person["torque_r2"], person["ahead_deg"]
     before, after = simulator["errors_deg"]
     grades, best_found = numbers["reality"]["grades"], numbers["reality"]["best"]
-    told = ", ".join(f"{grades[grade]} {text}" for grade, text in GRADES.items() if grade in grades)
+    told = ", ".join(f"{grades[grade]} {word}" for grade, word in GRADES.items() if grade in grades)
     first, last = best_found["errors_deg"]
     texts = {
         "caption": f"""
             *Machines and a person that others recorded, and an arm that OpenSim moves: something known of each was
-            withheld. Of {sum(grades.values())} questions {told}. The method changed while many of the
+            withheld. Of {sum(grades.values())} answers {told}. The method changed while many of the
             answers were known.*""",
         "get": f"""
             - **The angle from EMG**, sample by sample, with a 90 % band: {best["deg"]:.0f} deg off on a person's unseen

@@ -7,12 +7,13 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from myowave.plotting import BLACK, BLUE, GREEN, GREY, ORANGE, RED, canvas
-from studies.reality.page import GRADES, RUNAWAY, error_before_after, said
+from studies.reality.page import RUNAWAY, error_before_after, said
+from studies.reality.score import GRADES
 
 COLOURS = {"named": GREEN, "class": BLUE, "honest": ORANGE, "silent": GREY, "wrong": RED}
 LINE_IN, GAP = 0.185, 0.5  # height of a line of text [in], and between two rows [lines]
 WIDTHS = 33, 46  # of what was withheld, and of what was said [letters]
-COLUMNS = {"not told": 0.0, "what was said": 0.35, "which is": 0.85}  # where they begin
+COLUMNS = {"withheld": 0.0, "what was said": 0.35, "which is": 0.85}  # where they begin
 
 
 def draw_reality(table: pd.DataFrame) -> Figure:

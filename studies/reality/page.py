@@ -7,12 +7,12 @@ import pandas as pd
 
 from myowave.diagnosis.causes import CAUSE_TITLES, OUTSIDE
 from myowave.physics.effects import catalogue
+from studies.reality.score import GRADES
 from studies.shared import markdown
 
 RUNAWAY = 60.0  # deg; what misses more follows no longer
 PLAIN = {"adequate": "nothing", "unknown": "something unknown", "undecidable": "cannot be told"}
 MOST_NAMES = 3  # of a rival's answer; of a longer one the page has the number
-GRADES = {"named": "right", "class": "right in part", "honest": "left open", "silent": "missed", "wrong": "wrong"}
 HEAD = """
 
 Others recorded the machines and the person; OpenSim moves Arm26. What was withheld is read by the scorer alone.
@@ -80,7 +80,7 @@ def write_page(table: pd.DataFrame) -> str:
     Args:
         table: as `score.score_cases` gives it.
     """
-    heads = ["what moves", "not told", "said", "size (true)", "error [deg]", "graded", "lasso on torque", "PySINDy"]
+    heads = ["what moves", "withheld", "said", "size (true)", "error [deg]", "graded", "lasso on torque", "PySINDy"]
     rows = [
         [
             f"{row['system']} ({row['kind']})",

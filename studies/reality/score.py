@@ -6,7 +6,8 @@ from typing import Any
 import pandas as pd
 
 RIVALS = ("lasso", "pysindy")
-GRADES = ("named", "class", "honest", "silent", "wrong")
+# Of answers, and what pages call them.
+GRADES = {"named": "right", "class": "right in part", "honest": "left open", "silent": "missed", "wrong": "wrong"}
 COLUMNS = [
     *("system", "kind", "withheld", "verdict", "names", "class", "size_true", "size_found", "size_low", "size_high"),
     *("error_before", "error_after", "grade", *RIVALS, "nearest", "masked"),

@@ -160,16 +160,23 @@ CHECKS = (  # of any EMG
     Check("EMG above 1", _largest_within(EMG_LIMIT, np.inf), _LESS_EFFORT),
     Check("EMG above 1", _largest_within(ABOVE, EMG_LIMIT), _LESS_EFFORT, "note"),
 )  # fmt: skip
-LIVE_CHECKS = (  # of any that is not dead
-    Check("EMG of another size", _of_another_unit,
-          "This trial may be in another unit or of another gain: correct it in the file, or leave the trial out."),
+ANOTHER_SIZE = Check(
+    "EMG of another size",
+    _of_another_unit,
+    "This trial may be in another unit or of another gain: correct it in the file, or leave the trial out.",
+)
+ARTEFACT = Check(
+    "spike",
+    _spike,
+    "An artefact, which would count as the largest contraction: cut it off with cut_s, or repair the file there.",
+)
+MAXIMUM_CHECKS = (ANOTHER_SIZE, ARTEFACT)  # of maximum contractions that are not dead; they may last all the time
+LIVE_CHECKS = (  # of any trial that is not dead
+    ANOTHER_SIZE,
     Check("no contraction", _silent,
           "Noise only, or a muscle that rests: do not normalise by this trial, and check the electrode."),
-    Check("spike", _spike,
-          "An artefact, which would count as the largest contraction: cut it off with cut_s, or repair the file "
-          "there."),
+    ARTEFACT,
 )  # fmt: skip
-MAXIMUM_CHECKS = (LIVE_CHECKS[0], LIVE_CHECKS[2])  # of maximum contractions, which may rest or last all the time
 SMOOTHED_CHECKS = (  # of what is said to be smoothed, and is not dead, besides
     Check("not smoothed", _not_smoothed,
           "An envelope follows the muscle, a few times a second; this looks rectified and no more. Say form: raw and "
