@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from myowave.data.processing.excitation import Known, envelope
-from myowave.data.processing.filters import band_pass, lag_s, low_pass
+from myowave.data.processing.filters import band_pass, before_low_pass, lag_s, low_pass
 from myowave.data.processing.sampled import Sampled, common_grid, sample_at
 from myowave.data.processing.units import TO_EMG, TO_RADIANS, plain_unit
 from myowave.settings import Processing
@@ -43,6 +43,19 @@ def test_at_its_corner_a_low_pass_leaves_half_the_power_however_often_it_runs(ph
     for corner in (4.0, 10.0):
         through = through_filter(low_pass(RATE, corner, phase), corner)
         assert amplitude(through, corner) == pytest.approx(np.sqrt(0.5), rel=2e-3)
+
+
+def test_noise_before_a_low_pass_has_the_effect_that_drawn_noise_has_behind_it():
+    """Its variance is 1 there, so is what a single sample sees of it; two, half a period apart, see nearly the same."""
+    rate, corner = 100.0, 4.0
+    passed = low_pass(rate, corner, "zero")(np.random.default_rng(1).standard_normal((200_000, 1)))[:, 0]
+    passed /= passed.std()
+    answers = np.zeros((30, 3))
+    answers[0, 0] = answers[[3, 9], 1] = answers[:, 2] = 1.0
+    found = before_low_pass(answers, rate, corner)
+    windows = np.lib.stride_tricks.sliding_window_view(passed, 30)
+    np.testing.assert_allclose(found.T @ found, np.cov((windows @ answers).T), rtol=0.02)
+    assert (found[:, 0] ** 2).sum() == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("phase", PHASES)

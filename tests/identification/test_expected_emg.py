@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import torch
 
+from myowave.data.processing.filters import before_low_pass, low_pass
 from myowave.identification.expected_emg import behind_noise, expected_excitation
 
 SAMPLES, NOISE = 600, 0.05
@@ -47,6 +48,16 @@ def test_it_is_nearer_to_the_truth_than_the_recording(excitation, recorded):
 
 def test_a_recording_without_noise_stays_as_it_is(recorded):
     np.testing.assert_allclose(expected_excitation(recorded, EVERYWHERE, 0.0), recorded, atol=1e-12)
+
+
+def test_noise_that_passed_a_low_pass_is_taken_off_where_it_is(excitation):
+    """What is faster than the low-pass lets through is no noise."""
+    noise = low_pass(1.0, 0.04, "zero")(np.random.default_rng(1).standard_normal((3 * SAMPLES, 2))).reshape(3, -1, 2)
+    recorded = excitation + NOISE * noise / noise.std()
+    passed = before_low_pass(np.ones(1), 1.0, 0.04)
+    white, known = (expected_excitation(recorded, EVERYWHERE, NOISE, how) for how in (np.ones(1), passed))
+    of_white, of_known = (np.sqrt(((found - excitation) ** 2).mean()) for found in (white, known))
+    assert of_known < 0.9 * NOISE and of_known < 0.9 * of_white
 
 
 def test_effort_beyond_a_maximum_contraction_is_not_cut_off(recorded):

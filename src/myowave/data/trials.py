@@ -97,6 +97,12 @@ class Trials:
         return tuple(name for name in self.names if name not in self.test)
 
     @property
+    def emg_low_pass_hz(self) -> float | None:
+        """Corner of the low-pass that made this EMG from raw EMG; None where another program made it."""
+        forms = {channel.get("form") for channel in self.real_time.get("channels", {}).values()}
+        return float(self.real_time["processing"]["low_pass_hz"]) if forms == {"raw"} else None
+
+    @property
     def time(self) -> Array:
         """Time of each sample since the first [s], (N,)."""
         return np.arange(self.angle.shape[1], dtype=np.float64) * self.dt

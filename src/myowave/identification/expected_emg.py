@@ -13,33 +13,39 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
-from scipy.signal import firwin2, welch
+from scipy.signal import firwin2, freqz, welch
 
+from myowave.data.processing.filters import before_low_pass
 from myowave.data.trials import Array
 from myowave.identification.record import Record
 
 SEGMENT = 64  # samples over which a spectrum is taken, and one less than the filter has
 FEWEST = 16  # fewer are no spectrum
+WHITE = np.ones(1)
 
 
 def behind_noise(record: Record, noise: float) -> Record:
-    """The same trials, or pieces, with the EMG to expect behind white noise of a standard deviation [-]; as recorded
-    where that is 0."""
+    """The same trials, or pieces, with the EMG to expect behind noise of a standard deviation [-], white but for the
+    low-pass that the EMG has passed; as recorded where that is 0."""
     if not noise:
         return record
     lead = np.ones((len(record.valid), record.lead), bool)  # of pieces what is before their start counts, too
-    emg = expected_excitation(record.emg.numpy(), np.concatenate([lead, record.valid], 1), noise)
+    passed = WHITE
+    if record.emg_low_pass_hz is not None:
+        passed = before_low_pass(WHITE, 1 / record.dt, record.emg_low_pass_hz)
+    emg = expected_excitation(record.emg.numpy(), np.concatenate([lead, record.valid], 1), noise, passed)
     cut = record.pieces and replace(record.pieces, whole=behind_noise(record.whole, noise))
     return replace(record, emg=torch.from_numpy(emg), emg_noise=noise, pieces=cut)
 
 
-def expected_excitation(emg: Array, valid: NDArray[np.bool_], noise: float) -> Array:
+def expected_excitation(emg: Array, valid: NDArray[np.bool_], noise: float, passed: Array = WHITE) -> Array:
     """The best linear guess of what each channel was without its noise, (T, N, M): Wiener's filter.
 
     Args:
         emg: recorded, (T, N, M).
         valid: False where a shorter trial is padded, (T, N).
-        noise: standard deviation at every sample, white [-].
+        noise: standard deviation at every sample [-].
+        passed: the answer to an impulse, of a norm of 1, of the filter that white noise has passed, (n,).
     """
     found = emg.copy()
     lengths = valid.sum(1)
@@ -51,7 +57,8 @@ def expected_excitation(emg: Array, valid: NDArray[np.bool_], noise: float) -> A
         spectra = [welch(x, nperseg=segment, detrend="linear") for x in trials]
         frequency = spectra[0][0]
         power = np.average([spectrum for _, spectrum in spectra], axis=0, weights=lengths)
-        share = np.clip(1 - 2 * noise**2 / np.maximum(power, 1e-300), 0.0, 1.0)
+        of_noise = 2 * noise**2 * np.abs(freqz(passed, worN=frequency, fs=1.0)[1]) ** 2
+        share = np.clip(1 - of_noise / np.maximum(power, 1e-300), 0.0, 1.0)
         share[0] = 1.0
         taps = firwin2(2 * (segment // 2) + 1, frequency / frequency[-1], share)
         for x, row, n in zip(trials, found, lengths, strict=True):

@@ -12,6 +12,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from myowave.data.processing.filters import HIGHEST
 from myowave.data.trials import TORQUE, Trials
 from myowave.identification.noise import noise_of
 from myowave.identification.smoothing import choose_window, smooth
@@ -47,6 +48,8 @@ class Record:
     window: int  # samples of the local cubics that smooth the motion, see `smoothing`
     missed: float = 0.0  # by a model, whatever its constants [rad]
     emg_noise: float = 0.0  # standard deviation of the noise behind which the EMG is the expected one; 0: as recorded
+    # corner of the low-pass that the EMG has passed, and its noise with it; None where that is white
+    emg_low_pass_hz: float | None = None
     lead: int = 0  # samples of EMG before the first of the motion, L; 0 for trials
     pieces: Cut | None = None  # None for whole trials
     # of the muscles as a dynamometer measured it [N m], NaN where none did, (T, N); None where none ever did
@@ -184,6 +187,7 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None) ->
         model: whose muscles say which channels are needed.
         noise_deg: standard deviation of the noise of the angle; None estimates it from the training trials.
     """
+    corner = trials.emg_low_pass_hz
     recorded = [trials.angle[i, : trials.lengths[i]] for i in trials.index(trials.train)]
     noise = noise_of(recorded, noise_deg)
     course = [trials.change_over_time(name) for name in OVER_TIME]
@@ -198,6 +202,7 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None) ->
         known={name: torch.from_numpy(values) for name, values in trials.known(model.defaults).items()},
         noise=noise,
         window=choose_window(recorded, trials.dt, noise),
+        emg_low_pass_hz=corner if corner and corner * trials.dt < HIGHEST else None,
         torque=trials.signals.get(TORQUE),
         course=torch.from_numpy(np.stack([still if x is None else x for x in course], -1))
         if any(x is not None for x in course)

@@ -8,6 +8,7 @@ Control of Human Movement, Sec. 2.2.4.4), exactly, on the frequency axis of the 
 import math
 from typing import Literal
 
+import numpy as np
 from scipy import signal as sp
 
 from myowave.data.trials import Array
@@ -17,6 +18,7 @@ Phase = Literal["zero", "causal"]
 BAND_ORDER = 4
 ENVELOPE_ORDER = 2
 NOTCH_QUALITY = 30.0  # frequency over width of the notch [-]
+MEMORY = 2.0  # of a low-pass, in periods of its corner
 HIGHEST = 0.45  # highest corner of a filter, as a fraction of the sampling rate
 
 
@@ -62,6 +64,24 @@ def low_pass(rate: float, corner: float, phase: Phase, order: int = ENVELOPE_ORD
     """What lies below a corner [Hz], at which 1/sqrt(2) of the amplitude is left; see `band_pass`."""
     moved = math.atan(math.tan(math.pi * corner / rate) / _narrowing(order, phase)) / math.pi * rate
     return Filter(sp.butter(order, moved, fs=rate, output="sos"), phase, "even")
+
+
+def before_low_pass(answers: Array, rate: float, corner: float) -> Array:
+    """What 1 in each sample of white noise does that then passes a low-pass of phase zero, which leaves it a variance
+    of 1.
+
+    Args:
+        answers: what 1 in each sample behind the low-pass does, (n, ...), at a rate [Hz].
+
+    Returns:
+        The same of the samples before it, (n + 2 m, ...): m earlier and m later ones are felt, too.
+    """
+    # Of phase zero it has no direction: the answer to what comes before it is the filtered answer to what comes behind.
+    beyond = math.ceil(MEMORY * rate / corner)
+    around = [(beyond, beyond)] + [(0, 0)] * (answers.ndim - 1)
+    found = low_pass(rate, corner, "zero")(np.pad(answers, around))
+    impulse = np.eye(1, 2 * beyond + 1, beyond)[0]
+    return found / np.linalg.norm(low_pass(rate, corner, "zero")(impulse[:, None]))
 
 
 def lag_s(corner: float) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from myowave.data.processing.filters import before_low_pass
 from myowave.data.trials import Array
 from myowave.identification.output_error import Fit
 from myowave.physics.effect import Effect
@@ -84,8 +85,11 @@ def answers(jacobian: Array, forcing: Array, waves: Array) -> Iterator[Array]:
 
 def by_samples(fit: Fit, by_steps: Tensor) -> Tensor:
     """Of what 1 more in each muscle's excitation within each step does (N - 1, T, M, W), what 1 more in each sample of
-    each electrode's EMG does, (samples, T, C, W): it lasts from the sample before to the one after, the first sample's
-    as long as muscles are late, and drives all muscles of the electrode."""
+    each electrode's noise does, (samples, T, C, W), before any low-pass that the EMG has passed.
+
+    In the EMG a sample lasts from the one before to the one after, the first as long as muscles are late, and drives
+    all muscles of the electrode.
+    """
     (steps, trials, muscles, waves), channels = by_steps.shape, fit.model.channels
     samples = fit.record.emg.shape[-2]
     delay = torch.atleast_2d(fit.simulation.valued.muscle["delay"]).expand(trials, muscles) / fit.record.dt
@@ -99,7 +103,9 @@ def by_samples(fit: Fit, by_steps: Tensor) -> Tensor:
         for place, share in enumerate(((1 - late) ** 2 / 2, 0.5 + late * (1 - late), late**2 / 2)):
             index = (torch.arange(steps) + (first + place)).clamp(0, samples - 1)
             electrode.index_add_(0, index, by_steps[:, trial, muscle], alpha=share)
-    return found
+    if (corner := fit.record.emg_low_pass_hz) is None:
+        return found
+    return torch.from_numpy(before_low_pass(found.numpy(), 1 / fit.record.dt, corner))
 
 
 def electrodes_of(fit: Fit) -> Tensor:
